@@ -20,6 +20,7 @@ from achse.plc.json_documents import JSON_FUNCTIONS
 from achse.plc.lives import Moves, is_alike, unit_variable
 from achse.plc.memory import Area, Memory
 from achse.plc.program import PlacedVariable
+from achse.plc.static_lives import StaticLives
 from achse.st.check.kinds import known_from
 from achse.st.typed.places import flat
 from achse.st.typed.project import InitCall, Routine, RoutineKind, TypedBlock, TypedProject
@@ -280,12 +281,16 @@ class Bodies:
 
     # life ------------------------------------------------------------------------------------
 
-    def create(self, moves: Moves | None = None) -> None:
+    def create(self, moves: Moves | None = None, known: Collection[str] = ()) -> None:
         """Bring all instances to life: FB_init, start values, call_after_init, in order.
 
-        With `moves`, those that begin in an online change.
+        With `moves`, those that begin in an online change; VAR_STAT that are `known` go on.
         """
         with self._awake():
+            assert self._memory is not None
+            statics = [one for one in self._variables if one.variable.section is Section.STATIC]
+            lives = StaticLives(self.project, self._memory, self._running().function)
+            lives.begin([*statics, *self.statics], known)
             for unit in self.project.units.values():
                 if moves is None:
                     self._with_flags(unit.create, _RETAINS, False)

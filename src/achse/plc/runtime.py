@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from achse.iec import DeclarationError, PointerType, Program
 from achse.iec.structs import StaticRecord
+from achse.iec.variables import Section
 from achse.plc.changes import TrialPlacement
 from achse.plc.code.faults import FaultReport, report_of
 from achse.plc.instance_paths import put_instance_paths
@@ -411,9 +412,15 @@ class PlcRuntime:
         put_start_values(self.units, self._statics, self.memory, of=PointerType)
         if self.bodies is not None:
             # What FB_init writes to other variables stays: only its own are copied after it.
-            copied = [placed for placed in variables if placed.name.lower() in moves.copied]
+            copied = [
+                placed
+                for placed in variables
+                if placed.name.lower() in moves.copied
+                and placed.variable.section is not Section.STATIC
+            ]
             carried.start_again(copied)
-            self._in_change("FB_init in", partial(self.bodies.create, moves))
+            known = past.variables.keys() - moves.renewed
+            self._in_change("FB_init in", partial(self.bodies.create, moves, known))
             carried.copy_again(copied)
             put_start_values(
                 self.units, self._statics, self.memory, of=PointerType, only=moves.copied

@@ -237,6 +237,19 @@ class Checking:
                 self.require_record(type)
         elif isinstance(tree, Program | GlobalList):
             self.unit(entry, tree.at)
+        self._refuse_arguments_of_statics(tree)
+
+    def _refuse_arguments_of_statics(self, tree: object) -> None:
+        """FB_init of VAR_STAT variables gets its default values: others are a fault."""
+        for part in (tree, *getattr(tree, "parts", ())):
+            for block in getattr(part, "blocks", ()):
+                for item in block.variables if block.section == "VAR_STAT" else ():
+                    if item.arguments:
+                        name = item.names[0]
+                        raise Unexpected(
+                            name.at,
+                            f"'{name.name}' is VAR_STAT: its FB_init takes no arguments here",
+                        )
 
     def _work(self) -> None:
         while self._waiting or self._record_queue or self._life_queue:
@@ -466,7 +479,11 @@ class Checking:
         if body.failed:
             self._left_out[signature.key] = "it has faults"
             return
-        self._statics += signature.statics.values()
+        for static in signature.statics.values():
+            self._statics.append(static)
+            inner = element_of(static.variable.type)
+            if inner is not None:
+                self.require_record(inner)
         self._checked.append(_Checked(body, opening, statements, builtin))
 
     def _routine(self, checked: "_Checked") -> Routine:
