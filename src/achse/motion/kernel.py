@@ -14,9 +14,7 @@ from achse.motion.generators import coupled
 from achse.motion.generators.homing import home
 from achse.motion.generators.table import hand_over, lead
 from achse.motion.limits import adapt_limits
-from achse.motion.machine.amplifier import report
 from achse.motion.machine.kernel import HardwareRows, carry_out, give_inputs
-from achse.motion.machine.sensor import sense
 from achse.motion.monitoring import (
     operation_mode,
     settle,
@@ -188,11 +186,7 @@ def cycles(rows: NcRows, hardware: HardwareRows, dt: float, count: int) -> None:
             i = rows.order[n]
             ax = rows.axes[i]
             machine = hardware.machines[i]
-            if machine.resting or machine.several:
-                give_inputs(machine, hardware)
-            else:
-                sense(machine.sensor)
-                report(machine.amplifier)
+            give_inputs(machine, hardware)
             cycle(ax, rows, dt)
             if ax.encoder_count > 1:
                 _follow_others(ax, rows, dt)

@@ -12,6 +12,7 @@ from math import floor
 
 from achse.motion.curves import Piece, place_of, value_at
 from achse.motion.machine.record import DEAD_TIME, Amplifier, Machine
+from achse.motion.machine.sensor import FULL_MASK
 from achse.motion.machine.signals import drive_inputs, outward
 from achse.motion.port import (
     LIMIT_MAX,
@@ -42,11 +43,11 @@ _ENABLE = 1 << 0
 _LIMITS = 1 << 0
 
 
-def report(a: Amplifier) -> None:
-    """Put the inputs of the drive into its structure."""
+def report(a: Amplifier, plain: bool = False) -> None:
+    """Put the inputs of the drive into its structure; of a `plain` one only what moves."""
     m = a.machine
     io = a.io
-    if not m.plain or io.ctrl1 != a.reported_control or a.limited:
+    if (not plain and not m.plain) or io.ctrl1 != a.reported_control or a.limited:
         _report_status(a)
     torque = m.torque
     if torque != 0.0 or io.data_in2 != 0:
@@ -75,13 +76,23 @@ def untold(a: Amplifier) -> bool:
     return a.io.state3 != a.io.ctrl3 or a.io.ctrl1 != a.reported_control
 
 
-def _plain(m: Machine) -> bool:
-    """Whether nothing but enabling the drive changes what it reports of its state."""
+def _plain(a: Amplifier, m: Machine) -> bool:
+    """Whether the machine is a motor without load, one drive and one encoder without noise.
+
+    Nothing but enabling the drive changes what such a drive reports of its state. What follows from
+    the parameters (`adapt`) has been computed.
+    """
+    s = m.sensor
     return (
-        m.limit_min <= -_NOWHERE
+        m.adapt | m.several == 0
+        and m.limit_min <= -_NOWHERE
         and m.limit_max >= _NOWHERE
-        and m.not_ready | m.io_invalid | m.fast_stop_signal == 0
+        and m.not_ready | m.io_invalid | m.fast_stop_signal | m.blocked == 0
         and m.drive_inputs | m.cam_input | m.mark_input == 0
+        and m.period == 0.0
+        and s.noise == 0.0
+        and s.encoder_mask == FULL_MASK
+        and a.valve_count | a.nonlinear | a.delays | a.loads == 0
     )
 
 
@@ -89,7 +100,7 @@ def _report_status(a: Amplifier) -> None:
     """What the drive reports of its state, its limit switches and its inputs."""
     m = a.machine
     io = a.io
-    m.plain = 1 if _plain(m) else 0
+    m.plain = 1 if _plain(a, m) else 0
     a.reported_control = io.ctrl1
     state1 = STATUS_ENABLED if io.ctrl1 & _ENABLE and a.number == m.driver else 0
     state2 = 0
@@ -132,9 +143,14 @@ def move(m: Machine, velocity: float, way: float, lasting: int) -> None:
     m.position += way
 
 
-def _show_torque(a: Amplifier, m: Machine, before: float, velocity: float, dt: float) -> None:
+def _show_torque(
+    a: Amplifier, m: Machine, before: float, velocity: float, dt: float, plain: bool = False
+) -> None:
     """Torque of the motor: what accelerates it, against load and friction."""
-    torque = (velocity - before) / dt / a.torque_scale + m.load_torque
+    torque = (velocity - before) / dt / a.torque_scale + (0.0 if plain else m.load_torque)
+    if plain:
+        m.torque = torque
+        return
     if velocity > 0.0:
         torque += m.friction_torque
     elif velocity < 0.0:
@@ -304,22 +320,22 @@ def _adapt(a: Amplifier, dt: float) -> None:
     m.adapt = 0
 
 
-def drive_servo(a: Amplifier, pieces: Sequence[Piece], dt: float) -> None:
-    """Move the motor until the next cycle, as the outputs say.
+def drive_servo(a: Amplifier, pieces: Sequence[Piece], dt: float, plain: bool = False) -> None:
+    """Move the motor until the next cycle, as the outputs say; see `_plain`.
 
     A dynamic container tells the drive how the velocity goes on in this cycle, not only its begin.
     """
     m = a.machine
     io = a.io
     mode = io.ctrl3
-    if m.adapt:
+    if not plain and m.adapt:
         _adapt(a, dt)
-    if a.delays:
+    if not plain and a.delays:
         _set_delay(a, mode, dt)
     command = 0.0
     if io.ctrl1 & _ENABLE:
         if not mode:
-            if not a.valve_count and not a.nonlinear:
+            if plain or (not a.valve_count and not a.nonlinear):
                 command = a.full_velocity * (io.data_out1 / a.full_output)
             else:
                 command = a.full_velocity * _valve(a, pieces)
@@ -335,21 +351,21 @@ def drive_servo(a: Amplifier, pieces: Sequence[Piece], dt: float) -> None:
     elif mode in POSITION_MODES:
         _follow_position(a, dt)
         return
-    delay = a.delay
+    delay = 0 if plain else a.delay
     if delay > 0:
         command = _delayed(a, command)
-    if m.limit_switch and outward(m, command):
+    if not plain and m.limit_switch and outward(m, command):
         command = 0.0
     before = m.velocity
-    if a.loads or io.data_out4 or (mode and mode in TORQUE_MODES):
+    if (not plain and a.loads) or io.data_out4 or (mode and mode in TORQUE_MODES):
         velocity = loaded(a, command, before, dt)
     else:
         a.limited = 0
         velocity = before + (command - before) * a.lag_weight
     if command == 0.0 and abs(velocity) < _STILL:
         velocity = 0.0
-    if m.blocked:
+    if not plain and m.blocked:
         velocity = 0.0
     move(m, velocity, velocity * dt, delay + 2)
-    if velocity != before or m.torque != 0.0 or m.load_torque != 0.0:
-        _show_torque(a, m, before, velocity, dt)
+    if velocity != before or m.torque != 0.0 or (not plain and m.load_torque != 0.0):
+        _show_torque(a, m, before, velocity, dt, plain)

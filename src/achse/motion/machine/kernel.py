@@ -32,7 +32,10 @@ class HardwareRows:
 
 def give_inputs(machine: Machine, hardware: HardwareRows) -> None:
     """Before the cycle of the NC: what the hardware of a machine says now."""
-    if machine.several:
+    if machine.plain and not machine.resting:
+        sense(machine.sensor, plain=True)
+        report(machine.amplifier, plain=True)
+    elif machine.several:
         if machine.on_bus == 0:
             _give_all_inputs(machine, hardware)
     elif machine.resting == 0:
@@ -55,6 +58,12 @@ def _give_all_inputs(machine: Machine, hardware: HardwareRows) -> None:
 def carry_out(machine: Machine, hardware: HardwareRows, pieces: Sequence[Piece], dt: float) -> None:
     """After the cycle of the NC: its outputs move the machine until the next one."""
     amplifier = machine.amplifier
+    if machine.plain and not machine.resting:
+        if machine.sensor.io.fresh:
+            arm_latches(machine.sensor)
+        amplifier.io.fresh = 0
+        drive_servo(amplifier, pieces, dt, plain=True)
+        return
     if machine.several:
         if machine.on_bus:
             return

@@ -86,7 +86,7 @@ class _MachineState:
     resting: int = flag(0, "nothing moves until an output or a parameter changes")
     quiet_cycles: int = whole(0, "1", "cycles without a movement")
     adapt: int = flag(1, "something about it has changed: derived values must be computed again")
-    plain: int = flag(0, "what a drive reports of its state does not depend on the machine")
+    plain: int = flag(0, "it is a motor without load, one drive and one encoder without noise")
     several: int = flag(0, "it has more than one sensor or amplifier, or is on a bus")
     on_bus: int = flag(0, "a bus fills the structures of its axis instead")
     first_sensor: int = whole(0, "1", "row of its first sensor, the others are behind it")

@@ -9,12 +9,13 @@ from achse.motion.machine.record import Sensor
 from achse.motion.machine.signals import NOWHERE, cam_closed, drive_inputs, edge
 from achse.motion.port import CAM_CLOSED, LATCH_FALLING, STATUS_INVALID, wrapped
 
-__all__ = ["arm_latches", "count_at", "sense"]
+__all__ = ["FULL_MASK", "arm_latches", "count_at", "sense"]
 
 _FARTHEST = 4.0e18
 """A count does not go beyond."""
 
-_FULL_MASK = 0xFFFF_FFFF
+FULL_MASK = 0xFFFF_FFFF
+"""The mask of a counter of 32 bits."""
 _HALF = 0x8000_0000
 
 _WAITS = 1 << 0
@@ -38,21 +39,21 @@ def count_at(s: Sensor, place: float) -> int:
 
 def _shown(s: Sensor, count: int) -> int:
     """What the hardware makes of a count."""
-    if s.encoder_mask == _FULL_MASK:
+    if s.encoder_mask == FULL_MASK:
         return wrapped(count)
     return count % (s.encoder_mask + 1)
 
 
-def sense(s: Sensor) -> None:
-    """Put the inputs of the encoder into its structure."""
+def sense(s: Sensor, plain: bool = False) -> None:
+    """Put the inputs of the encoder into its structure; a `plain` one's data are valid."""
     m = s.machine
     io = s.io
-    if m.io_invalid:
+    if not plain and m.io_invalid:
         if io.state4 == 0:
             io.state4 = STATUS_INVALID
             io.news = 1
         return
-    if io.state4:
+    if not plain and io.state4:
         io.state4 = 0
         io.news = 1
     position = m.position
@@ -61,19 +62,19 @@ def sense(s: Sensor) -> None:
         way = -way
     way += s.zero + 0.5
     count = floor(way) if abs(way) < _FARTHEST else count_at(s, position)
-    if s.noise > 0.0:
+    if not plain and s.noise > 0.0:
         s.noise_state = (s.noise_state * 1_103_515_245 + 12_345) % 0x8000_0000
         count += floor(s.noise * (s.noise_state / 1_073_741_824.0 - 1.0) + 0.5)
     if count != s.count:
         s.count = count
-        if s.encoder_mask == _FULL_MASK and abs(count) < _HALF:
+        if (plain or s.encoder_mask == FULL_MASK) and abs(count) < _HALF:
             io.data_in1 = count
         else:
             io.data_in1 = _shown(s, count)
         io.news = 1
-    if not m.cam_input:
+    if plain or not m.cam_input:
         cam = 0
-        if m.period > 0.0:
+        if not plain and m.period > 0.0:
             cam = CAM_CLOSED if cam_closed(m) else 0
         elif m.cam_begin <= position <= m.cam_end:
             cam = CAM_CLOSED
@@ -132,11 +133,11 @@ def _latch(s: Sensor) -> None:
 def _probe(s: Sensor, control: int, states: int, counts: int) -> tuple[int, int]:
     """State and counts of a touch probe after this cycle."""
     upper = counts >> 32
-    lower = counts & _FULL_MASK
+    lower = counts & FULL_MASK
     if control & 15:
         place = edge(s, control & 15, 0)
         if place != NOWHERE:
-            lower = _shown(s, count_at(s, place)) & _FULL_MASK
+            lower = _shown(s, count_at(s, place)) & FULL_MASK
             states ^= _RISEN
             s.io.news = 1
     if control >> 4:
