@@ -387,7 +387,7 @@ def view(nc: Nc) -> Callable[[], tuple[Any, Any]]:
             np.array([[getattr(axis, name) for name in STATES] for axis in nc]),
         )
     first: Any = nc.axis(1)
-    reals = np.frombuffer(first.row.obj).reshape(len(nc), LAYOUT.words)
+    reals = np.frombuffer(first._memory).reshape(len(nc), LAYOUT.words)
     wholes = reals.view(np.int64)
     return lambda: (_columns(nc, reals, SEEN), _columns(nc, wholes, STATES))
 

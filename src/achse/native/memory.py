@@ -14,6 +14,10 @@ from achse.native.declare import RecordLayout, Slot
 __all__ = ["MemoryCell", "RowView", "Rows", "field_property", "gather", "reader"]
 
 
+_LINE = 64
+"""Bytes that a processor takes from memory at once."""
+
+
 class Rows:
     """`count` records of one layout, all 0, one behind the other: memory for machine code."""
 
@@ -21,10 +25,11 @@ class Rows:
         self.count = count
         self.size = 8 * layout.words
         """Bytes of one record."""
-        words = array("q", bytes(self.size * count))
-        self.address = words.buffer_info()[0]
-        self.memory = memoryview(words).cast("B")
-        """All records, to read and to write."""
+        words = array("q", bytes(self.size * count + _LINE))
+        begin = -words.buffer_info()[0] % _LINE
+        self.address = words.buffer_info()[0] + begin
+        self.memory = memoryview(words).cast("B")[begin : begin + self.size * count]
+        """All records, to read and to write; they begin where a line of the cache does."""
 
     def row(self, index: int) -> memoryview:
         """The bytes of one record, to read and to write."""
