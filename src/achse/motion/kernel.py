@@ -19,6 +19,7 @@ from achse.motion.monitoring import (
     operation_mode,
     settle,
     show_state,
+    stays_closed,
     supervise_arrival,
     supervise_enable,
     supervise_motion,
@@ -27,7 +28,7 @@ from achse.motion.monitoring import (
 from achse.motion.phasing import shift_phase
 from achse.motion.record import POSITION_HISTORY, AxisFields, EncoderFields
 from achse.motion.rows import NcRows
-from achse.motion.setpoint import generate
+from achse.motion.setpoint import generate, keeps_its_table, show_remaining, walk
 from achse.motion.signals import arm, watch
 from achse.motion.states import AxisType, DriveType, MotionPhase
 
@@ -132,9 +133,13 @@ def cycle(ax: AxisFields, rows: NcRows, dt: float) -> None:
     else:
         measure(ax, encoder, dt, plain=True)
         read_drive(ax, dt)
-        supervise_enable(ax, dt)
+        if not stays_closed(ax):
+            supervise_enable(ax, dt)
         if ax.set_motion_phase == MotionPhase.COUPLED:
             coupled.step(ax, dt)
+        elif keeps_its_table(ax, dt):
+            walk(ax, ax.segment_elapsed + dt)
+            show_remaining(ax, dt)
         else:
             generate(ax, dt)
         if ax.coupling_state:

@@ -39,6 +39,7 @@ __all__ = [
     "report",
     "settle",
     "show_state",
+    "stays_closed",
     "supervise_arrival",
     "supervise_enable",
     "supervise_motion",
@@ -112,19 +113,22 @@ def _watch_signals(ax: AxisFields, dt: float) -> None:
         drive.io_time = 0.0
 
 
+def stays_closed(ax: AxisFields) -> bool:
+    """Whether enables and drive are as they are in a move, so that the closed loop stays closed."""
+    return (
+        not ax.unusual
+        and ax.control_dword & _ENABLES == _ENABLES
+        and ax.drive_status & STATUS_READY != 0
+        and ax.limit_switch == 0
+        and ax.loop_closed == 1
+    )
+
+
 def supervise_enable(ax: AxisFields, dt: float) -> None:
     """Close and open the control loop; while it is open the set point follows the axis.
 
     Without its enable a moving axis brakes under control and only then opens the loop.
     """
-    if (
-        not ax.unusual
-        and ax.control_dword & _ENABLES == _ENABLES
-        and ax.drive_status & STATUS_READY
-        and ax.limit_switch == 0
-        and ax.loop_closed
-    ):
-        return
     if ax.unusual:
         _watch_signals(ax, dt)
         if ax.external_error != 0:
@@ -520,12 +524,9 @@ def _show(ax: AxisFields, plain: bool) -> None:
                 motion = MotionState.DECELERATING
         elif not ax.planned_override and phase != MotionPhase.STOPPING:
             motion = MotionState.OVERRIDE_ZERO
-    if encoder.homed:
-        state |= StateBit.HOMED
-    if ax.in_position_range:
-        state |= StateBit.IN_POSITION_AREA
-    if ax.in_target_position:
-        state |= StateBit.IN_TARGET_POSITION
+    state |= encoder.homed * StateBit.HOMED
+    state |= ax.in_position_range * StateBit.IN_POSITION_AREA
+    state |= ax.in_target_position * StateBit.IN_TARGET_POSITION
     if ax.drive_status & STATUS_ERROR:
         state |= StateBit.DRIVE_DEVICE_ERROR
     if ax.coupling:

@@ -47,12 +47,15 @@ __all__ = [
     "end_homing",
     "fail",
     "generate",
+    "keeps_its_table",
     "pass_switch_position",
     "shift_encoder",
     "shift_origin",
     "shift_setpoint",
+    "show_remaining",
     "stop_fast",
     "take_next",
+    "walk",
 ]
 
 _SWITCH_TARGET = 2
@@ -250,6 +253,32 @@ def _pass_border(ax: AxisFields) -> None:
     ax.replan = 1
 
 
+def walk(ax: AxisFields, t: float) -> None:
+    """Set values at a time within the active row of the table."""
+    p = ax.segment_position
+    v = ax.segment_velocity
+    a = ax.segment_acceleration
+    j = ax.segment_jerk[ax.segment_index]
+    ax.segment_elapsed = t
+    ax.set_position = p + t * (v + t * (0.5 * a + t * (j / 6.0)))
+    ax.set_velocity = v + t * (a + t * (0.5 * j))
+    ax.set_acceleration = a + t * j
+    ax.set_jerk = j
+
+
+def keeps_its_table(ax: AxisFields, dt: float) -> bool:
+    """Whether a move only goes on along the active row of its table in this cycle."""
+    phase = ax.set_motion_phase
+    return (
+        (phase == MotionPhase.POSITIONING or (phase != MotionPhase.NONE and ax.buffer_count == 0))
+        and ax.velocity_override == ax.planned_override
+        and ax.limit_watch | ax.replan | ax.switch_armed == 0
+        and ax.border_time < 0.0
+        and ax.segment_index < ax.segment_count
+        and ax.segment_elapsed + dt < ax.segment_time[ax.segment_index]
+    )
+
+
 def advance(ax: AxisFields, dt: float) -> float:
     """Walk `dt` seconds along the table; returns the time left when a blended job begins."""
     t = ax.segment_elapsed + dt
@@ -278,10 +307,7 @@ def advance(ax: AxisFields, dt: float) -> float:
             ax.segment_acceleration = a
         ax.segment_elapsed = t
         if i < count:
-            ax.set_position = p + t * (v + t * (0.5 * a + t * (j / 6.0)))
-            ax.set_velocity = v + t * (a + t * (0.5 * j))
-            ax.set_acceleration = a + t * j
-            ax.set_jerk = j
+            walk(ax, t)
             return 0.0
     ax.segment_elapsed = t
     ax.set_acceleration = 0.0
@@ -385,6 +411,11 @@ def generate(ax: AxisFields, dt: float) -> None:
             left = advance(ax, left)
     if ax.switch_armed:
         pass_switch_position(ax)
+    show_remaining(ax, dt)
+
+
+def show_remaining(ax: AxisFields, dt: float) -> None:
+    """How far and how long it is to the target."""
     if ax.set_motion_phase == MotionPhase.POSITIONING:
         ax.remaining_distance = abs(ax.target_position - ax.set_position)
         if ax.loop_outward:

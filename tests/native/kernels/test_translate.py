@@ -99,3 +99,23 @@ def test_a_way_that_is_written_in_the_call_has_a_copy_of_its_own() -> None:
 @pytest.mark.parametrize("either", [False, True])
 def test_all_ways_give_what_python_gives(compiled: Any, either: bool) -> None:
     assert compiled(_ways)(3.0, either) == _ways(3.0, either)
+
+
+def _handed_on(a: float, halved: bool = False) -> float:
+    return 2.0 * _gear(a, halved)
+
+
+def _changed(a: float, halved: bool = False) -> float:
+    halved = halved or a > 2.0
+    return 2.0 * _gear(a, halved)
+
+
+def _several(a: float) -> float:
+    return _handed_on(a, True) + _changed(a, False)
+
+
+def test_a_way_is_handed_on_unless_it_changes(compiled: Any) -> None:
+    assembly = translate(_function(_several), {}).assembly()
+    made = re.findall(r"^define .*_gear([^\"]*)\"", assembly, re.M)
+    assert sorted(made) == ["", ".halved"]
+    assert compiled(_several)(3.0) == _several(3.0)

@@ -89,6 +89,7 @@ class KernelSignature(Protocol):
     kinds: Sequence[ValueKind]
     defaults: dict[str, object]
     result: ValueKind
+    ways: "Ways"
 
 
 Ways: TypeAlias = tuple[tuple[str, bool], ...]

@@ -11,7 +11,7 @@ from typing import Any
 from achse.native.backend.builder import FunctionBuilder, Label, LocalVariable
 from achse.native.backend.instructions import Relation, Rounding
 from achse.native.backend.types import ADDRESS, F64, I64, U8, Operand
-from achse.native.kernels.arithmetic import LIBRARY, Arithmetic, TranslationUnit
+from achse.native.kernels.arithmetic import LIBRARY, Arithmetic, TranslationUnit, Ways
 from achse.native.kernels.kinds import (
     BOOL,
     BYTE,
@@ -69,6 +69,8 @@ class ExpressionCompiler(Arithmetic):
         super().__init__(unit, function, code)
         self.local_names = local_names
         self.names: dict[str, Local] = {}
+        self.ways: dict[str, bool] = {}
+        """Parameters that are True or False in this copy of the function."""
         self.rows: dict[str, object] = {}
         """Of each loop over a table around, the row that its name stands for."""
         self._kinds: dict[ast.expr, ValueKind] = {}
@@ -443,16 +445,7 @@ class ExpressionCompiler(Arithmetic):
 
     def call_kernel(self, node: ast.Call, function: FunctionType) -> KernelValue:
         """A call of another function of the kernel."""
-        names = function.__code__.co_varnames
-        written = [*zip(names, node.args, strict=False), *((k.arg, k.value) for k in node.keywords)]
-        ways = tuple(
-            sorted(
-                (name, argument.value)
-                for name, argument in written
-                if name and isinstance(argument, ast.Constant) and isinstance(argument.value, bool)
-            )
-        )
-        callee = self.unit.callee(function, ways)
+        callee = self.unit.callee(function, self._ways_of(node, function))
         given: dict[str, KernelValue] = {}
         for name, argument in zip(callee.names, node.args, strict=False):
             given[name] = self.value(argument)
@@ -469,6 +462,20 @@ class ExpressionCompiler(Arithmetic):
         for name, kind in zip(callee.names, callee.kinds, strict=True):
             operands += self.convert(given[name], kind, node).operands
         return KernelValue(callee.result, self.code.call(callee.machine, *operands))
+
+    def _ways_of(self, node: ast.Call, function: FunctionType) -> Ways:
+        """The parameters that the call gives as True or False, or by one that is given so here."""
+        names = function.__code__.co_varnames
+        written = [*zip(names, node.args, strict=False), *((k.arg, k.value) for k in node.keywords)]
+        ways = {}
+        for name, argument in written:
+            if isinstance(argument, ast.Name):
+                given: object = self.ways.get(argument.id)
+            else:
+                given = argument.value if isinstance(argument, ast.Constant) else None
+            if name and isinstance(given, bool):
+                ways[name] = given
+        return tuple(sorted(ways.items()))
 
     def extreme(self, node: ast.Call, op: ast.cmpop) -> KernelValue:
         """`min` and `max`: a later number only if it is really beyond."""

@@ -43,6 +43,7 @@ class FunctionCompiler(ExpressionCompiler):
             if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
         }
         super().__init__(unit, function, code, frozenset(stored | set(callee.names)))
+        self.ways = {name: way for name, way in callee.ways if name not in stored}
         self._callee = callee
         self._source = source
         self._wide: dict[str, ValueKind] = {}

@@ -94,6 +94,7 @@ class _Function:
     kinds: Sequence[ValueKind]
     defaults: dict[str, object]
     result: ValueKind
+    ways: Ways
     source: ast.FunctionDef = field(repr=False)
 
 
@@ -172,6 +173,7 @@ class _Translation:
                 if parameter.default is not parameter.empty
             },
             result=result,
+            ways=ways,
             source=self._source(function),
         )
 
