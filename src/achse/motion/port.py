@@ -157,8 +157,8 @@ class DriveIo:
     dc_time: int = whole(0, "ns", "from the output to its effect", -(2**31), 2**31)
 
 
-ENCODER_IO = lay_out("encoder I/O", [EncoderIo], Field, OFTEN["encoder I/O"])
-DRIVE_IO = lay_out("drive I/O", [DriveIo], Field, OFTEN["drive I/O"])
+ENCODER_IO = lay_out("encoder I/O", [EncoderIo], Field, OFTEN["encoder I/O"], whole_lines=True)
+DRIVE_IO = lay_out("drive I/O", [DriveIo], Field, OFTEN["drive I/O"], whole_lines=True)
 
 encoder_io_record = plain_record(ENCODER_IO)
 drive_io_record = plain_record(DRIVE_IO)

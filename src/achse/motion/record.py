@@ -130,9 +130,15 @@ class _DriveLinks(InternalFields):
     io: DriveIo = reference(DRIVE_IO, Field)
 
 
-ENCODER = lay_out("encoder", (_EncoderLinks, *EncoderFields.__bases__), Field, OFTEN["encoder"])
-CONTROLLER = lay_out("controller", ControllerFields.__bases__, Field, OFTEN["controller"])
-DRIVE = lay_out("drive", (_DriveLinks, *AxisDriveFields.__bases__), Field, OFTEN["drive"])
+ENCODER = lay_out(
+    "encoder", (_EncoderLinks, *EncoderFields.__bases__), Field, OFTEN["encoder"], whole_lines=True
+)
+CONTROLLER = lay_out(
+    "controller", ControllerFields.__bases__, Field, OFTEN["controller"], whole_lines=True
+)
+DRIVE = lay_out(
+    "drive", (_DriveLinks, *AxisDriveFields.__bases__), Field, OFTEN["drive"], whole_lines=True
+)
 
 
 class JobFields(JobRequest, JobProgress):
@@ -192,7 +198,7 @@ _ROLES: dict[type, Role] = {
 }
 
 
-LAYOUT = lay_out("axis", AxisFields.__bases__, Field, OFTEN["axis"])
+LAYOUT = lay_out("axis", AxisFields.__bases__, Field, OFTEN["axis"], whole_lines=True)
 """The record of an axis in memory; `ENCODER`, `CONTROLLER` and `DRIVE` are those of its parts."""
 
 ENCODER.fields["axis"].refers = LAYOUT

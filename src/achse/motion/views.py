@@ -170,7 +170,7 @@ class Store:
             self.views = [of_row(rows, index) for index in range(count)]
             content = pack(layout, fresh())
             for view in self.views:
-                view.row[:] = content
+                view.row[: len(content)] = content
             self.arguments = rows.address, count
         else:
             records = [fresh() for _ in range(count)]

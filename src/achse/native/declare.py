@@ -64,6 +64,9 @@ class Slot:
         return [self.default] * self.length if self.length else self.default
 
 
+LINE_WORDS = 8
+"""Words that a processor takes from memory at once."""
+
 SlotT = TypeVar("SlotT", bound=Slot)
 
 
@@ -82,7 +85,7 @@ def within(
 
 @dataclass(frozen=True, eq=False)
 class RecordLayout(Generic[SlotT]):
-    """A record in memory: its fields one behind the other, `words` in all."""
+    """A record in memory: its fields one behind the other, and how many `words` it takes."""
 
     name: str
     fields: dict[str, SlotT]
@@ -116,11 +119,17 @@ class RecordLayout(Generic[SlotT]):
 
 
 def lay_out(
-    name: str, sections: Iterable[type], kind: type[SlotT], first: Iterable[str] = ()
+    name: str,
+    sections: Iterable[type],
+    kind: type[SlotT],
+    first: Iterable[str] = (),
+    *,
+    whole_lines: bool = False,
 ) -> RecordLayout[SlotT]:
     """The layout of a record with the fields of all sections; `kind` describes plain defaults.
 
-    The fields `first` are in front, in their order; KeyError if there is no such field.
+    The fields `first` are in front, in their order; KeyError if there is no such field. Records of
+    `whole_lines` have words behind them that no field uses: each begins in a line of its own.
     """
     fields: dict[str, SlotT] = {}
     for section in sections:
@@ -141,7 +150,7 @@ def lay_out(
     for row in ordered.values():
         row.offset = offset
         offset += row.words
-    return RecordLayout(name, ordered, offset)
+    return RecordLayout(name, ordered, offset + (-offset % LINE_WORDS if whole_lines else 0))
 
 
 def plain_record(layout: RecordLayout[Any]) -> type:

@@ -9,13 +9,12 @@ from itertools import groupby
 from operator import itemgetter
 from typing import Any
 
-from achse.native.declare import RecordLayout, Slot
+from achse.native.declare import LINE_WORDS, RecordLayout, Slot
 
 __all__ = ["MemoryCell", "RowView", "Rows", "field_property", "gather", "reader"]
 
 
-_LINE = 64
-"""Bytes that a processor takes from memory at once."""
+_LINE = 8 * LINE_WORDS
 
 
 class Rows:
@@ -75,7 +74,7 @@ class RowView:
         for slot in layout.fields.values():
             if slot.refers is not None:
                 row[8 * slot.offset : 8 * slot.offset + 8] = bytes(8)
-        return bytes(row)
+        return bytes(row[: layout.form.size])
 
     def place(self, slot: Slot, size: int) -> "MemoryCell | None":
         """Where the first `size` bytes of a field lie, the lowest first; None on other machines."""

@@ -187,7 +187,7 @@ class Machine(_MachineLinks, MachineParameters, _MachineState):
     """The simulated machine of one axis; it refers to the first of its sensors and amplifiers."""
 
 
-MACHINE = lay_out("machine", Machine.__bases__, Field, OFTEN["machine"])
+MACHINE = lay_out("machine", Machine.__bases__, Field, OFTEN["machine"], whole_lines=True)
 
 
 class _SensorLinks:
@@ -199,7 +199,7 @@ class Sensor(_SensorLinks, SensorParameters, _SensorState):
     """An encoder of the simulated machine."""
 
 
-SENSOR = lay_out("sensor", Sensor.__bases__, Field, OFTEN["sensor"])
+SENSOR = lay_out("sensor", Sensor.__bases__, Field, OFTEN["sensor"], whole_lines=True)
 
 
 class _AmplifierLinks:
@@ -212,7 +212,7 @@ class Amplifier(_AmplifierLinks, AmplifierParameters, _AmplifierState):
     """A drive of the simulated machine."""
 
 
-AMPLIFIER = lay_out("amplifier", Amplifier.__bases__, Field, OFTEN["amplifier"])
+AMPLIFIER = lay_out("amplifier", Amplifier.__bases__, Field, OFTEN["amplifier"], whole_lines=True)
 
 MACHINE.fields["sensor"].refers = SENSOR
 MACHINE.fields["amplifier"].refers = AMPLIFIER
