@@ -129,18 +129,22 @@ def fill_filter(ax: AxisFields, drive: AxisDriveFields) -> None:
     drive.filtered_set_acceleration = 0.0
 
 
-def read_drive(ax: AxisFields, dt: float) -> None:
-    """Take what the drive reports: its limit switches and its torque, scaled and filtered."""
+def read_drive(ax: AxisFields, dt: float, plain: bool = False) -> None:
+    """Take what the drive reports: its limit switches and its torque, scaled and filtered.
+
+    For a `plain` move it was valid before, and on no limit switch.
+    """
     drive = ax.drive
     io = drive.io
     io.news = 0
     ax.drive_status = io.state1
     invalid = (io.state4 | ax.encoder.io.state4) & STATUS_INVALID
-    if invalid != ax.io_invalid:
+    if invalid != (0 if plain else ax.io_invalid):
         ax.io_invalid = invalid
         ax.unusual = 1
-    if io.state2 or ax.limit_switch:
+    if io.state2 or (not plain and ax.limit_switch):
         ax.limit_switch = 0
+        ax.unusual = 1
         if io.state2 & LIMIT_MAX:
             ax.limit_switch = 1
         elif io.state2 & LIMIT_MIN:

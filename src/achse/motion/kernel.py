@@ -132,7 +132,7 @@ def cycle(ax: AxisFields, rows: NcRows, dt: float) -> None:
         _cycle_with_all(ax, rows, dt)
     else:
         measure(ax, encoder, dt, plain=True)
-        read_drive(ax, dt)
+        read_drive(ax, dt, plain=True)
         if not stays_closed(ax):
             supervise_enable(ax, dt)
         if ax.set_motion_phase == MotionPhase.COUPLED:
@@ -148,9 +148,12 @@ def cycle(ax: AxisFields, rows: NcRows, dt: float) -> None:
         if ax.coupling:
             control_coupling(ax, rows)
         supervise_motion(ax, dt, plain=True)
-        supervise_arrival(ax, dt)
+        supervise_arrival(ax, dt, plain=True)
         put_out(ax, rows.pieces, dt, plain=True)
-        show_state(ax)
+        if ax.unusual:  # by what this cycle has begun
+            show_state(ax)
+        else:
+            show_state(ax, plain=True)
     phase = ax.set_motion_phase
     if (phase and phase != MotionPhase.COUPLED) or (ax.coupling and led(ax, rows)):
         ax.quiet_cycles = 0

@@ -279,12 +279,13 @@ def supervise_motion(ax: AxisFields, dt: float, plain: bool = False) -> None:
                 report(ax, NcError.NO_MOVEMENT_SEEN, 1)
 
 
-def _travelling(ax: AxisFields) -> bool:
+def _travelling(ax: AxisFields, plain: bool) -> bool:
     """Whether no target is waited for: the axis only passes through a window."""
     phase = ax.set_motion_phase
     return (
         TRAVELLING[phase] == 1
-        or (phase in (MotionPhase.HOMING, MotionPhase.COUPLED) and ax.set_velocity != 0.0)
+        or (phase == MotionPhase.COUPLED and ax.set_velocity != 0.0)
+        or (not plain and phase == MotionPhase.HOMING and ax.set_velocity != 0.0)
         or ax.loop_outward == 1
     )
 
@@ -300,7 +301,7 @@ def watch_standstill(ax: AxisFields, dt: float) -> None:
             ax.encoder_moves = 0
 
 
-def supervise_arrival(ax: AxisFields, dt: float) -> None:
+def supervise_arrival(ax: AxisFields, dt: float, plain: bool = False) -> None:
     """Position and target window, positioning time, PEH time."""
     job = ax.job
     way = abs(ax.target_position - ax.encoder.actual_position)
@@ -308,13 +309,13 @@ def supervise_arrival(ax: AxisFields, dt: float) -> None:
     if (
         ax.position_range_monitoring_enable
         and way <= ax.position_range_window
-        and not _travelling(ax)
+        and not _travelling(ax, plain)
     ):
         ax.in_position_range = 1
     if (
         ax.target_position_monitoring_enable
         and way <= ax.target_position_window
-        and not _travelling(ax)
+        and not _travelling(ax, plain)
     ):
         if ax.in_target_position == 0:
             if ax.target_window_time >= ax.target_position_monitoring_time:
@@ -444,6 +445,7 @@ def _more_than_a_move(ax: AxisFields) -> int:
         or encoder.soft_limit_max_enable
         or ax.fast_axis_stop_signal_type
         or ax.io_invalid
+        or ax.limit_switch
         or drive.io_time > 0.0
         or drive.limit_active
         or ax.has_been_stopped
@@ -472,16 +474,8 @@ def _more_than_a_move(ax: AxisFields) -> int:
     return 0
 
 
-def show_state(ax: AxisFields) -> None:
-    """Status double word and motion state."""
-    if ax.unusual:
-        _show(ax, plain=False)
-    else:
-        _show(ax, plain=True)
-
-
-def _show(ax: AxisFields, plain: bool) -> None:
-    """The same; of an axis that does nothing but a `plain` move no rare states."""
+def show_state(ax: AxisFields, plain: bool = False) -> None:
+    """Status double word and motion state; a `plain` move has no rare states."""
     encoder = ax.encoder
     phase = ax.set_motion_phase
     v = ax.set_velocity
