@@ -184,7 +184,7 @@ def supervise_enable(ax: AxisFields, dt: float) -> None:
     ax.loop_closed = closed
 
 
-def _supervise_following_error(ax: AxisFields, dt: float, plain: bool) -> None:
+def _supervise_following_error(ax: AxisFields, dt: float) -> None:
     """Following errors above their window for longer than the filter time cut the output."""
     controller = ax.controller
     if controller.following_error_position_monitoring_enable:
@@ -194,7 +194,7 @@ def _supervise_following_error(ax: AxisFields, dt: float, plain: bool) -> None:
                 report(ax, NcError.FOLLOWING_ERROR_POSITION, 1)
         else:
             ax.following_error_time = 0.0
-    if not plain and controller.following_error_velocity_monitoring_enable:
+    if controller.following_error_velocity_monitoring_enable:
         if abs(controller.following_error_velocity) > controller.following_error_velocity_max:
             ax.following_error_velocity_time += dt
             if ax.following_error_velocity_time > controller.following_error_velocity_filter_time:
@@ -254,7 +254,7 @@ def _supervise_limits(ax: AxisFields, dt: float) -> None:
 def supervise_motion(ax: AxisFields, dt: float, plain: bool = False) -> None:
     """What can go wrong in a closed loop: following error, soft limits, no movement.
 
-    A `plain` move has no soft limits, and its following error is supervised by position alone.
+    A `plain` move has no soft limits, and no error waits for its reaction.
     """
     if not plain and ax.delayed_error_code:
         ax.delayed_error_time += dt
@@ -263,13 +263,13 @@ def supervise_motion(ax: AxisFields, dt: float, plain: bool = False) -> None:
     if not ax.loop_closed:
         return
     encoder = ax.encoder
-    _supervise_following_error(ax, dt, plain)
+    _supervise_following_error(ax, dt)
     if not plain and ax.limited and ax.set_motion_phase != MotionPhase.NONE:
         _supervise_limits(ax, dt)
     if ax.set_velocity == 0.0:
         ax.motion_time = 0.0
         ax.motion_position = encoder.actual_position
-    elif not plain and ax.motion_monitoring_enable:
+    elif ax.motion_monitoring_enable:
         if abs(encoder.actual_position - ax.motion_position) > ax.motion_monitoring_window:
             ax.motion_position = encoder.actual_position
             ax.motion_time = 0.0
@@ -459,7 +459,6 @@ def _more_than_a_move(ax: AxisFields) -> int:
         or ax.grouped
         or ax.switch_armed
         or ax.limited
-        or ax.motion_monitoring_enable
         or ax.setpoint_velocity_position_delay > 0.0
         or ax.set_torque_offset != 0.0
         or drive.io.data_out4
@@ -468,7 +467,6 @@ def _more_than_a_move(ax: AxisFields) -> int:
         or encoder.special
         or encoder.position_filter_time > 0.0
         or ax.controller.special
-        or ax.controller.following_error_velocity_monitoring_enable
     ):
         return 1
     return 0

@@ -21,13 +21,20 @@ OFTEN: dict[str, tuple[str, ...]] = {
         *("position_range_window", "target_position_monitoring_enable"),
         *("target_position_window", "in_target_position", "target_window_time", "peh_time"),
         *("state_dword", "operation_mode", "operation_mode_feedback", "motion_state"),
-        *("quiet_cycles", "encoder_count", "segment_time", "segment_jerk", "job"),
+        *(
+            "quiet_cycles",
+            "encoder_count",
+            "motion_monitoring_enable",
+            "segment_time",
+            "segment_jerk",
+            "job",
+        ),
         # of what is more than a plain move
         *("adapt", "axis_type", "external_setpoint_active", "drive_operation_mode"),
         *("fast_axis_stop_signal_type", "external_error", "axis_disabled"),
         *("drive_output_disabled", "error_code", "output_cut", "phasing_active"),
         *("compensating", "reversing_number", "setpoint_velocity_position_delay"),
-        *("delayed_error_code", "limited", "motion_monitoring_enable", "set_torque_offset"),
+        *("delayed_error_code", "limited", "set_torque_offset"),
         *("has_been_stopped", "got_new_target", "homing_state", "motion_locked"),
         *("homing_latch", "grouped"),
     ),
@@ -46,8 +53,9 @@ OFTEN: dict[str, tuple[str, ...]] = {
         *("following_error_peak_positive", "velocity_feedforward_weight"),
         *("position_dead_band", "position_kv", "position_p_part", "output_limit", "output"),
         *("following_error_position_monitoring_enable", "following_error_position_max"),
+        "following_error_velocity_monitoring_enable",
         # of what is more than a plain move
-        *("special", "following_error_velocity_monitoring_enable"),
+        "special",
     ),
     "drive": (
         *("io", "actual_torque", "actual_torque_derivative", "actual_torque_scaling"),
