@@ -131,7 +131,10 @@ def cycle(ax: AxisFields, rows: NcRows, dt: float) -> None:
     if ax.unusual:
         _cycle_with_all(ax, rows, dt)
     else:
-        measure(ax, encoder, dt, plain=True)
+        if encoder.special or encoder.position_filter_time > 0.0:
+            measure(ax, encoder, dt)
+        else:
+            measure(ax, encoder, dt, plain=True)
         read_drive(ax, dt, plain=True)
         if not stays_closed(ax):
             supervise_enable(ax, dt)

@@ -464,8 +464,6 @@ def _more_than_a_move(ax: AxisFields) -> int:
         or drive.io.data_out4
         or drive.special
         or drive.delay
-        or encoder.special
-        or encoder.position_filter_time > 0.0
         or ax.controller.special
     ):
         return 1

@@ -43,9 +43,9 @@ OFTEN: dict[str, tuple[str, ...]] = {
         *("set_position_offset", "hardware_increments", "actual_position_unfiltered"),
         *("actual_position_filtered", "actual_velocity_unfiltered", "actual_velocity"),
         *("velocity_weight", "actual_acceleration", "acceleration_weight", "actual_position"),
-        *("homed", "history"),
+        *("homed", "special", "position_filter_time", "history"),
         # of what is more than a plain move
-        *("special", "position_filter_time", "latch_active", "latch_valid", "armed"),
+        *("latch_active", "latch_valid", "armed"),
         *("soft_limit_min_enable", "soft_limit_max_enable"),
     ),
     "controller": (
