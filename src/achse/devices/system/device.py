@@ -12,6 +12,7 @@ from typing import Protocol
 
 from achse.ams import AdsState, DeviceError
 from achse.codes import ReturnCode
+from achse.devices.system.diagnosis import Diagnosis
 from achse.devices.system.file_worker import FileWorker
 from achse.devices.system.files import Files
 from achse.devices.system.folder import Folder
@@ -90,6 +91,7 @@ class SystemDevice(Device):
                 *self.files.groups(),
                 *TargetDescription(name, self).groups(),
                 *TimeService(clock).groups(),
+                *Diagnosis(name, self, table, VERSION, clock).groups(),
                 *RouteServices(table, writable=routes_writable).groups(),
                 *(_refused(*item) for item in _REFUSED.items()),
             ],
