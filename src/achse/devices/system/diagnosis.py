@@ -18,7 +18,7 @@ __all__ = ["Diagnosis"]
 _MODULES = 8
 """The area that has modules."""
 _DEVICE_NAME = 0x1008
-_MODULE_LIST = 0xF020
+_MODULE_LIST = 15 << 12 | 2 << 4
 _TIME, _TWINCAT, _CPU, _OS = 3, 8, 11, 24
 _IDS = {_TWINCAT: 1, _CPU: 2, _OS: 3, _TIME: 4}
 """Modules by type."""
