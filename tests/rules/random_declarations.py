@@ -268,8 +268,9 @@ class State:
             name for name in old.keys() & new.keys()
             if old[name].type.layout() != new[name].type.layout() and not new[name].renewed
         }  # fmt: skip
+        renewed = {name for name in old.keys() & new.keys() if new[name].renewed}
         return [
-            *_life(UNITS[::-1], old, again, "e", "f", old.keys() - new.keys()),
+            *_life(UNITS[::-1], old, again | renewed, "e", "f", old.keys() - new.keys()),
             *_life(UNITS, new, again, "i", "j", new.keys() - old.keys()),
             *_life(UNITS, new, again, "r", "", set()),
         ]
