@@ -203,6 +203,8 @@ def page_of(rows: Rows) -> str:
         " checked-out repositories, checks all of it, and runs it for 1,000 cycles of its slowest"
         " task in virtual time. Libraries come from the same folder where their sources are there."
         " Whole means: not one error in any unit."
+        " Rows are of different days: those of repositories that were not at hand"
+        " stay as they were."
         " Projects that move axes are in [a page of their own](motion-projects.md).",
         "",
         f"{len(rows)} projects: {whole} load whole, {ran} of them run 1,000 cycles.",

@@ -69,6 +69,22 @@ def test_a_project_file_says_what_counts(folder: Path) -> None:
     assert names == ["DUTs/ST_X.TcDUT", "GVLs/GVL.TcGVL", "POUs/MAIN .TcPOU"]
 
 
+def test_a_folder_that_is_excluded_from_the_build(tmp_path: Path) -> None:
+    (tmp_path / "Plc.plcproj").write_text(
+        r"""<Project><ItemGroup>
+<Compile Include="POUs\Trial\Deep\F_A.TcPOU"><SubType>Code</SubType></Compile>
+<Compile Include="POUs\trial\F_B.TcPOU"/>
+<Compile Include="POUs\Trials\F_C.TcPOU"/>
+<Compile Include="Trial\F_D.TcPOU"/>
+<Folder Include="POUs"/>
+<Folder Include="POUs\Trial"><ExcludeFromBuild>true</ExcludeFromBuild></Folder>
+<Folder Include="POUs\Trials"><ExcludeFromBuild>false</ExcludeFromBuild></Folder>
+</ItemGroup></Project>"""
+    )
+    names = [name for _, name in source_files(tmp_path)]
+    assert names == ["POUs/Trials/F_C.TcPOU", "Trial/F_D.TcPOU"]
+
+
 def test_structured_text_files(tmp_path: Path) -> None:
     (tmp_path / "Globals.st").write_bytes(
         b"VAR_GLOBAL s : STRING := '\xe4'; END_VAR\r\nPROGRAM P END_PROGRAM"
@@ -307,3 +323,75 @@ def test_what_the_symbol_file_has_not_either(
     (tmp_path / "old.tmc").write_text(LISTS)
     with pytest.raises(SourceError, match=message):
         load_project(tmp_path)
+
+
+def test_properties_of_a_variable_list(tmp_path: Path) -> None:
+    def accessor(kind: str, code: str) -> str:
+        code = f"<Implementation><ST><![CDATA[{code}]]></ST></Implementation>"
+        return f'<{kind} Name="{kind}"><Declaration><![CDATA[]]></Declaration>{code}</{kind}>'
+
+    def listed(name: str, declaration: str, *properties: tuple[str, str]) -> None:
+        inside = "".join(
+            f'<Property Name="P"><Declaration><![CDATA[PROPERTY {head}]]></Declaration>'
+            f"{accessors}</Property>"
+            for head, accessors in properties
+        )
+        (tmp_path / f"{name}.TcGVL").write_text(
+            f'<TcPlcObject><GVL Name="{name}"><Declaration><![CDATA[{declaration}]]>'
+            f"</Declaration>{inside}</GVL></TcPlcObject>"
+        )
+
+    listed(
+        "GVL_A",
+        "{attribute 'qualified_only'}\nVAR_GLOBAL n : INT := 3; t : ST_X; END_VAR",
+        ("PUBLIC Twice : INT", accessor("Get", "Twice := 2 * n;")
+         + accessor("Set", "GVL_A.n := Twice / 2;")),
+        ("Place : REFERENCE TO ST_X", accessor("Get", "Place REF= GVL_A.t;")),
+    )  # fmt: skip
+    listed("GVL_B", "", ("Calm : INT", accessor("Get", "Calm := 40;")))
+    (tmp_path / "ST_X.TcDUT").write_text(TYPE)
+    (tmp_path / "MAIN.st").write_text(
+        "PROGRAM MAIN VAR a, b, c, d : INT; e : INT := GVL_A.Twice; f : INT := Calm; END_VAR"
+        " a := GVL_A.Twice; GVL_A.Twice := 20;"
+        " b := GVL_A.n; GVL_A.Place.a := 8; c := GVL_A.t.a; d := Calm + GVL_B.Calm; END_PROGRAM"
+    )
+    project = load_project(tmp_path)
+    typed = check(project.declarations)
+    assert not typed.faults
+    programs = list(project.declarations.programs.values())
+    plc = PlcRuntime(
+        [Task("T", 1_000_000, programs)], project.declarations.units, bodies=Bodies(typed)
+    )
+    plc.run_due(1_000_000)
+    assert plc.failure == ""
+    main = plc.instance("MAIN")
+    assert [main[name] for name in "abcdef"] == [6, 10, 8, 80, 6, 40]
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ("GVL.Left := 3;", "cannot be written"),
+        ("n := GVL.Right;", "cannot be read"),
+        ("n := Left;", "which one is meant"),
+        ("n := GVL.Hidden;", "PRIVATE"),
+        ("n := GVL.Nothing;", "GVL has no variable 'Nothing'"),
+    ],
+)
+def test_properties_of_lists_that_cannot_be_used(tmp_path: Path, body: str, message: str) -> None:
+    get = '<Get Name="Get"><Implementation><ST><![CDATA[Left := 1;]]></ST></Implementation></Get>'
+    left = f"<Property><Declaration>PROPERTY Left : INT</Declaration>{get}</Property>"
+    right = (
+        "<Property><Declaration>PROPERTY Right : INT</Declaration>"
+        '<Set Name="Set"><Declaration/></Set></Property>'
+        f"<Property><Declaration>PROPERTY PRIVATE Hidden : INT</Declaration>"
+        f"{get.replace('Left', 'Hidden')}</Property>"
+    )
+    for name, inside in (("GVL", left + right), ("Other", left)):
+        (tmp_path / f"{name}.TcGVL").write_text(
+            f'<TcPlcObject><GVL Name="{name}"><Declaration>VAR_GLOBAL {name}1 : INT; END_VAR'
+            f"</Declaration>{inside}</GVL></TcPlcObject>"
+        )
+    (tmp_path / "MAIN.st").write_text(f"PROGRAM MAIN VAR n : INT; END_VAR {body} END_PROGRAM")
+    faults = check(load_project(tmp_path).declarations).faults
+    assert [message in fault.message for fault in faults] == [True], faults

@@ -268,9 +268,10 @@ class Bodies:
         return method
 
     def record_at(self, address: int, type: StructType[Any]) -> Record:
-        """The record at an address, the same object each time."""
-        found = self._records.get(address)
-        if found is None:
+        """The record at an address, the same object while a block of its kind is there."""
+        found, wanted = self._records.get(address), type.record
+        # Frames of routines put other blocks at the same place, one after the other.
+        if found is None or not (isinstance(found, wanted) or issubclass(wanted, found.__class__)):
             assert self._memory is not None
             place = self._memory.at(address)
             if place is None:

@@ -18,6 +18,7 @@ from achse.st.units import (
     Body,
     Function,
     FunctionBlock,
+    GlobalList,
     Interface,
     Method,
     Part,
@@ -122,7 +123,19 @@ class _Envelope:
         parser = self._parser(element)
         if parser is None:
             return ()
-        return self._attempt(parser, lambda: parser.units(name)) or ()
+        units = self._attempt(parser, lambda: parser.units(name)) or ()
+        properties = [item for child in element.all("Property") for item in self._property(child)]
+        if not properties:
+            return units
+        # A list of properties alone may have no VAR_GLOBAL.
+        lists = [unit for unit in units if isinstance(unit, GlobalList)]
+        whole = lists[0] if lists else GlobalList(name, (), NO_NOTE, self._start_of(element))
+        others = tuple(unit for unit in units if unit is not whole)
+        return (*others, replace(whole, parts=tuple(properties)))
+
+    def _start_of(self, element: Element) -> int:
+        """Where the declaration of an element begins."""
+        return self._spans[element.child("Declaration")][0]
 
     def _unit(self, element: Element) -> Iterator[Unit]:
         parser = self._parser(element)

@@ -9,7 +9,7 @@ Source: files of TwinCAT 3 projects, seen in public projects.
 
 import codecs
 from collections.abc import Iterable, Mapping
-from pathlib import Path, PureWindowsPath
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from urllib.parse import unquote
 
 from achse.st.envelope import TaskDeclaration, parse_envelope, read_task
@@ -18,7 +18,7 @@ from achse.st.lexer import Defines
 from achse.st.parser import Parsed, parse
 from achse.st.pragmas import asks_for_declarations
 from achse.st.source import Diagnostic, Location, Source, SourceError
-from achse.st.xml import parse_xml
+from achse.st.xml import Element, parse_xml
 
 __all__ = [
     "PROJECT",
@@ -137,22 +137,34 @@ def _is_hidden(item: Path, root: Path) -> bool:
 
 
 def _listed(project: Path) -> list[tuple[Path, str]]:
-    """The files that a `.plcproj` compiles."""
+    """The files that a `.plcproj` compiles: none that is excluded from the build, alone or with
+    a folder above it."""
     root = parse_xml(content_of(project, project.name), project.name)
+    elements = [item for item in root.walk() if item.tag in ("Compile", "Folder")]
+    left_out = {
+        (item.tag, _included(item).lower())
+        for item in elements
+        if item.text_of("ExcludeFromBuild").strip().lower() == "true"
+    }
     files = []
-    for element in root.walk():
-        if (
-            element.tag != "Compile"
-            or element.text_of("ExcludeFromBuild").strip().lower() == "true"
-        ):
+    for element in elements:
+        name = _included(element)
+        key = PurePosixPath(name.lower())
+        if element.tag != "Compile" or ("Compile", str(key)) in left_out:
             continue
-        name = PureWindowsPath(unquote(element.attributes.get("Include", ""))).as_posix()
+        if any(("Folder", str(folder)) in left_out for folder in key.parents):
+            continue
         if name.lower().endswith(SUFFIXES):
             file = project.parent / name
             files.append((file if file.exists() else _without_case(file), name))
     if not files:
         raise _refused(project.name, "expected <Compile Include=…> of at least one source")
     return files
+
+
+def _included(element: Element) -> str:
+    """The path that `Include` gives, from the project's folder, with `/`."""
+    return PureWindowsPath(unquote(element.attributes.get("Include", ""))).as_posix()
 
 
 def _without_case(path: Path) -> Path:

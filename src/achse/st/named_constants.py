@@ -101,7 +101,7 @@ class NamedConstants:
         own = self._scopes.own(keys[0], scope)
         if own is not None and not (len(keys) == 2 and self._scopes.is_enum(keys[0], scope.space)):
             return self.constant_of(*own, keys, at)
-        if self.is_inherited(keys[0], scope):
+        if self.is_inherited(keys[0], scope) or self._scopes.is_property(keys[0], scope):
             raise NotConstant(at)
         if len(keys) == 1:
             return self.global_constant(keys[0], path[0], scope.space, at)
@@ -175,6 +175,8 @@ class NamedConstants:
                 if keys[cut] not in scope.variables:
                     if cut + 1 < len(keys) and self._scopes.find(keys[cut], space) is not None:
                         continue  # a library that is named like a list
+                    if self._scopes.is_property(keys[cut], scope):
+                        raise NotConstant(at)
                     raise Unexpected(at, f"{entry.name} has no variable '{keys[cut][:80]}'")
                 return self.constant_of(scope, scope.variables[keys[cut]], keys[cut:], at)
         return None

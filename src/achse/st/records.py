@@ -77,6 +77,9 @@ class Records:
         scope = self._types.scopes.scope(entry)
         kind = RecordKind.FUNCTION_BLOCK
         base = None if tree.extends is None else self._types.base(tree.extends, scope, kind)
+        of_base = None if base is None else self._types.entry_of(base)
+        if of_base is not None:  # of a generic block the one with the constants of this one
+            scope.base = self._types.scopes.scope(of_base)
         for interface in tree.implements:
             if not isinstance(self._types.named(interface, scope), InterfaceType):
                 raise Unexpected(interface.at, f"{interface.name} is not an interface")

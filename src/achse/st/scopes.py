@@ -29,6 +29,7 @@ from achse.st.units import (
     FunctionBlock,
     GlobalList,
     Namespace,
+    Part,
     Program,
     Property,
     TypeDeclaration,
@@ -155,6 +156,8 @@ class Scopes:
         """Variables that need no list in front, by name in lower case."""
         self.loose_values: dict[str, list[DeclaredUnit]] = {}
         """Enumerations by the values that need no type in front."""
+        self._list_properties: dict[str, list[DeclaredUnit]] = {}
+        """Variable lists by the properties that need no list in front."""
         self._of_libraries: dict[str, dict[str, DeclaredUnit]] = {}
         """What libraries declare, by library and by name, in lower case: they do not see what a
         project calls the same."""
@@ -201,6 +204,8 @@ class Scopes:
             scope = self.scope(entry)
             for key, declared in scope.variables.items():
                 self.globals.setdefault(key, []).append((scope, declared))
+            for part in unit.parts:
+                self._list_properties.setdefault(part.name.lower(), []).append(entry)
         elif isinstance(unit, TypeDeclaration) and isinstance(unit.type, EnumOf):
             for value in unit.type.values:
                 self.loose_values.setdefault(value.name.lower(), []).append(entry)
@@ -242,6 +247,11 @@ class Scopes:
     def values_of_enumerations(self, key: str, space: str) -> Sequence[DeclaredUnit]:
         """The enumerations of which a value is meant by its name alone, seen from a name space."""
         found = self.loose_values.get(key, ())
+        return found if len(found) < 2 else _nearest(found, lambda item: item, space)
+
+    def lists_with_property(self, key: str, space: str) -> Sequence[DeclaredUnit]:
+        """The variable lists of which a property is meant by its name alone."""
+        found = self._list_properties.get(key, ())
         return found if len(found) < 2 else _nearest(found, lambda item: item, space)
 
     @property
@@ -319,6 +329,16 @@ class Scopes:
             base = tree.extends
             entry = None if base is None else self.find(base.name, entry.space)
         return False
+
+    def is_property(self, key: str, scope: Scope) -> bool:
+        """Whether a name alone means a property: of the block or list that a scope is in, of a
+        block that it extends, or of a variable list."""
+        for here in with_bases(scope):
+            entry = self.entries.get(here.owner.partition("<")[0].lower())
+            parts: Sequence[Part] = () if entry is None else getattr(entry.tree, "parts", ())
+            if any(isinstance(part, Property) and part.name.lower() == key for part in parts):
+                return True
+        return bool(self.lists_with_property(key, scope.space))
 
     def variable(self, path: Path, scope: Scope) -> tuple[Scope, list[str]] | None:
         """Where the variable is declared that a path begins with, and the names from it on."""

@@ -38,16 +38,6 @@ class TypeDeclaration:
     at: int = place()
 
 
-@node
-class GlobalList:
-    """The VAR_GLOBAL blocks of a file; `name` is that of the file."""
-
-    name: str
-    blocks: tuple[VarBlock, ...]
-    note: Note
-    at: int = place()
-
-
 Body: TypeAlias = Statements | None
 """None is a body in another language (FBD, LD, SFC, CFC)."""
 
@@ -103,6 +93,18 @@ class Property:
     set: Accessor | None
     note: Note
     at: int = place()
+
+
+@node
+class GlobalList:
+    """The VAR_GLOBAL blocks of a file; `name` is that of the file."""
+
+    name: str
+    blocks: tuple[VarBlock, ...]
+    note: Note
+    at: int = place()
+    parts: tuple[Property, ...] = ()
+    """Properties, which only a `.TcGVL` can give a list."""
 
 
 Part: TypeAlias = Method | Property | Action

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -23,6 +24,7 @@ from achse.iec.elementary import (
     WORD,
     IntegerType,
 )  # fmt: skip
+from achse.plc.runtime import PlcState
 from achse.st.check import folding
 from achse.st.check.folding import folded
 from achse.st.typed.expressions import (
@@ -195,3 +197,61 @@ def test_random_reals(
     data = {name: type.codec.pack(number) for name, (number, type) in values.items()}
     place.run(Do(Stored(place.storage("result"), value, target)), **data)
     assert place.read("result") == target.codec.pack(expected.value)
+
+
+Run = Callable[..., Any]
+
+CHOICES = """TYPE T : STRUCT a : INT; b : LREAL; END_STRUCT END_TYPE
+FUNCTION F : INT VAR_INPUT n : INT; END_VAR
+MAIN.calls := MAIN.calls + 1; F := n; END_FUNCTION
+FUNCTION G : STRING VAR_INPUT n : INT; END_VAR
+MAIN.calls := MAIN.calls + 1; G := INT_TO_STRING(n); END_FUNCTION
+FUNCTION H : T VAR_INPUT n : INT; END_VAR
+MAIN.calls := MAIN.calls + 1; H.a := n; END_FUNCTION
+PROGRAM MAIN
+VAR
+    calls, n, i, j : INT; k : DINT; b : BOOL; p : POINTER TO INT; x : REAL; s : STRING; t : T;
+    list : ARRAY [0..2] OF INT := [5, 6, 7]; l : LREAL; w : WORD;
+END_VAR
+"""
+
+
+@pytest.mark.parametrize(
+    ("body", "name", "value", "calls"),
+    [
+        # A pointer that leads nowhere, an index outside, a division by nothing.
+        ("n := SEL(p <> 0, -1, p^);", "n", -1, 0),
+        ("p := ADR(list[1]); n := SEL(p <> 0, -1, p^);", "n", 6, 0),
+        ("i := 9; n := SEL(i > 2, list[i], -2);", "n", -2, 0),
+        ("n := SEL(i = 0, 10 / i, 77);", "n", 77, 0),
+        ("i := 4; n := MUX(1, p^, 8 / i, list[i]);", "n", 2, 0),
+        ("i := 4; n := MUX(9, p^, list[i], F(3));", "n", 3, 1),
+        ("k := -1; n := MUX(k, p^, F(2), F(3));", "n", 3, 1),
+        # Calls that change something.
+        ("n := SEL(b, F(1), F(2));", "n", 1, 1),
+        ("b := TRUE; n := SEL(b, F(1), F(2)) + SEL(NOT b, F(3), 4);", "n", 5, 2),
+        ("i := 1; n := MUX(F(i), F(1), F(20), F(30), F(40));", "n", 20, 2),
+        ("n := SEL(b, SEL(NOT b, F(1), F(2)), F(3));", "n", 2, 1),
+        # Texts, records, reals, truths.
+        ("s := SEL(b, G(1), G(2));", "s", "1", 1),
+        ("b := TRUE; s := CONCAT(SEL(b, G(1), CONCAT(G(2), s)), 'x');", "s", "2x", 1),
+        ("i := 2; s := MUX(i, G(1), G(2), G(3), s);", "s", "3", 1),
+        ("t := SEL(b, H(1), H(2)); n := t.a;", "n", 1, 1),
+        ("b := TRUE; t.a := 6; t := SEL(b, H(1), t); n := t.a;", "n", 6, 0),
+        ("x := SEL(b, F(2) / 2.0, 1.0 / F(0));", "x", 1.0, 1),
+        ("l := SEL(TRUE, LREAL#1.5, F(2)); n := LREAL_TO_INT(l * 2);", "n", 4, 1),
+        ("b := SEL(n = 0, F(1) = 2, F(1) = 1);", "b", True, 1),
+        ("w := SEL(b, INT_TO_WORD(F(-1)), 7);", "w", 65535, 1),
+        # The end of a FOR goes on as it did.
+        ("j := -1; FOR i := 3 TO F(1) BY j DO n := n + 1; END_FOR", "n", 3, 4),
+    ],
+)
+def test_only_the_chosen_value(run: Run, body: str, name: str, value: object, calls: int) -> None:
+    ran = run(f"{CHOICES}{body} END_PROGRAM")
+    assert ran.plc.state is PlcState.RUN, ran.plc.failure
+    assert (ran[name], ran["calls"]) == (value, calls)
+
+
+def test_what_is_chosen_fails_as_ever(run: Run) -> None:
+    ran = run(f"{CHOICES}n := SEL(p = 0, -1, p^); END_PROGRAM")
+    assert ran.plc.state is PlcState.EXCEPTION

@@ -40,3 +40,81 @@ def test_functions_bear_the_names_and_lines_of_the_source(run: Run) -> None:
     )
     frames = [line for line in ran.plc.failure.splitlines() if "test.st" in line]
     assert frames == ['  File "test.st", line 5, in MAIN']
+
+
+GENERIC = """FUNCTION_BLOCK Base
+VAR_GENERIC CONSTANT n : INT := 0; END_VAR
+VAR list : ARRAY [0..n] OF INT; END_VAR
+METHOD Count : INT
+Count := n;
+END_METHOD
+METHOD Size : DINT
+Size := SIZEOF(list);
+END_METHOD
+PROPERTY Half : INT GET Half := n / 2; END_GET END_PROPERTY
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK Three EXTENDS Base<3>
+VAR own : ARRAY [0..n - 1] OF INT := [1, 2, 3]; k : INT := n; END_VAR
+METHOD Mine : INT
+VAR a : ARRAY [1..n] OF INT; END_VAR
+Mine := n + 10 * Count() + 100 * SIZEOF(a) / 2;
+END_METHOD
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK Wide VAR_GENERIC CONSTANT m : INT := 1; END_VAR EXTENDS Base<2 * m>
+METHOD Both : INT
+Both := 10 * n + m;
+END_METHOD
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK Last EXTENDS Wide<4>
+VAR z : INT := n; END_VAR
+METHOD All : INT
+All := SUPER^.Both();
+END_METHOD
+END_FUNCTION_BLOCK
+PROGRAM MAIN
+VAR
+    t : Three; w : Wide<2>; l : Last; b : Base<5>;
+    a, c, d, e, f, g, h : INT; s : DINT;
+END_VAR
+a := t.Mine(); c := t.Count(); d := w.Both(); e := l.All(); f := l.Half;
+g := b.Count(); h := t.k + 10 * l.z; s := t.Size();
+END_PROGRAM"""
+
+
+def test_constants_of_a_generic_base(run: Run) -> None:
+    ran = run(GENERIC)
+    found = {name: ran[name] for name in "acdefghs"}
+    assert found == {"a": 333, "c": 3, "d": 42, "e": 84, "f": 4, "g": 5, "h": 83, "s": 8}
+
+
+def test_locals_that_start_with_a_property(run: Run) -> None:
+    ran = run("""
+FUNCTION_BLOCK Base
+VAR n : INT := 3; END_VAR
+PROPERTY Place : POINTER TO INT GET Place := ADR(n); END_GET END_PROPERTY
+PROPERTY Twice : INT GET Twice := 2 * n; END_GET END_PROPERTY
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK FB EXTENDS Base
+METHOD Sum : INT
+VAR p : POINTER TO INT := Place; t : INT := Twice + 1; i : INT := THIS^.Twice; END_VAR
+p^ := p^ + 1;
+Sum := p^ + 10 * t + 100 * i;
+END_METHOD
+PROPERTY Next : INT GET VAR k : INT := Twice; END_VAR Next := k; END_GET END_PROPERTY
+END_FUNCTION_BLOCK
+PROGRAM MAIN VAR f : FB; a, b : INT; END_VAR
+a := f.Sum(); b := f.Next;
+END_PROGRAM""")
+    assert (ran["a"], ran["b"]) == (674, 8)
+
+
+def test_variables_that_start_with_a_property(run: Run) -> None:
+    ran = run("""
+FUNCTION_BLOCK FB
+VAR n : INT := 3; m : INT := Twice; END_VAR
+PROPERTY Twice : INT GET Twice := 2 * n; END_GET END_PROPERTY
+END_FUNCTION_BLOCK
+PROGRAM MAIN VAR f : FB; a : INT := f.Twice; b : INT; END_VAR
+b := f.m;
+END_PROGRAM""")
+    assert (ran["a"], ran["b"]) == (6, 6)

@@ -297,6 +297,10 @@ class ExpressionWriter:
             case Operator.SEL:
                 which, no, yes = (self.exact_value(one) for one in operands)
                 return self._choice(f"selected({which.text}, {no.text}, {yes.text})", (no, yes))
+            case Operator.IF:
+                which = self.exact_value(operands[0])
+                no, yes = (self.exact_value(one) for one in operands[1:])
+                return self._choice(f"({yes.text} if {which.text} else {no.text})", (no, yes))
             case Operator.MUX:
                 pieces = [self.exact_value(one) for one in operands]
                 return self._choice(

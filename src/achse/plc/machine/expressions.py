@@ -360,6 +360,8 @@ class ExpressionTranslator:
                 which, no, yes = self.several(operands)
                 assert isinstance(which, Operand)
                 return self._one_of(which, yes, no)
+            case Operator.IF:
+                return self._if(*operands)
             case Operator.MUX:
                 return self._mux(operands)
             case Operator.TIME | Operator.LTIME:
@@ -401,6 +403,31 @@ class ExpressionTranslator:
         assert isinstance(no, PackedBytes)
         address = b.select(which, yes.address, no.address)
         return PackedBytes(address, yes.size, yes.steady and no.steady)
+
+    def _if(self, which: TypedValue, no: TypedValue, yes: TypedValue) -> MachineValue:
+        """One of two values; nothing of the other is evaluated."""
+        b = self.builder
+        on_yes, on_no, end = b.label(), b.label(), b.label()
+        b.branch(self.number(which), on_yes, on_no)
+        kept: list[LocalVariable] = []
+        found: list[MachineValue] = []
+        for label, value in ((on_yes, yes), (on_no, no)):
+            b.begin(label)
+            one = self.value(value)
+            pieces = _operands_of(one)
+            kept = kept or [b.variable(piece.type) for piece in pieces]
+            for variable, piece in zip(kept, pieces, strict=True):
+                b.set(variable, self.at_type(piece, variable.type))
+            found.append(one)
+            b.jump(end)
+        b.begin(end)
+        first, *more = (b.get(variable) for variable in kept)
+        steady = all(getattr(one, "steady", True) for one in found)
+        if more:
+            return MachineText(first, more[0], steady)
+        if isinstance(found[0], PackedBytes):
+            return PackedBytes(first, found[0].size, steady)
+        return first
 
     def _mux(self, operands: Sequence[TypedValue]) -> MachineValue:
         b = self.builder
@@ -523,6 +550,13 @@ _SHIFTS: dict[Operator, Callable[[FunctionBuilder], Callable[..., Operand]]] = {
     Operator.ROL: lambda b: b.rotate_left,
     Operator.ROR: lambda b: b.rotate_right,
 }
+
+
+def _operands_of(value: MachineValue) -> list[Operand]:
+    """What of a value is in registers."""
+    if isinstance(value, MachineText):
+        return [value.address, value.length]
+    return [value.address] if isinstance(value, PackedBytes) else [value]
 
 
 def has_effect(value: TypedValue) -> bool:

@@ -8,9 +8,12 @@ from achse.iec.structs import StructType
 from achse.st.resolve import Resolver
 from achse.st.scopes import DeclaredUnit
 from achse.st.tree import NamedType
-from achse.st.units import FunctionBlock, Interface, Part, Program
+from achse.st.units import FunctionBlock, GlobalList, Interface, Part, Program
 
 __all__ = ["Blocks", "FoundPart"]
+
+
+_WITH_PARTS = (FunctionBlock, Program, Interface, GlobalList)
 
 
 class FoundPart(NamedTuple):
@@ -34,6 +37,9 @@ class Blocks:
         if not isinstance(tree, FunctionBlock) or tree.extends is None:
             return None
         found = self._names.scopes.find(tree.extends.name, entry.space)
+        type = entry.type
+        if isinstance(type, StructType) and type.base is not None:
+            found = self._names.entry_of(type.base) or found
         if found is not None and isinstance(found.tree, FunctionBlock) and found is not entry:
             return found
         return None
@@ -72,7 +78,7 @@ class Blocks:
         found = self._own.get(id(entry))
         if found is None:
             tree = entry.tree
-            parts = tree.parts if isinstance(tree, FunctionBlock | Program | Interface) else ()
+            parts = tree.parts if isinstance(tree, _WITH_PARTS) else ()
             found = self._own[id(entry)] = {part.name.lower(): part for part in parts}
         return found
 

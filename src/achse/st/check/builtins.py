@@ -33,9 +33,13 @@ from achse.st.typed.expressions import (
     Conversion,
     Converted,
     EnumName,
+    Known,
     Operator,
+    Read,
+    Stored,
     TypedValue,
 )
+from achse.st.typed.places import PointerBase, TemporaryBase
 
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
@@ -76,6 +80,18 @@ class _Row(NamedTuple):
     most: int
     make: "Callable[[Builtins, str, list[TypedOperand], int], TypedOperand]"
     names: tuple[str, ...] = ()
+
+
+def _is_at_hand(value: TypedValue) -> bool:
+    """Whether nobody can tell if a value was evaluated: it changes nothing and cannot fail."""
+    match value:
+        case Known():
+            return True
+        case Read(storage):
+            return not storage.steps and not isinstance(storage.base, PointerBase | TemporaryBase)
+        case Converted(operand, _, Conversion.EXTEND | Conversion.CUT | Conversion.FROM_BOOL):
+            return _is_at_hand(operand)
+    return False
 
 
 class Builtins:
@@ -255,9 +271,30 @@ class Builtins:
         if len(numbers) == len(rest) and isinstance(machine, IntegerType):
             # Constants alone: the type that holds all of them.
             formal = max((natural(int(number or 0)) for number in numbers), key=_size)
-        found = Computed(Operator[name], (chooser, *values), machine, at)
+        found: TypedValue
+        if all(map(_is_at_hand, values)):
+            found = Computed(Operator[name], (chooser, *values), machine, at)
+        elif name == "SEL":
+            found = Computed(Operator.IF, (chooser, *values), machine, at)
+        else:
+            found = self._one_of_many(chooser, values, machine, at)
         soft = all(item.soft or item.loose for item in rest)
         return TypedOperand(found, formal, soft=soft)
+
+    def _one_of_many(
+        self, chooser: TypedValue, values: Sequence[TypedValue], type: IecType[Any], at: int
+    ) -> TypedValue:
+        """MUX where only the value that counts is evaluated; the last, if none does."""
+        kind = chooser.type
+        assert kind is not None
+        frame = self._body.frame
+        kept = frame.storage(frame.temporary(kind), at)
+        found = values[-1]
+        for place in reversed(range(len(values) - 1)):
+            number = Read(kept, kind, at) if place else Stored(kept, chooser, kind, at)
+            here = Computed(Operator.EQ, (number, Known(place, kind, at)), BOOL, at)
+            found = Computed(Operator.IF, (here, found, values[place]), type, at)
+        return found
 
     def _moved(self, name: str, operands: list[TypedOperand], at: int) -> TypedOperand:
         found = operands[0]

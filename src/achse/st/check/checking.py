@@ -292,9 +292,9 @@ class Checking:
             inner = element_of(member.type)
             if inner is not None:
                 self.require_record(inner)
-        if isinstance(tree, Program):
+        if is_program:
             self.require(self.routines.of_body(entry))
-            self._require_parts(entry)
+        self._require_parts(entry)
 
     def _require_parts(self, entry: DeclaredUnit) -> None:
         """Have all methods, properties and actions of a unit checked."""

@@ -72,6 +72,12 @@ class NameResolver:
         entry = self._names.scopes.find(name, body.scope.space)
         if entry is not None:
             return self.of_entry(entry, at)
+        lists = self._names.scopes.lists_with_property(key, body.scope.space)
+        if lists:
+            if len(lists) > 1:
+                places = " and ".join(found.name for found in lists[:3])
+                raise Unexpected(at, f"'{key}' is a property of {places}: which one is meant?")
+            return self.of_part(lists[0], key, None, True, at)
         given = body.checking.given_variable(key)
         if given is not None:
             return self.of_given(given[0], given[1], at)
@@ -370,7 +376,7 @@ class NameResolver:
             return None
         owner, part = found
         self._check_access(owner, part, at)
-        is_exact = is_exact or isinstance(owner.tree, Program)
+        is_exact = is_exact or isinstance(owner.tree, Program | GlobalList)
         routines = body.checking.routines
         if isinstance(part, Method):
             final = "FINAL" in part.modifiers or "PRIVATE" in part.modifiers

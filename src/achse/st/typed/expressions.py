@@ -110,6 +110,8 @@ class Operator(Enum):
     """(BOOL, if FALSE, if TRUE): any type."""
     MUX = "MUX"
     """(DINT or LINT, values …): out of range takes the last."""
+    IF = "IF"
+    """(BOOL, if FALSE, if TRUE): as SEL, but of the two only the one that counts is evaluated."""
     # Mathematics, on REAL or LREAL.
     SQRT = "SQRT"
     LN = "LN"
