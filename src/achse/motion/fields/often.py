@@ -1,7 +1,7 @@
 """Fields that each cycle of a moving axis reads or writes; they are in front in their records.
 
 A processor takes memory in lines of 64 bytes. Some 150 of the 1,200 words of an axis are used in a
-plain move; next to each other they are 28 lines instead of 70. A test compares these lists with
+plain move; next to each other they are 25 lines instead of 70. A test compares these lists with
 what a cycle touches.
 """
 
