@@ -30,7 +30,7 @@ SHORT: dict[str, tuple[list[str], str]] = {
     "gcode_parse.py": (["2000"], rf"parse +{NUMBER} blocks/s"),
     "machine_code.py": (["70"], rf"FAST +compiled in +{NUMBER} ms, +{NUMBER} bytes"),
     "mc_blocks.py": (["0.2", "1"], rf"so the PLC +{NUMBER}%, [1-9]\d* moves done"),
-    "nc_cycle.py": (["0.02"], rf"255 +cams 100.* +{NUMBER} +{NUMBER} +{NUMBER} +{NUMBER}"),
+    "nc_cycle.py": (["0.1"], rf"255 +cams 100.* +{NUMBER} +{NUMBER} +{NUMBER} +{NUMBER}"),
     "nc_recorded.py": (["--hours", "0.05"], r"\d+ lines, \w+"),
     "outstanding.py": (["320", "1"], rf"achse station +{NUMBER} answers/s"),
     "own_coverage.py": (["codes"], rf"{NUMBER} % +\d+ statements  codes/ by its own tests"),

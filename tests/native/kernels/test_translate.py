@@ -93,7 +93,7 @@ def _ways(a: float, either: bool) -> float:
 def test_a_way_that_is_written_in_the_call_has_a_copy_of_its_own() -> None:
     assembly = translate(_function(_ways), {}).assembly()
     made = re.findall(r"^define .*_gear([^\"]*)\"", assembly, re.M)
-    assert sorted(made) == ["", ".halved", ".not-halved"]
+    assert sorted(made) == ["", ".halved", ".not_halved"]
 
 
 @pytest.mark.parametrize("either", [False, True])

@@ -155,7 +155,7 @@ class _Translation:
     def _declare(self, function: FunctionType, ways: Ways) -> _Function:
         names, kinds, result = _annotated(function, self._layouts)
         outermost = function is self._entry
-        chosen = [name if way else f"not-{name}" for name, way in ways]
+        chosen = [name if way else f"not_{name}" for name, way in ways]
         machine = self._module.declare(
             ENTRY if outermost else ".".join((function.__module__, function.__name__, *chosen)),
             [machine for kind in kinds for machine in machine_types(kind)],
