@@ -128,7 +128,7 @@ def lay_out(
 ) -> RecordLayout[SlotT]:
     """The layout of a record with the fields of all sections; `kind` describes plain defaults.
 
-    The fields `first` are in front, in their order; KeyError if there is no such field. Records of
+    The fields `first` are in front, in their order; KeyError for an unknown field. Records of
     `whole_lines` have words behind them that no field uses: each begins in a line of its own.
     """
     fields: dict[str, SlotT] = {}

@@ -1,6 +1,6 @@
 """Life of VAR_STAT variables: function blocks among them begin once, before all other instances.
 
-Their FB_init gets its default values, as there is no declaration of an instance to hand it more.
+Their FB_init gets its default values, since no declared instance gives it more.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping

@@ -7,6 +7,7 @@ an answer, and those in a loop need not. Source: MODBUS Messaging on TCP/IP V1.0
 import asyncio
 import struct
 import threading
+from abc import ABC, abstractmethod
 from collections import OrderedDict
 from concurrent.futures import Future
 from typing import Any, NamedTuple
@@ -39,7 +40,7 @@ class ModbusPeer(NamedTuple):
     udp: bool = False
 
 
-class _Line:
+class _Line(ABC):
     """The way to one device. Its requests take turns: many devices answer one at a time."""
 
     def __init__(self, peer: ModbusPeer) -> None:
@@ -64,9 +65,11 @@ class _Line:
         finally:
             self.waiting -= 1
 
+    @abstractmethod
     async def _exchange(self, number: int, unit: int, pdu: bytes) -> bytes:
-        raise NotImplementedError
+        """The answer to request `number`; raises OSError, ModbusAnswerError."""
 
+    @abstractmethod
     def drop(self) -> None:
         """Close what is open."""
 
@@ -111,6 +114,9 @@ class _UdpLine(_Line):
             return await protocol.answer
         finally:
             transport.abort()
+
+    def drop(self) -> None:
+        """Each request has a socket of its own: nothing is open behind it."""
 
 
 class _Datagrams(asyncio.DatagramProtocol):

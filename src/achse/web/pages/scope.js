@@ -279,7 +279,7 @@ class ScopePage {
     }
   }
 
-  /** Which traces are drawn where: made anew when somebody or the server changed something. */
+  /** Which traces are drawn where: made again when somebody or the server changed something. */
   _planned() {
     const recorder = this._recorder;
     const wanted = [...new Set(this._traces.map(({ chart }) => chart))].sort((a, b) => a - b);

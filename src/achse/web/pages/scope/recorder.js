@@ -82,7 +82,7 @@ export class Recorder {
       }
       this._scope = answer.scope;
       this.step = answer.cycle;
-      if (answer.time_zero !== this._zero) this.ring = null; // another server: times begin anew
+      if (answer.time_zero !== this._zero) this.ring = null; // another server: times begin again
       this._zero = answer.time_zero;
       this._learn(answer.channels);
       this._layout();
