@@ -13,6 +13,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,8 @@ from achse.ams.commands import (
 from achse.ams.notification import NotificationStream
 from achse.native.compiled import checked_builds
 from achse.router import Router
+
+pytest_plugins = ["tests.workers"]
 
 if hasattr(signal, "SIGHUP"):
     # Under nohup it is ignored, and those that tests start and end by it would never end.
@@ -56,18 +59,12 @@ settings.load_profile("busy")
 DEEP = 10
 """How many times as many random examples `--deep` tries."""
 
-DEEP_TIMEOUT = 1800.0
-"""Seconds for a property with so many examples; each test has 120 s else."""
-
 TCP_PORT = 48898
 READY_WITHIN = 60.0
 """Seconds; how fast a station is ready on an idle machine is a matter of benchmarks/."""
 
 ENDS_WITHIN = 60.0
 """Seconds after SIGTERM in which a station ends, or hangs."""
-
-LOOP_ENDS_WITHIN = 60.0
-"""Seconds for a test that runs in a loop: after that it hangs."""
 
 NODE_MODULES = Path(__file__).parent / "interop" / "npm" / "node_modules"
 
@@ -278,14 +275,20 @@ def refused() -> Callable[[int], AbstractContextManager[None]]:
 
 
 TESTS = Path(__file__).parent
-SLOW_FILES = frozenset((TESTS / "data" / "slow_files.txt").read_text(encoding="utf-8").split())
+SLOW_FILES = frozenset(
+    line.split()[-1]
+    for line in (TESTS / "data" / "slow_files.txt").read_text(encoding="utf-8").splitlines()
+)
 """What `-m quick` leaves out; benchmarks/test_times.py measures and writes it."""
 
 SLOW_ROOMS = frozenset({"benchmarks", "docs", "fuzz", "hostile", "house", "interop"})
 
 
+@cache
 def _is_quick(path: Path) -> bool:
-    """Whether a file belongs to the quick tier: all others are as slow as they are."""
+    """Return True if a file belongs to the quick tier."""
+    if not path.is_relative_to(TESTS):
+        return False
     name = path.relative_to(TESTS.parent).as_posix()
     return name not in SLOW_FILES and path.relative_to(TESTS).parts[0] not in SLOW_ROOMS
 
@@ -303,27 +306,16 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """Every test of a quick file is marked so; `--deep` gives each property more examples."""
     deepened = set()
     for item in items:
-        if item.path.is_relative_to(TESTS) and _is_quick(item.path):
+        if _is_quick(item.path):
             item.add_marker(pytest.mark.quick)
-        if item.path.is_relative_to(TESTS / "interop") and not config.option.deep:
-            item.add_marker(pytest.mark.flaky(reruns=REPLAYS, reruns_delay=1))
         function = getattr(item, "obj", None)
-        if config.option.deep and "many" in getattr(item, "fixturenames", ()):
-            item.add_marker(pytest.mark.timeout(DEEP_TIMEOUT))
         if config.option.deep and is_hypothesis_test(function):
             function = getattr(function, "__func__", function)
-            if item.get_closest_marker("timeout") is None:
-                item.add_marker(pytest.mark.timeout(DEEP_TIMEOUT))
             if function not in deepened:
                 deepened.add(function)
                 own = getattr(function, SETTINGS, settings())
                 more = settings(own, max_examples=own.max_examples * DEEP, derandomize=False)
                 setattr(function, SETTINGS, more)
-
-
-REPLAYS = 2
-"""How often a test against a foreign program is played again: its time-outs are real ones, and not
-ours (decision 0053). Each replay is shown."""
 
 
 SETTINGS = "_hypothesis_internal_use_settings"
@@ -343,25 +335,11 @@ def many(pytestconfig: pytest.Config) -> Callable[[int], int]:
     return lambda count: count * (DEEP if pytestconfig.option.deep else 1)
 
 
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_auto_num_workers() -> int:
-    """One worker more than processors: some tests wait, for programs and for real time."""
-    return len(os.sched_getaffinity(0)) + 1 if hasattr(os, "sched_getaffinity") else 4
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Workers take the tests of a room in one piece, so that what a module shares is made once."""
-    from xdist.scheduler import WorkStealingScheduling  # type: ignore[import-untyped]
-
-    return WorkStealingScheduling(config, log) if config.getvalue("dist") == "load" else None
-
-
 @pytest.hookimpl(tryfirst=True)
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
     """Run a test that is a coroutine in a loop of its own."""
     if not inspect.iscoroutinefunction(pyfuncitem.obj):
         return None
     fixtures = {name: pyfuncitem.funcargs[name] for name in pyfuncitem._fixtureinfo.argnames}
-    asyncio.run(asyncio.wait_for(pyfuncitem.obj(**fixtures), LOOP_ENDS_WITHIN))
+    asyncio.run(pyfuncitem.obj(**fixtures))
     return True

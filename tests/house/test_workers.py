@@ -1,0 +1,113 @@
+"""The runner of tests: what workers report is what one process reports."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+SHARED = """
+import os
+import pytest
+
+@pytest.fixture(scope="session")
+def once(tmp_path_factory):
+    with open(os.environ["LOG"], "a") as log:
+        log.write(f"made {os.getpid()}\\n")
+    yield
+    with open(os.environ["LOG"], "a") as log:
+        log.write(f"ended {os.getpid()}\\n")
+"""
+
+TESTS = """
+import os, signal
+import pytest
+
+@pytest.mark.parametrize("number", range(6))
+def test_number(once, number, tmp_path):
+    print("number", number)
+    if number == 3 and os.environ.get("KILL"):
+        os.kill(os.getpid(), signal.SIGKILL)
+    assert number != 4
+
+@pytest.mark.skip(reason="skipped here")
+def test_skipped():
+    pass
+"""
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="processes cannot fork here")
+
+
+def run(folder: Path, *arguments: str, kill: bool = False) -> str:
+    """Return what pytest prints for three files of tests."""
+    for name in ("test_a.py", "test_b.py", "test_c.py"):
+        (folder / name).write_text(TESTS, encoding="utf-8")
+    (folder / "conftest.py").write_text(SHARED, encoding="utf-8")
+    (folder / "pytest.ini").write_text("[pytest]\n", encoding="utf-8")
+    environment = os.environ | {
+        "PYTHONPATH": str(Path(__file__).parents[2]),
+        "LOG": str(folder / "log"),
+        "KILL": "yes" if kill else "",
+        "COLUMNS": "120",
+    }
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-p",
+        "tests.workers",
+        "-p",
+        "no:achse.testing.plugin",
+    ]
+    ended = subprocess.run(
+        [*command, "-p", "no:cacheprovider", "-rA", *arguments],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+    )
+    return ended.stdout + ended.stderr
+
+
+def outcomes(printed: str) -> set[str]:
+    return set(re.findall(r"^(?:PASSED|FAILED|SKIPPED) \S+", printed, re.MULTILINE))
+
+
+def test_workers_report_what_one_process_reports(tmp_path: Path) -> None:
+    alone = run(tmp_path)
+    forked = run(tmp_path, "--workers", "2")
+    assert outcomes(forked) == outcomes(alone)
+    assert "3 failed, 15 passed, 3 skipped" in forked
+    assert forked.count("number 4") == alone.count("number 4")
+
+
+def test_session_fixtures_are_made_and_ended_once_in_each_worker(tmp_path: Path) -> None:
+    run(tmp_path, "--workers", "2")
+    lines = (tmp_path / "log").read_text(encoding="utf-8").splitlines()
+    made = [line.split()[1] for line in lines if line.startswith("made")]
+    ended = [line.split()[1] for line in lines if line.startswith("ended")]
+    assert sorted(made) == sorted(ended)
+    assert len(set(made)) == len(made) <= 2
+
+
+def test_lost_worker_fails_its_test_only(tmp_path: Path) -> None:
+    printed = run(tmp_path, "--workers", "2", kill=True)
+    assert "6 failed, 12 passed, 3 skipped" in printed
+    assert printed.count("the worker ended during this test, exit code -9") >= 3
+
+
+def test_first_failure_ends_the_run(tmp_path: Path) -> None:
+    printed = run(tmp_path, "--workers", "1", "-x")
+    assert "1 failed, 4 passed" in printed
+
+
+def test_shuffled_order_belongs_to_the_seed(tmp_path: Path) -> None:
+    def order(seed: str) -> list[str]:
+        printed = run(tmp_path, "--shuffle", seed, "-v")
+        return re.findall(r"^(\S+::\S+)", printed, re.MULTILINE)
+
+    first = order("1")
+    assert first == order("1") != order("2")
+    assert sorted(first) == sorted(order("2"))

@@ -1,0 +1,333 @@
+"""Run the tests in forked workers: `pytest --workers auto`.
+
+The tree is collected once. Each worker is a fork of the process that has collected it, so imports,
+parsed sources and loaded kernels are shared. A worker receives the tests of one file at a time; one
+that has grown ends, and a new fork takes its place. Without `--workers`, or where processes cannot
+fork, the tests run in this process.
+"""
+
+import gc
+import os
+import signal
+import sys
+import time
+import traceback
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection, Pipe, wait
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+
+GROWTH_KB = 400_000
+"""Memory that a worker may add to that of the process it was forked from, kB."""
+
+HANG_S = 900.0
+"""Time without a report after which a worker is killed, s: the guard of the whole run."""
+
+LARGE = 2000
+"""Tests from which on the kernels are compiled before the workers start."""
+
+FIRST = Path(__file__).parent / "data" / "slow_files.txt"
+"""Files in the order in which they start, the dearest first."""
+
+CPU = pytest.StashKey[dict[str, float]]()
+"""CPU seconds of each test, its child processes included; for benchmarks/test_times.py."""
+
+
+def resident_kb() -> int:
+    """Return the memory of this process, kB; 0 where the system does not report it."""
+    try:
+        pages = int(Path("/proc/self/statm").read_bytes().split()[1])
+    except OSError:
+        return 0
+    return pages * os.sysconf("SC_PAGE_SIZE") // 1024
+
+
+def cpu_seconds() -> float:
+    """Return the CPU time of this process and its ended children, s."""
+    times = os.times()
+    return times.user + times.system + times.children_user + times.children_system
+
+
+def batches(items: list[pytest.Item]) -> deque[list[int]]:
+    """Return the indices of the items of each file, the dearest files first."""
+    files: dict[Path, list[int]] = {}
+    for index, item in enumerate(items):
+        files.setdefault(item.path, []).append(index)
+    if items and items[0].config.option.shuffle is not None:
+        return deque(files.values())
+    root = FIRST.parents[2]
+    order = {
+        root / line.split()[-1]: rank
+        for rank, line in enumerate(FIRST.read_text(encoding="utf-8").splitlines())
+    }
+    last = len(order)
+    return deque(files[path] for path in sorted(files, key=lambda path: order.get(path, last)))
+
+
+class Child:
+    """The worker's side: runs batches, sends reports."""
+
+    def __init__(self, session: pytest.Session, connection: Connection) -> None:
+        self.session = session
+        self.connection = connection
+
+    def run(self) -> None:
+        """Run batches until the parent has no more or this process has grown."""
+        plugins = self.session.config.pluginmanager
+        plugins.unregister(name="terminalreporter")
+        plugins.register(self, "workers-child")
+        capture: Any = plugins.getplugin("capturemanager")
+        if capture.is_globally_capturing() or capture._global_capturing is not None:
+            capture.stop_global_capturing()  # its file belongs to the parent
+            capture.start_global_capturing()
+            capture.suspend_global_capture()
+        limit = resident_kb() + GROWTH_KB
+        batch: list[int] | None = self.connection.recv()
+        while batch:
+            following = None
+            for index, after in zip(batch, [*batch[1:], -1], strict=True):
+                if after < 0:
+                    # The next file decides which fixtures stay.
+                    self.connection.send(("next", resident_kb() < limit))
+                    following = self.connection.recv()
+                    after = following[0] if following else -1
+                self.test(index, after)
+            batch = following
+        self.connection.send(("end", resident_kb()))
+
+    def test(self, index: int, after: int) -> None:
+        item = self.session.items[index]
+        following = self.session.items[after] if after >= 0 else None
+        self.connection.send(("start", index))
+        before = cpu_seconds()
+        item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
+        self.connection.send(("finish", index, cpu_seconds() - before))
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        config = self.session.config
+        data = config.hook.pytest_report_to_serializable(config=config, report=report)
+        self.connection.send(("report", data))
+
+
+@dataclass
+class Worker:
+    """The parent's side of a worker."""
+
+    process: int
+    connection: Connection
+    heard: float
+    test: int = -1
+    ended: bool = False
+
+
+@dataclass
+class Runner:
+    """Forks workers, hands out batches, passes reports on."""
+
+    session: pytest.Session
+    count: int
+    waiting: deque[list[int]]
+    workers: dict[Connection, Worker] = field(default_factory=dict)
+    forks: int = 0
+    largest_kb: int = 0
+    cpu: dict[str, float] = field(default_factory=dict)
+
+    def run(self) -> None:
+        try:
+            while True:
+                while self.waiting and len(self.workers) < self.count:
+                    self.fork()
+                if not self.workers:
+                    return
+                self.listen()
+                if self.session.shouldfail:
+                    raise self.session.Failed(self.session.shouldfail)
+                if self.session.shouldstop:
+                    raise self.session.Interrupted(self.session.shouldstop)
+        finally:
+            for worker in self.workers.values():
+                os.kill(worker.process, signal.SIGTERM)
+                os.waitpid(worker.process, 0)
+
+    def fork(self) -> None:
+        ours, theirs = Pipe()
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()
+        process = os.fork()
+        if not process:
+            code = 1
+            try:
+                signal.signal(signal.SIGTERM, signal.SIG_DFL)
+                ours.close()
+                for connection in self.workers:
+                    connection.close()
+                os.environ["ACHSE_TEST_WORKER"] = str(self.forks)
+                Child(self.session, theirs).run()
+                code = 0
+            except BaseException:
+                traceback.print_exc(file=sys.__stderr__)
+            finally:
+                os._exit(code)
+        theirs.close()
+        self.forks += 1
+        self.workers[ours] = Worker(process, ours, time.monotonic())
+        ours.send(self.waiting.popleft())
+
+    def listen(self) -> None:
+        for ready in wait(list(self.workers), timeout=10.0):
+            assert isinstance(ready, Connection)
+            worker = self.workers[ready]
+            worker.heard = time.monotonic()
+            try:
+                message = ready.recv()
+            except (EOFError, ConnectionResetError):
+                self.lost(worker)
+                continue
+            getattr(self, f"on_{message[0]}")(worker, *message[1:])
+        for worker in list(self.workers.values()):
+            if time.monotonic() - worker.heard > HANG_S:
+                os.kill(worker.process, signal.SIGABRT)  # the fault handler of pytest prints where it was
+
+    def on_start(self, worker: Worker, index: int) -> None:
+        worker.test = index
+        item = self.session.items[index]
+        item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
+
+    def on_report(self, worker: Worker, data: dict[str, Any]) -> None:
+        config = self.session.config
+        report = config.hook.pytest_report_from_serializable(config=config, data=data)
+        item = self.session.items[worker.test]
+        item.ihook.pytest_runtest_logreport(report=report)
+
+    def on_finish(self, worker: Worker, index: int, cpu: float) -> None:
+        item = self.session.items[index]
+        self.cpu[item.nodeid] = cpu
+        item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
+        worker.test = -1
+
+    def on_next(self, worker: Worker, able: bool) -> None:
+        worker.connection.send(self.waiting.popleft() if able and self.waiting else None)
+
+    def on_end(self, worker: Worker, resident: int) -> None:
+        self.largest_kb = max(self.largest_kb, resident)
+        worker.ended = True
+
+    def lost(self, worker: Worker) -> None:
+        """Remove a worker that closed its connection; fail the test that it left unfinished."""
+        del self.workers[worker.connection]
+        worker.connection.close()
+        code = os.waitstatus_to_exitcode(os.waitpid(worker.process, 0)[1])
+        if worker.ended:
+            return
+        if worker.test < 0:
+            raise RuntimeError(f"a worker ended between tests, exit code {code}")
+        item = self.session.items[worker.test]
+        report = pytest.TestReport(
+            nodeid=item.nodeid,
+            location=item.location,
+            keywords={},
+            outcome="failed",
+            longrepr=f"the worker ended during this test, exit code {code}",
+            when="call",
+        )
+        item.ihook.pytest_runtest_logreport(report=report)
+        rest = [each for each in self.left(worker) if each > worker.test]
+        if rest:
+            self.waiting.appendleft(rest)
+
+    def left(self, worker: Worker) -> list[int]:
+        """Return the tests of the worker's file."""
+        path = self.session.items[worker.test].path
+        return [index for index, item in enumerate(self.session.items) if item.path == path]
+
+
+def number_of_workers(text: str) -> int:
+    """Convert the option: a number, or `auto` for one more than this process has processors."""
+    if text != "auto":
+        return int(text)
+    processors = (
+        len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    )
+    return processors + 1  # some tests wait for programs
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--shuffle",
+        type=int,
+        metavar="SEED",
+        help="run the files, and the tests of each file, in a random order",
+    )
+    parser.addoption(
+        "--workers",
+        type=number_of_workers,
+        default=0,
+        metavar="N",
+        help="run the tests in N forked processes (auto: one more than processors)",
+    )
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection(session: pytest.Session) -> Iterator[None]:
+    """Collect without garbage collection: what is collected stays until the end."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Put the tests in a random order if `--shuffle` says so; those of a file stay together."""
+    seed: int | None = config.option.shuffle
+    if seed is None:
+        return
+    draw = Random(seed)
+    files: dict[Path, list[pytest.Item]] = {}
+    for item in items:
+        files.setdefault(item.path, []).append(item)
+    for each in files.values():
+        draw.shuffle(each)
+    order = list(files)
+    draw.shuffle(order)
+    items[:] = [item for path in order for item in files[path]]
+
+
+RUNNER = pytest.StashKey[Runner]()
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtestloop(session: pytest.Session) -> bool | None:
+    count: int = session.config.option.workers
+    if not count or not hasattr(os, "fork") or session.config.option.collectonly:
+        return None
+    if session.testsfailed and not session.config.option.continue_on_collection_errors:
+        return None  # pytest itself says so
+    if len(session.items) > LARGE:
+        from tests.prebuilt import build
+
+        build()
+        gc.freeze()
+    runner = session.config.stash[RUNNER] = Runner(session, count, batches(session.items))
+    session.config.stash[CPU] = runner.cpu
+    runner.run()
+    return True
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Report what the run cost."""
+    runner = terminalreporter.config.stash.get(RUNNER, None)
+    if runner is None:
+        return
+    own = resident_kb()
+    terminalreporter.write_line(
+        f"{runner.forks} workers, the largest {runner.largest_kb // 1024} MB "
+        f"({own // 1024} MB of them shared), CPU {cpu_seconds():.0f} s"
+    )
