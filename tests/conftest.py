@@ -9,7 +9,6 @@ import signal
 import struct
 import subprocess
 import sys
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
@@ -32,6 +31,7 @@ from achse.ams.commands import (
 from achse.ams.notification import NotificationStream
 from achse.native.compiled import checked_builds
 from achse.router import Router
+from tests import warm_commands as warm
 
 pytest_plugins = ["tests.workers"]
 
@@ -60,11 +60,6 @@ DEEP = 10
 """How many times as many random examples `--deep` tries."""
 
 TCP_PORT = 48898
-READY_WITHIN = 60.0
-"""Seconds; how fast a station is ready on an idle machine is a matter of benchmarks/."""
-
-ENDS_WITHIN = 60.0
-"""Seconds after SIGTERM in which a station ends, or hangs."""
 
 NODE_MODULES = Path(__file__).parent / "interop" / "npm" / "node_modules"
 
@@ -140,6 +135,18 @@ def free_host() -> Callable[[], str]:
     return take
 
 
+@pytest.fixture(scope="session")
+def warm_commands(tmp_path_factory: pytest.TempPathFactory) -> Iterator[warm.WarmCommands]:
+    """Commands of achse that are forked from a process that has loaded it.
+
+    `warm_commands.run("axis", "list")` and `warm_commands.popen(...)` are as of `subprocess`;
+    `warm_commands.folder` has a quick `achse`, for the PATH of shells and foreign programs. Only
+    real processes show start-up, signals of a terminal and what Python does at its end.
+    """
+    with warm.warm_commands(tmp_path_factory.mktemp("tools")) as commands:
+        yield commands
+
+
 @dataclass(frozen=True)
 class StationProcess:
     """A running `achse run`."""
@@ -152,29 +159,27 @@ class StationProcess:
 
 @pytest.fixture(scope="session")
 def start_station(
-    free_host: Callable[[], str],
+    free_host: Callable[[], str], warm_commands: warm.WarmCommands
 ) -> Callable[..., AbstractContextManager[StationProcess]]:
     """`with start_station("--speed", "2") as station:` runs the station in its own process.
 
     It listens at 48898 on a loopback address of its own, which with .1.1 is its NetId. At the end
-    it gets SIGTERM and must leave with exit code 0 and without a traceback.
+    it gets SIGTERM and must leave with exit code 0 and without a traceback. It is forked from a
+    process that has loaded achse; with `real=True` it is a new interpreter.
     """
 
     @contextmanager
-    def start(*arguments: str) -> Iterator[StationProcess]:
+    def start(*arguments: str, real: bool = False) -> Iterator[StationProcess]:
         host = free_host()
         net_id = f"{host}.1.1"
-        process = subprocess.Popen(
-            [sys.executable, "-m", "achse", "run", "--host", host, "--net-id", net_id, *arguments],
+        process = warm_commands.popen(
+            *("run", "--host", host, "--net-id", net_id, *arguments),
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
-            text=True,
+            real=real,
         )
-        overdue = threading.Timer(READY_WITHIN, process.kill)
-        overdue.start()
         assert process.stdout is not None
         ready = process.stdout.readline()
-        overdue.cancel()
         if not ready.startswith("achse ready "):
             process.kill()
             pytest.fail(f"no ready line but {ready!r} and {process.communicate()[1]}")
@@ -185,11 +190,7 @@ def start_station(
         finally:
             ended_early = process.poll() is not None
             process.send_signal(signal.SIGTERM)
-            try:
-                _, errors = process.communicate(timeout=ENDS_WITHIN)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                _, errors = process.communicate()
+            _, errors = process.communicate()
         assert process.returncode == 0, errors
         assert not ended_early, "the station ended during the test"
         assert "Traceback" not in errors, errors

@@ -32,7 +32,7 @@ from unittest import mock
 
 import pytest
 
-from tests.docs.prewarmed import possible, serving
+from tests.warm_commands import WarmCommands
 
 LANGUAGES = {"console", "python", "js", "text", "toml", "sh", "yaml", "powershell"}
 """What a fence may say; `sh`, `yaml` and `powershell` are only shown."""
@@ -227,26 +227,17 @@ REAL = {"README.md", "docs/tutorial.md"}
 """Pages whose commands are started as a reader's are; those of others are forked."""
 
 
-@pytest.fixture(scope="session")
-def prewarmed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """A folder with a quick `achse`, or none."""
-    if not possible():
-        yield ""
-        return
-    with serving(tmp_path_factory.mktemp("tools")) as folder:
-        yield str(folder)
-
-
 @pytest.fixture
 def read_page(
-    tmp_path: Path, free_host: Callable[[], str], prewarmed: str
+    tmp_path: Path, free_host: Callable[[], str], warm_commands: WarmCommands
 ) -> Callable[[str, str], None]:
     """`read_page(name, text)` runs a page."""
 
     def read(name: str, text: str) -> None:
         for folder, stand_in in STAND_INS.get(name, {}).items():
             shutil.copytree(stand_in, tmp_path / folder)
-        Reader(name, tmp_path, free_host(), "" if name in REAL else prewarmed).read(text)
+        tools = "" if name in REAL else str(warm_commands.folder)
+        Reader(name, tmp_path, free_host(), tools).read(text)
 
     return read
 
