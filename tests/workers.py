@@ -8,6 +8,7 @@ fork, the tests run in this process.
 
 import gc
 import os
+import resource
 import signal
 import sys
 import time
@@ -98,7 +99,7 @@ class Child:
                     after = following[0] if following else -1
                 self.test(index, after)
             batch = following
-        self.connection.send(("end", resident_kb()))
+        self.connection.send(("end", resource.getrusage(resource.RUSAGE_SELF).ru_maxrss))
 
     def test(self, index: int, after: int) -> None:
         item = self.session.items[index]
@@ -213,8 +214,8 @@ class Runner:
     def on_next(self, worker: Worker, able: bool) -> None:
         worker.connection.send(self.waiting.popleft() if able and self.waiting else None)
 
-    def on_end(self, worker: Worker, resident: int) -> None:
-        self.largest_kb = max(self.largest_kb, resident)
+    def on_end(self, worker: Worker, peak_kb: int) -> None:
+        self.largest_kb = max(self.largest_kb, peak_kb)
         worker.ended = True
 
     def lost(self, worker: Worker) -> None:
