@@ -77,6 +77,21 @@ def test_places_are_lines_of_the_files(press: Path, standin: Path) -> None:
             assert failure.message in lines[failure.place.line - 1]
 
 
+def test_suites_in_sequence_end(project: Write, standin: Path) -> None:
+    """TcUnit's own flag that all suites have finished stays FALSE there."""
+    passing = "TEST('one'); AssertTrue(TRUE, ''); TEST_FINISHED();"
+    program = "fbFirst, fbSecond : FB_OurTests;"
+    text = source(passing, program=program, run="RUN_IN_SEQUENCE();")
+    run = run_tests(project(text), libraries=[standin])
+    assert [(suite.name, len(suite.tests)) for suite in run.suites] == [
+        ("PRG_TEST.fbFirst", 1),
+        ("PRG_TEST.fbSecond", 1),
+    ]
+    assert run.is_good
+    assert not run.problem
+    assert 0.1 < run.duration < 1.0
+
+
 def test_a_project_without_failure_is_good(project: Write, standin: Path) -> None:
     path = project(source("TEST('adds');", "AssertTrue(1 + 1 = 2, 'sum');", "TEST_FINISHED();"))
     run = run_tests(path, libraries=[standin])

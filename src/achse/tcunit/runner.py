@@ -189,12 +189,15 @@ class _PlcTests:
             raise ProjectError(f"{len(faults)} errors: no test has run\n{shown}{more}")
 
     def look(self, now_ns: int) -> None:
-        """Note whether all has ended."""
+        """Note whether all suites have ended.
+
+        TcUnit stores the general results after those of the last suite. Its flag
+        AllTestSuitesFinished stays FALSE when suites run in sequence (RUN_IN_SEQUENCE).
+        """
         if not self.has_ended:
             self.ended_ns = now_ns
-            self.has_ended = self.plc.state is PlcState.EXCEPTION or (
-                bool(self._list["TcUnitRunner"]["AllTestSuitesFinished"])
-                and bool(self._list["TcUnitRunner"]["TestResults"]["StoredGeneralTestResults"])
+            self.has_ended = self.plc.state is PlcState.EXCEPTION or bool(
+                self._list["TcUnitRunner"]["TestResults"]["StoredGeneralTestResults"]
             )
 
     @property
