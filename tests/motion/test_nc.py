@@ -9,6 +9,7 @@ import pytest
 from achse.motion import AxisParameters, AxisParametersError, Nc, commands
 from achse.motion.compiled import KERNEL
 from achse.motion.kernel import cycles
+from achse.motion.nc import STORED_VELOCITIES
 from achse.native.compiled import Kernel
 
 
@@ -205,3 +206,16 @@ def test_persistent_data_survive_a_restart(compiled: bool) -> None:
         for _ in range(500):
             after.cycle()
         assert axis.actual_position == pytest.approx(70.0 * persistent + 5.0, abs=1e-2)
+
+
+def test_stored_velocities_are_at_most_that_of_the_axis_unless_given() -> None:
+    values = {"max_velocity": 20.0, "jog_velocity_fast": 15.0, "rapid_traverse_velocity": 40.0}
+    axis = Nc(1_000_000, [AxisParameters(1, values=values)], compiled=False).axis(1)
+    stored = {name: getattr(axis, name) for name in STORED_VELOCITIES}
+    assert stored == {
+        "jog_velocity_slow": 20.0,
+        "jog_velocity_fast": 15.0,
+        "rapid_traverse_velocity": 40.0,
+        "homing_velocity_towards_cam": 20.0,
+        "homing_velocity_off_cam": 20.0,
+    }

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from achse.motion import commands
 from achse.motion.kernel import cycles
 from achse.native.compiled import Kernel
 from achse.station import ConfigError, Station
@@ -174,3 +175,25 @@ def test_a_file_that_is_no_table(
 def test_a_table_that_no_drive_could_use(table: Any, axis: Any, message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         station(table=[{"id": 7} | table], axis=[{"id": 1, "name": "X"} | axis])
+
+
+@pytest.mark.parametrize("start_type", [272, 528, 784])  # slow, fast, rapid
+def test_axis_with_a_low_maximum_velocity_accepts_each_jog(start_type: int) -> None:
+    enabled = {"control_dword": 7, "velocity_override": 1_000_000}
+    table = {"id": 1, "name": "X", "max_velocity": 50.0, **enabled}
+    station = Station(parse({"axis": [table]}, "t"))
+    assert station.warnings == []
+    assert station.nc is not None
+    station.advance(0.1)
+    assert commands.start(station.nc.axis(1), start_type, 0.0, 0.0) == 0
+    station.advance(1.0)
+    assert station.nc.axis(1).set_velocity == pytest.approx(50.0)
+
+
+def test_stored_velocity_above_the_maximum_is_a_warning() -> None:
+    table = {"id": 1, "name": "X", "max_velocity": 50.0, "rapid_traverse_velocity": 60.0}
+    (warning,) = Station(parse({"axis": [table]}, "t")).warnings
+    assert warning == (
+        "axis X: rapid_traverse_velocity = 60 mm/s: "
+        "expected at most 50 mm/s, such a move is refused"
+    )

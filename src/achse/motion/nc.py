@@ -43,7 +43,14 @@ from achse.motion.views import Store, View
 from achse.native.declare import pack
 from achse.native.memory import Rows
 
-__all__ = ["HIGHEST_AXIS_ID", "AxisParameters", "AxisParametersError", "Nc", "configurable"]
+__all__ = [
+    "HIGHEST_AXIS_ID",
+    "STORED_VELOCITIES",
+    "AxisParameters",
+    "AxisParametersError",
+    "Nc",
+    "configurable",
+]
 
 HIGHEST_AXIS_ID = 255
 """Of encoders, controllers and drives too."""
@@ -70,6 +77,16 @@ _PLAIN_SHARE = 20
 _CONFIGURABLE = (Role.PARAMETER, Role.INPUT)
 
 
+STORED_VELOCITIES = (
+    "jog_velocity_slow",
+    "jog_velocity_fast",
+    "rapid_traverse_velocity",
+    "homing_velocity_towards_cam",
+    "homing_velocity_off_cam",
+)
+"""Velocities of commands that have none of their own (0x4000+ID, 0x06 to 0x0A)."""
+
+
 class AxisParametersError(ValueError):
     """The description of an axis names an unknown field or a value that cannot be."""
 
@@ -81,6 +98,7 @@ class AxisParameters:
     `values` sets parameter and input fields of the record by name (`AxisFields`), in axis units and
     seconds; what is not named has its default. `control_dword` and `velocity_override` preset the
     cyclic interface. `drive_reference_velocity` is 1.1 times `max_velocity` unless given.
+    Velocities of jogs and homings (`STORED_VELOCITIES`) are at most `max_velocity` unless given.
 
     `encoder_ids`, `controller_ids` and `drive_ids` name what belongs to the axis, the first of each
     being the standard one; without them there is one each, with the id of the axis. `elements` are
@@ -161,6 +179,9 @@ class AxisParameters:
         for name, value in self.values.items():
             if not PART_OF.get(name, ("machine",))[0]:
                 setattr(axis, name, value)
+        for name in STORED_VELOCITIES:
+            if name not in self.values:
+                setattr(axis, name, min(getattr(axis, name), axis.max_velocity))
         reference = 1.1 * axis.max_velocity
         for kind, number, part, values in self._described(axis):
             for name, value in values.items():

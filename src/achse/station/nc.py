@@ -1,6 +1,6 @@
 """The NC of a station: axes, tables and their parameters as the configuration says."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +9,7 @@ from achse.iec.nearest import did_you_mean
 from achse.motion import AxisParameters, AxisParametersError, Nc
 from achse.motion.groups.parameters import GroupParametersError
 from achse.motion.machine.record import PARAMETERS as MACHINE_PARAMETERS
-from achse.motion.nc import configurable
+from achse.motion.nc import STORED_VELOCITIES, configurable
 from achse.motion.record import FIELDS
 from achse.motion.states import DriveType, EncoderType, TableSubType, TableType, choices_of
 from achse.motion.tables import TableError, TableParameters
@@ -46,6 +46,19 @@ def make_nc(building: Building) -> None:
     building.add_phase(NcPhase(nc, ground.pace), nc.cycle_ns)
     building.add_state(nc.digest)
     building.attach(NcDevice(nc, clock=ground.clock), *NC_PORTS)
+
+
+def velocity_warnings(nc: Nc) -> Iterator[str]:
+    """Yield a warning for each stored velocity above the limit of its axis (0x4221 at a start)."""
+    for axis in nc:
+        limit = min(axis.max_velocity, axis.drive.reference_velocity)
+        for name in STORED_VELOCITIES:
+            velocity = getattr(axis, name)
+            if velocity > limit:
+                yield (
+                    f"axis {axis.name}: {name} = {velocity:g} {axis.unit}/s: "
+                    f"expected at most {limit:g} {axis.unit}/s, such a move is refused"
+                )
 
 
 def _nc(config: StationConfig, base: Path) -> Nc:

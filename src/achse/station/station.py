@@ -39,6 +39,7 @@ from achse.station.ethercat_bus import EthercatBus
 from achse.station.fieldbus import MASTER_PRIORITY, FairShare, run_first
 from achse.station.interface_bus import InterfaceBus
 from achse.station.metrics import MetricsPort
+from achse.station.nc import velocity_warnings
 from achse.station.network import Network, RouteFile
 from achse.station.pacing import Pace, Pacer, run_unpaced
 from achse.station.persistent_data import PersistentData
@@ -302,8 +303,9 @@ class Station:
 
     @property
     def warnings(self) -> list[str]:
-        """What the sources of the PLCs say and only a running program could do, with its place."""
-        return [f"plc {port}: {text}" for port, plc in self.plcs.items() for text in plc.warnings]
+        """Parts of PLC sources that need a running program; velocities that an axis refuses."""
+        found = [f"plc {port}: {text}" for port, plc in self.plcs.items() for text in plc.warnings]
+        return found if self.nc is None else [*found, *velocity_warnings(self.nc)]
 
     def statistics(self) -> dict[str, Any]:
         """Figures about connections, subscriptions, handles, queues and the cycle."""
