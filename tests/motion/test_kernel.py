@@ -246,14 +246,18 @@ def _act(axis: Axis, dice: random.Random) -> int:
 
 
 @pytest.mark.parametrize("axes", [_axes, _kinds])
-@pytest.mark.parametrize("seed", range(4))
-def test_both_kernels_give_bit_identical_states(seed: int, axes: Any) -> None:
+def test_both_kernels_give_bit_identical_states(axes: Any, many: Callable[[int], int]) -> None:
+    for seed in range(many(2)):
+        _compare_kernels(seed, axes)
+
+
+def _compare_kernels(seed: int, axes: Any) -> None:
     sides = [
         (Nc(2_000_000, axes(dice), compiled=compiled), dice)
         for compiled, dice in ((False, random.Random(seed)), (True, random.Random(seed)))
     ]
     errors = 0
-    for _ in range(400):
+    for _ in range(200):
         outcome: list[Any] = []
         for nc, dice in sides:
             answers = [_act(nc.axis(dice.randrange(1, 6)), dice) for _ in range(3)]
@@ -262,7 +266,7 @@ def test_both_kernels_give_bit_identical_states(seed: int, axes: Any) -> None:
             outcome.append((answers, nc.digest()))
         assert outcome[0] == outcome[1]
         errors += any(axis.error_code for axis in sides[0][0])
-    assert errors > (5 if axes is _axes else 0)
+    assert errors > (2 if axes is _axes else 0)
     assert min(axis.command_counter for axis in sides[0][0]) > 5
 
 
@@ -280,7 +284,7 @@ def test_an_idle_axis_comes_to_rest_and_still_counts(rig: Any) -> None:
 
 
 def test_rest_changes_nothing(make_rig: Any) -> None:
-    resting, awake = make_rig(), make_rig()
+    resting, awake = make_rig(compiled=False), make_rig(compiled=False)
     for rig in (resting, awake):
         commands.start(rig.axis, 1, 33.3, 200.0)
         rig.seconds(6.0)

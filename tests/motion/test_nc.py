@@ -1,7 +1,7 @@
 """The NC: axes by id, their parameters, cycle and state hash."""
 
 import sys
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -116,11 +116,18 @@ def test_several_cycles_at_once_are_as_many_one_by_one(make_rig: Any, compiled: 
     assert digests[0] == digests[1]
 
 
-def test_few_axes_take_machine_code_only_if_it_is_there(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("ACHSE_CACHE_DIR", str(tmp_path))
-    monkeypatch.setattr("achse.motion.nc.KERNEL", Kernel("nc", cycles, KERNEL.layouts))
+class _Uncached(Kernel):
+    """The kernel of this run, as if it was not in the cache until it is bound."""
+
+    cached = False
+
+    def bind(self, *arguments: float) -> Callable[..., Any]:
+        self.cached = True
+        return KERNEL.bind(*arguments)
+
+
+def test_few_axes_take_machine_code_only_if_it_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("achse.motion.nc.KERNEL", _Uncached("nc", cycles, KERNEL.layouts))
     few, many = [AxisParameters(1)], [AxisParameters(n) for n in range(1, 101)]
     assert Nc(2_000_000, few).compiled is False
     assert Nc(2_000_000, many).compiled is True

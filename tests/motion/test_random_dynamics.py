@@ -14,6 +14,7 @@ import importlib.util
 import os
 import random
 from collections.abc import Callable
+from functools import partial
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -38,7 +39,7 @@ def _load(name: str) -> Any:
 drawn = _load("drawn_commands")
 DT = drawn.DT
 AXES = 64
-COMMANDS = int(os.environ.get("ACHSE_RANDOM_COMMANDS", "12000"))
+COMMANDS = int(os.environ.get("ACHSE_RANDOM_COMMANDS", "6000"))
 
 MORE = 1.0 + 1e-6
 """Rounding of anyone who plans and of anyone who computes the bound."""
@@ -298,11 +299,11 @@ def play(seed: int, count: int, *, compiled: bool, axes: int = AXES) -> tuple[Nc
 
 
 @pytest.mark.usefixtures("checked_kernels")
-@pytest.mark.parametrize("seed", range(2))
-def test_nothing_makes_an_axis_faster_than_it_may_be(seed: int) -> None:
-    _, observer = play(seed, COMMANDS // 2, compiled=True)
-    assert sum(player.accepted for player in observer.players) > COMMANDS // 5
-    assert observer.seen_faults > COMMANDS // 200
+def test_nothing_makes_an_axis_faster_than_it_may_be(many: Callable[[int], int]) -> None:
+    for seed in range(many(1)):
+        _, observer = play(seed, COMMANDS, compiled=True)
+        assert sum(player.accepted for player in observer.players) > COMMANDS // 5 * 2
+        assert observer.seen_faults > COMMANDS // 100
 
 
 def test_the_plain_kernel_does_the_same() -> None:
@@ -337,11 +338,10 @@ def _watched(dice: random.Random, values: dict[str, float]) -> dict[str, float]:
     }
 
 
-@pytest.mark.parametrize("seed", range(4))
 def test_the_short_way_of_a_plain_move_holds_with_supervisions_too(
-    compare_ways: Callable[..., None], seed: int
+    compare_ways: Callable[..., None], many: Callable[[int], int]
 ) -> None:
-    def make() -> tuple[Nc, list[Any]]:
+    def make(seed: int) -> tuple[Nc, list[Any]]:
         dice = random.Random(seed)
         axes = [
             AxisParameters(number, values=_watched(dice, drawn.axis_values(dice)))
@@ -352,4 +352,5 @@ def test_the_short_way_of_a_plain_move_holds_with_supervisions_too(
             drawn.Player(axis, random.Random(f"{seed} {row}")) for row, axis in enumerate(nc)
         ]
 
-    compare_ways(make, seed)
+    for seed in range(many(2)):
+        compare_ways(partial(make, seed), seed)

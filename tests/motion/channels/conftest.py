@@ -39,7 +39,6 @@ class ProgramRig:
             channels=[
                 ChannelParameters(1, m_rules=RULES, store=ProgramStore(folder, folder / "data"))
             ],
-            compiled=False,
         )
         channel, group = self.nc.channels.channel(1), self.nc.groups.group(11)
         assert isinstance(channel, ProgramChannel)

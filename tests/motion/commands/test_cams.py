@@ -16,7 +16,7 @@ VALUES = {"control_dword": 7, "velocity_override": 1_000_000}
 
 def build() -> Nc:
     """Axis 2 is to follow axis 1; table 7 is a cam, 8 a characteristic, 9 empty, 10 one column."""
-    nc = Nc(2_000_000, [AxisParameters(n, values=VALUES) for n in (1, 2, 3)], compiled=False)
+    nc = Nc(2_000_000, [AxisParameters(n, values=VALUES) for n in (1, 2, 3)])
     tables = nc.tables
     cam = tables.create(7, TableType.CAMMING, 3, 3, 2)
     tables.write(cam, 0, [0.0, 0.0, 90.0, 30.0, 360.0, 100.0])

@@ -18,7 +18,7 @@ VALUES = {"control_dword": 7, "velocity_override": 1_000_000}
 def pair(gear: float = 1.0, *, velocity: float = 0.0, **values: float) -> tuple[Nc, Axis, Axis]:
     """A master, and a slave that follows it; at `velocity` of the master."""
     axes = [AxisParameters(n, values=VALUES | values) for n in (1, 2)]
-    nc = Nc(2_000_000, axes, compiled=False)
+    nc = Nc(2_000_000, axes)
     nc.cycle(3)
     master, slave = nc
     assert commands.couple(slave, 1, 1, 0, 0, gear) == 0

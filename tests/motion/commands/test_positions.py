@@ -301,7 +301,7 @@ def test_an_incremental_position_stays(rig: Any) -> None:
 
 def test_a_further_encoder_has_its_own_position() -> None:
     values = {"control_dword": 7, "velocity_override": 1_000_000}
-    nc = Nc(2_000_000, [AxisParameters(1, values=values, encoder_ids=(1, 2))], compiled=False)
+    nc = Nc(2_000_000, [AxisParameters(1, values=values, encoder_ids=(1, 2))])
     axis, second = nc.axis(1), nc.element("encoder", 2)
     for _ in range(3):
         nc.cycle()

@@ -20,12 +20,12 @@ VALUES = {
 
 @pytest.fixture
 def make_axes() -> Callable[..., Nc]:
-    """`make_axes(count, compiled=False, second_encoders=(4,), **values)`: ids from 1 on."""
+    """`make_axes(count, compiled=None, second_encoders=(4,), **values)`: ids from 1 on."""
 
     def make(
         count: int = 2,
         *,
-        compiled: bool = False,
+        compiled: bool | None = None,
         second_encoders: tuple[int, ...] = (),
         cycle_ns: int = 2_000_000,
         **values: Any,

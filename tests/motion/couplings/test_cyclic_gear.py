@@ -93,7 +93,7 @@ def test_a_ratio_that_is_none_changes_nothing(make_axes: Any, ratio: float) -> N
 def test_any_ratios(p_a: float, steps: Any, cycle_ns: int) -> None:
     """The way is the sum of the mean ratios, and the ratio changes as fast as its limit says."""
     values = VALUES | {"max_velocity": 1e9}
-    nc = Nc(cycle_ns, [AxisParameters(n, values=values) for n in (1, 2)], compiled=False)
+    nc = Nc(cycle_ns, [AxisParameters(n, values=values) for n in (1, 2)])
     nc.cycle(3)
     master, slave = nc
     commands.couple(slave, 15, 1, 0, 0, p_a)

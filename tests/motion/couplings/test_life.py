@@ -19,7 +19,7 @@ VALUES = {
 }
 
 
-def pair(*, compiled: bool = False, gear: float = 1.0, **values: float) -> Nc:
+def pair(*, compiled: bool | None = None, gear: float = 1.0, **values: float) -> Nc:
     axes = [AxisParameters(n, values=VALUES | values) for n in (1, 2)]
     nc = Nc(2_000_000, axes, compiled=compiled)
     nc.cycle(3)
@@ -195,7 +195,7 @@ def test_a_slave_takes_no_motion_of_its_own(name: str, velocity: float) -> None:
 
 def test_a_moving_encoder_axis_is_no_master_for_a_coupling_at_rest() -> None:
     axes = [AxisParameters(n, values=VALUES) for n in (1, 2)]
-    nc = Nc(2_000_000, axes, compiled=False)
+    nc = Nc(2_000_000, axes)
     nc.cycle(3)
     master, slave = nc
     commands.universal_start(master, 3, 0.0, 100.0)
@@ -304,7 +304,7 @@ LAWS_THAT_SYNCHRONISE = {2, 3, 5, 6, 12}
 def test_what_a_slave_shows_as_its_motion_state(kind: int) -> None:
     """11 to 13 are of slaves that synchronise (002 §6.4.9); others show their set point."""
     axes = [AxisParameters(n, values=VALUES | {"max_velocity": 500.0}) for n in (1, 2, 3)]
-    nc = Nc(2_000_000, axes, compiled=False)
+    nc = Nc(2_000_000, axes)
     nc.tables.write(nc.tables.create(7, TableType.CAMMING, 3, 2, 2), 0, (0.0, 0.0, 1e5, 1e5))
     nc.cycle(3)
     master, slave = nc.axis(1), nc.axis(2)

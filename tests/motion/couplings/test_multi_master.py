@@ -124,7 +124,7 @@ def test_limits_hold_and_in_gear_positions_follow(
         "max_velocity": 1e9,
         "controller_following_error_position_monitoring_enable": 0,
     }
-    nc = Nc(2_000_000, [AxisParameters(n, values=values) for n in range(1, 5)], compiled=False)
+    nc = Nc(2_000_000, [AxisParameters(n, values=values) for n in range(1, 5)])
     nc.cycle(3)
     masters, slave = list(nc)[:3], nc.axis(4)
     dt = 0.002

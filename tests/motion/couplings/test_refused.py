@@ -149,7 +149,7 @@ Types = st.lists(_mostly(st.just(1), 2, 5), min_size=AXES, max_size=AXES)
 """Continuous axes, seldom a discrete one or one that is an encoder alone."""
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(
     types=Types,
     story=st.lists(

@@ -22,7 +22,7 @@ VALUES = {
 OFF, SYNCHRONISES, RUNS = 0, 12, 13
 
 
-def station(count: int = 2, *, compiled: bool = False, **values: float) -> Nc:
+def station(count: int = 2, *, compiled: bool | None = None, **values: float) -> Nc:
     nc = Nc(
         2_000_000,
         [AxisParameters(n, values=VALUES | values) for n in range(1, count + 1)],

@@ -1,6 +1,7 @@
 """Homing: the documented sequence, in every mode, by the equations of motion."""
 
 import random
+from collections.abc import Callable
 from itertools import pairwise
 from math import sqrt
 from typing import Any
@@ -449,13 +450,19 @@ def test_discrete_drives_home_too(make: Any, values: Any, mode: int) -> None:
 
 
 @pytest.mark.usefixtures("checked_kernels")
-@pytest.mark.parametrize("seed", range(10))
-def test_whatever_happens_the_set_point_keeps_its_limits(make_rig: Any, seed: int) -> None:
+def test_whatever_happens_the_set_point_keeps_its_limits(
+    make_rig: Any, many: Callable[[int], int]
+) -> None:
     """Overrides, cams that come and go, enables, stops, resets: never a step."""
+    for seed in range(many(4)):
+        _disturb(make_rig, seed)
+
+
+def _disturb(make_rig: Any, seed: int) -> None:
     dice = random.Random(seed)
     rig = make_rig(compiled=True, encoder_reference_mode=dice.randrange(1, 8), **MARK)
     axis = rig.axis
-    for _ in range(400):
+    for _ in range(300):
         match dice.randrange(8):
             case 0:
                 axis.velocity_override = dice.choice([0, 1_000, 300_000, 1_000_000])
@@ -478,7 +485,7 @@ def test_whatever_happens_the_set_point_keeps_its_limits(make_rig: Any, seed: in
             if closed and axis.loop_closed:
                 renamed = axis.encoder.set_position_offset - origin
                 way = axis.set_position - p - renamed
-                assert way == pytest.approx(0.5 * (v + axis.set_velocity) * CYCLE, abs=1e-4)
+                assert abs(way - 0.5 * (v + axis.set_velocity) * CYCLE) <= 1e-4
                 assert abs(axis.set_acceleration - a) <= JERK * CYCLE + 1e-6
     axis.control_dword, axis.velocity_override = 7, 1_000_000
     axis.simulation_cam_end = -50.0

@@ -21,7 +21,7 @@ class GroupRig:
     """3D group 11, FIFO 12 of two axes, kinematic group 13; `fifo` describes the FIFO."""
 
     def __init__(
-        self, law: str = "scara", *, compiled: bool = False, values: Any = None, **fifo: Any
+        self, law: str = "scara", *, compiled: bool | None = None, values: Any = None, **fifo: Any
     ) -> None:
         described = {"dimension": 2, "length": 250, "time_delta": 0.002, **fifo}
         self.nc = Nc(

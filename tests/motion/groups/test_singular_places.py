@@ -66,7 +66,6 @@ class Tool:
                 )
             ],
             channels=[ChannelParameters(1, type=ChannelType.KINEMATIC_TRANSFORMATION)],
-            compiled=False,
         )
         group = self.nc.groups.group(13)
         assert isinstance(group, KinematicGroup)

@@ -43,7 +43,7 @@ class Bench:
         count: int = 1,
         *,
         mode: ServoMode = ServoMode.CSP,
-        compiled: bool = False,
+        compiled: bool | None = None,
         cycle_ns: int = 2_000_000,
         resolution: int = RESOLUTION,
         feed: float = FEED,

@@ -118,6 +118,7 @@ def test_a_probe_that_the_drive_cannot_latch_is_refused(
 ) -> None:
     """All parameters drawn. Units 3 and 4 have no bits in 60B8h."""
     bench = Bench(
+        compiled=False,
         outputs=[0x6040, 0x6060, 0x607A, *({0x60B8} & mapped)],
         inputs=[0x6041, 0x6061, 0x6064, *sorted(mapped - {0x60B8})],
     )

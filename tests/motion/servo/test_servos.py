@@ -4,7 +4,7 @@ import random
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.codes.axis import StartType
@@ -79,6 +79,7 @@ def test_an_axis_begins_where_its_drive_is(make_bench: Any) -> None:
     assert bench.axis.actual_velocity == 0.0
 
 
+@settings(max_examples=10)
 @given(st.integers(0, 2**32))
 def test_both_kernels_are_equal(make_bench: Any, seed: int) -> None:
     draw = random.Random(seed)
