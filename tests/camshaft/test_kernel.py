@@ -216,7 +216,7 @@ def test_a_time_cam_is_on_for_its_duration(shaft: Any, rate: int, direction: int
     assert sum(on) == 5 * (1 + (200 * abs(step) > 360 + 20))
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(
     st.sampled_from((360, 1000, 3600, 4096)),
     st.sampled_from((0.1, 0.36, 0.72, 1.0, 1.2, 7.2, 12.0)) | st.floats(0.05, 12.0),

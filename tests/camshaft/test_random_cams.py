@@ -11,7 +11,7 @@ from tests.camshaft.closed_form import closed_form
 MS = 1_000_000
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=75, deadline=None)
 @given(st.data())
 def test_any_way_cam_at_any_steady_speed(data: st.DataObject) -> None:
     """All parameters drawn, settled, against the closed form."""
@@ -74,7 +74,7 @@ def test_any_way_cam_at_any_steady_speed(data: st.DataObject) -> None:
         assert (outputs ^ expected) & ~unsure == 0
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=75, deadline=None)
 @given(st.data())
 def test_any_time_or_brake_cam_at_any_steady_speed(data: st.DataObject) -> None:
     """All parameters drawn, settled, against the closed form: on from the cycle in which the start
