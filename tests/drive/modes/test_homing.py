@@ -18,6 +18,7 @@ from achse.drive import (
     VirtualDrive,
 )
 from achse.drive.modes.homing import METHODS
+from tests.drive.machine_code import fast_drive
 
 PITCH = 131_072
 NEGATIVE, POSITIVE = -1_000_000, 1_000_000
@@ -54,7 +55,7 @@ HOMES = {
 def test_home_is_the_index_pulse_beside_the_edge(
     machine: Callable[..., Mechanics], method: int, start: int
 ) -> None:
-    drive = VirtualDrive(machine(start))
+    drive = fast_drive(machine(start))
     drive.enable(Mode.HOMING)
     drive.home(method, offset=1_234)
     assert start + drive.record.encoder_zero - start == HOMES[method]
@@ -67,7 +68,7 @@ def test_home_is_the_index_pulse_beside_the_edge(
 def test_a_switch_shorter_than_the_braking_distance(method: int, start: int) -> None:
     """At 500,000 inc/s and 10,000,000 inc/s² the axis runs 12,500 inc past the switch."""
     switches = Switches(None, NEGATIVE, (50_000, 54_000), POSITIVE, None)
-    drive = VirtualDrive(Mechanics(switches=switches, position=start))
+    drive = fast_drive(Mechanics(switches=switches, position=start))
     drive.enable(Mode.HOMING)
     drive.home(method)
     above = method in (8, 10, 11, 13)
@@ -77,7 +78,7 @@ def test_a_switch_shorter_than_the_braking_distance(method: int, start: int) -> 
 @pytest.mark.parametrize("start", [-900_000, -50_000, 2_000, 100_000, 800_000])
 def test_33_and_34_take_the_next_index_pulse(machine: Callable[..., Mechanics], start: int) -> None:
     for method, home in ((33, _below(start)), (34, _above(start))):
-        drive = VirtualDrive(machine(start))
+        drive = fast_drive(machine(start))
         drive.enable(Mode.HOMING)
         drive.home(method)
         assert drive.record.encoder_zero == home
@@ -105,7 +106,7 @@ def test_any_geometry(method: int, start: int, near: int, width: int, offset: in
     if min(abs(home - edge), abs(edge - first), abs(first + PITCH - edge)) <= latency:
         return
     switches = Switches(None, NEGATIVE, (near, far), POSITIVE, None)
-    drive = VirtualDrive(
+    drive = fast_drive(
         Mechanics(switches=switches, position=start, encoder=Encoder(index_offset=offset))
     )
     drive.enable(Mode.HOMING)
@@ -132,7 +133,7 @@ def test_any_geometry(method: int, start: int, near: int, width: int, offset: in
 def test_initial_direction(
     machine: Callable[..., Mechanics], method: int, start: int, direction: int
 ) -> None:
-    drive = VirtualDrive(machine(start))
+    drive = fast_drive(machine(start))
     drive.enable(Mode.HOMING)
     drive.set(0x6098, method)
     drive.control(0x1F, 10)
@@ -140,7 +141,7 @@ def test_initial_direction(
 
 
 def test_speeds_and_acceleration(machine: Callable[..., Mechanics]) -> None:
-    drive = VirtualDrive(machine(-500_000))
+    drive = fast_drive(machine(-500_000))
     drive.set(0x6099, 300_000, 1)
     drive.set(0x6099, 40_000, 2)
     drive.set(0x609A, 2_000_000)
@@ -161,7 +162,7 @@ def test_speeds_and_acceleration(machine: Callable[..., Mechanics]) -> None:
 
 
 def test_max_profile_velocity_limits_homing(machine: Callable[..., Mechanics]) -> None:
-    drive = VirtualDrive(machine(-500_000))
+    drive = fast_drive(machine(-500_000))
     drive.set(0x607F, 100_000)
     drive.set(0x6098, 7)
     drive.enable(Mode.HOMING)
@@ -170,7 +171,7 @@ def test_max_profile_velocity_limits_homing(machine: Callable[..., Mechanics]) -
 
 
 def test_status_runs_attained_done(machine: Callable[..., Mechanics]) -> None:
-    drive = VirtualDrive(machine(-50_000))
+    drive = fast_drive(machine(-50_000))
     drive.set(0x6098, 34)
     drive.enable(Mode.HOMING)
     assert drive.statusword & STATE == 0x0400, "not started"
@@ -187,7 +188,7 @@ def test_status_runs_attained_done(machine: Callable[..., Mechanics]) -> None:
 
 
 def test_software_state_shows_that_homing_runs(machine: Callable[..., Mechanics]) -> None:
-    drive = VirtualDrive(machine(-50_000))
+    drive = fast_drive(machine(-50_000))
     drive.set(0x6098, 34)
     drive.enable(Mode.HOMING)
     drive.control(0x1F)
@@ -195,7 +196,7 @@ def test_software_state_shows_that_homing_runs(machine: Callable[..., Mechanics]
 
 
 def test_taking_bit_4_back_interrupts(machine: Callable[..., Mechanics]) -> None:
-    drive = VirtualDrive(machine(-500_000))
+    drive = fast_drive(machine(-500_000))
     drive.set(0x6098, 7)
     drive.enable(Mode.HOMING)
     drive.control(0x1F, 200)
@@ -207,7 +208,7 @@ def test_taking_bit_4_back_interrupts(machine: Callable[..., Mechanics]) -> None
 
 
 def test_halt_stops_and_resumes(machine: Callable[..., Mechanics]) -> None:
-    drive = VirtualDrive(machine(-500_000))
+    drive = fast_drive(machine(-500_000))
     drive.set(0x6098, 7)
     drive.enable(Mode.HOMING)
     drive.control(0x1F, 200)
@@ -220,7 +221,7 @@ def test_halt_stops_and_resumes(machine: Callable[..., Mechanics]) -> None:
 
 
 def test_halt_on_the_way_back_to_the_index(machine: Callable[..., Mechanics]) -> None:
-    drive = VirtualDrive(machine(-50_000))
+    drive = fast_drive(machine(-50_000))
     drive.set(0x6098, 34)
     drive.enable(Mode.HOMING)
     drive.control(0x1F)
@@ -276,7 +277,7 @@ def test_other_methods_are_a_homing_error(drive: VirtualDrive, method: int) -> N
     ],
 )
 def test_missing_switches_fail_at_the_start(method: int, switches: Switches) -> None:
-    drive = VirtualDrive(Mechanics(switches=switches))
+    drive = fast_drive(Mechanics(switches=switches))
     drive.set(0x6098, method)
     drive.enable(Mode.HOMING)
     assert drive.control(0x1F, 2) & STATE == 0x2400
@@ -285,7 +286,7 @@ def test_missing_switches_fail_at_the_start(method: int, switches: Switches) -> 
 def test_a_switch_that_never_comes_fails_at_the_other_limit(
     machine: Callable[..., Mechanics],
 ) -> None:
-    drive = VirtualDrive(machine())
+    drive = fast_drive(machine())
     drive.faults.input(InputBit.HOME, False)
     drive.set(0x6098, 7)
     drive.enable(Mode.HOMING)
@@ -299,7 +300,7 @@ def test_a_switch_that_never_comes_fails_at_the_other_limit(
 def test_an_index_pulse_that_never_comes_fails_at_the_limit(
     machine: Callable[..., Mechanics],
 ) -> None:
-    drive = VirtualDrive(machine(encoder=Encoder(index_pitch=10**9, index_offset=5 * 10**8)))
+    drive = fast_drive(machine(encoder=Encoder(index_pitch=10**9, index_offset=5 * 10**8)))
     drive.set(0x6098, 34)
     drive.enable(Mode.HOMING)
     drive.control(0x1F)
@@ -307,7 +308,7 @@ def test_an_index_pulse_that_never_comes_fails_at_the_limit(
 
 
 def test_the_method_cannot_change_on_the_way(machine: Callable[..., Mechanics]) -> None:
-    drive = VirtualDrive(machine(-500_000))
+    drive = fast_drive(machine(-500_000))
     drive.set(0x6098, 7)
     drive.enable(Mode.HOMING)
     drive.control(0x1F, 5)
@@ -319,7 +320,7 @@ def test_the_method_cannot_change_on_the_way(machine: Callable[..., Mechanics]) 
 def test_homing_attained_ends_with_the_mode_and_the_power(
     machine: Callable[..., Mechanics],
 ) -> None:
-    drive = VirtualDrive(machine())
+    drive = fast_drive(machine())
     drive.enable(Mode.HOMING)
     drive.home(37)
     drive.put(0x6060, Mode.PROFILE_POSITION)
@@ -336,14 +337,14 @@ def test_homing_attained_ends_with_the_mode_and_the_power(
 
 
 def test_a_multi_turn_encoder_is_always_homed() -> None:
-    drive = VirtualDrive(Mechanics(encoder=Encoder(kind=EncoderKind.MULTI_TURN)))
+    drive = fast_drive(Mechanics(encoder=Encoder(kind=EncoderKind.MULTI_TURN)))
     drive.put(0x6060, Mode.HOMING)
     drive.cycle()
     assert drive.statusword & 0x1000
 
 
 def test_disabling_interrupts(machine: Callable[..., Mechanics]) -> None:
-    drive = VirtualDrive(machine(-500_000))
+    drive = fast_drive(machine(-500_000))
     drive.set(0x6098, 7)
     drive.enable(Mode.HOMING)
     drive.control(0x1F, 100)
@@ -353,7 +354,7 @@ def test_disabling_interrupts(machine: Callable[..., Mechanics]) -> None:
 
 
 def test_torque_limit_shows_while_homing(machine: Callable[..., Mechanics]) -> None:
-    drive = VirtualDrive(machine(-500_000))
+    drive = fast_drive(machine(-500_000))
     drive.set(0x60E0, 10)
     drive.set(0x6098, 7)
     drive.enable(Mode.HOMING)

@@ -8,6 +8,7 @@ import pytest
 
 from achse.codes import AlState
 from achse.drive import Alarm, InputBit, Mechanics, Mode, PowerState, Switches, VirtualDrive, Warn
+from tests.drive.machine_code import fast_drive
 
 _TABLE = Path(__file__).parents[2] / "data" / "drive_mode_bits.tsv"
 LISTED = list(csv.DictReader(_TABLE.read_text(encoding="utf-8").splitlines(), delimiter="\t"))
@@ -38,7 +39,7 @@ def bits(text: str) -> int:
 
 
 def enabled(mode: Mode, machine: Mechanics | None = None, **parameters: int) -> VirtualDrive:
-    drive = VirtualDrive(machine, parameters={int(k[1:], 16): v for k, v in parameters.items()})
+    drive = fast_drive(machine, parameters={int(k[1:], 16): v for k, v in parameters.items()})
     drive.enable(mode)
     return drive
 
@@ -119,7 +120,7 @@ def shows(
 
 
 def walked(*words: int) -> VirtualDrive:
-    drive = VirtualDrive()
+    drive = fast_drive()
     for word in words:
         drive.control(word, 2)
     return drive
@@ -146,7 +147,7 @@ for _bit, _words, _before, _after in (
 
 @shows("all", CONTROL, "7", "0->1")
 def _fault_reset() -> bool:
-    drive = VirtualDrive()
+    drive = fast_drive()
     drive.faults.alarm(Alarm.OVER_VOLTAGE, lasting=False)
     drive.control(0x80, 3)  # the edge comes too early and is not an edge afterwards
     held = drive.power_state
@@ -217,13 +218,13 @@ for _bit, _states in (
 
     @shows("all", STATUS, _bit)
     def _state(bit: int = int(_bit), states: dict[int, int] = _states) -> bool:
-        drive = VirtualDrive()
+        drive = fast_drive()
         return all(drive.control(word, 2) >> bit & 1 == on for word, on in states.items())
 
 
 @shows("all", STATUS, "3")
 def _fault() -> bool:
-    drive = VirtualDrive()
+    drive = fast_drive()
     before = drive.statusword
     drive.faults.alarm(Alarm.OVER_VOLTAGE)
     drive.cycle(3)
@@ -232,7 +233,7 @@ def _fault() -> bool:
 
 @shows("all", STATUS, "4", "0")
 def _voltage() -> bool:
-    drive = VirtualDrive()
+    drive = fast_drive()
     normal = drive.statusword
     drive.faults.main_power(False)
     drive.cycle()
@@ -257,7 +258,7 @@ def _warning() -> bool:
 
 @shows("all", STATUS, "9", "1")
 def _remote() -> bool:
-    drive = VirtualDrive()
+    drive = fast_drive()
     drive.bring_up(AlState.INIT)
     early = drive.control(0x06, 2)
     drive.bring_up(AlState.PREOP)
@@ -269,7 +270,7 @@ def _remote() -> bool:
 
 def _limit_by_switch(mode: str) -> bool:
     """A limit switch, servo on or off."""
-    drive = VirtualDrive()
+    drive = fast_drive()
     drive.put(0x6060, MODES[mode])
     drive.cycle()
     drive.faults.overtravel(positive=True)
@@ -281,7 +282,7 @@ def _limit_by_switch(mode: str) -> bool:
 
 def _limit_by_torque(mode: str) -> bool:
     """The torque limit, servo on alone."""
-    drive = VirtualDrive(parameters={0x6087: 10**6, 0x6098: 34})
+    drive = fast_drive(parameters={0x6087: 10**6, 0x6098: 34})
     drive.faults.jam()
     drive.enable(MODES[mode])
     drive.put(0x6072, 20)
