@@ -235,7 +235,7 @@ def test_without_its_bit_there_is_no_sync1(master: Any) -> None:
     assert master.number(0x0998, 8) == 0
 
 
-@settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=10, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(by_ns=st.integers(-900_000, 900_000), cycle_us=st.sampled_from((500, 1000, 2000)))
 def test_a_clock_that_jumps_far_is_astray_until_it_is_back(
     line: Callable[..., Any], by_ns: int, cycle_us: int

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.codes import AlState
@@ -83,6 +83,7 @@ def in_op(made: type[Segment], count: int, bring: Callable[[Any], None], cycle_n
     return segment
 
 
+@settings(max_examples=12)
 @given(sessions(), st.sampled_from([0, 1_000_000]), st.data())
 def test_planned_frames_come_back_the_same(
     bring: Callable[[Any], None],

@@ -3,7 +3,7 @@
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.codes import AlState, SdoAbort
@@ -62,6 +62,7 @@ def test_outputs_are_off_outside_op() -> None:
     assert not terminal.output(3)
 
 
+@settings(max_examples=10)
 @given(volts=st.floats(-20, 20), out=st.integers(-32768, 32767), channel=st.integers(0, 3))
 def test_analog_values(volts: float, out: int, channel: int) -> None:
     terminal = AnalogTerminal()

@@ -135,7 +135,7 @@ def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPa
         cam([(0.0, 0.0)])
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(
     kind=st.sampled_from(["moves", "cam", "path"]),
     values=st.lists(NUMBERS, min_size=2, max_size=30),

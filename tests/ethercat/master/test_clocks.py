@@ -16,7 +16,7 @@ def test_differences_have_a_sign_bit() -> None:
     assert difference_of(0x8000_0005) == -5
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=25)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=10)
 @given(
     offsets=st.lists(st.integers(-(10**12), 10**12), min_size=2, max_size=5),
     drift=st.integers(-100_000, 100_000),
@@ -65,7 +65,7 @@ def test_sync1_is_set_as_configured(bus: Callable[..., Any], activate: int) -> N
     assert ours.segment.slaves[0].esc.read(0x0980, 2) == activate.to_bytes(2, "little")
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=10)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=5)
 @given(
     drifts=st.lists(st.integers(-100_000, 100_000), min_size=2, max_size=6),
     hop=st.integers(50, 5_000),

@@ -139,7 +139,7 @@ class Wire:
         return [each for each in arrived if self.dice.random() >= self.harm]
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=20)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=10)
 @given(seed=st.integers(0, 2**32), harm=st.floats(0, 0.5), count=st.integers(1, 6))
 def test_a_wire_that_does_harm_ends_in_documented_states(
     bus: Callable[..., Any], seed: int, harm: float, count: int
@@ -162,7 +162,7 @@ def test_a_wire_that_does_harm_ends_in_documented_states(
     ours.until(lambda: master.operational, 4000)
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=30)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=15)
 @given(seed=st.integers(0, 2**32), harm=st.floats(0, 1))
 def test_hostile_frames_never_escape_the_master(
     bus: Callable[..., Any], seed: int, harm: float

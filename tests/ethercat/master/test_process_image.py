@@ -121,7 +121,7 @@ def test_entries_know_their_bit() -> None:
     assert [each.subindex for each in entry_places(slave, False)] == [1, 2, 3, 4]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(st.data())
 def test_slaves_with_few_bits_share_bytes(data: st.DataObject) -> None:
     """All parameters drawn: channels, whether LRW works, which share, values, a lost frame."""

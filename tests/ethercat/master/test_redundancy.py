@@ -170,7 +170,7 @@ def test_two_cuts_lose_what_is_between_and_it_comes_back() -> None:
     ours.exchanges()
 
 
-@settings(max_examples=15)
+@settings(max_examples=8)
 @given(
     happenings=st.lists(
         st.tuples(
@@ -196,7 +196,7 @@ def test_whatever_happens_the_ring_comes_back(happenings: list[tuple[str, int, i
     ours.exchanges()
 
 
-@settings(max_examples=10)
+@settings(max_examples=6)
 @given(
     count=st.integers(1, 7),
     clock=st.sampled_from([None, ClockConfiguration()]),

@@ -119,7 +119,7 @@ def test_lost_frames_for_a_while_end_in_op(bus: Callable[..., Any]) -> None:
     assert ours.master.slaves[0].al_code == 0
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=20)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=8)
 @given(
     st.lists(
         st.tuples(
