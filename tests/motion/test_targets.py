@@ -142,7 +142,7 @@ def fastest(way: float, other: float) -> float:
         max_size=9,
     )
 )
-@settings(max_examples=38, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_any_chain_passes_each_border_as_its_modes_and_ways_allow(
     moves: list[tuple[float, float, BufferMode]],
 ) -> None:

@@ -4,12 +4,14 @@ from itertools import pairwise
 from math import dist, pi
 from typing import Any
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.gcode.machine_data import MachineData
 from achse.gcode.program import PartProgram
-from achse.motion.channels.planned_path import MOST_POINTS, PlannedPath, PlanState
+from achse.motion.channels import planned_path
+from achse.motion.channels.planned_path import PlannedPath, PlanState
 from achse.motion.channels.states import InterpreterState as State
 
 AUXILIARY = (0.0,) * 5
@@ -49,10 +51,15 @@ def test_an_arc_is_as_long_as_it_is_driven() -> None:
     assert all(abs(dist(point[:2], (10, 10)) - 10) < 1e-9 for point in points)
 
 
-def test_a_program_without_an_end_is_cut_and_a_wrong_one_ends_at_its_error() -> None:
+def test_a_program_without_an_end_is_cut_and_a_wrong_one_ends_at_its_error(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert planned_path.MOST_POINTS == 10_000
+    monkeypatch.setattr(planned_path, "MOST_POINTS", 700)
+    monkeypatch.setattr(planned_path, "_MOST_BLOCKS", 3_500)
     path = planned("N10 G91 G01 X1 F600\nN20 @100 K-10\nM30\n")
     assert path.state is PlanState.CUT
-    assert len(path.points) == MOST_POINTS
+    assert len(path.points) == 700
     assert planned("N10 @100 K-10\nM30\n").state is PlanState.CUT
     path = planned("G01 X10 F600\n@100 K-99\nG01 X30\nM30\n")
     assert path.state is PlanState.FAULT

@@ -178,7 +178,7 @@ class Tool:
             assert axis.set_motion_phase == MotionPhase.NONE
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(name=st.sampled_from(sorted(AXES)), seed=st.integers(0, 2**32 - 1))
 def test_tools_at_random_places(name: str, seed: int) -> None:
     tool = Tool(name, Random(seed))
