@@ -4,15 +4,18 @@ What needs the system itself is declared with attribute `builtin`, without body;
 of the same name in `achse.plc.builtins`, or in the device that serves it, does it.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import cache
 from importlib.resources import files
 
 __all__ = ["names", "sources"]
 
 
-def names() -> list[str]:
-    """The libraries there are: names of folders, in lower case."""
-    return sorted(item.name for item in files(__package__).iterdir() if _is_library(item.name))
+@cache
+def names() -> Sequence[str]:
+    """Return the names of the library folders, in lower case; the package is listed once."""
+    folders = files(__package__).iterdir()
+    return tuple(sorted(item.name for item in folders if _is_library(item.name)))
 
 
 def sources() -> Iterator[tuple[str, str]]:

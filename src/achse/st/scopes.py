@@ -178,7 +178,8 @@ class Scopes:
             for inner in unit.units:
                 self._add(inner, source, name, is_library)
             return
-        known, key = self.entries.get(name.lower()), name.lower()
+        key = name.lower()
+        known = self.entries.get(key)
         library = _library_of(source) if is_library else ""
         if known is not None:
             if not is_library:
@@ -198,7 +199,8 @@ class Scopes:
         self.entries[name.lower()] = entry
         if library:
             self._of_libraries.setdefault(library.lower(), {})[key] = entry
-        if "qualified_only" in {key.lower() for key, _ in unit.note.attributes}:
+        attributes = unit.note.attributes
+        if attributes and "qualified_only" in {key.lower() for key, _ in attributes}:
             return
         if isinstance(unit, GlobalList):
             scope = self.scope(entry)

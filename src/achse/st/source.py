@@ -1,5 +1,6 @@
 """Source texts and the faults found in them: file, line, column, the line with a caret."""
 
+import hashlib
 import re
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
@@ -106,6 +107,12 @@ class Source:
     def _breaks(self) -> list[int]:
         """Where lines end: a routine asks for the place of each of its statements."""
         return [found.start() for found in _BREAK.finditer(self.text)]
+
+    @cached_property
+    def digest(self) -> bytes:
+        """A hash of path and text, 20 bytes."""
+        content = f"{self.path}\0{self.text}".encode("utf-8", "surrogatepass")
+        return hashlib.blake2b(content, digest_size=20).digest()
 
     def line_at(self, offset: int) -> str:
         """The whole line an offset is in, as far as its piece goes."""

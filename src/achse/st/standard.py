@@ -19,7 +19,10 @@ def standard_libraries() -> Sequence[Parsed]:
 
     The variables of a file without a list around them are in a list of its name and library.
     """
-    return tuple(
-        parse(Source(text, name), name=name.replace("/", "_").removesuffix(".st")).check()
-        for name, text in libraries.sources()
-    )
+    found = []
+    for name, text in libraries.sources():
+        source = Source(text, name)
+        folder = name.partition("/")[0]
+        source.library = "__SYSTEM" if folder == "language" else folder
+        found.append(parse(source, name=name.replace("/", "_").removesuffix(".st")).check())
+    return tuple(found)

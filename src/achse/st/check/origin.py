@@ -19,7 +19,7 @@ def origin_of(names: Resolver, given: Iterable[type[StaticRecord]]) -> str:
     entries = names.scopes.entries
     sources = {id(entry.source): entry.source for entry in entries.values()}
     for source in sources.values():
-        found.update(f"{source.path}\0{source.text}\0".encode("utf-8", "surrogatepass"))
+        found.update(source.digest)
     # Which of their parts count can depend on names that were defined for the parser.
     found.update(" ".join(f"{name}:{entry.tree.at}" for name, entry in entries.items()).encode())
     for owner, name, value in names.constants.known():
