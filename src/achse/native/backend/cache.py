@@ -27,8 +27,15 @@ _OBJECT, _TEMPORARY = ".o", ".part"
 _LARGEST = 256 << 20
 """Bytes of all files: some hundred large projects."""
 
+_UNSEEN = 1 / 16
+"""Part of `_LARGEST` that a process may save before it looks at the whole folder again."""
+
 _ABANDONED_S = 3600.0
 """A temporary file that old is of a process that was ended while it wrote."""
+
+
+_looks: dict[Path, tuple[int, int]] = {}
+"""By folder: bytes of all files at the last look of this process, and bytes it saved since."""
 
 
 def cache_directory() -> Path:
@@ -82,11 +89,21 @@ class ObjectCache:
                 os.replace(temporary, self.path)
             except OSError:
                 os.unlink(temporary)
-            _make_room(folder, self.path)
+            _keep_small(folder, self.path)
 
 
-def _make_room(folder: Path, newest: Path) -> None:
-    """Remove the files that were not used for the longest time until the rest is small enough.
+def _keep_small(folder: Path, newest: Path) -> None:
+    """Make room if the files may be too large: a look at a full folder takes milliseconds."""
+    used, saved = _looks.get(folder, (_LARGEST, 0))
+    saved += newest.stat().st_size
+    if used + saved > _LARGEST or saved > _LARGEST * _UNSEEN:
+        used, saved = _make_room(folder, newest), 0
+    _looks[folder] = used, saved
+
+
+def _make_room(folder: Path, newest: Path) -> int:
+    """Remove the files that were not used for the longest time until the rest is small enough;
+    return the bytes of the rest.
 
     Only our own kinds of files; others may remove some of them meanwhile.
     """
@@ -105,10 +122,11 @@ def _make_room(folder: Path, newest: Path) -> None:
     used = newest.stat().st_size + sum(size for _, size, _ in found)
     for _, size, path in found:
         if used <= _LARGEST:
-            return
+            break
         with suppress(OSError):
             path.unlink()
         used -= size
+    return used
 
 
 def _distrusted(path: Path) -> str:
