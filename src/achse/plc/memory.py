@@ -59,6 +59,9 @@ SPARSE = 1 << 22
 """An area made this large takes memory only where something is in it: the symbol files of real
 targets put all areas into one range of addresses."""
 
+_SPARSE_LATER = 1 << 20
+"""The same for an area that is empty at first: stack and heap, of which programs use little."""
+
 _CHUNK = 1 << 16
 _ZEROS = bytes(_CHUNK)
 
@@ -105,8 +108,10 @@ class _SparseBytes(mmap.mmap):
 
 
 def _zeros(size: int) -> Bytes:
-    if size < SPARSE:
-        return Bytes(size)
+    return Bytes(size) if size < SPARSE else _sparse_zeros(size)
+
+
+def _sparse_zeros(size: int) -> Bytes:
     # Private pages: those only read are one page of zeros. Elsewhere mmap knows no such flag.
     private = getattr(mmap, "MAP_PRIVATE", 0) | getattr(mmap, "MAP_ANONYMOUS", 0)
     made = _SparseBytes(-1, size, private) if private else _SparseBytes(-1, size)
@@ -136,7 +141,8 @@ class Region:
     """One area: its bytes, how far they are allocated, and what they are after a reset.
 
     `data` is the memory itself; programs and services read and write it in place. It is the same
-    object for ever, but may get longer while variables are being allocated.
+    object for ever, but may get longer while variables are being allocated. Only an empty area
+    that becomes a large one gets another.
     """
 
     __slots__ = ("_grows", "_initial", "_kept", "_used", "area", "data")
@@ -185,7 +191,9 @@ class Region:
         if size <= len(self.data):
             return
         try:
-            if isinstance(self.data, Bytes):
+            if not self.data and size >= _SPARSE_LATER:
+                self._begin_sparse(size)
+            elif isinstance(self.data, Bytes):
                 self.data.extend(bytes(size - len(self.data)))
             else:
                 self.data.resize(size)
@@ -193,6 +201,13 @@ class Region:
             raise AreaFullError(
                 f"{self.area.value} has {len(self.data)} bytes and cannot grow to {size} here"
             ) from None
+
+    def _begin_sparse(self, size: int) -> None:
+        """Have memory whose pages come as they are used, in place of none."""
+        empty, self.data = self.data, _sparse_zeros(size)
+        for name in Bytes.__slots__:
+            if hasattr(empty, name):
+                setattr(self.data, name, getattr(empty, name))
 
     def keep(self, offset: int, size: int) -> None:
         """Let a reset spare these bytes (retain and persistent variables)."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from achse.iec import Program, plain
+from achse.iec import Buffer, Program, plain
 from achse.iec.structs import RecordKind, RecordMeta, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
@@ -30,6 +30,10 @@ from achse.st.typed.project import Routine, RoutineKind, TypedProject, TypedUnit
 from achse.st.typed.statements import TypedStatement
 
 BEST = CodeForm.MACHINE if compiler_installed() else CodeForm.PLAIN
+
+
+_CHUNK = 1 << 16
+"""Bytes that are compared at once."""
 
 
 class Bench:
@@ -153,7 +157,7 @@ class Ran:
             twin.plc.reset()
             twin.plc.run()
         for area in Area:
-            twin.plc.memory[area].restore(self.plc.memory[area].snapshot())
+            twin.plc.memory[area].restore(self.plc.memory[area].data)
 
     def _compare(self, twin: "Ran") -> None:
         ours, theirs = self.plc.fault, twin.plc.fault
@@ -164,13 +168,11 @@ class Ran:
         assert (self.plc.state, str(ours)) == (twin.plc.state, str(theirs))
         for area in Area:
             here, there = self.plc.memory[area].data, twin.plc.memory[area].data
-            if here != there:
-                where = next(at for at in range(len(here)) if here[at] != there[at])
-                piece = slice(max(where - 16, 0), where + 16)
-                raise AssertionError(
-                    f"{area.value} differs at byte {where}: {bytes(here[piece])!r} as machine"
-                    f" code, {bytes(there[piece])!r} as plain code"
-                )
+            assert len(here) == len(there)
+            for start in range(0, len(here), _CHUNK):
+                ours_here, theirs_here = here[start : start + _CHUNK], there[start : start + _CHUNK]
+                if ours_here != theirs_here:
+                    _raise_difference(area, start, ours_here, theirs_here)
 
     def __getitem__(self, path: str) -> Any:
         """A variable of the program as a plain value."""
@@ -185,6 +187,15 @@ class Ran:
         assert self.plc.state is PlcState.EXCEPTION
         assert self.plc.fault is not None, self.plc.failure
         return self.plc.fault
+
+
+def _raise_difference(area: Area, start: int, here: Buffer, there: Buffer) -> None:
+    where = next(at for at in range(len(here)) if here[at] != there[at])
+    piece = slice(max(where - 16, 0), where + 16)
+    raise AssertionError(
+        f"{area.value} differs at byte {start + where}: {bytes(here[piece])!r} as machine"
+        f" code, {bytes(there[piece])!r} as plain code"
+    )
 
 
 FORMS = [
