@@ -181,7 +181,7 @@ TYPES = (
 # fmt: on
 
 
-def test_any_initial_values_give_a_plc_with_warnings_or_faults() -> None:
+def test_any_initial_values_give_a_plc_with_warnings_or_faults(many: Callable[[int], int]) -> None:
     chance = random.Random(1131)
 
     def expression() -> str:
@@ -190,7 +190,7 @@ def test_any_initial_values_give_a_plc_with_warnings_or_faults() -> None:
         return chance.choice(ATOMS) + rest
 
     outcomes = set()
-    for _ in range(250):
+    for _ in range(many(80)):
         late = [f"z{k} : {chance.choice(TYPES)} := {expression()};" for k in range(2)]
         text = f"""
 TYPE ST : STRUCT x : INT := 4; y : DINT; END_STRUCT END_TYPE

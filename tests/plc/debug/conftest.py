@@ -1,6 +1,7 @@
 """A small PLC with a block, a method, a function, loops and pointers, to be debugged."""
 
 from collections.abc import Callable
+from functools import cache
 
 import pytest
 
@@ -8,9 +9,10 @@ from achse.plc import PlcRuntime, Task
 from achse.plc.bodies import Bodies
 from achse.plc.code.execution import CodeForm
 from achse.st.check import check
-from achse.st.declare import declare
+from achse.st.declare import Declarations, declare
 from achse.st.parser import parse
 from achse.st.source import Source
+from achse.st.typed.project import TypedProject
 
 SOURCE = """\
 TYPE E_State : (Idle, Run := 5, Fault); END_TYPE
@@ -120,14 +122,25 @@ def line() -> Callable[[str], int]:
     return line_of
 
 
-@pytest.fixture(params=[CodeForm.PLAIN, CodeForm.AUTO], ids=["plain", "machine"])
-def plc(request: pytest.FixtureRequest) -> PlcRuntime:
-    """In both forms of code; the second is machine code where there is a compiler."""
+@cache
+def _checked() -> tuple[Declarations, TypedProject]:
+    """Return what the front end makes of the sources: all PLCs share it."""
     sources = [parse(Source(SOURCE, "plc/main.st")), parse(Source(LISTS, "GVL.st"), name="GVL")]
     declared = declare(sources)
+    return declared, check(declared)
+
+
+def new_plc(form: CodeForm) -> PlcRuntime:
+    """Return a PLC in its first state."""
+    declared, project = _checked()
     tasks = [
         Task("Fast", CYCLE, [declared.programs["main"]], priority=1),
         Task("Slow", 2 * CYCLE, [declared.programs["slow"]], priority=2),
     ]
-    bodies = Bodies(check(declared), form=request.param)
-    return PlcRuntime(tasks, declared.globals.values(), bodies=bodies)
+    return PlcRuntime(tasks, declared.globals.values(), bodies=Bodies(project, form=form))
+
+
+@pytest.fixture(params=[CodeForm.PLAIN, CodeForm.AUTO], ids=["plain", "machine"])
+def plc(request: pytest.FixtureRequest) -> PlcRuntime:
+    """In both forms of code; the second is machine code where there is a compiler."""
+    return new_plc(request.param)

@@ -8,19 +8,31 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.plc import PlcRuntime, Task
+from achse.plc.code.execution import CodeForm
 from achse.plc.debug import Debugger
 from achse.plc.debug.evaluate import EvaluationError, assign, evaluate, is_expandable, text_of
 from achse.plc.debug.places import DebugNames, DebugSpot
+from tests.plc.debug.conftest import line_of, new_plc
 
 
-@pytest.fixture
-def debugger(plc: PlcRuntime, line: Callable[[str], int]) -> Iterator[Debugger]:
+def _stopped(plc: PlcRuntime, line: int) -> Iterator[Debugger]:
     debugger = plc.debug()
-    debugger.add("main.st", line("F_Double := n"))
+    debugger.add("main.st", line)
     plc.run_due(10_000_000)
     assert debugger.stop is not None
     yield debugger
     plc.end_debugging()
+
+
+@pytest.fixture
+def debugger(plc: PlcRuntime, line: Callable[[str], int]) -> Iterator[Debugger]:
+    yield from _stopped(plc, line("F_Double := n"))
+
+
+@pytest.fixture(scope="module", params=[CodeForm.PLAIN, CodeForm.AUTO], ids=["plain", "machine"])
+def reader(request: pytest.FixtureRequest) -> Iterator[Debugger]:
+    """A debugger at a stop, for tests that only read."""
+    yield from _stopped(new_plc(request.param), line_of("F_Double := n"))
 
 
 @pytest.mark.parametrize(
@@ -67,8 +79,8 @@ def debugger(plc: PlcRuntime, line: Callable[[str], int]) -> Iterator[Debugger]:
         ("TRUE AND_THEN n = 1", "TRUE"),
     ],
 )
-def test_values(debugger: Debugger, text: str, value: str) -> None:
-    assert debugger.evaluate(text) == value
+def test_values(reader: Debugger, text: str, value: str) -> None:
+    assert reader.evaluate(text) == value
 
 
 @pytest.mark.parametrize(
@@ -82,9 +94,9 @@ def test_values(debugger: Debugger, text: str, value: str) -> None:
         *("T#nonsense", "INT#99999", "MAIN.nCycle.%X99", "n.x.y.z", "2 ** 'a'"),
     ],
 )
-def test_what_has_no_value_says_so(debugger: Debugger, text: str) -> None:
+def test_what_has_no_value_says_so(reader: Debugger, text: str) -> None:
     with pytest.raises(EvaluationError):
-        debugger.evaluate(text)
+        reader.evaluate(text)
 
 
 def test_assignments(debugger: Debugger, plc: PlcRuntime) -> None:

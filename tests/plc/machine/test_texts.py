@@ -1,6 +1,5 @@
 """Texts: functions with positions in and out of range, aliases of the target, both widths."""
 
-import itertools
 from collections.abc import Callable
 from typing import Any
 
@@ -18,20 +17,26 @@ def test_functions_in_and_out_of_range(run: Run, kind: str) -> None:
     texts = [f"{quote}{text}{quote}" for text in ("", "a", "abcab", "x" * 250)]
     lines = []
     for text in texts:
-        for number in NUMBERS:
-            lines += [f"LEFT({text}, {number})", f"RIGHT({text}, {number})"]
-            lines.append(f"INSERT({text}, s, {number})")
-        for length, position in itertools.product(NUMBERS, NUMBERS):
-            lines += [f"MID({text}, {length}, {position})", f"DELETE({text}, {length}, {position})"]
-            lines.append(f"REPLACE({text}, s, {length}, {position})")
+        # Numbers as variables, in loops; one of them as a literal, too.
+        lines += [f"{name}({text}, {at})" for name in ("LEFT", "RIGHT") for at in ("p", 2)]
+        lines += [f"INSERT({text}, s, {at})" for at in ("p", 1)]
+        lines += [f"{name}({text}, {at})" for name in ("MID", "DELETE") for at in ("p, q", "2, 5")]
+        lines += [f"REPLACE({text}, s, {at})" for at in ("p, q", "-3, 2")]
         lines += [f"CONCAT({text}, {other})" for other in texts]
-    body = "\n".join(
+    each = "\n".join(
         f"t := {wide}{line}; h := h * 31 + {wide}LEN(t); n := n + {wide}FIND(t, s);"
         for line in lines
     )
+    last = len(NUMBERS) - 1
+    body = (
+        f"FOR i := 0 TO {last} DO p := v[i]; FOR j := 0 TO {last} DO q := v[j];\n{each}\n"
+        "END_FOR END_FOR"
+    )
     ran = run(
         f"PROGRAM MAIN VAR s : {kind} := {quote}ab{quote}; t : {kind}(255); u : {kind}(3);"
-        f" h : UDINT; n : DINT; b, c : BOOL; END_VAR\n{body}\n"
+        f" h : UDINT; n : DINT; b, c : BOOL;"
+        f" i, j, p, q : INT; v : ARRAY[0..{last}] OF INT := [{', '.join(map(str, NUMBERS))}];"
+        f" END_VAR\n{body}\n"
         f"u := t; b := u < t; c := t >= u; s := {wide}MID(s, 1, 2); s := {wide}CONCAT(s, s);"
         "\nEND_PROGRAM"
     )
