@@ -132,7 +132,7 @@ class Device:
                 *(() if self.symbols is None else self.symbols.groups()),
             )
         )
-        self.services = ServiceTable((*single, *SumCommands(single, self).groups()))
+        self.services = ServiceTable(SumCommands(single, self).groups(), single)
         self._groups = self.services.by_index
         self.readable_groups: Mapping[int, IndexGroup] | None = self._groups
         """Who answers a Read of each index group: a transport may ask there, without a frame."""

@@ -199,7 +199,7 @@ class RowFacts:
     source: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)  # by identity: groups share the index of rows
 class Service:
     """One service of a device.
 

@@ -4,8 +4,9 @@ Every kind of group answers the same four questions (read, write, read_write, wa
 rows; the `ServiceTable` finds the group of a request in one dictionary.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
@@ -62,25 +63,43 @@ class IndexGroup:
         raise DeviceError(ReturnCode.INVALID_ACCESS, f"0x{group:X}:0x{offset:X} takes no ReadWrite")
 
 
+class _RowIndex(NamedTuple):
+    """Rows by offset."""
+
+    rows: tuple[Service, ...]
+    by_access: Mapping[Access, Mapping[int, Service]]
+    ranges: Sequence[Service]
+
+
+def _index_rows(rows: Iterable[Service], kind: type[Any] | None = None) -> _RowIndex:
+    """Index the rows; reject two that answer the same, and fields that `kind` does not have."""
+    by_access: dict[Access, dict[int, Service]] = {READ: {}, WRITE: {}, READ_WRITE: {}}
+    ranges: list[Service] = []
+    in_order = tuple(sorted(rows, key=lambda row: row.offset))
+    for row in in_order:
+        if kind is not None:
+            _check_field(row, kind)
+        if row.count > 1:
+            ranges.append(row)
+            continue
+        for access, rows_of_access in by_access.items():
+            if access in row.access and rows_of_access.setdefault(row.offset, row) is not row:
+                raise ValueError(
+                    f"rows {rows_of_access[row.offset].name!r} and {row.name!r} both answer"
+                    f" {access} at offset 0x{row.offset:X}"
+                )
+    return _RowIndex(in_order, by_access, ranges)
+
+
+_shared_index = lru_cache(maxsize=256)(_index_rows)
+"""The index of rows that many devices serve: tables of modules, which refer to no device."""
+
+
 class _RowGroup(IndexGroup):
     """Service rows over a target object found by the index group."""
 
-    def __init__(self, rows: Iterable[Service], kind: type[Any] | None) -> None:
-        self.rows = tuple(sorted(rows, key=lambda row: row.offset))
-        self._by_access: dict[Access, dict[int, Service]] = {READ: {}, WRITE: {}, READ_WRITE: {}}
-        self._ranges: list[Service] = []
-        for row in self.rows:
-            if kind is not None:
-                _check_field(row, kind)
-            if row.count > 1:
-                self._ranges.append(row)
-                continue
-            for access, rows_of_access in self._by_access.items():
-                if access in row.access and rows_of_access.setdefault(row.offset, row) is not row:
-                    raise ValueError(
-                        f"rows {rows_of_access[row.offset].name!r} and {row.name!r} both answer"
-                        f" {access} at offset 0x{row.offset:X}"
-                    )
+    def __init__(self, index: _RowIndex) -> None:
+        self.rows, self._by_access, self._ranges = index
         self._readable = self._by_access[READ]
 
     def target(self, group: int) -> Any:
@@ -170,7 +189,7 @@ class Group(_RowGroup):
     def __init__(self, index_group: int, rows: Iterable[Service], target: Any = None) -> None:
         self.index_group = index_group
         self._target = target
-        super().__init__(rows, None)
+        super().__init__(_index_rows(rows))
         for row in self.rows:
             if row.field:
                 try:
@@ -212,13 +231,10 @@ class ObjectGroup(_RowGroup):
         self.base = base
         self.last_id = last_id
         self._find_object = find
-        super().__init__(rows, kind)
+        super().__init__(_shared_index(tuple(rows), kind))  # type: ignore[arg-type]  # mypy: a class has no hash
 
     def index_groups(self) -> Iterable[int]:
-        pages, ids = divmod(self.last_id, 0x100)
-        for page in range(pages + 1):
-            first = page << 16 | self.base
-            yield from range(first, first + (ids if page == pages else 0xFF) + 1)
+        return _groups_of_objects(self.base, self.last_id)
 
     def describe(self) -> Iterator[RowFacts]:
         last = self.base + min(self.last_id, 0xFF)
@@ -227,6 +243,12 @@ class ObjectGroup(_RowGroup):
 
     def target(self, group: int) -> Any:
         return self._find_object(group - self.base & 0xFF | group >> 16 << 8)
+
+
+@lru_cache(maxsize=256)
+def _groups_of_objects(base: int, last_id: int) -> tuple[int, ...]:
+    """Index groups of the ids 0 … `last_id`."""
+    return tuple((id >> 8 << 16 | base) + (id & 0xFF) for id in range(last_id + 1))
 
 
 class AreaGroup(IndexGroup):
@@ -398,16 +420,22 @@ class RawGroup(IndexGroup):
 
 
 class ServiceTable:
-    """All index groups of a device, found by number; iterable."""
+    """All index groups of a device, found by number; iterable. It begins with those of `base`."""
 
-    def __init__(self, groups: Iterable[IndexGroup] = ()) -> None:
-        self.groups: Sequence[IndexGroup] = tuple(groups)
-        self.by_index: dict[int, IndexGroup] = {}
-        for group in self.groups:
+    def __init__(
+        self, groups: Iterable[IndexGroup] = (), base: "ServiceTable | None" = None
+    ) -> None:
+        added = tuple(groups)
+        self.groups: Sequence[IndexGroup] = added if base is None else (*base.groups, *added)
+        self.by_index: dict[int, IndexGroup] = {} if base is None else base.by_index.copy()
+        for number, group in enumerate(added, len(self.groups) - len(added)):
             own = dict.fromkeys(group.index_groups(), group)
-            for index in own.keys() & self.by_index.keys():
-                raise ValueError(f"two groups serve index group 0x{index:X}")
+            count = len(self.by_index) + len(own)
             self.by_index.update(own)
+            if len(self.by_index) != count:
+                earlier = self.groups[:number]
+                index = next(i for other in earlier for i in other.index_groups() if i in own)
+                raise ValueError(f"two groups serve index group 0x{index:X}")
 
     def __iter__(self) -> Iterator[IndexGroup]:
         return iter(self.groups)
