@@ -12,7 +12,7 @@ import pytest
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 
-PARTS = {"as_c.py", "processes.py"}
+PARTS = {"as_c.py", "mutant_rooms.py", "planter.py", "processes.py"}
 """What benchmarks share."""
 
 NUMBER = r"[\d,]*\d\.?\d*"
@@ -30,6 +30,7 @@ SHORT: dict[str, tuple[list[str], str]] = {
     "gcode_parse.py": (["2000"], rf"parse +{NUMBER} blocks/s"),
     "machine_code.py": (["70"], rf"FAST +compiled in +{NUMBER} ms, +{NUMBER} bytes"),
     "mc_blocks.py": (["0.2", "1"], rf"so the PLC +{NUMBER}%, [1-9]\d* moves done"),
+    "mutants.py": (["rights", "--count", "4"], r"rights +\d+ possible +4 planted +[1-4] killed"),
     "nc_cycle.py": (["0.1"], rf"255 +cams 100.* +{NUMBER} +{NUMBER} +{NUMBER} +{NUMBER}"),
     "nc_recorded.py": (["--hours", "0.05"], r"\d+ lines, \w+"),
     "outstanding.py": (["320", "1"], rf"achse station +{NUMBER} answers/s"),

@@ -1,0 +1,194 @@
+"""Rooms of mutants: what guards people and data, and the tests that guard it."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+__all__ = ["ROOMS", "Room"]
+
+
+class Room(NamedTuple):
+    """Sources and tests that belong together."""
+
+    guards: str
+    sources: Mapping[str, Sequence[str]]
+    """Modules below src/achse, each with the functions that count; empty: all."""
+    tests: Sequence[str]
+    """Files and folders below tests/."""
+    without: Sequence[str] = ()
+    """Functions that guard nothing."""
+
+
+ROOMS: Mapping[str, Room] = {
+    "limits": Room(
+        "limits, stops, ramps, enables and errors of axes",
+        {
+            "motion/limits.py": (),
+            "motion/monitoring.py": (
+                "report",
+                "_watch_signals",
+                "supervise_enable",
+                "_supervise_following_error",
+                "_not_found",
+                "_at_limit",
+                "_supervise_limits",
+                "supervise_motion",
+                "watch_standstill",
+                "supervise_arrival",
+            ),
+            "motion/commands/stops.py": (),
+            "motion/ramps.py": (),
+            "motion/checks.py": (),
+            "motion/setpoint.py": ("fail", "stop_fast", "drop_job", "arrived"),
+        },
+        (
+            "motion/test_limits.py",
+            "motion/test_monitoring.py",
+            "motion/commands/test_stops.py",
+            "motion/test_ramps.py",
+            "motion/test_checks.py",
+            "motion/test_setpoint.py",
+            "motion/test_targets.py",
+            "motion/test_controller.py",
+            "motion/test_drive.py",
+            "motion/generators/test_homing.py",
+            "motion/commands/test_starts.py",
+        ),
+    ),
+    "fast_path": Room(
+        "the condition for the fast path of a cycle",
+        {
+            "motion/monitoring.py": ("_more_than_a_move", "stays_closed", "settle"),
+            "motion/kernel.py": ("_asleep", "_cycle_with_all", "cycle"),
+        },
+        (
+            "motion/test_kernel.py",
+            "motion/test_monitoring.py",
+            "motion/test_signals.py",
+            "motion/test_drive.py",
+            "motion/test_discrete.py",
+            "motion/test_phasing.py",
+            "motion/test_controller.py",
+            "motion/test_encoder.py",
+            "motion/commands",
+            "motion/generators",
+        ),
+    ),
+    "cams": Room(
+        "exchange of cams and their tables",
+        {
+            "motion/couplings/cams.py": (),
+            "motion/commands/cams.py": (),
+            "motion/tables/checking.py": (),
+            "motion/tables/limits.py": (),
+            "motion/tables/memory.py": (),
+            "motion/tables/store.py": (),
+            "motion/tables/users.py": (),
+        },
+        (
+            "motion/couplings/test_cams.py",
+            "motion/couplings/test_cams_drawn.py",
+            "motion/couplings/test_refused.py",
+            "motion/commands/test_cams.py",
+            "motion/tables",
+        ),
+    ),
+    "rights": Room(
+        "rights of users and routes in the router",
+        {
+            "router/rights.py": (),
+            "router/access.py": (),
+            "router/static_routes.py": (),
+            "router/routes.py": (),
+            "router/rate.py": (),
+            "router/clients.py": (),
+            "transport/sender_rights.py": (),
+        },
+        (
+            "router",
+            "transport/test_sender_rights.py",
+            "devices/system/test_routes.py",
+        ),
+    ),
+    "access": Room(
+        "access by certificates, passwords, keys and tokens",
+        {
+            "transport/tls.py": (),
+            "transport/secure_listener.py": (),
+            "transport/handshakes.py": (),
+            "transport/password_queue.py": (),
+            "transport/password_checker.py": (),
+            "transport/own_certificate.py": (),
+            "web/door.py": (),
+        },
+        (
+            "transport/test_tls.py",
+            "transport/test_secure.py",
+            "transport/test_secure_listener.py",
+            "transport/test_handshakes.py",
+            "transport/test_password_queue.py",
+            "transport/test_password_checker.py",
+            "transport/test_own_certificate.py",
+            "web/test_door.py",
+            "web/test_app.py",
+            "web/test_server.py",
+        ),
+    ),
+    "handles": Room(
+        "handles, their owners and bounds",
+        {
+            "server/symbols.py": (),
+            "server/table.py": (),
+            "server/budget.py": (),
+            "server/sums.py": (),
+            "devices/plc/areas.py": (),
+            "devices/plc/requests.py": (),
+            "devices/plc/symbols.py": (),
+        },
+        ("server", "devices/plc"),
+    ),
+    "persistence": Room(
+        "data that outlive the program",
+        {
+            "plc/remains.py": (),
+            "motion/remains.py": (),
+            "station/persistent_data.py": (),
+            "station/state_file.py": (),
+            "station/parameter_file.py": (),
+            "transport/file_lock.py": (),
+        },
+        (
+            "plc/test_remains.py",
+            "motion/test_remains.py",
+            "station/test_persistent_data.py",
+            "station/test_state_file.py",
+            "station/test_parameter_file.py",
+            "station/test_plcs.py",
+            "transport/test_file_lock.py",
+        ),
+    ),
+    "counters": Room(
+        "working counters of process data",
+        {
+            "ethercat/frame_plan.py": (),
+            "ethercat/logical.py": (),
+            "ethercat/fmmu.py": (),
+            "ethercat/syncmanager.py": (),
+            "ethercat/master/cyclic.py": (),
+            "ethercat/master/process_image.py": (),
+            "ethercat/master/steps.py": (),
+        },
+        (
+            "ethercat/test_frame_plan.py",
+            "ethercat/test_logical.py",
+            "ethercat/test_fmmu.py",
+            "ethercat/test_syncmanager.py",
+            "ethercat/test_segment.py",
+            "ethercat/master/test_cyclic.py",
+            "ethercat/master/test_process_image.py",
+            "ethercat/master/test_steps.py",
+            "ethercat/master/test_master.py",
+            "ethercat/master/test_supervision.py",
+            "ethercat/master/test_redundancy.py",
+        ),
+    ),
+}
