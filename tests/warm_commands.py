@@ -9,6 +9,7 @@ the server. So it must prove neither its start nor who gets the signals of a ter
 Where a system cannot fork so, both start real processes.
 """
 
+import atexit
 import contextlib
 import gc
 import io
@@ -275,6 +276,28 @@ def standard_streams() -> None:
         setattr(sys, f"__{name}__", stream)
 
 
+def end_as(command: Callable[[], None]) -> None:
+    """Run the command and end the process, without freeing what it has loaded."""
+    code: object = 0
+    try:
+        command()
+    except SystemExit as end:
+        code = end.code
+    except BaseException:
+        sys.excepthook(*sys.exc_info())
+        code = 1
+    threading._shutdown()  # type: ignore[attr-defined]  # waits as Python does
+    atexit._run_exitfuncs()
+    if isinstance(code, str):
+        print(code, file=sys.stderr)
+    try:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except OSError:
+        code = 120  # as Python itself
+    os._exit(code if isinstance(code, int) else 0 if code is None else 1)
+
+
 def load() -> Callable[[], None]:
     """Return the command, with all loaded that it may need."""
     import typer.main
@@ -308,4 +331,4 @@ if __name__ == "__main__":
     server.serve()
     signal.signal(signal.SIGINT, signal.default_int_handler)
     standard_streams()
-    command()
+    end_as(command)

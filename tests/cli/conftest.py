@@ -1,6 +1,7 @@
 """A station on a loopback port, twenty times as fast as the clock, and commands that talk to it."""
 
 import asyncio
+import functools
 import json
 import logging
 import threading
@@ -9,12 +10,17 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
+import typer.testing
+from typer.main import get_command
 from typer.testing import CliRunner, Result
 
 from achse.cli.app import app
 from achse.station import Station
 
 SPEED = 20.0
+
+# CliRunner builds the tree of all commands for each call, which takes longer than most commands.
+typer.testing._get_command = functools.cache(get_command)  # type: ignore[attr-defined]
 
 
 @pytest.fixture(autouse=True)
