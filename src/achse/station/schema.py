@@ -1,9 +1,11 @@
 """What an editor is told of a station.toml: a JSON schema, made of the models that read it."""
 
 import ast
+import copy
+import functools
 import inspect
 import math
-import textwrap
+import sys
 from collections.abc import Mapping
 from typing import Any, get_args
 
@@ -27,6 +29,11 @@ _ELEMENTS = ("encoder_", "controller_", "drive_", "simulation_")
 
 def station_schema() -> dict[str, Any]:
     """The schema of a whole station.toml: every key with type, range, default and meaning."""
+    return copy.deepcopy(_station_schema())
+
+
+@functools.cache
+def _station_schema() -> dict[str, Any]:
     schema = StationConfig.model_json_schema()
     parts: dict[str, Any] = schema.pop("$defs")
     models = {model.__name__: model for model in _models(StationConfig)}
@@ -48,23 +55,30 @@ def descriptions_of(model: type[BaseModel]) -> dict[str, str]:
     """What the text under each key of a model says; nothing where there are no sources."""
     found: dict[str, str] = {}
     for each in reversed(model.__mro__):
-        if not (issubclass(each, BaseModel) and each is not BaseModel):
-            continue
-        try:
-            source = textwrap.dedent(inspect.getsource(each))
-        except (OSError, TypeError):
-            continue
-        [body] = ast.parse(source).body
-        assert isinstance(body, ast.ClassDef)
-        for key, text in zip(body.body, body.body[1:], strict=False):
-            if (
-                isinstance(key, ast.AnnAssign)
-                and isinstance(key.target, ast.Name)
-                and isinstance(text, ast.Expr)
-                and isinstance(text.value, ast.Constant)
-            ):
-                found[key.target.id] = " ".join(str(text.value.value).split())
+        if issubclass(each, BaseModel) and each is not BaseModel:
+            found |= _texts_of(each.__module__).get(each.__qualname__, {})
     return {key: text for key, text in found.items() if key in model.model_fields}
+
+
+@functools.cache
+def _texts_of(module: str) -> dict[str, dict[str, str]]:
+    """Return the text under each annotated name of each class of a module."""
+    try:
+        source = inspect.getsource(sys.modules[module])
+    except (OSError, TypeError):
+        return {}
+    classes = (each for each in ast.parse(source).body if isinstance(each, ast.ClassDef))
+    return {
+        each.name: {
+            key.target.id: " ".join(str(text.value.value).split())
+            for key, text in zip(each.body, each.body[1:], strict=False)
+            if isinstance(key, ast.AnnAssign)
+            and isinstance(key.target, ast.Name)
+            and isinstance(text, ast.Expr)
+            and isinstance(text.value, ast.Constant)
+        }
+        for each in classes
+    }
 
 
 def _models(model: type[BaseModel]) -> list[type[BaseModel]]:
