@@ -174,8 +174,7 @@ def start_station(
         net_id = f"{host}.1.1"
         process = warm_commands.popen(
             *("run", "--host", host, "--net-id", net_id, *arguments),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            **warm.PIPES,
             real=real,
         )
         assert process.stdout is not None

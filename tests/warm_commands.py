@@ -28,10 +28,14 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-__all__ = ["WarmCommands", "is_supported", "warm_commands"]
+__all__ = ["PIPES", "WarmCommands", "is_supported", "warm_commands"]
+
+PIPES: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+"""Options for commands whose output is read."""
 
 STUB = """#!{python} -IS
 import array, json, os, signal, socket, sys
+{others}
 line = socket.socket(socket.AF_UNIX)
 line.connect({path!r})
 call = json.dumps([sys.argv[1:], os.getcwd(), dict(os.environ), False]).encode()
@@ -55,6 +59,14 @@ if code < 0:
     os.kill(os.getpid(), -code)
 os._exit(code)
 """
+
+
+INTERPRETER = """
+if sys.argv[1:3] != ["-m", "achse"]:
+    os.execv({python!r}, [{python!r}, *sys.argv[1:]])
+del sys.argv[1:3]
+"""
+"""What makes the stub a Python that forks for `-m achse`."""
 
 
 def is_supported() -> bool:
@@ -110,6 +122,9 @@ class WarmCommands:
     folder: Path
     """Holds the `achse` of this object; it belongs first on PATH."""
 
+    python: Path = Path(sys.executable)
+    """Interpreter that is quick at `-m achse`, for programs that start sys.executable."""
+
     address: str = ""
     """Socket of the server, if there is one."""
 
@@ -129,7 +144,7 @@ class WarmCommands:
     ) -> "subprocess.CompletedProcess[str]":
         """Return the ended command with its output; options as for `popen`."""
         options.setdefault("stdin", subprocess.DEVNULL if input is None else subprocess.PIPE)
-        options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
+        options = PIPES | options
         with self.popen(*words, **options) as process:
             try:
                 output, errors = process.communicate(input)
@@ -155,10 +170,14 @@ def warm_commands(folder: Path) -> Iterator[WarmCommands]:
         try:
             assert server.stdout is not None
             assert server.stdout.readline() == b"ready\n"
-            stub = folder / "achse"
-            stub.write_text(STUB.format(python=sys.executable, path=str(path)), encoding="utf-8")
-            stub.chmod(0o755)
-            yield WarmCommands(folder, str(path))
+            stubs = folder / "achse", folder / "interpreter" / "python"
+            others = "", INTERPRETER.format(python=sys.executable)
+            for stub, text in zip(stubs, others, strict=True):
+                stub.parent.mkdir(exist_ok=True)
+                text = STUB.format(python=sys.executable, path=str(path), others=text)
+                stub.write_text(text, encoding="utf-8")
+                stub.chmod(0o755)
+            yield WarmCommands(folder, stubs[1], str(path))
         finally:
             assert server.stdin is not None
             server.stdin.close()  # it ends with us, however we end
@@ -229,6 +248,7 @@ class Server:
             os.close(stream)
         if new_session:
             os.setsid()
+        signal.signal(signal.SIGINT, lambda *_: os._exit(130))  # as `python -m achse` at first
         line.sendall(b"%d\n" % os.getpid())
         line.recv(2)  # its signals come to us from now on
         line.close()
@@ -264,13 +284,17 @@ class Server:
 def standard_streams() -> None:
     """As a new interpreter makes them."""
     at_once = bool(os.environ.get("PYTHONUNBUFFERED"))
-    sys.stdin = open(0, closefd=False)  # noqa: SIM115
-    for name, number, errors in (("stdout", 1, "strict"), ("stderr", 2, "backslashreplace")):
+    encoding, _, errors_wanted = os.environ.get("PYTHONIOENCODING", "").partition(":")
+    sys.stdin = open(0, encoding=encoding or None, closefd=False)  # noqa: SIM115
+    for name, number, errors in (
+        ("stdout", 1, errors_wanted or "strict"),
+        ("stderr", 2, "backslashreplace"),
+    ):
         raw: Any = io.FileIO(number, "w", closefd=False)
         buffered = raw if at_once else io.BufferedWriter(raw)
         lines = number == 2 or os.isatty(number)
         stream = io.TextIOWrapper(
-            buffered, errors=errors, line_buffering=lines, write_through=at_once
+            buffered, encoding or None, errors, line_buffering=lines, write_through=at_once
         )
         setattr(sys, name, stream)
         setattr(sys, f"__{name}__", stream)
@@ -329,6 +353,5 @@ if __name__ == "__main__":
     server = Server(sys.argv[1])
     os.write(1, b"ready\n")
     server.serve()
-    signal.signal(signal.SIGINT, signal.default_int_handler)
     standard_streams()
     end_as(command)

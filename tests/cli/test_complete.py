@@ -1,8 +1,6 @@
 """Completion: what shells are offered, and that nobody waits or hears of failures."""
 
 import os
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from types import SimpleNamespace
@@ -13,6 +11,7 @@ from typer.main import get_command
 
 from achse.cli import complete
 from achse.cli.app import app
+from tests.warm_commands import WarmCommands
 
 
 @pytest.fixture
@@ -85,7 +84,11 @@ def test_the_commands_use_it(ctx: Any, environment: dict[str, str]) -> None:
     ],
 )
 def test_shells_get_it(
-    environment: dict[str, str], shell: str, words: str, offered: list[str]
+    warm_commands: WarmCommands,
+    environment: dict[str, str],
+    shell: str,
+    words: str,
+    offered: list[str],
 ) -> None:
     """As the script of `achse --install-completion` asks."""
     asked = {
@@ -95,14 +98,5 @@ def test_shells_get_it(
         "_TYPER_COMPLETE_ARGS": words,
         "_TYPER_COMPLETE_FISH_ACTION": "get-args",
     }
-    told = subprocess.run(
-        [
-            sys.executable,
-            "-c",
-            "import sys; sys.argv[0] = 'achse'; from achse.cli import main; main()",
-        ],
-        env=os.environ | environment | asked,
-        capture_output=True,
-        text=True,
-    )
+    told = warm_commands.run(env=os.environ | environment | asked)
     assert (told.stdout.split(), told.stderr) == (offered, "")

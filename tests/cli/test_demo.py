@@ -12,11 +12,16 @@ import typer
 import achse.web
 from achse.cli import demo
 from achse.cli.demo import STEPS, DemoStep
+from tests.warm_commands import WarmCommands
+
+IN_WARM_PROCESS = "import sys; sys.executable = {!r}; from achse.__main__ import main; main()"
+"""The demo itself is a real process; the commands that it starts are forked."""
 
 
-def test_it_goes_through(tmp_path: Path) -> None:
+def test_it_goes_through(tmp_path: Path, warm_commands: WarmCommands) -> None:
+    program = IN_WARM_PROCESS.format(str(warm_commands.python))
     run = subprocess.run(
-        [sys.executable, "-m", "achse", "demo", "--yes"],
+        [sys.executable, "-c", program, "demo", "--yes"],
         cwd=tmp_path,
         env=os.environ | {"TMPDIR": str(tmp_path), "TEMP": str(tmp_path), "NO_COLOR": "1"},
         stdin=subprocess.DEVNULL,
@@ -42,8 +47,9 @@ def test_its_pages_are_there() -> None:
 
 
 def test_a_step_that_fails_ends_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    warm_commands: WarmCommands, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
+    monkeypatch.setattr(sys, "executable", str(warm_commands.python))
     monkeypatch.setattr(demo, "STEPS", (DemoStep("Nothing.", ("nonsense",), ""),))
     with pytest.raises(typer.Exit) as ended:
         demo.demo(yes=True)

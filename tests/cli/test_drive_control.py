@@ -2,7 +2,6 @@
 
 import json
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -10,9 +9,10 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from achse.cli.app import app
+from tests.warm_commands import WarmCommands
 
 SERVE = [
-    *(sys.executable, "-m", "achse", "drive", "serve", "--interpreted", "--ordinary"),
+    *("drive", "serve", "--interpreted", "--ordinary"),
     *("--udp", "127.0.0.1:0", "--control", "127.0.0.1:0", "--type", "ac,linear"),
 ]
 FAULTS = """
@@ -26,18 +26,16 @@ Achse = Callable[..., Result]
 
 
 @pytest.fixture(scope="module")
-def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+def port(tmp_path_factory: pytest.TempPathFactory, warm_commands: WarmCommands) -> Iterator[str]:
     """Where the drives listen."""
     script: Path = tmp_path_factory.mktemp("drives") / "faults.toml"
     script.write_text(FAULTS)
-    with subprocess.Popen(
-        [*SERVE, "--faults", str(script)], stdout=subprocess.PIPE, text=True
-    ) as run:
+    with warm_commands.popen(*SERVE, "--faults", str(script), stdout=subprocess.PIPE) as run:
         assert run.stdout is not None
         told = dict(word.split("=") for word in run.stdout.readline().split()[3:])
         yield told["control"].rpartition(":")[2]
         run.terminate()
-        assert run.wait(timeout=100) == 0
+        assert run.wait() == 0
 
 
 @pytest.fixture
@@ -96,12 +94,10 @@ def test_a_fault_begins_is_watched_and_ends(achse: Achse) -> None:
     assert [each["fault"]["kind"] for each in listed] == ["warning"]  # the script's
 
 
-def test_what_is_stored_outlives_the_program(tmp_path: Path) -> None:
+def test_what_is_stored_outlives_the_program(tmp_path: Path, warm_commands: WarmCommands) -> None:
     kept = tmp_path / "kept.json"
     for expected in ("", "4711"):
-        with subprocess.Popen(
-            [*SERVE, "--store", str(kept)], stdout=subprocess.PIPE, text=True
-        ) as run:
+        with warm_commands.popen(*SERVE, "--store", str(kept), stdout=subprocess.PIPE) as run:
             assert run.stdout is not None
             told = dict(word.split("=") for word in run.stdout.readline().split()[3:])
 

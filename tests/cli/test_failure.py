@@ -3,8 +3,6 @@
 import io
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -22,6 +20,7 @@ from achse.cli.failure import (
     wants_json,
 )
 from achse.client.nc.errors import UnknownAxis
+from tests.warm_commands import WarmCommands
 
 
 @pytest.mark.parametrize(
@@ -97,24 +96,19 @@ def test_an_error_without_a_code_of_ads_is_no_success(capsys: pytest.CaptureFixt
 @pytest.mark.parametrize(
     "words", ["docs --help", "axis --help", "drive list", "fault kinds", "fault kinds --json"]
 )
-def test_commands_work_where_the_encoding_is_ascii(words: str) -> None:
+def test_commands_work_where_the_encoding_is_ascii(warm_commands: WarmCommands, words: str) -> None:
     environment = os.environ | {"PYTHONIOENCODING": "ascii", "LC_ALL": "C"}
-    run = subprocess.run(
-        [sys.executable, "-m", "achse", *words.split()],
-        env=environment, capture_output=True, check=False, timeout=60,
-    )  # fmt: skip
-    assert (run.returncode, run.stderr) == (0, b"")
+    real = words == "docs --help"
+    run = warm_commands.run(*words.split(), env=environment, real=real)
+    assert (run.returncode, run.stderr) == (0, "")
     assert run.stdout.isascii()
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full device")
 @pytest.mark.parametrize("words", ["drive list", "fault kinds --json", "--help"])
-def test_a_full_disk_behind_stdout_is_told(words: str) -> None:
+def test_a_full_disk_behind_stdout_is_told(warm_commands: WarmCommands, words: str) -> None:
     with open("/dev/full", "w") as full:
-        run = subprocess.run(
-            [sys.executable, "-m", "achse", *words.split()],
-            stdout=full, stderr=subprocess.PIPE, text=True, check=False, timeout=60,
-        )  # fmt: skip
+        run = warm_commands.run(*words.split(), stdout=full, real=words == "drive list")
     assert run.returncode == 1
     assert "cannot write the output: No space left on device" in run.stderr
     assert len(run.stderr.splitlines()) == 1

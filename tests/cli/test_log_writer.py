@@ -7,8 +7,6 @@ import re
 import select
 import signal
 import socket
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Callable
@@ -20,6 +18,7 @@ from hypothesis import strategies as st
 from achse.cli import log_writer
 from achse.cli.log_writer import LogWriter
 from achse.router.rate import Rates
+from tests.warm_commands import PIPES, WarmCommands
 
 
 def log_to(writer: LogWriter) -> logging.Logger:
@@ -132,26 +131,22 @@ def test_what_nobody_reads_is_dropped_counted_and_told() -> None:
 
 
 def test_an_unread_stderr_stops_neither_the_station_nor_its_end(
-    free_host: Callable[[], str],
+    free_host: Callable[[], str], warm_commands: WarmCommands
 ) -> None:
     """1,000 connections of garbage are as many warnings; the pipe holds some hundred of them."""
     host = free_host()
-    with subprocess.Popen(
-        [sys.executable, "-m", "achse", "run", "--host", host, "--log-level", "debug"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        bufsize=0,
-    ) as process:
+    words = "run", "--host", host, "--log-level", "debug"
+    with warm_commands.popen(*words, text=False, bufsize=0, **PIPES) as process:
         assert process.stdout is not None
         assert process.stderr is not None
         process.stdout.readline()
         _shrink(process.stderr.fileno())
         for _ in range(300):
-            with socket.create_connection((host, 48898), timeout=60) as alien:
+            with socket.create_connection((host, 48898)) as alien:
                 alien.sendall(b"GET / HTTP/1.1\r\n\r\n")
                 assert alien.recv(1) == b""
         process.send_signal(signal.SIGTERM)
-        code = process.wait(timeout=60)
+        code = process.wait()
         assert code == 0
         assert select.select([process.stderr], [], [], 0)[0]
 

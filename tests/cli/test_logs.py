@@ -2,9 +2,6 @@
 
 import json
 import logging
-import subprocess
-import sys
-import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -13,6 +10,7 @@ import pytest
 import achse
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
 from achse.testing import LiveStation
+from tests.warm_commands import PIPES, WarmCommands
 
 
 @pytest.fixture(autouse=True)
@@ -49,17 +47,14 @@ def test_lines_for_people(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().err.rstrip().endswith("WARNING achse.tcp: closing it")
 
 
-def test_a_station_logs_what_it_closes(free_host: Callable[[], str]) -> None:
+def test_a_station_logs_what_it_closes(
+    free_host: Callable[[], str], warm_commands: WarmCommands
+) -> None:
     import socket
 
     host = free_host()
     arguments = ["run", "--host", host, "--log-format", "json"]
-    with subprocess.Popen(
-        [sys.executable, "-m", "achse", *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
+    with warm_commands.popen(*arguments, **PIPES) as process:
         assert process.stdout is not None
         process.stdout.readline()
         with socket.create_connection((host, 48898)) as alien:
@@ -68,7 +63,7 @@ def test_a_station_logs_what_it_closes(free_host: Callable[[], str]) -> None:
         assert process.stderr is not None
         record: dict[str, Any] = json.loads(process.stderr.readline())
         process.terminate()
-        process.communicate(timeout=60)
+        process.communicate()
     assert (record["level"], record["logger"]) == ("warning", "achse.tcp")
     assert record["message"].startswith(f"closing {record['peer']}: ")
 
@@ -78,7 +73,7 @@ def test_clients_that_come_and_go_are_named(caplog: pytest.LogCaptureFixture) ->
         with achse.blocking.connect(station.host) as client:
             client.state()
         while sum(" has " in text for text in caplog.messages) < 2:
-            time.sleep(0.001)
+            station.run(lambda: None)  # the loop of the station turns once more
     come, left = (record for record in caplog.records if " has " in record.getMessage())
     assert " has come, client 127." in come.getMessage()
     assert left.getMessage() == come.getMessage().replace("come", "left")

@@ -1,8 +1,6 @@
 """`achse monitor`: what passes, live, from a station of ours or in front of any target."""
 
 import json
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -17,23 +15,21 @@ from achse.monitor.decode import Decoder
 from achse.monitor.names import Names
 from achse.router.tap import Captured
 from achse.testing import LiveStation, free_host
+from tests.warm_commands import PIPES, WarmCommands
 
 
 @contextmanager
-def running(*arguments: str, host: str) -> Iterator[Callable[[], list[str]]]:
+def running(
+    commands: WarmCommands, *arguments: str, host: str
+) -> Iterator[Callable[[], list[str]]]:
     """The command in a process of its own, ready; calling gives its lines once it has ended."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "achse", *arguments, "--host", host],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    process = commands.popen(*arguments, "--host", host, **PIPES)
     assert process.stdout is not None
     ready = process.stdout.readline()
     assert ready.startswith(("achse ready ", '{"event": "ready"')), ready + process.communicate()[1]
 
     def ended() -> list[str]:
-        out, errors = process.communicate(timeout=60)
+        out, errors = process.communicate()
         assert (process.returncode, errors) == (0, "")
         return out.splitlines()
 
@@ -51,11 +47,11 @@ def use(host: str) -> None:
         plc.read("GVL.nInt")
 
 
-def test_a_station_is_watched_with_names(tmp_path: Path) -> None:
+def test_a_station_is_watched_with_names(tmp_path: Path, warm_commands: WarmCommands) -> None:
     capture = tmp_path / "some.pcapng"
     with LiveStation() as station:
         arguments = ("monitor", "-n", "2", "--write", str(capture), "--name", "GVL.nInt")
-        with running(*arguments, host=station.host) as ended:
+        with running(warm_commands, *arguments, host=station.host) as ended:
             use(station.host)
             lines = ended()
         assert [line.split("  ")[2] for line in lines] == [
@@ -66,10 +62,10 @@ def test_a_station_is_watched_with_names(tmp_path: Path) -> None:
     assert capture.stat().st_size > 500
 
 
-def test_json_filters_and_a_count() -> None:
+def test_json_filters_and_a_count(warm_commands: WarmCommands) -> None:
     with LiveStation() as station:
         arguments = ("monitor", "--json", "-n", "1", "--errors", "--device", "851", "--no-samples")
-        with running(*arguments, host=station.host) as ended:
+        with running(warm_commands, *arguments, host=station.host) as ended:
             station.fault("error", symbol="GVL.nInt", code=0x706, count=1)
             with pytest.raises(Exception, match="0x706"):
                 use(station.host)
@@ -79,11 +75,14 @@ def test_json_filters_and_a_count() -> None:
     assert exchange["items"][0]["name"] == "GVL.nInt"
 
 
-def test_a_tap_in_front_of_a_target() -> None:
+def test_a_tap_in_front_of_a_target(warm_commands: WarmCommands) -> None:
     host = free_host()
     with (
         LiveStation() as station,
-        running("monitor", "-n", "2", "--via", station.host, "--name", "GVL.*", host=host) as ended,
+        running(
+            *(warm_commands, "monitor", "-n", "2", "--via", station.host, "--name", "GVL.*"),
+            host=host,
+        ) as ended,
     ):
         use(host)
         assert [line.split("  ")[2] for line in ended()] == [
@@ -92,11 +91,14 @@ def test_a_tap_in_front_of_a_target() -> None:
         ]
 
 
-def test_a_tap_that_may_ask_the_target_knows_types_that_no_client_asked_for() -> None:
+def test_a_tap_that_may_ask_the_target_knows_types_that_no_client_asked_for(
+    warm_commands: WarmCommands,
+) -> None:
     host = free_host()
     with (
         LiveStation() as station,
         running(
+            warm_commands,
             *("monitor", "-n", "1", "--via", station.host, "--ask", f"{station.net_id}:851"),
             *("--name", "GVL.eColour"),
             host=host,
@@ -124,35 +126,24 @@ def test_what_cannot_be_asked_is_refused(
     assert told in " ".join(refusal.stderr.replace("│", " ").split())
 
 
-def test_what_is_no_station_of_ours_is_told(witness: Callable[[str], None]) -> None:
+def test_what_is_no_station_of_ours_is_told(warm_commands: WarmCommands) -> None:
     from achse.testing import FakeDevice
 
     with FakeDevice().serving() as live:
-        run = subprocess.run(
-            [sys.executable, "-m", "achse", "monitor", "--host", live.host],
-            capture_output=True,
-            text=True,
-            timeout=60,
-        )
+        run = warm_commands.run("monitor", "--host", live.host)
     assert run.returncode == 1
     assert "is not an achse station: tap in front of it with --via" in run.stderr
 
 
 @pytest.mark.parametrize("command", [("monitor",), ("record", "some.pcapng")])
 def test_a_station_without_room_for_a_watcher_is_told_as_such(
-    tmp_path: Path, command: tuple[str, ...]
+    tmp_path: Path, command: tuple[str, ...], warm_commands: WarmCommands
 ) -> None:
     config = tmp_path / "station.toml"
     config.write_text("[router]\nmax_connections = 1\n")
     with LiveStation(config) as station, station.connect(port=10_000) as only:
         only.state()
-        run = subprocess.run(
-            [sys.executable, "-m", "achse", *command, "--host", station.host],
-            capture_output=True,
-            text=True,
-            timeout=60,
-            cwd=tmp_path,
-        )
+        run = warm_commands.run(*command, "--host", station.host, cwd=tmp_path)
     assert run.returncode == 1
     assert "0x508" in run.stderr
 

@@ -3,8 +3,6 @@
 import json
 import os
 import signal
-import subprocess
-import sys
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -15,6 +13,7 @@ from achse.cli.move import ACTIVE_WITHIN, SETTLED_WITHIN, Order, Verdict
 from achse.cli.nc import NcAxis
 from achse.codes import NcError
 from achse.motion.states import MotionState, OperationModeBit, StartType, StateBit
+from tests.warm_commands import PIPES, WarmCommands
 
 NUMBER = 7
 NOBODY: Any = None
@@ -126,7 +125,7 @@ def test_an_axis_that_never_reaches_its_window() -> None:
 
 
 def test_ctrl_c_stops_the_axis_and_says_where(
-    cli: Cli, live: Any, environment: dict[str, str]
+    cli: Cli, live: Any, environment: dict[str, str], warm_commands: WarmCommands
 ) -> None:
     axis = live.station.nc.axis(1)
     cli("axis", "enable", "X")
@@ -137,17 +136,12 @@ def test_ctrl_c_stops_the_axis_and_says_where(
             fast.set()
 
     live.hook = watch
-    move = subprocess.Popen(
-        [sys.executable, "-m", "achse", "axis", "move", "X", "--to", "1e6", "-v", "500", "--json"],
-        env=os.environ | environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert fast.wait(60)
+    words = "axis", "move", "X", "--to", "1e6", "-v", "500", "--json"
+    move = warm_commands.popen(*words, env=os.environ | environment, **PIPES)
+    fast.wait()
     live.hook = None
     move.send_signal(signal.SIGINT)
-    output, errors = move.communicate(timeout=60)
+    output, errors = move.communicate()
     assert move.returncode == 1
     course = json.loads(output)
     message = json.loads(errors)["message"]

@@ -14,6 +14,9 @@ from typer.main import get_command
 
 from achse.cli.app import app
 from achse.cli.next_steps import next_steps
+from tests.warm_commands import WarmCommands
+
+TREE: Any = get_command(app)
 
 
 @pytest.mark.parametrize("page", [None, "http://127.0.0.1:8080/"])
@@ -26,7 +29,7 @@ def test_each_command_is_there(host: str, tcp_port: int, axes: list[str], page: 
     assert len(lines) == 3
     assert commands
     for words in map(shlex.split, commands):
-        command: Any = get_command(app)
+        command = TREE
         while words and hasattr(command, "commands"):
             command = command.commands[words.pop(0)]
         if tcp_port:
@@ -48,11 +51,12 @@ def test_always_three(host: str, tcp_port: int, axes: list[str], page: str | Non
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo terminal")
 @pytest.mark.parametrize(("words", "lines"), [((), 5), (("--json",), 2)])
-def test_a_terminal_gets_them_and_nobody_else(words: tuple[str, ...], lines: int) -> None:
-    command = [sys.executable, "-m", "achse", "run", "--tcp-port", "0", "--speed", "max"]
-    command += ["--for", "0.1", *words]
+def test_a_terminal_gets_them_and_nobody_else(
+    warm_commands: WarmCommands, words: tuple[str, ...], lines: int
+) -> None:
+    command = ["run", "--tcp-port", "0", "--speed", "max", "--for", "0.1", *words]
     ours, theirs = os.openpty()
-    with subprocess.Popen(command, stdout=theirs, stdin=subprocess.DEVNULL) as run:
+    with warm_commands.popen(*command, stdout=theirs, stdin=subprocess.DEVNULL) as run:
         os.close(theirs)
         printed = b""
         try:
@@ -64,5 +68,5 @@ def test_a_terminal_gets_them_and_nobody_else(words: tuple[str, ...], lines: int
     assert run.returncode == 0
     assert len(printed.splitlines()) == lines
     assert (b"\nnext:  achse axis list" in printed) == (not words)
-    piped = subprocess.run(command, stdout=subprocess.PIPE, check=True).stdout
+    piped = warm_commands.run(*command).stdout
     assert len(piped.splitlines()) == 2

@@ -1,21 +1,19 @@
 """`achse record`, `achse replay`, `achse diff`."""
 
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import achse
 from achse.testing import LiveStation, free_host
+from tests.warm_commands import WarmCommands
 
 Cli = Callable[..., Any]
 
 
-def _start(*arguments: str) -> "subprocess.Popen[str]":
-    process = subprocess.Popen(
-        [sys.executable, "-m", "achse", *arguments], stdout=subprocess.PIPE, text=True
-    )
+def _start(commands: WarmCommands, *arguments: str) -> "subprocess.Popen[str]":
+    process = commands.popen(*arguments, stdout=subprocess.PIPE)
     assert process.stdout is not None
     assert process.stdout.readline().startswith("achse ready ")
     return process
@@ -27,23 +25,25 @@ def _session(host: str, value: int) -> list[Any]:
         return [plc.read("GVL.nInt"), plc.read("GVL.stPoint"), plc.device_info()]
 
 
-def test_a_session_is_recorded_replayed_and_compared(tmp_path: Path, cli: Cli) -> None:
+def test_a_session_is_recorded_replayed_and_compared(
+    tmp_path: Path, cli: Cli, warm_commands: WarmCommands
+) -> None:
     files = [str(tmp_path / name) for name in ("one.pcapng", "two.pcapng")]
     with LiveStation() as station:
         for number, file in enumerate(files):
-            recorder = _start("record", file, "--host", station.host)
+            recorder = _start(warm_commands, "record", file, "--host", station.host)
             found = _session(station.host, number)
             recorder.terminate()
-            out, _ = recorder.communicate(timeout=60)
+            out, _ = recorder.communicate()
             assert recorder.returncode == 0
             assert out.startswith(f"{file}: ")
     host = free_host()
-    target = _start("replay", files[1], "--host", host)
+    target = _start(warm_commands, "replay", files[1], "--host", host)
     try:
         assert _session(host, 1) == found
     finally:
         target.terminate()
-        target.communicate(timeout=60)
+        target.communicate()
     assert target.returncode == 0
     assert cli("diff", files[0], files[0]).stdout == ""
     assert cli("diff", *files, exit_code=1).stdout.splitlines() == [

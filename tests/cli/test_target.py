@@ -3,12 +3,12 @@
 import os
 import signal
 import socket
-import subprocess
-import sys
 from collections.abc import Callable
 from typing import Any
 
 import pytest
+
+from tests.warm_commands import PIPES, WarmCommands
 
 
 def test_nobody_listens(cli: Callable[..., Any]) -> None:
@@ -45,17 +45,11 @@ def test_the_net_id_of_the_station_can_be_named(cli: Callable[..., Any]) -> None
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("command", ["ads watch MAIN.nCounter", "axis watch X"])
 def test_a_watch_ends_cleanly_by_signal(
-    environment: dict[str, str], number: signal.Signals, command: str
+    warm_commands: WarmCommands, environment: dict[str, str], number: signal.Signals, command: str
 ) -> None:
-    watch = subprocess.Popen(
-        [sys.executable, "-m", "achse", *command.split()],
-        env=os.environ | environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    watch = warm_commands.popen(*command.split(), env=os.environ | environment, **PIPES)
     assert watch.stdout is not None
     assert watch.stdout.readline()
     watch.send_signal(number)
-    _, errors = watch.communicate(timeout=60)
+    _, errors = watch.communicate()
     assert (watch.returncode, errors) == (0, "")
