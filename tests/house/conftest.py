@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.house.sources import Module, Texts, read_module
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -27,3 +29,15 @@ def tracked(root: Path) -> list[Path]:
 def modules(tracked: list[Path]) -> list[Path]:
     """Every module of the package, relative to the root."""
     return [path for path in tracked if path.parts[0] == "src" and path.suffix == ".py"]
+
+
+@pytest.fixture(scope="session")
+def texts(root: Path) -> Texts:
+    """`texts[path]`: the text of a tracked file; what is not text is empty."""
+    return Texts(root)
+
+
+@pytest.fixture(scope="session")
+def parsed(modules: list[Path], texts: Texts) -> dict[Path, Module]:
+    """What the checks ask of each module of the package; the tree is walked once per run."""
+    return {path: read_module(texts[path]) for path in modules}

@@ -1,10 +1,11 @@
 """Names say the job, files stay short, nothing is left for later or tied to one machine."""
 
-import ast
 import re
 from pathlib import Path
 
 import pytest
+
+from tests.house.sources import Module, Texts
 
 DRAWERS = {"utils", "util", "helpers", "helper", "common", "manager", "managers", "misc", "tools"}
 """Names that hold anything and so say nothing."""
@@ -22,13 +23,6 @@ MACHINE = re.compile(
 )
 
 
-def _text(root: Path, path: Path) -> str:
-    try:
-        return (root / path).read_text(encoding="utf-8")
-    except UnicodeDecodeError:
-        return ""
-
-
 def test_no_file_or_folder_is_a_drawer(tracked: list[Path]) -> None:
     drawers = [
         str(path)
@@ -38,11 +32,11 @@ def test_no_file_or_folder_is_a_drawer(tracked: list[Path]) -> None:
     assert drawers == []
 
 
-def test_files_are_short(root: Path, tracked: list[Path]) -> None:
+def test_files_are_short(texts: Texts, tracked: list[Path]) -> None:
     long = {
         str(path): lines
         for path in tracked
-        if path.suffix == ".py" and (lines := _text(root, path).count("\n")) > MAX_LINES
+        if path.suffix == ".py" and (lines := texts[path].count("\n")) > MAX_LINES
     }
     assert long.keys() == LONGER.keys(), f"longer than {MAX_LINES} lines: {long}"
 
@@ -55,45 +49,30 @@ def test_files_are_short(root: Path, tracked: list[Path]) -> None:
     ],
 )
 def test_no_line_holds_a_promise_or_a_machine(
-    root: Path, tracked: list[Path], pattern: re.Pattern[str], suffixes: set[str] | None
+    texts: Texts, tracked: list[Path], pattern: re.Pattern[str], suffixes: set[str] | None
 ) -> None:
     found = [
         f"{path}:{number}: {line.strip()}"
         for path in tracked
-        if suffixes is None or path.suffix in suffixes
-        for number, line in enumerate(_text(root, path).splitlines(), 1)
+        if (suffixes is None or path.suffix in suffixes) and pattern.search(texts[path])
+        for number, line in enumerate(texts[path].splitlines(), 1)
         if pattern.search(line)
     ]
     assert not found, "\n".join(found)
 
 
-KINDS = (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-"""What a module offers under a name; constants are the module's own choice."""
-
-
-def _exported(tree: ast.Module) -> set[str]:
-    for node in tree.body:
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
-            return set(ast.literal_eval(node.value))
-    return set()
-
-
-def test_public_names_are_declared(root: Path, modules: list[Path]) -> None:
+def test_public_names_are_declared(parsed: dict[Path, Module]) -> None:
     undeclared = {}
-    for path in modules:
+    for path, module in parsed.items():
         if path.parts[2] == "cli":
             continue  # commands are called by their app, not imported
-        tree = ast.parse((root / path).read_bytes())
-        names = {node.name for node in tree.body if isinstance(node, KINDS)}
-        if missing := {name for name in names - _exported(tree) if not name.startswith("_")}:
-            undeclared[str(path)] = sorted(missing)
+        missing = sorted(
+            name for name in module.offered - module.exported if not name.startswith("_")
+        )
+        if missing:
+            undeclared[str(path)] = missing
     assert not undeclared, f"public, but not in __all__: {undeclared}"
 
 
-def test_each_module_begins_with_its_job(root: Path, modules: list[Path]) -> None:
-    silent = [
-        str(path)
-        for path in modules
-        if not (ast.get_docstring(ast.parse((root / path).read_bytes())) or "").strip()
-    ]
-    assert silent == []
+def test_each_module_begins_with_its_job(parsed: dict[Path, Module]) -> None:
+    assert [str(path) for path, module in parsed.items() if not module.docstring] == []

@@ -4,12 +4,14 @@ import io
 import re
 import tokenize
 from collections.abc import Iterable
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 from achse.codes import NcError, PlcGroup, ReservedGroup, ReturnCode
 from achse.ethercat.registers import Register
+from tests.house.sources import Texts
 
 HOMES = (Path("src/achse/codes"), Path("src/achse/ethercat/registers.py"))
 """Where names get their numbers."""
@@ -47,9 +49,20 @@ BARE: dict[str, set[str]] = {
 """Numbers that may stand bare in a file, because they mean something else there."""
 
 
-def _bare(root: Path, path: Path, numbers: set[int]) -> list[str]:
+HEXADECIMAL = re.compile(r"0[xX][0-9a-fA-F]+(?:_[0-9a-fA-F]+)*")
+
+
+@cache
+def _hexadecimal(source: str) -> frozenset[str]:
+    """Numbers of a text, those in its comments and strings too: tokens are dear."""
+    return frozenset(HEXADECIMAL.findall(source))
+
+
+def _bare(source: str, path: Path, numbers: set[int]) -> list[str]:
     """Hexadecimal numbers of a file that are among `numbers`, each with its line."""
-    with io.StringIO((root / path).read_text(encoding="utf-8")) as text:
+    if not any(int(number, 16) in numbers for number in _hexadecimal(source)):
+        return []
+    with io.StringIO(source) as text:
         return [
             f"{path}:{token.start[0]}: {token.string}"
             for token in tokenize.generate_tokens(text.readline)
@@ -62,7 +75,7 @@ def _bare(root: Path, path: Path, numbers: set[int]) -> list[str]:
 
 @pytest.mark.parametrize("kind", NAMES)
 def test_numbers_with_a_name_are_written_by_name(
-    kind: str, root: Path, modules: list[Path]
+    kind: str, texts: Texts, modules: list[Path]
 ) -> None:
     members, rooms = NAMES[kind]
     numbers = {int(member) for member in members}
@@ -70,7 +83,7 @@ def test_numbers_with_a_name_are_written_by_name(
         each
         for path in modules
         if str(path).startswith(rooms) and not {path, *path.parents} & {*HOMES}
-        for each in _bare(root, path, numbers)
+        for each in _bare(texts[path], path, numbers)
     ]
     assert not bare, "\n".join(bare)
 
@@ -78,13 +91,9 @@ def test_numbers_with_a_name_are_written_by_name(
 ALIAS = re.compile(r"^_[A-Z_0-9]+ = [A-Z]\w+\.[A-Z_0-9]+\.value$", re.MULTILINE)
 
 
-def test_members_have_no_second_name(root: Path, modules: list[Path]) -> None:
+def test_members_have_no_second_name(texts: Texts, modules: list[Path]) -> None:
     """Kernels name members of enumerations; plain Python pays nothing for it."""
-    aliases = [
-        f"{path}: {line}"
-        for path in modules
-        for line in ALIAS.findall((root / path).read_text(encoding="utf-8"))
-    ]
+    aliases = [f"{path}: {line}" for path in modules for line in ALIAS.findall(texts[path])]
     assert not aliases, "\n".join(aliases)
 
 

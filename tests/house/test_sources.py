@@ -1,7 +1,8 @@
 """Modules that hold facts of a manual, a standard or recorded traffic say where these come from."""
 
-import ast
 from pathlib import Path
+
+from tests.house.sources import Module
 
 ROOMS = ("ams", "codes", "ethercat", "iec", "st")
 """Rooms whose matter is given from outside."""
@@ -30,17 +31,15 @@ OURS = {
 """Modules without a source, and why."""
 
 
-def test_facts_name_their_source(root: Path, modules: list[Path]) -> None:
+def test_facts_name_their_source(parsed: dict[Path, Module]) -> None:
     silent = []
-    for path in modules:
+    for path, module in parsed.items():
         place = path.relative_to("src/achse").as_posix()
         if not place.startswith(tuple(f"{room}/" for room in ROOMS)):
             continue
         if path.name == "__init__.py" or place in OURS or place.startswith(TO_COME):
             continue
-        text = (root / path).read_text(encoding="utf-8")
-        head = ast.get_docstring(ast.parse(text)) or ""
-        if not any(sign in head for sign in ("Source", "§", "table ")):
+        if not any(sign in module.docstring for sign in ("Source", "§", "table ")):
             silent.append(place)
     assert not silent, f"no source in the docstring of: {', '.join(silent)}"
 

@@ -1,10 +1,10 @@
 """One word, one thing: a public class name is there once; texts are in plain English."""
 
-import ast
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
 from pathlib import Path
+
+from tests.house.sources import Module, Texts
 
 WORDS = Path("docs/explanation/words.md")
 """The glossary: one word for each thing, and phrases that are not to be used."""
@@ -28,21 +28,10 @@ TWICE = {
 """Class names that two modules share, because they are the same thing at two levels."""
 
 
-def _classes(body: Iterable[ast.stmt]) -> Iterator[str]:
-    """Public classes and type aliases of a module, those within `if` included."""
-    for node in body:
-        if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
-            yield node.name
-        elif isinstance(node, ast.AnnAssign) and "TypeAlias" in ast.unparse(node.annotation):
-            yield ast.unparse(node.target)
-        elif isinstance(node, ast.If):
-            yield from {*_classes(node.body), *_classes(node.orelse)}
-
-
-def test_a_class_name_means_one_thing(root: Path, modules: list[Path]) -> None:
+def test_a_class_name_means_one_thing(parsed: dict[Path, Module]) -> None:
     places = defaultdict(list)
-    for path in modules:
-        for name in _classes(ast.parse((root / path).read_bytes()).body):
+    for path, module in parsed.items():
+        for name in module.classes:
             places[name].append(str(path))
     shared = {name: found for name, found in places.items() if len(found) > 1}
     new = {name: found for name, found in shared.items() if name not in TWICE}
@@ -80,34 +69,29 @@ ROOMS_TO_MEND: dict[str, int] = {}
 """Phrases that are still there, by room. The numbers only shrink."""
 
 
-def _texts(root: Path, path: Path) -> Iterator[str]:
-    """The paragraphs of a page; the string literals of a module, docstrings among them."""
-    source = (root / path).read_text(encoding="utf-8")
-    if path.suffix == ".md":
-        yield from re.split(r"\n\s*\n", source)
-        return
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str):
-            yield node.value
-
-
 def _room(path: Path) -> str:
     """`docs/how-to`, `src/achse/st`; the root's pages by name."""
     return "/".join(path.parts[:-1][:3]) or str(path)
 
 
-def test_texts_are_in_plain_english(root: Path, tracked: list[Path]) -> None:
+def _paragraphs(page: str) -> list[str]:
+    return re.split(r"\n\s*\n", page)
+
+
+def test_texts_are_in_plain_english(
+    tracked: list[Path], texts: Texts, parsed: dict[Path, Module]
+) -> None:
+    """The paragraphs of each page; the string literals of each module, docstrings among them."""
+    strings = {path: module.strings for path, module in parsed.items()} | {
+        path: _paragraphs(texts[path]) for path in tracked if path.suffix == ".md"
+    }
     found = defaultdict(list)
-    for path in tracked:
-        read = path.suffix == ".md" or (path.parts[0] == "src" and path.suffix == ".py")
-        if not read or path == WORDS:
-            continue
-        for text in _texts(root, path):
-            line = " ".join(text.split())
-            for instead, phrase in PHRASES.items():
-                for hit in phrase.finditer(line):
-                    around = line[max(0, hit.start() - 30) : hit.end() + 30]
-                    found[_room(path)].append(f"{path}: …{around}… (write: {instead})")
+    for path in strings.keys() - {WORDS}:
+        lines = "\n".join(" ".join(text.split()) for text in strings[path])
+        for instead, phrase in PHRASES.items():
+            for hit in phrase.finditer(lines):
+                around = lines[max(0, hit.start() - 30) : hit.end() + 30].replace("\n", " ")
+                found[_room(path)].append(f"{path}: …{around}… (write: {instead})")
     more = [
         line
         for room, lines in found.items()
@@ -119,14 +103,13 @@ def test_texts_are_in_plain_english(root: Path, tracked: list[Path]) -> None:
     assert not mended, f"nothing left there, take them out of ROOMS_TO_MEND: {mended}"
 
 
-def test_public_functions_have_the_verbs_of_the_field(root: Path, modules: list[Path]) -> None:
+def test_public_functions_have_the_verbs_of_the_field(parsed: dict[Path, Module]) -> None:
     found = [
-        f"{path}:{node.lineno}: {node.name} (write: {VERBS[node.name]})"
-        for path in modules
-        for node in ast.walk(ast.parse((root / path).read_bytes()))
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
-        and node.name in VERBS
-        and (node.name != "part" or len(node.args.args) < 2)  # a part of something is a noun
+        f"{path}:{function.line}: {function.name} (write: {VERBS[function.name]})"
+        for path, module in parsed.items()
+        for function in module.functions
+        if function.name in VERBS
+        and (function.name != "part" or function.parameters < 2)  # a part of something is a noun
     ]
     assert not found, "\n".join(found)
 

@@ -1,0 +1,102 @@
+"""What the checks ask of a Python file, gathered in one walk of its syntax tree.
+
+The trees of all files take half a gigabyte, and each walk of them takes a second; what is gathered
+takes a few megabytes, and a run of the tests reads each file once.
+"""
+
+import ast
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+DEFINITIONS = (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+"""What a module offers under a name; constants are the module's own choice."""
+
+
+@dataclass(frozen=True)
+class NamedFunction:
+    """A function or method: its name, its line and the number of its positional parameters."""
+
+    name: str
+    line: int
+    parameters: int
+
+
+@dataclass
+class Module:
+    """What the checks ask of a module."""
+
+    docstring: str
+    offered: set[str]
+    """Classes and functions at the top level."""
+
+    exported: set[str]
+    """Names of `__all__`."""
+
+    classes: set[str]
+    """Public classes and type aliases, those within `if` included."""
+
+    strings: list[str] = field(default_factory=list)
+    functions: list[NamedFunction] = field(default_factory=list)
+    attributes: set[tuple[str, str]] = field(default_factory=set)
+    """Owner and name: `time.monotonic` and `at.time.monotonic` are both (time, monotonic)."""
+
+    imported: set[tuple[str, str]] = field(default_factory=set)
+    """Module and name of each `from … import …`."""
+
+
+def read_module(text: str) -> Module:
+    """Parse the text of a module, and walk its tree once."""
+    tree = ast.parse(text)
+    module = Module(
+        (ast.get_docstring(tree) or "").strip(),
+        {node.name for node in tree.body if isinstance(node, DEFINITIONS)},
+        _exported(tree),
+        set(_classes(tree.body)),
+    )
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant):
+            if isinstance(node.value, str):
+                module.strings.append(node.value)
+        elif isinstance(node, ast.Attribute):
+            owner = node.value
+            name = owner.attr if isinstance(owner, ast.Attribute) else getattr(owner, "id", "")
+            module.attributes.add((name, node.attr))
+        elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            module.functions.append(NamedFunction(node.name, node.lineno, len(node.args.args)))
+        elif isinstance(node, ast.ImportFrom):
+            module.imported.update((node.module or "", alias.name) for alias in node.names)
+    return module
+
+
+def _exported(tree: ast.Module) -> set[str]:
+    for node in tree.body:
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
+            return set(ast.literal_eval(node.value))
+    return set()
+
+
+def _classes(body: Iterable[ast.stmt]) -> Iterator[str]:
+    for node in body:
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+            yield node.name
+        elif isinstance(node, ast.AnnAssign) and "TypeAlias" in ast.unparse(node.annotation):
+            yield ast.unparse(node.target)
+        elif isinstance(node, ast.If):
+            yield from {*_classes(node.body), *_classes(node.orelse)}
+
+
+class Texts:
+    """The texts of the project's files, each read once; what is not text is empty."""
+
+    def __init__(self, root: Path) -> None:
+        self._root = root
+        self._read: dict[Path, str] = {}
+
+    def __getitem__(self, path: Path) -> str:
+        if path not in self._read:
+            try:
+                self._read[path] = (self._root / path).read_text(encoding="utf-8")
+            except UnicodeDecodeError:
+                self._read[path] = ""
+        return self._read[path]
