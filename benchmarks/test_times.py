@@ -1,45 +1,118 @@
-"""The time of each test file, and which of them are too slow for the quick tier.
+"""Processor time of the tests: by folder, the dearest, and which files are too slow for `-m quick`.
 
-Runs the tests that are named, or all. With --write it says in tests/data/slow_files.txt which files
-are slow: `pytest -m quick` leaves them out.
+Runs the tests that are named, or all. The time of a test is that of its process, of the processes
+that it started and of those that still run (Linux). With --write it says in
+tests/data/slow_files.txt which files are slow: `pytest -m quick` leaves them out.
 Usage: python benchmarks/test_times.py [--write] [PYTEST ARGUMENTS]
 """
 
+import contextlib
+import os
 import sys
 from collections import Counter
+from collections.abc import Generator, Iterable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 SLOW = Path(__file__).parents[1] / "tests" / "data" / "slow_files.txt"
 LIMIT_S = 0.2
-"""Seconds that all tests of a quick file take together."""
+"""Seconds of processor time that all tests of a quick file take together."""
+
+DEAREST = 20
+"""Tests that are printed."""
+
+CPU_SECONDS = "cpu_seconds"
+"""Name of the property of a report: seconds since the report before."""
 
 
-class Stopwatch:
-    """Adds up what the tests of each file take."""
+def processor_s() -> float:
+    """Processor time of this process, of its children that ended and of those that run."""
+    times = os.times()
+    ticks = 0
+    for children in Path("/proc/self/task").glob("*/children"):
+        with contextlib.suppress(OSError):
+            for child in children.read_text().split():
+                ticks += _ticks(child)
+    ended = times.children_user + times.children_system
+    return times.user + times.system + ended + (ticks / os.sysconf("SC_CLK_TCK") if ticks else 0.0)
+
+
+def _ticks(process: str) -> int:
+    """Of a process, and of its children that ended."""
+    with contextlib.suppress(OSError):
+        fields = Path("/proc", process, "stat").read_text().rpartition(")")[2].split()
+        return sum(map(int, fields[11:15]))
+    return 0
+
+
+class Meter:
+    """Appends to each report what was used since the one before; works in each process alone."""
 
     def __init__(self) -> None:
-        self.seconds: Counter[str] = Counter()
+        self.before = processor_s()
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_protocol(self) -> Generator[None, Any, Any]:
+        self.before = processor_s()
+        return (yield)
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_makereport(self) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+        report = yield
+        now = processor_s()
+        report.user_properties.append((CPU_SECONDS, now - self.before))
+        self.before = now
+        return report
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Measure in this process: workers load this module too, by `-p test_times`."""
+    config.pluginmanager.register(Meter())
+
+
+class Sums:
+    """Adds up what the tests use."""
+
+    def __init__(self) -> None:
+        self.tests: Counter[str] = Counter()
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        self.seconds[report.nodeid.partition("::")[0]] += report.duration
+        self.tests[report.nodeid] += sum(
+            value for name, value in report.user_properties if name == CPU_SECONDS
+        )
+
+    def by(self, parts: int) -> Counter[str]:
+        """Sums by the first parts of the path: 2 of them are `tests/cli`."""
+        sums: Counter[str] = Counter()
+        for test, seconds in self.tests.items():
+            file = test.partition("::")[0].split("/")
+            sums["/".join(file[:-1][:parts] if parts else file)] += seconds
+        return sums
+
+
+def _lines(sums: Iterable[tuple[str, float]]) -> str:
+    return "\n".join(f"{seconds:8.2f} s  {name}" for name, seconds in sums)
 
 
 def main(arguments: list[str]) -> int:
     write = "--write" in arguments
     arguments = [each for each in arguments if each != "--write"]
-    stopwatch = Stopwatch()
-    code = pytest.main(["-q", "-m", "", *arguments], plugins=[stopwatch])
+    sums = Sums()
+    code = pytest.main(["-q", "-m", "", "-p", "test_times", *arguments], plugins=[sums])
+    files = sums.by(0)
     before = set(SLOW.read_text(encoding="utf-8").split()) if SLOW.exists() else set()
-    slow = before.difference(stopwatch.seconds)
-    slow.update(name for name, seconds in stopwatch.seconds.items() if seconds > LIMIT_S)
+    slow = before.difference(files)
+    slow.update(name for name, seconds in files.items() if seconds > LIMIT_S)
     if write:
         SLOW.write_text("".join(f"{name}\n" for name in sorted(slow)), encoding="utf-8")
-    for name, seconds in stopwatch.seconds.most_common(20):
-        print(f"{seconds:8.2f} s  {name}")
-    quick = sum(seconds for name, seconds in stopwatch.seconds.items() if name not in slow)
-    print(f"{quick:8.2f} s  the {len(stopwatch.seconds.keys() - slow)} quick files of this run")
+    print(f"processor time by folder, {files.total():.2f} s in all:")
+    print(_lines(sums.by(2).most_common()))
+    print(f"the {DEAREST} dearest tests:")
+    print(_lines(sums.tests.most_common(DEAREST)))
+    quick = sum(seconds for name, seconds in files.items() if name not in slow)
+    print(f"{quick:8.2f} s  the {len(files.keys() - slow)} quick files of this run")
     return int(code)
 
 
