@@ -1,0 +1,153 @@
+"""Test suites of others pass and fail as `expected.tsv` says: green stays green, red is explained.
+
+`.ci/foreign-suites` builds them. A test that passes though a fault is expected is an error too, so
+that the table stays true.
+"""
+
+import os
+import re
+import socket
+import subprocess
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+TABLE = Path(__file__).with_name("expected.tsv")
+BUILT = Path(__file__).parents[2] / ".foreign" / "pyads-3.6.0"
+TOOL_SUITE = BUILT / "adslib" / "tools" / "91_test_AdsTool.sh"
+
+NET_ID = "192.168.0.231.1.1"
+"""NetId of the station that the vendor's suites are written for."""
+
+STATION = """
+[system]
+root = "files"
+restart_time = "10ms"
+
+[[plc]]
+sources = '{project}'
+"""
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """A row of the table."""
+
+    suite: str
+    test: str
+    expected: str
+    fault: str
+    reason: str
+
+
+def _rows() -> list[Expectation]:
+    head, *lines = TABLE.read_text(encoding="utf-8").splitlines()
+    assert head.split("\t") == ["suite", "test", "expected", "fault", "reason"]
+    return [Expectation(*line.split("\t")) for line in lines]
+
+
+ROWS = _rows()
+
+
+@pytest.fixture(scope="module")
+def built() -> Path:
+    """Folder of the built suites; without them the test is skipped, or fails in CI."""
+    if not (BUILT / "recipe").is_file():
+        absent = pytest.fail if os.environ.get("ACHSE_WITNESSES") == "required" else pytest.skip
+        absent("the vendor's suites are not built on this machine; .ci/foreign-suites builds them")
+    return BUILT
+
+
+@pytest.fixture(scope="module")
+def vendor_station(
+    built: Path,
+    start_station: Callable[..., AbstractContextManager[Any]],
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Iterator[Any]:
+    """A station with the suites' sample PLC project and a folder for their files."""
+    folder = tmp_path_factory.mktemp("vendor")
+    (folder / "files" / "dev" / "shm").mkdir(parents=True)
+    project = built / "adslib" / "PLC-TestProject" / "Untitled1"
+    (folder / "station.toml").write_text(STATION.format(project=project), encoding="utf-8")
+    with start_station(str(folder / "station.toml"), "--net-id", NET_ID) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def second_host(free_host: Callable[[], str]) -> Iterator[str]:
+    """An address where a connection is accepted, and no more."""
+    host = free_host()
+    with socket.create_server((host, 48898)):
+        yield host
+
+
+@pytest.fixture
+def run_vendor_test(
+    built: Path, vendor_station: Any, second_host: str
+) -> Callable[[str, str], "subprocess.CompletedProcess[str]"]:
+    """`run_vendor_test("AdsLibTest", "testAdsTimeout")` runs one test of a suite."""
+    address = vendor_station.host
+    commands: dict[str, Callable[[str], list[str | Path]]] = {
+        "AdsLibTest": lambda test: [built / "AdsLibTest", test],
+        "AdsLibOOITest": lambda test: [built / "AdsLibOOITest", test],
+        "AdsTest": lambda test: [built / "AdsTest", NET_ID, f"--gw={address}", "registry", test],
+        "adstool": lambda test: [
+            *("sh", TOOL_SUITE.with_name("one_check.sh"), address, built / "AdsTool", test),
+        ],
+    }
+
+    def run(suite: str, test: str) -> "subprocess.CompletedProcess[str]":
+        places = {"ADS_SERVER": address, "ADS_SECOND": second_host}
+        return subprocess.run(
+            commands[suite](test),
+            env=os.environ | places | {"BHF_CI_ADS_RETRY_LIMIT": "600"},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+        )
+
+    return run
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row.suite}-{row.test}")
+def test_foreign_suite_meets_the_table(
+    row: Expectation, run_vendor_test: Callable[[str, str], "subprocess.CompletedProcess[str]"]
+) -> None:
+    done = run_vendor_test(row.suite, row.test)
+    last = "\n".join(done.stdout.splitlines()[-30:])
+    if row.expected == "pass":
+        assert done.returncode == 0, f"{row.suite} {row.test} was green, and is red:\n{last}"
+    else:
+        assert done.returncode != 0, (
+            f"{row.suite} {row.test} was red ({row.reason}), and is green: change {TABLE.name}"
+        )
+
+
+def test_each_red_has_a_reason_and_whose_fault_it_is() -> None:
+    for row in ROWS:
+        if row.expected == "pass":
+            assert (row.fault, row.reason) == ("", ""), row
+        else:
+            assert row.expected == "fail", row
+            assert row.fault in ("ours", "theirs"), row
+            assert row.reason, row
+
+
+def test_table_lists_each_test_of_the_suites(built: Path) -> None:
+    """The tests of the sources, but those that the vendor has commented out."""
+    expected = {("AdsTest", "testdeletekey")}
+    for suite in ("AdsLibTest", "AdsLibOOITest"):
+        source = (built / "adslib" / suite / "main.cpp").read_text(encoding="utf-8")
+        main = source[source.index("int main(") :]
+        names = re.findall(r"^\s*\w+\.add_test\(\s*\"(\w+)\"", main, re.MULTILINE)
+        expected |= {(suite, name) for name in names}
+    calls = TOOL_SUITE.read_text(encoding="utf-8").partition("# --log-level requires no PLC")[2]
+    expected |= {("adstool", name) for name in re.findall(r"^check_(\w+)$", calls, re.MULTILINE)}
+    listed = [(row.suite, row.test) for row in ROWS]
+    assert sorted(listed) == sorted(expected)
