@@ -192,7 +192,9 @@ class Runner:
             getattr(self, f"on_{message[0]}")(worker, *message[1:])
         for worker in list(self.workers.values()):
             if time.monotonic() - worker.heard > HANG_S:
-                os.kill(worker.process, signal.SIGABRT)  # the fault handler of pytest prints where it was
+                os.kill(
+                    worker.process, signal.SIGABRT
+                )  # the fault handler of pytest prints where it was
 
     def on_start(self, worker: Worker, index: int) -> None:
         worker.test = index

@@ -11,6 +11,7 @@ from typer.testing import CliRunner, Result
 from achse.camshaft.kernel import KERNEL as CAMSHAFT
 from achse.cli.app import app
 from achse.drive.compiled import KERNEL as DRIVE
+from achse.extras import needs_extra
 from achse.motion.compiled import KERNEL as MOTION
 from achse.motion.cyclic_image import KERNEL as IMAGES
 from achse.motion.path.compiled import KERNEL as PATH
@@ -110,4 +111,4 @@ def test_without_compiler_it_says_what_to_install(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setitem(sys.modules, "llvmlite", None)
     done = CliRunner().invoke(app, ["warmup"])
     assert done.exit_code == 1
-    assert "pip install 'achse[fast]'" in done.output
+    assert done.output == needs_extra("warmup", "fast") + "\n"

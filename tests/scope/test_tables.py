@@ -47,5 +47,5 @@ def test_without_the_extra_it_says_what_to_install(
         return real(wanted, *rest)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(ScopeError, match=f"{name} is not installed: pip install 'achse\\[tables"):
+    with pytest.raises(ScopeError, match=rf"a table \({name}\) needs the extra tables: pip"):
         (to_pandas if name == "pandas" else to_polars)(recording())

@@ -86,7 +86,7 @@ def test_a_wrong_axis_parameter_is_located(values: dict[str, Any], message: str)
 def test_the_compiled_kernel_needs_llvmlite(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("achse.motion.nc.KERNEL", Kernel("fresh", cycles, {}))
     monkeypatch.setitem(sys.modules, "llvmlite", None)
-    with pytest.raises(ConfigError, match=r"nc\.kernel: compiled needs llvmlite.*achse\[fast\]"):
+    with pytest.raises(ConfigError, match=r"nc\.kernel: compiled needs the extra fast: pip"):
         station(nc={"kernel": "compiled"}, axis=[{"id": 1, "name": "A"}])
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from achse.extras import needs_extra
 from achse.transport.own_certificate import (
     CERTIFICATE_FILE,
     KEY_FILE,
@@ -71,4 +72,4 @@ def test_without_the_extra_it_says_so(tmp_path: Path) -> None:
     told = subprocess.run(
         [sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, check=True
     )
-    assert told.stdout == "Secure ADS needs the extra secure: pip install achse[secure]\n"
+    assert told.stdout == needs_extra("Secure ADS", "secure") + "\n"

@@ -2,6 +2,7 @@
 
 import pytest
 
+from achse.extras import install_command
 from achse.web.settings import WebExtraMissing, WebSettings
 
 
@@ -19,4 +20,4 @@ def test_what_cannot_be_is_refused(given: dict[str, object], told: str) -> None:
 
 
 def test_the_extra_is_named() -> None:
-    assert "pip install achse[web]" in str(WebExtraMissing())
+    assert install_command("web") in str(WebExtraMissing())

@@ -18,6 +18,7 @@ import typer
 from achse.cli.failure import fail
 from achse.cli.interrupts import INTERRUPTED, ending
 from achse.cli.output import on_terminal
+from achse.extras import needs_extra
 
 __all__ = ["STEPS", "DemoStep", "register"]
 
@@ -87,7 +88,7 @@ def demo(
             if show:
                 webbrowser.open(page)
         elif show:
-            fail("the page needs the extra web: pip install 'achse[web]'", name="CONFIGURATION")
+            fail(needs_extra("the page", "web"), name="CONFIGURATION")
         for number, step in enumerate(STEPS, 1):
             print(f"\n{number}. {step.text}" + (f" ({page}#{step.page})" if page else ""))
             if waits and not _enter("Enter shows it, q ends: "):

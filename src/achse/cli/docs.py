@@ -15,6 +15,7 @@ from achse.cli.failure import fail
 from achse.cli.files import write_file
 from achse.cli.output import print_json
 from achse.cli.target import Json
+from achse.extras import needs_extra
 
 if TYPE_CHECKING:
     from achse.server import Device, RowFacts
@@ -91,7 +92,7 @@ def serve(
 def _mkdocs(*words: str) -> None:
     """Run MkDocs here; ends the command if it cannot."""
     if importlib.util.find_spec("mkdocs") is None:
-        fail("needs the extra docs: pip install achse[docs]", name="NO_EXTRA")
+        fail(needs_extra("the site", "docs"), name="NO_EXTRA")
     if not Path("mkdocs.yml").is_file():
         fail("no mkdocs.yml here: the site is built in a clone of the repository", name="NO_FILE")
     command = [sys.executable, "-m", "mkdocs", *words]

@@ -17,6 +17,7 @@ from achse.cli.files import write_file
 from achse.cli.interrupts import ending_signals
 from achse.cli.output import print_json, tell_event
 from achse.cli.target import DRIVES, Json
+from achse.extras import needs_extra
 
 if TYPE_CHECKING:
     from achse.drive import Drive
@@ -194,7 +195,7 @@ def serve(
 
         compiled = KERNEL.available
     elif compiled and not compiler_installed():
-        fail("--compiled needs llvmlite: pip install 'achse[fast]'")
+        fail(needs_extra("--compiled", "fast"))
     segment = RingSegment() if len(interface or ()) > 1 else Segment()
     try:
         link, where = open_link(segment)

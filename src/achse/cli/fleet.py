@@ -31,6 +31,7 @@ from achse.cli.interrupts import ending
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
 from achse.cli.output import on_terminal, print_json, print_table, tell_event
 from achse.cli.target import Json
+from achse.extras import needs_extra
 
 if TYPE_CHECKING:
     from achse.fleet.plan import FleetPlan
@@ -309,7 +310,7 @@ def _check(plan: "FleetPlan") -> None:
     from achse.station import ConfigError
 
     if find_spec("aiomqtt") is None:
-        fail("a fleet needs the extra mqtt: pip install achse[mqtt]", name="CONFIGURATION")
+        fail(needs_extra("a fleet", "mqtt"), name="CONFIGURATION")
     try:
         plan.check()
         usable_cores(plan)

@@ -6,6 +6,7 @@ import typer
 
 from achse.cli.output import print_json
 from achse.cli.target import Json
+from achse.extras import needs_extra
 
 __all__ = ["register"]
 
@@ -33,7 +34,7 @@ def warmup(json: Json = False) -> None:
     from achse.station.whole_cycle import KERNEL as DRIVEN
 
     if not compiler_installed():
-        print("nothing to compile without llvmlite: pip install 'achse[fast]'")
+        print(needs_extra("warmup", "fast"))
         raise typer.Exit(1)
     for kernel in (MOTION, DRIVE, SAMPLING, SCOPE, CAMSHAFT, TAKE, SEND, DRIVEN, IMAGES, PATH):
         if not kernel.available:

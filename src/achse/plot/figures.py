@@ -10,6 +10,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
+from achse.extras import needs_extra
+
 __all__ = [
     "Demanded",
     "Moment",
@@ -45,7 +47,7 @@ class PlotExtraMissing(ImportError):
     """There is nothing to draw with."""
 
     def __init__(self) -> None:
-        super().__init__("pictures need the extra plot: pip install 'achse[plot]'")
+        super().__init__(needs_extra("drawing pictures", "plot"))
 
 
 class PictureError(ValueError):

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from achse.extras import needs_extra
 from achse.scope.data import ScopeData
 from achse.scope.types import ScopeError
 
@@ -14,7 +15,7 @@ __all__ = ["to_pandas", "to_polars", "write_parquet"]
 
 
 def _missing(failure: ImportError) -> ScopeError:
-    return ScopeError(f"{failure.name} is not installed: pip install 'achse[tables]'")
+    return ScopeError(needs_extra(f"a table ({failure.name})", "tables"))
 
 
 def to_pandas(data: ScopeData) -> "pandas.DataFrame":

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from pydantic import Field
 
+from achse.extras import needs_extra
 from achse.station.config_types import ConfigError, ConfigTable
 from achse.station.pacing import STEP_BOUNDS_NS, Pace
 
@@ -105,8 +106,7 @@ class MetricsPort:
             from prometheus_client import GC_COLLECTOR, CollectorRegistry, start_http_server
             from prometheus_client.process_collector import ProcessCollector
         except ImportError:
-            needed = "metrics: needs the extra metrics: pip install achse[metrics]"
-            raise ConfigError(needed) from None
+            raise ConfigError(needs_extra("metrics: the port", "metrics")) from None
         self._loop = asyncio.get_running_loop()
         registry = CollectorRegistry(auto_describe=False)
         ProcessCollector(registry=registry)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from achse.devices.nc import NcDevice
+from achse.extras import needs_extra
 from achse.iec.nearest import did_you_mean
 from achse.motion import AxisParameters, AxisParametersError, Nc
 from achse.motion.groups.parameters import GroupParametersError
@@ -83,9 +84,7 @@ def _nc(config: StationConfig, base: Path) -> Nc:
     except TableError as fault:
         raise ConfigError(f"table: {fault}") from None
     except ImportError as failure:
-        raise ConfigError(
-            f"nc.kernel: compiled needs llvmlite, install achse[fast] ({failure})"
-        ) from None
+        raise ConfigError(f"{needs_extra('nc.kernel: compiled', 'fast')} ({failure})") from None
     limits = config.limits
     nc.tables.limits = TableLimits(limits.table_numbers, limits.all_table_numbers)
     return nc

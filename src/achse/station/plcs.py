@@ -15,6 +15,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from achse.extras import needs_extra
 from achse.iec import DeclarationError, GlobalVariables, IecType, Program
 from achse.iec.structs import StaticRecord
 from achse.plc import DEFAULT_SIZES, Area, Memory, PlcRuntime, Task
@@ -164,7 +165,7 @@ class PlcSource:
         from achse.st.check import check  # as above
 
         if self.config.code == CodeForm.MACHINE.value and not compiler_installed():
-            raise ConfigError(f"{self.key}.code: machine needs llvmlite, install achse[fast]")
+            raise ConfigError(needs_extra(f"{self.key}.code: machine", "fast"))
         system = system_info_list([Task()], app_name="", project_name="", port=0, timestamp=0)
         project = check(declared.declarations, given=[system])
         for fault in project.faults[:_SHOWN_FAULTS]:

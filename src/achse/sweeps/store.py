@@ -10,6 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import IO, Any, Self
 
+from achse.extras import needs_extra
 from achse.sweeps.plan import SweepError, SweepPlan
 from achse.sweeps.scenario import RESERVED, Row, Scenario
 from achse.transport.file_lock import lock_file
@@ -23,7 +24,7 @@ _INT64 = range(-(1 << 63), 1 << 63)
 def need_sweep() -> None:
     """Raise SweepError if the extra `sweep` is not installed."""
     if not (find_spec("distributed") and find_spec("pyarrow")):
-        raise SweepError("sweeps need the extra sweep: pip install achse[sweep]")
+        raise SweepError(needs_extra("a sweep", "sweep"))
 
 
 class SweepStore:

@@ -22,6 +22,7 @@ from urllib.parse import parse_qsl, unquote, urlsplit
 
 from achse.ams import DecodeError, NetId
 from achse.ams.mqtt import MqttTopics, RouterNote
+from achse.extras import needs_extra
 from achse.transport.tls import HAS_PSK
 
 __all__ = [
@@ -251,8 +252,7 @@ def _session() -> Session:
     try:
         from aiomqtt import Client
     except ImportError:
-        needed = "ADS over MQTT needs the extra mqtt: pip install achse[mqtt]"
-        raise MqttError(needed) from None
+        raise MqttError(needs_extra("ADS over MQTT", "mqtt")) from None
 
     class Connection(Client):
         """Writes once in a turn of the loop, however many messages there are.

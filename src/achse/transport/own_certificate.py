@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from achse.ams.secure import fingerprint_of
+from achse.extras import needs_extra
 
 __all__ = ["CertificateError", "OwnCertificate", "names_of", "need_secure"]
 
@@ -82,8 +83,7 @@ def need_secure() -> None:
     try:
         import cryptography  # noqa: F401
     except ImportError:
-        needed = "Secure ADS needs the extra secure: pip install achse[secure]"
-        raise CertificateError(needed) from None
+        raise CertificateError(needs_extra("Secure ADS", "secure")) from None
 
 
 def _self_signed(name: str) -> tuple[bytes, bytes]:

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from typing import Any, Literal, Self, cast, get_args
 from urllib.parse import parse_qsl
 
+from achse.extras import needs_extra
+
 __all__ = ["SCHEME", "Parity", "SerialPort", "SerialPortError", "open_serial_port"]
 
 SCHEME = "serial:"
@@ -88,7 +90,7 @@ async def open_serial_port(
     try:
         import serial_asyncio_fast
     except ImportError:
-        raise OSError("serial ports need more: pip install 'achse[serial]'") from None
+        raise OSError(needs_extra("a serial port", "serial")) from None
     settings: dict[str, Any] = {"baudrate": port.baud, "parity": port.parity[0].upper()}
     if "://" not in port.device:
         settings["exclusive"] = True

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from achse.extras import needs_extra
+
 __all__ = ["WEB_PORT", "WebExtraMissing", "WebSettings"]
 
 WEB_PORT = 8080
@@ -16,7 +18,7 @@ class WebExtraMissing(ImportError):
     """The packages of the extra `web` are not installed."""
 
     def __init__(self) -> None:
-        super().__init__("the browser page needs the extra web: pip install achse[web]")
+        super().__init__(needs_extra("the browser page", "web"))
 
 
 @dataclass(frozen=True, slots=True)
