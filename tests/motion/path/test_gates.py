@@ -3,7 +3,7 @@
 from math import cos, sin
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.motion.path import (
@@ -57,6 +57,7 @@ def test_a_span_allows_more_the_slower_it_is() -> None:
     assert gate_deceleration(gate, 50.0) == 200.0
 
 
+@settings(max_examples=10)
 @given(
     st.floats(50.0, 500.0),
     st.floats(100.0, 1e4),
