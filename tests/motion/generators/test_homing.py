@@ -31,16 +31,11 @@ MARK = {"simulation_mark_begin": -40.0, "simulation_mark_end": -30.0, "simulatio
 TOWARDS, WAIT, LEAVE, OFF, LATCH, SET = (HomingState(n) for n in range(1, 7))
 
 
-@pytest.fixture(params=[False, True], ids=["plain", "compiled"])
-def make(request: pytest.FixtureRequest, make_rig: Any) -> Any:
+@pytest.fixture
+def make(make_rig: Any) -> Any:
     """An axis that follows its set point exactly, homing to 100 mm."""
     values = {"simulation_ideal": 1.0, "encoder_reference_position": 100.0}
-    return lambda **more: make_rig(compiled=request.param, **(values | more))
-
-
-@pytest.fixture
-def make_plain(make_rig: Any) -> Any:
-    return lambda **more: make_rig(simulation_ideal=1.0, encoder_reference_position=100.0, **more)
+    return lambda **more: make_rig(**(values | more))
 
 
 def walk(rig: Any, seconds: float = 20.0) -> list[tuple[int, float, float, float, int]]:
@@ -297,12 +292,8 @@ def test_the_cam_of_the_plc(make: Any) -> None:
 
 
 @pytest.mark.parametrize(("source", "closed", "opened"), [(3, 0b100, 0), (11, 0b011, 0b111)])
-def test_the_cam_at_an_input_of_the_drive(
-    make_plain: Any, source: int, closed: int, opened: int
-) -> None:
-    rig = make_plain(
-        encoder_homing_sensor_source=source, simulation_drive_inputs=opened, control_dword=7
-    )
+def test_the_cam_at_an_input_of_the_drive(make: Any, source: int, closed: int, opened: int) -> None:
+    rig = make(encoder_homing_sensor_source=source, simulation_drive_inputs=opened, control_dword=7)
     drive_cam(
         rig,
         lambda axis: setattr(axis, "simulation_drive_inputs", closed),
@@ -311,8 +302,8 @@ def test_the_cam_at_an_input_of_the_drive(
     assert rig.axis.encoder.set_position_offset == pytest.approx(120.0, abs=3 * STEP)
 
 
-def test_the_simulated_cam_wired_to_an_input(make_plain: Any) -> None:
-    rig = make_plain(simulation_cam_input=8, encoder_homing_sensor_source=8)
+def test_the_simulated_cam_wired_to_an_input(make: Any) -> None:
+    rig = make(simulation_cam_input=8, encoder_homing_sensor_source=8)
     commands.home(rig.axis)
     walk(rig)
     assert rig.axis.homing_latch_position == pytest.approx(-50.0, abs=2 * STEP)
