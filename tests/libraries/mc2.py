@@ -1,16 +1,23 @@
 """A PLC with axes, blocks of Tc2_MC2 by names, and what they show call by call."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
+from unittest.mock import patch
 
 from achse.ams import AmsAddress, Frame
+from achse.iec.structs import StaticRecord
 from achse.motion import Axis
 from achse.native.backend import compiler_installed
+from achse.st.check import check
+from achse.st.declare import Declarations
+from achse.st.project import Project, load_project
+from achse.st.typed.project import TypedProject
 from achse.station import Station
 from achse.station.config import parse
 
-__all__ = ["FORMS", "Bench"]
+__all__ = ["FORMS", "Bench", "FrontEnd"]
 
 FORMS = ("plain", "machine") if compiler_installed() else ("plain",)
 
@@ -84,6 +91,48 @@ def _call(name: str, type: str, axis: str) -> str:
     return f"{name}(Axis := {axis}{more});"
 
 
+KEPT = 64
+"""Programs of which the declarations and the typed form are kept for the next station."""
+
+
+class FrontEnd:
+    """What the front end makes of a program: stations with the same program share it."""
+
+    _by_text: ClassVar[dict[str, "FrontEnd"]] = {}
+
+    def __init__(self, project: Project) -> None:
+        self.project = project
+        self._typed: TypedProject | None = None
+
+    @classmethod
+    def of(cls, text: str, file: Path) -> "FrontEnd":
+        """Return what is made of a file with that text."""
+        known = cls._by_text
+        if text not in known:
+            if len(known) == KEPT:
+                del known[next(iter(known))]
+            known[text] = cls(load_project(file))
+        return known[text]
+
+    def check(
+        self, declared: Declarations, *, given: Iterable[type[StaticRecord]] = ()
+    ) -> TypedProject:
+        """Stand in for `check`."""
+        assert declared is self.project.declarations
+        if self._typed is None:
+            self._typed = check(declared, given=given)
+        return self._typed
+
+    @contextmanager
+    def shared(self) -> Iterator[None]:
+        """Let stations that are made take this instead of reading their sources."""
+        with (
+            patch("achse.st.project.load_project", lambda *_, **options: self.project),
+            patch("achse.st.check.check", self.check),
+        ):
+            yield
+
+
 class Bench:
     """A PLC with cycles of 10 ms over axes X (1), Y (7) and Z (9), all enabled.
 
@@ -102,7 +151,8 @@ class Bench:
         declared = " ".join(f"{name} : {type.partition('@')[0]};" for name, type in blocks.items())
         calls = "\n".join(_call(name, type, at) for name, type in blocks.items())
         text = PROGRAM.format(declared=declared, calls=calls)
-        (folder / "a.st").write_text(text, encoding="utf-8")
+        file = folder / "a.st"
+        file.write_text(text, encoding="utf-8")
         document = {
             "plc": [{"sources": "a.st", "code": form}],
             "axis": [
@@ -111,9 +161,12 @@ class Bench:
                 {"id": 9, "name": "Z"},
             ],
         }
-        self.station = Station(parse(document, "a.toml"), base=folder)
+        with FrontEnd.of(text, file).shared():
+            self.station = Station(parse(document, "a.toml"), base=folder)
         self.plc = self.station.plcs[851]
         self.main: Any = self.plc.instance("MAIN")
+        self._outputs: dict[str, Mapping[str, str]] = {}
+        """The outputs that blocks have, by the names of the blocks."""
         self.requests: list[Frame] = []
         """What went to ports 500 and 501."""
         self.call(5)
@@ -138,7 +191,12 @@ class Bench:
 
     def shown(self, name: str) -> str:
         block = self.main[name]
-        return "".join(letter for key, letter in SHORT.items() if key in dir(block) and block[key])
+        outputs = self._outputs.get(name)
+        if outputs is None:
+            names = dir(block)
+            outputs = {key: letter for key, letter in SHORT.items() if key in names}
+            self._outputs[name] = outputs
+        return "".join(letter for key, letter in outputs.items() if block[key])
 
     def outputs(self, name: str, count: int) -> list[str]:
         """The outputs in each of the next calls; what repeats itself is one."""

@@ -246,7 +246,8 @@ OWN_TESTS = {"MC_Power", "MC_Stop", "MC_Jog"}
 """Blocks whose outputs differ from all others by the manual; see below."""
 
 ids = [case.block for case in CASES]
-ALL = pytest.mark.parametrize("case", CASES, ids=ids)
+ALL = pytest.mark.parametrize("case", CASES, ids=ids, scope="module")
+"""All tests of a case run one after the other, and share the program."""
 
 
 def expected(case: Case, *, dropped: bool = False) -> list[str]:
@@ -353,7 +354,9 @@ def test_an_axis_without_link(case: Case, tmp_path: Path, form: str) -> None:
     assert not on.requests
 
 
-@pytest.mark.parametrize("case", [case for case in CASES if case.refused], ids=lambda c: c.block)
+@pytest.mark.parametrize(
+    "case", [case for case in CASES if case.refused], ids=lambda c: c.block, scope="module"
+)
 def test_what_is_refused(case: Case, tmp_path: Path, form: str) -> None:
     assert case.refused is not None
     inputs, code = case.refused
@@ -365,7 +368,9 @@ def test_what_is_refused(case: Case, tmp_path: Path, form: str) -> None:
     assert on.outputs("it", 2) == [""]
 
 
-@pytest.mark.parametrize("case", [case for case in CASES if case.abort], ids=lambda c: c.block)
+@pytest.mark.parametrize(
+    "case", [case for case in CASES if case.abort], ids=lambda c: c.block, scope="module"
+)
 @pytest.mark.parametrize("dropped", [False, True])
 def test_another_block_takes_over(case: Case, dropped: bool, tmp_path: Path, form: str) -> None:
     """CommandAborted while Execute is held, else for one call; the other one is done."""
@@ -399,7 +404,7 @@ def test_another_block_takes_over(case: Case, dropped: bool, tmp_path: Path, for
 LASTING = [case for case in CASES if case.calls > SHORT and case.held != "B D"]
 
 
-@pytest.mark.parametrize("case", LASTING, ids=lambda case: case.block)
+@pytest.mark.parametrize("case", LASTING, ids=lambda case: case.block, scope="module")
 def test_an_axis_error_while_busy(case: Case, tmp_path: Path, form: str) -> None:
     """Error with the number of the axis error, and no later than two calls after it."""
     on = case.bench(tmp_path, form)

@@ -3,6 +3,7 @@
 import ast
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import lru_cache
 from types import CodeType, FunctionType
 from typing import Any, cast
 
@@ -148,17 +149,31 @@ def compiled(
     routine: Routine, lines: list[SourceLine], namespace: dict[str, Any], names: Mapping[str, str]
 ) -> FunctionType:
     """The function, whose lines are those of the Structured Text."""
-    tree = ast.parse("\n".join(line.text for line in lines))
+    text = "\n".join(line.text for line in lines)
     offsets = {line.at: routine.locate(line.at).line for line in lines}
-    places = [offsets[line.at] for line in lines]
+    places = tuple(offsets[line.at] for line in lines)
+    make = _code if len(text) <= _LONGEST_KEPT else _code.__wrapped__
+    code = make(text, places, routine.source.path)
+    # A copy: CPython specialises code for one namespace.
+    return FunctionType(_named(code, routine.name), namespace, names[routine.key])
+
+
+_LONGEST_KEPT = 1 << 15
+"""Characters of a routine whose code is kept for the next time."""
+
+
+@lru_cache(512)
+def _code(text: str, places: tuple[int, ...], path: str) -> CodeType:
+    """Return the code of a function whose lines are at `places`: an online change, and the next
+    PLC with the same sources, need most of it again."""
+    tree = ast.parse(text)
     for node in ast.walk(tree):
         if hasattr(node, "lineno"):
             place = cast("ast.stmt", node)
             place.lineno = place.end_lineno = places[place.lineno - 1]
             place.col_offset = place.end_col_offset = 0
-    module = compile(tree, routine.source.path, "exec")
-    code = next(one for one in module.co_consts if isinstance(one, CodeType))
-    return FunctionType(_named(code, routine.name), namespace, names[routine.key])
+    module = compile(tree, path, "exec")
+    return next(one for one in module.co_consts if isinstance(one, CodeType))
 
 
 def _named(code: CodeType, name: str) -> CodeType:
