@@ -189,6 +189,13 @@ class Bench:
                 target = target[part]
             target[last] = value
 
+    def input(self, name: str, key: str) -> Any:
+        """Return an input as `set` names it."""
+        value = self.main[name]
+        for part in key.split("__"):
+            value = value[part]
+        return value
+
     def shown(self, name: str) -> str:
         block = self.main[name]
         outputs = self._outputs.get(name)

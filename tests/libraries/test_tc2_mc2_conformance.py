@@ -265,9 +265,16 @@ def test_the_table_has_every_block() -> None:
 
 @ALL
 def test_execute_held(case: Case, tmp_path: Path, form: str) -> None:
-    """The result stays until Execute falls; the command sent its requests once."""
+    """The result stays until Execute falls; the command sent its requests once.
+
+    Before, it got no answer, and was refused: both leave the block and the axis as they were.
+    """
     on = case.bench(tmp_path, form)
     case.prepare(on)
+    if case.block != "MC_ReadCamTableSlaveDynamics":  # it has no axis that names another port
+        _get_no_answer(on, case)
+    if case.refused is not None:
+        _be_refused(on, case, *case.refused)
     on.requests.clear()
     on.set("it", **case.inputs, **{case.key: True})
     assert on.outputs("it", case.calls) == expected(case)
@@ -277,6 +284,30 @@ def test_execute_held(case: Case, tmp_path: Path, form: str) -> None:
     if "D" in case.held:
         assert on.outputs("it", 2) == [""]
         assert len(on.requests) == case.requests
+
+
+def _get_no_answer(on: Bench, case: Case) -> None:
+    """Error with the ADS error, until Execute falls."""
+    ports = {axis: on.main[axis]["ADS"]["Port"] for axis in "XY"}
+    for axis in ports:
+        on.main[axis]["ADS"]["Port"] = UNKNOWN_PORT
+    assert on.edge("it", 8, case.key, **case.inputs)[-1] == "E"
+    assert on.main["it"]["ErrorID"] == TARGET_PORT_NOT_FOUND
+    on.set("it", **{case.key: False})
+    assert on.outputs("it", 2) == [""]
+    assert on.main["it"]["ErrorID"] == 0
+    for axis, port in ports.items():
+        on.main[axis]["ADS"]["Port"] = port
+
+
+def _be_refused(on: Bench, case: Case, inputs: Mapping[str, Any], code: int) -> None:
+    """Error with the code that these inputs get, until Execute falls."""
+    before = {key: on.input("it", key) for key in inputs}
+    seen = on.edge("it", 8, case.key, **{**case.inputs, **inputs})
+    assert (seen[-1], hex(on.main["it"]["ErrorID"])) == ("E", hex(code))
+    on.set("it", **{case.key: False})
+    assert on.outputs("it", 2) == [""]
+    on.set("it", **before)
 
 
 @ALL
@@ -327,45 +358,23 @@ REFUSE_A_SECOND = {
 """The NC has done it already: a second one is an error."""
 
 
-@ALL
-def test_no_answer_is_the_error_of_ads(case: Case, tmp_path: Path, form: str) -> None:
-    if case.block == "MC_ReadCamTableSlaveDynamics":
-        pytest.skip("it has no axis that could name another port")
-    on = case.bench(tmp_path, form)
-    case.prepare(on)
-    for axis in "XY":
-        on.main[axis]["ADS"]["Port"] = UNKNOWN_PORT
-    seen = on.edge("it", 8, case.key, **case.inputs)
-    assert seen[-1] == "E"
-    assert on.main["it"]["ErrorID"] == TARGET_PORT_NOT_FOUND
-    on.set("it", **{case.key: False})
-    assert on.outputs("it", 2) == [""]
-    assert on.main["it"]["ErrorID"] == 0
+@pytest.fixture(scope="module")
+def without_link(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    """Every block on an axis without link, in one PLC: none of them reaches the NC."""
+    blocks = [*(case.block for case in CASES), *(row[0] for row in ENABLED), *OWN_TESTS]
+    named = {f"it_{block}": block for block in blocks}
+    return Bench(tmp_path_factory.mktemp("unlinked"), "plain", {}, "unlinked", **named)
 
 
 @ALL
-def test_an_axis_without_link(case: Case, tmp_path: Path, form: str) -> None:
+def test_an_axis_without_link(case: Case, without_link: Bench) -> None:
     if case.block == "MC_ReadCamTableSlaveDynamics":
         pytest.skip("it has no axis")
-    on = Bench(tmp_path, form, case.axis, "unlinked", it=case.block)
+    on, it = without_link, f"it_{case.block}"
     on.requests.clear()
-    assert on.edge("it", 4, case.key, **case.inputs) == ["E"]
-    assert on.main["it"]["ErrorID"] == PARAMETER
+    assert on.edge(it, 4, case.key, **case.inputs) == ["E"]
+    assert on.main[it]["ErrorID"] == PARAMETER
     assert not on.requests
-
-
-@pytest.mark.parametrize(
-    "case", [case for case in CASES if case.refused], ids=lambda c: c.block, scope="module"
-)
-def test_what_is_refused(case: Case, tmp_path: Path, form: str) -> None:
-    assert case.refused is not None
-    inputs, code = case.refused
-    on = case.bench(tmp_path, form)
-    case.prepare(on)
-    seen = on.edge("it", 8, case.key, **{**case.inputs, **inputs})
-    assert (seen[-1], hex(on.main["it"]["ErrorID"])) == ("E", hex(code))
-    on.set("it", **{case.key: False})
-    assert on.outputs("it", 2) == [""]
 
 
 @pytest.mark.parametrize(
@@ -453,26 +462,26 @@ def test_enable(
 
 @pytest.mark.parametrize(("block", "inputs", "valid"), ENABLED)
 def test_enable_without_link(
-    block: str, inputs: Mapping[str, Any], valid: str, tmp_path: Path, form: str
+    block: str, inputs: Mapping[str, Any], valid: str, without_link: Bench
 ) -> None:
-    on = Bench(tmp_path, form, {}, "unlinked", it=block)
-    on.set("it", **inputs, Enable=True)
+    on, it = without_link, f"it_{block}"
+    on.set(it, **inputs, Enable=True)
     on.call(4)
     if block == "MC_SetOverride":
         return  # it writes the cyclic interface, linked or not
-    assert (on.main["it"]["Error"], on.main["it"]["ErrorID"]) == (True, PARAMETER)
+    assert (on.main[it]["Error"], on.main[it]["ErrorID"]) == (True, PARAMETER)
     if valid:
-        assert not on.main["it"][valid]
+        assert not on.main[it][valid]
 
 
-def test_power_without_link(tmp_path: Path, form: str) -> None:
-    on = Bench(tmp_path, form, {}, "unlinked", it="MC_Power")
-    on.edge("it", 3, "Enable")
-    assert (on.main["it"]["Error"], on.main["it"]["ErrorID"]) == (True, PARAMETER)
-    assert not on.main["it"]["Status"]
-    on.set("it", Enable=False)
+def test_power_without_link(without_link: Bench) -> None:
+    on, it = without_link, "it_MC_Power"
+    on.edge(it, 3, "Enable")
+    assert (on.main[it]["Error"], on.main[it]["ErrorID"]) == (True, PARAMETER)
+    assert not on.main[it]["Status"]
+    on.set(it, Enable=False)
     on.call()
-    assert not on.main["it"]["Error"]
+    assert not on.main[it]["Error"]
 
 
 def test_a_stop_whose_execute_drops_early(tmp_path: Path, form: str) -> None:
@@ -509,7 +518,9 @@ def test_a_reset_releases_the_lock_of_a_stop(tmp_path: Path, form: str) -> None:
 
 
 @pytest.mark.parametrize("block", ["MC_Stop", "MC_Jog"])
-def test_stop_and_jog_without_answer_or_link(block: str, tmp_path: Path, form: str) -> None:
+def test_stop_and_jog_without_answer_or_link(
+    block: str, tmp_path: Path, form: str, without_link: Bench
+) -> None:
     key = "JogForward" if block == "MC_Jog" else "Execute"
     on = Bench(tmp_path, form, {}, it=block)
     on.main["X"]["ADS"]["Port"] = UNKNOWN_PORT
@@ -517,9 +528,9 @@ def test_stop_and_jog_without_answer_or_link(block: str, tmp_path: Path, form: s
     assert on.main["it"]["ErrorID"] == TARGET_PORT_NOT_FOUND
     on.set("it", **{key: False})
     assert on.outputs("it", 2) == [""]
-    on = Bench(tmp_path, form, {}, "unlinked", it=block)
-    assert on.edge("it", 4, key) == ["E"]
-    assert on.main["it"]["ErrorID"] == PARAMETER
+    on, it = without_link, f"it_{block}"
+    assert on.edge(it, 4, key) == ["E"]
+    assert on.main[it]["ErrorID"] == PARAMETER
 
 
 @pytest.mark.parametrize(("mode", "speed"), [(0, "jog_velocity_slow"), (1, "jog_velocity_fast")])

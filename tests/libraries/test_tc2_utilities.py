@@ -141,20 +141,33 @@ def test_numbers_as_text() -> None:
     assert (ran["inf"], ran["x"], ran["y"]) == ("#INF", 0x3412, 0x78563412)
 
 
+@pytest.fixture(scope="module")
+def by_address() -> Ran:
+    return Ran(
+        "PROGRAM MAIN VAR a, b : STRING; c, g : STRING(40); size : UDINT;"
+        " ok : BOOL; at1, n : UDINT; l, r, u, d : T_MaxString; END_VAR"
+        " ok := CONCAT2(ADR(a), ADR(b), ADR(c), size); at1 := FIND2(ADR(a), ADR(b));"
+        " g := a; CONCAT2(ADR(g), ADR(b), ADR(g), SIZEOF(g)); n := LEN2(ADR(g));"
+        " l := F_LTrim(a); r := F_RTrim(a); u := F_ToUCase(a); d := F_ToLCase(u); END_PROGRAM"
+    )
+
+
+def _with(ran: Ran, **values: Any) -> Ran:
+    """Run a cycle with these variables."""
+    main: Any = ran.plc.instance("MAIN")
+    for name, value in values.items():
+        main[name] = value
+    return ran.cycle()
+
+
 @settings(max_examples=8)
 @given(
     first=st.text("ab ", max_size=12),
     second=st.text("ab ", max_size=12),
     size=st.integers(1, 30),
 )
-def test_texts_by_address(first: str, second: str, size: int) -> None:
-    ran = Ran(
-        f"PROGRAM MAIN VAR a : STRING := '{first}'; b : STRING := '{second}'; c, g : STRING(40);"
-        " ok : BOOL; at1, n : UDINT; l, r, u, d : T_MaxString; END_VAR"
-        f" ok := CONCAT2(ADR(a), ADR(b), ADR(c), {size}); at1 := FIND2(ADR(a), ADR(b));"
-        f" g := a; CONCAT2(ADR(g), ADR(b), ADR(g), SIZEOF(g)); n := LEN2(ADR(g));"
-        " l := F_LTrim(a); r := F_RTrim(a); u := F_ToUCase(a); d := F_ToLCase(u); END_PROGRAM"
-    ).cycle()
+def test_texts_by_address(by_address: Ran, first: str, second: str, size: int) -> None:
+    ran = _with(by_address, a=first, b=second, size=size)
     assert ran.plc.failure == ""
     both = first + second
     assert (ran["ok"], ran["c"]) == (len(both) < size, both[: size - 1])
@@ -190,7 +203,19 @@ def test_literals_in_utf_8(executed: bool) -> None:
         assert ran["sPlain"].encode("cp1252") == "ä€Ω".encode()
 
 
-@settings(max_examples=8)
+@pytest.fixture(scope="module")
+def there_and_back() -> Ran:
+    return Ran(
+        "PROGRAM MAIN VAR w : WSTRING(40); back : WSTRING(40); size : UDINT;"
+        " {attribute 'TcEncoding' := 'UTF-8'} u : STRING(50); s : STRING(50); again : STRING(60);"
+        " guard : UDINT := 7; ok, b2, b3, b4 : BOOL; END_VAR"
+        " ok := WSTRING_TO_UTF8(ADR(u), ADR(w), size);"
+        " b2 := UTF8_TO_WSTRING(ADR(back), ADR(u), SIZEOF(back));"
+        " b3 := UTF8_TO_STRING(ADR(s), ADR(u), SIZEOF(s));"
+        " b4 := STRING_TO_UTF8(ADR(again), ADR(s), SIZEOF(again)); END_PROGRAM"
+    )
+
+
 @given(
     text=st.text(
         st.characters(codec="utf-8", exclude_characters='"$\0', exclude_categories=["Cs", "Cc"]),
@@ -198,16 +223,8 @@ def test_literals_in_utf_8(executed: bool) -> None:
     ),
     size=st.integers(1, 50),
 )
-def test_texts_to_utf_8_and_back(text: str, size: int) -> None:
-    ran = Ran(
-        f'PROGRAM MAIN VAR w : WSTRING(40) := "{text}"; back : WSTRING(40);'
-        " {attribute 'TcEncoding' := 'UTF-8'} u : STRING(50); s : STRING(50); again : STRING(60);"
-        " guard : UDINT := 7; ok, b2, b3, b4 : BOOL; END_VAR"
-        f" ok := WSTRING_TO_UTF8(ADR(u), ADR(w), {size});"
-        " b2 := UTF8_TO_WSTRING(ADR(back), ADR(u), SIZEOF(back));"
-        " b3 := UTF8_TO_STRING(ADR(s), ADR(u), SIZEOF(s));"
-        " b4 := STRING_TO_UTF8(ADR(again), ADR(s), SIZEOF(again)); END_PROGRAM"
-    ).cycle()
+def test_texts_to_utf_8_and_back(there_and_back: Ran, text: str, size: int) -> None:
+    ran = _with(there_and_back, w=text, size=size)
     assert ran.plc.failure == ""
     kept = text
     while len(kept.encode()) >= size:
