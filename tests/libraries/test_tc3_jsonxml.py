@@ -2,14 +2,34 @@
 
 import base64
 import json
+from typing import Any
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.plc.code.conftest import Ran
 
 
-@settings(max_examples=7, deadline=None)
+@pytest.fixture(scope="module")
+def writer() -> Ran:
+    return Ran(
+        "PROGRAM MAIN VAR w : FB_JsonSaxWriter; s : STRING(20); b : ARRAY [0..6] OF BYTE;"
+        " whole, length : DINT; real : LREAL; truth : BOOL;"
+        " out : STRING(999); n, k : UDINT; short : STRING(255); none : UDINT;"
+        " END_VAR w.ResetDocument(); w.StartObject(); w.AddKeyString('text', s); w.AddKey('list');"
+        " w.StartArray(); w.AddDint(whole); w.AddLreal(real); w.AddBool(truth);"
+        " w.AddNull(); w.StartObject(); w.EndObject(); w.EndArray(); w.AddKeyNumber('n', 7);"
+        " w.AddKey('hex'); w.AddHexBinary(ADR(b), length); w.AddKey('b64');"
+        " w.AddBase64(ADR(b), length); w.AddKey('raw'); w.AddRawObject('{\"x\":[1]}');"
+        " w.AddKey('at'); w.AddDateTime(DT#2024-02-29-12:34:56); w.EndObject();"
+        " n := w.CopyDocument(out, SIZEOF(out)); k := w.GetDocumentLength();"
+        " none := w.CopyDocument(out, 10); w.ResetDocument(); w.AddString('é');"
+        " short := w.GetDocument(); END_PROGRAM"
+    )
+
+
+@settings(max_examples=15, deadline=None)
 @given(
     text=st.text('ab"\\/\t\n{}', max_size=9),
     whole=st.integers(-(2**31), 2**31 - 1),
@@ -18,25 +38,15 @@ from tests.plc.code.conftest import Ran
     truth=st.booleans(),
 )
 def test_what_is_written_is_json(
-    text: str, whole: int, real: float, data: bytes, truth: bool
+    writer: Ran, text: str, whole: int, real: float, data: bytes, truth: bool
 ) -> None:
-    signs = {"\t": "$T", "\n": "$L"}
-    shown = "".join(signs.get(sign, sign) for sign in text)
-    listed = ", ".join(str(byte) for byte in data.ljust(7, b"\0"))
-    ran = Ran(
-        f"PROGRAM MAIN VAR w : FB_JsonSaxWriter; s : STRING(20) := '{shown}'; b : ARRAY [0..6] OF"
-        f" BYTE := [{listed}]; out : STRING(999); n, k : UDINT; short : STRING(255); none : UDINT;"
-        " END_VAR w.ResetDocument(); w.StartObject(); w.AddKeyString('text', s); w.AddKey('list');"
-        f" w.StartArray(); w.AddDint({whole}); w.AddLreal({real!r});"
-        f" w.AddBool({str(truth).upper()});"
-        " w.AddNull(); w.StartObject(); w.EndObject(); w.EndArray(); w.AddKeyNumber('n', 7);"
-        f" w.AddKey('hex'); w.AddHexBinary(ADR(b), {len(data)}); w.AddKey('b64');"
-        f" w.AddBase64(ADR(b), {len(data)}); w.AddKey('raw'); w.AddRawObject('{{\"x\":[1]}}');"
-        " w.AddKey('at'); w.AddDateTime(DT#2024-02-29-12:34:56); w.EndObject();"
-        " n := w.CopyDocument(out, SIZEOF(out)); k := w.GetDocumentLength();"
-        " none := w.CopyDocument(out, 10); w.ResetDocument(); w.AddString('é');"
-        " short := w.GetDocument(); END_PROGRAM"
-    ).cycle(3)
+    ran = writer
+    main: Any = ran.plc.instance("MAIN")
+    main["s"], main["whole"], main["real"], main["truth"] = text, whole, real, truth
+    main["length"] = len(data)
+    for index, byte in enumerate(data):
+        main["b"][index] = byte
+    ran.cycle(3)
     assert ran.plc.failure == ""
     found = json.loads(ran["out"])
     assert abs(found["list"][1] - real) < 1e-9 * max(1, abs(real))

@@ -213,14 +213,16 @@ def test_declarations_larger_than_any_memory_are_refused_in_words(
 
 
 @pytest.mark.parametrize("kind", ["statements", "variables", "functions", "nested", "chain"])
-def test_large_sources_run(kind: str, tmp_path: Path) -> None:
+def test_large_sources_run(kind: str, tmp_path: Path, many: Callable[[int], int]) -> None:
     declared, body, units = "n : DINT;", "n := n + 1;", ""
     if kind == "statements":
-        body = "n := n + 1;\n" * 20_000
+        body = "n := n + 1;\n" * many(2_000)
     elif kind == "variables":
-        declared += "\n".join(f"v{i} : INT;" for i in range(20_000))
+        declared += "\n".join(f"v{i} : INT;" for i in range(many(2_000)))
     elif kind == "functions":
-        units = "\n".join(f"FUNCTION F{i} : INT\nF{i} := {i};\nEND_FUNCTION" for i in range(2_000))
+        units = "\n".join(
+            f"FUNCTION F{i} : INT\nF{i} := {i};\nEND_FUNCTION" for i in range(many(200))
+        )
     elif kind == "nested":
         body = "IF n >= 0 THEN\n" * 90 + body + "\nEND_IF" * 90
     else:

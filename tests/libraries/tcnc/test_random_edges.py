@@ -52,7 +52,7 @@ STEP = st.tuples(
 )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(st.lists(STEP, min_size=1, max_size=40))
 def test_axfnc_against_its_model(tmp_path_factory: Any, steps: list[Any]) -> None:
     folder: Path = tmp_path_factory.mktemp("edges")
