@@ -1,23 +1,17 @@
 """A PLC with axes, blocks of Tc2_MC2 by names, and what they show call by call."""
 
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ClassVar
-from unittest.mock import patch
+from typing import Any
 
 from achse.ams import AmsAddress, Frame
-from achse.iec.structs import StaticRecord
 from achse.motion import Axis
 from achse.native.backend import compiler_installed
-from achse.st.check import check
-from achse.st.declare import Declarations
-from achse.st.project import Project, load_project
-from achse.st.typed.project import TypedProject
 from achse.station import Station
 from achse.station.config import parse
+from tests.libraries.front_end import FrontEnd
 
-__all__ = ["FORMS", "Bench", "FrontEnd"]
+__all__ = ["FORMS", "Bench"]
 
 FORMS = ("plain", "machine") if compiler_installed() else ("plain",)
 
@@ -89,48 +83,6 @@ def _call(name: str, type: str, axis: str) -> str:
         return f"{name}(Slave := {'unlinked' if axis == 'unlinked' else 'Y'});"
     more = f", {MORE[type]}" if type in MORE else ""
     return f"{name}(Axis := {axis}{more});"
-
-
-KEPT = 64
-"""Programs of which the declarations and the typed form are kept for the next station."""
-
-
-class FrontEnd:
-    """What the front end makes of a program: stations with the same program share it."""
-
-    _by_text: ClassVar[dict[str, "FrontEnd"]] = {}
-
-    def __init__(self, project: Project) -> None:
-        self.project = project
-        self._typed: TypedProject | None = None
-
-    @classmethod
-    def of(cls, text: str, file: Path) -> "FrontEnd":
-        """Return what is made of a file with that text."""
-        known = cls._by_text
-        if text not in known:
-            if len(known) == KEPT:
-                del known[next(iter(known))]
-            known[text] = cls(load_project(file))
-        return known[text]
-
-    def check(
-        self, declared: Declarations, *, given: Iterable[type[StaticRecord]] = ()
-    ) -> TypedProject:
-        """Stand in for `check`."""
-        assert declared is self.project.declarations
-        if self._typed is None:
-            self._typed = check(declared, given=given)
-        return self._typed
-
-    @contextmanager
-    def shared(self) -> Iterator[None]:
-        """Let stations that are made take this instead of reading their sources."""
-        with (
-            patch("achse.st.project.load_project", lambda *_, **options: self.project),
-            patch("achse.st.check.check", self.check),
-        ):
-            yield
 
 
 class Bench:

@@ -12,6 +12,7 @@ from achse.st.standard import standard_libraries
 from achse.st.units import FunctionBlock
 from achse.station import Station
 from achse.station.config import parse
+from tests.libraries.front_end import FrontEnd
 
 CYCLE_S = 0.01
 
@@ -138,7 +139,8 @@ class NciBench:
                 {"id": 20, "type": "fifo", "channel": 4, "dimension": 2},
             ],
         }
-        self.station = Station(parse(document, "a.toml"), base=folder)
+        with FrontEnd.of(text, folder / "a.st").shared():
+            self.station = Station(parse(document, "a.toml"), base=folder)
         self.plc: PlcRuntime = self.station.plcs[851]
         self.main: Any = self.plc.instance("MAIN")
         assert self.station.nc is not None

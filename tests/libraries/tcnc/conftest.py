@@ -10,6 +10,7 @@ from achse.native.backend import compiler_installed
 from achse.plc import PlcRuntime
 from achse.station import Station
 from achse.station.config import parse
+from tests.libraries.front_end import FrontEnd
 
 FORMS = ("plain", "machine") if compiler_installed() else ("plain",)
 
@@ -65,7 +66,8 @@ class Bench:
         if last:
             axes[-1]["plc"] = last
         given = {"plc": [{"sources": "a.st", "code": form}], "axis": axes, **document}
-        self.station = Station(parse(given, "a.toml"), base=folder)
+        with FrontEnd.of(text, folder / "a.st").shared():
+            self.station = Station(parse(given, "a.toml"), base=folder)
         self.plc: PlcRuntime = self.station.plcs[851]
         self.main: Any = self.plc.instance("MAIN")
         self.asked: list[Frame] = []
