@@ -22,6 +22,7 @@ from achse.cli.interrupts import (
 )
 from achse.scope import ScopeData
 from achse.testing import LiveStation
+from tests.warm_commands import PIPES, WarmCommands
 
 START = """
 import os, signal, sys
@@ -71,31 +72,36 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_ctrl_c_at_any_moment_prints_no_traceback(
-    folder: Path, command: str, pytestconfig: pytest.Config
+    folder: Path, command: str, pytestconfig: pytest.Config, warm_commands: WarmCommands
 ) -> None:
+    """One moment of each command finds a real process, which may still load modules."""
     words = command.format(folder=folder).split()
     delays = DELAYS
     if not pytestconfig.option.deep:
         delays = DELAYS[list(COMMANDS).index(command) % SHARES :: SHARES]
+    real = delays[list(COMMANDS).index(command) // SHARES % len(delays)]
     codes = {*COMMANDS[command], INTERRUPTED}
     with LiveStation() as station:
         station.run(lambda: None)
         for delay in delays:
-            process = subprocess.Popen(
-                [sys.executable, "-c", START, *words],
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.PIPE,
-                env=os.environ | {"ACHSE_HOST": station.host, "ACHSE_RUNTIME_DIR": str(folder)},
-                text=True,
-            )
-            assert process.stderr is not None
-            assert process.stderr.readline() == "go\n"
-            time.sleep(delay)
+            environment = os.environ | {
+                "ACHSE_HOST": station.host,
+                "ACHSE_RUNTIME_DIR": str(folder),
+            }
+            options: dict[str, Any] = PIPES | {"stdout": subprocess.DEVNULL, "env": environment}
+            if delay == real or pytestconfig.option.deep:
+                program = [sys.executable, "-c", START, *words]
+                process = subprocess.Popen(program, text=True, **options)
+                assert process.stderr is not None
+                assert process.stderr.readline() == "go\n"
+            else:
+                process = warm_commands.popen(*words, **options)
+            time.sleep(delay)  # any moment will do
             process.send_signal(signal.SIGINT)
             time.sleep(delay / 10)
             if process.poll() is None:
                 process.send_signal(signal.SIGINT)
-            _, errors = process.communicate(timeout=60)
+            _, errors = process.communicate()
             assert "Traceback" not in errors, (delay, errors)
             assert "Exception ignored" not in errors, (delay, errors)
             assert "KeyboardInterrupt" not in errors, (delay, errors)
@@ -104,24 +110,23 @@ def test_ctrl_c_at_any_moment_prints_no_traceback(
 
 
 @pytest.mark.parametrize("trigger", [(), ("--trigger", "MAIN.nCounter above 1e9")])
-def test_ctrl_c_ends_a_recording_and_keeps_it(tmp_path: Path, trigger: tuple[str, ...]) -> None:
+def test_ctrl_c_ends_a_recording_and_keeps_it(
+    tmp_path: Path, trigger: tuple[str, ...], warm_commands: WarmCommands
+) -> None:
     file = tmp_path / "a.scope"
     words = ("scope", "record", str(file), "MAIN.nCounter", *trigger)
     with LiveStation() as station:
-        process = subprocess.Popen(
-            [sys.executable, "-c", START, *words],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            env=os.environ | {"ACHSE_HOST": station.host, "ACHSE_RUNTIME_DIR": str(tmp_path)},
-            text=True,
-        )
+        environment = {"ACHSE_HOST": station.host, "ACHSE_RUNTIME_DIR": str(tmp_path)}
+        process = warm_commands.popen(*words, env=os.environ | environment, **PIPES)
         assert process.stdout is not None
         begun = process.stdout.readline()
         assert begun.startswith("achse recording scope=")
-        time.sleep(0.5)
+        begin = station.time
+        while station.time < begin + 1.0:
+            pass
         process.send_signal(signal.SIGINT)
-        told, errors = process.communicate(timeout=60)
-    assert (process.returncode, errors) == (0, "go\n")
+        told, errors = process.communicate()
+    assert (process.returncode, errors) == (0, "")
     samples = len(ScopeData.load(file)["MAIN.nCounter"])
     assert samples > 0
     assert told == f"{file}: 1 channels, {samples} samples\n"
@@ -152,7 +157,6 @@ def test_ctrl_c_while_the_command_line_loads_ends_it_silently(start: str) -> Non
         [sys.executable, "-c", EARLY.replace("{start}", start)],
         capture_output=True,
         text=True,
-        timeout=60,
     )
     assert (done.returncode, done.stdout, done.stderr) == (INTERRUPTED, "", "")
 
@@ -160,9 +164,7 @@ def test_ctrl_c_while_the_command_line_loads_ends_it_silently(start: str) -> Non
 def test_nothing_else_is_loaded_before_ctrl_c_is_minded() -> None:
     text = "import os, signal, sys; known = set(sys.modules); import achse.__main__; "
     text += "print(sorted(set(sys.modules) - known))"
-    done = subprocess.run(
-        [sys.executable, "-c", text], capture_output=True, text=True, timeout=60, check=True
-    )
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
     assert done.stdout == "['achse', 'achse.__main__']\n"
 
 
@@ -170,14 +172,14 @@ def test_the_job_ends_in_order_or_tells_which_signal_ended_it() -> None:
     async def orderly() -> str:
         os.kill(os.getpid(), signal.SIGINT)
         try:
-            await asyncio.sleep(60)
+            await asyncio.Event().wait()
         except asyncio.CancelledError:
             return "in order"
         return "not at all"
 
     async def cut_off() -> None:
         os.kill(os.getpid(), signal.SIGTERM)
-        await asyncio.sleep(60)
+        await asyncio.Event().wait()
 
     before = signal.getsignal(signal.SIGINT)
     assert run(orderly()) == "in order"
@@ -193,7 +195,7 @@ def test_handlers_come_and_go() -> None:
     with ending(came.append):
         os.kill(os.getpid(), signal.SIGTERM)
         while not came:
-            time.sleep(0.001)
+            pass
     assert came == [signal.SIGTERM]
     assert signal.getsignal(signal.SIGTERM) is before
 
@@ -208,36 +210,32 @@ def test_ignored_stays_ignored() -> None:
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="needs SIGHUP")
-def test_a_terminal_that_closes_stops_the_axis_that_is_jogged() -> None:
+def test_a_terminal_that_closes_stops_the_axis_that_is_jogged(
+    warm_commands: WarmCommands,
+) -> None:
     """It went on without end."""
     with LiveStation() as station:
         environment = os.environ | {"ACHSE_HOST": station.host}
-        command = [sys.executable, "-m", "achse"]
-        subprocess.run([*command, "axis", "enable", "X"], env=environment, check=True)
+        assert warm_commands.run("axis", "enable", "X", env=environment).returncode == 0
         reader, writer = os.openpty()
-        jog = subprocess.Popen(
-            [*command, "axis", "jog", "X", "--for", "600"],
+        jog = warm_commands.popen(
+            *("axis", "jog", "X", "--for", "600"),
             stdin=writer, stdout=writer, stderr=writer, env=environment, start_new_session=True,
+            real=True,
         )  # fmt: skip
         os.close(writer)
 
         def moving() -> bool:
-            [x] = achse_axes(command, environment)
+            told = warm_commands.run("axis", "status", "X", "--json", env=environment).stdout
+            [x] = json.loads(told)
             return "not moving" not in x["flags"]
 
         while not moving():
             assert jog.poll() is None
         os.close(reader)  # no terminal any more: what is printed fails, too
         jog.send_signal(signal.SIGHUP)
-        assert jog.wait(60) == 1
+        assert jog.wait() == 1
         assert not moving()
-
-
-def achse_axes(command: list[str], environment: dict[str, str]) -> list[dict[str, Any]]:
-    words = [*command, "axis", "status", "X", "--json"]
-    told = subprocess.run(words, env=environment, check=True, capture_output=True).stdout
-    axes: list[dict[str, Any]] = json.loads(told)
-    return axes
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="needs SIGHUP")

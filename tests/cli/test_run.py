@@ -19,6 +19,7 @@ from typer.testing import CliRunner, Result
 
 from achse.ams import AmsAddress, Command, Frame
 from achse.cli.app import app
+from tests.warm_commands import PIPES, WarmCommands
 
 ACHSE = [sys.executable, "-m", "achse"]
 
@@ -29,10 +30,11 @@ def _achse(*arguments: str, exit_code: int = 0) -> Result:
     return result
 
 
-def test_two_runs_end_in_the_same_state() -> None:
-    command = [*ACHSE, "run", "--speed", "max", "--for", "2", "--tcp-port", "0"]
-    runs = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]
-    (ready, one), (_, other) = (run.communicate(timeout=60)[0].splitlines() for run in runs)
+def test_two_runs_end_in_the_same_state(warm_commands: WarmCommands) -> None:
+    """One of them is a new interpreter, the other is forked."""
+    command = ["run", "--speed", "max", "--for", "2", "--tcp-port", "0"]
+    runs = [warm_commands.popen(*command, real=real, **PIPES) for real in (True, False)]
+    (ready, one), (_, other) = (run.communicate()[0].splitlines() for run in runs)
     assert [run.returncode for run in runs] == [0, 0]
     assert ready.startswith("achse ready net_id=127.0.0.1.1.1 tcp=127.0.0.1:")
     assert one.startswith("achse done t=2 state=")
@@ -40,34 +42,29 @@ def test_two_runs_end_in_the_same_state() -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_ends_it_with_0(number: signal.Signals) -> None:
-    run = subprocess.Popen(
-        [*ACHSE, "run", "--tcp-port", "0"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+def test_a_signal_ends_it_with_0(warm_commands: WarmCommands, number: signal.Signals) -> None:
+    run = warm_commands.popen("run", "--tcp-port", "0", real=number == signal.SIGTERM, **PIPES)
     assert run.stdout is not None
     pairs = dict(pair.split("=") for pair in run.stdout.readline().split()[2:])
     assert int(pairs["tcp"].rpartition(":")[2]) > 0
     assert {"500", "501", "851", "10000"} <= set(pairs["ports"].split(","))
     assert (pairs["speed"], pairs["axes"]) == ("1", "3")
     run.send_signal(number)
-    rest, errors = run.communicate(timeout=60)
+    rest, errors = run.communicate()
     assert (run.returncode, rest, errors) == (0, "", "")
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="tells who waits for whom")
-def test_it_ends_within_two_seconds_whatever_its_clients_do(tmp_path: Path) -> None:
+def test_it_ends_within_two_seconds_whatever_its_clients_do(
+    tmp_path: Path, warm_commands: WarmCommands
+) -> None:
     """Time in which the machine was busy with others does not count."""
     file = tmp_path / "station.toml"
     file.write_text(
         '[[plc]]\nglobals = ["achse.station.demo:GVL"]\n'
         '[[route]]\nname = "nowhere"\nnet_id = "5.9.9.9.1.1"\nhost = "192.0.2.1"\n'
     )
-    run = subprocess.Popen(
-        [*ACHSE, "run", str(file), "--tcp-port", "0"], stdout=subprocess.PIPE, text=True
-    )
+    run = warm_commands.popen("run", str(file), "--tcp-port", "0", real=True, **PIPES)
     assert run.stdout is not None
     port = int(run.stdout.readline().partition(" tcp=127.0.0.1:")[2].split()[0])
 
@@ -88,8 +85,8 @@ def test_it_ends_within_two_seconds_whatever_its_clients_do(tmp_path: Path) -> N
         run.send_signal(signal.SIGTERM)
         os.waitid(os.P_PID, run.pid, os.WEXITED | os.WNOWAIT)
         took = time.monotonic() - begin - (_waited(run.pid) - before)
-    assert run.wait() == 0
-    run.stdout.close()
+    run.communicate()
+    assert run.returncode == 0
     assert took < 2.0
 
 
@@ -99,15 +96,17 @@ def _waited(process_id: int) -> float:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_ends_it_with_0_before_it_is_ready(number: signal.Signals, tmp_path: Path) -> None:
+def test_a_signal_ends_it_with_0_before_it_is_ready(
+    number: signal.Signals, tmp_path: Path, warm_commands: WarmCommands
+) -> None:
     (tmp_path / "slow.py").write_text("print('now', flush=True); import time; time.sleep(60)")
     file = tmp_path / "station.toml"
     file.write_text('[[plc]]\nglobals = ["slow.py:GVL"]')
-    run = subprocess.Popen([*ACHSE, "run", str(file)], stdout=subprocess.PIPE, text=True)
+    run = warm_commands.popen("run", str(file), real=number == signal.SIGINT, **PIPES)
     assert run.stdout is not None
     assert run.stdout.readline() == "now\n"
     run.send_signal(number)
-    rest, _ = run.communicate(timeout=60)
+    rest, _ = run.communicate()
     assert (run.returncode, rest) == (0, "")
 
 
@@ -122,59 +121,70 @@ persistent_data_enable = 1
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_saves_persistent_data(number: signal.Signals, tmp_path: Path) -> None:
+def test_a_signal_saves_persistent_data(
+    number: signal.Signals, tmp_path: Path, warm_commands: WarmCommands
+) -> None:
     """SIGHUP ended it without, when its terminal was closed."""
     (tmp_path / "station.toml").write_text(SAVING)
-    command = [*ACHSE, "run", str(tmp_path / "station.toml"), "--tcp-port", "0"]
-    run = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    command = ["run", str(tmp_path / "station.toml"), "--tcp-port", "0"]
+    run = warm_commands.popen(*command, real=number == signal.SIGHUP, **PIPES)
     assert run.stdout is not None
     assert run.stdout.readline().startswith("achse ready ")
     run.send_signal(number)
-    run.communicate(timeout=60)
+    run.communicate()
     assert run.returncode == 0
     assert list(json.loads((tmp_path / "state.json").read_text())["nc"]) == ["1"]
+
+
+def assert_is_station(client: socket.socket) -> None:
+    """Ask for the NetId."""
+    client.sendall(bytes.fromhex("0210 00000000"))
+    assert client.recv(12) == bytes.fromhex("0210 06000000 7f0000010101")
 
 
 def test_under_nohup_it_stays() -> None:
     command = ["nohup", *ACHSE, "run", "--tcp-port", "0"]
     run = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert run.stdout is not None
-    assert run.stdout.readline().startswith("achse ready ")
+    port = int(run.stdout.readline().partition(" tcp=127.0.0.1:")[2].split()[0])
     run.send_signal(signal.SIGHUP)
-    with pytest.raises(subprocess.TimeoutExpired):
-        run.wait(0.3)
+    for _ in range(3):
+        with socket.create_connection(("127.0.0.1", port)) as client:
+            assert_is_station(client)
+    if sys.platform == "linux":
+        status = Path(f"/proc/{run.pid}/status").read_text(encoding="utf-8")
+        [ignored] = [line.split()[1] for line in status.splitlines() if line.startswith("SigIgn:")]
+        assert int(ignored, 16) & 1 << (signal.SIGHUP - 1)
     run.terminate()
-    run.communicate(timeout=60)
+    run.communicate()
     assert run.returncode == 0
 
 
-def test_beyond_this_computer_it_listens_only_if_told_in_so_many_words() -> None:
+def test_beyond_this_computer_it_listens_only_if_told_in_so_many_words(
+    warm_commands: WarmCommands,
+) -> None:
     refused = _achse("run", "--host", "0.0.0.0", "--tcp-port", "0", exit_code=1)
     assert refused.stdout == ""
     assert "this station lets everybody in. To allow that: --let-everybody-in" in refused.stderr
-    run = subprocess.Popen(
-        [*ACHSE, "run", "--host", "0.0.0.0", "--tcp-port", "0", "--let-everybody-in"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    words = "run", "--host", "0.0.0.0", "--tcp-port", "0", "--let-everybody-in"
+    run = warm_commands.popen(*words, **PIPES)
     assert run.stdout is not None
     assert " tcp=0.0.0.0:" in run.stdout.readline()
     run.terminate()
-    _, told = run.communicate(timeout=60)
+    _, told = run.communicate()
     assert "Anyone who reaches it may, without a password:" in told
     assert "- stop, restart and shut down the station" in told
 
 
-def test_its_samples_show_the_wall_clock(tmp_path: Path) -> None:
+def test_its_samples_show_the_wall_clock(warm_commands: WarmCommands) -> None:
     before = datetime.now(UTC)
-    run = subprocess.Popen([*ACHSE, "run", "--tcp-port", "0"], stdout=subprocess.PIPE, text=True)
+    run = warm_commands.popen("run", "--tcp-port", "0", **PIPES)
     assert run.stdout is not None
     port = run.stdout.readline().partition(" tcp=127.0.0.1:")[2].split()[0]
     watch = ["ads", "watch", "MAIN.nCounter", "-n", "1", "--json", "--tcp-port", port]
     sample = json.loads(_achse(*watch).stdout)
     run.terminate()
-    run.communicate(timeout=60)
+    run.communicate()
     assert before < datetime.fromisoformat(sample["time"]) < datetime.now(UTC)
 
 
@@ -185,21 +195,18 @@ def test_the_usual_limit_of_open_files_does_not_limit_connections() -> None:
     port = run.stdout.readline().partition(" tcp=127.0.0.1:")[2].split()[0]
     with contextlib.ExitStack() as stack:
         for _ in range(100):
-            client = stack.enter_context(socket.create_connection(("127.0.0.1", int(port)), 60))
-            client.sendall(bytes.fromhex("0210 00000000"))  # what is your NetId?
-            assert client.recv(12) == bytes.fromhex("0210 06000000 7f0000010101")
+            client = stack.enter_context(socket.create_connection(("127.0.0.1", int(port))))
+            assert_is_station(client)
     run.terminate()
-    run.communicate(timeout=60)
+    run.communicate()
     assert run.returncode == 0
 
 
-def test_slaves_of_a_bus_may_be_on_an_interface() -> None:
+def test_slaves_of_a_bus_may_be_on_an_interface(warm_commands: WarmCommands) -> None:
     """Without that interface the station starts, and says what is missing."""
     example = str(Path(__file__).parents[2] / "examples" / "drives" / "station.toml")
-    command = [*ACHSE, "run", example, "--tcp-port", "0", "--for", "0.1"]
-    run = subprocess.run(
-        [*command, "--interface", "no-such-if"], capture_output=True, text=True, timeout=60
-    )
+    command = ["run", example, "--tcp-port", "0", "--for", "0.1"]
+    run = warm_commands.run(*command, "--interface", "no-such-if")
     assert run.returncode == 0, run.stderr
     assert "achse ready" in run.stdout
     assert "EtherCAT: " in run.stderr
@@ -225,14 +232,12 @@ def test_a_second_interface_that_cannot_be_is_told(options: tuple[str, ...], tol
     assert "--redundant" in _achse("run", example, "--redundant", "=", exit_code=2).output
 
 
-def test_without_end_means_for_ever() -> None:
-    run = subprocess.Popen(
-        [*ACHSE, "run", "--tcp-port", "0", "--for", "inf"], stdout=subprocess.PIPE, text=True
-    )
+def test_without_end_means_for_ever(warm_commands: WarmCommands) -> None:
+    run = warm_commands.popen("run", "--tcp-port", "0", "--for", "inf", **PIPES)
     assert run.stdout is not None
     assert run.stdout.readline().startswith("achse ready ")
     run.terminate()
-    rest, _ = run.communicate(timeout=60)
+    rest, _ = run.communicate()
     assert (run.returncode, rest) == (0, "")
 
 
@@ -306,42 +311,35 @@ def test_what_only_a_running_program_could_do_is_a_warning_with_its_place(tmp_pa
 
 @pytest.mark.skipif(sys.platform == "win32", reason="closes files by number")
 @pytest.mark.parametrize("closed", ["2>&-", ">&-", "<&- >&- 2>&-"])
-def test_closed_standard_streams_do_not_matter(closed: str, free_host: Callable[[], str]) -> None:
+def test_closed_standard_streams_do_not_matter(
+    closed: str, free_host: Callable[[], str], warm_commands: WarmCommands
+) -> None:
     host = free_host()
     command = f"exec {shlex.join([*ACHSE, 'run', '--host', host, '--tcp-port', '48898'])} {closed}"
     run = subprocess.Popen(
         ["sh", "-c", command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
     try:
-        deadline = time.monotonic() + 60
-        while run.poll() is None and time.monotonic() < deadline:
-            with contextlib.suppress(OSError):
-                socket.create_connection((host, 48898), timeout=1).close()
-                break
-            time.sleep(0.05)
-        assert run.poll() is None
+        while warm_commands.run("wait", "--host", host, "--timeout", "1").returncode:
+            assert run.poll() is None
     finally:
         run.terminate()
-        _, errors = run.communicate(timeout=60)
+        _, errors = run.communicate()
     assert (run.returncode, errors) == (0, "")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full device")
-def test_a_full_disk_behind_stdout_is_told_and_ends_nothing(tmp_path: Path) -> None:
+def test_a_full_disk_behind_stdout_is_told_and_ends_nothing(warm_commands: WarmCommands) -> None:
     with open("/dev/full", "w") as full:
-        run = subprocess.run(
-            [*ACHSE, "run", "--tcp-port", "0", "--speed", "max", "--for", "0.1"],
-            stdout=full, stderr=subprocess.PIPE, text=True, timeout=60, check=False,
-        )  # fmt: skip
+        words = "run", "--tcp-port", "0", "--speed", "max", "--for", "0.1"
+        run = warm_commands.run(*words, stdout=full)
     assert run.returncode == 0
     assert "stdout cannot be written: No space left on device" in run.stderr
     assert "Traceback" not in run.stderr
 
 
-def test_for_a_folder_the_file_in_it_is_named(tmp_path: Path) -> None:
+def test_for_a_folder_the_file_in_it_is_named(tmp_path: Path, warm_commands: WarmCommands) -> None:
     (tmp_path / "station.toml").write_text("")
-    run = subprocess.run(
-        [*ACHSE, "run", str(tmp_path)], capture_output=True, text=True, timeout=60, check=False
-    )
+    run = warm_commands.run("run", str(tmp_path))
     assert run.returncode == 1
     assert f"did you mean {tmp_path}/station.toml?" in run.stderr

@@ -3,7 +3,6 @@
 import asyncio
 import json
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import pytest
 
 from achse.dap.protocol import FrameReader, encode_frame
 from achse.dap.serve import OpenToAllError, serve_tcp
+from tests.warm_commands import WarmCommands
 
 
 def request(number: int, command: str, **arguments: Any) -> bytes:
@@ -19,15 +19,14 @@ def request(number: int, command: str, **arguments: Any) -> bytes:
     )
 
 
-def test_standard_streams(project: Path) -> None:
+def test_standard_streams(project: Path, warm_commands: WarmCommands) -> None:
     program = subprocess.run(
-        [sys.executable, "-m", "achse", "plc", "debug", "--dap"],
+        [warm_commands.folder / "achse", "plc", "debug", "--dap"],
         input=request(1, "initialize")
         + request(2, "launch", program=str(project), tcpPort=0)
         + request(3, "threads")
         + request(4, "disconnect"),
         capture_output=True,
-        timeout=60,
         check=True,
     )
     messages = FrameReader().feed(program.stdout)
@@ -38,12 +37,11 @@ def test_standard_streams(project: Path) -> None:
     assert b"Traceback" not in program.stderr
 
 
-def test_bytes_that_are_no_frames_end_the_conversation() -> None:
+def test_bytes_that_are_no_frames_end_the_conversation(warm_commands: WarmCommands) -> None:
     program = subprocess.run(
-        [sys.executable, "-m", "achse", "plc", "debug", "--dap"],
+        [warm_commands.folder / "achse", "plc", "debug", "--dap"],
         input=b"GET / HTTP/1.1\r\n\r\n",
         capture_output=True,
-        timeout=60,
         check=True,
     )
     assert program.stdout == b""
