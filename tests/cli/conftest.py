@@ -68,10 +68,10 @@ def live() -> Iterator[LiveStation]:
         target=lambda: loop.run_until_complete(live.serve(ready, leave)), daemon=True
     )
     thread.start()
-    assert ready.wait(60), "the station did not start"
+    ready.wait()
     yield live
     loop.call_soon_threadsafe(leave.set)
-    thread.join(10)
+    thread.join()
     loop.close()
 
 

@@ -3,10 +3,8 @@
 import json
 import os
 import signal
-import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -21,6 +19,7 @@ from achse.cli.detached import (
     recorded,
     runtime_folder,
 )
+from tests.warm_commands import PIPES, WarmCommands
 
 STATION = DetachedStation(7, "Cell", "127.0.0.1", 48898, "5.1.1.1.1.1", "x.log")
 
@@ -90,9 +89,8 @@ def test_a_station_that_cannot_start_says_why(tmp_path: Path, folder: Path) -> N
 def test_a_killed_station_leaves_a_record_that_is_cleaned(config: Path, folder: Path) -> None:
     told = json.loads(_cli("run", str(config), "-d", "--tcp-port", "0", "--json").stdout)
     os.kill(told["pid"], signal.SIGKILL)
-    deadline = time.monotonic() + 60
-    while detached_stations() and time.monotonic() < deadline:
-        time.sleep(0.01)
+    while detached_stations():
+        pass
     assert not list(folder.glob("*.json"))
     assert Path(told["log"]).exists()  # it may say why
 
@@ -135,16 +133,12 @@ def test_waiting_ends_with_the_time() -> None:
 
 
 def test_a_station_that_is_started_meanwhile_is_waited_for(
-    free_host: Callable[[], str],
+    free_host: Callable[[], str], warm_commands: WarmCommands
 ) -> None:
     host = free_host()
-    waiting = subprocess.Popen(
-        [sys.executable, "-m", "achse", "wait", "--host", host],
-        stdout=subprocess.PIPE,
-        text=True,
-    )
+    waiting = warm_commands.popen("wait", "--host", host, "--timeout", "3600", **PIPES)
     _cli("run", "--detach", "--host", host)
-    assert waiting.communicate(timeout=60)[0] == f"{host}:48898 is ready\n"
+    assert waiting.communicate()[0] == f"{host}:48898 is ready\n"
     _cli("stop", host + ":48898")
 
 
@@ -184,18 +178,15 @@ def test_a_folder_that_cannot_be_made_is_told() -> None:
         assert "/dev/null/x: Not a directory" in refused.stderr
 
 
-def test_a_port_in_use_names_the_station_that_has_it(config: Path) -> None:
+def test_a_port_in_use_names_the_station_that_has_it(
+    config: Path, warm_commands: WarmCommands
+) -> None:
     _cli("run", str(config), "--detach", "--tcp-port", "0")
     [station] = detached_stations()
     for flag in ((), ("--detach",)):
-        refused = _run("run", "--tcp-port", str(station.tcp_port), *flag)
+        refused = warm_commands.run("run", "--tcp-port", str(station.tcp_port), *flag)
         assert refused.returncode == 1
         assert f"Cell at {station.address}, process {station.pid} is there" in refused.stderr
-
-
-def _run(*words: str) -> "subprocess.CompletedProcess[str]":
-    command = [sys.executable, "-m", "achse", *words]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
 
 
 def _is_pending(pid: int, number: signal.Signals) -> bool:
@@ -205,14 +196,14 @@ def _is_pending(pid: int, number: signal.Signals) -> bool:
     return bool(int(pending, 16) & 1 << (number - 1))
 
 
-def test_stop_ends_where_the_station_is_killed_meanwhile(config: Path) -> None:
+def test_stop_ends_where_the_station_is_killed_meanwhile(
+    config: Path, warm_commands: WarmCommands
+) -> None:
     _cli("run", str(config), "--detach", "--tcp-port", "0")
     [station] = detached_stations()
     os.kill(station.pid, signal.SIGSTOP)  # deaf to `stop`
-    stopping = subprocess.Popen([sys.executable, "-m", "achse", "stop", "--timeout", "60"])
-    deadline = time.monotonic() + 60
-    while not _is_pending(station.pid, signal.SIGTERM) and time.monotonic() < deadline:
-        time.sleep(0.01)
-    assert stopping.poll() is None
+    stopping = warm_commands.popen("stop", "--timeout", "3600")
+    while not _is_pending(station.pid, signal.SIGTERM):
+        assert stopping.poll() is None
     os.kill(station.pid, signal.SIGKILL)
-    assert stopping.wait(30) == 0
+    assert stopping.wait() == 0

@@ -99,7 +99,9 @@ def _waited(process_id: int) -> float:
 def test_a_signal_ends_it_with_0_before_it_is_ready(
     number: signal.Signals, tmp_path: Path, warm_commands: WarmCommands
 ) -> None:
-    (tmp_path / "slow.py").write_text("print('now', flush=True); import time; time.sleep(60)")
+    (tmp_path / "slow.py").write_text(
+        "print('now', flush=True); import threading; threading.Event().wait()"
+    )
     file = tmp_path / "station.toml"
     file.write_text('[[plc]]\nglobals = ["slow.py:GVL"]')
     run = warm_commands.popen("run", str(file), real=number == signal.SIGINT, **PIPES)

@@ -55,9 +55,14 @@ class Editor:
 
     def __init__(self) -> None:
         self.messages: list[dict[str, Any]] = []
-        self.adapter = Adapter(self.messages.append)
+        self.came = asyncio.Event()
+        self.adapter = Adapter(self.receive)
         self._seq = 0
         self._seen = 0
+
+    def receive(self, message: dict[str, Any]) -> None:
+        self.messages.append(message)
+        self.came.set()
 
     async def ask(self, command: str, **arguments: Any) -> Any:
         """The body of an answer; AssertionError if it is a refusal."""
@@ -88,7 +93,8 @@ class Editor:
                 if one["type"] == "event" and one["event"] == name:
                     self._seen = number
                     return one["body"]
-            await asyncio.sleep(0.005)
+            self.came.clear()
+            await self.came.wait()
 
     async def launched(self, program: Path, **settings: Any) -> None:
         await self.ask("initialize", adapterID="achse")

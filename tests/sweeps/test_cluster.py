@@ -23,8 +23,6 @@ def run(*, gain: float, seed: int) -> dict[str, float]:
 """
 GAINS = {"gain": [1.0, 2.0, 4.0]}
 
-pytestmark = pytest.mark.timeout(300)
-
 
 @pytest.fixture
 def scenario(tmp_path: Path) -> Path:
