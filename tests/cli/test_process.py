@@ -1,23 +1,11 @@
 """What a process that serves stations asks of Python and of the system."""
 
 import asyncio
-import gc
 import sys
 
 import pytest
 
-from achse.cli.process import loop_factory, raise_file_limit, seldom_collected
-
-
-def test_python_collects_seldom_meanwhile() -> None:
-    before = gc.get_threshold()
-    with seldom_collected():
-        young, _, old = gc.get_threshold()
-        assert young >= 500
-        assert old >= 100
-        assert gc.get_freeze_count() > 0
-    assert gc.get_threshold() == before
-    assert gc.get_freeze_count() == 0
+from achse.cli.process import loop_factory, raise_file_limit
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such limit")

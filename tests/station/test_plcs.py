@@ -1,7 +1,6 @@
 """PLCs from sources, symbol files and Python, with behaviour; online changes of a station."""
 
 import asyncio
-import gc
 import subprocess
 import sys
 from pathlib import Path
@@ -14,7 +13,6 @@ from achse.iec.symbols import SymbolEntry
 from achse.plc import Area, PlcState
 from achse.st.symbolfiles import read_tmc, write_tmc
 from achse.station import ConfigError, Station
-from achse.station.plcs import collection_paused
 
 MAIN = """PROGRAM MAIN
 VAR
@@ -345,15 +343,6 @@ def test_only_who_has_sources_loads_the_parser() -> None:
     )
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert (run.stdout, run.stderr) == ("False\n", "")
-
-
-def test_what_is_made_while_collection_is_paused_counts_as_old() -> None:
-    with collection_paused():
-        assert not gc.isenabled()
-        kept = [[number] for number in range(10_000)]
-    assert gc.isenabled()
-    assert gc.get_freeze_count() == 0
-    assert any(item is kept for item in gc.get_objects(generation=2))
 
 
 def test_unknown_types_may_be_opaque(folder: Path, caplog: pytest.LogCaptureFixture) -> None:

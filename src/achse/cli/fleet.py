@@ -209,9 +209,10 @@ def station(
     as_json: Json = False,
 ) -> None:
     """Run stations of a fleet in this process: what a container does, and `fleet up` for each."""
-    from achse.cli.process import loop_factory, raise_file_limit, seldom_collected
+    from achse.cli.process import loop_factory, raise_file_limit
     from achse.fleet.worker import pin
     from achse.station import ConfigError
+    from achse.station.collection import seldom_collected
 
     plan = _plan(file, broker)
     set_up_logs(LogFormat.TEXT, LogLevel(plan.config.log_level))

@@ -2,17 +2,10 @@
 
 import asyncio
 import contextlib
-import gc
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
-__all__ = ["loop_factory", "raise_file_limit", "seldom_collected"]
-
-_YOUNG = 700
-"""New objects until Python looks for garbage among them, its own default: short and often."""
-
-_SELDOM = 100
-"""Collections of younger objects before one of all."""
+__all__ = ["loop_factory", "raise_file_limit"]
 
 
 def raise_file_limit() -> None:
@@ -24,23 +17,6 @@ def raise_file_limit() -> None:
     _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
     with contextlib.suppress(OSError, ValueError):
         resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
-
-
-@contextlib.contextmanager
-def seldom_collected() -> Iterator[None]:
-    """Meanwhile Python looks through all objects seldom, and not at those that are there now.
-
-    With tens of thousands of subscriptions that takes longer than a client should wait. Most of
-    what ends is freed without it; the rest waits for a hundred collections of younger objects.
-    """
-    before = gc.get_threshold()
-    gc.freeze()
-    gc.set_threshold(_YOUNG, before[1], _SELDOM)
-    try:
-        yield
-    finally:
-        gc.set_threshold(*before)
-        gc.unfreeze()
 
 
 def loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:

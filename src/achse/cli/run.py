@@ -22,7 +22,7 @@ from achse.cli.interrupts import ending, ending_signals
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
 from achse.cli.next_steps import next_steps
 from achse.cli.output import on_terminal, print_json, tell_event
-from achse.cli.process import loop_factory, raise_file_limit, seldom_collected
+from achse.cli.process import loop_factory, raise_file_limit
 from achse.cli.target import Json, net_id_of
 from achse.cli.web import WebHost, WebPort, station_web
 
@@ -151,6 +151,8 @@ def run(
     )
     for warning in station.warnings:
         log.warning("%s", warning)
+    from achse.station.collection import seldom_collected
+
     page = functools.partial(station_web, station, web, web_host, web_port, web_read_only)
     with seldom_collected(), asyncio.Runner(loop_factory=loop_factory()) as runner:
         code = runner.run(

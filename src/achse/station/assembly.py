@@ -14,11 +14,11 @@ from achse.server import Device
 from achse.station.building import Building, Ground, Parts
 from achse.station.buses import make_buses
 from achse.station.camshaft import make_camshafts
+from achse.station.collection import collection_paused
 from achse.station.config import ConfigError, StationConfig
 from achse.station.modbus import make_modbus
 from achse.station.nc import make_nc
 from achse.station.plc_part import make_plcs
-from achse.station.plcs import collection_paused
 from achse.station.scope import make_scope
 from achse.station.signals import make_signals
 from achse.station.terminals import make_terminals

@@ -1,6 +1,5 @@
 """PLCs of a station: from Python classes, from Structured Text sources, or from a symbol file."""
 
-import gc
 import hashlib
 import importlib
 import importlib.util
@@ -8,8 +7,7 @@ import logging
 import re
 import traceback
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -23,6 +21,7 @@ from achse.plc.behaviour import with_behaviour
 from achse.plc.memory import SPARSE
 from achse.plc.system_info import system_info_list
 from achse.st.symbolfiles import FileTask, read_symbol_file
+from achse.station.collection import collection_paused
 from achse.station.config import ConfigError, PlcConfig, TaskConfig
 
 if TYPE_CHECKING:
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
     from achse.st.declare import Declarations
     from achse.st.solution import AxisMapping
 
-__all__ = ["PlcSource", "collection_paused"]
+__all__ = ["PlcSource"]
 
 _SOURCES = {".st", ".tcpou", ".tcgvl", ".tcdut", ".tcio", ".tctto", ".plcproj", ".tmc"}
 _AREAS = {
@@ -53,23 +52,6 @@ _VISU = re.compile(r"VisuElems\.|.*\bVisu_Prg$", re.IGNORECASE)
 log = logging.getLogger("achse.plc")
 
 T = TypeVar("T")
-
-
-@contextmanager
-def collection_paused() -> Iterator[None]:
-    """Meanwhile Python looks for no cycles of garbage: with 100,000 variables in the making, all
-    of them kept, that search takes as long as the rest. Afterwards they count as old, so that the
-    next search does not begin with them."""
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if not gc.get_freeze_count():
-            gc.freeze()
-            gc.unfreeze()
-        if was_on:
-            gc.enable()
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,6 +33,7 @@ from achse.station.agenda import Agenda
 from achse.station.assembly import assemble, idle, permanent
 from achse.station.building import Ground, Parts
 from achse.station.buses import AxisBus
+from achse.station.collection import collect_remains
 from achse.station.config import ConfigError, StationConfig, load
 from achse.station.cycle import Cycle, Phase
 from achse.station.ethercat_bus import EthercatBus
@@ -263,6 +264,7 @@ class Station:
         self._system.ads_state = AdsState.CONFIG
 
     def _run(self) -> None:
+        collect_remains()
         try:
             parts = assemble(self._ground, self._kept)
         except ConfigError as fault:

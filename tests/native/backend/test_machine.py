@@ -1,7 +1,10 @@
 """Machine code in memory: exported functions, notes, an object file loaded twice."""
 
 import doctest
+import gc
 import sys
+import weakref
+from typing import Any
 
 import pytest
 
@@ -9,6 +12,7 @@ from achse.native import backend
 from achse.native.backend import (
     F64,
     I16,
+    I64,
     Effort,
     MachineCode,
     ModuleBuilder,
@@ -102,3 +106,60 @@ def test_numbers_are_cut_to_the_parameters() -> None:
     body = module.function("same", [I16], [I16], exported=True)
     body.return_(*body.parameters)
     assert MachineCode(compile_module(module), module.interface).function("same")(65_535) == -1
+
+
+def test_machine_code_is_unloaded_after_the_last_that_refers_to_it() -> None:
+    module = ModuleBuilder()
+    words = module.words("kept", 2)
+    asked = module.callback("asked", [I64], [I64])
+    body = module.function("both", [I64], [I64], exported=True, faults=True)
+    (answer,) = body.call(asked, *body.parameters)
+    body.return_(body.add(answer, body.load(I64, words, 8)))
+    content = compile_module(module, Effort.FAST)
+
+    class Host:
+        code: MachineCode
+
+        def asked(self, number: int) -> int:
+            return 2 * number
+
+    def loaded() -> tuple[weakref.ref[Any], weakref.ref[Host], Any, Any]:
+        host = Host()
+        host.code = code = MachineCode(content, module.interface, {"asked": host.asked})
+        engine = weakref.ref(code._engine)
+        return engine, weakref.ref(host), code.plain_function("both"), code.words("kept")
+
+    engine, host, both, kept = loaded()
+    gc.collect()
+    kept[1] = 5
+    assert both(4) == 13
+    assert engine() is not None
+    del both
+    gc.collect()
+    assert engine() is not None
+    assert host() is not None, "a callback can be called as long as there is code"
+    kept[1] = 6
+    del kept
+    gc.collect()
+    assert (engine(), host()) == (None, None)
+
+
+def test_code_that_runs_is_not_unloaded() -> None:
+    module = ModuleBuilder()
+    asked = module.callback("asked", [], [I64])
+    body = module.function("twice", [], [I64], exported=True, faults=True)
+    (first,) = body.call(asked)
+    (second,) = body.call(asked)
+    body.return_(body.add(first, second))
+    content = compile_module(module, Effort.FAST)
+    running: list[Any] = []
+
+    def answer() -> int:
+        running.clear()  # nothing but the call itself refers to the code any more
+        gc.collect()
+        return 21
+
+    running.append(
+        MachineCode(content, module.interface, {"asked": answer}).plain_function("twice")
+    )
+    assert running[0]() == 42

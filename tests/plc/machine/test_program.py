@@ -1,11 +1,14 @@
 """Machine code and plain code in one PLC: values, faults and budgets go both ways."""
 
+import gc
+import weakref
 from collections.abc import Callable
 from typing import Any
 
 import pytest
 
 from achse.plc.code.execution import CodeForm
+from achse.plc.machine import program
 
 Run = Callable[..., Any]
 
@@ -92,3 +95,22 @@ def test_nothing_runs_while_memory_moves(run: Run, form: CodeForm) -> None:
     execution.renew()
     function()
     assert ran["x"] == 2
+
+
+def test_programs_that_ended_are_unloaded_though_python_does_not_search(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(program, "_MOST_UNSEARCHED", 4)
+    monkeypatch.setattr(gc, "get_stats", lambda: [{"collections": 7}])
+    monkeypatch.setattr(program, "_PROGRAMS", program._LoadedPrograms())
+    gc.disable()
+    try:
+        machines = [run(MIXED).plc.bodies.execution.machine for _ in range(2)]
+        if None in machines:
+            pytest.skip("plain code is objects of Python, which it counts")
+        loaded = [weakref.ref(machine) for machine in machines]
+        machines.clear()
+        loaded += [weakref.ref(run(MIXED).plc.bodies.execution.machine) for _ in range(10)]
+    finally:
+        gc.enable()
+    assert sum(machine() is not None for machine in loaded) <= 5

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from enum import Enum
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 from achse.native.backend.faults import (
@@ -88,11 +88,30 @@ def address_of(buffer: bytearray | memoryview, offset: int = 0) -> int:
     return ctypes.addressof(ctypes.c_char.from_buffer(buffer, offset))
 
 
-class MachineCode:
-    """An object file in memory, for good. `callbacks` are the functions that it expects,
-    `deepest` is what all calls inside each other may take by `descend`.
+class _LoadedModule:
+    """An object file in executable memory, and the callbacks whose addresses it has.
 
-    Raises TypeError if a callback is missing or unknown.
+    Every function and every view of words refers to it: LLVM unloads it after the last of them.
+    """
+
+    def __init__(self, content: bytes) -> None:
+        import llvmlite.binding as llvm
+
+        self.engine = llvm.create_mcjit_compiler(
+            llvm.parse_assembly(""),
+            _target_machine(Effort.FULL),  # the engine frees it: one each
+            use_lmm=_lies_close_together(content) or None,
+        )
+        self.engine.add_object_file(llvm.ObjectFileRef.from_data(content))
+        self.engine.finalize_object()
+        self.callbacks: list[Any] = []
+
+
+class MachineCode:
+    """An object file in memory, as long as anything refers to its functions or words.
+
+    `callbacks` are the functions that it expects, `deepest` is what all calls inside each other
+    may take by `descend`. Raises TypeError if a callback is missing or unknown.
     """
 
     def __init__(
@@ -103,18 +122,9 @@ class MachineCode:
         *,
         deepest: int = DEEPEST,
     ) -> None:
-        import llvmlite.binding as llvm
-
         self._interface = interface
-        engine = llvm.create_mcjit_compiler(
-            llvm.parse_assembly(""),
-            _machine(Effort.FULL),
-            use_lmm=_lies_close_together(content) or None,
-        )
-        engine.add_object_file(llvm.ObjectFileRef.from_data(content))
-        engine.finalize_object()
-        _LOADED.append(engine)
-        self._engine = engine
+        self._loaded = _LoadedModule(content)
+        self._engine = self._loaded.engine
         self._raised: list[BaseException] = []
         self._fault = self._words(FAULT, 3)
         self._budget = self._words(BUDGET, 1)
@@ -201,20 +211,22 @@ class MachineCode:
 
     def _prototype(self, function: CallTarget) -> Any:
         address = self._engine.get_function_address(function.symbol[1:].strip('"'))
-        return ctypes.PYFUNCTYPE(*function.signature.c_types)(address)
+        pointer = _prototype_of(function.signature.c_types)(address)
+        pointer.loaded = self._loaded
+        return pointer
 
     def _words(self, symbol: str, count: int) -> Any:
         """The words of a variable of the module, None if it has none."""
         place = self._engine.get_global_value_address(symbol[1:].strip('"'))
         if not place:
             return None
-        words = (ctypes.c_int64 * count).from_address(place)
+        words = _words_of(count).from_address(place)
+        words.loaded = self._loaded
         return memoryview(words).cast("B").cast("q")
 
     def _connect(
         self, name: str, signature: FunctionSignature, callback: Callable[..., Any]
     ) -> None:
-        result, *parameters = signature.c_types
         fault, raised = self._fault, self._raised
 
         def call(*arguments: Any) -> Any:
@@ -225,19 +237,33 @@ class MachineCode:
                 fault[0] = OwnFault.CALLBACK_RAISED
                 return 0
 
-        pointer = ctypes.PYFUNCTYPE(result, *parameters)(call)
-        _LOADED.append(pointer)
+        pointer = _prototype_of(signature.c_types)(call)
+        self._loaded.callbacks.append(pointer)
         place = self._engine.get_global_value_address(f"callback.{name}")
         address = ctypes.cast(pointer, ctypes.c_void_p).value
         ctypes.c_void_p.from_address(place).value = address
 
 
-_LOADED: list[Any] = []
-"""What keeps the machine code in memory."""
+@lru_cache(64)
+def _prototype_of(types: tuple[Any, ...]) -> Any:
+    """The class of function pointers with this result and these parameters."""
+    return ctypes.PYFUNCTYPE(*types)
+
+
+@lru_cache(64)
+def _words_of(count: int) -> Any:
+    """The class of so many words at an address."""
+    return ctypes.c_int64 * count
 
 
 @cache
 def _machine(effort: Effort) -> Any:
+    """The target machine of the compiler."""
+    return _target_machine(effort)
+
+
+@cache
+def _target() -> Any:
     """The processor we run on, as LLVM's target."""
     import llvmlite.binding as llvm
 
@@ -245,7 +271,14 @@ def _machine(effort: Effort) -> Any:
     llvm.initialize_native_asmprinter()
     for name in C_FUNCTIONS:
         llvm.add_symbol(C_PREFIX + name, _address(name))
-    return llvm.Target.from_default_triple().create_target_machine(
+    return llvm.Target.from_default_triple()
+
+
+def _target_machine(effort: Effort) -> Any:
+    """The processor we run on, with how code for it is made."""
+    import llvmlite.binding as llvm
+
+    return _target().create_target_machine(
         cpu=llvm.get_host_cpu_name(),
         features=llvm.get_host_cpu_features().flatten(),
         opt=effort.value,

@@ -1,7 +1,6 @@
 """What a value of the typed form is in machine code."""
 
 from dataclasses import dataclass
-from functools import cache
 from typing import Any, TypeAlias
 
 from achse.iec.arrays import ArrayType
@@ -75,7 +74,6 @@ _WHOLES = {
 }
 
 
-@cache
 def machine_type(type: IecType[Any]) -> MachineType:
     """The type in a register of a flat elementary type."""
     if isinstance(type, BoolType):
