@@ -1,13 +1,12 @@
 """Hostile datagrams: nothing escapes, nothing grows, no route is made, answers stay sound.
 
-`python tests/fuzz/test_datagrams.py 10000000` throws as many as one likes and tells time and
-memory.
+`python tests/fuzz/test_datagrams.py 10000000` throws as many as one likes and prints CPU
+time and memory.
 """
 
 import asyncio
 import importlib.util
 import sys
-import time
 import tracemalloc
 from collections.abc import Callable, Iterator
 from itertools import islice
@@ -21,7 +20,7 @@ from achse.router.rate import Rates
 from achse.router.routes import RouteTable
 from achse.transport.udp import DiscoveryEndpoint
 
-COUNT = 100_000
+COUNT = 40_000
 HASH = PasswordHash(2, 1, 1, bytes(3), bytes(16))
 INFO = RouterInfo(NetId("5.1.2.3.1.1"), "press", (3, 1, 4024), OsVersion(6, 1, 0, 0, "Linux"))
 
@@ -109,8 +108,9 @@ if __name__ == "__main__":
     import resource
 
     total = int(sys.argv[1])
-    began = time.perf_counter()
     done = asyncio.run(_throw(total, 11, Users({"Administrator": HASH})))
-    took = time.perf_counter() - began
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    print(f"{total} datagrams in {took:.1f} s: {done[0]} answered, {done[1]} ignored, {peak} kB")
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    print(
+        f"{total} datagrams in {used.ru_utime + used.ru_stime:.1f} s of CPU:"
+        f" {done[0]} answered, {done[1]} ignored, {used.ru_maxrss} kB"
+    )

@@ -21,7 +21,7 @@ from achse.ethercat import (
 from achse.ethercat.frame import datagram_offsets
 from achse.testing import SegmentReach
 
-FRAMES = 50_000
+FRAMES = 20_000
 DRIVE_FRAMES = 5000
 SLAVES = 2
 LOOK_EVERY = 50

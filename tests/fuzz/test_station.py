@@ -13,7 +13,7 @@ import pytest
 
 import achse
 
-FRAMES = 160_000
+FRAMES = 48_000
 ATTACKERS = 4
 CHUNK = 256
 

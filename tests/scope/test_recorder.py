@@ -188,10 +188,10 @@ def test_the_load_is_what_the_values_cost(compiled: bool, memory: bytearray, bin
     assert made.load(0.0, 2.0, 1000.0) == pytest.approx(1e-3)
 
 
-def test_an_hour_of_64_channels_loses_no_sample_and_takes_no_more_memory(
-    memory: bytearray,
+def test_minutes_of_64_channels_lose_no_sample_and_take_no_more_memory(
+    memory: bytearray, many: Callable[[int], int]
 ) -> None:
-    """1 ms, read each minute as a client does; the ring holds 61 s."""
+    """1 ms, read each minute as a client does; the ring holds 61 s and is used again."""
     if not compiler_installed():
         pytest.skip("no compiler")
     place = memoryview(memory).cast("q")
@@ -202,11 +202,12 @@ def test_an_hour_of_64_channels_loses_no_sample_and_takes_no_more_memory(
         channels=[{"name": f"c{n}", "symbol": str(n)} for n in range(64)],
         record_length=61,
     )
+    minutes = many(3)
     made.start(0)
     [deck] = made.decks
     bytes_of_ring = made.ring_bytes
     sample, seen = made.sample, 0
-    for minute in range(60):
+    for minute in range(minutes):
         for cycle in range(60_000 * minute + 1, 60_000 * (minute + 1) + 1):
             place[0] = cycle
             sample(cycle * MS)
@@ -217,7 +218,7 @@ def test_an_hour_of_64_channels_loses_no_sample_and_takes_no_more_memory(
         assert words[62::64].tolist() == counts
         assert first == seen
         seen += 60_000
-    assert (deck.count, made.ring_bytes) == (3_600_000, bytes_of_ring)
+    assert (deck.count, made.ring_bytes) == (60_000 * minutes, bytes_of_ring)
     assert bytes_of_ring == 64 * 8 * 61_000
     place.release()
 
@@ -240,7 +241,7 @@ PARAMETERS = st.fixed_dictionaries(
 
 
 @settings(
-    max_examples=120, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(PARAMETERS, st.lists(st.integers(-128, 127), min_size=150, max_size=150))
 def test_any_recording_is_what_a_list_of_all_values_says(

@@ -1,8 +1,8 @@
 """Kills a process before and after each system call with which a station replaces a file.
 
-    python -m tests.station.killed_writes routes|axis|parameter FOLDER
+    python -m tests.station.killed_writes FOLDER
 
-Prints what was in the file after each of those, and at the end, as JSON. A program of its own
+Prints what was in each file after each of those, and at the end, as JSON. A program of its own
 forks: a process with threads may do so while one of them holds a lock.
 """
 
@@ -118,4 +118,9 @@ def found_after_kills(name: str, folder: Path) -> list[Any]:
 
 
 if __name__ == "__main__":
-    print(json.dumps(found_after_kills(sys.argv[1], Path(sys.argv[2]))))
+    contents = {}
+    for name in WRITERS:
+        folder = Path(sys.argv[1]) / name
+        folder.mkdir()
+        contents[name] = found_after_kills(name, folder)
+    print(json.dumps(contents))

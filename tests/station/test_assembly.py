@@ -116,7 +116,7 @@ steps = st.lists(
 )
 
 
-@settings(max_examples=8)
+@settings(max_examples=5)
 @given(drawn=steps)
 def test_configured_ports_stay_the_stations_through_restarts(
     drawn: list[str | int], tmp_path_factory: pytest.TempPathFactory

@@ -347,7 +347,7 @@ def test_a_restart_brings_the_bus_and_its_devices_again() -> None:
     assert not made.buses
 
 
-@settings(max_examples=8)
+@settings(max_examples=5)
 @given(data=st.data(), count=st.integers(1, 4))
 def test_a_cut_cable_of_a_ring_is_told_and_stops_no_axis(data: st.DataObject, count: int) -> None:
     made = station(*[{}] * count, redundant=True)

@@ -88,10 +88,11 @@ def test_others_get_their_turn_between_frames(monkeypatch: pytest.MonkeyPatch) -
 def test_real_time_is_asked_for_and_may_be_refused(
     monkeypatch: pytest.MonkeyPatch, allowed: bool
 ) -> None:
-    asked: list[int] = []
+    asked: list[tuple[int, int, object]] = []
+    collector: list[str] = []
 
     def set_scheduler(process: int, policy: int, parameters: object) -> None:
-        asked.append(process)
+        asked.append((process, policy, parameters))
         if not allowed:
             raise PermissionError
 
@@ -99,9 +100,13 @@ def test_real_time_is_asked_for_and_may_be_refused(
     monkeypatch.setattr(os, "sched_param", int, raising=False)
     for number, name in enumerate(("SCHED_FIFO", "SCHED_RESET_ON_FORK", "SCHED_OTHER")):
         monkeypatch.setattr(os, name, 1 << number, raising=False)
-    monkeypatch.setattr(gc, "freeze", lambda: None)
+    monkeypatch.setattr(gc, "collect", lambda: collector.append("collect"))
+    monkeypatch.setattr(gc, "freeze", lambda: collector.append("freeze"))
     assert fieldbus.answer_promptly() is allowed
-    assert asked == [0]
+    assert asked == [(0, 0b011, fieldbus._PRIORITY)]
+    assert collector == ["collect", "freeze"]
+    assert fieldbus.run_first(0) is allowed
+    assert asked[1:] == [(0, 0b110, 0)]
 
 
 def test_a_segment_closed_by_dl_control_opens_again_with_the_link(
@@ -178,7 +183,6 @@ def test_udp_payloads_are_answered() -> None:
     segment = Segment([Slave(Loopback())])
     link = UdpLink("127.0.0.1", 0)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as master:
-        master.settimeout(100)
         master.sendto(BRD.encode_payload(), link.address)
         rounds = iter([True, False])
         fieldbus.serve_segment(segment, link, lambda: next(rounds))

@@ -366,7 +366,7 @@ def test_the_socket_is_a_raw_one(monkeypatch: pytest.MonkeyPatch) -> None:
     assert opened == [("eth7", True)]
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(st.data())
 def test_whatever_happens_to_the_bus_ends_in_its_error_and_recovers(data: st.DataObject) -> None:
     """All parameters drawn: axes, terminals, cycle, what fails, when and for how long."""
@@ -537,7 +537,7 @@ def test_no_interface_of_two_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     assert interface.ring.slaves[0].state is AlState.INIT
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(st.data())
 def test_one_cut_at_a_time_stops_no_axis_and_two_are_an_error(data: st.DataObject) -> None:
     """Drawn: drives, cycle, which cables and links are cut, in which order, when, for how long."""

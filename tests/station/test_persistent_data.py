@@ -237,22 +237,31 @@ def test_plc_variables_outlive_restarts_and_programs(
     assert "damaged" in caplog.text
 
 
-@given(st.data())
-@settings(max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_whatever_a_file_holds_a_plc_starts(tmp_path: Path, data: st.DataObject) -> None:
-    """Cut, overwritten, or with other rows: values are those of the file or as declared."""
-    (tmp_path / "b.st").write_text(LEADING)
+def _leading(folder: Path) -> Station:
+    """A station with the program `LEADING`."""
+    (folder / "b.st").write_text(LEADING)
     document = {"plc": [{"sources": "b.st"}], "system": {"persistent_data": "kept.json"}}
-    file = tmp_path / "kept.json"
-    file.unlink(missing_ok=True)
+    return Station(parse(document, ""), base=folder)
 
-    def built() -> Station:
-        return Station(parse(document, ""), base=tmp_path)
 
-    first = built()
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """The file after eleven cycles of `LEADING`."""
+    folder = tmp_path_factory.mktemp("saved")
+    first = _leading(folder)
     first.advance(0.1)
     first.save()
-    text = file.read_bytes()
+    return (folder / "kept.json").read_bytes()
+
+
+@given(st.data())
+@settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_whatever_a_file_holds_a_plc_starts(
+    tmp_path: Path, saved: bytes, data: st.DataObject
+) -> None:
+    """Cut, overwritten, or with other rows: values are those of the file or as declared."""
+    file, text = tmp_path / "kept.json", saved
+    file.write_bytes(text)
     kind = data.draw(st.sampled_from(["whole", "cut", "byte", "row"]))
     if kind == "cut":
         file.write_bytes(text[: data.draw(st.integers(0, len(text) - 3))])
@@ -271,14 +280,14 @@ def test_whatever_a_file_holds_a_plc_starts(tmp_path: Path, data: st.DataObject)
                              [*rows[name][:2], [0, "%M", "", 1 << 70]]])
         )  # fmt: skip
         file.write_text(json.dumps(whole))
-    second = built()
+    second = _leading(tmp_path)
     plc = second.plcs[851]
     second.advance(0.01)
     assert plc.state is PlcState.RUN, plc.failure
     if kind in ("whole", "cut"):
         assert plc.instance("MAIN")["nTotal"] == (11 if kind == "whole" else 1)
     second.save()
-    third = built()
+    third = _leading(tmp_path)
     assert third.plcs[851].instance("MAIN")["nTotal"] == plc.instance("MAIN")["nTotal"]
 
 

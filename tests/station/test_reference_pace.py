@@ -49,7 +49,7 @@ class Run:
             self.answers.append(answer)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(
     cycle_us=st.sampled_from((250, 500, 1000, 2000, 4000)),
     ppm=st.floats(-200.0, 200.0) | st.floats(-900.0, 900.0),
@@ -80,7 +80,7 @@ def test_frames_come_to_their_place_and_keep_it(
     assert len(run.periods) == 2 * CYCLES
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(
     cycle_us=st.sampled_from((250, 1000, 4000)),
     ppm=st.floats(-5000.0, 5000.0),

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -50,13 +51,23 @@ def test_a_file_makes_place_for_another(tmp_path: Path) -> None:
     assert (file.read(), (tmp_path / "a.txt.damaged").read_text()) == (None, "old")
 
 
+@pytest.fixture(scope="module")
+def after_kills(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
+    """What each file holds before, after a kill at each system call, and at the end."""
+    folder = str(tmp_path_factory.mktemp("kill"))
+    command = [sys.executable, "-m", "tests.station.killed_writes", folder]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)
+    contents: dict[str, list[Any]] = json.loads(done.stdout)
+    return contents
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
 @pytest.mark.parametrize("name", ["routes", "axis", "parameter"])
-def test_killed_at_any_system_call_the_old_or_the_new_is_there(tmp_path: Path, name: str) -> None:
+def test_killed_at_any_system_call_the_old_or_the_new_is_there(
+    after_kills: dict[str, list[Any]], name: str
+) -> None:
     """Every file that a station writes, by what writes and reads it."""
-    command = [sys.executable, "-m", "tests.station.killed_writes", name, str(tmp_path)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)
-    before, *seen, end = json.loads(done.stdout)
+    before, *seen, end = after_kills[name]
     assert (before, end) == (1, 2)
     assert set(seen) == {1, 2}
     assert seen == sorted(seen), "once it is there it stays"

@@ -1,5 +1,6 @@
-"""The fixture as its users meet it: a test file of theirs, in a pytest run of its own."""
+"""The fixture as its users meet it: test files of theirs, in one pytest run of its own."""
 
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -10,103 +11,112 @@ import pytest
 USERS_FILE = (Path(__file__).parents[1] / "data" / "fifteen_lines.txt").read_text()
 """Error code, stale handle, restart, reconnect."""
 
-Run = Callable[[str], "subprocess.CompletedProcess[str]"]
+FILES = {
+    "light.py": """
+import sys
+def test_light():
+    heavy = {'achse.station', 'achse.testing.live', 'pydantic', 'numpy'}
+    assert not heavy & set(sys.modules)
+""",
+    "axis.py": """
+def test_it_gets_there(achse_axis):
+    achse_axis.enable()
+    achse_axis.move_to(100, velocity=200)
+    assert abs(achse_axis.position() - 100) < 0.1
+def test_the_others(achse_station, achse_nc):
+    assert [str(axis) for axis in achse_nc.axes()] == ['X', 'Y', 'C']
+    assert achse_station.speed == 0
+""",
+    "marker.py": """
+import pytest
+@pytest.mark.achse_station(time='real', axis='Y')
+def test_real(achse_station, achse_axis):
+    assert (achse_axis.name(), achse_station.speed) == ('Y', 1.0)
+@pytest.mark.achse_station(None, 'virtual', 'Y')
+def test_in_order(achse_station, achse_axis):
+    assert (achse_axis.name(), achse_station.speed) == ('Y', 0.0)
+@pytest.mark.achse_station(tim='virtual')
+def test_unknown(achse_station): pass
+@pytest.mark.achse_station(None, 'virtual', 'Y', 4)
+def test_more(achse_station): pass
+""",
+    "config/conftest.py": """
+import pytest
+@pytest.fixture
+def achse_config():
+    return 'station.toml'
+""",
+    "config/ours.py": """
+import pytest
+pytestmark = pytest.mark.achse_station(time='virtual')
+def test_one(achse_station):
+    assert (achse_station.station.config.name, achse_station.time) == ('mine', 0)
+@pytest.mark.achse_station(config=None, time=10.0)
+def test_two(achse_station):
+    assert (achse_station.station.config.name, achse_station.speed) == ('demo', 10)
+""",
+    "fifteen.py": USERS_FILE,
+}
+ORDER = ("light.py", "axis.py", "marker.py", "config/ours.py", "fifteen.py")
+"""The first one runs before anything of achse is imported."""
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """What pytest prints for these files; warnings are errors, nothing is configured."""
+    folder = tmp_path_factory.mktemp("users")
+    (folder / "config").mkdir()
+    (folder / "station.toml").write_text('name = "mine"\n')
+    for name, text in FILES.items():
+        (folder / name).write_text(text)
+    command = [sys.executable, "-m", "pytest", "-v", "-W", "error", "--strict-markers", *ORDER]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True).stdout
 
 
 @pytest.fixture
-def run(tmp_path: Path) -> Run:
-    """Run a test file with pytest, warnings as errors, nothing configured."""
+def outcomes(report: str) -> Callable[[str], dict[str, str]]:
+    """`outcomes("axis.py")`: the outcome of each test of a file by its name."""
 
-    def run_it(text: str, conftest: str = "") -> "subprocess.CompletedProcess[str]":
-        (tmp_path / "test_ours.py").write_text(text)
-        (tmp_path / "conftest.py").write_text(conftest)
-        return subprocess.run(
-            [sys.executable, "-m", "pytest", "-q", "-W", "error", "--strict-markers", tmp_path],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            timeout=60,
-        )
+    def of_file(name: str) -> dict[str, str]:
+        return dict(re.findall(rf"^{re.escape(name)}::(\w+) ([A-Z]+)", report, re.MULTILINE))
 
-    return run_it
+    return of_file
 
 
-def test_fifteen_lines_with_pyads(run: Run, witness: Callable[[str], None]) -> None:
+Outcomes = Callable[[str], dict[str, str]]
+
+
+def test_fifteen_lines_with_pyads(
+    outcomes: Outcomes, report: str, witness: Callable[[str], None]
+) -> None:
     witness("pyads")
     assert USERS_FILE.count("\n") <= 15
-    result = run(USERS_FILE)
-    assert "1 passed" in result.stdout, result.stdout
+    assert list(outcomes("fifteen.py").values()) == ["PASSED"], report
 
 
-def test_a_marker_and_a_fixture_say_how_the_station_is(tmp_path: Path) -> None:
-    (tmp_path / "station.toml").write_text('name = "mine"\n')
-    (tmp_path / "conftest.py").write_text(
-        "import pytest\n@pytest.fixture\ndef achse_config():\n    return 'station.toml'\n"
-    )
-    (tmp_path / "test_ours.py").write_text(
-        "import pytest\n"
-        "pytestmark = pytest.mark.achse_station(time='virtual')\n"
-        "def test_one(achse_station):\n"
-        "    assert (achse_station.station.config.name, achse_station.time) == ('mine', 0)\n"
-        "@pytest.mark.achse_station(config=None, time=10.0)\n"
-        "def test_two(achse_station):\n"
-        "    assert (achse_station.station.config.name, achse_station.speed) == ('demo', 10)\n"
-    )
-    result = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-W", "error", "--strict-markers"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=60,
-    )
-    assert "2 passed" in result.stdout, result.stdout
+def test_a_marker_and_a_fixture_say_how_the_station_is(outcomes: Outcomes, report: str) -> None:
+    assert outcomes("config/ours.py") == {"test_one": "PASSED", "test_two": "PASSED"}, report
 
 
-def test_five_lines_move_an_axis_in_virtual_time(run: Run) -> None:
-    result = run(
-        "def test_it_gets_there(achse_axis):\n"
-        "    achse_axis.enable()\n"
-        "    achse_axis.move_to(100, velocity=200)\n"
-        "    assert abs(achse_axis.position() - 100) < 0.1\n"
-        "def test_the_others(achse_station, achse_nc):\n"
-        "    assert [str(axis) for axis in achse_nc.axes()] == ['X', 'Y', 'C']\n"
-        "    assert achse_station.speed == 0\n"
-    )
-    assert "2 passed" in result.stdout, result.stdout
+def test_five_lines_move_an_axis_in_virtual_time(outcomes: Outcomes, report: str) -> None:
+    passed = {"test_it_gets_there": "PASSED", "test_the_others": "PASSED"}
+    assert outcomes("axis.py") == passed, report
 
 
-def test_a_marker_names_the_axis_and_the_time(run: Run) -> None:
-    result = run(
-        "import pytest\n"
-        "@pytest.mark.achse_station(time='real', axis='Y')\n"
-        "def test_it(achse_station, achse_axis):\n"
-        "    assert (achse_axis.name(), achse_station.speed) == ('Y', 1.0)\n"
-    )
-    assert "1 passed" in result.stdout, result.stdout
+def test_a_marker_names_the_axis_and_the_time(outcomes: Outcomes, report: str) -> None:
+    assert outcomes("marker.py")["test_real"] == "PASSED", report
 
 
-def test_the_plugin_costs_nothing_until_it_is_used(run: Run) -> None:
-    result = run(
-        "import sys\n"
-        "def test_light():\n"
-        "    heavy = {'achse.station', 'achse.testing.live', 'pydantic', 'numpy'}\n"
-        "    assert not heavy & set(sys.modules)\n"
-    )
-    assert "1 passed" in result.stdout, result.stdout
+def test_the_plugin_costs_nothing_until_it_is_used(outcomes: Outcomes, report: str) -> None:
+    assert outcomes("light.py") == {"test_light": "PASSED"}, report
 
 
-def test_a_marker_takes_its_values_in_order_and_refuses_what_it_does_not_have(run: Run) -> None:
-    result = run(
-        "import pytest\n"
-        "@pytest.mark.achse_station(None, 'virtual', 'Y')\n"
-        "def test_in_order(achse_station, achse_axis):\n"
-        "    assert (achse_axis.name(), achse_station.speed) == ('Y', 0.0)\n"
-        "@pytest.mark.achse_station(tim='virtual')\n"
-        "def test_unknown(achse_station): pass\n"
-        "@pytest.mark.achse_station(None, 'virtual', 'Y', 4)\n"
-        "def test_more(achse_station): pass\n"
-    )
-    assert "1 passed, 2 errors" in result.stdout, result.stdout
+def test_a_marker_takes_its_values_in_order_and_refuses_what_it_does_not_have(
+    outcomes: Outcomes, report: str
+) -> None:
+    of_marker = outcomes("marker.py")
+    assert of_marker["test_in_order"] == "PASSED", report
+    assert (of_marker["test_unknown"], of_marker["test_more"]) == ("ERROR", "ERROR")
     takes = "achse_station takes config, time, axis, host, tcp_port; got "
-    assert f"{takes}tim" in result.stdout
-    assert f"{takes}None, 'virtual', 'Y', 4" in result.stdout
+    assert f"{takes}tim" in report
+    assert f"{takes}None, 'virtual', 'Y', 4" in report

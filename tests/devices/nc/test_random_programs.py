@@ -216,7 +216,7 @@ class Clients:
         assert axis.set_position == pytest.approx(target), hex(axis.error_code)
 
 
-@settings(max_examples=25, derandomize=True)
+@settings(max_examples=12, derandomize=True)
 @given(st.integers(0, 2**32 - 1))
 def test_any_request_at_any_moment_of_a_program(seed: int) -> None:
     draw = Random(seed)
