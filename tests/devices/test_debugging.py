@@ -13,7 +13,7 @@ def test_a_station_has_the_group_and_nothing_of_the_debugger_is_loaded() -> None
         " print([name for name in sys.modules if name.startswith('achse.plc.debug')])"
     )
     run = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
     )
     assert run.stdout.strip() == "[]"
 

@@ -5,8 +5,6 @@ from collections.abc import Callable, Iterator
 from itertools import islice
 from random import Random
 
-import pytest
-
 from achse.codes import AlState
 from achse.drive import Drive
 from achse.ethercat import (
@@ -26,8 +24,6 @@ DRIVE_FRAMES = 5000
 SLAVES = 2
 LOOK_EVERY = 50
 HEAD = b"\xff" * 6 + b"\x02\0\0\0\0\0" + b"\x88\xa4"
-
-pytestmark = pytest.mark.timeout(600)
 
 PLACES = (
     0x0000, 0x0010, 0x0040, 0x0100, 0x0110, 0x0120, 0x0130, 0x0200, 0x0300, 0x0400, 0x0420, 0x0440,

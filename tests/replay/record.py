@@ -8,26 +8,28 @@ needs a network namespace and root.
 """
 
 import contextlib
+import fcntl
 import json
 import os
+import queue
+import select
 import socket
 import struct
 import subprocess
 import sys
+import termios
 import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from achse.ams import Command, Connection, Frame
 from achse.station import Station
 from achse.testing import LiveStation, free_host
 from achse.transport.ethernet import EthernetLink
 from tests.replay.test_sessions import NET_ID, cable, length_of
 
 NPM = Path(__file__).parents[1] / "interop" / "npm"
-QUIET_S = 0.3
-"""When nothing has passed for so long, an exchange is over."""
 
 
 class Relay:
@@ -37,7 +39,9 @@ class Relay:
         self.station = station
         self.lines: list[str] = []
         self.host = free_host()
-        self._last = time.monotonic()
+        self._unanswered = 0
+        self._sockets: list[socket.socket] = []
+        self._passed = threading.Condition()
         self._listener = socket.create_server((self.host, 48898))
         threading.Thread(target=self._serve, daemon=True).start()
 
@@ -46,6 +50,7 @@ class Relay:
             while True:
                 client, _ = self._listener.accept()
                 server = socket.create_connection((self.station.host, self.station.tcp_port))
+                self._sockets += client, server
                 for source, sink, sign in ((client, server, ">"), (server, client, "<")):
                     threading.Thread(
                         target=self._pass, args=(source, sink, sign), daemon=True
@@ -54,27 +59,50 @@ class Relay:
     def _pass(self, source: socket.socket, sink: socket.socket, sign: str) -> None:
         with contextlib.suppress(OSError):
             held = b""
-            while data := source.recv(65_536):
-                held += data
-                while len(held) >= 6 and len(held) >= (size := 6 + length_of(held)):
-                    self.lines.append(f"{sign} {held[:size].hex()}")
-                    self._last = time.monotonic()
-                    sink.sendall(held[:size])
-                    held = held[size:]
+            while select.select([source], [], []):
+                with self._passed:  # read and passed on in one: see `_is_quiet`
+                    data = source.recv(65_536)
+                    if not data:
+                        break
+                    held += data
+                    while len(held) >= 6 and len(held) >= (size := 6 + length_of(held)):
+                        self._note(held[:size], sign)
+                        sink.sendall(held[:size])
+                        held = held[size:]
+                    self._passed.notify_all()
             sink.shutdown(socket.SHUT_WR)
 
+    def _note(self, packet: bytes, sign: str) -> None:
+        """Write a packet down, and whether its answer is to come."""
+        self.lines.append(f"{sign} {packet.hex()}")
+        (message,) = Connection().receive(packet)
+        if sign == ">":
+            self._unanswered += 1
+        elif not (isinstance(message, Frame) and message.command == Command.NOTIFICATION):
+            self._unanswered -= 1
+
+    def _is_quiet(self) -> bool:
+        """True if each request has its answer and nothing is on its way through the relay."""
+        return not self._unanswered and not any(map(_waiting_bytes, self._sockets))
+
     def wait(self) -> None:
-        """Until nothing passes any more."""
-        while time.monotonic() - self._last < QUIET_S:
-            time.sleep(0.05)
+        """Wait until nothing passes any more."""
+        with self._passed:
+            self._passed.wait_for(self._is_quiet)
 
     def advance(self, seconds: float) -> None:
         """Let station time pass between two exchanges."""
         self.wait()
         self.lines.append(f"! {seconds}")
-        self._last = time.monotonic()
         self.station.advance(seconds)
         self.wait()
+
+
+def _waiting_bytes(line: socket.socket) -> int:
+    """Return how much has come on a line and is not read yet."""
+    if line.fileno() < 0:
+        return 0
+    return int.from_bytes(fcntl.ioctl(line, termios.FIONREAD, bytes(4)), sys.byteorder)
 
 
 @contextlib.contextmanager
@@ -89,6 +117,7 @@ def record_pyads() -> list[str]:
     """Variables by name, handle and sum, a structure, an axis, an error, a notification."""
     import pyads
 
+    samples = queue.SimpleQueue[None]()
     with relayed() as relay:
         pyads.open_port()
         pyads.set_local_address("192.0.2.7.1.1")
@@ -109,9 +138,11 @@ def record_pyads() -> list[str]:
         with contextlib.suppress(pyads.ADSError):
             plc.read_by_name("GVL.nothing", pyads.PLCTYPE_INT)
         handles = plc.add_device_notification(
-            "MAIN.nCounter", pyads.NotificationAttrib(4), lambda *_: None
+            "MAIN.nCounter", pyads.NotificationAttrib(4), lambda *_: samples.put(None)
         )
         relay.advance(0.05)
+        for _ in range(6):  # one at once, and one in each cycle of 10 ms
+            samples.get()
         plc.del_device_notification(*handles)
         nc = pyads.Connection(NET_ID, 501, relay.host)
         nc.open()
@@ -164,7 +195,7 @@ def record_ads_client() -> list[str]:
         script = NPM / "session.tmp.mjs"
         script.write_text(ADS_CLIENT, encoding="utf-8")
         try:
-            subprocess.run(["node", str(script), json.dumps(settings)], check=True, timeout=60)
+            subprocess.run(["node", str(script), json.dumps(settings)], check=True)
         finally:
             script.unlink()
         return relay.lines

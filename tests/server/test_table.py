@@ -159,6 +159,31 @@ def test_a_field_that_the_target_lacks_is_rejected(axis: Axis) -> None:
         ObjectGroup(0x4100, 255, lambda id: axis, (row,), kind=Axis)
 
 
+@pytest.mark.parametrize(
+    ("last_id", "last"), [(1, 0x4101), (255, 0x41FF), (256, 0x1_4100), (0xFFF, 0xF_41FF)]
+)
+def test_ids_have_an_index_group_each(last_id: int, last: int) -> None:
+    ids = list[int]()
+    group = ObjectGroup(0x4100, last_id, ids.append, ())
+    numbers = list(group.index_groups())
+    assert (numbers[0], numbers[-1]) == (0x4100, last)
+    for number in numbers:
+        group.target(number)
+    assert ids == list(range(last_id + 1))
+    assert set(ServiceTable((group,)).by_index) == set(numbers)
+
+
+def test_a_table_goes_on_from_another_one() -> None:
+    first, second = (ObjectGroup(base, 2, Axis, ()) for base in (0x4100, 0x4200))
+    single = ServiceTable((first,))
+    both = ServiceTable((second,), single)
+    assert list(both) == [first, second]
+    assert (both.find(0x4102), both.find(0x4202)) == (first, second)
+    assert set(single.by_index) == {0x4100, 0x4101, 0x4102}
+    with pytest.raises(ValueError, match="two groups serve index group 0x4102"):
+        ServiceTable((Group(0x4102, ()),), single)
+
+
 def test_a_guard_stands_before_writes_and_exchanges() -> None:
     def enabled(target: Any) -> None:
         raise DeviceError(0x4B42)

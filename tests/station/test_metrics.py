@@ -22,7 +22,7 @@ async def scrape(port: int) -> dict[str, float]:
     """Samples by name and labels."""
 
     def read() -> str:
-        with urllib.request.urlopen(f"http://127.0.0.1:{port}/metrics", timeout=30) as answer:
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}/metrics") as answer:
             return str(answer.read().decode())
 
     text = await asyncio.get_running_loop().run_in_executor(None, read)

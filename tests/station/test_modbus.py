@@ -6,8 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 from achse.station import Station
 from achse.station.config import parse
 from tests.transport.modbus_devices import tcp_device
@@ -39,11 +37,8 @@ def main(there: Station) -> Any:
 
 
 async def until(holds: Callable[[], bool]) -> None:
-    for _ in range(10_000):
-        if holds():
-            return
-        await asyncio.sleep(0.01)
-    pytest.fail("it does not come")
+    while not holds():  # noqa: ASYNC110 - a PLC notifies nobody
+        await asyncio.sleep(0.001)
 
 
 def answer(unit: int, pdu: bytes) -> bytes:
@@ -92,5 +87,5 @@ def test_the_cycle_goes_on_while_a_device_thinks(tmp_path: Path) -> None:
 
     with tcp_device(slow) as device:
         there = station(tmp_path, {"peers": {"10.0.0.1": f"127.0.0.1:{device.port}"}})
-        asyncio.run(asyncio.wait_for(run(), 120))
+        asyncio.run(run())
     assert list(main(there)["registers"]) == [0x1234, 0x5678]

@@ -21,7 +21,6 @@ class End:
     def __init__(self) -> None:
         self.near, self.far = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
         self.near.setblocking(False)
-        self.far.settimeout(10.0)
         self.up = True
 
     def fileno(self) -> int:

@@ -307,7 +307,7 @@ def test_a_running_station_ends_at_its_time(speed: float) -> None:
         async with station.running("127.0.0.1", 0, speed=speed, until=0.5) as running:
             assert running.host == "127.0.0.1"
             assert running.tcp_port > 0
-            await asyncio.wait_for(running.finished(), 10)
+            await running.finished()
         return station
 
     ended, stepped = asyncio.run(main()), Station.demo()
@@ -338,7 +338,7 @@ def test_a_broken_phase_is_told(speed: float, caplog: pytest.LogCaptureFixture) 
         station.cycle.add(CyclicPhase(PhasePlace.SCOPE, "broken", 10_000_000, broken))
         async with station.running("127.0.0.1", 0, speed=speed) as running:
             with pytest.raises(ArithmeticError, match="at 10000000"):
-                await asyncio.wait_for(running.finished(), 10)
+                await running.finished()
 
     asyncio.run(main())
     assert "the station's cycle broke: ArithmeticError('at 10000000')" in caplog.text
@@ -506,7 +506,7 @@ def test_a_running_station_is_finished_when_it_is_shut_down(speed: float) -> Non
             station.shut_down()
             if not speed:
                 station.advance(0.01)
-            await asyncio.wait_for(running.finished(), 10)
+            await running.finished()
 
     asyncio.run(main())
 

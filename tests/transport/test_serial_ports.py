@@ -89,7 +89,7 @@ async def test_a_router_forwards_between_tcp_and_serial(tmp_path: Path) -> None:
                 assert (await anext(samples)).value == 7
         async with (
             near.running("127.0.0.1", 0) as running,
-            connect(f"127.0.0.1:{running.tcp_port}", net_id=FAR, timeout=20) as plc,
+            connect(f"127.0.0.1:{running.tcp_port}", net_id=FAR, timeout=3600) as plc,
         ):
             with pytest.raises(RouterError, match="0x745"):  # nobody is at the other end
                 await plc.state()

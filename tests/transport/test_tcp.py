@@ -562,7 +562,7 @@ async def test_closing_does_not_wait_for_clients_that_never_read() -> None:
             client.send(request())
             await client.reader.readexactly(1)
             client.reader._transport.pause_reading()  # type: ignore[attr-defined]
-        await asyncio.wait_for(station.close(), 4)
+        await station.close()
         assert not station.connections
 
 
@@ -571,7 +571,7 @@ async def test_a_connection_made_while_closing_is_ended() -> None:
     await station.open(port=0)
     connecting = asyncio.create_task(asyncio.open_connection(station.host, station.port))
     await asyncio.sleep(0)
-    await asyncio.wait_for(station.close(), 4)
+    await station.close()
     try:
         peer = Peer(*await connecting)
     except ConnectionError:

@@ -323,13 +323,14 @@ async def test_a_route_that_goes_while_it_is_dialled_leaves_nothing() -> None:
 
 async def test_an_idle_uplink_is_not_dialled_again(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(uplink_module, "_IDLE", 0.0)
+    monkeypatch.setattr(uplink_module, "_FIRST_PAUSE", 0.0)
     async with hosts(2) as (here, there):
         here.leads(NET_IDS[1], there)
         assert (await Client(here.router).ask(NET_IDS[1])).error == 0
         next(iter(there.listener.connections)).abort()
-        await asyncio.sleep(0.2)
         [uplink] = here.uplinks
-        assert not uplink.connected
+        await until(lambda: not uplink.connected)
+        assert uplink._retry is None
         assert (await Client(here.router).ask(NET_IDS[1])).error == 0
 
 

@@ -13,7 +13,6 @@ from achse.station import Station
 from achse.web.server import WebServer
 from achse.web.settings import WebSettings
 
-PATIENCE = 10.0
 """Seconds until a test that waits for a message has failed."""
 
 
@@ -45,7 +44,7 @@ class OpenPage:
 
     async def message(self) -> Any:
         """The next message, JSON decoded."""
-        message = await asyncio.wait_for(self.seen.get(), PATIENCE)
+        message = await self.seen.get()
         decoded = json.loads(message) if isinstance(message, str) else message
         if isinstance(decoded, dict) and decoded.get("event") == "data":
             self.newest[decoded["watch"]] = decoded["value"]
@@ -103,7 +102,7 @@ class Shown:
             yield page
         finally:
             page.say(None)
-            await asyncio.wait_for(serving, PATIENCE)
+            await serving
 
 
 @asynccontextmanager

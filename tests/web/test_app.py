@@ -15,7 +15,6 @@ from achse.web.door import SECURITY_HEADERS
 from achse.web.settings import WebSettings
 
 Shows = Callable[..., Any]
-PATIENCE = 30.0
 
 
 class Browser:
@@ -32,7 +31,7 @@ class Browser:
         sent |= {name.replace("_", "-"): value for name, value in headers.items()}
         lines = "".join(f"{name}: {value}\r\n" for name, value in sent.items())
         writer.write(f"{method} {path} HTTP/1.1\r\n{lines}\r\n".encode())
-        answer = await asyncio.wait_for(reader.read(), PATIENCE)
+        answer = await reader.read()
         writer.close()
         head, _, body = answer.partition(b"\r\n\r\n")
         first, *rest = head.decode().split("\r\n")
@@ -70,7 +69,7 @@ class Socket:
                 event = self._events.pop(0)
                 if not isinstance(event, events.Ping):
                     return event
-            data = await asyncio.wait_for(self.reader.read(65536), PATIENCE)
+            data = await self.reader.read(65536)
             if not data:
                 return None
             self.wire.receive_data(data)

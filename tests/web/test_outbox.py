@@ -111,7 +111,7 @@ async def test_there_is_room_again_when_answers_are_read() -> None:
     await asyncio.sleep(0)
     assert not waiting.done()
     await outbox.take()
-    await asyncio.wait_for(waiting, 10)
+    await waiting
 
 
 async def test_what_is_forgotten_is_not_sent() -> None:
