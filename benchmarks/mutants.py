@@ -6,8 +6,9 @@ played until one fails: the fault is killed. It is killed too if the tests need 
 than without it, or hang. Faults that no test of the room finds are printed with their line. The
 working tree is not touched.
 
-Kernels run as plain Python: llvmlite is hidden, and tests that need it are left out. So are tests
-that fail without any fault. A program that a test starts does not have the fault.
+Kernels run as plain Python: llvmlite is hidden, and an NC is plain where a test wants machine code.
+Tests that need llvmlite are left out, and those that fail without any fault. A program that a test
+starts does not have the fault.
 
 Faults that change nothing are named, with the reason, in equivalent_mutants.tsv; they are not
 planted.
@@ -304,9 +305,22 @@ class NoShrinking:
         no_shrinking(items)
 
 
+def make_plain() -> None:
+    """Let every NC run the plain kernel."""
+    from achse.motion import Nc
+
+    begin = Nc.__init__
+
+    def plainly(self: Nc, *arguments: Any, **options: Any) -> None:
+        begin(self, *arguments, **{**options, "compiled": False})
+
+    Nc.__init__ = plainly  # type: ignore[method-assign]
+
+
 def run(name: str, count: int | None, seed: int, *, verbose: bool = False) -> int:
     """Plant the faults of a room; print its survivors and its line of the table."""
     sys.modules["llvmlite"] = None  # type: ignore[assignment]
+    make_plain()
     planting = Planting(name, ROOMS[name], count, seed, verbose=verbose)
     began = resource.getrusage(resource.RUSAGE_CHILDREN)
     with tempfile.TemporaryDirectory() as folder:

@@ -221,7 +221,7 @@ Change = tuple[Place, ast.expr, ast.AST | None, str, str]
 
 def _expressions(node: ast.expr, path: Place) -> Iterator[Change]:
     """Yield each fault of an expression and of its parts."""
-    if isinstance(node, ast.JoinedStr | ast.Lambda) or _is_logging(node):
+    if isinstance(node, ast.JoinedStr | ast.Lambda) or _is_logging(node) or _is_size(node):
         return
     yield from _own_faults(node, path)
     for name, value in ast.iter_fields(node):
@@ -287,6 +287,16 @@ def _without(part: ast.AST) -> str:
 def _short(text: str) -> str:
     text = " ".join(text.split())
     return text if len(text) <= 70 else f"{text[:40]} … {text[-27:]}"
+
+
+def _is_size(node: ast.expr) -> bool:
+    """True for 16 * 1024 and 1 << 20: whoever writes so does not mean one more or less."""
+    return (
+        isinstance(node, ast.BinOp)
+        and isinstance(node.op, ast.Mult | ast.LShift)
+        and isinstance(node.right, ast.Constant)
+        and (isinstance(node.left, ast.Constant) or _is_size(node.left))
+    )
 
 
 def _is_sequence(node: ast.expr) -> bool:
