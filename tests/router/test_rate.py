@@ -15,6 +15,20 @@ def test_twice_a_second_s_worth_goes_at_once_then_so_many_a_second() -> None:
     assert sum(rate.take(100 * SECOND) for _ in range(100)) == 20
 
 
+def test_rate_counts_from_the_last_request() -> None:
+    rate = Rate(1, 3)
+    assert sum(rate.take(5 * SECOND) for _ in range(9)) == 3
+    assert not rate.take(5 * SECOND + SECOND // 2)
+
+
+def test_clock_that_goes_back_takes_nothing_away() -> None:
+    rate = Rate(1, 3)
+    assert rate.take(10 * SECOND)
+    assert rate.take(0)
+    assert rate.take(0)
+    assert not rate.take(0)
+
+
 def test_how_many_go_at_once_can_be_said() -> None:
     rate = Rate(1, 3)
     assert sum(rate.take(0) for _ in range(10)) == 3

@@ -29,6 +29,9 @@ def sum_of(group: int, *parts: tuple[int, ...]) -> Frame:
     return request(Command.READ_WRITE, group, len(parts), 0, len(data), data=data)
 
 
+PARTS = struct.pack("<8I", 0xF003, 0, 4, 3, 0xF005, 1, 4, 3)
+
+
 @pytest.mark.parametrize(
     ("asked", "needed"),
     [
@@ -74,6 +77,18 @@ def sum_of(group: int, *parts: tuple[int, ...]) -> Frame:
         (sum_of(0xF082, (0xF003, 0, 4, 3), (0xF003, 0, 4, 3)), READ),
         (sum_of(0xF082, (0xF003, 0, 4, 3), (0xF005, 1, 4, 3)), READ | METHODS),
         (sum_of(0xF082, (0x4020, 0, 4, 3)), READ | WRITE),
+        (request(Command.WRITE, 0xF080, 1, 4, port=10_000), WRITE),
+        (request(Command.READ, 801, 0, 4, port=10_000), READ),
+        (request(Command.WRITE, 0xF006), READ),
+        (request(Command.WRITE, data=b"\x06\xf0\0"), WRITE),
+        (sum_of(0xF081), WRITE),
+        (sum_of(0xF082, *[(0xF003, 0, 4, 3)] * 499, (0xF005, 1, 4, 3)), READ | METHODS),
+        (sum_of(0xF082, *[(0xF003, 0, 4, 3)] * 500, (0xF005, 1, 4, 3)), READ),
+        (
+            request(Command.READ_WRITE, 0xF082, 1, 4, 32, data=PARTS),
+            READ,  # the second part is behind the number of parts
+        ),
+        (request(Command.READ_WRITE, 0x4020, 1, 4, 32, data=PARTS), READ | WRITE),
         (request(77, 1, 2, 3), ALL_RIGHTS),
         (request(Command.READ_WRITE), READ | WRITE),
         (request(Command.READ), READ),

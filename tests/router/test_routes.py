@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from achse.ams import NetId
+from achse.router.rights import NO_RIGHTS, Right
 from achse.router.routes import (
     Admission,
     FixedRouteError,
@@ -54,11 +55,21 @@ def test_listeners_hear_of_each_change() -> None:
     assert heard == [(PRESS, other), (other, None), (None, MILL), (MILL, None)]
 
 
+def test_listeners_hear_once_of_a_route_in_its_own_place() -> None:
+    heard: list[tuple[Route | None, Route | None]] = []
+    table = RouteTable([PRESS])
+    table.on_change(lambda old, new: heard.append((old, new)))
+    slower = replace(PRESS, timeout=9.0)
+    table.add(slower)
+    assert heard == [(PRESS, slower)]
+
+
 def test_a_full_table_takes_no_more_but_replaces() -> None:
     table = RouteTable([PRESS], limit=1)
     with pytest.raises(RouteError, match="holds 1 routes"):
         table.add(MILL)
     table.add(Route(name="PRESS", net_id=MILL.net_id, host="10.0.0.9"))
+    table.add(Route(name="other", net_id=MILL.net_id, host="10.0.0.9"))
     assert len(table) == 1
 
 
@@ -101,6 +112,45 @@ def test_a_one_way_route_refuses_also_before_its_host_is_known() -> None:
     table.locate("mill.local", ["10.0.0.3"])
     assert table.admission(MILL.net_id, "10.0.0.3") is Admission.ONE_WAY
     assert table.admission(MILL.net_id, "10.0.0.2") is Admission.UNKNOWN
+
+
+def test_one_way_route_by_address_admits_no_other_address() -> None:
+    table = RouteTable([replace(PRESS, one_way=True)])
+    assert table.admission(PRESS.net_id, "10.0.0.1") is Admission.ONE_WAY
+    assert table.admission(PRESS.net_id, "10.0.0.2") is Admission.UNKNOWN
+
+
+def test_only_names_that_are_not_found_are_looked_up() -> None:
+    requested: list[str] = []
+    saw = replace(MILL, one_way=False)
+    table = RouteTable([PRESS, saw])
+    table.look_up = requested.append
+    table.admission(PRESS.net_id, "10.0.0.1")
+    table.admission(PRESS.net_id, "10.0.0.2")
+    table.locate("mill.local", ["10.0.0.3"])
+    table.admission(saw.net_id, "10.0.0.3")
+    assert requested == []
+
+
+def test_addresses_outlive_changes_of_other_routes() -> None:
+    saw = replace(MILL, one_way=False)
+    table = RouteTable([saw])
+    table.locate("mill.local", ["10.0.0.3"])
+    table.add(PRESS)
+    assert table.admission(saw.net_id, "10.0.0.3") is Admission.ROUTED
+
+
+def test_sender_without_address_comes_from_no_route() -> None:
+    assert not MILL.comes_from("?", ["no address"])
+
+
+def test_rights_follow_route_and_admission() -> None:
+    table = RouteTable([replace(PRESS, rights=Right.READ)])
+    table.rights_of_others = Right.READ | Right.STATE
+    assert table.rights(PRESS.net_id, Admission.ROUTED) == Right.READ
+    assert table.rights(PRESS.net_id, Admission.ONE_WAY) == NO_RIGHTS
+    assert table.rights(PRESS.net_id, Admission.UNKNOWN) == table.rights_of_others
+    assert table.rights(MILL.net_id, Admission.ROUTED) == table.rights_of_others
 
 
 def test_a_fixed_route_stays() -> None:
@@ -152,6 +202,9 @@ def test_a_change_that_cannot_be_kept_is_not_made() -> None:
         ("mill.local:48000", ("mill.local", 48000)),
         ("::1", ("::1", 48898)),
         ("[::1]:7", ("::1", 7)),
+        ("mill:1", ("mill", 1)),
+        ("mill:65535", ("mill", 65535)),
+        ("h" * 255, ("h" * 255, 48898)),
     ],
 )
 def test_a_host_may_name_its_tcp_port(host: str, endpoint: tuple[str, int]) -> None:
@@ -166,6 +219,12 @@ def test_a_host_may_name_its_tcp_port(host: str, endpoint: tuple[str, int]) -> N
         ({"name": "a\nb"}, "the name of a route"),
         ({"host": ""}, "the host of a route"),
         ({"host": "a\0"}, "the host of a route"),
+        ({"name": " a"}, "the name of a route"),
+        ({"host": "h" * 256}, "the host of a route"),
+        ({"host": "a:65536"}, "a TCP port"),
+        ({"host": "a:\u0661"}, "a TCP port"),
+        ({"timeout": 3600.5}, "timeout"),
+        ({"max_fragment": 1 << 32}, "fragment"),
         ({"host": "a:0"}, "a TCP port"),
         ({"host": "a:x"}, "a TCP port"),
         ({"net_id": NetId("0.0.0.0.1.1")}, "needs a NetId"),
@@ -177,6 +236,11 @@ def test_a_route_that_cannot_be_is_refused(wrong: dict[str, object], reason: str
     values: dict[str, object] = {"name": "a", "net_id": PRESS.net_id, "host": "h"}
     with pytest.raises(RouteError, match=reason):
         Route(**(values | wrong))  # type: ignore[arg-type]
+
+
+def test_greatest_values_of_a_route_are_accepted() -> None:
+    greatest = replace(PRESS, name="x" * 255, timeout=3600.0, max_fragment=0xFFFF_FFFF)
+    assert RouteTable([greatest]).named("x" * 255) is greatest
 
 
 def test_no_route_leads_to_the_router_itself() -> None:

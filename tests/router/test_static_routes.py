@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.ams import NetId
+from achse.router.rights import ALL_RIGHTS, NO_RIGHTS, Right
 from achse.router.routes import Route, RouteError, RouteTls, TlsKind
 from achse.router.static_routes import parse_static_routes, static_routes
 
@@ -72,12 +73,20 @@ routes = st.builds(
     nat_net_id=st.none() | net_ids,
     timeout=st.integers(1, 3600).map(float),
     max_fragment=st.integers(0, 1 << 20),
+    rights=st.sampled_from([ALL_RIGHTS, NO_RIGHTS, Right.READ, Right.WRITE | Right.STATE]),
 )
 
 
 @given(st.lists(routes, max_size=5))
 def test_a_file_gives_back_what_was_written(given_routes: list[Route]) -> None:
     assert parse_static_routes(static_routes(given_routes)) == given_routes
+
+
+def test_text_above_four_megabytes_is_refused() -> None:
+    longest = "<TcConfig/>".ljust(4 * 1024 * 1024)
+    assert parse_static_routes(longest) == []
+    with pytest.raises(RouteError, match="too long"):
+        parse_static_routes(longest + " ")
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from achse.ams import AmsAddress, Frame
+from achse.ams import AmsAddress, Command, Frame
 from achse.router.rights import ALL_RIGHTS, NO_RIGHTS, Right
 from achse.router.routes import Route
 from achse.transport.sender_rights import SenderRights
@@ -23,6 +23,9 @@ def test_what_is_missing_and_what_is_lost(caplog: pytest.LogCaptureFixture) -> N
     assert rights.missing(read) == NO_RIGHTS
     assert rights.missing(write) == Right.WRITE
     assert rights.missing(write.reply()) == NO_RIGHTS
+    answer = Frame(PLC, CLIENT, Command.WRITE, 5, 0, 1, b"")
+    assert rights.missing(answer) == NO_RIGHTS
+    assert rights.missing(Frame(PLC, CLIENT, Command.NOTIFICATION, 4, 0, 1, b"")) == NO_RIGHTS
     for missing in (Right.WRITE, Right.WRITE, Right.WRITE | Right.STATE):
         rights.tell(CLIENT, missing, "10.0.0.1:1")
     told = [line.getMessage() for line in caplog.records]
@@ -32,6 +35,8 @@ def test_what_is_missing_and_what_is_lost(caplog: pytest.LogCaptureFixture) -> N
     ]
     assert rights.assign(CLIENT, Right.READ | Right.WRITE) == NO_RIGHTS
     rights.forget(CLIENT)
+    assert not rights
+    rights.assign(CLIENT, ALL_RIGHTS)
     assert not rights
 
 

@@ -36,7 +36,7 @@ class PasswordHash(NamedTuple):
         """Read `scrypt:N:R:P:SALT:KEY`; ValueError says what is wrong."""
         kind, *fields = text.split(":")
         try:
-            if kind != "scrypt" or len(fields) != 5:
+            if kind != "scrypt":
                 raise ValueError
             cost, block, parallel = map(int, fields[:3])
             salt, key = (base64.b64decode(field, validate=True) for field in fields[3:])
@@ -47,7 +47,7 @@ class PasswordHash(NamedTuple):
         hashed = cls(cost, block, parallel, salt, key)
         if not key or cost & (cost - 1) or not 2 <= cost <= 1 << 20 or block * parallel < 1:
             raise ValueError("a password hash needs N a power of 2 up to 2^20, R, P and a key")
-        if 128 * block * (cost + parallel) > _MAX_MEMORY:
+        if 128 * block * (cost + parallel + 2) > _MAX_MEMORY:  # as OpenSSL counts it
             raise ValueError("this password hash would take more than 256 MB per check")
         return hashed
 
@@ -65,7 +65,7 @@ class PasswordHash(NamedTuple):
                 n=self.cost,
                 r=self.block,
                 p=self.parallel,
-                maxmem=_MAX_MEMORY + (1 << 20),
+                maxmem=_MAX_MEMORY,
                 dklen=len(self.key),
             ),
         )

@@ -29,9 +29,6 @@ class Clients:
     def __len__(self) -> int:
         return len(self._known)
 
-    def __contains__(self, source: object) -> bool:
-        return source in self._known
-
     def __iter__(self) -> Iterator[bytes]:
         return iter(self._known)
 
