@@ -3,6 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
+from achse.plc.memory import Area
 from achse.plc.remains import inherit_variables, kept_variables
 from tests.plc.code.conftest import Ran
 
@@ -168,6 +169,48 @@ def test_pointers_lead_to_the_same_variables_in_another_program() -> None:
     assert inherit_variables(retyped.plc, kept) == ["MAIN.r"]
     retyped.cycle()
     assert [retyped[name] for name in "abcde"] == [103, 5, 104, 0, 5]
+
+
+BEHIND = """
+TYPE ST_Node : STRUCT p : POINTER TO INT; n : INT; END_STRUCT END_TYPE
+VAR_GLOBAL w AT %MW4 : INT; v AT %MW4 : INT; END_VAR
+PROGRAM MAIN
+VAR t : INT := 5; {more} END_VAR
+VAR PERSISTENT s : ST_Node; q : POINTER TO INT; END_VAR
+{body}
+END_PROGRAM
+"""
+
+
+def _behind(more: str = "", body: str = "") -> Ran:
+    return Ran(BEHIND.format(more=more, body=body), has_twin=False)
+
+
+def test_values_behind_a_pointer_are_kept() -> None:
+    before = _behind(body="s.p := ADR(t); s.n := 9; q := __NEW(INT);").cycle()
+    after = _behind("u : LREAL;")
+    assert inherit_variables(after.plc, kept_variables(before.plc)) == []
+    assert (after["s.n"], after["q"]) == (9, 0)
+    place = after.plc.memory.at(after["s.p"])
+    assert place is not None
+    assert place[0].read(place[1], 2) == b"\5\0"
+    before.plc.instance("MAIN")["s"]["p"] = 0
+    after = _behind()
+    assert inherit_variables(after.plc, kept_variables(before.plc)) == []
+    assert (after["s.n"], after["s.p"]) == (9, 0)
+
+
+def test_pointer_into_an_image_stays_within_it() -> None:
+    before = _behind(body="q := ADR(w);").cycle()
+    kept = dict(kept_variables(before.plc))
+    [lead] = kept["MAIN.q"].leads
+    after = _behind()
+    size = len(after.plc.memory[Area.FLAG])
+    for offset, leads in ((size - 1, True), (size, False)):
+        kept["MAIN.q"] = kept["MAIN.q"]._replace(leads=(lead._replace(offset=offset),))
+        after = _behind()
+        inherit_variables(after.plc, kept)
+        assert (after["q"] != 0) is leads
 
 
 def test_a_cold_reset_leaves_no_pointer_to_what_new_made() -> None:

@@ -22,6 +22,14 @@ def test_what_a_drive_stores_another_program_finds(tmp_path: Path) -> None:
     assert VirtualDrive(store=again.of(1)).get(0x6085) != 4711
 
 
+def test_deleted_value_is_gone_for_another_program(tmp_path: Path) -> None:
+    path = tmp_path / "kept.json"
+    store = ParameterFile(path).of(1)
+    store.update({0x608500: 1, 0x608300: 2})
+    del store[0x608500]
+    assert dict(ParameterFile(path).of(1)) == {0x608300: 2}
+
+
 def test_without_a_path_it_lasts_as_long_as_the_program() -> None:
     store = ParameterFile(None).of(1)
     store[0x608500] = 1

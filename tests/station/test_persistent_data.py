@@ -117,6 +117,8 @@ def test_axes_may_come_and_go(tmp_path: Path) -> None:
         '{"nc": {"1": {"zeros": [0], "position": true, "homed": 1}}}',
         '{"nc": {"1": {"zeros": [1e16], "position": 0, "homed": 1}}}',
         '{"nc": {"1": {"zeros": [0], "position": 1' + 400 * "0" + ', "homed": 1}}}',
+        '{"nc": {}, "plc": {"851": {"MAIN.p": ["", "", [-1, "MAIN.n", "", 0]]}}}',
+        '{"nc": {}, "plc": {"851": {"MAIN.p": ["", "", [0, "MAIN.n", "", -1]]}}}',
         100_000 * "[",
         "\udcff",
     ],
@@ -235,6 +237,13 @@ def test_plc_variables_outlive_restarts_and_programs(
     (tmp_path / "kept.json").write_text('{"nc": {}, "plc": {"851": {"MAIN.nTotal": ["", "x"]}}}')
     assert values(built()) == (0, 0, 0)
     assert "damaged" in caplog.text
+
+
+def test_plc_without_variables_to_keep_is_not_in_the_file(tmp_path: Path) -> None:
+    (tmp_path / "a.st").write_text("PROGRAM MAIN VAR n : INT; END_VAR n := 1; END_PROGRAM")
+    document = {"plc": [{"sources": "a.st"}], "system": {"persistent_data": "kept.json"}}
+    Station(parse(document, ""), base=tmp_path).save()
+    assert json.loads((tmp_path / "kept.json").read_text()) == {"nc": {}, "plc": {}}
 
 
 def _leading(folder: Path) -> Station:

@@ -1,7 +1,9 @@
 """State files are replaced whole, and a file that is not there is none."""
 
+import errno
 import json
 import os
+import stat
 import subprocess
 import sys
 from pathlib import Path
@@ -29,6 +31,25 @@ def test_the_old_text_stays_if_the_new_one_cannot_be_written(tmp_path: Path) -> 
     with pytest.raises(OSError, match=r"a\.txt\.new"):
         file.write("new")
     assert file.read() == "old"
+
+
+def test_folder_that_cannot_be_synchronised_does_not_matter_but_a_failing_disk_does(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file, fsync = StateFile(tmp_path / "a.txt"), os.fsync
+    failure = OSError(errno.EINVAL, "no such thing")
+
+    def fail(number: int) -> None:
+        if stat.S_ISDIR(os.fstat(number).st_mode):
+            raise failure
+        fsync(number)
+
+    monkeypatch.setattr(os, "fsync", fail)
+    file.write("new")
+    assert file.read() == "new"
+    failure = OSError(errno.EIO, "disk")
+    with pytest.raises(OSError, match="disk"):
+        file.write("newer")
 
 
 def test_a_byte_order_mark_is_no_text(tmp_path: Path) -> None:
