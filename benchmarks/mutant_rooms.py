@@ -48,6 +48,7 @@ ROOMS: Mapping[str, Room] = {
             "motion/test_checks.py",
             "motion/test_setpoint.py",
             "motion/test_targets.py",
+            "motion/test_signals.py",
             "motion/test_controller.py",
             "motion/test_drive.py",
             "motion/generators/test_homing.py",

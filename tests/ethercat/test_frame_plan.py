@@ -120,6 +120,17 @@ def bring() -> Callable[[Any], None]:
     return lambda segment: Master(segment).bring(AlState.OP)
 
 
+def test_planned_read_of_registers_ends_their_event(bring: Callable[[Any], None]) -> None:
+    planned, other = (in_op(kind, 2, bring, 0) for kind in (Segment, EachByItself))
+    look = EthercatFrame([Datagram.at(C.BRD, 0, AL_STATUS, bytes(2))]).encode()
+    change = EthercatFrame([Datagram.at(C.FPWR, STATION, AL_CONTROL, b"\4\0")]).encode()
+    mask = EthercatFrame([Datagram.at(C.FPWR, STATION, EVENT_MASK, b"\xff\xff")]).encode()
+    session = [look, mask, look, look, change, look, look]
+    assert [planned.process(each) for each in session] == [other.process(each) for each in session]
+    assert planned.slaves[0].esc.memory == other.slaves[0].esc.memory
+    assert planned.slaves[0].esc.events == other.slaves[0].esc.events
+
+
 def test_a_known_frame_is_not_taken_apart(
     bring: Callable[[Any], None], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -73,3 +73,12 @@ def test_a_waiting_move_counts_from_the_target_before_it(make_rig: Any) -> None:
         )
         == NcError.SOFT_LIMIT_MAX_AT_START.number
     )
+
+
+def test_way_of_a_loop_counts_only_in_its_direction(make_rig: Any) -> None:
+    rig = make_rig(encoder_soft_limit_max=60.5, encoder_soft_limit_max_enable=1)
+    axis = rig.axis
+    axis.loop_enable, axis.loop_distance = 1, 1.0
+    assert checks.why_not_target(axis, 60.0, 60.0) == 0
+    assert checks.why_not_target(axis, 60.0, 61.0) == 0
+    assert checks.why_not_target(axis, 60.0, 59.0) == NcError.SOFT_LIMIT_MAX_AT_START

@@ -5,7 +5,8 @@ from typing import Any
 import pytest
 
 from achse.motion import commands
-from achse.motion.limits import TOLERANCE, adapt_limits, highest_rest, lowest_rest
+from achse.motion.dynamics import fault_deceleration
+from achse.motion.limits import TOLERANCE, adapt_limits, highest_rest, lowest_rest, running_into
 from achse.motion.states import MotionPhase, StartType
 
 V = 100.0
@@ -41,6 +42,37 @@ def test_an_endless_move_rests_at_its_soft_limit(make_rig: Any, kind: StartType)
     assert (abs(axis.set_position), axis.set_velocity) == (60.0, 0.0)
     assert axis.error_code == (0x4463 if kind == StartType.ENDLESS_POSITIVE else 0x4462)
     rig.until_rest()
+
+
+def test_short_section_compensation_counts_against_the_limits(make_rig: Any) -> None:
+    rig = limited(make_rig, 60.0, encoder_soft_limit_min=-60.0, encoder_soft_limit_min_enable=1)
+    axis = rig.axis
+    axis.compensating, axis.superposition_distance = 1, 0.5
+    axis.superposition_sign = 1.0
+    assert (lowest_rest(axis), highest_rest(axis)) == (-60.0, 59.5)
+    axis.superposition_sign = -1.0
+    assert (lowest_rest(axis), highest_rest(axis)) == (-59.5, 60.0)
+
+
+def test_only_an_axis_that_moves_outward_runs_into_a_limit(make_rig: Any) -> None:
+    rig = limited(make_rig, 60.0, encoder_soft_limit_min=-60.0, encoder_soft_limit_min_enable=1)
+    axis = rig.axis
+    for sign in (1.0, -1.0):
+        axis.set_position = sign * 61.0
+        assert running_into(axis, 0.0, rig.dt) == 0
+        assert running_into(axis, sign * 1.0, rig.dt) == sign
+        assert running_into(axis, sign * 0.5, rig.dt) == sign
+        assert running_into(axis, sign * -1.0, rig.dt) == 0
+        axis.set_position = sign * 59.5
+        axis.set_acceleration = 0.0
+        rest = 60.0 - 59.5
+        fast = (2.0 * rest * fault_deceleration(axis)) ** 0.5
+        assert running_into(axis, sign * 0.5 * fast, rig.dt) == 0
+        assert running_into(axis, sign * fast, rig.dt) == sign
+        axis.set_acceleration = sign * 0.9
+        between = 0.5 + (0.5**2 + 1.4**2) / (4.0 * fault_deceleration(axis))
+        axis.set_position = sign * (60.0 - between)
+        assert running_into(axis, sign * 0.5, 1.0) == sign
 
 
 @pytest.mark.parametrize("weak", [1.0, 50.0, 500.0])

@@ -13,7 +13,7 @@ from achse.motion import (
     StateBit,
     commands,
 )
-from achse.motion.monitoring import show_state
+from achse.motion.monitoring import _at_limit, show_state
 from achse.motion.states import EncoderType
 
 V = 200.0
@@ -74,6 +74,33 @@ def test_a_start_whose_enable_vanished_ends_in_error(make_rig: Any) -> None:
     rig.axis.control_dword = 0
     assert fails(rig, NcError.CONTROLLER_ENABLE_MISSING) == 1
     assert rig.axis.set_motion_phase == 0
+
+
+def test_enable_of_a_slave_at_rest_may_go(make_rig: Any) -> None:
+    rig = make_rig(count=2)
+    slave = rig.nc.axis(2)
+    assert commands.couple(slave, 1, 1, 0, 0, 1.0) == 0
+    rig.run(2)
+    slave.control_dword = 6
+    rig.run(2)
+    assert (slave.error_code, slave.loop_closed) == (0, 0)
+
+
+def test_axis_beyond_a_limit_without_a_table_is_at_the_limit(make_rig: Any) -> None:
+    axis = make_rig(count=1).axis
+    axis.limit_low, axis.limit_high = -60.0, 60.0
+    for position, velocity, where in (
+        (61.0, 5.0, 1),
+        (61.0, -5.0, 0),
+        (-61.0, -5.0, -1),
+        (-61.0, 5.0, 0),
+        (60.0, 5.0, 0),
+        (-60.0, -5.0, 0),
+    ):
+        axis.set_position, axis.set_velocity = position, velocity
+        assert _at_limit(axis) == where
+    axis.limit_reached = -1
+    assert (_at_limit(axis), axis.limit_reached) == (-1, 0)
 
 
 def test_the_enable_may_go_at_rest(rig: Any) -> None:

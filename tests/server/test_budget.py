@@ -64,6 +64,7 @@ def test_what_comes_in_a_second_and_at_once() -> None:
 def test_a_station_behind_the_clock_samples_less_until_it_keeps_up() -> None:
     budget = SampleBudget(1000)
     budget.press(9 * MS)
+    budget.press(10 * MS)
     assert budget.share == 1
     for _ in range(100):
         budget.press(11 * MS)

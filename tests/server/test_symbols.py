@@ -81,6 +81,25 @@ def test_handles_are_limited_per_client(make_bench: Callable[..., Any]) -> None:
     bench.handle("MAIN.text")
 
 
+def test_number_of_a_handle_in_use_is_not_given_again(bench: Any) -> None:
+    symbols = bench.device.symbols
+    symbols._next = 0xFFFF_FFFF
+    assert bench.handle("MAIN.nCounter") == 0xFFFF_FFFF
+    symbols._next = 0xFFFF_FFFF
+    assert bench.handle("MAIN.nCounter") == 1
+    bench.device.symbols_changed()
+    symbols._next = 0xFFFF_FFFF
+    assert bench.handle("MAIN.nCounter") == 2
+
+
+def test_symbol_of_a_handle_is_held_until_it_is_out_of_date(bench: Any) -> None:
+    handle = bench.handle("MAIN.nCounter")
+    assert bench.device.symbols.held(handle) is bench.source.symbols["main.ncounter"]
+    assert bench.device.symbols.held(handle + 1) is None
+    bench.device.symbols_changed()
+    assert bench.device.symbols.held(handle) is None
+
+
 def test_a_closed_port_releases_its_handles_only(bench: Any) -> None:
     other, address = bench.join()
     bench.handle("MAIN.text", source=address, origin=other)

@@ -69,6 +69,7 @@ def group(axis: Axis) -> Group:
                 exchange=lambda target, value: (value, target.set_position),
             ),
             Service(0x100, "id", READ, Layout("<I"), read=lambda target, i: i * 10, count=16),
+            Service(0x200, "pair", READ, Layout("<I"), read=lambda target, i: i, count=2),
         ),
         axis,
     )
@@ -99,6 +100,7 @@ def test_a_range_of_offsets_passes_the_index(group: Group) -> None:
     assert group.read(0x4100, 0x100, 4, ME) == struct.pack("<I", 0)
     assert group.read(0x4100, 0x10F, 4, ME) == struct.pack("<I", 150)
     assert group.reader(0x4100, 0x103, 4, ME)() == struct.pack("<I", 30)
+    assert group.read(0x4100, 0x201, 4, ME) == struct.pack("<I", 1)
     assert refused(lambda: group.read(0x4100, 0x110, 4, ME)) == 0x703
     assert refused(lambda: group.write(0x4100, 0x103, b"", ME)) == 0x704
 
@@ -249,6 +251,13 @@ def test_the_index_group_names_the_object(
     assert found.read(index_group, 0xA, 8, ME) == struct.pack("<d", position)
 
 
+@pytest.mark.parametrize("last", [0, 0x1000])
+def test_group_of_objects_has_one_to_4095(last: int) -> None:
+    with pytest.raises(ValueError, match=r"the last id is 1\.\.4095"):
+        ObjectGroup(0x4100, last, lambda id: None, ())
+    assert list(ObjectGroup(0x4100, 1, lambda id: None, ()).index_groups()) == [0x4100, 0x4101]
+
+
 @pytest.mark.parametrize("offset", [0xA, 0xB])
 def test_an_unknown_object_has_the_code_of_its_kind(objects: ObjectGroup, offset: int) -> None:
     for index_group in (0x4100, 0x4102, 0x14101):
@@ -334,11 +343,12 @@ def test_the_table_finds_groups_and_names_none_twice(group: Group, objects: Obje
 def test_the_table_lists_every_row(group: Group) -> None:
     table = ServiceTable((group, AreaGroup(0x4020, lambda offset, length: b"", name="memory")))
     names = [facts.name for facts in table.describe()]
-    assert names == ["call", "position", "stop", "id", "memory"]
+    assert names == ["call", "position", "stop", "id", "pair", "memory"]
     by_name = {facts.name: facts for facts in table.describe()}
     assert str(by_name["stop"].access) == "R&W"
     assert by_name["stop"].response_layout == "{REAL64; REAL64}"
     assert by_name["id"].last_index_offset == 0x10F
+    assert by_name["memory"].index_offset == 0
     assert by_name["memory"].last_index_offset == 0xFFFF_FFFF
     assert [each.index_groups() for each in table] == [(0x4100,), (0x4020,)]
 

@@ -17,8 +17,8 @@ from achse.router.access import PasswordHash, Users, hash_password
 from achse.router.rights import Right
 from achse.router.routes import Route, RouteTls, TlsKind
 from achse.transport import handshakes
-from achse.transport.secure import Credentials, SecureClient, SecureError
-from achse.transport.secure_listener import SecureListener, _Proof
+from achse.transport.secure import Credentials, SecureClient, SecureError, SecureServer
+from achse.transport.secure_listener import SecureListener, _Counted, _Proof
 from achse.transport.tls import ClientTls, ServerTls
 from tests.transport.certificates import authority, identity, signed
 from tests.transport.raw_tls import DATA, RawTls
@@ -140,6 +140,16 @@ async def test_wrong_users_and_passwords_are_refused_alike() -> None:
             wrong = known(user=user, password=password)
             assert await refusal(listener, wrong) == SecureRefusal.UNKNOWN_USER
         assert not list(listener.router.routes)
+
+
+async def test_first_contact_without_password_or_users_costs_no_check() -> None:
+    async with listening() as listener:
+        listener._passwords.put = None  # type: ignore[assignment, method-assign]
+        empty = known(user="Administrator", password="")
+        assert await refusal(listener, empty) == SecureRefusal.UNKNOWN_USER
+        listener._users = Users()
+        given = known(user="Administrator", password="1")
+        assert await refusal(listener, given) == SecureRefusal.UNKNOWN_USER
 
 
 async def test_wrong_passwords_slow_a_host_down() -> None:
@@ -393,6 +403,23 @@ async def test_what_comes_while_a_handshake_waits_for_its_turn_is_in_order() -> 
         clients = [await connect(listener, known()) for _ in range(3)]
         for client in clients:
             assert await client.ask(data=b"x" * 200_000) == b"x" * 200_000
+
+
+async def test_client_that_was_held_up_goes_on_in_its_turn(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    calls: list[str] = []
+
+    class Line:
+        def resume_reading(self) -> None:
+            calls.append("resume")
+
+    monkeypatch.setattr(SecureServer, "data_received", lambda *_: calls.append("data"))
+    client = _Counted.__new__(_Counted)
+    client._tcp, client._held_up = Line(), True  # type: ignore[assignment]
+    client.shake(b"")
+    client.shake(b"")
+    assert calls == ["resume", "data", "data"]
 
 
 async def test_a_handshake_of_many_bytes_is_ended(caplog: pytest.LogCaptureFixture) -> None:

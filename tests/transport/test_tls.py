@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.ams.secure import fingerprint_of
-from achse.transport.own_certificate import OwnCertificate
+from achse.transport.own_certificate import CertificateError, OwnCertificate
 from achse.transport.tls import HAS_PSK, ClientTls, ServerTls, Tls, TlsError, offered_suites
 from tests.transport.certificates import (
     authority,
@@ -172,6 +172,22 @@ def test_what_is_not_tls_is_refused_with_its_first_byte() -> None:
     hello = ClientTls().start().outgoing()
     assert all(offered_suites(hello[:size]) is None for size in range(len(hello)))
     assert 0xC030 in (offered_suites(hello) or ())
+
+
+@pytest.mark.parametrize("suites", [b"\0\4\xc0\x30", b"\0\3\xc0\x30\0"])
+def test_hello_with_suites_that_are_not_whole_is_refused(suites: bytes) -> None:
+    body = b"\1" + bytes(38) + suites
+    with pytest.raises(TlsError, match="hello of the client is broken"):
+        offered_suites(b"\x16\3\1" + len(body).to_bytes(2, "big") + body)
+
+
+def test_server_needs_what_secure_ads_needs(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse() -> None:
+        raise CertificateError("not installed")
+
+    monkeypatch.setattr("achse.transport.tls.need_secure", refuse)
+    with pytest.raises(CertificateError, match="not installed"):
+        ServerTls(identity("press"))
 
 
 @given(st.integers(0, 400), st.integers(0, 255), st.randoms(use_true_random=False))

@@ -6,7 +6,7 @@ from typing import Any
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from achse.ethercat import Disturbance, EthercatFrame
+from achse.ethercat import DatagramCommand, Disturbance, EthercatFrame
 
 
 def test_outputs_come_back_as_inputs(bus: Callable[..., Any]) -> None:
@@ -17,6 +17,16 @@ def test_outputs_come_back_as_inputs(bus: Callable[..., Any]) -> None:
     for number, slave in enumerate(ours.master.slaves):
         assert bytes(slave.inputs) == bytes((number, 1, 2, 3))
         assert slave.working
+
+
+def test_without_reference_no_time_is_carried(bus: Callable[..., Any]) -> None:
+    ours = bus(2).up()
+    cyclic = ours.master.cyclic
+    assert cyclic._clock is not None
+    cyclic.set_reference(None)
+    at = cyclic._clock.at
+    assert cyclic.frames()[0][at] == DatagramCommand.NOP
+    assert cyclic.frames()[0][at + 2 : at + 4] == bytes(2)
 
 
 def test_a_wrong_counter_freezes_the_inputs_of_its_unit(bus: Callable[..., Any]) -> None:

@@ -48,6 +48,7 @@ def test_outputs_come_before_inputs_and_count_twice() -> None:
     assert (datagram.output_end, datagram.length, datagram.working) == (3, 7, 2 * 2 + 2)
     assert [each.first for each in image.outputs] == [0, 0, 2]
     assert [each.first for each in image.inputs] == [3, 4, 0]
+    assert {(each.bit, each.bits) for each in (*image.outputs, *image.inputs)} == {(0, 0)}
 
 
 def test_one_kind_alone_needs_no_lrw() -> None:

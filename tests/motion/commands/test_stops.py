@@ -236,3 +236,10 @@ def test_a_buffered_halt_behind_a_move_changes_nothing(rig: Any) -> None:
     for mode in (18, 21):
         code = commands.universal_start(rig.axis, StartType.HALT, 0.0, 0.0, buffer_mode=mode)
         refused(rig, code, NcError.FUNCTION_NOT_AVAILABLE)
+
+
+def test_emergency_stop_needs_deceleration_and_jerk(rig: Any) -> None:
+    for deceleration, jerk in ((0.0, 1000.0), (1000.0, 0.0)):
+        code = commands.emergency_stop(rig.axis, deceleration, jerk)
+        assert code == NcError.EMERGENCY_STOP_DATA
+    assert commands.emergency_stop(rig.axis, 1000.0, 1000.0) == 0
