@@ -7,6 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from achse.ethercat import DatagramCommand, Disturbance, EthercatFrame
+from achse.ethercat.master import ClockConfiguration
 
 
 def test_outputs_come_back_as_inputs(bus: Callable[..., Any]) -> None:
@@ -20,7 +21,7 @@ def test_outputs_come_back_as_inputs(bus: Callable[..., Any]) -> None:
 
 
 def test_without_reference_no_time_is_carried(bus: Callable[..., Any]) -> None:
-    ours = bus(2).up()
+    ours = bus(2, {"clock": ClockConfiguration()}).up()
     cyclic = ours.master.cyclic
     assert cyclic._clock is not None
     cyclic.set_reference(None)

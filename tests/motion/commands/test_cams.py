@@ -122,6 +122,27 @@ def test_changes_that_are_refused() -> None:
     assert nc.digest() == before
 
 
+def test_cam_may_begin_within_a_linear_table() -> None:
+    assert couple(build(), activation=CamActivation.AS_SOON_AS_POSSIBLE) == 0
+
+
+def test_cam_that_has_not_begun_takes_no_other() -> None:
+    nc = build()
+    assert couple(nc, activation=CamActivation.NEXT_CYCLE) == 0
+    assert couple(nc) == NcError.ACTIVATION_PENDING
+    auto = {"master_type": CamScaling.AUTO_OFFSET}
+    assert couple(nc, **auto) == NcError.SCALING_WITHOUT_REFERENCE_TABLE
+
+
+def test_refused_coupling_holds_no_further_tables() -> None:
+    nc = build()
+    axis = nc.axis(2)
+    before = nc.digest()
+    code = commands.couple_by_cam(axis, 11, 9, CamDemand(7), further_tables=[7, 8])
+    assert code == NcError.ADDRESS_MASTER_AXIS
+    assert nc.digest() == before
+
+
 def test_one_thing_waits_at_a_time() -> None:
     nc = build()
     assert couple(nc) == 0

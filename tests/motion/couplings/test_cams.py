@@ -111,6 +111,38 @@ def test_the_sample_table_of_the_library(line: Line) -> None:
     assert line.to(79.5) == pytest.approx(279.666085, abs=1e-9)
 
 
+def test_next_cycle_of_a_linear_table_begins_behind_its_end(line: Line) -> None:
+    line.table(LIFTING, MONOTONIC_LINEAR)
+    line.table(LIFTING, MONOTONIC_LINEAR, 8)
+    assert line.couple() == 0
+    line.to(360.0)
+    assert line.couple(8, activation=CamActivation.NEXT_CYCLE, slave_absolute=0) == 0
+    line.nc.cycle(3)
+    assert line.slave.cams[0].table == 7
+    line.to(361.0)
+    assert line.slave.cams[0].table == 8
+
+
+def test_jerk_of_a_slave_is_the_derivative_of_its_acceleration(line: Line) -> None:
+    line.table([(10.0 * n, float(n * n)) for n in range(40)], MONOTONIC_LINEAR)
+    assert line.couple(interpolation=2) == 0
+    line.to(55.0)
+    assert commands.universal_start(line.master, 1, 300.0, 200.0, 1000.0, 1000.0, 10_000.0) == 0
+    samples = []
+    for _ in range(40):
+        line.nc.cycle()
+        slave = line.slave
+        samples.append((slave.set_acceleration, slave.set_jerk, line.master.set_jerk))
+    steady = 0
+    for (before, _, left), (_, jerk, here), (after, _, right) in zip(
+        samples, samples[1:], samples[2:], strict=False
+    ):
+        if left == here == right:
+            steady += 1
+            assert jerk == pytest.approx((after - before) / 0.004, rel=0.02)
+    assert steady > 20
+
+
 def test_a_cyclic_table_lifts(line: Line) -> None:
     line.table(LIFTING)
     assert line.couple() == 0

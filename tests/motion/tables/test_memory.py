@@ -51,6 +51,14 @@ def test_the_row_is_found_from_anywhere(seed: int) -> None:
         assert row_at(memory.numbers, first, dice.randint(-1, count), place) == right
 
 
+def test_row_beyond_the_table_is_no_place_to_look_first() -> None:
+    memory = CamMemory()
+    first = cam(memory, [0.0, 1.0, 3.0])
+    end = first + HEADER + 3 * PIECE
+    for near in (-1, 3, 1 << 40):
+        assert row_at(memory.numbers[:end], first, near, 2.0) == 1
+
+
 def test_outside_a_linear_cam_its_ends_hold() -> None:
     memory = CamMemory()
     first = cam(memory, [0.0, 1.0, 3.0])

@@ -14,6 +14,10 @@ def test_what_waits_is_in_use_and_what_runs_is_at_work() -> None:
         nc.tables.write(table, 0, [0.0, 0.0, 360.0, 0.0])
     slave = nc.axis(2)
     assert list(cams_in_use(nc)) == []
+    waiting = CamDemand(7, activation=3, master_absolute=1)
+    assert commands.couple_by_cam(slave, 10, 1, waiting) == 0
+    assert [used[1:] for used in cams_in_use(nc)] == [(7, 0)]
+    assert commands.decouple(slave) == 0
     assert commands.couple_by_cam(slave, 10, 1, CamDemand(7)) == 0
     assert commands.couple_by_cam(slave, 10, 1, CamDemand(8, activation=3)) == 0
     assert [used[1:] for used in cams_in_use(nc)] == [(7, 0), (8, 0)]
