@@ -5,13 +5,14 @@ import socket
 import struct
 import subprocess
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+
+from tests.interop import waiting
 
 if TYPE_CHECKING:
     import pyads
@@ -27,6 +28,19 @@ def station(
     """The demo station in its own process, shared by the tests of one file."""
     with start_station() as running:
         yield running
+
+
+PATIENT_MS = 600_000
+"""Time-out of requests of pyads; on a busy machine its 5 s may pass."""
+
+
+def close_port(connection: "pyads.Connection") -> None:
+    """End the subscriptions of a connection, while there is a route for that."""
+    import pyads.pyads_ex
+
+    if connection._port is not None:
+        pyads.pyads_ex.adsPortCloseEx(connection._port)
+        connection._port = None
 
 
 class _KeptCallbacks(dict[Any, Any]):
@@ -46,7 +60,9 @@ def pyads_connection(
     """`pyads_connection(station, 851)` opens a pyads connection, closed when the test ends.
 
     pyads keeps one route per NetId and drops it when the first of its connections is closed;
-    therefore all stay open until the end.
+    therefore all stay open until the end. A connection drops its route before its port: a
+    subscription that is left then, as in a test that failed, makes its library read freed memory.
+    Therefore ports go first.
     """
     witness("pyads")
     import pyads
@@ -57,9 +73,12 @@ def pyads_connection(
     with ExitStack() as connections:
 
         def connect(station: Any, port: int, host: str | None = None) -> pyads.Connection:
-            return connections.enter_context(
+            opened = connections.enter_context(
                 pyads.Connection(station.net_id, port, host or station.host)
             )
+            opened.set_timeout(PATIENT_MS)
+            connections.callback(close_port, opened)
+            return opened
 
         yield connect
 
@@ -71,14 +90,32 @@ def plc(station: Any, pyads_connection: Callable[..., "pyads.Connection"]) -> "p
 
 
 @pytest.fixture(scope="session")
-def until() -> Callable[..., None]:
-    """`until(lambda: …)` returns once the condition holds and fails the test after a minute."""
+def until() -> Callable[[Callable[[], object]], None]:
+    """`until(lambda: …)` returns once the condition holds."""
+    return waiting.until
 
-    def wait(condition: Callable[[], object], seconds: float = 60.0) -> None:
-        deadline = time.monotonic() + seconds
-        while not condition():
-            assert time.monotonic() < deadline, f"not within {seconds} s"
-            time.sleep(0.002)
+
+@pytest.fixture
+def pass_station_time(
+    station: Any, pyads_connection: Callable[..., "pyads.Connection"]
+) -> Callable[[float], None]:
+    """`pass_station_time(0.05)` returns when so many seconds have passed for the station's NC."""
+    import pyads
+
+    def wait(seconds: float) -> None:
+        nc = pyads_connection(station, 501)
+        stamps: list[int] = []
+
+        def note(notification: Any, _: Any) -> None:
+            stamps.append(nc.parse_notification(notification, None, True)[1])
+
+        attributes = pyads.NotificationAttrib(
+            4, pyads.ADSTRANS_SERVERCYCLE, max_delay=0, cycle_time=10
+        )
+        axis_state = (0x4101, 0)
+        handles = nc.add_device_notification(axis_state, attributes, note)
+        waiting.until(lambda: stamps and stamps[-1] - stamps[0] >= seconds * 1e7)
+        nc.del_device_notification(*handles)
 
     return wait
 
@@ -107,7 +144,6 @@ def node(witness: Callable[[str], None]) -> Callable[..., Any]:
             cwd=NPM,
             capture_output=True,
             text=True,
-            timeout=60,
         )
         assert finished.returncode == 0, finished.stderr + finished.stdout
         return json.loads(finished.stdout)
@@ -139,7 +175,7 @@ class Tap:
                 each.shutdown(socket.SHUT_RDWR)
             each.close()
         for thread in self._threads:
-            thread.join(timeout=10)
+            thread.join()
 
     def _run(self, work: Callable[..., None], *arguments: Any) -> None:
         thread = threading.Thread(target=work, args=arguments, daemon=True)

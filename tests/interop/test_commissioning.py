@@ -4,7 +4,6 @@ The session runs on the demo station at several times real time, so that it take
 """
 
 import struct
-import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any
 import pytest
 
 from achse.station.station import DEMO
+from tests.interop.waiting import until
 
 pyads = pytest.importorskip("pyads", exc_type=Exception)  # type: ignore[arg-type]
 
@@ -66,11 +66,8 @@ class Session:
     def error(self) -> int:
         return int(self.get(CYCLIC, 0xB1, UDINT))
 
-    def wait(self, condition: Callable[[], object], seconds: float = 60.0) -> None:
-        deadline = time.monotonic() + seconds
-        while not condition():
-            assert time.monotonic() < deadline, f"status {self.status():#x}, error {self.error():x}"
-            time.sleep(0.001)
+    def wait(self, condition: Callable[[], object]) -> None:
+        until(condition)
 
     def rest(self) -> None:
         self.wait(lambda: self.status() & NOT_MOVING and not self.status() & HAS_JOB)

@@ -2,12 +2,13 @@
 
 import struct
 import threading
-import time
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
 import pytest
+
+from tests.interop.waiting import until
 
 pyads = pytest.importorskip("pyads", exc_type=Exception)  # type: ignore[arg-type]
 
@@ -34,9 +35,7 @@ def turn(nc: Any, degrees: float, velocity: float) -> None:
     """Enable axis C and let it go."""
     nc.write(0x4300 + AXIS, 0x01, 0b111, pyads.PLCTYPE_UDINT)
     nc.write(0x4300 + AXIS, 0x21, 1_000_000, pyads.PLCTYPE_UDINT)
-    deadline = time.monotonic() + 60
-    while not nc.read(0x4100 + AXIS, 0, pyads.PLCTYPE_BYTE * 256)[STATUS] & 1:  # enabled
-        assert time.monotonic() < deadline
+    until(lambda: nc.read(0x4100 + AXIS, 0, pyads.PLCTYPE_BYTE * 256)[STATUS] & 1)  # enabled
     start = struct.pack("<IIdd", 1, 0, degrees, velocity)
     nc.write(0x4200 + AXIS, 0x20, list(start), pyads.PLCTYPE_BYTE * len(start))
 
@@ -80,10 +79,7 @@ def test_outputs_follow_the_axis(station: Any, pyads_connection: Callable[..., A
     beside.start()
     try:
         turn(nc, 800.0, 360.0)
-        deadline = time.monotonic() + 90
-        while not images or images[-1][ANGLE] != 800 or images[-1][RATE]:
-            assert time.monotonic() < deadline, images[-1:]
-            time.sleep(0.05)
+        until(lambda: images and images[-1][ANGLE] == 800 and not images[-1][RATE])
     finally:
         over.set()
         beside.join()

@@ -4,12 +4,13 @@ Channel 1 has an interpreter and 3D group 11, which gets axes 1 and 2 as X and Y
 """
 
 import struct
-import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from typing import Any
 
 import pytest
+
+from tests.interop.waiting import until
 
 pyads = pytest.importorskip("pyads", exc_type=Exception)  # type: ignore[arg-type]
 
@@ -68,11 +69,8 @@ class Channel:
     def grant(self, level: int) -> None:
         self.call(0x2301, 0x00, struct.pack("<HHH122x", 0, 0, level))
 
-    def until(self, condition: Callable[[], object], seconds: float = 60.0) -> None:
-        deadline = time.monotonic() + seconds
-        while not condition():
-            assert time.monotonic() < deadline, f"state {self.state}, {self.position(1)}"
-            time.sleep(0.01)
+    def until(self, condition: Callable[[], object]) -> None:
+        until(condition)
 
 
 @pytest.fixture(scope="module")

@@ -1,11 +1,12 @@
 """pyads fills a table by the documented services, couples by it, follows, and deletes it."""
 
 import struct
-import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+
+from tests.interop.waiting import until
 
 pyads = pytest.importorskip("pyads", exc_type=Exception)  # type: ignore[arg-type]
 
@@ -46,13 +47,14 @@ class TableBench:
         return bytes(self._nc.read(TABLE, ROWS, pyads.PLCTYPE_BYTE * size))
 
     def until(self, condition: Callable[[], object]) -> None:
-        deadline = time.monotonic() + 60.0
-        while not condition():
-            assert time.monotonic() < deadline, "not within 60 s"
+        until(condition)
 
     def enable(self, axis: int, bits: int) -> None:
         self._nc.write(CYCLIC + axis, 0x01, bits, pyads.PLCTYPE_UDINT)
         self._nc.write(CYCLIC + axis, 0x21, 1_000_000, pyads.PLCTYPE_UDINT)
+
+    def is_enabled(self, axis: int) -> bool:
+        return bool(self._nc.read(CYCLIC + axis, 0x81, pyads.PLCTYPE_UDINT) & 1)
 
     def at_rest(self) -> bool:
         return all(self.get(axis, 0x0E, "<d") == (0.0,) for axis in (MASTER, SLAVE))
@@ -64,7 +66,7 @@ def bench(station: Any, pyads_connection: Callable[..., Any]) -> Iterator[TableB
     for axis in (MASTER, SLAVE):
         bench.call(axis, 0x01)
         bench.enable(axis, 0b111)
-    time.sleep(0.1)
+        bench.until(lambda axis=axis: bench.is_enabled(axis))  # type: ignore[misc]
     yield bench
     for axis in (MASTER, SLAVE):
         bench.call(axis, 0x02)
