@@ -1,13 +1,16 @@
-"""Runs a page of the documentation as its reader would: block by block, in order.
+"""Runs a page of the documentation as its reader would: pasted into one shell, in one go.
 
-- ```` ```console ```` lines that begin with `$ ` are given to bash; what follows up to the next one
-  is the expected output, errors included. A command that ends in ` &` goes on in the background
-  until the page ends, when it must leave with exit code 0 at SIGTERM; `fg` waits for the last one,
-  `kill %%` ends it, and both expect the rest of its output. `console fails` expects every command
-  of the block to fail.
+- ```` ```console ```` lines that begin with `$ ` are commands for bash; what follows up to the next
+  one is the expected output, errors included. All commands of a page are one script, which one
+  bash gets at once as its input: `cd` and variables last, a command that reads its input eats the
+  rest, and a command is not waited for that runs in the background. `console fails` expects every
+  command of the block to fail. A page ends all that it starts.
 - ```` ```python ```` is executed; one namespace serves the page. ```` ```js ```` is run by Node.js.
   A ```` ```text ```` block right after either is what it prints.
 - A block with `title="name"` is written to that file.
+
+The shell and Python find what every Linux has, achse, and what the page names: in its paragraph
+`You need`, or where it says `pip install`. Speed is not asked for: `achse[fast]` is always there.
 
 In expected output `…` stands for anything within a line, alone in a line for any lines. Each page
 has a folder and a loopback address of its own: `127.0.0.1` in a page means that address, and
@@ -15,24 +18,22 @@ ACHSE_HOST hands it to the commands.
 """
 
 import contextlib
-import io
+import json
 import os
 import re
 import shutil
 import signal
 import subprocess
 import sysconfig
-import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any
-from unittest import mock
 
 import pytest
 
-from tests.warm_commands import WarmCommands
+from tests.warm_commands import is_supported
+from tests.warm_python import ABSENT, BLOCK_END, serving
 
 LANGUAGES = {"console", "python", "js", "text", "toml", "sh", "yaml", "powershell"}
 """What a fence may say; `sh`, `yaml` and `powershell` are only shown."""
@@ -40,11 +41,57 @@ LANGUAGES = {"console", "python", "js", "text", "toml", "sh", "yaml", "powershel
 NPM = Path(__file__).parents[1] / "interop" / "npm"
 """Where Node.js finds its packages."""
 
-PATIENCE = 60.0
-"""Seconds for one command, or for a background command's first lines."""
-
 LOOPBACK = re.compile(r"\b127\.0\.0\.1\b(?!\.\d)")
 """The address, but not the NetId 127.0.0.1.1.1."""
+
+EVERYWHERE = (
+    "bash", "cat", "cp", "echo", "env", "grep", "head", "kill", "ls", "mkdir", "mv", "printf", "rm",
+    "sed", "sleep", "sort", "tail", "test", "touch", "true", "false", "wc",
+)  # fmt: skip
+"""Programs of every Linux that pages call."""
+
+NAMED: dict[str, set[str]] = {
+    "[docs]": {"mkdocs", "material", "mike"},
+    "[metrics]": {"prometheus_client"},
+    "[mqtt]": {"aiomqtt", "paho"},
+    "[plot]": {"matplotlib", "numpy"},
+    "[secure]": {"OpenSSL"},
+    "[serial]": {"serial", "serial_asyncio_fast"},
+    "[sweep]": {"dask", "distributed", "pyarrow", "yaml"},
+    "[tables]": {"numpy", "pandas", "polars"},
+    "[web]": {"starlette", "uvicorn", "wsproto"},
+    "pyads": {"pyads"},
+    "pysoem": {"pysoem"},
+    "pytest": {"pytest", "_pytest", "pluggy"},
+    "[dev]": {
+        "coverage",
+        "hypothesis",
+        "jsonschema",
+        "mpmath",
+        "ruckig",
+        "scipy",
+        "toppra",
+        "yaml",
+    },
+}
+"""What a page may name in its `You need`, and the modules that come with it."""
+
+
+NEEDS = re.compile(r"^You need: (?:.+\n)+|(?:pip install|--spec) [^\n]+", re.MULTILINE)
+
+
+def names_in(text: str) -> set[str]:
+    """What a page says that it needs: extras in brackets, and words."""
+    return set(re.findall(r"\[\w+\]|[\w.-]*\w", " ".join(NEEDS.findall(text)).replace(",", "],[")))
+
+
+def absent_modules(text: str) -> set[str]:
+    """Modules that a reader does not have who has installed what the page names."""
+    names = names_in(text)
+    if "[dev]" in names:
+        return set()
+    present = [modules for name, modules in NAMED.items() if name in names]
+    return set[str]().union(*NAMED.values()).difference(*present)
 
 
 @dataclass(frozen=True)
@@ -90,121 +137,194 @@ def matches(expected: list[str], printed: str) -> bool:
     return re.fullmatch(pattern, printed) is not None
 
 
+class Shell:
+    """One bash that gets a whole script at once.
+
+    Before each command and each pause the script writes a mark: `MARK number exit-code`. At a pause
+    it waits until we say so: a reader makes files there, or runs what is not for the shell.
+    """
+
+    MARK = "\x1e"
+
+    def __init__(self, steps: list[str | None], environment: dict[str, str]) -> None:
+        gate, self._gate = os.pipe()
+        mark = f"printf '{self.MARK}%s\\n' $?"
+        script = ["set -m"]
+        for step in steps:
+            script.append(f"read -rn 1 -u {gate}" if step is None else step)
+            script.append(mark)
+        script += ["jobs -pr", mark]
+        self._process = subprocess.Popen(
+            ["bash", "--norc", "--noprofile"],
+            env=environment,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            cwd=environment["PWD"],
+            pass_fds=(gate,),
+            start_new_session=True,
+        )
+        os.close(gate)
+        assert self._process.stdin is not None
+        self._process.stdin.write("".join(f"{line}\n" for line in script))
+        self._process.stdin.close()
+
+    def go_on(self) -> None:
+        """End the pause."""
+        os.write(self._gate, b"\n")
+        self.result()
+
+    def result(self) -> tuple[str, int]:
+        """What the next command prints, and its exit code."""
+        assert self._process.stdout is not None
+        printed = []
+        for line in self._process.stdout:
+            text, mark, code = line.partition(self.MARK)
+            printed.append(text)
+            if mark:
+                return "".join(printed), int(code)
+        return "".join(printed) + "(the shell has no more commands: something read them)", 0
+
+    def end(self) -> str:
+        """Jobs that are still there after the last command."""
+        return self.result()[0]
+
+    def kill(self) -> None:
+        """End the shell and all that it has started."""
+        os.close(self._gate)
+        for status in Path("/proc").glob("[0-9]*/stat"):
+            with contextlib.suppress(OSError):
+                if int(status.read_text().rpartition(")")[2].split()[3]) == self._process.pid:
+                    os.kill(int(status.parent.name), signal.SIGKILL)
+        self._process.kill()
+        assert self._process.stdout is not None
+        self._process.stdout.close()
+        self._process.wait()
+
+
 @dataclass
 class Reader:
-    """Somebody who types in what one page says."""
+    """Somebody who pastes what one page says."""
 
     page: str
     folder: Path
     host: str
-    tools: str = ""
-    namespace: dict[str, Any] = field(default_factory=lambda: {"__name__": "__main__"})
-    background: list[subprocess.Popen[str]] = field(default_factory=list)
-
-    @property
-    def environment(self) -> dict[str, str]:
-        return os.environ | {
-            "PATH": os.pathsep.join(
-                filter(None, (self.tools, sysconfig.get_path("scripts"), os.environ["PATH"]))
-            ),
-            "COLUMNS": "80",
-            "NO_COLOR": "1",
-            "PYTHONUNBUFFERED": "1",
-            "NODE_PATH": str(NPM / "node_modules"),
-            "ACHSE_CERTIFICATES": str(self.folder / "own"),
-        }
+    tools: str
+    blocks: list[Block] = field(default_factory=list)
+    environment: dict[str, str] = field(default_factory=dict)
+    _python: subprocess.Popen[str] | None = None
 
     def read(self, text: str) -> None:
         """Run the page; the first block that does not do what it says fails the test."""
-        blocks = blocks_of(LOOPBACK.sub(self.host, text))
-        surroundings = mock.patch.dict(os.environ, {"ACHSE_HOST": self.host})
-        with contextlib.chdir(self.folder), surroundings:
-            try:
-                for block, after in zip_longest(blocks, blocks[1:]):
-                    if block.title:
-                        Path(block.title).parent.mkdir(parents=True, exist_ok=True)
-                        Path(block.title).write_text(block.body)
-                    elif block.language == "console":
-                        self.console(block)
-                    elif block.language in ("python", "js"):
-                        printed = (
-                            self.python(block) if block.language == "python" else self.js(block)
-                        )
-                        if after is not None and after.language == "text":
-                            source = f"the {block.language} block before"
-                            self.check(after, source, after.body.splitlines(), printed)
-            finally:
-                for process in self.background:
-                    self.end(process)
-        codes = [process.returncode for process in self.background]
-        assert not any(codes), f"{self.page}: a background command ended with exit code {codes}"
-
-    def console(self, block: Block) -> None:
-        for command, expected in block.commands():
-            if command.endswith(" &"):
-                self.check(block, command, expected, self.start(command, len(expected)))
-                continue
-            if command in ("fg", "kill %%"):
-                process = self.background.pop()
-                rest = self.end(process, wait=command == "fg")
-                self.check(block, command, expected, rest)
-                assert process.returncode == 0, f"{self.page}:{block.line}: {rest}"
-                continue
-            run = subprocess.run(
-                ["bash", "-c", command],
-                env=self.environment,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                text=True,
-                timeout=PATIENCE,
-            )
-            self.check(block, command, expected, run.stdout)
-            failed = run.returncode != 0
-            assert failed == ("fails" in block.options), (
-                f"{self.page}:{block.line}: {command!r} ended with exit code {run.returncode}\n"
-                + run.stdout
-            )
-
-    def start(self, command: str, lines: int) -> str:
-        """Start a background command; its first `lines` lines."""
-        process = subprocess.Popen(
-            ["bash", "-c", "exec " + command.removesuffix(" &")],
-            env=self.environment,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
-        self.background.append(process)
-        assert process.stdout is not None
-        overdue = threading.Timer(PATIENCE, process.kill)
-        overdue.start()
-        printed = "".join(process.stdout.readline() for _ in range(lines))
-        overdue.cancel()
-        return printed
-
-    def end(self, process: subprocess.Popen[str], *, wait: bool = False) -> str:
-        """The rest of the output of a background command that ends now, or by itself."""
-        if not wait:
-            process.send_signal(signal.SIGTERM)
+        self.environment = self._environment(text)
+        self.blocks = blocks_of(LOOPBACK.sub(self.host, text))
+        steps: list[str | None] = []
+        for block in self.blocks:
+            if block.language == "console" and not block.title:
+                steps += [command for command, _ in block.commands()]
+            elif block.title or block.language in ("python", "js"):
+                steps.append(None)
+        shell = Shell(steps, self.environment | {"PWD": str(self.folder)}) if any(steps) else None
         try:
-            return process.communicate(timeout=PATIENCE)[0]
-        except subprocess.TimeoutExpired:
-            process.kill()
-            return process.communicate()[0]
+            for block, after in zip_longest(self.blocks, self.blocks[1:]):
+                self._block(block, after, shell)
+            if shell is not None:
+                jobs = shell.end()
+                assert jobs == "", f"{self.page} leaves running: {jobs}"
+                left = self._achse("stop", "--all")
+                assert left == "no detached station runs\n", f"{self.page} leaves running: {left}"
+                for log in Path(self.environment["ACHSE_RUNTIME_DIR"]).glob("*.log"):
+                    assert "Traceback" not in log.read_text(), log.read_text()
+        finally:
+            if shell is not None:
+                shell.kill()
+                self._achse("stop", "--all")
+            if self._python is not None:
+                self._python.communicate()
+
+    def _block(self, block: Block, after: Block | None, shell: Shell | None) -> None:
+        if block.language == "console" and not block.title:
+            assert shell is not None
+            for command, expected in block.commands():
+                printed, code = shell.result()
+                self.check(block, command, expected, printed)
+                assert (code != 0) == ("fails" in block.options), (
+                    f"{self.page}:{block.line}: {command!r} ended with exit code {code}\n{printed}"
+                )
+            return
+        if block.title:
+            file = self.folder / block.title
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(block.body)
+        elif block.language in ("python", "js"):
+            printed = self.python(block) if block.language == "python" else self.js(block)
+            if after is not None and after.language == "text":
+                source = f"the {block.language} block before"
+                self.check(after, source, after.body.splitlines(), printed)
+        else:
+            return
+        if shell is not None:
+            shell.go_on()
+
+    def _environment(self, text: str) -> dict[str, str]:
+        path = [self.tools, str(everywhere(self.folder.parent / "bin"))]
+        if "Node.js" in names_in(text):
+            path.append(os.path.dirname(shutil.which("node") or ""))
+        return {name: os.environ[name] for name in KEPT if name in os.environ} | {
+            "PATH": os.pathsep.join(path),
+            "COLUMNS": "80",
+            "NO_COLOR": "1",
+            "PYTHONUNBUFFERED": "1",
+            "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
+            "PYTEST_PLUGINS": "achse.testing.plugin",
+            "NODE_PATH": str(NPM / "node_modules"),
+            "ACHSE_CERTIFICATES": str(self.folder / "own"),
+            "ACHSE_RUNTIME_DIR": str(self.folder.parent / "runtime"),
+            "ACHSE_HOST": self.host,
+            ABSENT: ",".join(sorted(absent_modules(text))),
+        }
+
+    def _achse(self, *arguments: str) -> str:
+        return subprocess.run(
+            [shutil.which("achse", path=self.environment["PATH"]) or "achse", *arguments],
+            env=self.environment,
+            stdout=subprocess.PIPE,
+            text=True,
+        ).stdout
 
     def python(self, block: Block) -> str:
-        code = compile("\n" * block.line + block.body, self.page, "exec")
-        printed = io.StringIO()
-        with contextlib.redirect_stdout(printed):
-            exec(code, self.namespace)
-        return printed.getvalue()
+        if self._python is None:
+            self._python = subprocess.Popen(
+                [f"{self.tools}/python", "--blocks"],
+                cwd=self.folder,
+                env=self.environment,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                text=True,
+            )
+        stdin, stdout = self._python.stdin, self._python.stdout
+        assert stdin is not None
+        assert stdout is not None
+        stdin.write(json.dumps({"code": block.body, "page": self.page, "line": block.line}) + "\n")
+        stdin.flush()
+        printed = []
+        for line in stdout:
+            text, end, code = line.partition(BLOCK_END)
+            printed.append(text)
+            if end:
+                failed = code != "0\n"
+                break
+        else:
+            failed = True
+        assert not failed, f"{self.page}:{block.line}: {''.join(printed)}"
+        return "".join(printed)
 
     def js(self, block: Block) -> str:
         command = ["node", "--input-type=module", "--eval", block.body]
         return subprocess.run(
-            command, cwd=NPM, stdout=subprocess.PIPE, text=True, check=True, timeout=PATIENCE
+            command, cwd=NPM, stdout=subprocess.PIPE, text=True, check=True
         ).stdout
 
     def check(self, block: Block, source: str, expected: list[str], printed: str) -> None:
@@ -215,6 +335,29 @@ class Reader:
         )
 
 
+KEPT = (
+    "HOME",
+    "LANG",
+    "LC_ALL",
+    "TMPDIR",
+    "USER",
+    "PYTHONPATH",
+    "PYTHONPYCACHEPREFIX",
+    "ACHSE_CACHE_DIR",
+    "XDG_CACHE_HOME",
+)
+"""Of our environment the reader has this."""
+
+
+def everywhere(folder: Path) -> Path:
+    """A folder with what every Linux has."""
+    if not folder.exists():
+        folder.mkdir()
+        for name in EVERYWHERE:
+            (folder / name).symlink_to(shutil.which(name) or name)
+    return folder
+
+
 STAND_INS = {
     "docs/how-to/test-your-plc-code.md": {
         "TcUnit": Path(__file__).parents[1] / "data" / "unit_tests" / "standin"
@@ -223,21 +366,37 @@ STAND_INS = {
 """Folders that a reader of a page has, and what is in their place here: other people's sources."""
 
 
-REAL = {"README.md", "docs/tutorial.md"}
-"""Pages whose commands are started as a reader's are; those of others are forked."""
+REAL = {"README.md"}
+"""Pages whose `achse` is started as a reader's is; that of others is forked."""
+
+
+@pytest.fixture(scope="session")
+def prewarmed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A folder with a quick `achse` and a quick `python`."""
+    if not is_supported():
+        pytest.skip("this system cannot hand files to another process")
+    with serving(tmp_path_factory.mktemp("tools")) as folder:
+        yield folder
 
 
 @pytest.fixture
 def read_page(
-    tmp_path: Path, free_host: Callable[[], str], warm_commands: WarmCommands
+    tmp_path: Path, free_host: Callable[[], str], prewarmed: Path
 ) -> Callable[[str, str], None]:
     """`read_page(name, text)` runs a page."""
 
     def read(name: str, text: str) -> None:
-        for folder, stand_in in STAND_INS.get(name, {}).items():
-            shutil.copytree(stand_in, tmp_path / folder)
-        tools = "" if name in REAL else str(warm_commands.folder)
-        Reader(name, tmp_path, free_host(), tools).read(text)
+        folder = tmp_path / "page"
+        folder.mkdir(exist_ok=True)
+        for source, stand_in in STAND_INS.get(name, {}).items():
+            shutil.copytree(stand_in, folder / source)
+        tools = prewarmed
+        if name in REAL:
+            tools = tmp_path / "tools"
+            tools.mkdir(exist_ok=True)
+            (tools / "achse").symlink_to(Path(sysconfig.get_path("scripts")) / "achse")
+            (tools / "python").symlink_to(prewarmed / "python")
+        Reader(name, folder, free_host(), str(tools)).read(text)
 
     return read
 
@@ -252,3 +411,9 @@ def fences() -> Callable[[str], list[Block]]:
 def languages() -> set[str]:
     """What the opening fence of a block may say."""
     return LANGUAGES
+
+
+@pytest.fixture(scope="session")
+def optional_modules() -> set[str]:
+    """What a page may name in its `You need`."""
+    return set(NAMED)

@@ -54,6 +54,7 @@ def sentences(text: str) -> list[str]:
     return found
 
 
+@functools.cache
 def functions_in(path: Path) -> set[str]:
     tree = ast.parse(path.read_text(encoding="utf-8"))
     functions = ast.FunctionDef | ast.AsyncFunctionDef
