@@ -5,7 +5,7 @@ as an axis of that kind plans. "real time" is how many times faster than a 2 ms 
 row "C" has the same instructions compiled by gcc -O2 (`as_c.py`), on the most axes; it is left out
 without gcc and below 0.1 s per row. Its states are equal to ours, bit by bit.
 The rows "cams": of 255 axes 128 follow 64 masters by a cyclic cam joined by a spline.
-Usage: python benchmarks/nc_cycle.py [SECONDS_PER_ROW]
+Usage: python benchmarks/nc_cycle.py [SECONDS_PER_ROW [MOST_CAM_ROWS]]
 """
 
 import random
@@ -13,8 +13,9 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 from math import pi, sin
+from typing import Any
 
 import as_c
 
@@ -95,10 +96,16 @@ def cost(nc: Nc, seconds: float) -> tuple[float, float, float]:
     return statistics.fmean(samples), statistics.median(samples), late
 
 
+@cache
+def program_in_c() -> Any:
+    """The cycle, compiled by gcc."""
+    kernel = translate(KERNEL.plain, KERNEL.layouts)  # type: ignore[arg-type]
+    return as_c.compiled_by_gcc(kernel.assembly())
+
+
 def in_c(make: Callable[[], Nc]) -> Nc:
     """An NC like this, by the program in C."""
-    kernel = translate(KERNEL.plain, KERNEL.layouts)  # type: ignore[arg-type]
-    function = as_c.compiled_by_gcc(kernel.assembly())
+    function = program_in_c()
     ours, theirs = make(), make()
     bound = theirs._cycles
     assert isinstance(bound, partial)
@@ -118,6 +125,7 @@ def show(count: int, name: str, nc: Nc, seconds: float) -> None:
 
 def main() -> None:
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 2.0
+    most = int(sys.argv[2]) if len(sys.argv) > 2 else max(CAM_ROWS)
     print(f"{'axes':>5} {'kernel':>18} {'mean µs':>9} {'median':>9} {'99 %':>9}", end="")
     print(f" {'ns/axis':>9} {'real time':>10}")
     for count in (1, 4, 50, MOST):
@@ -129,6 +137,8 @@ def main() -> None:
     if compiler_installed() and as_c.gcc_installed() and seconds >= 0.1:
         show(MOST, "C", in_c(partial(moving, MOST, compiled=True)), seconds)
     for rows in CAM_ROWS if compiler_installed() else (100,):
+        if rows > most:
+            continue
         name = f"cams {rows:,}"
         if compiler_installed():
             show(MOST, name, following(rows, compiled=True), seconds)

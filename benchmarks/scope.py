@@ -4,7 +4,7 @@ Per channel-sample: values in memory by machine code, with a trigger on each of 
 plain Python, values that are computed; and a bare loop that copies as many words, called as our
 kernel is (C by gcc -O2, without gcc NumPy's `take`). Then a station with a PLC task of 1 ms whose
 64 channels are recorded and read while they go, and how many samples were lost.
-Usage: python benchmarks/scope.py [SECONDS]
+Usage: python benchmarks/scope.py [SECONDS [ROWS]]
 """
 
 import ctypes
@@ -25,6 +25,7 @@ from achse.scope import SCOPE_TYPES, Recorder, ScopeChannel, ScopeSource, defini
 
 MS = 1_000_000
 ROWS = 20_000
+"""Samples of each channel, for one figure."""
 
 BARE = """#include <stdint.h>
 void copy(int64_t **places, int64_t count, int64_t *ring, int64_t row) {
@@ -49,11 +50,11 @@ def recorder(channels: int, compiled: bool, triggers: bool, called: bool) -> Rec
     return Recorder(definition_of(given), bind, compiled=compiled)
 
 
-def nanoseconds(channels: int, **how: bool) -> float:
+def nanoseconds(channels: int, count: int, **how: bool) -> float:
     """Per channel-sample, everything a cycle does for a scope included."""
     made = recorder(channels, **how)
     made.start(0)
-    rows = ROWS if how["compiled"] else ROWS // 20
+    rows = count if how["compiled"] else count // 20
     begin = time.perf_counter()
     for now in range(MS, rows * MS, MS):
         if made.due_ns <= now:
@@ -61,15 +62,15 @@ def nanoseconds(channels: int, **how: bool) -> float:
     return (time.perf_counter() - begin) / rows / channels * 1e9
 
 
-def bare(channels: int) -> tuple[str, float]:
+def bare(channels: int, rows: int) -> tuple[str, float]:
     """The same words, copied and nothing else."""
     source = array("q", bytes(8 * channels))
     ring = array("q", bytes(8 * channels * 1000))
     name, take = _in_c(source, ring) if shutil.which("gcc") else _by_numpy(source, ring)
     begin = time.perf_counter()
-    for row in range(ROWS):
+    for row in range(rows):
         take(row % 1000)
-    return name, (time.perf_counter() - begin) / ROWS / channels * 1e9
+    return name, (time.perf_counter() - begin) / rows / channels * 1e9
 
 
 def _in_c(source: "array[int]", ring: "array[int]") -> tuple[str, Callable[[int], Any]]:
@@ -131,16 +132,17 @@ def long_recording(seconds: float) -> str:
 
 def main() -> None:
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 60.0
+    rows = int(sys.argv[2]) if len(sys.argv) > 2 else ROWS
     print("channels  compiled  triggers  plain  computed   bare    (ns per channel-sample)")
     for channels in (1, 64, 1024):
         fast = compiler_installed()
         cells = [
-            nanoseconds(channels, compiled=fast, triggers=False, called=False),
-            nanoseconds(channels, compiled=fast, triggers=True, called=False),
-            nanoseconds(channels, compiled=False, triggers=False, called=False),
-            nanoseconds(channels, compiled=fast, triggers=False, called=True),
+            nanoseconds(channels, rows, compiled=fast, triggers=False, called=False),
+            nanoseconds(channels, rows, compiled=fast, triggers=True, called=False),
+            nanoseconds(channels, rows, compiled=False, triggers=False, called=False),
+            nanoseconds(channels, rows, compiled=fast, triggers=False, called=True),
         ]
-        name, alone = bare(channels)
+        name, alone = bare(channels, rows)
         print(f"{channels:8} {' '.join(f'{cell:8.1f}' for cell in cells)} {alone:8.1f}  {name}")
     print(long_recording(seconds))
 
