@@ -1,7 +1,8 @@
 """How long a cold process takes: `import achse`, `achse --help`, `achse run` until it is ready.
 
-Each is a fresh interpreter with warm file caches; the median of several runs, after one, is printed beside a
-bare interpreter, which is part of every number. Usage: python benchmarks/cold_start.py [RUNS]
+Each is a fresh interpreter with warm file caches; the median of several runs is printed beside a
+bare interpreter, which is part of every number. A single run warms no caches before.
+Usage: python benchmarks/cold_start.py [RUNS]
 """
 
 import os
