@@ -30,7 +30,7 @@ from typing import Any
 from _pytest.config import default_plugins
 
 import achse.cli
-from tests.warm_commands import Server, load, standard_streams
+from tests.warm_commands import Server, end_as, load, standard_streams
 
 __all__ = ["ABSENT", "BLOCK_END", "serving"]
 
@@ -149,49 +149,21 @@ class ForkingPopen(subprocess.Popen[Any]):
             self._child_created = True
             self._close_pipe_fds(*pipes)  # type: ignore[attr-defined]
             return
-        with ending():
-            gc.freeze()  # what the program has open is not to be closed: numbers are used again
-            atexit._clear()
-            weakref.finalize._registry.clear()  # type: ignore[attr-defined]
-            weakref.finalize._registered_with_atexit = False  # type: ignore[attr-defined]
-            if start_new_session:
-                os.setsid()
-            for number, pipe in enumerate((pipes[0], pipes[3], pipes[5])):
-                os.dup2(number if pipe == -1 else pipe, number)
-            os.closerange(3, 1 << 10)
-            os.chdir(cwd or ".")
-            if env is not None:
-                os.environ.clear()
-                os.environ.update({os.fsdecode(k): os.fsdecode(v) for k, v in env.items()})
-            restore()
-            standard_streams()
-            python(words[1:])
-
-
-@contextlib.contextmanager
-def ending() -> Iterator[None]:
-    """End the process with what it does within; as Python ends, but objects stay.
-
-    To free what the warm process has made is dearer than most commands.
-    """
-    code = 1
-    try:
-        try:
-            yield
-            code = 0
-        except SystemExit as end:
-            code = end.code if isinstance(end.code, int) else int(end.code is not None)
-            if isinstance(end.code, str):
-                print(end.code, file=sys.stderr)
-        except BaseException:
-            traceback.print_exc()
-        threading._shutdown()  # type: ignore[attr-defined]
-        atexit._run_exitfuncs()
-    finally:
-        for stream in (sys.stdout, sys.stderr):
-            with contextlib.suppress(OSError, ValueError):
-                stream.flush()
-        os._exit(code)
+        gc.freeze()  # what the program has open is not to be closed: numbers are used again
+        atexit._clear()
+        weakref.finalize._registry.clear()  # type: ignore[attr-defined]
+        weakref.finalize._registered_with_atexit = False  # type: ignore[attr-defined]
+        if start_new_session:
+            os.setsid()
+        for number, pipe in enumerate((pipes[0], pipes[3], pipes[5])):
+            os.dup2(number if pipe == -1 else pipe, number)
+        os.closerange(3, 1 << 10)
+        os.chdir(cwd or ".")
+        if env is not None:
+            os.environ.clear()
+            os.environ.update({os.fsdecode(k): os.fsdecode(v) for k, v in env.items()})
+        standard_streams()
+        end_as(lambda: python(words[1:]))
 
 
 def restore() -> None:
@@ -203,6 +175,7 @@ def restore() -> None:
 
 def python(arguments: list[str]) -> None:
     """Do what `python` does with these arguments."""
+    restore()
     sys.path.insert(0, "")
     flag = arguments[0]
     if flag == "--blocks":
@@ -266,17 +239,15 @@ def main(path: str) -> None:
     server = Server(path)
     os.write(1, b"ready\n")
     server.serve()
-    with ending():
-        restore()
-        standard_streams()
-        main_namespace()
-        if absent := os.environ.get(ABSENT):
-            forget(set(absent.split(",")))
-        subprocess.Popen = ForkingPopen  # type: ignore[misc]
-        if sys.argv[1:2] == [PYTHON]:
-            python(sys.argv[2:])
-        else:
-            achse_command()
+    standard_streams()
+    main_namespace()
+    if absent := os.environ.get(ABSENT):
+        forget(set(absent.split(",")))
+    subprocess.Popen = ForkingPopen  # type: ignore[misc]
+    if sys.argv[1:2] == [PYTHON]:
+        end_as(lambda: python(sys.argv[2:]))
+    else:
+        end_as(achse_command)
 
 
 if __name__ == "__main__":
