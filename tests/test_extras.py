@@ -94,3 +94,10 @@ def test_no_other_place_advises_to_install() -> None:
         if "pip install" in path.read_text("utf-8")
     ]
     assert sorted(places) == ["src/achse/cli/new.py", "src/achse/extras.py"]
+
+
+def test_page_on_installing_names_each_extra_for_users() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    page = (ROOT / "docs" / "how-to" / "install.md").read_text(encoding="utf-8")
+    named = re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE)
+    assert set(named) == project["optional-dependencies"].keys() - {"dev"}

@@ -82,7 +82,9 @@ NEEDS = re.compile(r"^You need: (?:.+\n)+|(?:pip install|--spec) [^\n]+", re.MUL
 
 def names_in(text: str) -> set[str]:
     """What a page says that it needs: extras in brackets, and words."""
-    return set(re.findall(r"\[\w+\]|[\w.-]*\w", " ".join(NEEDS.findall(text)).replace(",", "],[")))
+    extras = {f"[{extra}]" for extra in re.findall(r"\bextra `(\w+)`", text)}
+    words = " ".join(NEEDS.findall(text)).replace(",", "],[")
+    return extras | set(re.findall(r"\[\w+\]|[\w.-]*\w", words))
 
 
 def absent_modules(text: str) -> set[str]:

@@ -96,7 +96,7 @@ def test_commands_are_pasted_into_one_shell(read_page: Read) -> None:
 
 
 def test_a_page_has_what_it_names(read_page: Read) -> None:
-    needs = "You need: achse with tables (`pip install 'achse[tables]'`),\nand Node.js.\n"
+    needs = "You need: achse with the extra `tables` ([install](install.md)),\nand Node.js.\n"
     read_page(
         "page",
         needs + page("'''python\nimport numpy\n'''\n'''console\n$ node --version\nv…\n'''\n"),
