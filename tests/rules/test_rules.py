@@ -7,13 +7,12 @@ from typing import Any
 import pytest
 
 from achse.iec import plain
-from achse.plc.code.execution import CodeForm
 from achse.plc.runtime import PlcState
 from achse.st.check import check
 from achse.st.declare import declare
 from achse.st.parser import parse
 from achse.st.source import Source, SourceError
-from tests.plc.code.conftest import FORMS, Ran
+from tests.plc.code.conftest import Ran
 from tests.rules.rows import Expectation, Rule, rules
 
 RULES = rules()
@@ -85,16 +84,16 @@ def _refused(rule: Rule) -> list[str]:
         return [str(failure)]
 
 
-@pytest.mark.parametrize("form", FORMS, ids=lambda form: form.value)
 @pytest.mark.parametrize("rule", RULES, ids=[rule.key for rule in RULES])
-def test_rule(rule: Rule, form: CodeForm) -> None:
+def test_rule(rule: Rule) -> None:
+    """In machine code, with plain code beside it that has to leave the same memory and faults."""
     refusals = rule.of("refused")
     if refusals:
         faults = _refused(rule)
         for refusal in refusals:
             assert any(refusal.value in one for one in faults), faults
         return
-    ran = Ran(rule.text, form, **{one.name: one.value for one in rule.of("option")})
+    ran = Ran(rule.text, **{one.name: one.value for one in rule.of("option")})
     stops = rule.of("stopped")
     for cycle in range(1, rule.cycles + 1):
         for one in rule.of("write"):

@@ -1,6 +1,6 @@
 """A bench for emitted code: variables of a program, statements, and what they come to."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -31,6 +31,9 @@ from achse.st.typed.statements import TypedStatement
 
 BEST = CodeForm.MACHINE if compiler_installed() else CodeForm.PLAIN
 
+
+_SMALL = tuple(area for area in Area if area is not Area.HEAP)
+"""Areas that are compared after each cycle; the heap of 4 MB once all have run."""
 
 _CHUNK = 1 << 16
 """Bytes that are compared at once."""
@@ -144,11 +147,12 @@ class Ran:
         if self.twin is None:
             self.plc.run_due(self.task.due_ns + (count - 1) * self.task.cycle_ns)
             return self
-        for _ in range(count):
+        if count:
             self._copy_to(self.twin)
+        for rest in range(count - 1, -1, -1):
             self.plc.run_due(self.task.due_ns)
             self.twin.plc.run_due(self.task.time_ns)
-            self._compare(self.twin)
+            self._compare(self.twin, Area if rest == 0 else _SMALL)
         return self
 
     def _copy_to(self, twin: "Ran") -> None:
@@ -159,14 +163,14 @@ class Ran:
         for area in Area:
             twin.plc.memory[area].restore(self.plc.memory[area].data)
 
-    def _compare(self, twin: "Ran") -> None:
+    def _compare(self, twin: "Ran", areas: Iterable[Area] = Area) -> None:
         ours, theirs = self.plc.fault, twin.plc.fault
         if ours is not None and theirs is not None and ours.code == ExceptionCode.STACK_OVERFLOW:
             # How deep calls can be is up to the stack of Python and that of the processor.
             assert theirs.code == ours.code
             return
         assert (self.plc.state, str(ours)) == (twin.plc.state, str(theirs))
-        for area in Area:
+        for area in areas:
             here, there = self.plc.memory[area].data, twin.plc.memory[area].data
             assert len(here) == len(there)
             for start in range(0, len(here), _CHUNK):

@@ -113,7 +113,7 @@ def folded_tree(value: TypedValue) -> Any:
     return value
 
 
-@settings(max_examples=75)
+@settings(max_examples=40)
 @given(data=st.data())
 def test_random_whole_numbers(bench: Callable[..., Any], data: st.DataObject) -> None:
     """Random trees of all operators, widths and signs store the bytes that the oracle says."""
