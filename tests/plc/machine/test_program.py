@@ -103,14 +103,36 @@ def test_programs_that_ended_are_unloaded_though_python_does_not_search(
     monkeypatch.setattr(program, "_MOST_UNSEARCHED", 4)
     monkeypatch.setattr(gc, "get_stats", lambda: [{"collections": 7}])
     monkeypatch.setattr(program, "_PROGRAMS", program._LoadedPrograms())
+
+    def ended() -> weakref.ref[Any]:
+        machine = run(MIXED).plc.bodies.execution.machine
+        if machine is None:
+            pytest.skip("plain code is objects of Python, which it counts")
+        gc.collect(1)  # they are old objects now
+        return weakref.ref(machine)
+
     gc.disable()
     try:
-        machines = [run(MIXED).plc.bodies.execution.machine for _ in range(2)]
-        if None in machines:
-            pytest.skip("plain code is objects of Python, which it counts")
-        loaded = [weakref.ref(machine) for machine in machines]
-        machines.clear()
-        loaded += [weakref.ref(run(MIXED).plc.bodies.execution.machine) for _ in range(10)]
+        loaded = [ended() for _ in range(12)]
+        most = sum(machine() is not None for machine in loaded)
     finally:
         gc.enable()
-    assert sum(machine() is not None for machine in loaded) <= 5
+    assert most <= 5
+
+
+def test_a_search_by_python_itself_begins_the_count_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    searches, own = [0], [0]
+
+    def collect() -> None:
+        own[0] += 1
+
+    monkeypatch.setattr(gc, "get_stats", lambda: [{"collections": searches[0]}])
+    monkeypatch.setattr(gc, "collect", collect)
+    programs = program._LoadedPrograms()
+    for loads in range(100):
+        searches[0] = loads // 10
+        programs.count()
+    assert own == [0]
+    for _ in range(program._MOST_UNSEARCHED + 1):
+        programs.count()
+    assert own == [1]
