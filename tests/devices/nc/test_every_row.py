@@ -2,6 +2,7 @@
 
 import random
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -59,11 +60,13 @@ STATES: dict[str, dict[str, float]] = {
 
 
 @pytest.mark.parametrize("state", STATES)
-def test_the_nc_answers_no_code_of_the_plc_library(make_bench: Any, state: str) -> None:
+def test_the_nc_answers_no_code_of_the_plc_library(
+    make_bench: Any, state: str, many: Callable[[int], int]
+) -> None:
     """0x4Bnn are made by PLC blocks, never by the NC (nc-choices, 0x4257)."""
     source = random.Random(f"codes {state}")
     answered: Counter[int] = Counter()
-    for _ in range(3):
+    for _ in range(many(2)):
         bench = make_bench(**STATES[state])
         for _ in range(2):
             every = rows(bench)
