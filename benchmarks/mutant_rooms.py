@@ -62,6 +62,7 @@ ROOMS: Mapping[str, Room] = {
             "motion/kernel.py": ("_asleep", "_cycle_with_all", "cycle"),
         },
         (
+            "motion/test_fast_path.py",
             "motion/test_kernel.py",
             "motion/test_monitoring.py",
             "motion/test_signals.py",

@@ -1,0 +1,124 @@
+"""Fast path of a cycle: axes that do no more than a move take it; axes that rest."""
+
+from operator import attrgetter
+from typing import Any
+
+import pytest
+
+from achse.motion.monitoring import _more_than_a_move, settle, stays_closed
+from achse.motion.states import AxisType, DriveType, MotionPhase
+
+UNUSUAL = [
+    *("adapt", "external_setpoint_active", "external_error", "compensating", "reversing_number"),
+    *("phasing_active", "homing_state", "homing_latch", "fast_axis_stop_signal_type"),
+    *("io_invalid", "limit_switch", "has_been_stopped", "got_new_target", "delayed_error_code"),
+    *("motion_locked", "error_code", "output_cut", "axis_disabled", "drive_output_disabled"),
+    *("grouped", "switch_armed", "limited", "setpoint_velocity_position_delay"),
+    *("set_torque_offset", "drive_operation_mode"),
+    *("encoder.latch_active", "encoder.latch_valid", "encoder.armed"),
+    *("encoder.soft_limit_min_enable", "encoder.soft_limit_max_enable"),
+    *("drive.io_time", "drive.limit_active", "drive.io.data_out4", "drive.special"),
+    *("drive.delay", "drive.adapted_mode", "controller.special"),
+]
+"""What a plain move does not have."""
+
+
+@pytest.mark.parametrize("name", UNUSUAL)
+def test_axis_that_does_more_than_a_move_leaves_the_fast_path(rig: Any, name: str) -> None:
+    path, _, name = name.rpartition(".")
+    owner = attrgetter(path)(rig.axis) if path else rig.axis
+    assert _more_than_a_move(rig.axis) == 0
+    setattr(owner, name, 1)
+    if name != "adapt":
+        rig.axis.adapt = 0
+    assert _more_than_a_move(rig.axis) == 1
+
+
+def test_drive_that_has_not_yet_the_mode_of_its_axis_leaves_the_fast_path(rig: Any) -> None:
+    rig.axis.drive_operation_mode = rig.axis.drive.adapted_mode = 1
+    rig.axis.adapt = 0
+    assert _more_than_a_move(rig.axis) == 1
+    rig.axis.drive_operation_mode = rig.axis.drive.adapted_mode = rig.axis.adapt = 0
+    assert _more_than_a_move(rig.axis) == 0
+
+
+@pytest.mark.parametrize("phase", MotionPhase)
+def test_only_plain_moves_and_couplings_take_the_fast_path(rig: Any, phase: MotionPhase) -> None:
+    rig.axis.set_motion_phase = phase
+    fast = phase <= MotionPhase.STOPPING or phase == MotionPhase.COUPLED
+    assert _more_than_a_move(rig.axis) == (0 if fast else 1)
+
+
+def test_other_axes_and_drives_leave_the_fast_path(rig: Any) -> None:
+    kind = rig.axis.axis_type
+    for other in (AxisType.DISCRETE_RAPID_CREEP, AxisType.ENCODER):
+        rig.axis.axis_type, rig.axis.adapt = other, 0
+        assert _more_than_a_move(rig.axis) == 1
+    rig.axis.axis_type, rig.axis.adapt = kind, 0
+    assert _more_than_a_move(rig.axis) == 0
+    rig.axis.drive.type, rig.axis.adapt = DriveType.STEPPER, 0
+    assert _more_than_a_move(rig.axis) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("unusual", 1),
+        ("control_dword", 6),
+        ("control_dword", 5),
+        ("control_dword", 3),
+        ("drive_status", 0),
+        ("limit_switch", 1),
+        ("loop_closed", 0),
+    ],
+)
+def test_loop_stays_closed_only_as_in_a_move(rig: Any, name: str, value: int) -> None:
+    axis = rig.axis
+    axis.unusual = 0
+    assert stays_closed(axis)
+    setattr(axis, name, value)
+    axis.unusual = 1 if name == "unusual" else 0
+    assert not stays_closed(axis)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("drive.output", "drive.actual_torque_derivative", "drive.io_time"),
+        *("encoder.actual_acceleration", "encoder.actual_velocity"),
+        *("encoder.actual_position_unfiltered", "buffer_count", "phasing_active"),
+        *("encoder_moves", "job.timing", "delayed_error_code", "following_error_time"),
+        *("following_error_velocity_time", "controller.special"),
+    ],
+)
+def test_axis_that_changes_does_not_rest(rig: Any, name: str) -> None:
+    axis = rig.axis
+    axis.in_target_position, axis.target_window_time = 1, 1.0
+    path, _, name = name.rpartition(".")
+    owner = attrgetter(path)(axis) if path else axis
+    before = getattr(owner, name)
+    axis.quiet_cycles = 5
+    settle(axis)
+    assert axis.quiet_cycles == 6
+    setattr(owner, name, before + 1)
+    settle(axis)
+    assert axis.quiet_cycles == 0
+
+
+def test_axis_rests_when_its_target_window_has_been_decided(rig: Any) -> None:
+    axis = rig.axis
+    for inside, time, quiet in ((1, 0.0, 1), (1, 1.0, 1), (0, 0.0, 1), (0, 1.0, 0)):
+        axis.quiet_cycles, axis.in_target_position, axis.target_window_time = 0, inside, time
+        settle(axis)
+        assert axis.quiet_cycles == quiet
+
+
+def test_axis_rests_after_32_quiet_cycles_and_those_on_their_way(rig: Any) -> None:
+    axis = rig.axis
+    axis.drive.delay, axis.drive.filter_count = 3, 2
+    axis.in_target_position, axis.resting = 1, 0
+    axis.quiet_cycles = 35
+    settle(axis)
+    assert (axis.quiet_cycles, axis.resting) == (36, 0)
+    settle(axis)
+    assert (axis.quiet_cycles, axis.resting) == (37, 1)
