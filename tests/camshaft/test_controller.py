@@ -73,6 +73,15 @@ def test_another_type_forgets_what_the_cam_did(shaft: Any) -> None:
         shaft.cam(nothing=1)
 
 
+def test_another_type_forgets_a_brake_that_is_on(shaft: Any) -> None:
+    shaft.controller.set_input(CamInput.BRAKE_ENABLE, 1)
+    shaft.cam(type=3, start=90)
+    assert shaft.go((80, 95, 95)) == [0, 1, 1]
+    shaft.cam(type=0)
+    shaft.cam(type=3)
+    assert shaft.go((95, 95)) == [0, 0]
+
+
 def test_the_process_image(shaft: Any) -> None:
     controller: CamController = shaft.controller
     controller.write_inputs(0x44, b"\x08\0\0\0")

@@ -270,19 +270,23 @@ def test_a_time_cam_wants_direction_and_stroke(shaft: Any) -> None:
 @pytest.mark.parametrize("kind", [CamType.TIME, CamType.BRAKE])
 @pytest.mark.parametrize("direction", [1, -1])
 @pytest.mark.parametrize("start", [1, 359, 0])
-def test_a_start_and_0_in_one_cycle(shaft: Any, kind: int, direction: int, start: int) -> None:
+@pytest.mark.parametrize("count", [2, 3])
+def test_a_start_and_0_in_one_cycle(
+    shaft: Any, kind: int, direction: int, start: int, count: int
+) -> None:
     """A start before 0° is one of the stroke that ends, however far a cycle goes."""
     shaft.controller.set_input(CamInput.BRAKE_ENABLE, 1)
-    shaft.cam(type=kind, start=start, count=2, duration=1)
+    shaft.cam(type=kind, start=start, count=count, duration=1)
     on = shaft.go(direction * (60 * k + 30) for k in range(25))
-    before = start % 360 and (start > 180) == (direction > 0)  # of the stroke that ends at 0
+    before = start % 360 > 0 and (start > 180) == (direction > 0)  # of the stroke that ends at 0
     passes = range(5, 25, 6)  # 0° is passed in the cycles before these: 330 to 390
     first = [on[k + 1] for k in passes]
+    acts = [int((n + (not before)) % count == count - 1) for n in range(4)]
     assert on[0] == 0
     if kind == CamType.BRAKE:
-        assert on.index(1) == (12 if before else 6)
+        assert on.index(1) == 6 + 6 * acts.index(1)
     else:
-        assert first == ([0, 1, 0, 1] if before else [1, 0, 1, 0])
+        assert first == acts
 
 
 # brake cams -------------------------------------------------------------------------------------

@@ -103,7 +103,7 @@ def test_a_machine_that_moves_while_the_axis_rests_is_seen(make_rig: Any) -> Non
 
 def test_only_what_is_in_the_structures_moves_the_machine(make_rig: Any) -> None:
     """The same outputs, written by hand, do what the NC does with them."""
-    rig, other = make_rig(), make_rig()
+    rig, other = make_rig(), make_rig(compiled=False)
     commands.start(rig.axis, 1, 50.0, 200.0)
     machine = other.nc._hardware
 

@@ -373,7 +373,7 @@ def situations(draw: Any) -> Any:
 
 
 @given(situations())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 def test_any_situation_arrives_without_breaking_a_limit(case: Any) -> None:
     p, v, a, target, end, top, acc, dec, jerk = case
     t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
@@ -383,7 +383,7 @@ def test_any_situation_arrives_without_breaking_a_limit(case: Any) -> None:
 
 
 @given(situations())
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_the_mirrored_situation_gives_the_mirrored_profile(case: Any) -> None:
     p, v, a, target, end, *limits = case
     assume(p != target or v != 0.0 or a != 0.0)
@@ -396,7 +396,7 @@ def test_the_mirrored_situation_gives_the_mirrored_profile(case: Any) -> None:
 
 
 @given(situations(), fractions)
-@settings(max_examples=75, deadline=None)
+@settings(max_examples=37, deadline=None)
 def test_a_velocity_ramp_ends_at_its_velocity_without_breaking_a_limit(
     case: Any, share: Any
 ) -> None:
@@ -417,7 +417,7 @@ def test_a_velocity_ramp_ends_at_its_velocity_without_breaking_a_limit(
 
 
 @given(situations())
-@settings(max_examples=75, deadline=None)
+@settings(max_examples=37, deadline=None)
 def test_stopping_distance_and_time_are_those_of_the_stop(case: Any) -> None:
     _, v, a, _, _, _, _, dec, jerk = case
     t, j = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
@@ -535,7 +535,7 @@ def test_where_both_ramps_do_not_fit_one_weaker_ramp_takes_the_way() -> None:
 
 
 @given(situations())
-@settings(max_examples=75, deadline=None)
+@settings(max_examples=37, deadline=None)
 def test_the_highest_velocity_is_that_of_a_ramp_over_the_distance(case: Any) -> None:
     _, v, _, _, _, top, acc, _, jerk = case
     lowest, change = abs(v), top
@@ -553,7 +553,7 @@ def test_the_highest_velocity_is_that_of_a_ramp_over_the_distance(case: Any) -> 
 
 
 @given(situations())
-@settings(max_examples=75, deadline=None)
+@settings(max_examples=37, deadline=None)
 def test_the_reachable_velocity_is_reached_and_no_higher_one(case: Any) -> None:
     _, v, a, _, _, top, acc, dec, jerk = case
     v = max(abs(v), 1e-3 * top)

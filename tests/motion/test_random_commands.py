@@ -1,4 +1,4 @@
-"""Random commands for a million cycles: the set point stays smooth and inside all limits.
+"""Random commands for 200,000 cycles: the set point stays smooth and inside all limits.
 
 Many axes with dynamics over decades, each given commands at random times, whatever it is doing. An
 observer sees nothing but the set values of each cycle. Excused are the cycles in which the manual
@@ -483,7 +483,9 @@ class Observer:
         self.before, self.states = now, states
 
 
-def play(seed: int, rounds: int, *, compiled: bool, axes: int = AXES) -> tuple[Nc, Observer]:
+def play(
+    seed: int, rounds: int, *, compiled: bool, axes: int = AXES, settling: bool = True
+) -> tuple[Nc, Observer]:
     """Command `axes` axes at random for `rounds` cycles, then let them come to a last target.
 
     Every other axis, from the first on, is given commands of all kinds.
@@ -507,6 +509,8 @@ def play(seed: int, rounds: int, *, compiled: bool, axes: int = AXES) -> tuple[N
             if dice.random() < often:
                 player.act()
         observer.cycle()
+    if not settling:
+        return nc, observer
     for _ in range(3):
         for player in players:
             player.settle()
@@ -536,17 +540,16 @@ def play(seed: int, rounds: int, *, compiled: bool, axes: int = AXES) -> tuple[N
 def test_random_commands_never_jump_and_end_at_the_last_target(many: Callable[[int], int]) -> None:
     """Half of the axes are given moves only, which others would seldom let end."""
     for seed in range(many(1)):
-        _, observer = play(seed, 5000, compiled=True)
-        assert observer.cycles > 1_000_000 / 3
-        assert sum(player.accepted for player in observer.players) > 4000
+        _, observer = play(seed, 3000, compiled=True)
+        assert observer.cycles > 200_000
+        assert sum(player.accepted for player in observer.players) > 3000
 
 
 def test_the_plain_kernel_does_the_same() -> None:
-    plain, _ = play(99, 500, compiled=False, axes=3)
-    fast, _ = play(99, 500, compiled=True, axes=3)
+    plain, fast = (play(99, 1500, compiled=kind, axes=3, settling=False) for kind in (False, True))
     with checked_builds():
-        checked, _ = play(99, 500, compiled=True, axes=3)
-    assert plain.digest() == fast.digest() == checked.digest()
+        checked = play(99, 1500, compiled=True, axes=3, settling=False)
+    assert plain[0].digest() == fast[0].digest() == checked[0].digest()
 
 
 def test_the_short_way_of_a_plain_move_is_a_way_and_nothing_else(

@@ -91,7 +91,6 @@ def _follow_encoder(c: CamControllerFields) -> None:
     c.fresh = 0
     if sign != c.sign:
         c.fresh = 1
-        c.speed = -c.speed
         c.sign = sign
     if reference != c.reference:
         c.fresh = 1

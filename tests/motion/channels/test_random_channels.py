@@ -10,7 +10,7 @@ from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
 
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.gcode.canon import Handshake
@@ -155,6 +155,7 @@ class Clients:
         assert group.dissolve() == group.assign([1, 2, 3, 4]) == 0
 
 
+@settings(max_examples=15)
 @given(st.integers(0, 2**32 - 1))
 def test_clients_at_random(seed: int) -> None:
     draw = Random(seed)

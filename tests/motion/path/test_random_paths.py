@@ -160,7 +160,7 @@ def _draw_segment(draw: Random, path: PathPlanner, contour: Contour, block: int)
     contour.parts.append(arc)
 
 
-@settings(max_examples=12)
+@settings(max_examples=8)
 @given(st.integers(0, 2**32 - 1), st.booleans())
 def test_paths_at_random(seed: int, turns: bool) -> None:
     draw = Random(seed)
