@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from achse.station import Station
@@ -216,6 +216,7 @@ def there_and_back() -> Ran:
     )
 
 
+@example(text="\x7f\x80\u07ff\u0800\uffff\U00010000\U0010ffff", size=50)
 @given(
     text=st.text(
         st.characters(codec="utf-8", exclude_characters='"$\0', exclude_categories=["Cs", "Cc"]),

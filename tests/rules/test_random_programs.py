@@ -129,7 +129,7 @@ def _agree(project: Project, rng: Random, cycles: int, exceptions: bool) -> None
 
 
 @given(st.integers(0, (1 << 64) - 1), st.integers(1, 6), st.booleans())
-@settings(max_examples=17)
+@settings(max_examples=10)
 def test_programs(seed: int, cycles: int, exceptions: bool) -> None:
     rng = Random(seed)
     _agree(Project(rng, exceptions), rng, cycles, exceptions)
