@@ -13,6 +13,7 @@ from achse.motion import Nc, commands
 from achse.plc import PlcState
 from achse.station import ConfigError, Station
 from achse.station.config import parse
+from achse.station.persistent_data import PersistentData
 
 AXES = [{"id": i, "name": f"{i}", "persistent_data_enable": 2 - i} for i in (1, 2)]
 
@@ -298,6 +299,19 @@ def test_whatever_a_file_holds_a_plc_starts(
     second.save()
     third = _leading(tmp_path)
     assert third.plcs[851].instance("MAIN")["nTotal"] == plc.instance("MAIN")["nTotal"]
+
+
+@pytest.mark.parametrize("place", [0, 3])
+@pytest.mark.parametrize("wrong", [-1, "0", 0.5, None])
+def test_offset_of_a_pointer_is_a_number_from_0(
+    tmp_path: Path, saved: bytes, place: int, wrong: object, caplog: pytest.LogCaptureFixture
+) -> None:
+    document = json.loads(saved)
+    document["plc"]["851"]["MAIN.p"][2][place] = wrong
+    (tmp_path / "kept.json").write_text(json.dumps(document))
+    PersistentData(parse({"system": {"persistent_data": "kept.json"}}, ""), tmp_path)
+    assert "kept.json is damaged" in caplog.text
+    assert "expected offsets from 0, got [" in caplog.text
 
 
 LEADING = """
