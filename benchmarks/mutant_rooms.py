@@ -69,10 +69,11 @@ ROOMS: Mapping[str, Room] = {
             "motion/test_drive.py",
             "motion/test_discrete.py",
             "motion/test_phasing.py",
-            "motion/test_controller.py",
             "motion/test_encoder.py",
-            "motion/commands",
-            "motion/generators",
+            "motion/commands/test_external.py",
+            "motion/commands/test_probes.py",
+            "motion/generators/test_external.py",
+            "motion/couplings/test_linear.py",
         ),
     ),
     "cams": Room(
@@ -134,6 +135,7 @@ ROOMS: Mapping[str, Room] = {
             "web/test_app.py",
             "web/test_server.py",
         ),
+        ("_told", "_first_reason"),
     ),
     "handles": Room(
         "handles, their owners and bounds",
@@ -167,6 +169,7 @@ ROOMS: Mapping[str, Room] = {
             "station/test_plcs.py",
             "transport/test_file_lock.py",
         ),
+        ("_told",),
     ),
     "counters": Room(
         "working counters of process data",
