@@ -76,6 +76,9 @@ def test_a_station_behind_the_clock_samples_less_until_it_keeps_up() -> None:
     for _ in range(90):
         budget.press(0)
     assert budget.share == pytest.approx(1)
+    for _ in range(9):
+        budget.press(0)
+    assert budget.share == 1
 
 
 def test_one_who_asks_for_everything_delays_nobody_else(

@@ -349,6 +349,9 @@ def test_the_table_lists_every_row(group: Group) -> None:
     assert by_name["stop"].response_layout == "{REAL64; REAL64}"
     assert by_name["id"].last_index_offset == 0x10F
     assert by_name["memory"].index_offset == 0
+    assert by_name["memory"].access == READ
+    [facts] = AreaGroup(0x4021, None, lambda offset, data: None).describe()
+    assert facts.access == WRITE
     assert by_name["memory"].last_index_offset == 0xFFFF_FFFF
     assert [each.index_groups() for each in table] == [(0x4100,), (0x4020,)]
 

@@ -422,6 +422,31 @@ async def test_client_that_was_held_up_goes_on_in_its_turn(
     assert calls == ["resume", "data", "data"]
 
 
+def test_what_waited_for_the_handshake_is_received_once_it_is_open(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    calls: list[bytes | str] = []
+    monkeypatch.setattr(SecureServer, "_open", lambda _: calls.append("open"))
+    monkeypatch.setattr(SecureServer, "data_received", lambda _, data: calls.append(data))
+    client = _Counted.__new__(_Counted)
+    client._left = b"waited"
+    client._open()
+    client._open()
+    assert calls == ["open", b"waited", "open"]
+
+
+def test_only_a_client_that_has_not_shown_who_it_is_gives_way() -> None:
+    ends: list[str] = []
+    client = _Counted.__new__(_Counted)
+    client._end = ends.append  # type: ignore[assignment, method-assign]
+    client._block = None
+    assert client.give_way()
+    assert len(ends) == 1
+    client._block = object()  # type: ignore[assignment]
+    assert not client.give_way()
+    assert len(ends) == 1
+
+
 async def test_a_handshake_of_many_bytes_is_ended(caplog: pytest.LogCaptureFixture) -> None:
     async with listening() as listener:
         reader, writer = await asyncio.open_connection("127.0.0.1", listener.port)

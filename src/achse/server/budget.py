@@ -115,7 +115,7 @@ class SampleBudget:
         """Called each tick of a station that follows the wall clock, with how late it is."""
         if behind_ns > _BEHIND_NS:
             self.share = max(self.share * 0.9, _LEAST)
-        elif self.share < 1.0:
+        else:
             self.share = min(self.share + 0.01, 1.0)
 
     # those who wait --------------------------------------------------------------------------
