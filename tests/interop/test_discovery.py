@@ -109,7 +109,6 @@ def _ads_async(*arguments: str) -> str:
         [sys.executable, "-m", "ads_async", *arguments],
         capture_output=True,
         text=True,
-        timeout=60,
     )
     assert done.returncode == 0, done.stderr
     return done.stdout
@@ -270,7 +269,6 @@ def test_a_strict_station_lets_pyads_in_once_it_has_a_route(
             [sys.executable, "-c", STRICT_CLIENT, station.host, station.net_id],
             capture_output=True,
             text=True,
-            timeout=60,
         )
         assert done.returncode == 0, done.stderr
         assert done.stdout.splitlines() == ["0x745", "(5, 1)"]

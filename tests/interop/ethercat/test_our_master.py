@@ -11,8 +11,6 @@ import pytest
 
 from achse.drive import Drive
 
-pytestmark = pytest.mark.timeout(300)
-
 SIMULATOR = os.environ.get("ACHSE_KICKCAT_SIMULATOR") or shutil.which("network_simulator")
 """KickCAT's network simulator, built from its source; its slaves lie in `slave_configs` there."""
 OP = 8

@@ -29,7 +29,6 @@ MS = 1_000_000
 OUTPUTS, INPUTS = 0x1C12, 0x1C13
 
 pytestmark = [
-    pytest.mark.timeout(300),
     pytest.mark.skipif(not CAPTURES, reason="no captures here (ACHSE_CAPTURES names a folder)"),
 ]
 

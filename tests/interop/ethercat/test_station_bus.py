@@ -9,8 +9,6 @@ from typing import Any
 
 import pytest
 
-pytestmark = pytest.mark.timeout(1300)
-
 NOBODY = "trap 'kill $!; exit 0' TERM; echo ready; sleep 1000 & wait"
 """Holds the namespace; the slaves are started inside it."""
 
@@ -85,7 +83,6 @@ def test_the_commands_of_the_how_to(
             [*unshare, "bash", "-e", "-c", commands],
             capture_output=True,
             text=True,
-            timeout=400,
             cwd=ROOT,
             env=os.environ | {"PATH": path},
         )

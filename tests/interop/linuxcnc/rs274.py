@@ -80,7 +80,6 @@ def run(text: str, folder: Path) -> list[WitnessMove]:
         text=True,
         check=False,
         cwd=folder,
-        timeout=60,
     )
     if finished.returncode or "PROGRAM_END" not in finished.stdout:
         raise Refused(finished.stderr.replace("executing", "").strip())
