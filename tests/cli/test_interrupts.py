@@ -200,6 +200,13 @@ def test_handlers_come_and_go() -> None:
     assert signal.getsignal(signal.SIGTERM) is before
 
 
+def test_ctrl_c_leaves_silently_from_now_on(tmp_path: Path) -> None:
+    text = "import signal; from achse.cli.interrupts import leave_at_once; leave_at_once();"
+    text += "signal.raise_signal(signal.SIGINT)"
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (INTERRUPTED, b"", b"")
+
+
 def test_ignored_stays_ignored() -> None:
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:

@@ -6,6 +6,7 @@ Prints what was in each file after each of those, and at the end, as JSON. A pro
 forks: a process with threads may do so while one of them holds a lock.
 """
 
+import io
 import json
 import os
 import signal
@@ -36,6 +37,8 @@ def killed_at(number: int, act: Callable[[], object]) -> bool:
         def watch(_: FrameType, event: str, function: Any) -> None:
             nonlocal left
             if event in ("c_call", "c_return") and function.__name__ in SYSTEM_CALLS:
+                if isinstance(function.__self__, io.StringIO | io.BytesIO):
+                    return  # in memory
                 left -= 1
                 if left < 0:
                     os.kill(os.getpid(), signal.SIGKILL)

@@ -57,6 +57,11 @@ def test_each_parameter_of_an_axis_has_meaning_and_range() -> None:
     assert "lower" in str(SCHEMA["$defs"]["AxisConfig"]["properties"]["encoder_soft_limit_min"])
 
 
+def test_schema_belongs_to_its_caller() -> None:
+    station_schema()["$defs"].clear()
+    assert station_schema()["$defs"] == SCHEMA["$defs"]
+
+
 def test_each_key_that_has_a_text_shows_it() -> None:
     texts = descriptions_of(StationConfig.model_fields["system"].annotation)  # type: ignore[arg-type]
     shown = SCHEMA["$defs"]["SystemConfig"]["properties"]

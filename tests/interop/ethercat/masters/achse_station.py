@@ -36,7 +36,6 @@ END_PROGRAM
 """
 INVALID, NOT_READY = 0x4655, 0x4650
 ERROR_OF = {"cable": INVALID, "killed": INVALID, "safeop": INVALID, "alarm": NOT_READY}
-PATIENCE_S = 120.0
 
 
 class Line:
@@ -67,12 +66,11 @@ class Line:
 
 async def until(condition: Callable[[], Any]) -> None:
     """Wait for what a coroutine or a function says."""
-    async with asyncio.timeout(PATIENCE_S):
-        while True:
-            found = condition()
-            if await found if asyncio.iscoroutine(found) else found:
-                return
-            await asyncio.sleep(0.02)
+    while True:
+        found = condition()
+        if await found if asyncio.iscoroutine(found) else found:
+            return
+        await asyncio.sleep(0.02)
 
 
 class Axes:
@@ -94,17 +92,16 @@ class Axes:
 
     async def enable(self) -> None:
         """Wait for the bus; reset and enable, again if the machine was busy meanwhile."""
-        async with asyncio.timeout(PATIENCE_S):
-            while True:
-                try:
-                    await until(self.bus_is_well)
-                    for n in (1, 2):
-                        axis = self._nc.nc.axis(n)
-                        await axis.reset()
-                        await axis.enable()
-                    return
-                except AxisError:
-                    await asyncio.sleep(0.2)
+        while True:
+            try:
+                await until(self.bus_is_well)
+                for n in (1, 2):
+                    axis = self._nc.nc.axis(n)
+                    await axis.reset()
+                    await axis.enable()
+                return
+            except AxisError:
+                await asyncio.sleep(0.2)
 
     async def start(self, target: float) -> None:
         for n in (1, 2):
@@ -112,15 +109,14 @@ class Axes:
 
     async def reach(self, target: float) -> bool:
         """Move both there; again from the reset on if the machine was busy meanwhile."""
-        async with asyncio.timeout(PATIENCE_S):
-            while True:
-                await self.enable()
-                try:
-                    for n in (1, 2):
-                        await self._nc.nc.axis(n).move_to(target, velocity=100.0)
-                    return True
-                except AxisError:
-                    await asyncio.sleep(0.2)
+        while True:
+            await self.enable()
+            try:
+                for n in (1, 2):
+                    await self._nc.nc.axis(n).move_to(target, velocity=100.0)
+                return True
+            except AxisError:
+                await asyncio.sleep(0.2)
 
 
 def breaks(line: Line, situation: str) -> None:

@@ -10,7 +10,7 @@ import kickcat
 
 OUTPUTS = struct.Struct("<HbHiHI")  # 1600h
 INPUTS = struct.Struct("<HHbiHiiI")  # 1A00h
-PATIENCE = timedelta(seconds=10)
+PATIENCE = timedelta(seconds=3600)
 
 
 def main() -> None:

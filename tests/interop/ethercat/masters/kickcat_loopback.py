@@ -8,7 +8,7 @@ from typing import Any
 
 import kickcat
 
-PATIENCE = timedelta(seconds=10)
+PATIENCE = timedelta(seconds=3600)
 
 
 def main() -> None:
