@@ -61,57 +61,13 @@ def test_a_release_has_four_bytes(bench: Any, data: bytes) -> None:
     assert bench.write(0xF006, 0, data) == 0x705
 
 
-def test_handle_is_used_by_all_clients_and_released_by_its_own(bench: Any) -> None:
+def test_a_handle_belongs_to_the_client_that_asked(bench: Any) -> None:
     handle = bench.handle("MAIN.nCounter")
     stranger, address = bench.join()
     way = {"source": address, "origin": stranger}
-    assert bench.read(0xF005, handle, 4, **way) == (0, bytes(4))
+    assert bench.read(0xF005, handle, 4, **way) == (0x710, b"")
     assert bench.write(0xF006, 0, struct.pack("<I", handle), **way) == 0x711
     assert bench.read(0xF005, handle, 4) == (0, bytes(4))
-
-
-def test_handle_works_after_its_connection_until_any_client_releases_it(bench: Any) -> None:
-    """As command line tools use it: one process requests it, the next one reads."""
-    first, address = bench.join()
-    handle = bench.handle("MAIN.nCounter", source=address, origin=first)
-    bench.router.unregister(address.port)
-    bench.router.close_way(first)
-    assert list(bench.device.symbols.clients) == []
-    assert bench.read(0xF005, handle, 4) == (0, bytes(4))
-    assert bench.write(0xF005, handle, bytes(4)) == 0
-    bench.device.symbols_changed()
-    assert bench.read(0xF005, handle, 4) == (0x711, b"")
-    assert bench.write(0xF006, 0, struct.pack("<I", handle)) == 0
-    assert bench.read(0xF005, handle, 4) == (0x710, b"")
-    assert bench.device.symbols.usage.handles == 0
-    assert not bench.device.symbols.usage.abandoned
-
-
-def test_oldest_abandoned_handle_gives_way_when_room_is_needed(
-    make_bench: Callable[..., Any],
-) -> None:
-    bench = make_bench(ClientLimits(handles=3, all_handles=3))
-    handles = []
-    for _ in range(3):
-        other, address = bench.join()
-        handles.append(bench.handle("MAIN.nCounter", source=address, origin=other))
-        if len(handles) < 3:
-            bench.router.unregister(address.port)
-    new = [bench.handle("MAIN.text"), bench.handle("MAIN.text")]
-    assert [bench.read(0xF005, handle, 4)[0] for handle in handles] == [0x710, 0x710, 0]
-    assert bench.exchange(0xF003, 0, 4, b"MAIN.text") == (0x716, b"")
-    assert [bench.read(0xF005, handle, 4)[0] for handle in new] == [0, 0]
-
-
-def test_handles_end_with_the_program(bench: Any) -> None:
-    other, address = bench.join()
-    handles = [bench.handle("MAIN.nCounter", source=address, origin=other)]
-    bench.router.unregister(address.port)
-    handles.append(bench.handle("MAIN.nCounter"))
-    bench.device.end_clients()
-    assert [bench.read(0xF005, handle, 4)[0] for handle in handles] == [0x710, 0x710]
-    assert bench.device.symbols.count == bench.device.symbols.usage.handles == 0
-    assert not bench.device.symbols.usage.abandoned
 
 
 def test_handles_are_limited_per_client(make_bench: Callable[..., Any]) -> None:

@@ -176,7 +176,7 @@ class Device:
         return address
 
     def detach(self) -> None:
-        """Leave all ports; end handles and subscriptions."""
+        """Leave all ports; handles and subscriptions end."""
         router, self._router = self._router, None
         if router is not None:
             for address in self.addresses:
@@ -435,8 +435,6 @@ class Device:
         """Drop what all clients hold."""
         for client in self._clients():
             self.end_client(client)
-        if self.symbols is not None:
-            self.symbols.end_all()
 
     def _clients(self) -> set[bytes]:
         clients = set(self.notifications.clients)
@@ -459,7 +457,7 @@ class Device:
             if not client or router.reaches(client):
                 since.pop(client, None)
             elif now_ns - since.setdefault(client, now_ns) >= self.limits.unreachable_ns:
-                log.info("%s is gone: its notifications end", AmsAddress(client))
+                log.info("%s is gone: its handles and notifications end", AmsAddress(client))
                 self.end_client(client)
 
 

@@ -27,8 +27,8 @@ _UPLOAD_INFO_2 = struct.Struct("<9I28x")
 _FIRST_HANDLE = 0x1B80_0001
 """Handles are opaque; this start only keeps them apart from notification handles in a log."""
 
-_CLEARED_AT_ONCE = 10_000
-"""Handles of ended connections and programs that are handled in one go."""
+_FREED_AT_ONCE = 10_000
+"""Handles of a connection that is gone that are cleared in one go."""
 
 _PIECE = 0x8000_0000
 """Table uploads in pieces: this bit in the offset, the byte position in the others."""
@@ -133,7 +133,7 @@ def _refuse_method() -> bytes:
 
 
 class _Handle:
-    """A symbol by its handle; `client` requested the handle over the connection `way`."""
+    """A symbol as one client holds it, who asked over the connection `way`."""
 
     __slots__ = ("client", "read", "symbol", "way")
 
@@ -145,14 +145,13 @@ class _Handle:
 
 
 class SymbolServices:
-    """The symbol services of one device, with the handles its clients requested.
+    """The symbol services of one device, with the handles its clients hold.
 
-    Handles are opaque and not zero, in a number space of their own. A handle belongs to the device:
-    every client may use it, also after the connection that requested it has ended; then the handle
-    is abandoned and works until its room is needed. It counts for the client address that requested
-    it, and only that client may release it before it is abandoned. After a change of the symbol
-    table the old handles answer 0x711 until released; an unknown handle answers 0x710, its release
-    0x711. `way()` is the connection of the request that is being answered.
+    Handles are opaque and not zero, in a number space of their own; each belongs to the client
+    address that asked for it, and ends with the connection by which it asked. After a change of the
+    symbol table the old ones answer 0x711 until released; a handle that is not out answers 0x710,
+    to its release 0x711. `way()` is the connection of the request
+    that is being answered.
     """
 
     def __init__(
@@ -172,9 +171,7 @@ class SymbolServices:
         self._held: dict[bytes, dict[Endpoint | None, set[int]]] = {}
         self._clients_by_way: dict[Endpoint, set[bytes]] = {}
         self._over: list[set[int]] = []
-        """Handles whose client or connection is gone, to be listed as abandoned."""
-        self._ended: list[dict[int, _Handle]] = []
-        """Handles of a program that is gone, to be cleared."""
+        """Handles whose client or connection is gone, which are still to be cleared."""
         self._next = _FIRST_HANDLE
 
     @property
@@ -324,10 +321,7 @@ class SymbolServices:
 
     def _make_sure_of_room(self, client: bytes) -> None:
         held = sum(map(len, self._held.get(client, {}).values()))
-        is_full = self.usage.handles >= self.limits.all_handles
-        if is_full:
-            self.clear()
-        if held >= self.limits.handles or (is_full and not self.usage.evict_handle()):
+        if held >= self.limits.handles or self.usage.handles >= self.limits.all_handles:
             self.refused += 1
             raise DeviceError(
                 ReturnCode.NO_MORE_HANDLES,
@@ -339,41 +333,21 @@ class SymbolServices:
             raise DeviceError(ReturnCode.INVALID_SIZE, f"a handle is 4 bytes, got {len(data)}")
         (handle,) = _HANDLE.unpack(data)
         entry = self._handles.get(handle) or self._stale.get(handle)
-        if entry is None:
+        ways = self._held.get(client, {})
+        if entry is None or handle not in (held := ways.get(entry.way, set())):
             raise DeviceError(ReturnCode.SYMBOL_VERSION_INVALID, f"handle 0x{handle:X}")
-        held = self._held.get(entry.client, {}).get(entry.way, set())
-        if handle in held:
-            if entry.client != client:
-                raise DeviceError(
-                    ReturnCode.SYMBOL_VERSION_INVALID, f"handle 0x{handle:X} of another client"
-                )
-            held.remove(handle)
-            if not held:
-                self._forget(client, entry.way)
-        else:
-            for ended in self._over:
-                ended.discard(handle)
-        self.evict(handle)
+        self._drop(handle)
+        held.remove(handle)
+        if not held:
+            self._forget(client, entry.way)
 
-    def evict(self, handle: int) -> None:
-        """End a handle that counts for no client any more."""
-        for table in (self._handles, self._stale, *self._ended):
-            if table.pop(handle, None) is not None:
-                break
+    def _drop(self, handle: int) -> None:
+        if self._handles.pop(handle, None) is None:
+            del self._stale[handle]
         self.usage.handles -= 1
-        self.usage.abandoned.pop((self, handle), None)
-
-    def end_all(self) -> None:
-        """End the handles of all clients: the program they belong to is gone."""
-        self._ended += [table for table in (self._handles, self._stale) if table]
-        self._handles, self._stale = {}, {}
-        self._held.clear()
-        self._clients_by_way.clear()
-        self._over.clear()
-        self.clear()
 
     def _forget(self, client: bytes, way: Endpoint | None) -> set[int]:
-        """Remove what counts for the client by this connection; return its handles."""
+        """The client holds nothing by this way any more; what it held."""
         ways = self._held[client]
         handles = ways.pop(way)
         if not ways:
@@ -385,36 +359,36 @@ class SymbolServices:
                 del self._clients_by_way[way]
         return handles
 
-    def _missing(self, handle: int) -> DeviceError:
-        code = ReturnCode.SYMBOL_NOT_FOUND
-        if handle in self._stale:
-            code = ReturnCode.SYMBOL_VERSION_INVALID
-        return DeviceError(code, f"handle 0x{handle:X}")
+    def _missing(self, handle: int, client: bytes) -> DeviceError:
+        stale = self._stale.get(handle)
+        if stale is not None and stale.client == client:
+            return DeviceError(ReturnCode.SYMBOL_VERSION_INVALID, f"handle 0x{handle:X}")
+        return DeviceError(ReturnCode.SYMBOL_NOT_FOUND, f"handle 0x{handle:X}")
 
-    def _symbol(self, handle: int) -> ResolvedSymbol:
+    def _symbol(self, handle: int, client: bytes) -> ResolvedSymbol:
         entry = self._handles.get(handle)
-        if entry is None:
-            raise self._missing(handle)
+        if entry is None or entry.client != client:
+            raise self._missing(handle, client)
         return entry.symbol
 
     @property
     def count(self) -> int:
-        """Handles that take room: valid ones, those out of date, those still to be cleared."""
-        return sum(map(len, (self._handles, self._stale, *self._ended)))
+        """Handles that are out, those out of date among them."""
+        return len(self._handles) + len(self._stale)
 
     def held(self, handle: int) -> ResolvedSymbol | None:
-        """Return the symbol of a valid handle."""
+        """The symbol that a valid handle of any client stands for."""
         entry = self._handles.get(handle)
         return None if entry is None else entry.symbol
 
     def release_all(self, client: bytes) -> None:
-        """Abandon the handles of a client that is gone."""
+        """Forget the handles of a client that is gone."""
         for way in list(self._held.get(client, ())):
             self._over.append(self._forget(client, way))
         self.clear()
 
     def release_way(self, way: Endpoint) -> None:
-        """Abandon the handles that a connection has requested which is gone."""
+        """Forget the handles that were asked for by a connection that is gone."""
         clients = self._clients_by_way.get(way)
         if clients is not None:
             for client in list(clients):
@@ -422,22 +396,12 @@ class SymbolServices:
             self.clear()
 
     def clear(self) -> None:
-        """Clear some handles of ended programs, list some of ended connections as abandoned.
-
-        Called about once a second: many handles shall not hold up the station.
-        """
-        count = _CLEARED_AT_ONCE
-        while self._ended and count:
-            table = self._ended[-1]
-            while table and count:
-                self.evict(next(iter(table)))
-                count -= 1
-            if not table:
-                self._ended.pop()
+        """Clear some of the handles of those who are gone; called about once a second."""
+        count = _FREED_AT_ONCE
         while self._over and count:
             handles = self._over[-1]
             while handles and count:
-                self.usage.abandoned[self, handles.pop()] = None
+                self._drop(handles.pop())
                 count -= 1
             if not handles:
                 self._over.pop()
@@ -451,22 +415,22 @@ class SymbolServices:
 
     def _read_value(self, handle: int, length: int, client: bytes) -> bytes:
         entry = self._handles.get(handle)
-        if entry is None:
-            raise self._missing(handle)
+        if entry is None or entry.client != client:
+            raise self._missing(handle, client)
         return entry.read()
 
     def _watch_value(self, handle: int, length: int, client: bytes) -> Reader:
-        symbol = self._symbol(handle)
+        symbol = self._symbol(handle, client)
         if symbol.call is not None:
             _refuse_method()
         read = symbol.read
         return read if symbol.size <= length else lambda: read()[:length]
 
     def _context(self, handle: int, client: bytes) -> int:
-        return self._symbol(handle).context
+        return self._symbol(handle, client).context
 
     def _write_value(self, handle: int, data: bytes, client: bytes) -> None:
-        symbol = self._symbol(handle)
+        symbol = self._symbol(handle, client)
         if symbol.read_only or symbol.call is not None:
             raise DeviceError(ReturnCode.INVALID_ACCESS, "the symbol is read only")
         if len(data) > symbol.size:
@@ -477,7 +441,7 @@ class SymbolServices:
             symbol.write(data)
 
     def _call_method(self, handle: int, read_length: int, data: bytes, client: bytes) -> bytes:
-        call = self._symbol(handle).call
+        call = self._symbol(handle, client).call
         if call is None:
             raise DeviceError(ReturnCode.INVALID_ACCESS, "the symbol is not a method")
         return call(data)
