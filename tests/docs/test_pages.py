@@ -75,7 +75,6 @@ def test_ci_runs_the_test_command_of_the_readme() -> None:
     assert "pytest" in command
 
 
-@pytest.mark.timeout(600)
 @pytest.mark.skipif(
     os.environ.get("ACHSE_WITNESSES") != "required",
     reason="installs from a package index; .ci/run asks for it",

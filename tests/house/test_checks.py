@@ -18,7 +18,6 @@ CHECKS = {
 }
 
 
-@pytest.mark.timeout(600)
 @pytest.mark.parametrize("command", CHECKS.values(), ids=CHECKS)
 def test_the_check_finds_nothing(command: list[str], root: Path) -> None:
     run = subprocess.run(
