@@ -59,7 +59,7 @@ def main() -> int:
     measured = coverage.Coverage(data_file=None, source=[str(PACKAGE / room) for room in rooms])
     measured.start()
     folders = [str(TESTS / room) for room in rooms if (TESTS / room).is_dir()]
-    options = ["-q", "-p", "no:cacheprovider", "--no-header", "-o", "timeout=600"]
+    options = ["-q", "-p", "no:cacheprovider", "--no-header"]
     code = pytest.main([*options, *folders], plugins=[Contexts(measured)])
     measured.stop()
     sums: dict[str, list[int]] = defaultdict(lambda: [0, 0])

@@ -322,6 +322,7 @@ Key = tuple[str, str, int]
 def live_functions(files: set[str]) -> dict[Key, list[FunctionType]]:
     """Return all functions of this process from these files."""
     functions: dict[Key, list[FunctionType]] = defaultdict(list)
+    gc.unfreeze()  # tests/workers.py hides what was there when all tests were collected
     for thing in gc.get_objects():
         if type(thing) is FunctionType and thing.__code__.co_filename in files:
             functions[_key(thing.__code__)].append(thing)

@@ -151,7 +151,9 @@ async def test_a_log_keeps_its_end(tmp_path: Path) -> None:
     )
     plan = plan_of(tmp_path)
     command = [sys.executable, "-c", wordy]
-    supervisor = FleetSupervisor(plan, lambda numbers, core: command, tmp_path, look_s=0.01)
+    supervisor = FleetSupervisor(
+        plan, lambda numbers, core: command, tmp_path, look_s=0.01, silent_looks=sys.maxsize
+    )
     task = asyncio.create_task(supervisor.run())
     log = supervisor.log_of(1)
     await until(lambda: log.exists() and log.read_bytes().endswith(b"the end\n"))

@@ -71,7 +71,7 @@ async def _throw(count: int, seed: int, users: Users) -> tuple[int, int]:
     endpoint = DiscoveryEndpoint(lambda: INFO, routes, users)
     endpoint._answers = Rates(1 << 30, 1 << 30)
     if not users:
-        endpoint._passwords.put = _no_password  # type: ignore[method-assign]
+        endpoint._passwords.put = _no_password  # type: ignore[method-assign, assignment]
     answers = _Answers()
     endpoint.connection_made(answers)
     for number, data in enumerate(islice(_datagrams(seed), count)):

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import achse
+from achse.extras import install_command
 from achse.gcode.drawing import PathSample
 from achse.plot import Picture, PictureError, PlotExtraMissing, cam, moves, path, recording
 from tests.scope.conftest import recording as recorded
@@ -131,7 +132,7 @@ class _Renamed:
 
 def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    with pytest.raises(PlotExtraMissing, match=r"pip install 'achse\[plot\]'"):
+    with pytest.raises(PlotExtraMissing, match=re.escape(install_command("plot"))):
         cam([(0.0, 0.0)])
 
 

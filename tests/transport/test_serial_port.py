@@ -2,10 +2,12 @@
 
 import asyncio
 import builtins
+import re
 from typing import Any
 
 import pytest
 
+from achse.extras import install_command
 from achse.transport.serial_port import SerialPort, SerialPortError, open_serial_port
 from tests.transport.lines import cable
 
@@ -71,7 +73,7 @@ async def test_without_the_extra_the_error_says_what_to_install(
         return real(name, *rest, **named)
 
     monkeypatch.setattr(builtins, "__import__", refuse)
-    with pytest.raises(OSError, match=r"pip install 'achse\[serial\]'"):
+    with pytest.raises(OSError, match=re.escape(install_command("serial"))):
         await open_serial_port(SerialPort("/dev/ttyS0"), asyncio.Protocol)
 
 

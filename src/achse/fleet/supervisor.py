@@ -70,8 +70,8 @@ class FleetSupervisor:
 
     `command(numbers, core)` is the command line of a process that serves these stations, ends when
     its stdin ends, and tells of itself on stdout in JSON lines, see `achse.fleet.worker`. What it
-    writes to stderr goes into files in `logs`. Every `look_s` seconds it is looked at whether
-    processes say something, and how long their logs are.
+    writes to stderr goes into files in `logs`. Every `look_s` seconds the supervisor shortens long
+    logs and kills processes that reported nothing at `silent_looks` looks in a row.
     """
 
     def __init__(
@@ -82,8 +82,10 @@ class FleetSupervisor:
         *,
         clock: Callable[[], float] = time.monotonic,
         look_s: float = _LOOK_S,
+        silent_looks: int = _MOST_SILENT_LOOKS,
     ) -> None:
         self._look_s = look_s
+        self._silent_looks = silent_looks
         self.plan = plan
         self._command = command
         self._logs = logs
@@ -159,7 +161,7 @@ class FleetSupervisor:
                 looks = looks + 1 if process.heard == heard and process.state == "running" else 0
                 silent[process] = process.heard, looks
                 child = process.child
-                if looks >= _MOST_SILENT_LOOKS and child is not None and child.returncode is None:
+                if looks >= self._silent_looks and child is not None and child.returncode is None:
                     names = ", ".join(station.name for station in process.stations[:3])
                     log.warning("%s: says nothing any more, killed", names)
                     silent[process] = process.heard, 0

@@ -25,7 +25,7 @@ from achse.station.buses import drives_of
 from achse.station.config import AxisConfig, ConfigError, StationConfig, TableConfig
 from achse.station.phases import NcPhase
 
-__all__ = ["NC_PORTS", "axis_keys", "make_nc"]
+__all__ = ["NC_PORTS", "axis_keys", "make_nc", "velocity_warnings"]
 
 NC_PORTS = (500, 501)
 """NC and its SAF task; both answer for the same axes."""
