@@ -144,7 +144,14 @@ def test_ophyd_tells_faults_and_refusals(live: LiveStation, witness: Callable[[s
 
 PROGRAM_WITH_CAPROTO = """
 import time
+from caproto import CaprotoTimeoutError
 from caproto.sync.client import read, write
+while True:  # one datagram searches for the server, which may not listen yet
+    try:
+        read("X:DMOV", timeout=1, repeater=False)
+        break
+    except CaprotoTimeoutError:
+        pass
 def put(name, value):
     write("X:" + name, value, timeout=3600, repeater=False)
 def get(name):
