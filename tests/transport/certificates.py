@@ -3,6 +3,7 @@
 import datetime
 import functools
 import ipaddress
+import os
 import tempfile
 from pathlib import Path
 
@@ -16,8 +17,13 @@ __all__ = ["authority", "authority_without", "identity", "signed", "signed_for"]
 
 
 @functools.cache
+def _folder_of(process: int) -> Path:
+    return Path(tempfile.mkdtemp(prefix=f"achse-certificates-{process}-"))
+
+
 def _folder() -> Path:
-    return Path(tempfile.mkdtemp(prefix="achse-certificates-"))
+    """Return the folder of this process: workers forked from one process make keys of their own."""
+    return _folder_of(os.getpid())
 
 
 @functools.cache
