@@ -12,6 +12,9 @@ __all__ = ["collect_remains", "collection_paused", "seldom_collected"]
 _YOUNG = 700
 """New objects until Python searches the young ones for garbage, its own default."""
 
+_MANY = 200_000
+"""New objects from which on they are made old before the next search for garbage."""
+
 _SELDOM = 100
 """Searches of younger objects before one of all."""
 
@@ -28,7 +31,8 @@ def collection_paused() -> Iterator[None]:
     try:
         yield
     finally:
-        if not gc.get_freeze_count():
+        # Counting what is frozen walks over all of it: only where the search would cost more.
+        if gc.get_count()[0] > _MANY and not gc.get_freeze_count():
             gc.freeze()
             gc.unfreeze()
         if was_on:
