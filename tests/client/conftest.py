@@ -76,6 +76,9 @@ class PeerLink:
         self.open = False
         self.peer.link = None
 
+    async def wait_closed(self) -> None:
+        """Return at once."""
+
     def abort(self) -> None:
         self.lose("aborted")
 

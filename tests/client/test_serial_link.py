@@ -1,13 +1,15 @@
 """A client's link over a serial port; with a station at the other end: test_serial_ports."""
 
 import asyncio
+import fcntl
+import os
 from typing import Any
 
 import pytest
 
 from achse.ams import AmsAddress, Command, ConnectionLost, Frame
 from achse.ams.commands import DataResponse, ReadRequest
-from achse.client import connect
+from achse.client import blocking, connect
 from achse.client.serial_link import OUR_NET_ID, SerialDialer
 from achse.transport.serial import SerialCarrier
 from achse.transport.serial_port import SerialPort, open_serial_port
@@ -50,6 +52,17 @@ async def test_it_says_who_it_is_and_asks_the_loopback_net_id() -> None:
         assert str(AmsAddress(first.target)) == "127.0.0.1.1.1:801"
         assert str(AmsAddress(second.source)) == "1.2.3.4.5.6:7"
         transport.abort()
+
+
+async def test_closed_client_leaves_the_port_to_others() -> None:
+    """The loop of the blocking form ends at once."""
+    with cable() as line:
+        host = f"serial:{line.right}?baud={BAUD}"
+        for _ in range(5):
+            await asyncio.to_thread(lambda: blocking.connect(host, watch_symbols=False).close())
+            port = os.open(line.right, os.O_RDWR | os.O_NOCTTY)
+            fcntl.flock(port, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            os.close(port)
 
 
 async def test_reads_of_memory_go_in_pieces_and_others_do_not() -> None:

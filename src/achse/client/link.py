@@ -105,6 +105,10 @@ class ClientLink(Protocol):
         """Give the port back and end, after what was sent."""
         ...
 
+    async def wait_closed(self) -> None:
+        """Wait after `close` until another program can open what this link had open."""
+        ...
+
     def abort(self) -> None:
         """End at once, as if lost."""
         ...
@@ -221,6 +225,9 @@ class TcpLink(asyncio.Protocol):
             if data:
                 transport.write(data)
             transport.close()
+
+    async def wait_closed(self) -> None:
+        """Return at once: a connection excludes no other."""
 
     def abort(self) -> None:
         """End at once, as if lost."""
@@ -391,6 +398,9 @@ class RouterLink:
         if self._open:
             self._open = False
             self._router.unregister(self.address.port)
+
+    async def wait_closed(self) -> None:
+        """Return at once: the port is free already."""
 
     def abort(self) -> None:
         """End at once, as if lost."""

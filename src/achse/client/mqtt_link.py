@@ -175,6 +175,9 @@ class MqttLink:
             running.cancel()
             await asyncio.gather(running, return_exceptions=True)
 
+    async def wait_closed(self) -> None:
+        """Return at once: a connection to a broker excludes no other."""
+
     def abort(self) -> None:
         """End at once, as if lost."""
         self.parted("aborted")

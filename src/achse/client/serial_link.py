@@ -34,6 +34,8 @@ class SerialLink(asyncio.Protocol):
         self._transport: asyncio.Transport | None = None
         self._carrier: SerialCarrier | None = None
         self._full = False
+        self._ended = asyncio.Event()
+        """The port is closed."""
 
     # asyncio ---------------------------------------------------------------------------------
 
@@ -52,6 +54,7 @@ class SerialLink(asyncio.Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         if self._carrier is not None:
             self._carrier.close()
+        self._ended.set()
         transport, self._transport = self._transport, None
         if transport is not None:
             self._user.lost(self, str(exc or "the serial port is gone"))
@@ -77,6 +80,10 @@ class SerialLink(asyncio.Protocol):
         transport, self._transport = self._transport, None
         if transport is not None:
             transport.abort()
+
+    async def wait_closed(self) -> None:
+        """Wait until the port is closed: it is this program's alone, and a thread closes it."""
+        await self._ended.wait()
 
     def abort(self) -> None:
         """End at once, as if lost."""

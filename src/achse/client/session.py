@@ -193,9 +193,12 @@ class Session:
 
     async def close(self) -> None:
         """End the link and everything on it. Further requests raise `ConnectionLost`."""
+        link = self._link
         if not self._closed:
             self._why = "closed"
             self._end_with(None)
+        if link is not None:
+            await link.wait_closed()
         tasks = list(self._tasks)
         for task in tasks:
             task.cancel()
