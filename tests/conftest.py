@@ -35,6 +35,10 @@ from tests import warm_commands as warm
 
 pytest_plugins = ["tests.workers"]
 
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    # A shell without job control ignores it in what runs in the background; tests send it.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
 if hasattr(signal, "SIGHUP"):
     # Under nohup it is ignored, and those that tests start and end by it would never end.
     signal.signal(signal.SIGHUP, signal.SIG_DFL)

@@ -218,8 +218,12 @@ def test_keys_of_the_scope(shown: Any, until: Any) -> None:
         found = re.fullmatch(r"A, (\S+) s", head.inner_text())
         return float(found[1]) if found else 0.0
 
-    press(page, "ArrowLeft")
-    until(lambda: cursor() > 0)
+    def places_a_cursor() -> bool:
+        """Press the key; before the first samples are drawn it does nothing."""
+        press(page, "ArrowLeft")
+        return cursor() > 0
+
+    until(places_a_cursor)
     assert "stands still" in state.inner_text()
     for key, step in (("ArrowLeft", -0.01), ("ArrowRight", 0.01), ("Shift+ArrowLeft", -0.002)):
         before = cursor()
