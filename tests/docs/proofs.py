@@ -285,6 +285,18 @@ elsewhere(
     "tests/station/test_assembly.py::test_configured_ports_stay_the_stations_through_restarts",
 )
 elsewhere(
+    "However often clients restart a station, it is in RUN as long as each restart took, a second"
+    " at most.",
+    *(
+        f"tests/station/test_state_requests.py::test_{each}"
+        for each in (
+            "resets_faster_than_a_restart_do_not_keep_the_station_out_of_run",
+            "whatever_is_requested_each_run_lasts_and_each_request_is_answered",
+            "a_station_is_kept_in_run_for_a_second_at_most",
+        )
+    ),
+)
+elsewhere(
     "Beside an attack a good client is answered in time.",
     *(
         f"{HOSTILE}::test_{attack}"

@@ -10,6 +10,7 @@ from achse.ams.commands import (
     DataResponse,
     ReadRequest,
     ReadWriteRequest,
+    WriteControlRequest,
     WriteRequest,
     decode_response,
 )
@@ -18,8 +19,17 @@ from achse.server import Device, RawGroup
 from achse.server.deferred import Answer, Deferred
 
 
+class SlowDevice(Device):
+    """A device that changes its state when the test lets it."""
+
+    waiting: list[Answer]
+
+    def write_control(self, ads_state: int, device_state: int, data: bytes) -> None:
+        raise Deferred(self.waiting.append)
+
+
 class Slow:
-    """A device whose group 0x300 answers when the test lets it, and a client."""
+    """A device whose group 0x300 and changes of state answer when the test says, and a client."""
 
     def __init__(self) -> None:
         self.waiting: list[Answer] = []
@@ -28,7 +38,8 @@ class Slow:
         group = RawGroup(
             0x300, "slow", read=self.serve, write=self.serve_write, read_write=self.serve
         )
-        self.device = Device("slow", (1, 0, 0), [group], clock=lambda: 0)
+        self.device = SlowDevice("slow", (1, 0, 0), [group], clock=lambda: 0)
+        self.device.waiting = self.waiting
         self.target = self.device.attach(self.router, 800)
         self.address = self.router.register(0, self)
 
@@ -60,7 +71,11 @@ REQUESTS = [
     (Command.READ, ReadRequest(0x300, 0, 4)),
     (Command.WRITE, WriteRequest(0x300, 0, b"x")),
     (Command.READ_WRITE, ReadWriteRequest(0x300, 0, 4, b"x")),
+    (Command.WRITE_CONTROL, WriteControlRequest(2, 0, b"")),
 ]
+
+
+WITHOUT_DATA = (Command.WRITE, Command.WRITE_CONTROL)
 
 
 @pytest.mark.parametrize(("command", "request_"), REQUESTS)
@@ -69,12 +84,12 @@ def test_each_request_is_answered_once_and_later(command: Command, request_: Any
     for _ in range(3):
         slow.ask(command, request_)
     assert slow.frames == []
-    value = b"" if command == Command.WRITE else b"abcd"
+    value = b"" if command in WITHOUT_DATA else b"abcd"
     for answer, result in zip(slow.waiting, (lambda: value, refuse, fail), strict=True):
         answer(result)
     answers = [decode_response(frame) for frame in slow.frames]
     assert [answer.result for answer in answers] == [0, 0x70C, 0x1]
-    if command != Command.WRITE:
+    if command not in WITHOUT_DATA:
         data = [bytes(answer.data) for answer in answers if isinstance(answer, DataResponse)]
         assert data == [b"abcd", b"", b""]
 

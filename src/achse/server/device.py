@@ -44,6 +44,7 @@ DIRECT_CODES_OF_A_PLC: Mapping[int, ReturnCode] = {
 """A real PLC answers 0x701 where others say 0x702 or 0x703, except inside sum commands."""
 
 _OK = RESULT.pack(0)
+_WITHOUT_DATA = (Command.WRITE, Command.WRITE_CONTROL)
 _SYMBOLIC = (ReservedGroup.SYMBOL_VALUE_BY_HANDLE, ReservedGroup.SYMBOL_NOTIFICATION)
 _LAST_STATE = max(AdsState)
 _NO_RESPONSE = 0x0002
@@ -216,8 +217,10 @@ class Device:
         """Answer a request whose result took a while."""
         try:
             value = result()
-            payload = _OK if frame.command == Command.WRITE else RESULT_LENGTH.pack(0, len(value))
-            payload += value
+            if frame.command in _WITHOUT_DATA:
+                payload = _OK
+            else:
+                payload = RESULT_LENGTH.pack(0, len(value)) + value
         except Exception as failure:
             payload = self._refusal(frame, failure)
         if not frame.flags & _NO_RESPONSE:

@@ -46,6 +46,7 @@ from achse.station.pacing import Pace, Pacer, run_unpaced
 from achse.station.persistent_data import PersistentData
 from achse.station.phases import ChangePhase
 from achse.station.scope import StationScope
+from achse.station.state_requests import StateRequests
 from achse.station.statistics import statistics
 from achse.transport.tcp import TcpListener
 
@@ -115,7 +116,8 @@ class Station:
             usage=self.usage,
             pace=lambda: self.pace,
         )
-        self._kept = (*permanent(self._ground, self, lambda: self.devices), self.service)
+        self._requests = StateRequests(self)
+        self._kept = (*permanent(self._ground, self._requests, lambda: self.devices), self.service)
         """What stays through restarts, the system service first."""
         self.pace: Pace | None = None
         """How the running station keeps up with the wall clock; None in virtual time."""
@@ -212,7 +214,7 @@ class Station:
         """Restart in RUN: PLC and NC go with the next cycle and come again after `restart_time`.
 
         Their ports, notifications and handles go with them; what `nc`, `plcs` and `devices` name
-        is another then.
+        is another then. A change that is under way goes on, and ends in RUN.
         """
         self._change_to(AdsState.RUN)
 
@@ -221,10 +223,22 @@ class Station:
         self._change_to(AdsState.CONFIG)
 
     def shut_down(self, delay_s: float = 0.0, restart: bool = False) -> None:
-        """After a delay in station time end, or restart. A running station is finished then."""
+        """After a delay in station time end, or restart. A running station is finished then.
+
+        Of two shutdowns the earlier one counts, of two restarts too.
+        """
         due = self.time_ns + round(delay_s * 1e9)
-        end = self.restart if restart else self._end
-        self._changes.plan(*self._changes.plans, (due, end))
+        end = self._planned_restart if restart else self._end
+        dues = [moment for moment, change in self._changes.plans if change == end]
+        others = [plan for plan in self._changes.plans if plan[1] != end]
+        self._changes.plan(*others, (min(due, *dues) if dues else due, end))
+
+    def _planned_restart(self) -> None:
+        wait_ns = self._requests.free_at_ns - self.time_ns
+        if wait_ns > 0:
+            self.shut_down(wait_ns * 1e-9, restart=True)
+        else:
+            self.restart()
 
     @property
     def state(self) -> AdsState:
@@ -238,10 +252,16 @@ class Station:
         return system
 
     def _change_to(self, state: AdsState) -> None:
-        arrival = self.time_ns + self.config.system.restart_time
         enter = self._run if state is AdsState.RUN else self._enter_config
-        ends = [plan for plan in self._changes.plans if plan[1] in (self._end, self.restart)]
-        self._changes.plan((self.time_ns, self._leave), (arrival, enter), *ends)
+        enters = (self._run, self._enter_config)
+        arrivals = [due for due, change in self._changes.plans if change in enters]
+        others = [plan for plan in self._changes.plans if plan[1] not in enters]
+        if arrivals:
+            self._changes.plan(*others, (arrivals[0], enter))
+        else:
+            now = self.time_ns
+            arrival = now + self.config.system.restart_time
+            self._changes.plan((now, self._leave), (arrival, enter), *others)
         # Who asked for it reads the state as soon as it is answered, and must not find RUN.
         self._system.ads_state = AdsState.STOP
 
@@ -280,6 +300,7 @@ class Station:
         self.faults.renew()
         self._system.restart_index += 1
         self._system.ads_state = AdsState.RUN
+        self._requests.entered_run(self.config.system.restart_time)
 
     def save(self) -> None:
         """Keep persistent data as they are now, in the file that `system.persistent_data` names.
