@@ -203,6 +203,15 @@ elsewhere(
     f"{HOSTILE}::test_datagrams",
 )
 elsewhere(
+    "A newcomer's password is one of the next two to be checked, however many computers that guess"
+    " were there before.",
+    f"{QUEUE}::test_a_newcomer_is_checked_within_two_turns_whatever_crowd_of_guessers_waits",
+)
+elsewhere(
+    "A password that was wrong once is not checked again, and counts for nobody as a guess.",
+    "tests/transport/test_password_checker.py::test_a_password_that_was_wrong_is_not_checked_again",
+)
+elsewhere(
     "Routes of the configuration are neither replaced nor removed, by nobody.",
     f"{NETWORK}::test_a_route_of_the_configuration_stays",
     f"{NETWORK}::test_who_may_change_routes",

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from achse.transport import password_queue
+from achse.transport import password_checker, password_queue
 from achse.transport.password_checker import PasswordChecker
 
 
@@ -45,4 +45,58 @@ async def test_there_is_room_for_so_many_hosts() -> None:
     checker = PasswordChecker(lambda user, password: False, decide)
     taken = [checker.put(f"h{number}", "me", "1", number) for number in range(300)]
     assert sum(taken) == password_queue._HOSTS
+    await checker.close()
+
+
+async def test_a_password_that_was_wrong_is_not_checked_again() -> None:
+    """60 senders with an old password, some at the newcomer's own address, cost one check."""
+    checked: list[str] = []
+    answers: list[tuple[str, bool]] = []
+    done, all_refused = asyncio.Event(), asyncio.Event()
+
+    def check(user: str, password: str) -> bool:
+        checked.append(password)
+        return password == "new"
+
+    async def decide(request: int, host: str, right: bool) -> None:
+        answers.append((host, right))
+        if right:
+            done.set()
+        elif len(answers) == 60:
+            all_refused.set()
+
+    checker = PasswordChecker(check, decide)
+    for number in range(60):
+        assert checker.put(f"h{number}", "me", "old", number)
+    await all_refused.wait()
+    for number in range(600):
+        assert checker.put(f"h{number % 60}", "ME", "old", number)
+    assert checker.put("h7", "me", "new", 0)
+    for number in range(60):
+        assert checker.put("h7", "Me", "old", number)
+    await done.wait()
+    assert checked == ["old", "new"]
+    assert sum(not right for _, right in answers) == 60 + 660
+    await checker.close()
+
+
+async def test_what_was_wrong_is_forgotten_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(password_checker, "_KNOWN_WRONG", 3)
+    monkeypatch.setattr(password_queue, "_FREE", 1000)
+    checked: list[str] = []
+
+    def check(user: str, password: str) -> bool:
+        checked.append(password)
+        return False
+
+    answers: asyncio.Queue[int] = asyncio.Queue()
+
+    async def decide(request: int, host: str, right: bool) -> None:
+        answers.put_nowait(request)
+
+    checker = PasswordChecker(check, decide)
+    for number in (1, 2, 3, 4, 4, 1):
+        checker.put("h", "me", str(number), number)
+        assert await answers.get() == number
+    assert checked == ["1", "2", "3", "4", "1"]
     await checker.close()

@@ -84,6 +84,51 @@ def test_nothing_grows() -> None:
     assert (len(waiting), len(waiting._hosts)) == (256, 4096)
 
 
+@given(
+    crowd=st.integers(1, 255),
+    began=st.floats(0, 100),
+    mistyped=st.integers(0, 2),
+    again=st.lists(st.integers(0, 254), max_size=20),
+)
+def test_a_newcomer_is_checked_within_two_turns_whatever_crowd_of_guessers_waits(
+    crowd: int, began: float, mistyped: int, again: list[int]
+) -> None:
+    """Those who were checked ask again at once; others repeat what they asked before."""
+    clock = Clock()
+    waiting = PasswordQueue[str](clock)
+    for number in range(crowd):
+        waiting.put(f"guesser {number}", "wrong")
+
+    def pass_time(until: float) -> None:
+        while (pause := waiting.pause()) + clock.now <= until:
+            clock.now += pause
+            taken = waiting.take()
+            assert taken is not None
+            waiting.checked(taken[0], right=False)
+            waiting.put(taken[0], "wrong")
+        clock.now = until
+
+    pass_time(clock.now + began)
+    for _ in range(mistyped):
+        waiting.checked("newcomer", right=False)
+    assert waiting.put("newcomer", "right")
+    for number in again:
+        waiting.put(f"guesser {number % crowd}", "wrong")
+    fewer_wrong = sum(waiting._rank(f"guesser {number}") < mistyped for number in range(crowd))
+    ahead = 0
+    while checked_after(clock, waiting)[1] != "newcomer":
+        ahead += 1
+    assert ahead <= fewer_wrong + 1
+
+
+def test_requests_that_match_are_taken_out_and_count_as_no_check() -> None:
+    waiting = PasswordQueue[str](Clock())
+    for host in "abc":
+        waiting.put(host, "old" if host != "b" else "new")
+    assert waiting.remove(lambda request: request == "old") == [("a", "old"), ("c", "old")]
+    assert (len(waiting), waiting.pause(), waiting.take()) == (1, 0, ("b", "new"))
+
+
 events = st.tuples(st.floats(0, 5), st.sampled_from("abcdef"), st.booleans())
 
 

@@ -155,8 +155,8 @@ async def test_first_contact_without_password_or_users_costs_no_check() -> None:
 async def test_wrong_passwords_slow_a_host_down() -> None:
     """They wait in the queue that UDP requests with passwords have."""
     async with listening() as listener:
-        for _ in range(3):
-            assert await refusal(listener, known(user="Administrator", password="2"))
+        for wrong in "234":
+            assert await refusal(listener, known(user="Administrator", password=wrong))
         waiting = listener._passwords._waiting
         assert waiting.put("127.0.0.1", None)  # type: ignore[arg-type]
         assert waiting.pause() > 0.5

@@ -2,6 +2,8 @@
 
 UDP has no connections: anybody may send anything as fast as the wire allows. So one request waits
 for each host, a host that guesses waits longer each time, and those who knew the password go first.
+Among the others, those with the fewest wrong passwords are next: in turns the one that waits
+longest, and the one that came last. So a newcomer does not wait until a crowd has had its turns.
 """
 
 import math
@@ -52,6 +54,8 @@ class PasswordQueue(Generic[T]):
         self._waiting: OrderedDict[str, T] = OrderedDict()
         self._hosts: OrderedDict[str, _Host] = OrderedDict()
         self._next_stranger = -math.inf
+        self._newest_next = False
+        """Whether the next turn of strangers is that of the last one to come."""
 
     def __len__(self) -> int:
         return len(self._waiting)
@@ -82,18 +86,30 @@ class PasswordQueue(Generic[T]):
         return max(min(map(self._due, self._waiting), default=math.inf) - self._now(), 0.0)
 
     def take(self) -> tuple[str, T] | None:
-        """Host and request that are to be checked now: who knew a password first, then in turn."""
+        """Host and request to check now, None if none is due: who knew a password comes first."""
         now = self._now()
         due = [host for host in self._waiting if self._due(host) <= now]
         if not due:
             return None
-        host = min(due, key=self._rank)
-        if self._rank(host) >= 0:
+        best = min(map(self._rank, due))
+        equals = [host for host in due if self._rank(host) == best]
+        host = equals[0]
+        if best >= 0:
             self._next_stranger = now + _PACE
+            if self._newest_next:
+                host = equals[-1]
+            self._newest_next = not self._newest_next
         return host, self._waiting.pop(host)
 
+    def remove(self, matches: Callable[[T], bool]) -> list[tuple[str, T]]:
+        """Take out the requests that match, with their hosts; this is not a check."""
+        matching = [(host, each) for host, each in self._waiting.items() if matches(each)]
+        for host, _ in matching:
+            del self._waiting[host]
+        return matching
+
     def checked(self, host: str, *, right: bool) -> None:
-        """Tell the result of a check."""
+        """Note the result of a check."""
         known = self._hosts.setdefault(host, _Host())
         self._hosts.move_to_end(host)
         now = self._now()
