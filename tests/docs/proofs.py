@@ -306,6 +306,13 @@ elsewhere(
     ),
 )
 elsewhere(
+    "Where file descriptors run out connections wait until some are free, and the log says so"
+    " once.",
+    "tests/transport/test_acceptor.py"
+    "::test_without_descriptors_the_log_has_one_line_and_connections_wait",
+    "tests/transport/test_acceptor.py::test_while_accepting_fails_the_loop_does_not_spin",
+)
+elsewhere(
     "Beside an attack a good client is answered in time.",
     *(
         f"{HOSTILE}::test_{attack}"

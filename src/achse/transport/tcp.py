@@ -6,12 +6,14 @@ Source: 000 §3.2.
 import asyncio
 import ipaddress
 import logging
+import os
 from collections import Counter
 from typing import cast
 
 from achse.ams.connection import DEFAULT_MAX_LENGTH
 from achse.router import Router
 from achse.router.routes import Route
+from achse.transport.acceptor import Acceptor
 from achse.transport.connection import TcpConnection
 from achse.transport.fair_queue import FairQueue
 from achse.transport.held import Held
@@ -81,6 +83,8 @@ class TcpListener:
         self.connections: set[Peer] = set()
         self.loop: asyncio.AbstractEventLoop
         self._server: asyncio.Server | None = None
+        """What the listening sockets are bound by."""
+        self._acceptor: Acceptor | None = None
         self._refusals = RefusedConnections()
         self._full: set[str] = set()
         """Hosts that were told of a refusal, "" for all of them: until a tenth is free again."""
@@ -98,8 +102,32 @@ class TcpListener:
             start_serving=False,
         )
         self.host, self.port = self._server.sockets[0].getsockname()[:2]
-        await self._server.start_serving()
+        if os.name == "nt":  # its loop watches no descriptors, and there is no limit to meet
+            await self._server.start_serving()
+        else:
+            try:
+                self._acceptor = Acceptor(
+                    self._server.sockets,
+                    self._connection,
+                    MOST_WAITING,
+                    self._cannot_accept,
+                    self._accepts_again,
+                )
+            except BaseException:
+                self._server.close()
+                self._server = None
+                raise
         self.router.routes.on_change(self._changed)
+
+    def _cannot_accept(self, why: str) -> None:
+        log.warning(
+            "connections to %s:%d wait until some have left: %s (more: ulimit -n, or LimitNOFILE of"
+            " the service)",
+            *(self.host, self.port, why),
+        )
+
+    def _accepts_again(self) -> None:
+        log.info("connections to %s:%d are accepted again", self.host, self.port)
 
     def _changed(self, old: Route | None, new: Route | None) -> None:
         """A route is another one: who came by it is judged again."""
@@ -117,6 +145,9 @@ class TcpListener:
         if server is None:
             return
         self.router.routes.ignore(self._changed)
+        if self._acceptor is not None:
+            self._acceptor.close()
+            self._acceptor = None
         server.close()
         self._refusals.close()
         for connection in list(self.connections):
