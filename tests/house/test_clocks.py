@@ -14,10 +14,11 @@ from tests.house.sources import Module
 MAY: dict[str, str] = {
     "src/achse/cli/detached.py": "how old the log of a station is that has ended",
     "src/achse/cli/monitor.py": "beside times of captures, which are times of day",
-    "src/achse/cli/run.py": "where the time of a station begins; it goes on by its own cycle",
-    "src/achse/fleet/worker.py": "where the time of a station begins",
+    "src/achse/cli/run.py": "stamps of a station until its pace starts",
+    "src/achse/fleet/worker.py": "stamps of a station until its pace starts",
     "src/achse/monitor/replay.py": "where the time of a recording that is played begins",
     "src/achse/station/bus_link.py": "beside the kernel's note; never more than went by",
+    "src/achse/station/clock.py": "stamps where the pace starts, and their lag, as people read it",
     "src/achse/station/station.py": "when a packet passed a tap, as people read it",
     "src/achse/monitor/relay.py": "when a packet passed, as people read it",
     "src/achse/transport/ethernet.py": "beside the kernel's note of when a frame arrived",

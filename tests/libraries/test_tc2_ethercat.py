@@ -133,7 +133,7 @@ def test_times_of_distributed_clocks() -> None:
         "PROGRAM MAIN VAR now : T_DCTIME64; t : TIMESTRUCT; s : STRING(29); back : T_DCTIME64;"
         " END_VAR now := F_GetCurDcTaskTime64(); t := DCTIME64_TO_SYSTEMTIME(now);"
         " s := DCTIME64_TO_STRING(now + 7); back := SYSTEMTIME_TO_DCTIME64(t, 3, 4); END_PROGRAM",
-        epoch_ns=946_684_800_000_000_000 + 86_400_000_000_000,
+        epoch=lambda: 946_684_800_000_000_000 + 86_400_000_000_000,
     ).cycle(2)
     assert ran["now"] == 86_400_000_000_000 + 20_000_000
     assert ran["s"] == "2000-01-02-00:00:00.020000007"

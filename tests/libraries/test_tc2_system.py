@@ -82,7 +82,7 @@ def test_clocks() -> None:
     ran = Ran(
         "PROGRAM MAIN VAR a, b : ULINT; s : GETSYSTEMTIME; END_VAR"
         " a := F_GetSystemTime(); b := F_GetTaskTime(); s(); END_PROGRAM",
-        epoch_ns=1_000_000_000,
+        epoch=lambda: 1_000_000_000,
     ).cycle(2)
     expected = 116_444_736_000_000_000 + 10_000_000 + 200_000
     assert ran["a"] == ran["b"] == ran["s.timeHiDW"] << 32 | ran["s.timeLoDW"] == expected

@@ -49,6 +49,14 @@ def test_a_shift_moves_what_is_to_come_and_never_below_half_a_tick(by_ns: int) -
     assert pace.late_ticks == 0
 
 
+def test_shifts_before_one_tick_count_together() -> None:
+    pace = Pace(MS, 1.0, now=0)
+    assert pace.take(MS)
+    for by_ns in (-400_000, 100_000, -400_000, -400_000):
+        pace.shift(by_ns)
+    assert pace.due == 2 * MS - MS // 2
+
+
 def test_rounding_does_not_accumulate() -> None:
     pace = Pace(MS, 3.0, now=0)
     assert sum(due_ticks(pace, now * MS) for now in range(1, 1001)) == 3000

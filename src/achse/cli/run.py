@@ -141,7 +141,7 @@ def run(
     if duration == math.inf:
         duration = None
     raise_file_limit()
-    # a station at the wall clock's pace shows its time; a faster one starts at a fixed moment
+    # the time of day until the cycle starts; a station at another pace starts at a fixed moment
     station = _station(
         file,
         net_id,

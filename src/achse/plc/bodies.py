@@ -41,7 +41,7 @@ class Bodies:
     `budget`: loop passes and calls that one cycle may take before it is stopped.
     `exceptions`: the task option "floating point exceptions". `functions` and `blocks`: what
     routines of libraries do that have no Structured Text, by key; `services` has more of them,
-    those that need the station. `epoch_ns` is the Unix time at time 0. `form` is what routines
+    those that need the station. `epoch()` is the Unix time at time 0, ns. `form` is what routines
     become: plain Python or machine code.
     """
 
@@ -54,7 +54,7 @@ class Bodies:
         functions: Mapping[str, FunctionBody] = FUNCTIONS,
         blocks: Mapping[str, BlockBody] = BLOCKS,
         services: Services | None = None,
-        epoch_ns: int = 0,
+        epoch: Callable[[], int] = int,
         form: CodeForm = CodeForm.AUTO,
     ) -> None:
         self.project = project
@@ -65,7 +65,7 @@ class Bodies:
         self.functions = {**functions, **JSON_FUNCTIONS, **of_station}
         self.blocks = blocks if services is None else {**blocks, **services.blocks}
         self._services = services
-        self._epoch_ns = epoch_ns
+        self._epoch = epoch
         self._clock_ns: Callable[[], int] = int
         self._task_index: Callable[[], int] = int
         self.guard: Guard = _unguarded
@@ -205,7 +205,7 @@ class Bodies:
     @property
     def unix_ns(self) -> int:
         """The time of the running cycle since 1970."""
-        return self._epoch_ns + self._clock_ns()
+        return self._epoch() + self._clock_ns()
 
     def area_of(self, address: int, size: int) -> Area | None:
         """The area that all of these bytes are in, as far as they are in use."""

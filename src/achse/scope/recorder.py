@@ -210,6 +210,12 @@ class Recorder:
             name, tuple(_block(deck, first, end, epoch_ns) for deck, first, end in ends), trigger
         )
 
+    @property
+    def newest_ns(self) -> int:
+        """When the newest sample was taken; without samples the start, 0 before it."""
+        taken = [deck.due_ns - deck.step_ns for deck in self.decks if deck.count]
+        return max(taken, default=self.begin_ns or 0)
+
     def progress(self) -> dict[str, Any]:
         """State and counts, for those who ask again and again."""
         return {

@@ -91,7 +91,7 @@ class Device:
       symbol services come with every device. `services` is the whole table.
     - `accepted_states`: what Write Control may ask for, and the state it leads to.
     - `direct_codes`: results replaced outside sum commands, see `DIRECT_CODES_OF_A_PLC`.
-    - `clock`: unix ns of the station. Nothing in here reads another clock.
+    - `clock`: unix ns of the station, as stamps show it. Nothing in here reads another clock.
     - `task_cycle_ns`: cycle of the default task, on whose grid notifications are sampled.
 
     `client` is everywhere the AMS address of the asking client; b"" is a caller in this process.
@@ -334,12 +334,13 @@ class Device:
         if self.symbols is not None:
             self.symbols.limits = limits
 
-    def share(self, usage: Usage) -> None:
+    def share(self, usage: Usage, epoch: Callable[[], int] = int) -> None:
         """Count what clients hold together with other devices, before there are any.
 
-        The one who ticks the notifications serves the budget then.
+        The one who ticks the notifications serves the budget then, and ticks in a time of its own:
+        `epoch()` is the Unix time in ns at its 0.
         """
-        self.notifications.share(usage)
+        self.notifications.share(usage, epoch)
         if self.symbols is not None:
             self.symbols.usage = usage
 

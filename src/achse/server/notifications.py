@@ -76,7 +76,8 @@ class Notifications:
     Those that `share` a usage leave it to the one who ticks them to `serve` its budget then.
 
     `clock` gives unix ns, `task_cycle(context)` the cycle in ns of the task that a notification
-    follows (context 0: the default task).
+    follows (context 0: the default task). `tick` has a time of its own that goes on evenly; stamps
+    are in Unix time, which may leap forwards against it.
     """
 
     def __init__(
@@ -100,7 +101,8 @@ class Notifications:
         """Added, first sample not yet sent."""
         self._task_cycle = task_cycle
         self._clock = clock
-        self._epoch = clock()
+        self._epoch: Callable[[], int] = int
+        self._grid = clock()
         self._subscriptions: dict[int, NotificationHandle] = {}
         self._clients: dict[bytes, _Holding] = {}
         self._ways: dict[Endpoint, dict[Channel, None]] = {}
@@ -121,7 +123,7 @@ class Notifications:
         self._waiting: dict[Channel, None] = {}
         """Channels with stamps that their client does not take yet."""
         self.due_ns: float = math.inf
-        """When `tick` has something to do next, or before; unix ns."""
+        """When `tick` has something to do next, or before; in its time."""
         self._sequence = 0
         self._next_handle = 1
         self._warned: set[bytes] = set()
@@ -129,9 +131,11 @@ class Notifications:
     def __len__(self) -> int:
         return self._count
 
-    def share(self, usage: Usage) -> None:
-        """Count what clients hold in `usage`, and sample within its budget, from now on."""
+    def share(self, usage: Usage, epoch: Callable[[], int] = int) -> None:
+        """Count what clients hold in `usage`, within its budget; tick from Unix time `epoch()`."""
         assert not self._subscriptions
+        self._grid -= epoch() - self._epoch()
+        self._epoch = epoch
         self.usage, self._shares = usage, True
         usage.members.add(self)
 
@@ -278,8 +282,12 @@ class Notifications:
 
     def _on_grid(self, task_cycle: int) -> int:
         """The last point of a task's grid."""
-        now = self._clock()
-        return now - (now - self._epoch) % task_cycle
+        now = self._now()
+        return now - (now - self._grid) % task_cycle
+
+    def _now(self) -> int:
+        """The time of `tick`."""
+        return self._clock() - self._epoch()
 
     def _diagnose(self, client: bytes, cycle_time: int, max_delay: int) -> None:
         if client not in self._warned:
@@ -433,12 +441,12 @@ class Notifications:
                 self._open_batch(subscription.batch)
                 subscription.batch.take(subscription.header, subscription.last or b"")
         # The clock shows the last tick, which is over: a largest delay ends at the tick after it.
-        now = self._clock() + 1
+        now = self._now() + 1
         self._send(now, self._on_grid(self._task_cycle(0)))
         self._look_ahead()
 
     def tick(self, now: int) -> None:
-        """Take the samples due at `now` (unix ns) and send what may not wait longer."""
+        """Take the samples due at `now` (ns) and send what may not wait longer."""
         due, budget = self._due, self.usage.budget
         if due and due[0][0] <= now:
             budget.refill(now)
@@ -494,10 +502,10 @@ class Notifications:
         if self._deadlines and self._deadlines[0][0] < self.due_ns:
             self.due_ns = self._deadlines[0][0]
 
-    def _send(self, now: int, stamp_time: int) -> None:
+    def _send(self, now: int, sampled_ns: int) -> None:
         ready = self._waiting
         if self._open:
-            filetime = from_unix_ns(stamp_time)
+            filetime = from_unix_ns(self._epoch() + sampled_ns)
             frame_bytes = self.limits.frame_bytes
             for batch in self._open:
                 if not batch.subscriptions:  # ended since

@@ -16,6 +16,7 @@ from achse.motion import Nc
 from achse.plc import PlcRuntime
 from achse.router import Router
 from achse.server import Device, Usage
+from achse.station.clock import StationClock
 from achse.station.config import ConfigError, StationConfig
 from achse.station.cycle import IDLE_TICK_NS, Phase
 from achse.station.pacing import Pace
@@ -41,10 +42,8 @@ class Ground(NamedTuple):
     router: Router
     base: Path
     """Where relative names in the configuration begin."""
-    clock: Callable[[], int]
-    """Station time as Unix time, ns."""
-    epoch_ns: int
-    """The time of `clock` at station time 0."""
+    clock: StationClock
+    """The Unix time of the present cycle, and station time."""
     usage: Usage
     """What clients hold of all devices together."""
     pace: Callable[[], Pace | None]
@@ -52,7 +51,7 @@ class Ground(NamedTuple):
 
     def attach(self, device: Device, *ports: int) -> None:
         """Let a device answer at these ports, within the limits. Raises ConfigError."""
-        device.share(self.usage)
+        self.share(device)
         for port in ports:
             device.limit(self.config.limits.limits())
             self.router.release(port)
@@ -60,6 +59,14 @@ class Ground(NamedTuple):
                 device.attach(self.router, port)
             except RouterError as taken:
                 raise ConfigError(f"port {port} for {device.name}: {taken}") from taken
+
+    def share(self, device: Device) -> None:
+        """Count what a device's clients hold with the others, and tick it in station time."""
+        device.share(self.usage, self.epoch)
+
+    def epoch(self) -> int:
+        """Unix time at station time 0, as the present mapping has it."""
+        return self.clock.epoch_ns
 
     def leave(self, devices: Iterable[Device]) -> None:
         """Take devices off their ports, which stay reserved for those that come after them."""
@@ -174,7 +181,7 @@ class Building:
                 f" got {told}"
             )
         devices = list(self.devices)
-        notify = NotificationPhase(devices, ground.epoch_ns, ground.usage.budget, ground.pace)
+        notify = NotificationPhase(devices, ground.usage.budget, ground.pace)
         sweep = upkeep(devices, tick_ns, ground.clock)
         self._finished = devices, notify
         return Parts(

@@ -61,7 +61,7 @@ def attach_buses(building: Building, served: Sequence[ServedBus]) -> None:
     ground = building.ground
 
     def share(device: Device) -> None:
-        device.share(ground.usage)
+        ground.share(device)
         device.limit(ground.config.limits.limits())
 
     present = next((each for each in building.devices if isinstance(each, IoDevice)), None)

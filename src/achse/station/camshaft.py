@@ -129,7 +129,7 @@ def _make(building: Building, number: int, config: CamshaftConfig) -> ServedCams
     building.add_state(controller.digest)
     return ServedCamshaft(
         *(controller, config.name, cam_names),
-        wake=lambda: phase.wake(ground.clock() - ground.epoch_ns),
+        wake=lambda: phase.wake(ground.clock.time_ns),
     )
 
 

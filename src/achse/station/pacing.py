@@ -14,6 +14,7 @@ from bisect import bisect_left
 from collections.abc import Callable
 
 from achse.motion import Nc
+from achse.station.clock import StationClock
 from achse.station.wake_timer import WakeTimer
 
 __all__ = ["STEP_BOUNDS_NS", "NcTask", "Pace", "Pacer", "run_unpaced"]
@@ -21,7 +22,7 @@ __all__ = ["STEP_BOUNDS_NS", "NcTask", "Pace", "Pacer", "run_unpaced"]
 log = logging.getLogger("achse.pacing")
 
 REBASE_NS = 1_000_000_000
-"""Further behind than this (wall time), the lost time is given up."""
+"""Further behind than this (wall time), the pace drops the backlog."""
 
 _TURN_NS = 20_000_000
 """Catching up yields to the loop after this much wall time, so that clients are still served."""
@@ -37,15 +38,21 @@ class Pace:
     """Due moments of a tick of `tick_ns` at `speed` times the wall clock, from `now` on.
 
     Late ticks stay due, none is skipped, until the pace is more than `REBASE_NS` behind: then it
-    starts again from the present. `late_ticks` counts ticks begun more than one tick late,
-    `rebases` how often time was given up, `behind_ns` is how late the present tick began, in
-    station time.
+    drops the backlog and starts again from the present. `late_ticks` counts ticks begun more than
+    one tick late, `rebases` dropped backlogs, `dropped_ns` is their wall time, `behind_ns` how late
+    the present tick began, in station time. `clock` is the station's; at speed 1 its stamps are
+    the due moments.
     """
 
-    def __init__(self, tick_ns: int, speed: float, now: int) -> None:
+    def __init__(
+        self, tick_ns: int, speed: float, now: int, clock: StationClock | None = None
+    ) -> None:
         if not speed > 0:
             raise ValueError(f"a speed is above 0, got {speed}")
         self._speed = speed
+        self._clock = clock if speed == 1 else None
+        self._shifted = 0
+        """What stamps move by with the next tick."""
         self._wall_per_tick = tick_ns / speed
         self.behind_ns = 0.0
         self.steps = [0] * (len(STEP_BOUNDS_NS) + 1)
@@ -54,6 +61,7 @@ class Pace:
         """All of them together."""
         self.late_ticks = 0
         self.rebases = 0
+        self.dropped_ns = 0
         self._start(now)
 
     @property
@@ -64,13 +72,17 @@ class Pace:
     def _start(self, now: int) -> None:
         self._origin = now
         self._ticks = 0
+        self._shifted = 0
         self.due = now + int(self._wall_per_tick)
+        if self._clock is not None:
+            self._clock.align()
 
     def shift(self, by_ns: int) -> None:
         """All moments to come are later by this; they never come nearer than half a tick."""
-        by_ns = max(by_ns, -int(self._wall_per_tick / 2))
+        by_ns = max(by_ns, -int(self._wall_per_tick / 2) - self._shifted)
         self._origin += by_ns
         self.due += by_ns
+        self._shifted += by_ns
 
     def note(self, computed_ns: int) -> None:
         """A tick took so long to compute."""
@@ -84,11 +96,16 @@ class Pace:
             return False
         if behind > REBASE_NS:
             self.rebases += 1
+            self.dropped_ns += behind
             self._start(now)
             return False
         if behind > self._wall_per_tick:
             self.late_ticks += 1
         self.behind_ns = behind * self._speed
+        if self._shifted:
+            if self._clock is not None:
+                self._clock.shift(self._shifted)
+            self._shifted = 0
         self._ticks += 1
         self.due = self._origin + int((self._ticks + 1) * self._wall_per_tick)
         return True
@@ -97,8 +114,16 @@ class Pace:
 class Pacer:
     """Calls `step` once per tick of a `Pace`; an async context manager in the station's loop."""
 
-    def __init__(self, step: Callable[[], None], tick_ns: int, speed: float = 1.0) -> None:
+    def __init__(
+        self,
+        step: Callable[[], None],
+        tick_ns: int,
+        speed: float = 1.0,
+        clock: StationClock | None = None,
+    ) -> None:
+        """`clock` is the station's: at speed 1 its stamps follow the wall clock."""
         self._step = step
+        self._clock = clock
         self.pace = Pace(tick_ns, speed, time.monotonic_ns())
         self._speed = speed
         self._tick_ns = tick_ns
@@ -112,7 +137,7 @@ class Pacer:
     async def __aenter__(self) -> "Pacer":
         self._loop = asyncio.get_running_loop()
         self._failed = self._loop.create_future()
-        self.pace = Pace(self._tick_ns, self._speed, time.monotonic_ns())
+        self.pace = Pace(self._tick_ns, self._speed, time.monotonic_ns(), self._clock)
         if not self._by_timer():
             self._thread = threading.Thread(target=self._wake, name="achse-pacer", daemon=True)
             self._thread.start()
@@ -172,7 +197,7 @@ class Pacer:
 
     def _run_due(self) -> None:
         began = now = time.monotonic_ns()
-        rebases = self.pace.rebases
+        dropped_ns = self.pace.dropped_ns
         try:
             while not self._stopping and now - began <= _TURN_NS and self.pace.take(now):
                 self._step()
@@ -182,8 +207,11 @@ class Pacer:
             self._stopping = True
             if not self._failed.done():
                 self._failed.set_exception(failure)
-        if self.pace.rebases > rebases:
-            log.warning("the station fell more than a second behind: the lost time is given up")
+        if self.pace.dropped_ns > dropped_ns:
+            log.warning(
+                "the station fell %.1f s behind the wall clock: dropping the backlog",
+                (self.pace.dropped_ns - dropped_ns) / 1e9,
+            )
         self._served.set()
 
 

@@ -115,14 +115,12 @@ class NotificationPhase(Phase):
     def __init__(
         self,
         devices: Sequence[Device],
-        epoch_ns: int,
         budget: SampleBudget,
         pace: Callable[[], Pace | None] = lambda: None,
     ) -> None:
-        """`epoch_ns` is the time of the devices' clocks at station time 0, `budget` that which they
-        share; `pace()` is how the station follows the wall clock, None in virtual time."""
+        """`budget` is that which the devices share, ticked in station time; `pace()` is how the
+        station follows the wall clock, None in virtual time."""
         self.watch(devices)
-        self._epoch_ns = epoch_ns
         self._budget = budget
         self._pace = pace
 
@@ -137,16 +135,15 @@ class NotificationPhase(Phase):
         for notifications in self._notifications:  # half the time of min()
             if notifications.due_ns < due:
                 due = notifications.due_ns
-        return due - self._epoch_ns
+        return due
 
     def step(self, now_ns: int) -> None:
         """Send the samples that are due."""
-        now = self._epoch_ns + now_ns
         for notifications in self._notifications:
-            if notifications.due_ns <= now:
-                notifications.tick(now)
+            if notifications.due_ns <= now_ns:
+                notifications.tick(now_ns)
         if self._budget.waiting:
-            self._budget.serve(now)
+            self._budget.serve(now_ns)
         pace = self._pace()
         if pace is not None:
             self._budget.press(pace.behind_ns)

@@ -21,7 +21,7 @@ def make_plcs(building: Building) -> None:
     ground = building.ground
     for number, config in enumerate(ground.config.plc, 1):
         requests = PlcRequests(ground.clock)
-        source = PlcSource(config, f"plc[{number}]", ground.base, requests, ground.epoch_ns)
+        source = PlcSource(config, f"plc[{number}]", ground.base, requests, ground.epoch)
         plc = source.make()
         building.plcs[config.port], building.sources[config.port] = plc, source
         building.add_state(plc.digest)

@@ -71,7 +71,7 @@ class PlcSource:
     """Where the declarations of one `[[plc]]` come from.
 
     `key` names it in errors, `base` is where relative names begin, `services` are the library
-    routines that need the station, `epoch_ns` is the Unix time at its start. Everything raises
+    routines that need the station, `epoch()` is the Unix time at time 0. Everything raises
     `ConfigError` for what cannot be read or declared.
     """
 
@@ -81,11 +81,11 @@ class PlcSource:
         key: str,
         base: Path,
         services: "Services | None" = None,
-        epoch_ns: int = 0,
+        epoch: Callable[[], int] = int,
     ) -> None:
         self.config = config
         self.services = services
-        self.epoch_ns = epoch_ns
+        self.epoch = epoch
         self.key = key
         self.base = base
 
@@ -164,7 +164,7 @@ class PlcSource:
             budget=self.config.budget,
             exceptions=self.config.floating_point_exceptions,
             services=self.services,
-            epoch_ns=self.epoch_ns,
+            epoch=self.epoch,
             form=CodeForm(self.config.code),
         )
 

@@ -54,7 +54,7 @@ def make_scope(building: Building) -> None:
     channels = ScopeChannels(lambda: building.devices, port)
     scopes = ScopeServer(
         channels,
-        lambda: ground.clock() - ground.epoch_ns,
+        lambda: ground.clock.time_ns,
         limits=config.limits(),
         tick_ns=tick_ns,
         machine_code=ground.config.nc.kernel != "interpreted",
@@ -62,7 +62,7 @@ def make_scope(building: Building) -> None:
     for plc in building.plcs.values():
         plc.on_online_change(scopes.find_again)
     device = ScopeDevice(
-        scopes, clock=ground.clock, epoch_ns=ground.epoch_ns, folder=_folder(building)
+        scopes, clock=ground.clock, epoch_at=ground.clock.epoch_at, folder=_folder(building)
     )
     systems = [kept for kept in building.devices if isinstance(kept, SystemDevice)]
     if systems:
@@ -101,16 +101,15 @@ class StationScope:
     Use it in a `with` block, or `close` it.
     """
 
-    def __init__(self, device: ScopeDevice, scope: NumberedScope, epoch_ns: int) -> None:
+    def __init__(self, device: ScopeDevice, scope: NumberedScope) -> None:
+        self._device = device
         self._scopes = device.scopes
         self._scope = scope
-        self._epoch_ns = epoch_ns
 
     @classmethod
     def of(
         cls,
         device: ScopeDevice,
-        epoch_ns: int,
         channels: str | ScopeChannel | Iterable[str | ScopeChannel | dict[str, Any]],
         *,
         length: float,
@@ -133,7 +132,7 @@ class StationScope:
                 "combine": combine,
             }
         )
-        return cls(device, device.scopes.add(definition), epoch_ns)
+        return cls(device, device.scopes.add(definition))
 
     @property
     def number(self) -> int:
@@ -173,7 +172,7 @@ class StationScope:
 
     def data(self) -> ScopeData:
         """A copy of what there is."""
-        return self._scope.recorder.data(self._epoch_ns)
+        return self._scope.recorder.data(self._device.epoch_of(self._scope))
 
     def _repr_html_(self) -> str:
         """What a notebook shows: what there is now."""

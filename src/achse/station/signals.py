@@ -63,7 +63,7 @@ def make_signals(building: Building) -> None:
         building.add_phase(
             CyclicPhase(PhasePlace.INPUTS, f"signals of plc {port}", cycle_ns, write), cycle_ns
         )
-        write(building.ground.clock() - building.ground.epoch_ns)  # there before the first cycle
+        write(building.ground.clock.time_ns)  # there before the first cycle
 
 
 class _Signal:

@@ -2,6 +2,7 @@
 
 Time belongs to the station: integer nanoseconds that only `step` moves. Nothing below reads a
 clock; `advance` is virtual time, `running` lets a pacer call the same step by the wall clock.
+Time stamps are those of `Station.clock`, see `achse.station.clock`.
 """
 
 import asyncio
@@ -33,6 +34,7 @@ from achse.station.agenda import Agenda
 from achse.station.assembly import assemble, idle, permanent
 from achse.station.building import Ground, Parts
 from achse.station.buses import AxisBus
+from achse.station.clock import StationClock
 from achse.station.collection import collect_remains
 from achse.station.config import ConfigError, StationConfig, load
 from achse.station.cycle import Cycle, Phase
@@ -80,15 +82,17 @@ class Station:
         epoch_ns: int = DEFAULT_EPOCH_NS,
     ) -> None:
         """`base` is where relative names in the configuration begin; `epoch_ns` is the Unix time
-        at station time 0 (stamps of notifications). Raises ConfigError."""
+        at station time 0, for time stamps, until the station runs at the wall clock's pace.
+        Raises ConfigError."""
         if not isinstance(config, StationConfig | None):
             raise TypeError(
                 f"a StationConfig expected, got {config!r:.80}; Station.load(file) reads a file"
             )
         self.config = config or StationConfig()
-        self.epoch_ns = epoch_ns
         self.cycle: Cycle = Cycle()
         """What is done when; others may add phases of their own, which stay through restarts."""
+        self.clock: StationClock = StationClock(self.cycle, epoch_ns)
+        """Calling it returns the time stamp of the present cycle, Unix ns."""
         self._agenda = Agenda(self.cycle)
         self.router = Router(self.config.router.net_id)
         self._base = base or Path()
@@ -105,17 +109,16 @@ class Station:
         """What clients hold of all devices together."""
         self.service = StationService(self, taps)
         self.service.limit(limits.limits())
-        self.service.share(self.usage)
-        self.service.attach(self.router, SERVICE_PORT)
         self._ground = Ground(
             config=self.config,
             router=self.router,
             base=self._base,
             clock=self.clock,
-            epoch_ns=epoch_ns,
             usage=self.usage,
             pace=lambda: self.pace,
         )
+        self._ground.share(self.service)
+        self.service.attach(self.router, SERVICE_PORT)
         self._requests = StateRequests(self)
         self._kept = (*permanent(self._ground, self._requests, lambda: self.devices), self.service)
         """What stays through restarts, the system service first."""
@@ -200,9 +203,10 @@ class Station:
         """The grid of station time: the greatest common divisor of all cycles."""
         return self.cycle.tick_ns
 
-    def clock(self) -> int:
-        """Station time as Unix time, ns."""
-        return self.epoch_ns + self.cycle.now_ns
+    @property
+    def epoch_ns(self) -> int:
+        """Unix time at station time 0, as time stamps have it now."""
+        return self.clock.epoch_ns
 
     def step(self) -> None:
         """One tick of `tick_ns`: every phase that is due, in order."""
@@ -298,6 +302,8 @@ class Station:
             plc.begin(self.time_ns)
         self._take(parts)
         self.faults.renew()
+        if self.pace is not None and self.pace.speed == 1:
+            self.clock.align()
         self._system.restart_index += 1
         self._system.ads_state = AdsState.RUN
         self._requests.entered_run(self.config.system.restart_time)
@@ -354,7 +360,7 @@ class Station:
         if device is None:
             raise RuntimeError(f"the station is in {self.state.name}: it has no scope server")
         return StationScope.of(
-            *(device, self.epoch_ns, channels),
+            *(device, channels),
             length=length,
             triggers=triggers,
             pretrigger=pretrigger,
@@ -448,6 +454,9 @@ class Station:
     ) -> AsyncIterator["RunningStation"]:
         """Serve clients over AMS/TCP while the station runs `speed` times the wall clock.
 
+        At speed 1 the time stamp of a cycle is the wall clock at the moment it was due; at others
+        it goes on from `epoch_ns` in station time.
+
         `speed` may be `math.inf`: as fast as the machine can; with 0 time stands, until `advance`
         is called in the station's loop. `until` ends the cycle at that station time (s).
 
@@ -461,6 +470,8 @@ class Station:
                 raise ConfigError(
                     f"bus {name}: slaves on {bus.interface} need speed 1, got {speed:g}"
                 )
+        if speed == 1:
+            self.clock.align()
         network = Network(self.config, self.router, self._system.version, self._base)
         await network.open(host, tcp_port, udp_port, let_everybody_in)
         metrics = MetricsPort(self.statistics, lambda: self.pace)
@@ -522,7 +533,7 @@ class Station:
             if self.time_ns >= end_ns:
                 ended.set()
 
-        async with Pacer(step, self.tick_ns, speed) as pacer:
+        async with Pacer(step, self.tick_ns, speed, self.clock) as pacer:
             self.pace = pacer.pace
             ends = [asyncio.create_task(pacer.failed()), asyncio.create_task(ended.wait())]
             try:

@@ -9,6 +9,7 @@ from achse.motion import Nc
 from achse.router import Router
 from achse.router.clients import ClientFigures
 from achse.server import Device, Usage
+from achse.station.clock import StationClock
 from achse.station.pacing import Pace
 from achse.transport.tcp import TcpListener
 
@@ -28,6 +29,7 @@ class CountedStation(Protocol):
     devices: Sequence[Device]
     listeners: Sequence[TcpListener]
     pace: Pace | None
+    clock: StationClock
     usage: Usage
     nc: Nc | None
     fieldbuses: "Mapping[str, EthercatBus | InterfaceBus]"
@@ -75,6 +77,7 @@ def statistics(station: CountedStation) -> dict[str, Any]:
         "computed": 0.0 if pace is None else pace.computed_ns / 1e9,
         "late_ticks": 0 if pace is None else pace.late_ticks,
         "rebases": 0 if pace is None else pace.rebases,
+        "stamp_lag": station.clock.lag_ns / 1e9 if pace is not None and pace.speed == 1 else 0.0,
         "connections": len(connections),
         "connections_refused": sum(listener.refused for listener in station.listeners),
         "connections_cut_off": sum(listener.cut_off for listener in station.listeners),

@@ -38,21 +38,24 @@ _LARGEST_REQUEST = 4 * 1024 * 1024
 
 
 class ScopeDevice(Device):
-    """Answers for all scopes of a station. `epoch_ns`: the time of `clock` at station time 0."""
+    """Answers for all scopes of a station.
+
+    `epoch_at(time_ns)`: Unix time at station time 0, as it counted at a station time.
+    """
 
     def __init__(
         self,
         scopes: ScopeServer,
         *,
         clock: Callable[[], int],
-        epoch_ns: int,
+        epoch_at: Callable[[int], int],
         folder: Path | None = None,
     ) -> None:
         self.scopes = scopes
         self.files = ScopeFiles(folder)
         self.worker: Callable[[], FileWorker | None] = lambda: None
         """Who does what takes long beside the loop, while there is a loop."""
-        self._epoch_ns = epoch_ns
+        self._epoch_at = epoch_at
         self._asking = b""
         self._now = clock
         self._rates = Rates(
@@ -134,13 +137,20 @@ class ScopeDevice(Device):
         except ScopeError as fault:
             raise DeviceError(ReturnCode.INVALID_STATE, str(fault)) from None
 
+    def epoch_of(self, scope: NumberedScope) -> int:
+        """Unix time at time 0 of a recording: its newest sample has the stamp of its cycle."""
+        return self._epoch_at(scope.recorder.newest_ns)
+
+    def _facts(self, scope: NumberedScope) -> dict[str, Any]:
+        return self.scopes.facts(scope, self.epoch_of(scope))
+
     def export(self, name: bytes) -> None:
         """Write what was recorded to a file."""
         self.files.path(name)  # refuse before the work
         recorder = self.view.recorder
         if not any(deck.count for deck in recorder.decks):
             raise DeviceError(ReturnCode.INVALID_STATE, "the view has recorded nothing")
-        take = recorder.taking(self._epoch_ns)
+        take = recorder.taking(self.epoch_of(self.view))
         self._beside(lambda: self.files.export(name, take()))
 
     def export_view(self, name: bytes) -> None:
@@ -164,7 +174,7 @@ class ScopeDevice(Device):
 
     def _tell(self, number: int, length: int, client: bytes) -> bytes:
         if number:
-            return _json(self.scopes.facts(self.scopes[number], self._epoch_ns))
+            return _json(self._facts(self.scopes[number]))
         return _json(
             [
                 {
@@ -217,7 +227,7 @@ class ScopeDevice(Device):
             self.scopes.close(scope)
         else:
             raise ScopeError(f"expected {', '.join(ScopeCommand)}, got {word!r}")
-        return self.scopes.facts(scope, self._epoch_ns)
+        return self._facts(scope)
 
     def _spend(self, client: bytes, channels: int) -> None:
         """Finding many channels takes time that others need: so many a second (0x708 beyond)."""
