@@ -1,5 +1,6 @@
 """Values of the typed form in machine code."""
 
+from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -119,6 +120,7 @@ class ExpressionTranslator:
         self._reals = RealTranslator(self)
         self._texts = TextTranslator(self)
         self._variables = sorted(routine.frame.fields, key=lambda field: field.offset)
+        self._offsets = [variable.offset for variable in self._variables]
         self._buffers: dict[int, list[Operand]] = {}
         self._lent: list[tuple[int, Operand]] = []
         self.buffered = 0
@@ -128,8 +130,12 @@ class ExpressionTranslator:
 
     def frame_variable(self, offset: int) -> Variable[Any, Any]:
         """The variable of the frame that has the byte at `offset`."""
-        for variable in self._variables:
-            if variable.offset <= offset < variable.offset + max(variable.type.size, 1):
+        place = bisect_left(self._offsets, offset)
+        if place == len(self._offsets) or self._offsets[place] != offset:
+            place -= 1
+        if place >= 0:
+            variable = self._variables[place]
+            if offset < variable.offset + max(variable.type.size, 1):
                 return variable
         raise AssertionError(f"{self.routine.name}: nothing in the frame at {offset}")
 
