@@ -13,6 +13,7 @@ from achse.native.backend.types import (
     I8,
     I64,
     U8,
+    U64,
     CallTarget,
     FunctionSignature,
     InstructionError,
@@ -28,6 +29,7 @@ __all__ = ["FunctionBuilder", "Label", "LocalVariable"]
 Label = str
 """Where a function can go on."""
 
+_STACK_POINTER = "@llvm.stacksave.p0"
 _DEPTH_BEFORE = "%depth.before"
 
 
@@ -369,6 +371,12 @@ class FunctionBuilder(Instructions):
         self._add(f"store {left.typed}, ptr {BUDGET}")
         enough = self.compare(Relation.GREATER_EQUAL, left, Operand(I64, "0"))
         self.require(enough, fault)
+
+    def stack_pointer(self) -> Operand:
+        """U64: the address of the lowest byte of the function's frame."""
+        self.module.external(CallTarget(_STACK_POINTER, FunctionSignature((), (ADDRESS,))))
+        pointer = self.emit(ADDRESS, f"call ptr {_STACK_POINTER}()")
+        return self.emit(U64, f"ptrtoint {pointer.typed} to i64")
 
     def will_descend(self) -> None:
         """Say before the body is written that `descend` comes in its `opening`."""

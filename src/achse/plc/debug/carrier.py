@@ -3,6 +3,8 @@
 import threading
 from collections.abc import Callable
 
+from achse.native.backend.thread_stack import start_with_stack
+
 __all__ = ["Carrier"]
 
 _STACK = 64 << 20
@@ -22,12 +24,8 @@ class Carrier:
         self._work: Callable[[], object] | None = None
         self._ended = True
         self.failure: BaseException | None = None
-        before = threading.stack_size(_STACK)
-        try:
-            self._thread = threading.Thread(target=self._serve, name="achse debug", daemon=True)
-            self._thread.start()
-        finally:
-            threading.stack_size(before)
+        self._thread = threading.Thread(target=self._serve, name="achse debug", daemon=True)
+        start_with_stack(self._thread, _STACK)
 
     def _serve(self) -> None:
         while True:
