@@ -19,8 +19,10 @@ from achse.native.backend import (
     U16,
     U32,
     U64,
+    Effort,
     FunctionBuilder,
     InstructionError,
+    MachineCode,
     MachineFault,
     MachineType,
     ModuleBuilder,
@@ -28,6 +30,7 @@ from achse.native.backend import (
     OwnFault,
     Relation,
     address_of,
+    compile_module,
 )
 
 B = FunctionBuilder
@@ -312,7 +315,7 @@ def test_a_handler_gets_the_fault_and_the_trail_of_places(load: Any) -> None:
     assert code.function("safe")(1) == 1
 
 
-def test_depth_comes_back_by_what_was_taken(load: Any) -> None:
+def test_depth_of_calls_is_restored_by_returns_and_faults(effort: Effort) -> None:
     module = ModuleBuilder()
     deep = module.declare("deep", [I64], [I64], exported=True, faults=True)
     body = module.write(deep)
@@ -325,11 +328,25 @@ def test_depth_comes_back_by_what_was_taken(load: Any) -> None:
     body.begin(end)
     body.return_(n)
     with body.opening():
-        body.descend(100, 5)
-    run = load(module).function("deep")
+        body.descend(5)
+    run = MachineCode(compile_module(module, effort), module.interface, deepest=10).function("deep")
     assert run(9) == 0
     for _ in range(3):
         with pytest.raises(MachineFault) as fault:
             run(10)
-        assert fault.value.number == 5
+        assert (fault.value.number, fault.value.first) == (5, 0)
         assert run(9) == 0
+
+
+def test_frame_bound_counts_what_is_kept_of_a_draft() -> None:
+    body = ModuleBuilder().function("run", [I16], [I16], exported=True)
+    empty = body.frame_bound
+    with body.draft():
+        body.variable(I16)
+        body.buffer(100)
+        body.return_(*body.parameters)
+    assert body.frame_bound == empty
+    body.buffer(100)
+    assert body.frame_bound == empty + 104
+    body.clear()
+    assert body.frame_bound == empty

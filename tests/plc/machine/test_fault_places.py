@@ -3,8 +3,8 @@
 from typing import Any
 
 from achse.iec.structs import StructType
-from achse.native.backend import MachineFault
-from achse.plc.code.faults import PlcFault, report_of
+from achse.native.backend import MachineFault, OwnFault
+from achse.plc.code.faults import ExceptionCode, PlcFault, code_of, report_of
 from achse.plc.machine.fault_places import FaultKind, FaultPlaces
 from achse.st.source import Source
 from achse.st.typed.project import Routine, RoutineKind
@@ -55,3 +55,14 @@ def test_each_kind_has_its_words() -> None:
     sites = FaultPlaces()
     access = sites.number(0, 0, FaultKind.ACCESS)
     assert sites.failure(MachineFault(access), [], routines, 1).args[1] == "address 0"
+
+
+def test_call_from_python_on_a_full_stack_is_a_stack_overflow_of_its_callers() -> None:
+    sites = FaultPlaces()
+    routines = [_routine("MAIN", "a.st", 9)]
+    call = sites.number(0, 4, FaultKind.CALL)
+    for trail, line in (([], 0), ([call], 3)):
+        failure = sites.failure(MachineFault(OwnFault.TOO_DEEP), trail, routines, 100)
+        assert code_of(failure) == ExceptionCode.STACK_OVERFLOW
+        report = report_of(failure, ["a.st"])
+        assert (report.name, report.line) == ("STACK_OVERFLOW", line)

@@ -55,8 +55,9 @@ round to zero and do not trap; a language that faults asks with `require` before
 **Faults and budgets.** A function declared with `faults` may `leave` or `require`: the fault's
 number and two values reach Python as `MachineFault`, at once, through all callers. `spend`, at the
 head of loops, takes from `MachineCode.budget`; `descend`, at the begin of functions that may call
-themselves, ends a recursion before the stack does (`OwnFault`). An exception of a callback
-comes out of the Python call as it is.
+themselves, ends a recursion before the stack of the thread does (`OwnFault`): it compares the stack
+pointer with the limit of that stack. An exception of a callback comes out of the Python call as it
+is.
 
 **Calls.** `ModuleBuilder.declare` then `write`, in any order, or `function` for both; several
 results are possible inside the module. `function_address` and `call_at` make tables of methods.

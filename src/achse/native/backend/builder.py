@@ -6,6 +6,15 @@ from typing import TYPE_CHECKING
 
 from achse.native.backend.faults import BUDGET, DEPTH, FAULT, PASS, RAISE, OwnFault
 from achse.native.backend.instructions import Instructions, Relation
+from achse.native.backend.stack_checks import (
+    STACK,
+    STACK_POINTER,
+    UNCHECKED,
+    FrameGuard,
+    here,
+    whose_stack,
+    zero_return,
+)
 from achse.native.backend.types import (
     ADDRESS,
     BOOL,
@@ -29,8 +38,15 @@ __all__ = ["FunctionBuilder", "Label", "LocalVariable"]
 Label = str
 """Where a function can go on."""
 
-_STACK_POINTER = "@llvm.stacksave.p0"
 _DEPTH_BEFORE = "%depth.before"
+
+_WORD = 8
+_LINE = 16
+"""Bytes of the frame that a line of assembly takes at most: a value and what a call gives it in."""
+_USUAL_LINE = 2
+"""Bytes that it takes in long functions, as measured."""
+_FIXED = 1024
+"""Bytes for registers that are saved."""
 
 
 class LocalVariable(Operand):
@@ -55,8 +71,10 @@ class FunctionBuilder(Instructions):
         )
         self._exported = exported
         self._slots: list[str] = []
+        self._slot_bytes = 0
         self._cold: list[str] = []
         self._deep = False
+        self._too_deep = int(OwnFault.TOO_DEEP)
         self._handler: Label | None = None
         self.place: Callable[[], int] | None = None
         """Gives what is written down when a call from here on leaves with a fault: see
@@ -66,15 +84,29 @@ class FunctionBuilder(Instructions):
         """Begin again with an empty body."""
         self._lines.clear()
         self._slots.clear()
+        self._slot_bytes = 0
         self._cold.clear()
         self._ended = False
         self._deep = False
         self._handler = None
 
     @property
-    def length(self) -> int:
-        """Instructions so far: a measure of the stack that a call takes."""
-        return len(self._lines)
+    def frame_estimate(self) -> int:
+        """Bytes of the stack that a call takes, about."""
+        return self._slot_bytes + _USUAL_LINE * len(self._lines)
+
+    @property
+    def frame_bound(self) -> int:
+        """Bytes of the stack that a call takes at most, without what it calls."""
+        return self._slot_bytes + _LINE * (len(self._lines) + len(self._cold)) + _FIXED
+
+    @property
+    def guard(self) -> FrameGuard | None:
+        """What checks the frame before it is there; None if `descend` alone does."""
+        if not self._deep or self.frame_bound <= UNCHECKED:
+            return None
+        function = self.function
+        return FrameGuard(function.symbol, function.signature, self.frame_bound, self._too_deep)
 
     @contextmanager
     def opening(self) -> Iterator[None]:
@@ -88,16 +120,16 @@ class FunctionBuilder(Instructions):
     def draft(self) -> Iterator[None]:
         """What is written within is thrown away: to learn the type of what it would give."""
         lines, slots, ended = len(self._lines), len(self._slots), self._ended
-        cold = len(self._cold)
+        cold, slot_bytes = len(self._cold), self._slot_bytes
         yield
         del self._lines[lines:], self._slots[slots:], self._cold[cold:]
-        self._ended = ended
+        self._ended, self._slot_bytes = ended, slot_bytes
 
     # -- local variables ---------------------------------------------------------------------
 
     def variable(self, type: MachineType) -> LocalVariable:
         """A local variable, without a value until it is set."""
-        return LocalVariable(type, self._slot(type.llvm))
+        return LocalVariable(type, self._slot(type.llvm, _WORD))
 
     def get(self, variable: LocalVariable) -> Operand:
         """The present value of a local variable."""
@@ -111,10 +143,11 @@ class FunctionBuilder(Instructions):
 
     def buffer(self, size: int) -> Operand:
         """The address of `size` bytes that last as long as the call; what they hold is open."""
-        return Operand(ADDRESS, self._slot(f"[{size} x i8], align 8"))
+        return Operand(ADDRESS, self._slot(f"[{size} x i8], align 8", size))
 
-    def _slot(self, what: str) -> str:
+    def _slot(self, what: str, size: int) -> str:
         self._count += 1
+        self._slot_bytes += size + _WORD - 1 & -_WORD
         self._slots.append(f"  %s{self._count} = alloca {what}")
         return f"%s{self._count}"
 
@@ -320,8 +353,7 @@ class FunctionBuilder(Instructions):
             self.jump(self._handler)
             return
         self._rise()
-        result = self.function.signature.llvm_result
-        self._end("ret void" if result == "void" else f"ret {result} zeroinitializer")
+        self._end(zero_return(self.function.signature.llvm_result))
 
     def _pass_on(self) -> None:
         """After a call: leave as well if it left with a fault."""
@@ -374,22 +406,25 @@ class FunctionBuilder(Instructions):
 
     def stack_pointer(self) -> Operand:
         """U64: the address of the lowest byte of the function's frame."""
-        self.module.external(CallTarget(_STACK_POINTER, FunctionSignature((), (ADDRESS,))))
-        pointer = self.emit(ADDRESS, f"call ptr {_STACK_POINTER}()")
+        self.module.external(CallTarget(STACK_POINTER, FunctionSignature((), (ADDRESS,))))
+        pointer = self.emit(ADDRESS, f"call ptr {STACK_POINTER}()")
         return self.emit(U64, f"ptrtoint {pointer.typed} to i64")
 
     def will_descend(self) -> None:
         """Say before the body is written that `descend` comes in its `opening`."""
         self._deep = True
 
-    def descend(self, amount: int = 1, fault: int = OwnFault.TOO_DEEP) -> None:
+    def descend(self, fault: int = OwnFault.TOO_DEEP) -> None:
         """At the begin of a function that may call itself: a fault instead of a crash.
 
-        `amount` is the part of the depth that a call takes until it is left.
+        The fault comes with the stack pointer if the stack is full, else with 0.
         """
-        self._deep = True
+        self._deep, self._too_deep = True, int(fault)
         self._add(f"{_DEPTH_BEFORE} = load i64, ptr {DEPTH}")
-        left = self.subtract(Operand(I64, _DEPTH_BEFORE), Operand(I64, str(amount)))
+        place = self.stack_pointer()
+        limit = self.emit(U64, f"load i64, ptr {STACK}")
+        self.require(self.compare(Relation.GREATER_EQUAL, place, limit), fault, place)
+        left = self.subtract(Operand(I64, _DEPTH_BEFORE), Operand(I64, "1"))
         self._add(f"store {left.typed}, ptr {DEPTH}")
         enough = self.compare(Relation.GREATER_EQUAL, left, Operand(I64, "0"))
         self.require(enough, fault)
@@ -407,16 +442,40 @@ class FunctionBuilder(Instructions):
 
     # -- the text ----------------------------------------------------------------------------
 
-    def text(self) -> str:
-        """The function as LLVM assembly."""
-        signature, result = self.function.signature, self.function.signature.llvm_result
-        parameters = [each.typed for each in self.parameters]
-        linkage = "internal "
-        if self._exported:
+    @property
+    def descends(self) -> bool:
+        """True if the function checks the stack."""
+        return self._deep
+
+    def text(self, *, checked: bool = False) -> str:
+        """The function as LLVM assembly.
+
+        `checked`: functions of the module check the stack; those that Python calls make sure that
+        it is the right one.
+        """
+        result = self.function.signature.llvm_result
+        end = [] if self._ended else ["  unreachable" if result != "void" else "  ret void"]
+        body = [*self._lines, *end, *self._cold]
+        start = [*here(), *whose_stack(result)] if checked and self._exported else []
+        guard = self.guard
+        symbol = self.function.symbol
+        if guard is None:
+            return self._defined(symbol, [*self._slots, *start, *body], exported=self._exported)
+        call = guard.lines([each.typed for each in self.parameters])
+        return "\n".join(
+            [
+                guard.data,
+                self._defined(guard.body, [*self._slots, *body], exported=False),
+                self._defined(symbol, [*(start or here()), *call], exported=self._exported),
+            ]
+        )
+
+    def _defined(self, symbol: str, lines: Sequence[str], *, exported: bool) -> str:
+        signature = self.function.signature
+        parameters, linkage = [each.typed for each in self.parameters], "internal "
+        if exported:
             linkage = "".join(each.extension for each in signature.results)
             parameters = [f"{e.type.llvm} {e.type.extension}{e.text}" for e in self.parameters]
-        head = f"define {linkage}{result} {self.function.symbol}({', '.join(parameters)}) nounwind"
-        end = [] if self._ended else ["  unreachable" if signature.results else "  ret void"]
-        return "\n".join(
-            [head + " {", "begin:", *self._slots, *self._lines, *end, *self._cold, "}"]
-        )
+        kind = "noinline nounwind" if self._deep else "nounwind"
+        head = f"define {linkage}{signature.llvm_result} {symbol}({', '.join(parameters)}) {kind}"
+        return "\n".join([head + " {", "begin:", *lines, "}"])

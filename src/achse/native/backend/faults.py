@@ -27,9 +27,11 @@ class OwnFault(IntEnum):
     BUDGET_SPENT = -1
     """`spend` found nothing left."""
     TOO_DEEP = -2
-    """`descend` found too many calls in one another."""
+    """`descend` found too many calls in one another, or the stack full."""
     CALLBACK_RAISED = -3
     """A function of Python raised; its exception is the one that the caller sees."""
+    OTHER_STACK = -4
+    """Python called on another stack than the one whose limits are set; `MachineCode` sets them."""
 
 
 class MachineFault(Exception):

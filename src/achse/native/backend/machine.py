@@ -7,6 +7,7 @@ import ctypes
 import importlib.util
 import platform
 import sys
+import threading
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from enum import Enum
@@ -24,6 +25,8 @@ from achse.native.backend.faults import (
     OwnFault,
 )
 from achse.native.backend.module import C_FUNCTIONS, C_PREFIX, ModuleBuilder, ModuleInterface
+from achse.native.backend.stack_checks import MEASURE, MEASURING_STACK, STACK
+from achse.native.backend.thread_stack import StackLimit, start_with_stack
 from achse.native.backend.types import CallTarget, FunctionSignature
 
 __all__ = [
@@ -36,7 +39,7 @@ __all__ = [
 ]
 
 DEEPEST = 1000
-"""Calls in one another, of functions that `descend`; a stack of 8 MB holds 8 kB for each."""
+"""Calls in one another, of functions that `descend`, if the stack does not end before."""
 
 
 class Effort(Enum):
@@ -110,8 +113,8 @@ class _LoadedModule:
 class MachineCode:
     """An object file in memory, as long as anything refers to its functions or words.
 
-    `callbacks` are the functions that it expects, `deepest` is what all calls inside each other
-    may take by `descend`. Raises TypeError if a callback is missing or unknown.
+    `callbacks` are the functions that it expects, `deepest` is how many calls of functions that
+    `descend` may be in one another. Raises TypeError if a callback is missing or unknown.
     """
 
     def __init__(
@@ -129,9 +132,12 @@ class MachineCode:
         self._fault = self._words(FAULT, 3)
         self._budget = self._words(BUDGET, 1)
         self._trail = self._words(TRAIL, TRAIL_LENGTH + 1)
-        depth = self._words(DEPTH, 1)
-        if depth:
-            depth[0] = deepest
+        self._deepest = deepest
+        self._depth = self._words(DEPTH, 1)
+        if self._depth:
+            self._depth[0] = deepest
+            self._limit = StackLimit(self._words(STACK, 3))
+            self._measure_frames()
         given = dict(callbacks or {})
         if given.keys() != interface.callbacks.keys():
             raise TypeError(f"callbacks {list(interface.callbacks)} expected, got {list(given)}")
@@ -170,10 +176,43 @@ class MachineCode:
         def call(*arguments: Any) -> Any:
             result = plain(*arguments)
             if fault[0]:
-                raise self.caught()[0]
+                result = self.again(plain, *arguments)
+                if fault[0]:
+                    raise self.caught()[0]
             return result
 
         return call
+
+    def again(self, plain: Callable[..., Any], *arguments: Any) -> Any:
+        """Call an exported function again, on the stack of the running thread, if it left because
+        the limits were those of another one; any other fault stays.
+        """
+        number, here, _ = self._fault
+        if number != OwnFault.OTHER_STACK:
+            return None
+        self._fault[0] = 0
+        if self._depth[0] == self._deepest:
+            self._limit.adopt(here)
+            result = plain(*arguments)
+        else:
+            with self._limit.borrowed(here):
+                result = plain(*arguments)
+        if self._fault[0] == OwnFault.OTHER_STACK:
+            self._fault[0] = OwnFault.TOO_DEEP
+        return result
+
+    def _measure_frames(self) -> None:
+        """Find the sizes of large frames, on a stack that has room for them.
+
+        Without memory for another thread, their bounds stay what is checked.
+        """
+        address = self._engine.get_function_address(MEASURE[1:])
+        if not address:
+            return
+        thread = threading.Thread(target=ctypes.PYFUNCTYPE(None)(address), name="achse frames")
+        with suppress(RuntimeError, ValueError):
+            start_with_stack(thread, MEASURING_STACK)
+            thread.join()
 
     @property
     def budget_words(self) -> Any:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from achse.native.backend.builder import FunctionBuilder
 from achse.native.backend.faults import NOTES, RUNTIME
+from achse.native.backend.stack_checks import STACK_RUNTIME, measuring
 from achse.native.backend.types import (
     ADDRESS,
     EMPTY_NOTE,
@@ -167,7 +168,9 @@ class ModuleBuilder:
         for name, function in self._functions.items():
             if function.symbol not in written:
                 raise InstructionError(f"function {name!r} is declared but was not written")
-        bodies = [body.text() for body in self._bodies]
+        checked = any(body.descends for body in self._bodies)
+        bodies = [body.text(checked=checked) for body in self._bodies]
+        guards = [body.guard for body in self._bodies]
         data = [
             f"{symbol} = private constant {_characters(content)}, align 8"
             for content, symbol in self._data.items()
@@ -183,7 +186,9 @@ class ModuleBuilder:
         ]
         used = [*self._declared.values(), *data, *pointers, *words, *tables]
         if self._callbacks or any(function.faults for function in self._functions.values()):
-            used.append(RUNTIME)
+            used += [RUNTIME, STACK_RUNTIME]
+        if any(guards):
+            used.append(measuring([guard for guard in guards if guard is not None]))
         if self.notes:
             used.append(f"{NOTES} = constant {_characters(_counted(self.notes))}")
         return "\n".join([*used, *bodies, f"{EMPTY_NOTE} = !{{}}", _CALLS])

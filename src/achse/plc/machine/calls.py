@@ -41,6 +41,8 @@ _WITH_FRAME = frozenset(
     {RoutineKind.FUNCTION, RoutineKind.METHOD, RoutineKind.GET, RoutineKind.SET, RoutineKind.LIFE}
 )
 _WORD = 8
+_MOST_PARAMETERS = 500
+"""Words that a call may pass: they are on the stack before the callee checks it."""
 
 
 class _Callee(NamedTuple):
@@ -87,6 +89,11 @@ class CallTranslator:
 
     # calls -----------------------------------------------------------------------------------
 
+    def check_parameters(self, signature: RoutineSignature) -> None:
+        """Raise NotTranslatedError if a call passes too much for the stack."""
+        if len(signature.parameters) > _MOST_PARAMETERS:
+            raise NotTranslatedError(f"more than {_MOST_PARAMETERS} parameters are on the stack")
+
     def call(self, call: Invocation, *, alone: bool = False) -> MachineValue:
         """A call; its result, or a number that means nothing."""
         of = self._of
@@ -96,6 +103,7 @@ class CallTranslator:
             raise NotTranslatedError(f"it calls what is not there: {routine}")
         dispatched = not isinstance(call.target, DirectTarget)
         signature = signature_of(routine, dispatched=dispatched)
+        self.check_parameters(signature)
         if routine.kind in _WITH_FRAME:
             return self._function_call(call, routine, signature)
         storage, address = self._instance(call)

@@ -123,8 +123,6 @@ class ExpressionTranslator:
         self._offsets = [variable.offset for variable in self._variables]
         self._buffers: dict[int, list[Operand]] = {}
         self._lent: list[tuple[int, Operand]] = []
-        self.buffered = 0
-        """Bytes of the stack that buffers take."""
 
     # what the routine has --------------------------------------------------------------------
 
@@ -160,7 +158,7 @@ class ExpressionTranslator:
             raise NotTranslatedError(f"a value of {size} bytes is computed")
         size = max(size + 15 & -16, 16)
         free = self._buffers.setdefault(size, [])
-        found = free.pop() if free else self._new_buffer(size)
+        found = free.pop() if free else self.builder.buffer(size)
         self._lent.append((size, found))
         return found
 
@@ -171,11 +169,7 @@ class ExpressionTranslator:
         if type.size > _LARGEST_BUFFER:
             raise NotTranslatedError(f"a variable of {type.size} bytes is on the stack")
         length = self.builder.variable(I64) if isinstance(type, StringType) else None
-        return OwnBytes(self._new_buffer(max(type.size + 7 & -8, 8)), type.size, length)
-
-    def _new_buffer(self, size: int) -> Operand:
-        self.buffered += size
-        return self.builder.buffer(size)
+        return OwnBytes(self.builder.buffer(max(type.size + 7 & -8, 8)), type.size, length)
 
     def end_statement(self) -> None:
         """Buffers are free again."""

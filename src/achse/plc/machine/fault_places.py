@@ -7,7 +7,7 @@ from enum import IntEnum
 from types import CodeType, FrameType, TracebackType
 from typing import NamedTuple
 
-from achse.native.backend import MachineFault
+from achse.native.backend import MachineFault, OwnFault
 from achse.plc.code.faults import ExceptionCode, PlcFault
 from achse.plc.code.frames import STACK_SIZE
 from achse.st.typed.project import Routine
@@ -89,8 +89,10 @@ class FaultPlaces:
         """The exception of a fault as plain code raises it, with the places it came through."""
         trail = list(places)
         if isinstance(failure, MachineFault):
-            kind = self[failure.number].kind
-            if kind is not FaultKind.DEPTH or not trail:  # a call too deep is its caller's fault
+            is_own = failure.number == OwnFault.TOO_DEEP  # of a call from Python: it has no place
+            kind = FaultKind.DEPTH if is_own else self[failure.number].kind
+            # A call too deep is its caller's fault.
+            if kind is not FaultKind.DEPTH or not (is_own or trail):
                 trail.insert(0, failure.number)
             failure = _fault(kind, failure.first, failure.second, budget)
         trace = failure.__traceback__

@@ -159,7 +159,7 @@ class MachineProgram:
                 top = frames[0]
                 with_instance(entry, this)
                 if fault[0]:
-                    raise self._failed(top)
+                    self._recover(top, with_instance, entry, this)
 
             return run_on
 
@@ -169,15 +169,18 @@ class MachineProgram:
             top = frames[0]
             plain(entry)
             if fault[0]:
-                raise self._failed(top)
+                self._recover(top, plain, entry)
 
         return run
 
-    def _failed(self, top: int) -> BaseException:
-        """The exception of the fault that there is."""
+    def _recover(self, top: int, call: Callable[..., None], *arguments: int) -> None:
+        """Call again if another thread called before, else raise the exception of the fault."""
+        self._code.again(call, *arguments)
+        if not self._fault[0]:
+            return
         self.frames[0] = top
         failure, places = self._code.caught()
-        return self.notes.sites.failure(failure, places, self._routines, self._host.budget)
+        raise self.notes.sites.failure(failure, places, self._routines, self._host.budget)
 
     def _with_block(self, entry: int, signature: RoutineSignature) -> Callable[..., Any]:
         names = [f"v_{part.name.lower()}" for part in signature.inputs]
@@ -207,7 +210,7 @@ class MachineProgram:
             top = frames[0]
             call(entry, ctypes.addressof(block))
             if fault[0]:
-                raise self._failed(top)
+                self._recover(top, call, entry, ctypes.addressof(block))
             found = None
             if result is not None:
                 found = _result(result, block[words], rooms)

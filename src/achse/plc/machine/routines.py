@@ -42,11 +42,8 @@ if TYPE_CHECKING:
 __all__ = ["door_in", "door_out", "translate_routine"]
 
 _ALIGNMENT = 8
-_UNIT = 512
-"""Bytes of the stack that one unit of depth stands for; an instruction takes 2 bytes at most, as
-measured."""
-_DEEPEST_ROUTINE = 1000
-"""Units of depth that one call may take."""
+_LARGEST_FRAME = 512 << 10
+"""Bytes of the stack that one call may take, about: the main thread on Windows has 1 MB."""
 
 
 def translate_routine(
@@ -80,6 +77,7 @@ class _RoutineTranslator:
     def write(self) -> None:
         """Body first: it shows what the head needs."""
         routine, of, b = self._routine, self._of, self._builder
+        of.calls.check_parameters(self._signature)
         b.will_descend()
         for field in routine.frame.fields:
             if field.name.lower() not in routine.addressed:
@@ -91,16 +89,15 @@ class _RoutineTranslator:
             self._leave(self._results())
         with b.opening():
             self._head()
+        if b.frame_estimate > _LARGEST_FRAME:
+            raise NotTranslatedError("it is too large for the stack")
 
     # the head --------------------------------------------------------------------------------
 
     def _head(self) -> None:
         routine, of, b = self._routine, self._of, self._builder
         of.place(routine.at)
-        depth = 1 + (of.buffered + 2 * b.length) // _UNIT
-        if depth > _DEEPEST_ROUTINE:
-            raise NotTranslatedError("it is too large for the stack")
-        b.descend(depth, of.site(FaultKind.DEPTH))
+        b.descend(of.site(FaultKind.DEPTH))
         b.spend(1 + routine.frame.size // BYTES_A_PASS, of.site(FaultKind.BUDGET))
         if of.uses_instance:
             self._instance()
