@@ -36,6 +36,7 @@ WITHOUT_MODULE: dict[str, str] = {
     "tests/motion/path/test_random_paths.py": "all of a path at random: contour, limits, commands",
     "tests/motion/test_profile_oracle.py": "planner and ruckig, case by case",
     "tests/motion/test_wrong_parameters.py": "NC and machine, which are set up alike or not",
+    "tests/plc/machine/test_random_recursion.py": "recursion of any shape on stacks of any size",
     "tests/station/test_catching_up.py": "bus, master and link while a station catches up",
     "tests/transport/test_serial_faults.py": "both ends of a serial line that does harm",
     "tests/web/pages/test_modules.py": "the JavaScript of the pages, by node",
