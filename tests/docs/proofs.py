@@ -263,6 +263,12 @@ elsewhere(
     "::test_taps_of_many_addresses_have_a_limit_together_and_harm_nobody",
 )
 elsewhere(
+    "No client ends the value handles of another one that is connected.",
+    "tests/server/test_symbols.py::test_handle_is_used_by_all_clients_and_released_by_its_own",
+    "tests/server/test_handles.py"
+    "::test_whatever_clients_do_their_own_handles_stay_and_the_oldest_abandoned_give_way",
+)
+elsewhere(
     "A client that does not read is cut off.",
     f"{TCP}::test_a_peer_that_does_not_read_is_cut_off",
     f"{TCP}::test_of_unfinished_packets_that_are_too_much_together_the_largest_goes",

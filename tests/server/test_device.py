@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from achse.ams import AdsState, AmsAddress, DeviceError, Frame
 from achse.ams.commands import AddNotificationRequest
-from achse.server import DIRECT_CODES_OF_A_PLC
+from achse.server import DIRECT_CODES_OF_A_PLC, ClientLimits
 
 FULL_LENGTH = {1: 24, 2: 8, 3: 4, 4: 8, 5: 4, 6: 8, 7: 4, 9: 8}
 """Bytes of an error reply per command: the whole layout, real clients parse it."""
@@ -286,7 +286,7 @@ def test_a_detached_device_is_gone(bench: Any) -> None:
     bench.device.detach()
     bench.send(4, b"")
     assert bench.client.frames.pop().error == 6
-    assert bench.device.symbols.clients == {}
+    assert len(bench.device.symbols.handles) == 0
     with pytest.raises(LookupError):
         _ = bench.device.address
 
@@ -321,11 +321,12 @@ def test_the_whole_table_can_be_listed(bench: Any) -> None:
 # clients that are gone -------------------------------------------------------------------------
 
 
-def test_what_a_closed_port_held_is_dropped(bench: Any) -> None:
+def test_closed_port_ends_its_subscriptions_and_abandons_its_handles(bench: Any) -> None:
     bench.subscribe("MAIN.nCounter")
     bench.router.unregister(bench.me.port)
     assert len(bench.device.notifications) == 0
-    assert list(bench.device.symbols.clients) == []
+    handles = bench.device.symbols.handles
+    assert (list(handles.clients), handles.usage.abandoned_handles) == ([], 1)
 
 
 def test_a_client_out_of_reach_is_dropped_after_a_minute(bench: Any) -> None:
@@ -340,10 +341,10 @@ def test_a_client_out_of_reach_is_dropped_after_a_minute(bench: Any) -> None:
     assert len(bench.device.notifications) == 1
     bench.tick(3_000)
     assert len(bench.device.notifications) == 0
-    assert list(bench.device.symbols.clients) == []
+    assert list(bench.device.symbols.handles.clients) == []
 
 
-def test_what_was_made_over_a_connection_ends_with_it_though_the_address_is_used_again(
+def test_subscriptions_end_with_their_connection_though_the_address_is_used_again(
     bench: Any,
 ) -> None:
     remote = AmsAddress("192.168.0.9.1.1:30001")
@@ -361,15 +362,19 @@ def test_what_was_made_over_a_connection_ends_with_it_though_the_address_is_used
     bench.tick(1000)
     assert {sample[1] for sample in bench.samples(second)} == {2}
     results = [bench.read(0xF005, handle, 4, **ways[1])[0] for handle in handles]
-    assert results == [0x710, 0]
+    assert results == [0, 0]
     bench.router.close_way(second)
     bench.tick(1000)
-    assert (len(bench.device.notifications), bench.device.symbols.count) == (0, 0)
+    assert len(bench.device.notifications) == 0
+    assert bench.device.symbols.handles.usage.abandoned_handles == 4
     usage = bench.device.notifications.usage
     assert (usage.notifications, usage.watched, usage.queued) == (0, 0, 0)
 
 
-def test_much_that_was_made_over_a_connection_ends_in_slices(bench: Any) -> None:
+def test_much_that_was_made_over_a_connection_ends_in_slices(
+    make_bench: Callable[..., Any],
+) -> None:
+    bench = make_bench(ClientLimits(abandoned_handles=100))
     remote = AmsAddress("192.168.0.9.1.1:30001")
     way, _ = bench.join()
     notifications = bench.device.notifications
@@ -382,10 +387,10 @@ def test_much_that_was_made_over_a_connection_ends_in_slices(bench: Any) -> None
     bench.router.close_way(way)
     assert (len(notifications), list(notifications.clients)) == (0, [])
     assert len(notifications._subscriptions) == 4000
-    assert bench.device.symbols.count == 15_000
+    assert len(bench.device.symbols.handles) == 15_000
     assert bench.raw(7, struct.pack("<I", 1), source=remote) == struct.pack("<I", 0x714)
     bench.tick(50)
     assert len(notifications._subscriptions) == 0
     bench.tick(3000)
-    assert bench.device.symbols.count == 0
+    assert len(bench.device.symbols.handles) == 100
     assert way.frames == []

@@ -74,7 +74,7 @@ def test_handles_of_one_client_and_of_all(make_bench: Callable[..., Any]) -> Non
     other, address = bench.join()
     way = {"source": address, "origin": other}
     assert [handle(bench, **way) for _ in range(2)] == [0, 0x716]
-    assert bench.device.symbols.refused == 2
+    assert bench.device.symbols.handles.refused == 2
     bench.device.symbols_changed()  # those out of date count until they are released
     assert handle(bench, **way) == 0x716
     bench.device.end_client(bench.me)

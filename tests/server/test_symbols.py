@@ -61,13 +61,41 @@ def test_a_release_has_four_bytes(bench: Any, data: bytes) -> None:
     assert bench.write(0xF006, 0, data) == 0x705
 
 
-def test_a_handle_belongs_to_the_client_that_asked(bench: Any) -> None:
+def test_handle_is_used_by_all_clients_and_released_by_its_own(bench: Any) -> None:
     handle = bench.handle("MAIN.nCounter")
     stranger, address = bench.join()
     way = {"source": address, "origin": stranger}
-    assert bench.read(0xF005, handle, 4, **way) == (0x710, b"")
+    assert bench.write(0xF005, handle, b"\7\0\0\0", **way) == 0
+    assert bench.read(0xF005, handle, 4, **way) == (0, b"\7\0\0\0")
     assert bench.write(0xF006, 0, struct.pack("<I", handle), **way) == 0x711
-    assert bench.read(0xF005, handle, 4) == (0, bytes(4))
+    assert bench.read(0xF005, handle, 4) == (0, b"\7\0\0\0")
+    bench.device.symbols_changed()
+    assert bench.read(0xF005, handle, 4, **way) == (0x711, b"")
+
+
+def test_handle_stays_valid_after_its_connection(bench: Any) -> None:
+    """As command line tools use it: one process requests a handle, the next ones use it."""
+    calls = []
+    for request in ("request", "use", "release"):
+        client, address = bench.join()
+        way = {"source": address, "origin": client}
+        if request == "request":
+            value, method = (bench.handle(name, **way) for name in ("MAIN.text", "MAIN.fb#Sum"))
+        elif request == "use":
+            calls = [
+                bench.write(0xF005, value, b"Hi\0", **way),
+                bench.read(0xF005, value, 2, **way),
+                bench.exchange(0xF005, method, 1, b"\1\2", **way),
+            ]
+        else:
+            release = struct.pack("<I", value)
+            codes = [bench.write(0xF006, 0, release, **way) for _ in range(2)]
+        bench.router.unregister(address.port)
+        bench.router.close_way(client)
+    assert calls == [0, (0, b"Hi"), (0, b"\3")]
+    assert codes == [0, 0x711]
+    assert bench.exchange(0xF005, method, 1, b"\3") == (0, b"\3")
+    assert bench.device.symbols.handles.usage.abandoned_handles == 1
 
 
 def test_handles_are_limited_per_client(make_bench: Callable[..., Any]) -> None:
@@ -82,32 +110,34 @@ def test_handles_are_limited_per_client(make_bench: Callable[..., Any]) -> None:
 
 
 def test_number_of_a_handle_in_use_is_not_given_again(bench: Any) -> None:
-    symbols = bench.device.symbols
-    symbols._next = 0xFFFF_FFFF
+    handles = bench.device.symbols.handles
+    handles._next = 0xFFFF_FFFF
     assert bench.handle("MAIN.nCounter") == 0xFFFF_FFFF
-    symbols._next = 0xFFFF_FFFF
+    handles._next = 0xFFFF_FFFF
     assert bench.handle("MAIN.nCounter") == 1
     bench.device.symbols_changed()
-    symbols._next = 0xFFFF_FFFF
+    handles._next = 0xFFFF_FFFF
     assert bench.handle("MAIN.nCounter") == 2
 
 
-def test_symbol_of_a_handle_is_held_until_it_is_out_of_date(bench: Any) -> None:
+def test_symbol_of_a_handle_is_known_until_it_is_out_of_date(bench: Any) -> None:
     handle = bench.handle("MAIN.nCounter")
-    assert bench.device.symbols.held(handle) is bench.source.symbols["main.ncounter"]
-    assert bench.device.symbols.held(handle + 1) is None
+    valid = bench.device.symbols.handles.valid
+    assert valid[handle].symbol is bench.source.symbols["main.ncounter"]
+    assert handle + 1 not in valid
     bench.device.symbols_changed()
-    assert bench.device.symbols.held(handle) is None
+    assert handle not in valid
 
 
-def test_a_closed_port_releases_its_handles_only(bench: Any) -> None:
+def test_a_closed_port_abandons_its_handles_only(bench: Any) -> None:
     other, address = bench.join()
     bench.handle("MAIN.text", source=address, origin=other)
     handle = bench.handle("MAIN.nCounter")
     bench.device.symbols_changed()
     bench.handle("MAIN.text", source=address, origin=other)
     bench.router.unregister(address.port)
-    assert list(bench.device.symbols.clients) == [bench.me]
+    handles = bench.device.symbols.handles
+    assert (list(handles.clients), handles.usage.abandoned_handles) == ([bench.me], 2)
     assert bench.read(0xF005, handle, 4) == (0x711, b"")
 
 
@@ -118,7 +148,7 @@ def test_after_a_download_handles_are_out_of_date_until_released(bench: Any) -> 
     assert bench.write(0xF005, handle, bytes(4)) == 0x711
     assert bench.write(0xF006, 0, struct.pack("<I", handle)) == 0
     assert bench.read(0xF005, handle, 4) == (0x710, b"")
-    assert list(bench.device.symbols.clients) == []
+    assert list(bench.device.symbols.handles.clients) == []
     new = bench.handle("MAIN.nCounter")
     assert new != handle
     assert bench.read(0xF005, new, 4) == (0, bytes(4))

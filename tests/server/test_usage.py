@@ -98,6 +98,7 @@ STEPS = st.lists(
         ClientLimits,
         handles=st.integers(1, 20),
         all_handles=st.integers(1, 40),
+        abandoned_handles=st.integers(0, 40),
         notifications=st.integers(1, 10),
         all_notifications=st.integers(1, 30),
         sample_bytes=st.integers(1, 3000),
@@ -166,13 +167,15 @@ def test_whatever_connections_do_no_sum_exceeds_its_limit_and_no_frame_goes_astr
         bench.tick(1000)
     usage.budget.serve(benches[0].now)
     assert (usage.notifications, usage.handles, usage.watched, usage.queued) == (0, 0, 0, 0)
+    assert (usage.abandoned_handles, len(usage.abandoned)) == (0, 0)
     assert usage.budget.waiting == 0 or usage.budget.left <= 0
 
 
 def _check(usage: Usage, benches: list[Any], limits: ClientLimits) -> None:
     everything = [bench.device.notifications for bench in benches]
-    symbols = [bench.device.symbols for bench in benches]
-    assert usage.handles == sum(each.count for each in symbols) <= limits.all_handles
+    tables = [bench.device.symbols.handles for bench in benches]
+    assert usage.handles == sum(map(len, tables)) <= limits.all_handles
+    assert usage.abandoned_handles <= limits.abandoned_handles
     assert usage.notifications == sum(len(each._subscriptions) for each in everything)
     assert usage.notifications <= limits.all_notifications
     watched = sum(sum(each.sample_sizes) for each in everything)

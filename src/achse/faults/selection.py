@@ -131,7 +131,8 @@ class _Touch:
             return offset < self._end and self._start < offset + max(length, 1)
         symbol: ResolvedSymbol | None = None
         if group == ReservedGroup.SYMBOL_VALUE_BY_HANDLE:
-            symbol = self._symbols.held(offset)
+            handle = self._symbols.handles.valid.get(offset)
+            symbol = None if handle is None else handle.symbol
         elif group == ReservedGroup.SYMBOL_VALUE_BY_NAME:
             symbol = self._symbols.source.resolve(decode_name(data))
         return (

@@ -177,7 +177,7 @@ class Device:
         return address
 
     def detach(self) -> None:
-        """Leave all ports; handles and subscriptions end."""
+        """Leave all ports; end handles and subscriptions."""
         router, self._router = self._router, None
         if router is not None:
             for address in self.addresses:
@@ -332,7 +332,7 @@ class Device:
         self.limits = self.notifications.limits = limits
         self.notifications.usage.budget.per_second = limits.samples
         if self.symbols is not None:
-            self.symbols.limits = limits
+            self.symbols.handles.limits = limits
 
     def share(self, usage: Usage, epoch: Callable[[], int] = int) -> None:
         """Count what clients hold together with other devices, before there are any.
@@ -342,7 +342,7 @@ class Device:
         """
         self.notifications.share(usage, epoch)
         if self.symbols is not None:
-            self.symbols.usage = usage
+            self.symbols.handles.usage = usage
 
     def replace(self, index_group: int, group: IndexGroup | None) -> IndexGroup | None:
         """Let `group` answer for `index_group`, alone and in sums; what answered before.
@@ -411,21 +411,24 @@ class Device:
         For a download call `end_clients` as well; an online change leaves the others alive.
         """
         if self.symbols is not None:
-            self.symbols.invalidate()
+            self.symbols.handles.invalidate()
         self.notifications.end_symbolic()
 
     def end_client(self, client: bytes) -> None:
-        """Drop what belongs to a client that is gone."""
+        """End the subscriptions of a client that is gone, and abandon its handles."""
         self.notifications.end_client(client)
         if self.symbols is not None:
-            self.symbols.release_all(client)
+            self.symbols.handles.abandon_client(client)
         self._unreachable_since.pop(client, None)
 
     def end_way(self, way: Endpoint) -> None:
-        """Drop what was made over a connection that is gone: addresses are used again."""
+        """End subscriptions and abandon handles of a connection that has ended.
+
+        The same address may come back as another client.
+        """
         self.notifications.end_way(way)
         if self.symbols is not None:
-            self.symbols.release_way(way)
+            self.symbols.handles.abandon_way(way)
 
     def _way(self) -> Endpoint | None:
         """By which connection the request came that is being answered."""
@@ -436,14 +439,22 @@ class Device:
         self.notifications.end_all()
 
     def end_clients(self) -> None:
-        """Drop what all clients hold."""
-        for client in self._clients():
+        """End the subscriptions and handles of all clients, abandoned handles among them."""
+        clients = self._clients()
+        if self.symbols is not None:
+            self.symbols.handles.end_all()
+        for client in clients:
             self.end_client(client)
+
+    def end_abandoned(self) -> None:
+        """End handles whose connection has ended."""
+        if self.symbols is not None:
+            self.symbols.handles.end_abandoned()
 
     def _clients(self) -> set[bytes]:
         clients = set(self.notifications.clients)
         if self.symbols is not None:
-            clients.update(self.symbols.clients)
+            clients.update(self.symbols.handles.clients)
         return clients
 
     def sweep(self, now_ns: int) -> None:
@@ -453,7 +464,7 @@ class Device:
         """
         router = self._router
         if self.symbols is not None:
-            self.symbols.clear()
+            self.symbols.handles.clear()
         if router is None:
             return
         since = self._unreachable_since
@@ -461,7 +472,7 @@ class Device:
             if not client or router.reaches(client):
                 since.pop(client, None)
             elif now_ns - since.setdefault(client, now_ns) >= self.limits.unreachable_ns:
-                log.info("%s is gone: its handles and notifications end", AmsAddress(client))
+                log.info("%s is gone: its notifications end", AmsAddress(client))
                 self.end_client(client)
 
 

@@ -19,6 +19,10 @@ class ClientLimits:
     all_handles: int = 1 << 18
     """Symbol handles of all clients together, those out of date among them (0x716 beyond)."""
 
+    abandoned_handles: int = 1 << 14
+    """Symbol handles of ended connections, of all clients together; beyond, or when `all_handles`
+    is reached, the oldest end. 0: handles end with their connection."""
+
     notifications: int = 65_536
     """Subscriptions (0x716 beyond)."""
 
@@ -59,4 +63,5 @@ class ClientLimits:
     """The same of all hosts together."""
 
     unreachable_ns: int = 60_000_000_000
-    """After this time without a way to the client, its handles and subscriptions end."""
+    """After this time without a way to the client its subscriptions end, and its handles are
+    abandoned."""

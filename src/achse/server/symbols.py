@@ -5,15 +5,15 @@ themselves come from a `SymbolSource`, which a PLC, an NC or any other device im
 """
 
 import struct
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
 from achse.ams import DeviceError, Endpoint
 from achse.codes import ReservedGroup, ReturnCode
+from achse.server.handles import HandleTable
 from achse.server.limits import ClientLimits
 from achse.server.table import IndexGroup, RawGroup, Reader
-from achse.server.usage import Usage
 
 __all__ = ["ResolvedSymbol", "SymbolServices", "SymbolSource", "TableSizes", "decode_name"]
 
@@ -24,12 +24,6 @@ _ENTRY_NAMES = struct.Struct("<24xHH2x")
 _INFO = struct.Struct("<III")
 _UPLOAD_INFO = struct.Struct("<II")
 _UPLOAD_INFO_2 = struct.Struct("<9I28x")
-_FIRST_HANDLE = 0x1B80_0001
-"""Handles are opaque; this start only keeps them apart from notification handles in a log."""
-
-_FREED_AT_ONCE = 10_000
-"""Handles of a connection that is gone that are cleared in one go."""
-
 _PIECE = 0x8000_0000
 """Table uploads in pieces: this bit in the offset, the byte position in the others."""
 
@@ -132,26 +126,10 @@ def _refuse_method() -> bytes:
     raise DeviceError(ReturnCode.INVALID_ACCESS, "a method has no value")
 
 
-class _Handle:
-    """A symbol as one client holds it, who asked over the connection `way`."""
-
-    __slots__ = ("client", "read", "symbol", "way")
-
-    def __init__(self, symbol: ResolvedSymbol, client: bytes, way: Endpoint | None) -> None:
-        self.symbol = symbol
-        self.client = client
-        self.way = way
-        self.read: Reader = symbol.read if symbol.call is None else _refuse_method
-
-
 class SymbolServices:
-    """The symbol services of one device, with the handles its clients hold.
+    """The symbol services of one device; `handles` are those that its clients requested.
 
-    Handles are opaque and not zero, in a number space of their own; each belongs to the client
-    address that asked for it, and ends with the connection by which it asked. After a change of the
-    symbol table the old ones answer 0x711 until released; a handle that is not out answers 0x710,
-    to its release 0x711. `way()` is the connection of the request
-    that is being answered.
+    `way()` is the connection of the request that is being answered.
     """
 
     def __init__(
@@ -161,23 +139,9 @@ class SymbolServices:
         way: Callable[[], Endpoint | None] = lambda: None,
     ) -> None:
         self.source = source
-        self.limits = limits
-        self.usage = Usage(limits)
+        self.handles: HandleTable[ResolvedSymbol] = HandleTable(limits)
+        self._handles = self.handles.valid
         self._way = way
-        self.refused = 0
-        """Handles that were not given because too many are out."""
-        self._handles: dict[int, _Handle] = {}
-        self._stale: dict[int, _Handle] = {}
-        self._held: dict[bytes, dict[Endpoint | None, set[int]]] = {}
-        self._clients_by_way: dict[Endpoint, set[bytes]] = {}
-        self._over: list[set[int]] = []
-        """Handles whose client or connection is gone, which are still to be cleared."""
-        self._next = _FIRST_HANDLE
-
-    @property
-    def clients(self) -> Iterable[bytes]:
-        """The addresses that hold handles."""
-        return self._held
 
     def groups(self) -> Iterator[IndexGroup]:
         """The rows: one per index group."""
@@ -307,130 +271,34 @@ class SymbolServices:
         if not getattr(way, "connected", True):
             raise DeviceError(ReturnCode.CLIENT_UNKNOWN, "its connection has ended")
         symbol = self._resolve(data)
-        self._make_sure_of_room(client)
-        handle = self._next
-        while handle in self._handles or handle in self._stale:
-            handle = handle + 1 & 0xFFFF_FFFF or 1
-        self._next = handle + 1 & 0xFFFF_FFFF or 1
-        self._handles[handle] = _Handle(symbol, client, way)
-        self._held.setdefault(client, {}).setdefault(way, set()).add(handle)
-        if way is not None:
-            self._clients_by_way.setdefault(way, set()).add(client)
-        self.usage.handles += 1
+        read = symbol.read if symbol.call is None else _refuse_method
+        handle = self.handles.add(symbol, read, client, way)
         return _HANDLE.pack(handle) if read_length == 4 else _handle_and_type(handle, symbol)
-
-    def _make_sure_of_room(self, client: bytes) -> None:
-        held = sum(map(len, self._held.get(client, {}).values()))
-        if held >= self.limits.handles or self.usage.handles >= self.limits.all_handles:
-            self.refused += 1
-            raise DeviceError(
-                ReturnCode.NO_MORE_HANDLES,
-                f"{held} handles of the client, {self.usage.handles} of all",
-            )
 
     def _release_handle(self, offset: int, data: bytes, client: bytes) -> None:
         if len(data) != 4:
             raise DeviceError(ReturnCode.INVALID_SIZE, f"a handle is 4 bytes, got {len(data)}")
         (handle,) = _HANDLE.unpack(data)
-        entry = self._handles.get(handle) or self._stale.get(handle)
-        ways = self._held.get(client, {})
-        if entry is None or handle not in (held := ways.get(entry.way, set())):
-            raise DeviceError(ReturnCode.SYMBOL_VERSION_INVALID, f"handle 0x{handle:X}")
-        self._drop(handle)
-        held.remove(handle)
-        if not held:
-            self._forget(client, entry.way)
-
-    def _drop(self, handle: int) -> None:
-        if self._handles.pop(handle, None) is None:
-            del self._stale[handle]
-        self.usage.handles -= 1
-
-    def _forget(self, client: bytes, way: Endpoint | None) -> set[int]:
-        """The client holds nothing by this way any more; what it held."""
-        ways = self._held[client]
-        handles = ways.pop(way)
-        if not ways:
-            del self._held[client]
-        if way is not None:
-            clients = self._clients_by_way[way]
-            clients.remove(client)
-            if not clients:
-                del self._clients_by_way[way]
-        return handles
-
-    def _missing(self, handle: int, client: bytes) -> DeviceError:
-        stale = self._stale.get(handle)
-        if stale is not None and stale.client == client:
-            return DeviceError(ReturnCode.SYMBOL_VERSION_INVALID, f"handle 0x{handle:X}")
-        return DeviceError(ReturnCode.SYMBOL_NOT_FOUND, f"handle 0x{handle:X}")
-
-    def _symbol(self, handle: int, client: bytes) -> ResolvedSymbol:
-        entry = self._handles.get(handle)
-        if entry is None or entry.client != client:
-            raise self._missing(handle, client)
-        return entry.symbol
-
-    @property
-    def count(self) -> int:
-        """Handles that are out, those out of date among them."""
-        return len(self._handles) + len(self._stale)
-
-    def held(self, handle: int) -> ResolvedSymbol | None:
-        """The symbol that a valid handle of any client stands for."""
-        entry = self._handles.get(handle)
-        return None if entry is None else entry.symbol
-
-    def release_all(self, client: bytes) -> None:
-        """Forget the handles of a client that is gone."""
-        for way in list(self._held.get(client, ())):
-            self._over.append(self._forget(client, way))
-        self.clear()
-
-    def release_way(self, way: Endpoint) -> None:
-        """Forget the handles that were asked for by a connection that is gone."""
-        clients = self._clients_by_way.get(way)
-        if clients is not None:
-            for client in list(clients):
-                self._over.append(self._forget(client, way))
-            self.clear()
-
-    def clear(self) -> None:
-        """Clear some of the handles of those who are gone; called about once a second."""
-        count = _FREED_AT_ONCE
-        while self._over and count:
-            handles = self._over[-1]
-            while handles and count:
-                self._drop(handles.pop())
-                count -= 1
-            if not handles:
-                self._over.pop()
-
-    def invalidate(self) -> None:
-        """The symbol table has changed: every handle is out of date."""
-        self._stale.update(self._handles)
-        self._handles.clear()
+        self.handles.release(handle, client)
 
     # values ----------------------------------------------------------------------------------
 
     def _read_value(self, handle: int, length: int, client: bytes) -> bytes:
-        entry = self._handles.get(handle)
-        if entry is None or entry.client != client:
-            raise self._missing(handle, client)
+        entry = self._handles.get(handle) or self.handles.find(handle)
         return entry.read()
 
     def _watch_value(self, handle: int, length: int, client: bytes) -> Reader:
-        symbol = self._symbol(handle, client)
+        symbol = self.handles.find(handle).symbol
         if symbol.call is not None:
             _refuse_method()
         read = symbol.read
         return read if symbol.size <= length else lambda: read()[:length]
 
     def _context(self, handle: int, client: bytes) -> int:
-        return self._symbol(handle, client).context
+        return self.handles.find(handle).symbol.context
 
     def _write_value(self, handle: int, data: bytes, client: bytes) -> None:
-        symbol = self._symbol(handle, client)
+        symbol = self.handles.find(handle).symbol
         if symbol.read_only or symbol.call is not None:
             raise DeviceError(ReturnCode.INVALID_ACCESS, "the symbol is read only")
         if len(data) > symbol.size:
@@ -441,7 +309,7 @@ class SymbolServices:
             symbol.write(data)
 
     def _call_method(self, handle: int, read_length: int, data: bytes, client: bytes) -> bytes:
-        call = self._symbol(handle, client).call
+        call = self.handles.find(handle).symbol.call
         if call is None:
             raise DeviceError(ReturnCode.INVALID_ACCESS, "the symbol is not a method")
         return call(data)

@@ -1,5 +1,6 @@
 """What all clients hold of all devices together: the limits `all_…` are for the sum."""
 
+from collections import OrderedDict
 from collections.abc import Iterable
 from typing import Protocol
 from weakref import WeakSet
@@ -8,7 +9,7 @@ from achse.server.budget import SampleBudget
 from achse.server.limits import ClientLimits
 from achse.server.subscriptions import Channel
 
-__all__ = ["Keeper", "Usage"]
+__all__ = ["AbandonedHandles", "Keeper", "Usage"]
 
 
 class Keeper(Protocol):
@@ -22,11 +23,23 @@ class Keeper(Protocol):
         ...
 
 
+class AbandonedHandles(Protocol):
+    """Handles of a client whose connection has ended, one at least."""
+
+    def end_one(self) -> None:
+        """End one of the handles; the last one removes them from `Usage.abandoned`."""
+        ...
+
+
 class Usage:
     """What clients hold of all devices that share this."""
 
     def __init__(self, limits: ClientLimits) -> None:
         self.handles = 0
+        """All handles, abandoned ones among them."""
+        self.abandoned_handles = 0
+        self.abandoned: OrderedDict[AbandonedHandles, None] = OrderedDict()
+        """By the end of their connection, the oldest first."""
         self.notifications = 0
         self.watched = 0
         """Bytes of one sample of every subscription."""
@@ -34,6 +47,11 @@ class Usage:
         """Bytes of samples that are kept."""
         self.budget = SampleBudget(limits.samples)
         self.members: WeakSet[Keeper] = WeakSet()
+
+    def end_abandoned(self, count: int) -> None:
+        """End the oldest abandoned handles of all devices, up to `count`."""
+        for _ in range(min(count, self.abandoned_handles)):
+            next(iter(self.abandoned)).end_one()
 
     def make_room(self, limit: int) -> None:
         """Drop samples of the clients for whom most is kept, until a quarter of `limit` is free."""

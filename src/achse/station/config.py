@@ -349,6 +349,9 @@ class LimitsConfig(ConfigTable):
     """Symbol handles (0x716 beyond)."""
     all_handles: int = Field(default=_LIMITS.all_handles, ge=1)
     """Symbol handles of all clients together (0x716 beyond)."""
+    abandoned_handles: int = Field(default=_LIMITS.abandoned_handles, ge=0)
+    """Symbol handles of ended connections, of all clients together; beyond, or when `all_handles`
+    is reached, the oldest end. 0: handles end with their connection."""
     notifications: int = Field(default=_LIMITS.notifications, ge=1)
     """Subscriptions (0x716 beyond)."""
     all_notifications: int = Field(default=_LIMITS.all_notifications, ge=1)
@@ -387,13 +390,15 @@ class LimitsConfig(ConfigTable):
     all_table_numbers: int = Field(default=TableLimits().all_numbers, ge=0, le=MOST_NUMBERS)
     """Numbers of all tables that clients make (0x4A11 beyond)."""
     unreachable_time: DurationNs = _LIMITS.unreachable_ns
-    """How long handles and subscriptions of a client to whom no way leads are kept."""
+    """How long handles and subscriptions of a client to whom no way leads count for it; then the
+    handles are abandoned, and the subscriptions end."""
 
     def limits(self) -> ClientLimits:
         """What each device keeps to."""
         return ClientLimits(
             handles=self.handles,
             all_handles=self.all_handles,
+            abandoned_handles=self.abandoned_handles,
             notifications=self.notifications,
             all_notifications=self.all_notifications,
             sample_bytes=self.sample_bytes,

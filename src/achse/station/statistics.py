@@ -56,10 +56,11 @@ def statistics(station: CountedStation) -> dict[str, Any]:
                 "state": device.ads_state.name,
                 "clients": len(set(notifications.clients)),
                 "subscriptions": len(notifications),
-                "handles": 0 if symbols is None else symbols.count,
+                "handles": 0 if symbols is None else len(symbols.handles),
                 "requests": device.request_count,
                 "errors": device.error_count,
-                "refused": notifications.refused + (0 if symbols is None else symbols.refused),
+                "refused": notifications.refused
+                + (0 if symbols is None else symbols.handles.refused),
                 "queued_bytes": notifications.queued,
                 "samples_dropped": notifications.dropped,
             }

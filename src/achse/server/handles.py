@@ -1,0 +1,224 @@
+"""Value handles: the numbers by which clients reach symbols (index groups 0xF003 … 0xF006).
+
+Source: 000 §5.3.2, 002 §6.3, 003. Handles outlive the connection that requested them: the test
+script of the vendor's command line tool requests a handle in one process and uses it in the next.
+"""
+
+from collections.abc import Iterable, Mapping
+from typing import Generic, TypeVar
+
+from achse.ams import DeviceError, Endpoint
+from achse.codes import ReturnCode
+from achse.server.limits import ClientLimits
+from achse.server.table import Reader
+from achse.server.usage import Usage
+
+__all__ = ["Handle", "HandleTable"]
+
+Symbol = TypeVar("Symbol")
+
+_FIRST_NUMBER = 0x1B80_0001
+"""Handles are opaque; this start only keeps them apart from notification handles in a log."""
+
+_ENDED_AT_ONCE = 10_000
+"""Abandoned handles that end in one go at most."""
+
+
+class HandleOwner:
+    """One client over one connection, with the numbers of the handles that it requested."""
+
+    __slots__ = ("_end", "abandoned", "client", "numbers", "way")
+
+    def __init__(self, table: "HandleTable[Symbol]", client: bytes, way: Endpoint | None) -> None:
+        self._end = table.end
+        self.client = client
+        self.way = way
+        self.numbers: set[int] = set()
+        self.abandoned = False
+        """True after the connection has ended; `way` is None then."""
+
+    def end_one(self) -> None:
+        """End one of the handles."""
+        self._end(self.numbers.pop())
+
+
+class Handle(Generic[Symbol]):
+    """A symbol by its number; `read` returns its value."""
+
+    __slots__ = ("owner", "read", "symbol")
+
+    def __init__(self, symbol: Symbol, read: Reader, owner: HandleOwner) -> None:
+        self.symbol = symbol
+        self.read = read
+        self.owner = owner
+
+
+class HandleTable(Generic[Symbol]):
+    """The handles of one device.
+
+    Handles are opaque and not zero, in a number space of their own. Every client may use each of
+    them. A handle counts for the client that requested it until the connection of that request
+    ends. Then it is abandoned: it stays valid, but is the first to end when a limit is reached.
+    A client may release its own handles and abandoned ones. After a change of the symbol table the
+    old handles answer 0x711 until released; an unknown handle answers 0x710, its release 0x711.
+    """
+
+    def __init__(self, limits: ClientLimits) -> None:
+        self.limits = limits
+        self.usage = Usage(limits)
+        self.refused = 0
+        """Requests for a handle that were refused because of the limits."""
+        self._valid: dict[int, Handle[Symbol]] = {}
+        self.valid: Mapping[int, Handle[Symbol]] = self._valid
+        """Handles of the present symbol table, by number."""
+        self._stale: dict[int, Handle[Symbol]] = {}
+        self._owners: dict[bytes, dict[Endpoint | None, HandleOwner]] = {}
+        self._clients_by_way: dict[Endpoint, set[bytes]] = {}
+        self._next = _FIRST_NUMBER
+
+    def __len__(self) -> int:
+        """All handles: valid, out of date and abandoned ones."""
+        return len(self._valid) + len(self._stale)
+
+    @property
+    def clients(self) -> Iterable[bytes]:
+        """The addresses for which handles count."""
+        return self._owners.keys()
+
+    def find(self, number: int) -> Handle[Symbol]:
+        """Return a valid handle; raises DeviceError 0x711 if it is out of date, else 0x710."""
+        handle = self._valid.get(number)
+        if handle is None:
+            code = ReturnCode.SYMBOL_NOT_FOUND
+            if number in self._stale:
+                code = ReturnCode.SYMBOL_VERSION_INVALID
+            raise DeviceError(code, f"handle 0x{number:X}")
+        return handle
+
+    def add(self, symbol: Symbol, read: Reader, client: bytes, way: Endpoint | None) -> int:
+        """Return a new handle that counts for `client`; raises DeviceError 0x716 at a limit."""
+        self._make_room(client)
+        number = self._next
+        while number in self._valid or number in self._stale:
+            number = _following(number)
+        self._next = _following(number)
+        ways = self._owners.setdefault(client, {})
+        owner = ways.get(way)
+        if owner is None:
+            owner = ways[way] = HandleOwner(self, client, way)
+            if way is not None:
+                self._clients_by_way.setdefault(way, set()).add(client)
+        owner.numbers.add(number)
+        self._valid[number] = Handle(symbol, read, owner)
+        self.usage.handles += 1
+        return number
+
+    def _make_room(self, client: bytes) -> None:
+        own = sum(len(owner.numbers) for owner in self._owners.get(client, {}).values())
+        usage, limits = self.usage, self.limits
+        if own < limits.handles and usage.handles >= limits.all_handles:
+            usage.end_abandoned(1)
+        if own >= limits.handles or usage.handles >= limits.all_handles:
+            self.refused += 1
+            raise DeviceError(
+                ReturnCode.NO_MORE_HANDLES, f"{own} handles of the client, {usage.handles} of all"
+            )
+
+    def release(self, number: int, client: bytes) -> None:
+        """End a handle of `client` or an abandoned one; raises DeviceError 0x711."""
+        handle = self._valid.get(number) or self._stale.get(number)
+        if handle is None:
+            raise DeviceError(ReturnCode.SYMBOL_VERSION_INVALID, f"handle 0x{number:X}")
+        if handle.owner.client != client and not handle.owner.abandoned:
+            raise DeviceError(
+                ReturnCode.SYMBOL_VERSION_INVALID, f"handle 0x{number:X} of another client"
+            )
+        self.end(number)
+
+    def end(self, number: int) -> None:
+        """End a handle, whoever requested it."""
+        table = self._valid if number in self._valid else self._stale
+        owner = table.pop(number).owner
+        owner.numbers.discard(number)
+        usage = self.usage
+        usage.handles -= 1
+        if owner.abandoned:
+            usage.abandoned_handles -= 1
+            if not owner.numbers:
+                del usage.abandoned[owner]
+        elif not owner.numbers:
+            self._remove(owner)
+
+    def _remove(self, owner: HandleOwner) -> None:
+        """Let nothing count for an owner any more."""
+        ways = self._owners[owner.client]
+        del ways[owner.way]
+        if not ways:
+            del self._owners[owner.client]
+        if owner.way is not None:
+            clients = self._clients_by_way[owner.way]
+            clients.remove(owner.client)
+            if not clients:
+                del self._clients_by_way[owner.way]
+
+    def _abandon(self, owner: HandleOwner) -> None:
+        self._remove(owner)
+        owner.abandoned, owner.way = True, None
+        self.usage.abandoned[owner] = None
+        self.usage.abandoned_handles += len(owner.numbers)
+
+    def abandon_client(self, client: bytes) -> None:
+        """Abandon the handles of a client that is gone."""
+        owners = self._owners.get(client)
+        if owners is not None:
+            for owner in list(owners.values()):
+                self._abandon(owner)
+            self.clear()
+
+    def abandon_way(self, way: Endpoint) -> None:
+        """Abandon the handles that were requested over a connection that has ended."""
+        clients = self._clients_by_way.get(way)
+        if clients is not None:
+            for client in list(clients):
+                self._abandon(self._owners[client][way])
+            self.clear()
+
+    def clear(self) -> None:
+        """End some of the abandoned handles beyond their limit; called about once a second.
+
+        Ending many of them at once would hold up the station.
+        """
+        excess = self.usage.abandoned_handles - self.limits.abandoned_handles
+        if excess > 0:
+            self.usage.end_abandoned(min(excess, _ENDED_AT_ONCE))
+
+    def invalidate(self) -> None:
+        """Put every handle out of date: the symbol table has changed."""
+        self._stale.update(self._valid)
+        self._valid.clear()
+
+    def end_abandoned(self) -> None:
+        """End all abandoned handles of this device."""
+        for table in (self._valid, self._stale):
+            for number in [each for each, handle in table.items() if handle.owner.abandoned]:
+                self.end(number)
+
+    def end_all(self) -> None:
+        """End all handles: the device is gone."""
+        usage = self.usage
+        usage.handles -= len(self)
+        for owner in {
+            handle.owner for table in (self._valid, self._stale) for handle in table.values()
+        }:
+            if owner.abandoned:
+                usage.abandoned_handles -= len(owner.numbers)
+                del usage.abandoned[owner]
+        self._valid.clear()
+        self._stale.clear()
+        self._owners.clear()
+        self._clients_by_way.clear()
+
+
+def _following(number: int) -> int:
+    """Return the next number of a handle; after 0xFFFFFFFF comes 1."""
+    return number + 1 & 0xFFFF_FFFF or 1

@@ -1,0 +1,281 @@
+"""Handles count for the client that requested them, and belong to the device."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.ams import DeviceError
+from achse.server import ClientLimits, Usage
+from achse.server.handles import HandleTable
+
+
+class Connection:
+    """A connection, as routers know it."""
+
+    def deliver(self, frame: Any) -> bool:
+        return True
+
+
+def make_tables(limits: ClientLimits, count: int) -> list[HandleTable[str]]:
+    """Make handle tables of several devices that count together."""
+    usage = Usage(limits)
+    tables: list[HandleTable[str]] = [HandleTable(limits) for _ in range(count)]
+    for table in tables:
+        table.usage = usage
+    return tables
+
+
+def add(table: HandleTable[str], client: bytes, way: Connection | None) -> int:
+    return table.add("symbol", bytes, client, way)
+
+
+def code_of(table: HandleTable[str], number: int) -> int:
+    """Return the result of a read by handle."""
+    try:
+        table.find(number)
+    except DeviceError as refusal:
+        return int(refusal.code)
+    return 0
+
+
+@dataclass
+class Expected:
+    """A handle as it must be."""
+
+    client: int
+    way: Connection
+    abandoned: int | None = None
+    """When its connection ended; None before."""
+    is_stale: bool = False
+
+
+class Model:
+    """Handles of several devices as the documentation promises them."""
+
+    def __init__(self, limits: ClientLimits, devices: int) -> None:
+        self.limits = limits
+        self.handles: dict[tuple[int, int], Expected] = {}
+        self.devices = devices
+        self.time = 0
+
+    def abandoned(self) -> list[Expected]:
+        return [each for each in self.handles.values() if each.abandoned is not None]
+
+    def refuses(self, device: int, client: int) -> bool:
+        own = sum(
+            each.client == client and each.abandoned is None
+            for (where, _), each in self.handles.items()
+            if where == device
+        )
+        full = len(self.handles) >= self.limits.all_handles and not self.abandoned()
+        return own >= self.limits.handles or full
+
+    def release_code(self, device: int, number: int, client: int) -> int:
+        known = self.handles.get((device, number))
+        allowed = known and (known.abandoned is not None or known.client == client)
+        return 0 if allowed else 0x711
+
+    def read_code(self, device: int, number: int) -> int:
+        known = self.handles.get((device, number))
+        if known is None:
+            return 0x710
+        return 0x711 if known.is_stale else 0
+
+    def abandon(self, predicate: Any) -> None:
+        self.time += 1
+        for (device, _), each in self.handles.items():
+            if each.abandoned is None and predicate(device, each):
+                each.abandoned = self.time * self.devices + device  # devices hear one by one
+
+    def give_way(self, tables: list[HandleTable[str]], most: int) -> None:
+        """Remove the handles that have given way, `most` of them: the oldest abandoned ones."""
+        present = {(device, n) for device, table in enumerate(tables) for n in known(table)}
+        assert present <= set(self.handles)
+        ended = [self.handles.pop(key) for key in set(self.handles) - present]
+        ages = [each.abandoned for each in ended if each.abandoned is not None]
+        assert len(ages) == len(ended) == most
+        present_ages = [each.abandoned for each in self.abandoned() if each.abandoned is not None]
+        assert not ages or not present_ages or max(ages) <= min(present_ages)
+
+
+def known(table: HandleTable[str]) -> list[int]:
+    return [*table._valid, *table._stale]
+
+
+STEPS = st.lists(
+    st.tuples(
+        st.sampled_from(
+            (
+                *("add", "add", "add", "add", "add", "add", "close", "close", "close"),
+                *("client", "change", "release", "release", "reset", "detach", "limit"),
+            )
+        ),
+        st.integers(0, 2),
+        st.integers(0, 5),
+        st.integers(1, 4),
+        st.integers(0, 30),
+    ),
+    min_size=50,
+    max_size=60,
+)
+LIMITS = st.builds(
+    ClientLimits,
+    handles=st.integers(1, 12),
+    all_handles=st.integers(1, 16),
+    abandoned_handles=st.integers(0, 10),
+)
+
+
+@given(steps=STEPS, limits=LIMITS, addresses=st.integers(1, 6))
+def test_whatever_clients_do_their_own_handles_stay_and_the_oldest_abandoned_give_way(
+    steps: list[tuple[str, int, int, int, int]], limits: ClientLimits, addresses: int
+) -> None:
+    """Six connections with `addresses` addresses between them, at three devices."""
+    tables = make_tables(limits, 3)
+    usage, model = tables[0].usage, Model(limits, 3)
+    ways = [Connection() for _ in range(6)]
+    for what, device, connection, count, choice in steps:
+        table, way, client = tables[device], ways[connection], connection % addresses
+        address = bytes((client,)) * 8
+        match what:
+            case "add":
+                for _ in range(count):
+                    if model.refuses(device, client):
+                        with pytest.raises(DeviceError, match="0x716"):
+                            add(table, address, way)
+                        break
+                    full = len(model.handles) >= model.limits.all_handles
+                    number = add(table, address, way)
+                    assert (device, number) not in model.handles
+                    model.handles[device, number] = Expected(client, way)
+                    model.give_way(tables, full)
+            case "release":
+                numbers = [*known(table), 1]
+                number = numbers[choice % len(numbers)]
+                code = model.release_code(device, number, client)
+                if code:
+                    with pytest.raises(DeviceError, match="0x711"):
+                        table.release(number, address)
+                else:
+                    table.release(number, address)
+                    del model.handles[device, number]
+            case "close":
+                model.abandon(lambda _, each, way=way: each.way is way)
+                for each in tables:
+                    each.abandon_way(way)
+                ways[connection] = Connection()
+            case "client":
+                model.abandon(
+                    lambda where, each, device=device, client=client: (
+                        where == device and each.client == client
+                    )
+                )
+                table.abandon_client(address)
+            case "change":
+                table.invalidate()
+                for (where, _), expected in model.handles.items():
+                    expected.is_stale |= where == device
+            case "reset" | "detach":
+                for key, expected in list(model.handles.items()):
+                    if key[0] == device and (what == "detach" or expected.abandoned is not None):
+                        del model.handles[key]
+                if what == "reset":
+                    table.end_abandoned()
+                else:
+                    table.end_all()
+            case "limit":
+                model.limits = ClientLimits(
+                    handles=limits.handles, all_handles=limits.all_handles, abandoned_handles=choice
+                )
+                for each in tables:
+                    each.limits = model.limits
+                    each.clear()
+        excess = len(model.abandoned()) - model.limits.abandoned_handles
+        model.give_way(tables, max(excess, 0))
+        assert usage.handles == len(model.handles) == sum(map(len, tables)) <= limits.all_handles
+        assert usage.abandoned_handles == len(model.abandoned())
+        for where, number in model.handles:
+            assert code_of(tables[where], number) == model.read_code(where, number)
+        for where, each in enumerate(tables):
+            clients = {
+                bytes((expected.client,)) * 8
+                for (at, _), expected in model.handles.items()
+                if at == where and expected.abandoned is None
+            }
+            assert set(each.clients) == clients
+    for each in tables:
+        each.end_all()
+    assert (usage.handles, usage.abandoned_handles, len(usage.abandoned)) == (0, 0, 0)
+    assert not any(each._clients_by_way for each in tables)
+
+
+def test_oldest_abandoned_handle_gives_way_when_another_client_needs_the_room() -> None:
+    (table,) = make_tables(ClientLimits(all_handles=3), 1)
+    numbers = []
+    for _ in range(2):
+        way = Connection()
+        numbers.append(add(table, b"tool", way))
+        table.abandon_way(way)
+    numbers += [add(table, b"client", None), add(table, b"client", None)]
+    assert [code_of(table, number) for number in numbers] == [0x710, 0, 0, 0]
+    add(table, b"client", None)
+    with pytest.raises(DeviceError, match="0x716"):
+        add(table, b"client", None)
+    assert [code_of(table, number) for number in numbers] == [0x710, 0x710, 0, 0]
+
+
+def test_client_at_its_limit_takes_no_room_of_abandoned_handles() -> None:
+    (table,) = make_tables(ClientLimits(handles=1, all_handles=2), 1)
+    way = Connection()
+    abandoned = add(table, b"tool", way)
+    table.abandon_way(way)
+    add(table, b"client", None)
+    with pytest.raises(DeviceError, match="0x716"):
+        add(table, b"client", None)
+    assert code_of(table, abandoned) == 0
+
+
+def test_client_that_comes_and_goes_leaves_no_more_than_the_limit() -> None:
+    (table,) = make_tables(ClientLimits(abandoned_handles=5), 1)
+    own = add(table, b"client", None)
+    for _ in range(100):
+        way = Connection()
+        for _ in range(3):
+            add(table, b"tool", way)
+        table.abandon_way(way)
+    assert (len(table), table.usage.abandoned_handles) == (6, 5)
+    assert code_of(table, own) == 0
+
+
+def test_abandoned_handles_keep_no_connection() -> None:
+    (table,) = make_tables(ClientLimits(), 1)
+    way = Connection()
+    number = add(table, b"tool", way)
+    table.abandon_way(way)
+    assert table.valid[number].owner.way is None
+
+
+def test_many_abandoned_handles_end_in_slices() -> None:
+    (table,) = make_tables(ClientLimits(abandoned_handles=1000), 1)
+    way = Connection()
+    for _ in range(13_000):
+        add(table, b"tool", way)
+    table.abandon_way(way)
+    assert len(table) == 3000
+    table.clear()
+    assert len(table) == 1000
+
+
+def test_abandoned_handles_end_alone_those_out_of_date_among_them() -> None:
+    (table,) = make_tables(ClientLimits(), 1)
+    own, way = add(table, b"client", None), Connection()
+    numbers = [add(table, b"tool", way)]
+    table.invalidate()
+    numbers.append(add(table, b"tool", way))
+    table.abandon_way(way)
+    assert [code_of(table, number) for number in (own, *numbers)] == [0x711, 0x711, 0]
+    table.end_abandoned()
+    assert [code_of(table, number) for number in (own, *numbers)] == [0x711, 0x710, 0x710]
