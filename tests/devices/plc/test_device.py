@@ -87,6 +87,30 @@ def test_write_control_stops_runs_and_resets(client: Client, plc: PlcRuntime) ->
     assert client_value(client, b"MAIN.nCounter") == 0
 
 
+def test_reset_ends_abandoned_handles_and_online_change_puts_them_out_of_date(
+    client: Client, plc: PlcRuntime, device: PlcDevice
+) -> None:
+    def handle() -> int:
+        request = ReadWriteRequest(0xF003, 0, 4, b"MAIN.nCounter")
+        return int(struct.unpack("<8xI", client.ask(Command.READ_WRITE, request.encode()))[0])
+
+    def codes(*handles: int) -> list[int]:
+        requests = [ReadRequest(0xF005, each, 4).encode() for each in handles]
+        return [struct.unpack_from("<I", client.ask(Command.READ, each))[0] for each in requests]
+
+    abandoned = handle()
+    device.end_client(client.address)
+    own = handle()
+    plc.stop()
+    plc.run()
+    assert codes(own, abandoned) == [0, 0]
+    plc.online_change()
+    new = handle()
+    assert codes(own, abandoned, new) == [0x711, 0x711, 0]
+    plc.reset()
+    assert codes(own, abandoned, new) == [0x711, 0x710, 0]
+
+
 def client_value(client: Client, name: bytes) -> int:
     request = ReadWriteRequest(0xF004, 0, 4, name)
     answer = client.ask(Command.READ_WRITE, request.encode())

@@ -57,8 +57,8 @@ class PlcDevice(Device):
     """A PLC application on port 851 (or 801, 852, …).
 
     Write Control takes RUN, STOP and RESET: the first two keep all variables, RESET initialises
-    them and stops. RUN after a program error is refused with 0x712 until a RESET. SAVE_CONFIG keeps
-    persistent variables as they are, as FB_WritePersistentData asks for.
+    them, stops and ends abandoned handles. RUN after a program error is refused with 0x712 until a
+    RESET. SAVE_CONFIG keeps persistent variables as they are, as FB_WritePersistentData asks for.
     `requests` is what its programs ask others, from the first of its ports.
     """
 
@@ -72,6 +72,7 @@ class PlcDevice(Device):
     ) -> None:
         self.plc = plc
         self._asking = requests
+        self._restarts = plc.restarts
         symbols = PlcSymbols(plc)
         plc.on_online_change(symbols.refresh)
         super().__init__(
@@ -115,6 +116,9 @@ class PlcDevice(Device):
 
     def _show_state(self, state: PlcState) -> None:
         self.ads_state = _ADS_STATES[state]
+        if self._restarts != self.plc.restarts:
+            self._restarts = self.plc.restarts
+            self.end_abandoned()
         if state is not PlcState.RUN and self._asking is not None:
             self._asking.indications.forget()
 
