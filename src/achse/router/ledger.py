@@ -1,0 +1,247 @@
+"""Resources that a client holds at a target, read from its requests and the answers to them.
+
+A resource is a subscription or a symbol handle. Sum commands fetch and release many at once.
+
+Source: 000 §3.2.3.6 and 7 for subscriptions, §6.7 for 0xF003 and 0xF006; 003 for the sum commands.
+"""
+
+import struct
+from collections.abc import Iterator
+from enum import Enum
+from typing import NamedTuple
+
+from achse.ams import Command, Frame
+from achse.ams.commands import (
+    ADD_NOTIFICATION_BODY,
+    READ,
+    READ_WRITE,
+    RESULT,
+    RESULT_LENGTH,
+    DeleteNotificationRequest,
+    WriteRequest,
+)
+from achse.ams.notification import encode_stream
+from achse.codes import ReservedGroup, ReturnCode
+
+__all__ = [
+    "Resource",
+    "ResourceAction",
+    "ResourceChange",
+    "ResourceKind",
+    "change_of",
+    "end_hints",
+    "without",
+]
+
+
+class ResourceKind(Enum):
+    """Kinds of resources; each has a number space of its own."""
+
+    SUBSCRIPTION = "subscription"
+    SYMBOL_HANDLE = "symbol handle"
+
+
+class Resource(NamedTuple):
+    """A subscription or symbol handle at the device with this AMS address."""
+
+    kind: ResourceKind
+    target: bytes
+    handle: int
+
+    def release(self, client: bytes, invoke_id: int) -> Frame:
+        """The request by which `client` gives it back."""
+        if self.kind is ResourceKind.SUBSCRIPTION:
+            data = DeleteNotificationRequest(self.handle).encode()
+            return Frame(self.target, client, Command.DELETE_NOTIFICATION, 4, 0, invoke_id, data)
+        handle = RESULT.pack(self.handle)
+        data = WriteRequest(ReservedGroup.RELEASE_SYMBOL_HANDLE, 0, handle).encode()
+        return Frame(self.target, client, Command.WRITE, 4, 0, invoke_id, data)
+
+
+class ResourceAction(NamedTuple):
+    """One part of a request: it fetches a resource, or releases `handle`."""
+
+    kind: ResourceKind
+    part: int
+    """Its number in a sum command, else 0."""
+    handle: int | None = None
+    """None: fetches one."""
+    position: int = 0
+    """Where the handle is in the data of the request."""
+
+
+class ResourceChange(NamedTuple):
+    """What a request changes in the resources of its client, once the target has answered."""
+
+    target: bytes
+    actions: tuple[ResourceAction, ...]
+    group: int | None = None
+    """Index group of a ReadWrite; None for other commands."""
+    parts: int = 1
+
+    def outcomes(self, answer: bytes) -> Iterator[tuple[ResourceAction, Resource]]:
+        """The actions that succeeded, each with its resource, by the data of the answer.
+
+        A resource that the target does not know counts as released. Answers that do not fit the
+        request have no outcomes.
+        """
+        try:
+            results = self._results(answer)
+        except struct.error:
+            return
+        for action in self.actions if results else ():
+            result, handle = results[action.part]
+            if action.handle is not None:
+                if result in _RELEASED:
+                    yield action, Resource(action.kind, self.target, action.handle)
+            elif result == 0 and handle:
+                yield action, Resource(action.kind, self.target, handle)
+
+    def _results(self, answer: bytes) -> list[tuple[int, int]]:
+        """Result of each part, and the handle that it fetched if it fetches one.
+
+        Raises struct.error if the answer is too short.
+        """
+        group, parts = self.group, self.parts
+        if group is None:
+            if self.actions[0].handle is None:
+                return [_pair(answer, 0)]
+            return [(_word(answer, 0), 0)]
+        result, length = _pair(answer, 0)
+        if result or len(answer) != _HEAD + length:
+            return []
+        if group == ReservedGroup.SYMBOL_HANDLE_BY_NAME:
+            return [(0, _word(answer, _HEAD))]
+        if group in _RESULTS_ONLY:
+            return [(_word(answer, _HEAD + 4 * part), 0) for part in range(parts)]
+        pairs = [_pair(answer, _HEAD + 8 * part) for part in range(parts)]
+        if group == ReservedGroup.SUM_ADD_NOTIFICATION:
+            return pairs
+        results, position = [], _HEAD + 8 * parts
+        for result, length in pairs:
+            fetched = not result and length >= RESULT.size
+            results.append((result, _word(answer, position) if fetched else 0))
+            position += length
+        return results
+
+
+def _word(data: bytes, position: int) -> int:
+    value: int = RESULT.unpack_from(data, position)[0]
+    return value
+
+
+def _pair(data: bytes, position: int) -> tuple[int, int]:
+    first, second = RESULT_LENGTH.unpack_from(data, position)
+    return first, second
+
+
+_HEAD = RESULT_LENGTH.size
+
+_RELEASED = frozenset(
+    (
+        0,
+        ReturnCode.SYMBOL_NOT_FOUND.number,
+        ReturnCode.SYMBOL_VERSION_INVALID.number,
+        ReturnCode.NOTIFICATION_HANDLE_INVALID.number,
+    )
+)
+"""Results after which a target holds the resource no longer."""
+
+_RESULTS_ONLY = (ReservedGroup.SUM_WRITE, ReservedGroup.SUM_DELETE_NOTIFICATION)
+
+_WRITE_PART, _READ_WRITE_PART = struct.Struct("<III"), struct.Struct("<IIII")
+
+_SUBSCRIPTION, _SYMBOL_HANDLE = ResourceKind.SUBSCRIPTION, ResourceKind.SYMBOL_HANDLE
+
+
+def change_of(request: Frame) -> ResourceChange | None:
+    """Return what `request` changes in the resources of its client; None for most requests."""
+    command, data = request.command, request.data
+    try:
+        if command == Command.ADD_NOTIFICATION:
+            return ResourceChange(request.target, (ResourceAction(_SUBSCRIPTION, 0),))
+        if command == Command.DELETE_NOTIFICATION:
+            return ResourceChange(request.target, (_release(_SUBSCRIPTION, 0, data, 0),))
+        if command == Command.WRITE:
+            if READ.unpack_from(data)[0] != ReservedGroup.RELEASE_SYMBOL_HANDLE:
+                return None
+            return ResourceChange(request.target, (_release(_SYMBOL_HANDLE, 0, data, READ.size),))
+        if command == Command.READ_WRITE:
+            group, parts, _, _ = READ_WRITE.unpack_from(data)
+            actions_of = _READ_WRITES.get(group)
+            actions = () if actions_of is None else tuple(actions_of(parts, data))
+            return ResourceChange(request.target, actions, group, parts) if actions else None
+    except struct.error:  # the target refuses it
+        return None
+    return None
+
+
+def _release(kind: ResourceKind, part: int, data: bytes, position: int) -> ResourceAction:
+    return ResourceAction(kind, part, _word(data, position), position)
+
+
+def _one_handle(parts: int, data: bytes) -> Iterator[ResourceAction]:
+    yield ResourceAction(_SYMBOL_HANDLE, 0)
+
+
+def _sum_write(parts: int, data: bytes) -> Iterator[ResourceAction]:
+    position = READ_WRITE.size + parts * _WRITE_PART.size
+    for part in range(parts):
+        group, _, length = _WRITE_PART.unpack_from(data, READ_WRITE.size + part * _WRITE_PART.size)
+        if group == ReservedGroup.RELEASE_SYMBOL_HANDLE and length == RESULT.size:
+            yield _release(_SYMBOL_HANDLE, part, data, position)
+        position += length
+
+
+def _sum_read_write(parts: int, data: bytes) -> Iterator[ResourceAction]:
+    for part in range(parts):
+        position = READ_WRITE.size + part * _READ_WRITE_PART.size
+        if _word(data, position) == ReservedGroup.SYMBOL_HANDLE_BY_NAME:
+            yield ResourceAction(_SYMBOL_HANDLE, part)
+
+
+def _sum_add(parts: int, data: bytes) -> Iterator[ResourceAction]:
+    if len(data) == READ_WRITE.size + parts * ADD_NOTIFICATION_BODY.size:
+        yield from (ResourceAction(_SUBSCRIPTION, part) for part in range(parts))
+
+
+def _sum_delete(parts: int, data: bytes) -> Iterator[ResourceAction]:
+    if len(data) == READ_WRITE.size + parts * RESULT.size:
+        for part in range(parts):
+            yield _release(_SUBSCRIPTION, part, data, READ_WRITE.size + part * RESULT.size)
+
+
+_READ_WRITES = {
+    int(ReservedGroup.SYMBOL_HANDLE_BY_NAME): _one_handle,
+    int(ReservedGroup.SUM_WRITE): _sum_write,
+    int(ReservedGroup.SUM_READ_WRITE): _sum_read_write,
+    int(ReservedGroup.SUM_ADD_NOTIFICATION): _sum_add,
+    int(ReservedGroup.SUM_DELETE_NOTIFICATION): _sum_delete,
+}
+"""Index groups of a ReadWrite that fetch or release resources, and what its parts do."""
+
+
+def without(data: bytes, actions: list[ResourceAction]) -> bytes:
+    """Return the data of a request with 0 in place of the handles that `actions` release.
+
+    No device gives out a handle 0, so the target answers these parts as it answers any handle that
+    it does not know.
+    """
+    changed = bytearray(data)
+    for action in actions:
+        RESULT.pack_into(changed, action.position, 0)
+    return bytes(changed)
+
+
+def end_hints(resources: list[Resource], client: bytes, filetime: int) -> Iterator[Frame]:
+    """Yield notifications that say of each subscription that its handle has become invalid.
+
+    Such a sample has no data (000 §3.2.3.8). One frame for each device; `filetime` is the stamp.
+    """
+    handles: dict[bytes, list[tuple[int, bytes]]] = {}
+    for resource in resources:
+        if resource.kind is ResourceKind.SUBSCRIPTION:
+            handles.setdefault(resource.target, []).append((resource.handle, b""))
+    for target, samples in handles.items():
+        stream = encode_stream([(filetime, samples)])
+        yield Frame(client, target, Command.NOTIFICATION, 4, 0, 0, stream)

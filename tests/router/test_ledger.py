@@ -1,0 +1,104 @@
+"""What requests and their answers change in the resources of a client."""
+
+import struct
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.ams import AmsAddress, Command, Frame
+from achse.ams.commands import ADD_NOTIFICATION_BODY
+from achse.router.ledger import Resource, ResourceKind, change_of, end_hints, without
+
+PLC = AmsAddress("5.0.0.9.1.1:851")
+CLIENT = AmsAddress("192.168.0.9.1.1:30000")
+SUBSCRIPTION, HANDLE = ResourceKind.SUBSCRIPTION, ResourceKind.SYMBOL_HANDLE
+
+
+def request(command: int, data: bytes) -> Frame:
+    return Frame(PLC, CLIENT, command, data=data)
+
+
+def read_write(group: int, offset: int, data: bytes) -> Frame:
+    head = struct.pack("<IIII", group, offset, 4096, len(data))
+    return request(Command.READ_WRITE, head + data)
+
+
+def outcomes(frame: Frame, answer: bytes) -> list[tuple[bool, ResourceKind, int]]:
+    """True for what is fetched, False for what is released."""
+    change = change_of(frame)
+    assert change is not None
+    found = change.outcomes(answer)
+    return [(action.handle is None, each.kind, each.handle) for action, each in found]
+
+
+def test_single_requests_fetch_and_release() -> None:
+    body = ADD_NOTIFICATION_BODY.pack(0xF005, 1, 4, 4, 0, 0)
+    add = request(Command.ADD_NOTIFICATION, body)
+    assert outcomes(add, struct.pack("<II", 0, 7)) == [(True, SUBSCRIPTION, 7)]
+    assert outcomes(add, struct.pack("<II", 0x716, 0)) == []
+    delete = Resource(SUBSCRIPTION, PLC, 7).release(CLIENT, 1)
+    assert outcomes(delete, bytes(4)) == [(False, SUBSCRIPTION, 7)]
+    assert outcomes(delete, struct.pack("<I", 0x714)) == [(False, SUBSCRIPTION, 7)]
+    assert outcomes(delete, struct.pack("<I", 0x723)) == []
+    fetch = read_write(0xF003, 0, b"MAIN.x")
+    assert outcomes(fetch, struct.pack("<III", 0, 4, 9)) == [(True, HANDLE, 9)]
+    release = Resource(HANDLE, PLC, 9).release(CLIENT, 1)
+    assert outcomes(release, bytes(4)) == [(False, HANDLE, 9)]
+
+
+def test_parts_of_sum_commands_stand_alone() -> None:
+    body = ADD_NOTIFICATION_BODY.pack(0xF005, 1, 4, 4, 0, 0)
+    adds = struct.pack("<6I", 0, 16, 0, 7, 0x716, 0)
+    assert outcomes(read_write(0xF085, 2, body * 2), adds) == [(True, SUBSCRIPTION, 7)]
+    deletes = struct.pack("<4I", 0, 8, 0x723, 0)
+    assert outcomes(read_write(0xF086, 2, struct.pack("<II", 7, 8)), deletes) == [
+        (False, SUBSCRIPTION, 8)
+    ]
+    parts = struct.pack("<8I", 0xF004, 0, 2, 1, 0xF003, 0, 4, 1) + b"ab"
+    values = struct.pack("<6I", 0, 22, 0, 2, 0, 4) + b"xx" + struct.pack("<I", 9)
+    assert outcomes(read_write(0xF082, 2, parts), values) == [(True, HANDLE, 9)]
+    writes = struct.pack("<6I", 0x4020, 0, 2, 0xF006, 0, 4) + b"xx" + struct.pack("<I", 9)
+    results = struct.pack("<4I", 0, 8, 0x705, 0)
+    assert outcomes(read_write(0xF081, 2, writes), results) == [(False, HANDLE, 9)]
+
+
+@pytest.mark.parametrize("group", [0xF004, 0xF009, 0xF080, 0xF084, 0x4020])
+def test_other_groups_change_nothing(group: int) -> None:
+    assert change_of(read_write(group, 0, bytes(24))) is None
+    assert change_of(request(Command.WRITE, struct.pack("<III", group, 0, 4) + bytes(4))) is None
+
+
+def test_handles_are_taken_out_of_a_request_with_zero() -> None:
+    frame = read_write(0xF086, 3, struct.pack("<III", 5, 6, 7))
+    change = change_of(frame)
+    assert change is not None
+    kept = without(frame.data, [change.actions[1]])
+    assert struct.unpack_from("<III", kept, 16) == (5, 0, 7)
+
+
+def test_end_hints_are_samples_without_data() -> None:
+    held = [
+        Resource(SUBSCRIPTION, PLC, 3),
+        Resource(HANDLE, PLC, 4),
+        Resource(SUBSCRIPTION, PLC, 5),
+    ]
+    [hint] = end_hints(held, CLIENT, 0)
+    assert (hint.target, hint.source, hint.command) == (CLIENT, PLC, Command.NOTIFICATION)
+    assert hint.data == struct.pack("<IIQIIIII", 32, 1, 0, 2, 3, 0, 5, 0)
+
+
+@given(
+    st.sampled_from((2, 3, 6, 7, 9)),
+    st.sampled_from((0xF003, 0xF006, 0xF081, 0xF082, 0xF085, 0xF086)),
+    st.one_of(st.integers(0, 9), st.integers(0, 0xFFFF_FFFF)),
+    st.binary(max_size=120),
+    st.binary(max_size=120),
+)
+def test_any_request_and_answer_raise_nothing(
+    command: int, group: int, parts: int, data: bytes, answer: bytes
+) -> None:
+    frame = request(command, struct.pack("<II", group, parts) + data)
+    change = change_of(frame)
+    if change is not None:
+        assert len(list(change.outcomes(answer))) <= len(change.actions) <= 64
