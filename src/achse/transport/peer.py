@@ -8,7 +8,7 @@ Source: reference traffic for the port service (0x1000, 0x0001, 0x1002); 000 §3
 """
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Protocol
 
 from achse.ams import (
@@ -31,6 +31,7 @@ from achse.router.routes import Admission, Route
 from achse.transport.exchanges import Exchanges
 from achse.transport.fair_queue import FairQueue
 from achse.transport.held import Held
+from achse.transport.line import Line, Timer, Turns
 from achse.transport.outbox import Outbox
 from achse.transport.repeated import REQUEST_SIZE, RepeatedReads
 from achse.transport.sender_rights import SenderRights
@@ -63,50 +64,6 @@ _QUICK = 8192
 
 _LINGER = 5.0
 """Seconds a closed connection has to take the rest of what was sent to it."""
-
-
-class Line(Protocol):
-    """What carries bytes to a peer, in order."""
-
-    def write(self, data: bytes, /) -> None:
-        """Send `data`, or keep it until the peer takes it."""
-        ...
-
-    def get_write_buffer_size(self) -> int:
-        """Bytes that the peer has not taken yet."""
-        ...
-
-    def close(self) -> None:
-        """End once the peer has taken everything."""
-        ...
-
-    def abort(self) -> None:
-        """End at once."""
-        ...
-
-    def pause_reading(self) -> None:
-        """Bring nothing for the present, or little."""
-        ...
-
-    def resume_reading(self) -> None:
-        """Bring on what comes."""
-        ...
-
-
-class Timer(Protocol):
-    """A call to come."""
-
-    def cancel(self) -> None: ...
-
-
-class Turns(Protocol):
-    """Who calls back: at the end of this turn, or at a time in seconds."""
-
-    def time(self) -> float: ...
-
-    def call_soon(self, callback: Callable[[], object], /) -> object: ...
-
-    def call_at(self, when: float, callback: Callable[[], object], /) -> Timer: ...
 
 
 class PeerOwner(Protocol):
