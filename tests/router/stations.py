@@ -195,6 +195,12 @@ class Host:
         self.uplinks.append(uplink)
         return uplink
 
+    @property
+    def forwarded(self) -> int:
+        """Subscriptions and handles that it knows of, of clients that are there and gone."""
+        peers = [*self.peers, *(each._connection for each in self.uplinks if each._connection)]
+        return sum(len(list(peer._forwarding.resources)) for peer in peers)
+
 
 class Target(Host):
     """A host with a device of variables."""

@@ -22,7 +22,12 @@ def test_only_senders_come_and_targets_go_under_another_net_id(
     frames: list[tuple[NetId, NetId, bytes]], portion: int
 ) -> None:
     router: Any = SimpleNamespace(
-        seen=[], is_local=lambda _: True, learn=lambda *_: None, lost_frames=0
+        seen=[],
+        net_id=OTHER,
+        is_local=lambda _: True,
+        learn=lambda *_: None,
+        local_endpoint=lambda _: None,
+        lost_frames=0,
     )
     router.deliver = lambda frame: router.seen.append(frame) or True
     line = SimpleNamespace(written=b"", get_write_buffer_size=lambda: 0)

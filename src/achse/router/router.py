@@ -131,6 +131,15 @@ class Router:
         for listener in self._close_listeners:
             listener(address)
 
+    def local_endpoint(self, address: bytes) -> Endpoint | None:
+        """Who is at a local port, by its address; None if nobody is."""
+        return self._local.get(address)
+
+    def local_aliases(self, address: bytes) -> tuple[bytes, ...]:
+        """The addresses of the same local port: with our NetId and with the loopback alias."""
+        port = address[6:]
+        return (self.net_id + port, LOOPBACK_NET_ID + port)
+
     @property
     def ports(self) -> list[int]:
         """The local ports in use, ascending."""

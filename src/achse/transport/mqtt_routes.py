@@ -6,18 +6,18 @@ Source: network facts 1.5.
 import asyncio
 import logging
 
-from achse.ams import Command, DecodeError, Flags, Frame, NetId
+from achse.ams import Command, DecodeError, Flags, NetId
 from achse.ams.connection import DEFAULT_MAX_LENGTH
 from achse.ams.frame import AMS_HEADER
 from achse.ams.mqtt import RouterNote, as_tcp_packet
 from achse.ams.secure import TcpFrames
+from achse.codes import ReturnCode
 from achse.router import Router
 from achse.router.routes import Admission, Route
 from achse.transport.fair_queue import FairQueue
 from achse.transport.held import Held
 from achse.transport.mqtt import MqttNetwork, MqttSettings, Session
 from achse.transport.peer import Peer
-from achse.transport.unanswered import Unanswered
 
 __all__ = ["MqttRoutes"]
 
@@ -30,12 +30,13 @@ _MOST_STRANGERS = 64
 class _Partner(Peer):
     """A router of the network. When it vanishes what it was asked is answered with 0x7."""
 
+    _code_at_end = ReturnCode.TARGET_MACHINE_NOT_FOUND
+
     def __init__(self, owner: "MqttRoutes", net_id: NetId) -> None:
         super().__init__(owner)
         self._routes = owner
         self.net_id = net_id
         self.peer = f"{net_id} by {owner.network.settings}"
-        self._unanswered = Unanswered()
 
     def _admission(self, net_id: bytes) -> Admission:
         """The broker says who may be in the network; its partners are routes.
@@ -49,23 +50,8 @@ class _Partner(Peer):
         secure = route is not None and route.tls is not None
         return Admission.UNKNOWN if secure else Admission.ROUTED
 
-    def deliver(self, frame: Frame) -> bool:
-        backwards = frame.is_response or frame.command == Command.NOTIFICATION
-        delivered = super().deliver(frame)
-        if delivered and not backwards:
-            self._unanswered.add(frame)
-        return delivered
-
-    def answered(self, message: bytes) -> None:
-        """A message came from it; if it is a response, nobody waits for it any more."""
-        self._unanswered.answered(message)
-
-    def vanish(self) -> None:
-        """It is offline: those who wait for an answer get one now."""
-        for reply in self._unanswered.fail(self.net_id):
-            reply.via = self._exchanges.take(reply)
-            self._router.deliver(reply)
-        self.abort()
+    def drop_client(self, target: str) -> None:
+        """Do nothing: a partner has no connection whose end it could see."""
 
 
 class _MqttLine:
@@ -200,7 +186,7 @@ class MqttRoutes:
         if self.router.routes.to(net_id) is None:
             self.router.remove_route(net_id)
         self._strangers.pop(net_id, None)
-        partner.vanish()
+        partner.abort()
         log.info("%s is offline", net_id)
 
     def received(self, message: bytes) -> None:
@@ -214,7 +200,6 @@ class MqttRoutes:
             self.dropped += 1  # what says it comes from us does not come by a broker
             return
         partner = self._sender(NetId(message[8:14]))
-        partner.answered(message)
         partner.receive(packet)
 
     def _sender(self, net_id: NetId) -> _Partner:
@@ -246,7 +231,7 @@ class MqttRoutes:
         One that was cut off is still online: who waits is told, and the next request finds a way.
         """
         if isinstance(peer, _Partner) and self._partners.get(peer.net_id) is peer:
-            peer.vanish()
+            peer.abort()
             note = self.network.partners.get(peer.net_id)
             if note is not None:
                 self.came(peer.net_id, note)

@@ -8,7 +8,7 @@ Source: reference traffic for the port service (0x1000, 0x0001, 0x1002); 000 §3
 """
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Protocol
 
 from achse.ams import (
@@ -16,7 +16,6 @@ from achse.ams import (
     Command,
     Connection,
     DecodeError,
-    Endpoint,
     Event,
     Flags,
     Frame,
@@ -26,9 +25,9 @@ from achse.ams import (
 )
 from achse.codes import ReturnCode
 from achse.router import Router
+from achse.router.forwarding import ForwardedClient, Forwarding
 from achse.router.rights import Right
 from achse.router.routes import Admission, Route
-from achse.transport.exchanges import Exchanges
 from achse.transport.fair_queue import FairQueue
 from achse.transport.held import Held
 from achse.transport.line import Line, Timer, Turns
@@ -101,6 +100,9 @@ class Peer:
     cut off when more than `max_backlog` bytes wait for it.
     """
 
+    _code_at_end: ReturnCode | None = None
+    """Answer to requests that are unanswered when the line ends; None: their clients time out."""
+
     _unchanged = True
     """Whether frames come and go as they are."""
 
@@ -111,7 +113,7 @@ class Peer:
         self.senders = Senders()
         self._last_source = b""
         self._rights = SenderRights()
-        self._exchanges = Exchanges()
+        self._forwarding = Forwarding(owner.router, self._send_own, self._after_a_second)
         self._repeated = RepeatedReads(owner.router)
         self._circles_told = -_AGAIN_NS
         self._out = Outbox()
@@ -158,6 +160,11 @@ class Peer:
         self._line = None
         self._leave()
         self.owner.closed(self)
+        lost, unanswered = self._forwarding.end(self._code_at_end)
+        for answer in unanswered:
+            self._router.deliver(answer)
+        for session in lost:
+            self._report_loss(session)
 
     def receive(self, data: bytes) -> None:
         """Take bytes as they come."""
@@ -215,10 +222,9 @@ class Peer:
                         return False
                     if self._rights and self._refuse(event):
                         continue
-                    if event.is_response:
-                        event.via = self._exchanges.take(event)
-                    elif event.command == Command.NOTIFICATION:
-                        event.via = self._exchanges.answered(event)
+                    backwards = event.is_response or event.command == Command.NOTIFICATION
+                    if backwards and not self._forwarding.come_back(event):
+                        continue
                     try:
                         router.deliver(event)
                     except Exception:  # a fault of one frame is not one of its connection
@@ -258,7 +264,6 @@ class Peer:
         self._events, self._undone = iter(()), 0
         self._late.clear()
         self._stream.drop()
-        self._exchanges.clear()
         self._repeated.clear()
         for source in self.senders:
             self._router.forget(source, self)
@@ -337,22 +342,62 @@ class Peer:
             self.deliver(frame.reply(error=ReturnCode.DEVICE_ACCESS_DENIED.number))
         return True
 
-    def _note(self, asker: Endpoint, request: Frame) -> ReturnCode | None:
-        """Remember who asks the far end; what refuses the request, None if it may go.
+    # requests of others ------------------------------------------------------------------------
 
-        One for a port of ours cannot circle: the server behind this connection registered it.
+    def _forward(self, frame: Frame) -> Frame | None:
+        """The frame to send for a request of another client; None if it does not go.
+
+        A request for a port of ours cannot circle: the server behind this connection registered it.
         """
-        circles = not self._router.is_local(request.target[:6])
+        router, client = self._router, frame.origin or self._router.local_endpoint(frame.source)
+        if client is None:
+            return frame
+        if not getattr(client, "connected", True):
+            return None
+        if frame.origin and self.congested and not frame.flags & Flags.NO_RESPONSE:
+            outcome: Frame | ReturnCode = ReturnCode.ROUTER_MAILBOX_FULL
+        else:
+            now = int(self.owner.loop.time() * 1e9)
+            circles = frame.origin is not None and not router.is_local(frame.target[:6])
+            outcome = self._forwarding.request(client, frame, now, circles=circles)
+        if isinstance(outcome, Frame):
+            return outcome
+        if outcome is ReturnCode.TARGET_MACHINE_NOT_FOUND:
+            self._warn_of_circle(frame)
+        if not frame.flags & Flags.NO_RESPONSE:
+            router.deliver(frame.reply(error=outcome.number))
+        return None
+
+    def _warn_of_circle(self, request: Frame) -> None:
         now = int(self.owner.loop.time() * 1e9)
-        refusal = self._exchanges.ask(asker, request, now, circles=circles)
-        if refusal is ReturnCode.TARGET_MACHINE_NOT_FOUND and now >= self._circles_told + _AGAIN_NS:
+        if now >= self._circles_told + _AGAIN_NS:
             self._circles_told = now
             log.warning(
                 "requests of %s to %s go in circles by way of %s: look at the routes",
                 *(AmsAddress(request.source), AmsAddress(request.target), self.peer),
                 extra=request.sender,
             )
-        return refusal
+
+    def _send_own(self, frame: Frame) -> None:
+        """Send a request of the router itself."""
+        if self._open:
+            self._put(frame.encode_tcp())
+
+    def _after_a_second(self, callback: Callable[[], object]) -> None:
+        self.owner.loop.call_at(self.owner.loop.time() + 1.0, callback)
+
+    def _report_loss(self, session: ForwardedClient) -> None:
+        """Hint that the subscriptions of a client are invalid, and end its connection."""
+        for hint in session.end_hints():
+            self._router.deliver(hint)
+        if isinstance(session.client, Peer):
+            session.client.drop_client(self.peer)
+
+    def drop_client(self, target: str) -> None:
+        """End the connection: the target has lost the subscriptions and handles of its client."""
+        if self._open:
+            self.warn("its subscriptions and handles at %s ended with the connection there", target)
+            self.close()
 
     # the port service of a local router --------------------------------------------------------
 
@@ -402,16 +447,11 @@ class Peer:
         """
         if not self._open:
             return False
-        asker = frame.origin
-        if asker and not (frame.is_response or frame.command == Command.NOTIFICATION):
-            quiet = frame.flags & Flags.NO_RESPONSE
-            refusal = ReturnCode.ROUTER_MAILBOX_FULL if self.congested and not quiet else None
-            refusal = refusal or self._note(asker, frame)
-            if refusal is ReturnCode.ROUTER_MAILBOX_FULL and not quiet:
-                self._router.deliver(frame.reply(error=refusal.number))
+        if not frame.flags & 1 and frame.command != Command.NOTIFICATION:
+            forwarded = self._forward(frame)
+            if forwarded is None:
                 return True
-            if refusal is not None:
-                return False
+            frame = forwarded
         packet = frame.encode_tcp()
         if frame.command == Command.ADD_NOTIFICATION and frame.is_response:
             self._out.added(self.owner.loop.time())

@@ -99,7 +99,7 @@ class ServedSerialPorts:
     async def _serve(self, served: ServedPort) -> asyncio.Event:
         """Open one port; the event is set once it is gone."""
         gone = asyncio.Event()
-        peer = Peer(self)
+        peer = _SerialPeer(self)
         await open_serial_port(served.port, lambda: _Connection(self, peer, served))
         self._open[peer] = gone
         if served.net_id is not None:
@@ -137,6 +137,13 @@ class ServedSerialPorts:
         gone = self._open.pop(peer, None)
         if gone is not None:
             gone.set()
+
+
+class _SerialPeer(Peer):
+    """The far end of a cable, which sees no end of a connection."""
+
+    def drop_client(self, target: str) -> None:
+        """Do nothing: the port stays open."""
 
 
 class _Connection(asyncio.Protocol):

@@ -1,0 +1,508 @@
+"""Forwarding: the requests of many clients over one connection, each from an address of its own.
+
+Clients often share an AMS address: every pyads on a host has the same NetId and port. A session is
+one client connection with one source address. The target sees its alias: the address itself for
+the first session that uses it, the same NetId with another port for each further one. Answers and
+notifications are addressed to the alias, so they find the session that asked, at any time. What a
+client leaves at a target is released when its connection or its port is closed.
+
+AMS has no hop count: a request that comes back while it is unanswered goes in circles.
+
+Source: the router of the vendor gives each of its local programs a port of its own (reference
+traffic, port connect 0x1000); a subscription belongs to an AMS address.
+"""
+
+import zlib
+from collections import deque
+from collections.abc import Callable, Iterator
+from typing import Protocol
+
+from achse.ams import AmsAddress, Endpoint, Flags, Frame, NetId
+from achse.codes import ReturnCode
+from achse.router.ledger import (
+    Resource,
+    ResourceAction,
+    ResourceChange,
+    ResourceKind,
+    change_of,
+    end_hints,
+    without,
+)
+
+__all__ = ["ClientPorts", "ForwardedClient", "Forwarding"]
+
+_PENDING = 1 << 14
+"""Requests that may be unanswered; beyond, the oldest is forgotten."""
+
+_IDLE = 1 << 14
+"""Sessions without requests and resources that are remembered; beyond, the oldest is forgotten."""
+
+_ROUNDS = 2
+"""The same request came from the same client this often, unanswered: the next one is a circle."""
+
+_ROUND_NS = 1_000_000_000
+"""A client that sends the same again after this time has given up waiting; a circle is faster."""
+
+_RELEASES_AT_ONCE = 64
+"""Releases of resources that are sent without waiting for an answer."""
+
+_ALIASES = range(32_768, 65_280)
+"""Ports of aliases, as routers give them to clients."""
+
+_UNKNOWN_TIME = 0
+"""Stamp of samples without data: the target is gone, and the router does not know its time."""
+
+_RELEASE_ID = 0x8000_0000
+"""Invoke ids of releases begin here."""
+
+
+class ClientPorts(Protocol):
+    """What forwarding needs of the router."""
+
+    net_id: NetId
+
+    def local_endpoint(self, address: bytes) -> Endpoint | None: ...
+
+    def local_aliases(self, address: bytes) -> tuple[bytes, ...]: ...
+
+    def on_port_closed(self, listener: Callable[[AmsAddress], None]) -> None: ...
+
+    def ignore_port_closed(self, listener: Callable[[AmsAddress], None]) -> None: ...
+
+    def on_way_closed(self, listener: Callable[[Endpoint], None]) -> None: ...
+
+    def ignore_way_closed(self, listener: Callable[[Endpoint], None]) -> None: ...
+
+
+class ForwardedClient:
+    """A client: its connection, its source address, and what it holds at the targets."""
+
+    __slots__ = (
+        "alias", "client", "gone", "pending", "registered", "releasing", "resources", "source",
+        "subscribed",
+    )  # fmt: skip
+
+    def __init__(self, client: Endpoint, source: bytes, alias: bytes, registered: bool) -> None:
+        self.client = client
+        """Where its answers go: a connection, or an endpoint in this process."""
+        self.source = source
+        """Its AMS address, as it gives it."""
+        self.alias = alias
+        """Its AMS address, as the targets see it."""
+        self.registered = registered
+        """True if the router has given it its port: the session ends with the port."""
+        self.resources: dict[Resource, int] = {}
+        """What it holds, and how many times it fetched the same."""
+        self.pending = 0
+        """Requests without an answer."""
+        self.releasing = 0
+        """Releases of its resources without an answer, those that are not sent yet included."""
+        self.subscribed = False
+        """True once it had a subscription: samples may come after the answer to its end."""
+        self.gone = False
+        """True once its connection or its port is closed."""
+
+    @property
+    def idle(self) -> bool:
+        """True if nothing more comes for its alias."""
+        return not (self.pending or self.releasing or self.resources)
+
+    def end_hints(self) -> Iterator[Frame]:
+        """Yield notifications to the client: the handles of its subscriptions are invalid."""
+        for hint in end_hints(list(self.resources), self.source, _UNKNOWN_TIME):
+            hint.via = self.client
+            yield hint
+
+
+class _Pending:
+    """A request without an answer."""
+
+    __slots__ = ("change", "command", "flags", "session", "time")
+
+    def __init__(
+        self, session: ForwardedClient, request: Frame, change: ResourceChange | None, time: int
+    ) -> None:
+        self.session = session
+        self.command = request.command
+        self.flags = request.flags
+        self.change = change
+        self.time = time
+
+    def refuse(self, target: bytes, invoke_id: int, code: ReturnCode) -> Frame | None:
+        """The answer `code` to the client; None if it is gone."""
+        session = self.session
+        if session.gone:
+            return None
+        head = (target, session.source, self.command, self.flags)
+        answer = Frame(*head, 0, invoke_id).reply(error=code.number)
+        answer.via = session.client
+        return answer
+
+
+class Forwarding:
+    """What goes over one connection on behalf of others, and back.
+
+    `send` sends a request of the router itself. `later` calls back after a second: releases that
+    are unanswered by then are not waited for, and late samples of a client that is gone have come.
+    """
+
+    def __init__(
+        self,
+        router: ClientPorts,
+        send: Callable[[Frame], object],
+        later: Callable[[Callable[[], object]], object],
+    ) -> None:
+        self._router = router
+        self._send = send
+        self._later = later
+        self._sessions: dict[bytes, dict[Endpoint, ForwardedClient]] = {}
+        """Sessions that are not gone, by source and client."""
+        self._by_client: dict[Endpoint, dict[ForwardedClient, None]] = {}
+        self._by_alias: dict[bytes, ForwardedClient] = {}
+        """All sessions for which something may come."""
+        self._idle: dict[ForwardedClient, None] = {}
+        self._pending: dict[tuple[bytes, bytes, int], deque[_Pending]] = {}
+        """By alias, target and invoke id."""
+        self._subscribers: dict[Resource, ForwardedClient] = {}
+        """Who holds each subscription."""
+        self._to_release: deque[tuple[ForwardedClient, Resource]] = deque()
+        self._releases: dict[tuple[bytes, bytes, int], ForwardedClient] = {}
+        """Releases that were sent, as `_pending`."""
+        self._unanswered = 0
+        """Releases of the last second without an answer."""
+        self._waiting = False
+        """True while `later` is to call back."""
+        self._next_port = _ALIASES[zlib.crc32(router.net_id) % len(_ALIASES)]
+        self._next_release = _RELEASE_ID
+        self._listening = False
+
+    def __len__(self) -> int:
+        """Sessions for which something may come."""
+        return len(self._by_alias)
+
+    @property
+    def resources(self) -> Iterator[tuple[ForwardedClient, Resource]]:
+        """All resources that clients hold, those of clients that are gone included."""
+        for session in self._by_alias.values():
+            yield from ((session, resource) for resource in session.resources)
+        yield from self._to_release
+
+    # requests --------------------------------------------------------------------------------
+
+    def request(
+        self, client: Endpoint, frame: Frame, now: int, *, circles: bool = True
+    ) -> Frame | ReturnCode:
+        """Return the frame to send for a request of `client`, or what refuses it.
+
+        `now` in ns. 0x7 if it goes in circles, 0x502 if so many are unanswered that this could not
+        be seen (neither without `circles`), 0x508 if there are no ports for further aliases.
+
+        A handle of another client's subscription is replaced by 0 where it is to be deleted.
+        """
+        session = self._session(client, frame)
+        if isinstance(session, ReturnCode):
+            return session
+        change = change_of(frame)
+        data = frame.data
+        if change is not None:
+            foreign = [each for each in change.actions if self._is_foreign(session, change, each)]
+            if foreign:
+                data = without(data, foreign)
+                change = (
+                    None if len(foreign) == len(change.actions) else change_of(_with(frame, data))
+                )
+        if frame.flags & Flags.NO_RESPONSE:
+            for action in () if change is None else change.actions:
+                if action.handle is not None and change is not None:
+                    self._discard(session, Resource(action.kind, change.target, action.handle))
+        else:
+            refusal = self._note(session, frame, change, now, circles)
+            if refusal is not None:
+                return refusal
+        if session.alias == frame.source and data is frame.data:
+            return frame
+        forwarded = _with(frame, data)
+        forwarded.source = session.alias
+        return forwarded
+
+    def _session(self, client: Endpoint, frame: Frame) -> ForwardedClient | ReturnCode:
+        source = frame.source
+        session = self._sessions.get(source, _NOBODY).get(client)
+        if session is not None:
+            return session
+        holder = self._by_alias.get(source)
+        key = (source, frame.target, frame.invoke_id)
+        if holder is not None and holder.alias != holder.source and key in self._pending:
+            return ReturnCode.TARGET_MACHINE_NOT_FOUND  # our own request has come back
+        alias = bytes(source) if self._is_free(source, client) else self._new_alias(source[:6])
+        if alias is None:
+            return ReturnCode.ROUTER_NO_MORE_QUEUES
+        self._listen()
+        registered = self._router.local_endpoint(source) is client
+        session = ForwardedClient(client, bytes(source), alias, registered)
+        self._sessions.setdefault(session.source, {})[client] = session
+        self._by_client.setdefault(client, {})[session] = None
+        self._by_alias[alias] = session
+        self._rest(session)
+        return session
+
+    def _is_free(self, address: bytes, client: Endpoint) -> bool:
+        """True if `client` may use `address` at the targets: nobody else does."""
+        local = self._router.local_endpoint(address)
+        return address not in self._by_alias and (local is None or local is client)
+
+    def _new_alias(self, net_id: bytes) -> bytes | None:
+        for _ in _ALIASES:
+            port = self._next_port
+            self._next_port = port + 1 if port + 1 in _ALIASES else _ALIASES[0]
+            alias = bytes(AmsAddress.of(net_id, port))
+            if alias not in self._by_alias and self._router.local_endpoint(alias) is None:
+                return alias
+        return None
+
+    def _is_foreign(
+        self, session: ForwardedClient, change: ResourceChange, action: ResourceAction
+    ) -> bool:
+        """True if a subscription is to be deleted that another client holds."""
+        if action.handle is None or action.kind is not ResourceKind.SUBSCRIPTION:
+            return False
+        resource = Resource(action.kind, change.target, action.handle)
+        return self._subscribers.get(resource, session) is not session
+
+    def _note(
+        self,
+        session: ForwardedClient,
+        frame: Frame,
+        change: ResourceChange | None,
+        now: int,
+        circles: bool,
+    ) -> ReturnCode | None:
+        """Remember a request until its answer comes. What refuses it, None if it may go."""
+        key = (session.alias, bytes(frame.target), frame.invoke_id)
+        waiting = self._pending.get(key)
+        if waiting is None:
+            if len(self._pending) >= _PENDING:
+                oldest, requests = next(iter(self._pending.items()))
+                if circles and now - requests[0].time < _ROUND_NS:
+                    return ReturnCode.ROUTER_MAILBOX_FULL
+                del self._pending[oldest]
+                for request in requests:
+                    self._answered(request.session)
+            waiting = self._pending[key] = deque()
+        elif circles and sum(now - each.time < _ROUND_NS for each in waiting) >= _ROUNDS:
+            return ReturnCode.TARGET_MACHINE_NOT_FOUND
+        elif len(waiting) >= _PENDING:
+            waiting.popleft()
+            session.pending -= 1
+        waiting.append(_Pending(session, frame, change, now))
+        session.pending += 1
+        self._idle.pop(session, None)
+        return None
+
+    # answers and notifications ---------------------------------------------------------------
+
+    def come_back(self, frame: Frame) -> bool:
+        """Address an answer or a notification to its client; False if it ends here.
+
+        That is so for answers to releases, and for what comes for a client that is gone. A frame
+        for an address that is not an alias stays as it is.
+        """
+        session = self._by_alias.get(frame.target)
+        if session is None:
+            return True
+        if frame.flags & Flags.RESPONSE and self._settle(session, frame):
+            return False
+        if session.gone:
+            return False
+        frame.target = session.source
+        frame.via = session.client
+        return True
+
+    def _settle(self, session: ForwardedClient, answer: Frame) -> bool:
+        """Take note of an answer; True if it is one to a release."""
+        key = (session.alias, bytes(answer.source), answer.invoke_id)
+        if self._releases.pop(key, None) is not None:
+            session.releasing -= 1
+            self._unanswered = max(self._unanswered - 1, 0)
+            self._rest(session)
+            self._release()
+            return True
+        waiting = self._pending.get(key)
+        if waiting is not None:
+            request = waiting.popleft()
+            if not waiting:
+                del self._pending[key]
+            if request.change is not None and not answer.error:
+                self._apply(session, request.change, answer.data)
+            self._answered(session)
+        return False
+
+    def _apply(self, session: ForwardedClient, change: ResourceChange, answer: bytes) -> None:
+        """Enter what an answer brought, and take out what it says was released."""
+        for action, resource in change.outcomes(answer):
+            if action.handle is not None:
+                self._discard(session, resource)
+                continue
+            if resource.kind is ResourceKind.SUBSCRIPTION:
+                before = self._subscribers.get(resource)
+                if before is not None:  # the target has forgotten it, and gives the number again
+                    before.resources.pop(resource, None)
+                    self._rest(before)
+                self._subscribers[resource] = session
+                session.subscribed = True
+            session.resources[resource] = session.resources.get(resource, 0) + 1
+        if session.gone:
+            self._give_back(session)
+
+    def _discard(self, session: ForwardedClient, resource: Resource) -> None:
+        """A resource was released by `session`, which may not be the one that fetched it."""
+        if resource not in session.resources:
+            if resource.kind is ResourceKind.SUBSCRIPTION:
+                return
+            others = (each for each in self._by_alias.values() if resource in each.resources)
+            holder = next(others, None)
+            if holder is None:
+                return
+            session = holder
+        session.resources[resource] -= 1
+        if not session.resources[resource]:
+            del session.resources[resource]
+            self._subscribers.pop(resource, None)
+            self._rest(session)
+
+    def _answered(self, session: ForwardedClient) -> None:
+        session.pending -= 1
+        self._rest(session)
+
+    def _rest(self, session: ForwardedClient) -> None:
+        """Keep a session that is idle for a while; its alias is free once it is gone."""
+        if not session.idle:
+            return
+        if session.gone:
+            if session.subscribed:
+                self._later(lambda: self._free(session))
+            else:
+                self._free(session)
+            return
+        self._idle.pop(session, None)
+        self._idle[session] = None
+        if len(self._idle) > _IDLE:
+            oldest = next(iter(self._idle))
+            self._forget(oldest)
+            del self._by_alias[oldest.alias]
+
+    def _free(self, session: ForwardedClient) -> None:
+        """Let others have the alias of a session that is gone."""
+        if self._by_alias.get(session.alias) is session:
+            del self._by_alias[session.alias]
+
+    def _forget(self, session: ForwardedClient) -> None:
+        """The client asks no more by this session."""
+        self._idle.pop(session, None)
+        sources = self._sessions[session.source]
+        del sources[session.client]
+        if not sources:
+            del self._sessions[session.source]
+        sessions = self._by_client[session.client]
+        del sessions[session]
+        if not sessions:
+            del self._by_client[session.client]
+
+    # clients that go -------------------------------------------------------------------------
+
+    def _listen(self) -> None:
+        if not self._listening:
+            self._listening = True
+            self._router.on_way_closed(self._way_closed)
+            self._router.on_port_closed(self._port_closed)
+
+    def _way_closed(self, client: Endpoint) -> None:
+        for session in list(self._by_client.get(client, ())):
+            self._leave(session)
+
+    def _port_closed(self, address: AmsAddress) -> None:
+        for source in self._router.local_aliases(address):
+            for session in list(self._sessions.get(source, _NOBODY).values()):
+                if session.registered:
+                    self._leave(session)
+
+    def _leave(self, session: ForwardedClient) -> None:
+        self._forget(session)
+        session.gone = True
+        self._give_back(session)
+        self._rest(session)
+
+    def _give_back(self, session: ForwardedClient) -> None:
+        """Release all that a client left."""
+        for resource, count in session.resources.items():
+            self._subscribers.pop(resource, None)
+            self._to_release.extend([(session, resource)] * count)
+            session.releasing += count
+        session.resources.clear()
+        self._release()
+
+    def _release(self) -> None:
+        """Send the next releases."""
+        while self._to_release and self._unanswered < _RELEASES_AT_ONCE:
+            session, resource = self._to_release.popleft()
+            if resource in self._subscribers:  # the target has given the number to another client
+                session.releasing -= 1
+                self._rest(session)
+                continue
+            invoke_id = self._next_release
+            self._next_release = invoke_id + 1 if invoke_id < 0xFFFF_FFFF else _RELEASE_ID
+            key = (session.alias, resource.target, invoke_id)
+            if key in self._pending or key in self._releases:
+                self._to_release.appendleft((session, resource))
+                continue
+            self._releases[key] = session
+            self._unanswered += 1
+            self._send(resource.release(session.alias, invoke_id))
+        if self._to_release and not self._waiting:
+            self._waiting = True
+            self._later(self._go_on)
+
+    def _go_on(self) -> None:
+        """Wait no longer for the answers of the last second."""
+        self._waiting = False
+        self._unanswered = 0
+        self._release()
+
+    # the end of the connection ---------------------------------------------------------------
+
+    def end(self, code: ReturnCode | None) -> tuple[list[ForwardedClient], list[Frame]]:
+        """Forget all: the connection has ended.
+
+        Return the sessions that had resources at its far end, and the answer `code`, if there is
+        one, to each request that is unanswered.
+        """
+        lost = [each for each in self._by_alias.values() if each.resources and not each.gone]
+        answers = [
+            answer
+            for (_, target, invoke_id), requests in self._pending.items()
+            for request in requests
+            if code is not None and (answer := request.refuse(target, invoke_id, code)) is not None
+        ]
+        for table in (
+            self._sessions, self._by_client, self._by_alias, self._idle, self._pending,
+            self._subscribers, self._releases,
+        ):  # fmt: skip
+            table.clear()
+        self._to_release.clear()
+        self._unanswered = 0
+        if self._listening:
+            self._listening = False
+            self._router.ignore_way_closed(self._way_closed)
+            self._router.ignore_port_closed(self._port_closed)
+        return lost, answers
+
+
+_NOBODY: dict[Endpoint, ForwardedClient] = {}
+
+
+def _with(frame: Frame, data: bytes) -> Frame:
+    """A copy of `frame` with other data."""
+    head = (frame.target, frame.source, frame.command, frame.flags, frame.error, frame.invoke_id)
+    copy = Frame(*head, data)
+    copy.origin = frame.origin
+    return copy

@@ -1,0 +1,343 @@
+"""Clients with one address behind several routers: each gets its own answers and samples."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from achse.ams import AmsAddress, Command, Frame, NetId
+from achse.ams.commands import AddNotificationRequest
+from achse.router import forwarding
+from tests.router.stations import VARIABLES, Client, Host, Loop, Target, line_of
+
+TARGET = NetId("5.0.0.9.1.1")
+PLC = AmsAddress.of(TARGET, 851)
+PYADS = AmsAddress("192.168.0.9.1.1:30000")
+
+
+class Chain:
+    """A target behind a chain of routers: `hosts[0]` is the farthest from it."""
+
+    def __init__(self, routers: int) -> None:
+        self.loop = Loop()
+        self.target = Target(self.loop, TARGET)
+        self.reachable = True
+        self.hosts = [Host(self.loop, NetId(f"5.0.0.{n}.1.1")) for n in range(1, routers + 1)]
+        for here, there in zip(self.hosts, self.hosts[1:], strict=False):
+            here.leads(TARGET, lambda there=there: there)  # type: ignore[misc]
+        self.hosts[-1].leads(TARGET, lambda: self.target if self.reachable else None)
+        self.count = 0
+
+    def client(self, host: int = 0, address: AmsAddress = PYADS) -> Client:
+        self.count += 1
+        return Client(self.hosts[host % len(self.hosts)], self.count - 1, address, PLC)
+
+    def tick(self, times: int = 1) -> None:
+        for _ in range(times):
+            self.target.tick()
+            self.loop.run(0.02)
+
+    def restart_target(self) -> None:
+        """It ends with all its connections, and starts with nothing."""
+        for peer in list(self.target.peers):
+            line_of(peer).abort()
+        self.target = Target(self.loop, TARGET)
+        self.loop.run(20.0)
+
+    @property
+    def forwarded(self) -> int:
+        return sum(host.forwarded for host in self.hosts)
+
+
+@pytest.mark.parametrize("routers", [1, 2, 3])
+def test_each_client_of_one_address_gets_its_own_samples(routers: int) -> None:
+    chain = Chain(routers)
+    clients = [chain.client() for _ in range(3)]
+    handles = [client.subscribe(client.fetch()) for client in clients]
+    chain.tick(10)
+    for client, handle in zip(clients, handles, strict=True):
+        assert client.foreign == []
+        assert len(client.samples.pop(handle)) == 11
+        assert client.samples == {}
+
+
+def test_samples_go_on_after_others_of_the_address_came_spoke_and_left() -> None:
+    chain = Chain(1)
+    first = chain.client()
+    handle = first.subscribe(first.fetch())
+    for _ in range(3):
+        other = chain.client()
+        other.fetch()
+        chain.tick()
+        other.wire.close()
+        chain.tick()
+    assert len(first.samples[handle]) == 7
+    assert first.foreign == []
+    assert chain.target.held_by_clients == (1, 1)
+
+
+def test_client_that_vanishes_leaves_nothing_at_the_target() -> None:
+    chain = Chain(2)
+    for _ in range(4):
+        client = chain.client()
+        handles = [client.fetch() for _ in range(20)] + client.fetch_many(10)
+        for handle in handles[:5]:
+            client.subscribe(handle)
+        client.subscribe_many(handles[5], 5)
+        assert chain.target.held_by_clients == (10, 30)
+        client.wire.close()
+        chain.loop.run()
+        assert chain.target.held_by_clients == (0, 0)
+    assert chain.forwarded == 0
+
+
+def test_resource_whose_answer_comes_after_its_client_left_is_released() -> None:
+    chain = Chain(1)
+    client = chain.client()
+    handle = client.fetch()
+    sent = [
+        client.send(Command.ADD_NOTIFICATION, client.add_request(handle).encode()) for _ in range(3)
+    ]
+    assert len(sent) == 3
+    client.wire.close()
+    chain.loop.run()
+    chain.tick()
+    assert chain.target.held_by_clients == (0, 0)
+    assert chain.forwarded == 0
+
+
+def test_request_of_a_client_that_left_before_the_connection_was_up_is_not_sent() -> None:
+    chain = Chain(1)
+    chain.reachable = False
+    [uplink] = chain.hosts[0].uplinks
+    uplink._dial = lambda uplink: None
+    client = chain.client()
+    client.fetch()
+    client.wire.close()
+    chain.loop.run()
+    peer = uplink.make_peer()
+    written: list[bytes] = []
+
+    class Wire:
+        write = staticmethod(written.append)
+        get_write_buffer_size = staticmethod(lambda: 0)
+
+    peer.begin(Wire())  # type: ignore[arg-type]
+    chain.loop.run()
+    assert written == []
+
+
+def test_subscription_of_another_client_is_not_deleted() -> None:
+    chain = Chain(1)
+    one, other = chain.client(), chain.client()
+    handle = one.subscribe(one.fetch())
+    own = other.subscribe(other.fetch())
+    assert other.unsubscribe(handle) == 0x714
+    assert other.unsubscribe_many([handle, own, 99]) == [0x714, 0, 0x714]
+    chain.tick(2)
+    assert len(one.samples[handle]) == 3
+    assert one.unsubscribe(handle) == 0
+    assert chain.target.held_by_clients[0] == 0
+
+
+def test_alias_keeps_the_net_id_and_no_two_clients_share_it() -> None:
+    chain = Chain(1)
+    clients = [chain.client() for _ in range(5)]
+    for client in clients:
+        client.fetch()
+    [peer] = chain.target.peers
+    assert PYADS in peer.senders
+    assert len(list(peer.senders)) == 5
+    assert {source[:6] for source in peer.senders} == {PYADS[:6]}
+    # one that is alone keeps its address
+    other = chain.client(address=AmsAddress("192.168.0.9.1.1:30001"))
+    other.fetch()
+    assert other.address in peer.senders
+
+
+def test_address_is_reused_once_nothing_more_comes_for_it() -> None:
+    chain = Chain(1)
+    for _ in range(50):
+        client = chain.client()
+        client.subscribe(client.fetch())
+        client.wire.close()
+        chain.loop.run(1.1)
+    [peer] = chain.target.peers
+    assert list(peer.senders) == [PYADS]
+
+
+def test_restart_of_the_target_ends_connections_with_subscriptions_or_handles() -> None:
+    chain = Chain(2)
+    idle, holding, subscribed = chain.client(), chain.client(), chain.client()
+    idle.release(idle.fetch())
+    holding.fetch()
+    handle = subscribed.subscribe(subscribed.fetch())
+    chain.tick()
+    chain.restart_target()
+    assert (idle.gone, holding.gone, subscribed.gone) == (False, True, True)
+    assert subscribed.hints == [handle]
+    assert idle.read(idle.fetch()) == 0
+    again = chain.client()
+    handle = again.subscribe(again.fetch())
+    chain.tick(2)
+    assert len(again.samples[handle]) == 3
+
+
+def test_client_in_this_process_is_told_by_a_sample_without_data() -> None:
+    chain = Chain(1)
+    router = chain.hosts[0].router
+    frames: list[Frame] = []
+
+    class Inside:
+        def deliver(self, frame: Frame) -> bool:
+            frames.append(frame)
+            return True
+
+    address = router.register(0, Inside())
+    clients = [chain.client(address=address) for _ in range(2)]
+    for client in clients:  # others give themselves its address
+        client.subscribe(client.fetch())
+    request = AddNotificationRequest(0xF100, 0, 4, 3, 0, 0)
+    router.deliver(Frame(PLC, address, Command.ADD_NOTIFICATION, 4, 0, 1, request.encode()))
+    chain.loop.run()
+    chain.tick(2)
+    assert [frame.command for frame in frames] == [6, 8, 8, 8]
+    chain.restart_target()
+    assert (frames[-1].command, frames[-1].data[-4:]) == (8, bytes(4))
+
+
+def test_port_that_is_closed_leaves_nothing_though_its_connection_stays() -> None:
+    chain = Chain(1)
+    router = chain.hosts[0].router
+    client = chain.client()
+    [peer] = chain.hosts[0].peers
+    for _ in range(3):
+        address = router.register(0, peer)
+        client.address = address
+        client.subscribe(client.fetch())
+        assert chain.target.held_by_clients == (1, 1)
+        router.unregister(address.port)
+        chain.loop.run()
+        assert chain.target.held_by_clients == (0, 0)
+
+
+def test_releases_go_on_when_the_target_answers_none_of_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    chain = Chain(1)
+    client = chain.client()
+    handles = client.fetch_many(200)
+    assert len(handles) == 200
+    monkeypatch.setattr(chain.target.device, "_reply", lambda response: None)
+    client.wire.close()
+    chain.loop.run()
+    assert chain.target.held_by_clients[1] == 200 - forwarding._RELEASES_AT_ONCE
+    chain.loop.run(4.0)
+    assert chain.target.held_by_clients == (0, 0)
+
+
+def test_request_in_a_ring_ends_whatever_others_ask_there() -> None:
+    loop = Loop()
+    ring = [Host(loop, NetId(f"5.0.0.{n}.1.1")) for n in range(1, 4)]
+    for here, there in zip(ring, [*ring[1:], ring[0]], strict=True):
+        here.leads(TARGET, lambda there=there: there)  # type: ignore[misc]
+    clients = [Client(ring[n % 3], n, PYADS, PLC) for n in range(6)]
+    numbers = [client.send(Command.READ_STATE, b"") for client in clients]
+    loop.run(1.0)
+    assert [client.answers[n].error for client, n in zip(clients, numbers, strict=True)] == [7] * 6
+
+
+STEP = st.tuples(
+    st.sampled_from(
+        (
+            "connect", "connect", "subscribe", "subscribe many", "fetch", "fetch many", "read",
+            "unsubscribe", "unsubscribe many", "release", "release many", "delete foreign",
+            "leave", "vanish in between", "restart", "tick", "tick", "wait",
+        )
+    ),
+    st.integers(0, 11),
+    st.integers(1, 5),
+)  # fmt: skip
+
+
+@settings(max_examples=40)
+@given(
+    st.integers(1, 3),
+    st.lists(st.sampled_from((PYADS, AmsAddress("5.0.0.1.1.1:30000"))), min_size=1, max_size=2),
+    st.lists(STEP, max_size=50),
+)
+def test_in_any_order_each_client_gets_its_own_and_nothing_remains(
+    routers: int, addresses: list[AmsAddress], steps: list[tuple[str, int, int]]
+) -> None:
+    chain = Chain(routers)
+    everyone = [chain.client(number) for number in range(2)]
+    handles: dict[Client, list[int]] = {client: [] for client in everyone}
+    due: dict[tuple[Client, int], int] = {}
+    """Samples that each subscription must have got."""
+    for what, which, count in steps:
+        there = [client for client in everyone if not client.gone]
+        if what == "connect" or not there:
+            client = chain.client(which, addresses[count % len(addresses)])
+            everyone.append(client)
+            handles[client] = []
+            continue
+        client = there[which % len(there)]
+        held = handles[client]
+        own = [handle for whose, handle in due if whose is client]
+        match what:
+            case "fetch":
+                held.append(client.fetch())
+                assert held[-1]
+            case "fetch many":
+                held += client.fetch_many(count)
+            case "read" if held:
+                value = client.read(held[count % len(held)])
+                assert value is not None
+                assert value % VARIABLES == client.number % VARIABLES
+            case "subscribe" if held:
+                due[client, client.subscribe(held[-1])] = 1
+            case "subscribe many" if held:
+                due.update({(client, n): 1 for n in client.subscribe_many(held[-1], count)})
+            case "unsubscribe" if own:
+                assert client.unsubscribe(own[0]) == 0
+                del due[client, own[0]]
+            case "unsubscribe many" if own:
+                assert set(client.unsubscribe_many(own[:count])) == {0}
+                for handle in own[:count]:
+                    del due[client, handle]
+            case "release" if held:
+                assert client.release(held.pop(0)) == 0
+            case "release many" if held:
+                taken, held[:] = held[:count], held[count:]
+                assert set(client.release_many(taken)) == {0}
+            case "delete foreign":
+                foreign = [handle for whose, handle in due if whose is not client]
+                if foreign:
+                    assert client.unsubscribe(foreign[count % len(foreign)]) == 0x714
+            case "leave" | "vanish in between":
+                if what != "leave" and held:
+                    client.send(Command.ADD_NOTIFICATION, client.add_request(held[-1]).encode())
+                    client.asked.clear()
+                client.wire.close()
+                chain.loop.run()
+                due = {key: number for key, number in due.items() if key[0] is not client}
+            case "restart":
+                losing = {each for each in there if handles[each] or each in {c for c, _ in due}}
+                chain.restart_target()
+                assert {each for each in there if each.gone} == losing
+                due.clear()
+            case "tick":
+                chain.tick(count)
+                due = {key: number + count for key, number in due.items()}
+            case "wait":
+                chain.loop.run(count)
+        assert [client.foreign for client in everyone if client.foreign] == []
+    chain.loop.run(0.05)
+    assert {key: len(key[0].samples.get(key[1], ())) for key in due} == due
+    living = [client for client in everyone if not client.gone]
+    assert all(client.asked == {} for client in living)
+    for client in living:
+        client.wire.close()
+    chain.loop.run(1.0)
+    chain.tick()
+    assert chain.target.held_by_clients == (0, 0)
+    assert chain.forwarded == 0
