@@ -16,6 +16,7 @@ __all__ = [
     "TOLERANCE",
     "adapt_limits",
     "highest_rest",
+    "limit_ahead",
     "lowest_rest",
     "passes",
     "running_into",
@@ -112,14 +113,19 @@ def running_into(ax: AxisFields, v: float, dt: float) -> int:
 
     For motions without a table: no jerk limits them, nor their stop.
     """
+    return limit_ahead(ax, ax.set_position, v, ax.set_acceleration, dt)
+
+
+def limit_ahead(ax: AxisFields, p: float, v: float, a: float, dt: float) -> int:
+    """Return the limit before which an axis at `p` could not rest, as `running_into`."""
     sign = 1.0 if v > 0.0 else -1.0
-    room = ax.limit_high - ax.set_position if v > 0.0 else ax.set_position - ax.limit_low
+    room = ax.limit_high - p if v > 0.0 else p - ax.limit_low
     if v == 0.0 or room == inf:
         return 0
-    a = ax.set_acceleration * sign
+    a *= sign
     v = abs(v)
     faster = v + a * dt if a > 0.0 else v
     rest = v * dt + faster * faster / (2.0 * fault_deceleration(ax))
-    if rest <= room + _tolerance(ax):
+    if rest <= room + TOLERANCE + _RELATIVE * abs(p):
         return 0
     return 1 if sign > 0.0 else -1

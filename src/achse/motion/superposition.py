@@ -76,10 +76,19 @@ def _cover(ax: AxisFields, way: float, room: float, dt: float) -> float:
     speed = superposed_speed(ax, ax.superposed_way / process)
     if speed * way > room * process * dt:
         way = room * process * dt / speed
+    begin = ax.superposed_way
     if way > 0.0:
         ax.superposed_way += way
     t = ax.superposed_way / process
     covered = superposed_way(ax, t)
+    if ax.coupling and covered - ax.superposed_position > room * dt:  # the law jumps
+        ax.superposed_way = begin + way * room * dt / (covered - ax.superposed_position)
+        t = ax.superposed_way / process
+        covered = superposed_way(ax, t)
+        if covered - ax.superposed_position > room * dt:
+            ax.superposed_way = begin
+            t = begin / process
+            covered = ax.superposed_position
     displace(ax, ax.superposition_sign * (covered - ax.superposed_position))
     ax.superposed_position = covered
     return t
@@ -100,7 +109,12 @@ def generate_superposed(ax: AxisFields, dt: float) -> None:
 def superpose(ax: AxisFields, begin: float, dt: float) -> None:
     """What the compensation adds to a cycle in which the main motion began at `begin`."""
     room = _room(ax)
-    t = _cover(ax, (ax.set_position - begin) * ax.superposition_direction, room, dt)
+    way = (ax.set_position - begin) * ax.superposition_direction
+    if ax.coupling:  # a law may jump within the position window: less of the room is left then
+        left = ax.superposition_limit - way / dt
+        if ax.superposition_sign == ax.superposition_direction and left < room:
+            room = left if left > 0.0 else 0.0
+    t = _cover(ax, way, room, dt)
     pace = ax.set_velocity * ax.superposition_direction
     standing = pace <= 0.0 and (ax.planned_override != 0 or ax.coupling != 0)
     if t >= ax.superposition_end or standing or ax.set_motion_phase == MotionPhase.NONE:

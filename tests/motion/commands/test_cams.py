@@ -182,12 +182,12 @@ def test_offsets_and_scalings_act_at_once() -> None:
     nc = build()
     assert couple(nc) == 0
     axis = nc.axis(2)
-    assert commands.change_cam_offsets(axis, 5.0, -45.0) == 0
+    assert commands.change_cam_offsets(axis, -14.5, -45.0) == 0
     nc.cycle()
-    assert axis.set_position == 20.0
-    assert commands.scale_slave(axis, 2.0) == 0
+    assert axis.set_position == 0.5
+    assert commands.scale_slave(axis, 1.2) == 0
     nc.cycle()
-    assert axis.set_position == 35.0
+    assert axis.set_position == 3.5
     assert commands.change_cam_offsets(axis, 0.0, 0.0, 3.0, 2.0) == 0
     nc.cycle()
     layer = axis.cams[0]

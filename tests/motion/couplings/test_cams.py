@@ -274,13 +274,13 @@ def test_tables_are_exchanged_in_motion(line: Line) -> None:
     line.table([(0.0, 0.0), (100.0, 50.0)], table_id=8)
     assert line.couple() == 0
     line.to(40.0)
-    assert line.couple(8, activation=CamActivation.NEXT_CYCLE) == 0
+    assert line.couple(8, activation=CamActivation.NEXT_CYCLE, slave_offset=70.0) == 0
     line.nc.cycle()
     assert line.has(StateBit.CAM_TABLE_QUEUED)
     assert [line.nc.tables.user_count(n) for n in (7, 8)] == [1, 1]
     assert line.to(90.0) == 30.0
     assert line.slave.coupling_table_index == 7
-    assert line.to(400.0) == pytest.approx(0.5 * 400.0 - 150.0)
+    assert line.to(400.0) == pytest.approx(0.5 * 400.0 - 150.0 + 70.0)
     assert line.slave.coupling_table_index == 8
     assert [line.nc.tables.user_count(n) for n in (7, 8)] == [0, 1]
     line.nc.tables.delete(7)

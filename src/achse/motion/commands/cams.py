@@ -8,6 +8,7 @@ from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK
 from achse.motion.commands.couplings import begin_coupling, why_not_slave
+from achse.motion.couplings.cam_checks import why_not_change
 from achse.motion.couplings.cams import (
     CHANGE_BEGIN,
     CHANGE_EXCHANGE,
@@ -15,8 +16,8 @@ from achse.motion.couplings.cams import (
     CHANGE_REMOVE,
     CHANGE_SCALING,
     base,
+    carry_out,
     names_of,
-    planned,
     seen_master,
 )
 from achse.motion.couplings.masters import as_leader
@@ -214,7 +215,7 @@ def _begin(
 
     def why_not(masters: Sequence[Axis]) -> int:
         begun.append(_fresh(slave, masters[0], demand, cam))
-        return _why_not_there(slave, begun[0], demand, masters[0], alone=True)
+        return _why_not_begin(slave, begun[0], demand, masters[0])
 
     code = begin_coupling(slave, slave_type, [master_id], why_not=why_not)
     if code:
@@ -223,14 +224,13 @@ def _begin(
         _take(layer, CAM.plain() if n else begun[0])
     slave.cam_count = 1
     base(slave, slave.rows)
+    carry_out(slave, slave.rows, slave.cycle_ns * 1e-9)
     return OK
 
 
-def _why_not_there(
-    slave: Axis, layer: CamFields, demand: CamDemand, master: Axis, *, alone: bool
-) -> int:
-    """Refuse a cam in absolute positions that the slave would have to jump to, or whose master has
-    passed the place where it is to begin."""
+def _why_not_begin(slave: Axis, layer: CamFields, demand: CamDemand, master: Axis) -> int:
+    """Refuse a cam that the slave would have to jump to, or whose master is already past the place
+    where it is to begin."""
     rows = _rows_as_seen(slave, master)
     at = seen_master(slave, rows, layer)
     names = names_of(rows, layer)
@@ -240,33 +240,28 @@ def _why_not_there(
         CamActivation.MASTER_AXIS_POSITION_POSITIVE,
         CamActivation.MASTER_AXIS_POSITION_NEGATIVE,
     )
-    if demand.activation in by_axis:
-        if moves and (demand.position - names - at) * moves < 0.0:
-            return NcError.ACTIVATION_POSITION_PASSED
-        at = demand.position - names
-    numbers = rows.cams
-    cam, scaling, offset = layer.next_cam, demand.master_scaling, demand.master_offset
+    if demand.activation in by_axis and moves and (demand.position - names - at) * moves < 0.0:
+        return NcError.ACTIVATION_POSITION_PASSED
+    slave_fixed = demand.slave_absolute and demand.slave_type != CamScaling.AUTO_OFFSET
+    if demand.activation == CamActivation.AS_SOON_AS_POSSIBLE and slave_fixed:
+        return _why_not_in_range(rows, layer, demand, at + names)
+    return why_not_change(slave, rows, -1, layer)
+
+
+def _why_not_in_range(rows: NcRows, layer: CamFields, demand: CamDemand, at: float) -> int:
+    """Refuse a linear cam beside which its master is."""
+    numbers, cam = rows.cams, layer.next_cam
+    if not demand.master_absolute or numbers[cam + CYCLIC] != 0.0:
+        return OK
+    scaling, offset = demand.master_scaling, demand.master_offset
     if demand.master_type == CamScaling.OFF:
         scaling, offset = 1.0, 0.0
-    offset -= names
-    begin, period = numbers[cam + BEGIN], numbers[cam + PERIOD]
-    if demand.activation == CamActivation.MASTER_CAM_POSITION:
-        at = offset + scaling * demand.position
-    elif demand.activation == CamActivation.NEXT_CYCLE:
-        at = offset + scaling * begin
-    if not demand.slave_absolute or demand.slave_type == CamScaling.AUTO_OFFSET:
-        return OK
-    if demand.activation == CamActivation.AS_SOON_AS_POSSIBLE:
-        place = (at - offset) / scaling
-        if demand.master_absolute and numbers[cam + CYCLIC] == 0.0:
-            if place < begin:
-                return NcError.TABLE_MASTER_BELOW
-            if place > begin + period:
-                return NcError.TABLE_MASTER_ABOVE
-        return OK
-    there = planned(slave, rows, layer, at)[7]
-    jump = there - slave.set_position if alone else there
-    return NcError.TABLE_SLAVE_RANGE if abs(jump) > slave.position_range_window else OK
+    place = (at - offset) / scaling
+    if place < numbers[cam + BEGIN]:
+        return NcError.TABLE_MASTER_BELOW
+    if place > numbers[cam + BEGIN] + numbers[cam + PERIOD]:
+        return NcError.TABLE_MASTER_ABOVE
+    return OK
 
 
 def _exchange(slave: Axis, layer: CamFields, master_id: int, demand: CamDemand, cam: int) -> int:
@@ -284,7 +279,8 @@ def _exchange(slave: Axis, layer: CamFields, master_id: int, demand: CamDemand, 
 
 
 def _let_wait(slave: Axis, layer: CamFields, kind: int, demand: CamDemand, cam: int = 0) -> int:
-    """Order a change of a cam at work, unless its master has passed the place for it."""
+    """Order a change of a cam at work, unless its master is already past the place for it, or the
+    slave would have to jump."""
     axes = list(slave.fellows.values())
     moves = axes[layer.master].lead_velocity
     at = seen_master(slave, slave.rows, layer)
@@ -292,6 +288,12 @@ def _let_wait(slave: Axis, layer: CamFields, kind: int, demand: CamDemand, cam: 
     by_axis = demand.activation == CamActivation.MASTER_AXIS_POSITION
     if by_axis and moves and (demand.position - at) * moves < 0.0:
         return NcError.ACTIVATION_POSITION_PASSED
+    copy: CamFields = CAM.plain()
+    _take(copy, layer)
+    _order(copy, kind, demand, cam)
+    code = why_not_change(slave, slave.rows, slave.cams.index(layer), copy)
+    if code:
+        return code
     _order(layer, kind, demand, cam)
     slave.cam_changes = 1
     slave.wake()
@@ -320,7 +322,7 @@ def _add(slave: Axis, master_id: int, demand: CamDemand, cam: int, once: int = 0
         return NcError.TOO_MANY_TABLES
     layer = free[0]
     fresh = _fresh(slave, master, demand, cam, once)
-    code = _why_not_there(slave, fresh, demand, master, alone=False)
+    code = _why_not_begin(slave, fresh, demand, master)
     code = code or _follow_too(slave, master)
     if code:
         return code
@@ -469,10 +471,7 @@ def follow_correction(slave: Axis, table_id: int, position: float | None = None)
         return fault.error
     axes = list(slave.fellows.values())
     if ran is not None:  # what it has added remains
-        _order(ran, CHANGE_EXCHANGE, demand, cam)
-        slave.cam_changes = 1
-        slave.wake()
-        return OK
+        return _let_wait(slave, ran, CHANGE_EXCHANGE, demand, cam)
     return _add(slave, axes[slave.cams[0].master].axis_id, demand, cam, once=1)
 
 

@@ -9,14 +9,18 @@ in its basic cycle, without lift.
 
 What is to change (`next_kind`) waits in the layer until its time has come. It counts from the exact
 position that was asked for, not from that of the cycle which finds it passed: the cycle time does
-not matter. A cam that is taken away leaves what it added in the base.
+not matter. A cam that is taken away leaves what it added in the base. A change by which the slave
+would jump (`achse.motion.couplings.guard`) waits on.
 
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
 from math import ceil, floor
 
+from achse.codes import NcError
+from achse.motion.couplings.guard import why_not_step
 from achse.motion.couplings.masters import seen_of_row
+from achse.motion.limits import TOLERANCE
 from achse.motion.record import AxisFields, CamFields
 from achse.motion.rows import NcRows
 from achse.motion.states import CamActivation, CamScaling, StateBit
@@ -30,12 +34,17 @@ __all__ = [
     "CHANGE_REMOVE",
     "CHANGE_SCALING",
     "base",
+    "carry_out",
+    "due",
+    "jump_of",
+    "law_after",
+    "law_now",
     "names_of",
     "part_at",
-    "part_now",
     "planned",
     "seen_master",
     "step",
+    "why_not_jump",
 ]
 
 CHANGE_NOTHING = 0
@@ -48,6 +57,9 @@ CHANGE_POINTS = 5
 
 _MOST_CYCLES = 1e15
 """Beyond, cycles of a cam cannot be told from each other."""
+
+_RELATIVE = 1e-12
+"""Rounding of a position."""
 
 
 def seen_master(ax: AxisFields, rows: NcRows, layer: CamFields) -> float:
@@ -96,12 +108,51 @@ def part_at(
     return part, slope, bend, third, strokes
 
 
-def part_now(rows: NcRows, layer: CamFields) -> float:
-    """What a layer adds where it saw its master last, by its table as that is now."""
-    near, within, value = layer.near, layer.cam_position, layer.value
-    part = part_at(rows, layer, _cam_position(layer, layer.seen))[0]
-    layer.near, layer.cam_position, layer.value = near, within, value
-    return part
+def _values(
+    rows: NcRows, cam: int, once: int, base_cycle: int, near: int, position: float
+) -> tuple[float, float, float]:
+    """Slave position of a cam with its lift, slope and bend, at a cam position with its cycles."""
+    cycle = base_cycle if once else _cycle_of(rows, cam, position)
+    within = position - cycle * rows.cams[cam + PERIOD]
+    value, slope, bend, _, _ = cam_values(rows.cams, cam, near, within)
+    return value + (cycle - base_cycle) * rows.cams[cam + STROKE], slope, bend
+
+
+def _part(rows: NcRows, layer: CamFields, master: float) -> float:
+    """What a layer adds to the slave at a master position; the layer stays as it is."""
+    position = _cam_position(layer, master)
+    value = _values(rows, layer.cam, layer.once, layer.base_cycle, layer.near, position)[0]
+    return layer.slave_reference + layer.slave_offset + layer.slave_scaling * value
+
+
+def law_now(ax: AxisFields, rows: NcRows, without: int) -> tuple[float, float, float]:
+    """Return position, velocity and acceleration by all layers but one, where masters are now.
+
+    The layers stay as they are. `without` -1 is none.
+    """
+    s = ax.slave_base
+    v = 0.0
+    a = 0.0
+    for n in range(ax.cam_count):
+        layer = ax.cams[n]
+        if layer.table and n != without:
+            seen, velocity, acceleration, _ = seen_of_row(ax, rows, layer.master)
+            share = 1.0 / layer.master_scaling
+            value, slope, bend = _values(
+                rows,
+                layer.cam,
+                layer.once,
+                layer.base_cycle,
+                layer.near,
+                _cam_position(layer, seen),
+            )
+            velocity *= share
+            acceleration *= share
+            factor = layer.slave_scaling
+            s += layer.slave_reference + layer.slave_offset + factor * value
+            v += factor * slope * velocity
+            a += factor * (bend * velocity * velocity + slope * acceleration)
+    return s, v, a
 
 
 def _cam_position(layer: CamFields, master: float) -> float:
@@ -118,7 +169,7 @@ def planned(
     """
     kind = layer.next_kind
     runs = layer.table != 0
-    before = part_at(rows, layer, _cam_position(layer, at))[0] if runs else 0.0
+    before = _part(rows, layer, at) if runs else 0.0
     cam = layer.cam if kind == CHANGE_SCALING else layer.next_cam
     fresh = kind != CHANGE_SCALING and kind != CHANGE_POINTS
     reference = layer.master_reference
@@ -257,75 +308,120 @@ def _next_crossing(before: float, now: float, place: float, period: float) -> fl
     return place + (ceil(ways) - 1) * period
 
 
-def _try(ax: AxisFields, rows: NcRows, layer: CamFields, before: float, now: float) -> None:
-    """Carry out what waits, if it is time: the master has come from `before` to `now`."""
+def due(rows: NcRows, layer: CamFields, before: float, now: float) -> tuple[int, float]:
+    """Return 1 if the time has come for what a layer waits for, and the master position then.
+
+    The master has come from `before` to `now`.
+    """
     when = layer.next_when
     place = layer.next_position
     by_axis = place - names_of(rows, layer)
     begins = layer.next_kind == CHANGE_BEGIN
-    if when == CamActivation.INSTANTANEOUS:
-        _change(ax, rows, layer, before)
-    elif when == CamActivation.AS_SOON_AS_POSSIBLE:
-        after = planned(ax, rows, layer, before)[7]
-        position = ax.slave_base if begins and layer.next_slave_absolute == 0 else 0.0
-        if begins and layer.next_slave_absolute and not _alone(ax):
-            position = ax.set_position
-        jump = position + after - ax.set_position
-        if not begins:
-            jump = after - part_at(rows, layer, _cam_position(layer, before))[0]
-        if layer.next_kind == CHANGE_REMOVE or abs(jump) <= ax.position_range_window:
-            _change(ax, rows, layer, before)
-    elif when == CamActivation.MASTER_AXIS_POSITION:
-        if _passed(before, now, by_axis):
-            _change(ax, rows, layer, by_axis)
-    elif when == CamActivation.MASTER_AXIS_POSITION_POSITIVE:
-        if before <= by_axis <= now and before < now:
-            _change(ax, rows, layer, by_axis)
-    elif when == CamActivation.MASTER_AXIS_POSITION_NEGATIVE:
-        if now <= by_axis <= before and now < before:
-            _change(ax, rows, layer, by_axis)
-    elif when != CamActivation.OFF:  # at a place of the cam: one of its own, or its begin
-        cam = layer.next_cam if begins else layer.cam
-        offset = layer.master_reference + layer.master_offset
-        scaling = layer.master_scaling
-        if begins:
-            offset = layer.next_master_offset
-            scaling = layer.next_master_scaling
-            if layer.next_master_type == CamScaling.OFF:
-                offset = 0.0
-                scaling = 1.0
-            offset -= names_of(rows, layer)
-        start = (before - offset) / scaling
-        end = (now - offset) / scaling
-        begin = rows.cams[cam + BEGIN]
-        period = rows.cams[cam + PERIOD]
-        next_cycle = when != CamActivation.MASTER_CAM_POSITION
-        if next_cycle:
-            place = begin
-        if rows.cams[cam + CYCLIC]:
-            crossing = _next_crossing(start, end, place, period)
-            if begins and floor((start - place) / period) * period + place == start:
-                crossing = start
-            if _passed(start, end, crossing):
-                _change(ax, rows, layer, offset + scaling * crossing)
-        elif next_cycle and (start < begin or start > begin + period):
-            _change(ax, rows, layer, before)
-        elif next_cycle and end > begin + period:
-            _change(ax, rows, layer, offset + scaling * (begin + period))
-        elif next_cycle and end < begin:
-            _change(ax, rows, layer, offset + scaling * begin)
-        elif not next_cycle and _passed(start, end, place):
-            _change(ax, rows, layer, offset + scaling * place)
+    if when in (CamActivation.INSTANTANEOUS, CamActivation.AS_SOON_AS_POSSIBLE):
+        return 1, before
+    if when == CamActivation.MASTER_AXIS_POSITION:
+        return (1 if _passed(before, now, by_axis) else 0), by_axis
+    if when == CamActivation.MASTER_AXIS_POSITION_POSITIVE:
+        return (1 if before <= by_axis <= now and before < now else 0), by_axis
+    if when == CamActivation.MASTER_AXIS_POSITION_NEGATIVE:
+        return (1 if now <= by_axis <= before and now < before else 0), by_axis
+    if when == CamActivation.OFF:
+        return 0, before
+    # at a place of the cam: one of its own, or its begin
+    cam = layer.next_cam if begins else layer.cam
+    offset = layer.master_reference + layer.master_offset
+    scaling = layer.master_scaling
+    if begins:
+        offset = layer.next_master_offset
+        scaling = layer.next_master_scaling
+        if layer.next_master_type == CamScaling.OFF:
+            offset = 0.0
+            scaling = 1.0
+        offset -= names_of(rows, layer)
+    start = (before - offset) / scaling
+    end = (now - offset) / scaling
+    begin = rows.cams[cam + BEGIN]
+    period = rows.cams[cam + PERIOD]
+    next_cycle = when != CamActivation.MASTER_CAM_POSITION
+    if next_cycle:
+        place = begin
+    if rows.cams[cam + CYCLIC]:
+        crossing = _next_crossing(start, end, place, period)
+        if begins and floor((start - place) / period) * period + place == start:
+            crossing = start
+        return (1 if _passed(start, end, crossing) else 0), offset + scaling * crossing
+    if not next_cycle:
+        return (1 if _passed(start, end, place) else 0), offset + scaling * place
+    if start < begin or start > begin + period:
+        return 1, before
+    if end > begin + period:
+        return 1, offset + scaling * (begin + period)
+    return (1 if end < begin else 0), offset + scaling * begin
 
 
-def _carry_out(ax: AxisFields, rows: NcRows) -> None:
+def jump_of(ax: AxisFields, rows: NcRows, layer: CamFields, at: float) -> float:
+    """Return how far the slave jumps by what a layer waits for, at a master position."""
+    if layer.next_kind == CHANGE_REMOVE:
+        return 0.0
+    after = planned(ax, rows, layer, at)[7]
+    if layer.table:
+        return after - _part(rows, layer, at)
+    if layer.next_slave_absolute and _alone(ax):
+        return after - ax.set_position
+    return after
+
+
+def law_after(
+    ax: AxisFields, rows: NcRows, number: int, layer: CamFields, at: float
+) -> tuple[float, float, float]:
+    """Return position, velocity and acceleration of all layers after a change of one.
+
+    The layer changes at a master position; the values are those where the masters are now. Its
+    number is -1 as long as the slave does not have it.
+    """
+    s, v, a = law_now(ax, rows, number)
+    if layer.next_kind == CHANGE_REMOVE:
+        return s + _part(rows, layer, at), v, a
+    if layer.next_kind == CHANGE_BEGIN and _alone(ax):
+        s = 0.0 if layer.next_slave_absolute else ax.set_position
+    after = planned(ax, rows, layer, at)
+    cam = layer.cam if layer.next_kind == CHANGE_SCALING else layer.next_cam
+    seen, velocity, acceleration, _ = seen_of_row(ax, rows, layer.master)
+    position = (seen - after[0] - after[1]) / after[2]
+    value, slope, bend = _values(rows, cam, layer.once, after[3], layer.near, position)
+    share = 1.0 / after[2]
+    velocity *= share
+    acceleration *= share
+    s += after[4] + after[5] + after[6] * value
+    v += after[6] * slope * velocity
+    a += after[6] * (bend * velocity * velocity + slope * acceleration)
+    return s, v, a
+
+
+def why_not_jump(ax: AxisFields, jump: float) -> int:
+    """Return the code that refuses a jump of the slave, which is one beyond its position window."""
+    most = ax.position_range_window + TOLERANCE + _RELATIVE * abs(ax.set_position)
+    return 0 if abs(jump) <= most else NcError.TABLE_SLAVE_RANGE
+
+
+def _carry_out_one(ax: AxisFields, rows: NcRows, number: int, layer: CamFields, dt: float) -> None:
+    """Carry out what a layer waits for if it is time and the slave can follow; else it waits on."""
+    is_due, at = due(rows, layer, layer.seen, seen_master(ax, rows, layer))
+    if is_due == 0 or why_not_jump(ax, jump_of(ax, rows, layer, at)):
+        return
+    s, v, a = law_after(ax, rows, number, layer, at)
+    if why_not_step(ax, s - ax.set_position, s + ax.coupled_offset, v, a, dt) == 0:
+        _change(ax, rows, layer, at)
+
+
+def carry_out(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """Changes whose time has come; what still waits shows in the status."""
     ax.cam_changes = 0
     ax.cam_status = 0
     for n in range(ax.cam_count):
         layer = ax.cams[n]
         if layer.next_kind:
-            _try(ax, rows, layer, layer.seen, seen_master(ax, rows, layer))
+            _carry_out_one(ax, rows, n, layer, dt)
         if layer.next_kind == CHANGE_SCALING:
             ax.cam_status |= StateBit.CAM_SCALING_PENDING
         elif layer.next_kind == CHANGE_POINTS:
@@ -337,10 +433,7 @@ def _carry_out(ax: AxisFields, rows: NcRows) -> None:
 
 
 def base(ax: AxisFields, rows: NcRows) -> None:
-    """Count from where the slave is: cams stay where they are, the slave does not jump.
-
-    What is to begin at once begins here.
-    """
+    """Count from where the slave is: cams stay where they are, the slave does not jump."""
     total = 0.0
     for n in range(ax.cam_count):
         layer = ax.cams[n]
@@ -348,13 +441,12 @@ def base(ax: AxisFields, rows: NcRows) -> None:
         if layer.table:
             total += part_at(rows, layer, _cam_position(layer, layer.seen))[0]
     ax.slave_base = ax.set_position - total
-    _carry_out(ax, rows)
 
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """One cycle: all cams added up."""
     if ax.cam_changes:
-        _carry_out(ax, rows)
+        carry_out(ax, rows, dt)
     s = ax.slave_base
     v = 0.0
     a = 0.0

@@ -43,9 +43,12 @@ from achse.motion.couplings import (
     surface_speed,
     synchronising,
 )
+from achse.motion.couplings.guard import why_not_step
 from achse.motion.couplings.masters import lead_on, let_go
+from achse.motion.dynamics import drop_foreign
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
+from achse.motion.setpoint import fail, generate
 from achse.motion.states import MotionPhase, SlaveType
 from achse.motion.superposition import superpose
 
@@ -97,12 +100,20 @@ class Coupling(NamedTuple):
     """New parameters while it runs; without it the law counts from here (`base`)."""
     stops: bool = False
     """Whether its slave has a motion of its own that can be stopped (0x44)."""
+    guarded: bool = False
+    """True if a set point that the slave can only jump to stops it (`couplings.guard`)."""
 
 
 COUPLINGS: tuple[Coupling, ...] = (
     Coupling("linear", SlaveType.LINEAR.value, linear.step, linear.base, why_not=linear.why_not),
     Coupling(
-        "cam", SlaveType.TABULAR.value, cams.step, cams.base, by_parameters=False, why_not=None
+        "cam",
+        SlaveType.TABULAR.value,
+        cams.step,
+        cams.base,
+        by_parameters=False,
+        why_not=None,
+        guarded=True,
     ),
     Coupling(
         "several cams",
@@ -111,6 +122,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         cams.base,
         by_parameters=False,
         why_not=None,
+        guarded=True,
     ),
     Coupling(
         "motion function",
@@ -119,6 +131,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         cams.base,
         by_parameters=False,
         why_not=None,
+        guarded=True,
     ),
     Coupling(
         "cyclic gear",
@@ -237,13 +250,24 @@ def _follow(ax: AxisFields, rows: NcRows, dt: float) -> None:
         ax.set_motion_phase = MotionPhase.COUPLED
         count_from_here(ax, rows)
     begin = ax.set_position
+    velocity = ax.set_velocity
+    acceleration = ax.set_acceleration
+    fault = 0
     ax.set_position -= ax.coupled_offset
     ax.set_velocity -= ax.superposed_velocity
     ax.set_acceleration -= ax.superposed_acceleration
     for row in COUPLINGS:
         if ax.coupling == row.number:
             row.step(ax, rows, dt)
+            if row.guarded:
+                fault = _fault(ax, begin, dt)
             break
+    if fault:
+        ax.set_position = begin
+        ax.set_velocity = velocity
+        ax.set_acceleration = acceleration
+        _brake(ax, rows, fault, dt)
+        return
     ax.set_position += ax.coupled_offset
     if ax.compensating:
         ax.superposed_velocity = 0.0
@@ -256,6 +280,21 @@ def _follow(ax: AxisFields, rows: NcRows, dt: float) -> None:
     a = ax.set_acceleration
     ax.abrupt = 1  # whatever the law does, no jerk limits it
     ax.running_jerk = a * a / abs(v) if a * v < 0.0 else 0.0
+
+
+def _fault(ax: AxisFields, begin: float, dt: float) -> int:
+    """Code that refuses the set point of a law, without what is superposed; 0 = it can be taken."""
+    position = ax.set_position + ax.coupled_offset
+    return why_not_step(ax, position - begin, position, ax.set_velocity, ax.set_acceleration, dt)
+
+
+def _brake(ax: AxisFields, rows: NcRows, code: int, dt: float) -> None:
+    """Let go with an axis error, and brake from the set point of the last cycle on."""
+    drop_foreign(ax, ax.set_acceleration)
+    ax.abrupt = 1
+    fail(ax, code, 0)
+    let_go(ax, rows)
+    generate(ax, dt)
 
 
 def count_from_here(ax: AxisFields, rows: NcRows) -> None:

@@ -9,7 +9,8 @@ from math import isfinite
 from typing import Any
 
 from achse.codes import NcError
-from achse.motion.couplings.cams import CHANGE_POINTS, part_now
+from achse.motion.couplings.cam_checks import why_not_follow
+from achse.motion.couplings.cams import CHANGE_POINTS, law_now
 from achse.motion.laws.element import ELEMENT
 from achse.motion.states import (
     CamActivation,
@@ -200,6 +201,7 @@ class Tables:
         except TableError:
             table.motion[:] = before
             table.changed()
+            self._fill_newest(table)
             raise
         table.filled = True
 
@@ -244,15 +246,19 @@ class Tables:
 
     def _refill(self, table: Table, key: tuple[int, int], low: int, high: int) -> None:
         """Write some rows of a block, unless a slave would jump."""
-        running = at_work(self._axes(), key)
-        before = [part_now(axis.rows, layer) for axis, layer in running]
         write_block(table, key[1], self.cams.numbers, self._blocks[key], low, high)
-        for (axis, layer), was in zip(running, before, strict=True):
-            jump = part_now(axis.rows, layer) - was
-            if not abs(jump) <= axis.position_range_window:
+        self._check_slaves(table, key)
+
+    def _check_slaves(self, table: Table, key: tuple[int, int]) -> None:
+        """Raise TableError if a slave at work would have to jump to its cams as they are now."""
+        for axis in at_work(self._axes(), key):
+            position, velocity, acceleration = law_now(axis, axis.rows, -1)
+            error = NcError.of(why_not_follow(axis, position, velocity, acceleration))
+            if error:
                 raise TableError(
-                    NcError.TABLE_SLAVE_RANGE,
-                    f"{table!r}: axis {axis.axis_id} would jump by {jump:g}",
+                    error,
+                    f"{table!r}: axis {axis.axis_id} would jump from "
+                    f"{axis.set_position - axis.coupled_offset:g} to {position:g}",
                 )
 
     def _fill_again(self, table: Table, low: int, high: int) -> None:
@@ -260,6 +266,12 @@ class Tables:
         for key, begin in self._blocks.items():
             if key[0] == table.table_id and not table.of_points:
                 write_block(table, key[1], self.cams.numbers, begin, low, high)
+
+    def _fill_newest(self, table: Table) -> None:
+        """Write the newest points of a motion function as they were before these were refused."""
+        for key, place in self._newest.items():
+            if key[0] == table.table_id:
+                write_block(table, key[1], self.cams.numbers, place, 0, 0)
 
     def change_online(self, table: Table, change: PointActivation) -> None:
         """Say when changed points of a motion function become active (0x1A).
@@ -308,16 +320,26 @@ class Tables:
             place += len(version)
         self._newest[key] = place
         write_block(table, key[1], self.cams.numbers, place, 0, 0)
-        for layer in running:
-            layer.cam = moved[layer.cam]
+        at_once = table.online.activation == CamActivation.INSTANTANEOUS
+        former = [moved[layer.cam] for layer in running]
+        for layer, cam in zip(running, former, strict=True):
+            layer.cam = place if at_once else cam
         for layer in waiting:
             layer.next_cam = moved[layer.next_cam] if _returns(layer) else place
+        try:
+            if at_once:
+                self._check_slaves(table, key)
+        except TableError:
+            for layer, cam in zip(running, former, strict=True):
+                layer.cam = cam
+            raise
+        finally:
+            if self.cams.arguments != before:
+                self.laid_out()
         for axis in self._axes():
             for layer in axis.cams if axis.coupling else ():
                 if (layer.table, layer.interpolation) == key:
                     self._change_points(axis, layer, table.online, place)
-        if self.cams.arguments != before:
-            self.laid_out()
 
     @staticmethod
     def _change_points(axis: Any, layer: Any, online: PointActivation, place: int) -> None:
@@ -328,8 +350,6 @@ class Tables:
         kept = _returns(layer) and online.activation != CamActivation.DELETE_QUEUED
         if layer.next_kind == CHANGE_POINTS and not kept:
             layer.next_kind = layer.next_table = 0
-        if online.activation == CamActivation.INSTANTANEOUS:
-            layer.cam = place
         if online.activation in _POINTS_STAY:
             return
         layer.next_kind, layer.next_when = CHANGE_POINTS, online.activation

@@ -49,12 +49,13 @@ def cams_in_use(axes: Iterable[TableUser]) -> Iterator[tuple[TableUser, int, int
                     yield axis, layer.next_table, layer.next_interpolation
 
 
-def at_work(axes: Iterable[TableUser], key: tuple[int, int]) -> list[tuple[TableUser, Any]]:
-    """The slaves, with the layer, that move by this table and interpolation."""
+# Any: a guard reads the set point and the limits of the axes too
+def at_work(axes: Iterable[TableUser], key: tuple[int, int]) -> list[Any]:
+    """Return the slaves that move by this table and interpolation."""
     return [
-        (axis, layer)
+        axis
         for axis in axes
-        if axis.coupling in CAM_COUPLINGS and axis.loop_closed
-        for layer in axis.cams[: axis.cam_count]
-        if (layer.table, layer.interpolation) == key
+        if axis.coupling in CAM_COUPLINGS
+        and axis.loop_closed
+        and any((layer.table, layer.interpolation) == key for layer in axis.cams[: axis.cam_count])
     ]

@@ -118,9 +118,11 @@ def test_several_cams(tables: Any, refused: Any) -> None:
 def test_the_master_comes_first_in_a_change(tables: Any, refused: Any, size: int) -> None:
     couple(tables)
     more = (7, 0) if size == 64 else ()
-    tables.put(F, 0x4D, CHANGE[size], 0, 0.0, 0, 0, -90.0, 4.0, 2.0, 3.0, *more)
+    tables.put(F, 0x4D, CHANGE[size], 0, 0.0, 0, 0, -90.0, -42.0, 2.0, 3.0, *more)
     tables.run(0.01)
-    assert tables.get(S, 0x0A, "<d") == pytest.approx(4.0 + 3.0 * 15.0)
+    assert tables.get(S, 0x0A, "<d") == pytest.approx(-42.0 + 3.0 * 15.0)
+    with refused(0x4A18):
+        tables.put(F, 0x4D, CHANGE[size], 0, 0.0, 0, 0, -90.0, 4.0, 2.0, 3.0, *more)
     with refused(0x425F):
         tables.put(F, 0x4D, CHANGE[size], 0, 0.0, 3, 0, 0.0, 0.0, 1.0, 1.0, *more)
     with refused(0x4283):
@@ -129,9 +131,9 @@ def test_the_master_comes_first_in_a_change(tables: Any, refused: Any, size: int
 
 def test_offsets_have_the_slave_first(tables: Any) -> None:
     couple(tables)
-    tables.put(F, 0x43, "<2d", 4.0, -45.0)
+    tables.put(F, 0x43, "<2d", -13.0, -45.0)
     tables.run(0.01)
-    assert tables.get(S, 0x0A, "<d") == pytest.approx(19.0)
+    assert tables.get(S, 0x0A, "<d") == pytest.approx(2.0)
     tables.put(F, 0x43, "<4d", 0.0, 0.0, 2.0, 3.0)
     tables.run(0.01)
     assert tables.get(S, 0x0A, "<d") == 0.0
@@ -145,10 +147,12 @@ def test_the_slave_is_scaled(tables: Any, refused: Any, group: int, offset: int)
     with refused(0x425C):
         tables.put(group, offset, "<d", 2.0)
     couple(tables)
-    to(tables, 90.0)
+    to(tables, 9.0)
     tables.put(group, offset, "<d", 2.0)
     tables.run(0.01)
-    assert tables.get(S, 0x0A, "<d") == pytest.approx(60.0)
+    assert tables.get(S, 0x0A, "<d") == pytest.approx(6.0)
+    with refused(0x4A18):
+        tables.put(group, offset, "<d", 4.0)
 
 
 def test_how_a_table_is_followed(tables: Any, refused: Any) -> None:

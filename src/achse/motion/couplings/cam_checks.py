@@ -1,0 +1,81 @@
+"""Checks of cams: refuse a change of a slave that it could only follow by a jump.
+
+Commands and writes to tables use them between two cycles; the cycle itself has the same guard
+(`achse.motion.couplings.guard`), because what masters do until a change is due is not known.
+"""
+
+from math import copysign
+from typing import TYPE_CHECKING
+
+from achse.codes import NcError
+from achse.motion.couplings.cams import (
+    CHANGE_BEGIN,
+    due,
+    jump_of,
+    law_after,
+    seen_master,
+    why_not_jump,
+)
+from achse.motion.couplings.guard import why_not_step
+from achse.motion.couplings.masters import seen_of_row
+from achse.motion.record import CamFields
+from achse.motion.rows import NcRows
+from achse.motion.states import CamActivation
+
+if TYPE_CHECKING:
+    from achse.motion.axis import Axis
+
+__all__ = ["why_not_change", "why_not_follow"]
+
+_FARTHEST = 1e12
+"""Way in which a master comes to each place at which a cam can change."""
+
+_REFUSALS: dict[int, int] = {
+    NcError.SOFT_LIMIT_MAX_PASSED: NcError.SLAVE_TARGET_BEYOND_SOFT_LIMITS,
+    NcError.SOFT_LIMIT_MIN_PASSED: NcError.SLAVE_TARGET_BEYOND_SOFT_LIMITS,
+    NcError.SET_VELOCITY_TOO_HIGH: NcError.TABLE_SLAVE_RANGE,
+}
+"""Code that answers a request, by the code with which an axis fails."""
+
+
+def why_not_follow(slave: "Axis", position: float, velocity: float, acceleration: float) -> int:
+    """Return the code that refuses these values of the law for the next cycle, or 0.
+
+    They are those at the present positions of the masters, which go on with their velocities.
+    0x4A18: a jump beyond the position window, farther or faster than the axis may go; 0x4229: no
+    rest before a soft limit.
+    """
+    jump = position - (slave.set_position - slave.coupled_offset)
+    code = why_not_jump(slave, jump)
+    if code:
+        return code
+    dt = slave.cycle_ns * 1e-9
+    way = velocity * dt
+    place = position + slave.coupled_offset + way
+    code = why_not_step(slave, jump + way, place, velocity, acceleration, dt)
+    return _REFUSALS[code] if code else 0
+
+
+def why_not_change(slave: "Axis", rows: NcRows, number: int, layer: CamFields) -> int:
+    """Return the code that refuses what a layer is to wait for, or 0, as `why_not_follow`.
+
+    The layer may be a copy; its number is -1 as long as the slave does not have it. A change that
+    comes later is refused if the slave would jump at its place.
+    """
+    begins = layer.next_kind == CHANGE_BEGIN
+    if layer.next_when == CamActivation.AS_SOON_AS_POSSIBLE or not (begins or slave.loop_closed):
+        return 0
+    now = seen_master(slave, rows, layer)
+    is_due, at = due(rows, layer, now, now)
+    if is_due:
+        code = why_not_jump(slave, jump_of(slave, rows, layer, at))
+        if code or not slave.loop_closed:
+            return code
+        return why_not_follow(slave, *law_after(slave, rows, number, layer, at))
+    moves = seen_of_row(slave, rows, layer.master)[1]
+    ways = (copysign(_FARTHEST, moves),) if moves else (_FARTHEST, -_FARTHEST)
+    places = [due(rows, layer, now, now + way) for way in ways]
+    codes = [
+        why_not_jump(slave, jump_of(slave, rows, layer, at)) for is_due, at in places if is_due
+    ]
+    return codes[0] if codes and all(codes) else 0

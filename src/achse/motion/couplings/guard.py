@@ -1,0 +1,40 @@
+"""Guard of slaves: refuse a set point that is too far, too fast or too near to a soft limit.
+
+A law asks for any set point. The guard compares it with the last one before the slave takes it: the
+way of the cycle and the velocity with the fastest that axis and drive may go, and the way that the
+strongest ramp needs to rest with the room before the soft limits.
+
+Kernel source: compiled as it stands, see `achse.motion.compiled`.
+"""
+
+from achse.codes import NcError
+from achse.motion.dynamics import fastest
+from achse.motion.limits import TOLERANCE, limit_ahead
+from achse.motion.record import AxisFields
+
+__all__ = ["ROUNDING", "why_not_step"]
+
+ROUNDING = 1e-9
+"""Part of a velocity, and way in axis units, that may be too much: rounding only."""
+
+_RELATIVE = 1e-12
+
+
+def why_not_step(
+    ax: AxisFields, way: float, position: float, velocity: float, acceleration: float, dt: float
+) -> int:
+    """Return the code that refuses a set point `way` behind the last one, or 0.
+
+    Position, velocity and acceleration are those at the end of the cycle.
+    """
+    limit = fastest(ax) * (1.0 + ROUNDING)
+    rounding = ROUNDING + _RELATIVE * abs(position)
+    if not (abs(way) <= limit * dt + rounding and abs(velocity) <= limit):
+        return NcError.SET_VELOCITY_TOO_HIGH
+    if ax.limited:
+        where = limit_ahead(ax, position, velocity, acceleration, dt)
+        if where > 0 or (way > 0.0 and position > ax.limit_high + TOLERANCE + rounding):
+            return NcError.SOFT_LIMIT_MAX_PASSED
+        if where < 0 or (way < 0.0 and position < ax.limit_low - TOLERANCE - rounding):
+            return NcError.SOFT_LIMIT_MIN_PASSED
+    return 0
