@@ -8,7 +8,7 @@ from typing import Any
 
 from achse.station.documents import parse_json
 
-__all__ = ["StateFile"]
+__all__ = ["StateFile", "sync_folder"]
 
 
 class StateFile:
@@ -38,7 +38,7 @@ class StateFile:
             file.flush()
             os.fsync(file.fileno())
         os.replace(fresh, self.path)
-        _keep_names(self.path.parent)
+        sync_folder(self.path.parent)
 
     def read_json(self) -> Any:
         """The document, None if there is no file. Raises OSError, ValueError."""
@@ -57,12 +57,12 @@ class StateFile:
     def put_aside(self) -> Path:
         """Make place for another file; where this one then is. Raises OSError."""
         aside = self.path.replace(self.path.with_name(self.path.name + ".damaged"))
-        _keep_names(aside.parent)
+        sync_folder(aside.parent)
         return aside
 
 
-def _keep_names(folder: Path) -> None:
-    """See that the names in a folder are on the disk, where the system can."""
+def sync_folder(folder: Path) -> None:
+    """Wait until the names in a folder are on the disk, where the system can. Raises OSError."""
     try:
         opened = os.open(folder, os.O_RDONLY)
     except OSError:  # Windows opens no folders, and writes names by itself

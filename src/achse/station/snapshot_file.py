@@ -1,0 +1,216 @@
+"""Snapshot file: two alternating slots in a file that keeps its size.
+
+A snapshot overwrites the older slot, in place, and is on the disk when `write` returns. A write
+that the power cuts leaves the other slot whole: digests show which slots are. What the bytes mean
+(the layout) is in the header and rarely changes; then another file takes the place of this one.
+"""
+
+import contextlib
+import errno
+import hashlib
+import os
+import struct
+from pathlib import Path
+from typing import NamedTuple, Protocol
+
+from achse.station.state_file import sync_folder
+
+__all__ = ["DISK", "FilePort", "Snapshot", "SnapshotFile", "SnapshotFileError"]
+
+_MAGIC = b"achse\x00s1"
+_HEADER = struct.Struct("<8sQQ16s")
+"""Magic, bytes of the layout, bytes of a snapshot, digest of these and the layout."""
+_SLOT = struct.Struct("<Qq16s")
+"""Number, station time in ns, digest of header, these and the content."""
+_BLOCK = 4096
+"""Slots share no block of the disk with each other or the header."""
+
+
+class FilePort(Protocol):
+    """What a snapshot file needs of a file system. Each method raises OSError."""
+
+    def read(self, path: Path) -> bytes | None:
+        """Return the content, None if there is no file."""
+
+    def create(self, path: Path, content: bytes) -> None:
+        """Write a file and wait until it is on the disk."""
+
+    def overwrite(self, path: Path, offset: int, content: bytes) -> None:
+        """Write in the middle of a file that exists and wait until it is on the disk."""
+
+    def replace(self, old: Path, new: Path) -> None:
+        """Rename a file over another one and wait until the name is on the disk."""
+
+    def remove(self, path: Path) -> None:
+        """Remove a file if there is one and wait until the name is gone from the disk."""
+
+
+class _Disk:
+    """The file system of this computer."""
+
+    def read(self, path: Path) -> bytes | None:
+        if path.exists() and not path.is_file():  # pipes and devices may never end
+            raise OSError(errno.EINVAL, "not a regular file", str(path))
+        try:
+            return path.read_bytes()
+        except FileNotFoundError:
+            return None
+
+    def create(self, path: Path, content: bytes) -> None:
+        with path.open("wb", buffering=0) as file:
+            _write_all(file.fileno(), content)
+            os.fsync(file.fileno())
+
+    def overwrite(self, path: Path, offset: int, content: bytes) -> None:
+        with path.open("r+b", buffering=0) as file:
+            file.seek(offset)
+            _write_all(file.fileno(), content)
+            _sync_data(file.fileno())
+
+    def replace(self, old: Path, new: Path) -> None:
+        os.replace(old, new)
+        sync_folder(new.parent)
+
+    def remove(self, path: Path) -> None:
+        with contextlib.suppress(FileNotFoundError):
+            path.unlink()
+            sync_folder(path.parent)
+
+
+_sync_data = getattr(os, "fdatasync", os.fsync)
+
+DISK: FilePort = _Disk()
+"""The file system of this computer."""
+
+
+def _write_all(number: int, content: bytes) -> None:
+    rest = memoryview(content)
+    while rest:
+        rest = rest[os.write(number, rest) :]
+
+
+class SnapshotFileError(ValueError):
+    """No slot of a snapshot file is whole: says what was expected and what came."""
+
+
+class Snapshot(NamedTuple):
+    """A copy of data at one moment."""
+
+    layout: bytes
+    """What the bytes of the content mean."""
+    content: bytes
+    time_ns: int
+    """Station time."""
+
+
+class SnapshotFile:
+    """The file at `path`. Not for several threads at a time."""
+
+    def __init__(self, path: Path, port: FilePort = DISK) -> None:
+        self.path = path
+        self._port = port
+        self._begun: tuple[bytes, int] | None = None
+        """Layout and length of the content in the file that this object has begun."""
+        self._digest = b""
+        """That of its header."""
+        self._number = 0
+        """That of the last snapshot."""
+
+    def read(self) -> tuple[Snapshot, bool] | None:
+        """Return the newest whole snapshot, and True if a newer one is torn; None without a file.
+
+        Raises OSError, SnapshotFileError.
+        """
+        content = self._port.read(self.path)
+        return None if content is None else _parsed(content)
+
+    def write(self, snapshot: Snapshot) -> None:
+        """Put a snapshot in place of the one before the last. Raises OSError.
+
+        The last one is whole until this one is.
+        """
+        if self._begun != (snapshot.layout, len(snapshot.content)):
+            self._begin(snapshot)
+            return
+        number = self._number + 1
+        slot = _slot(number, self._digest, snapshot)
+        size = len(snapshot.content)
+        offset = _offset(number & 1, len(snapshot.layout), size)
+        begun, self._begun = self._begun, None  # after a failure another file is begun
+        try:
+            self._port.overwrite(self.path, offset, slot)
+        except FileNotFoundError:
+            self._begin(snapshot)
+            return
+        self._begun, self._number = begun, number
+
+    def remove(self) -> None:
+        """Remove the file. Raises OSError."""
+        self._begun = None
+        self._port.remove(self.path)
+
+    def _begin(self, snapshot: Snapshot) -> None:
+        """Put a file with this snapshot and an empty slot in the place of the file."""
+        self._begun = None
+        layout, size = snapshot.layout, len(snapshot.content)
+        lengths = struct.pack("<8sQQ", _MAGIC, len(layout), size)
+        digest = _digest(lengths, layout)
+        content = bytearray(_offset(2, len(layout), size))
+        content[: _HEADER.size] = lengths + digest
+        content[_HEADER.size : _HEADER.size + len(layout)] = layout
+        slot, offset = _slot(0, digest, snapshot), _offset(0, len(layout), size)
+        content[offset : offset + len(slot)] = slot
+        fresh = self.path.with_name(self.path.name + ".new")
+        try:
+            self._port.create(fresh, bytes(content))
+            self._port.replace(fresh, self.path)
+        except OSError:
+            with contextlib.suppress(OSError):
+                self._port.remove(fresh)
+            raise
+        self._begun, self._digest, self._number = (layout, size), digest, 0
+
+
+def _digest(*parts: bytes) -> bytes:
+    state = hashlib.blake2b(digest_size=16)
+    for part in parts:
+        state.update(part)
+    return state.digest()
+
+
+def _offset(slot: int, layout: int, size: int) -> int:
+    """Return where slot 0 or 1 begins; of slot 2, where the file ends."""
+    header = -(-(_HEADER.size + layout) // _BLOCK) * _BLOCK
+    return header + slot * (-(-(_SLOT.size + size) // _BLOCK) * _BLOCK)
+
+
+def _slot(number: int, header: bytes, snapshot: Snapshot) -> bytes:
+    place = struct.pack("<Qq", number, snapshot.time_ns)
+    return place + _digest(header, place, snapshot.content) + snapshot.content
+
+
+def _parsed(content: bytes) -> tuple[Snapshot, bool]:
+    if len(content) < _HEADER.size:
+        raise SnapshotFileError(f"expected {_HEADER.size} bytes or more, got {len(content)}")
+    magic, length, size, header = _HEADER.unpack_from(content)
+    if magic != _MAGIC:
+        raise SnapshotFileError(f"expected a snapshot file, got {magic!r} at its beginning")
+    layout = content[_HEADER.size : _HEADER.size + length]
+    if len(layout) != length or _digest(content[: _HEADER.size - 16], layout) != header:
+        raise SnapshotFileError("the header is torn")
+    newest: tuple[int, Snapshot] | None = None
+    torn = False
+    for slot in (0, 1):
+        begin = _offset(slot, length, size)
+        found = content[begin : begin + _SLOT.size + size]
+        if len(found) < _SLOT.size + size:
+            torn = True
+            continue
+        number, time_ns, digest = _SLOT.unpack_from(found)
+        if _digest(header, found[:16], found[_SLOT.size :]) != digest:
+            torn |= any(found)
+        elif newest is None or number > newest[0]:
+            newest = number, Snapshot(layout, found[_SLOT.size :], time_ns)
+    if newest is None:
+        raise SnapshotFileError("both snapshots are torn")
+    return newest[1], torn
