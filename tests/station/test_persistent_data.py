@@ -1,7 +1,11 @@
 """Persistent data outlive the program, if the configuration names a file for them."""
 
+import asyncio
+import contextlib
 import json
 import logging
+import shutil
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +13,15 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from achse.iec import DINT, Program, var
 from achse.motion import Nc, commands
-from achse.plc import PlcState
+from achse.plc import PlcRuntime, PlcState, Task
 from achse.station import ConfigError, Station
 from achse.station.config import parse
 from achse.station.persistent_data import PersistentData
+from achse.station.persistent_image import PersistentImage
+from achse.station.snapshot_file import Snapshot, SnapshotFile
+from tests.station.failing_disk import FailingDisk, PowerCutError
 
 AXES = [{"id": i, "name": f"{i}", "persistent_data_enable": 2 - i} for i in (1, 2)]
 
@@ -21,7 +29,7 @@ AXES = [{"id": i, "name": f"{i}", "persistent_data_enable": 2 - i} for i in (1, 
 def station(folder: Path, name: str | None = "kept.json", axes: Any = AXES) -> Station:
     document: dict[str, Any] = {"axis": axes}
     if name is not None:
-        document["system"] = {"persistent_data": name}
+        document["system"] = {"persistent_data": name, "persistent_data_interval": "1ns"}
     return Station(parse(document, ""), base=folder)
 
 
@@ -324,3 +332,194 @@ IF p = 0 THEN p := ADR(n); END_IF
 p^ := p^ + 1;
 END_PROGRAM
 """
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir() if path.is_file())
+
+
+async def file_appears(folder: Path, name: str) -> None:
+    """Wait for a thread that writes a file."""
+    while name not in names(folder):  # noqa: ASYNC110
+        await asyncio.sleep(0)
+
+
+async def test_killed_station_goes_on_from_its_snapshot(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    first = station(tmp_path)
+    async with first.running("127.0.0.1", 0, speed=0):
+        travel(first)
+        await file_appears(tmp_path, "kept.json.snapshot")
+        shutil.copytree(tmp_path, killed := tmp_path / "killed")
+        assert names(killed) == ["kept.json.snapshot"]
+    assert names(tmp_path) == ["kept.json"]
+    with caplog.at_level(logging.INFO):
+        second = station(killed)
+    assert shows(second) == [(30.0, 1), (0.0, 0)]
+    assert "the last run was killed: using its snapshot of station time 3.000 s" in caplog.text
+    second.save()
+    assert names(killed) == ["kept.json"]
+
+
+async def test_nothing_is_written_while_a_plc_is_at_a_breakpoint_or_nothing_changes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The station is within a cycle then. `PlcRuntime.is_held` says so."""
+    (tmp_path / "a.st").write_text(PLC)
+    system = {"persistent_data": "kept.json", "persistent_data_interval": "1ns"}
+    built = Station(parse({"plc": [{"sources": "a.st"}], "system": system}, ""), base=tmp_path)
+    async with built.running("127.0.0.1", 0, speed=0):
+        for _ in range(50):
+            await asyncio.sleep(0)
+        assert names(tmp_path) == ["a.st"], "nothing has changed"
+        with monkeypatch.context() as patch:
+            patch.setattr(PlcRuntime, "is_held", True)
+            built.plcs[851].instance("MAIN")["nTotal"] = 4
+            for _ in range(50):
+                await asyncio.sleep(0)
+            assert names(tmp_path) == ["a.st"]
+        await file_appears(tmp_path, "kept.json.snapshot")
+
+
+async def test_interval_of_0_writes_at_the_end_only(tmp_path: Path) -> None:
+    system = {"persistent_data": "kept.json", "persistent_data_interval": "0s"}
+    built = Station(parse({"axis": AXES, "system": system}, ""), base=tmp_path)
+    async with built.running("127.0.0.1", 0, speed=0):
+        travel(built)
+        for _ in range(50):
+            await asyncio.sleep(0)
+        assert names(tmp_path) == []
+    assert names(tmp_path) == ["kept.json"]
+
+
+def test_full_disk_leaves_a_snapshot_of_the_end(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    first = station(tmp_path)
+    assert first.save()
+    travel(first)
+    (tmp_path / "kept.json.new").mkdir()
+    assert first.save()
+    assert "kept.json cannot be written: " in caplog.text
+    assert shows(station(tmp_path)) == [(30.0, 1), (0.0, 0)]
+
+
+def test_online_change_is_in_what_is_saved(tmp_path: Path) -> None:
+    (tmp_path / "a.st").write_text(PLC)
+    document = {"plc": [{"sources": "a.st"}], "system": {"persistent_data": "kept.json"}}
+    built = Station(parse(document, ""), base=tmp_path)
+    built.advance(0.1)
+    built.save()
+    (tmp_path / "a.st").write_text(PLC.replace("VAR n : DINT", "VAR PERSISTENT n : DINT"))
+    built.online_change()
+    built.save()
+    kept = json.loads((tmp_path / "kept.json").read_text())["plc"]["851"]
+    assert kept.keys() == {"MAIN.nTotal", "MAIN.nParts", "MAIN.n"}
+
+
+class Counts(Program):
+    total = var(DINT, persistent=True)
+    twice = var(DINT, retain=True)
+
+
+CONFIG = parse({"system": {"persistent_data": "kept.json", "persistent_data_interval": "1ns"}}, "")
+
+
+class Run:
+    """A process: persistent data and a PLC that has loaded them."""
+
+    def __init__(self, folder: Path, disk: FailingDisk) -> None:
+        self.data = PersistentData(CONFIG, folder, disk)
+        self.plcs = {851: PlcRuntime([Task("PlcTask", 10_000_000, [Counts])])}
+        self.unit = self.plcs[851].unit(Counts)
+        self.data.load(None, self.plcs, lambda: True)
+
+    def count(self) -> None:
+        self.unit.total += 1
+        self.unit.twice += 2
+
+    def snapshot(self) -> None:
+        """One snapshot, by the task and the thread that a running station has."""
+        calls = 0
+
+        def capture() -> PersistentImage:
+            nonlocal calls
+            calls += 1
+            if calls > 1:
+                raise asyncio.CancelledError
+            return self.data.capture(None, self.plcs, 0)
+
+        with contextlib.suppress(asyncio.CancelledError):
+            asyncio.run(self.data.write_snapshots(capture))
+
+    def save(self) -> None:
+        assert self.data.save(None, self.plcs, 0)
+
+
+@given(st.data())
+@settings(max_examples=12)
+def test_power_cut_loses_what_came_after_the_last_write(data: st.DataObject) -> None:
+    """Any runs; cut in any operation of any snapshot or save, with any part of it written."""
+    disk = FailingDisk()
+    acknowledged = 0
+    with tempfile.TemporaryDirectory() as folder:
+        for _ in range(data.draw(st.integers(1, 3), label="runs")):
+            run = Run(Path(folder), disk)
+            assert acknowledged <= run.unit.total, "what was written is there"
+            assert run.unit.twice == 2 * run.unit.total, "of one moment"
+            disk.left = data.draw(st.none() | st.integers(0, 6))
+            cut = data.draw(st.integers(0, 80))
+            disk.mix = lambda old, new, cut=cut: new[:cut] + old[cut:]  # type: ignore[misc]
+            kept = data.draw(st.booleans())
+            disk.is_kept = lambda kept=kept: kept  # type: ignore[misc]
+            for act in data.draw(
+                st.lists(st.sampled_from([Run.count, Run.snapshot, Run.save]), max_size=8)
+            ):
+                try:
+                    act(run)
+                except PowerCutError:
+                    break
+                if act is not Run.count:
+                    acknowledged = run.unit.total
+            latest, disk.left = run.unit.total, None
+            assert acknowledged <= Run(Path(folder), disk).unit.total <= latest
+
+
+@pytest.mark.parametrize("at", ["header", "layout", "both", "last"])
+def test_damaged_snapshot_is_told(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, at: str
+) -> None:
+    """The one before the last is used; else the file."""
+    disk = FailingDisk()
+    run = Run(tmp_path, disk)
+    run.save()
+    for _ in range(2):
+        run.count()
+        run.snapshot()
+    (path,) = disk.files
+    content = bytearray(disk.files[path])
+    for offset in {"header": [0], "layout": [60], "both": [4096, 8192], "last": [8192]}[at]:
+        content[offset] ^= 1
+    disk.files[path] = bytes(content)
+    if at == "last":
+        assert Run(tmp_path, disk).unit.total == 1
+        assert "kept.json.snapshot: the last snapshot is torn, using the one before" in caplog.text
+    else:
+        assert Run(tmp_path, disk).unit.total == 0
+        assert "kept.json.snapshot is damaged: " in caplog.text
+
+
+def test_snapshot_that_means_something_else_is_told(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    file = SnapshotFile(tmp_path / "kept.json.snapshot")
+    for layout in (b"", b"[]", b"{}", b'{"axes": 5}', b'{"axes":[],"plcs":{"1":{"rows":[]}}}'):
+        file.write(Snapshot(layout, b"", 0))
+        caplog.clear()
+        PersistentData(CONFIG, tmp_path)
+        assert "kept.json.snapshot is damaged: " in caplog.text
+    file.remove()
+    file.path.mkdir()
+    PersistentData(CONFIG, tmp_path)
+    assert "kept.json.snapshot cannot be read: not a regular file; reading " in caplog.text

@@ -179,8 +179,11 @@ class SystemConfig(ConfigTable):
     root: str | None = None
     """Folder that the file services show (relative to the station.toml); without it none."""
     persistent_data: str | None = None
-    """A file (relative to the station.toml) in which persistent data of axes outlive the program;
-    without it they outlive restarts."""
+    """A file (relative to the station.toml) in which persistent data of axes and PLCs outlive the
+    program; without it they outlive restarts."""
+    persistent_data_interval: MomentNs = 100_000_000
+    """How often a running station writes what has changed to a snapshot file beside that file, in
+    the computer's time: a station that is killed loses so much; 0: it writes at its end only."""
     restart_time: MomentNs = 500_000_000
     """How long a restart takes, or a change to CONFIG."""
 

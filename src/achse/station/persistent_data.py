@@ -1,22 +1,28 @@
-"""Persistent data of axes and PLCs: kept over restarts, and over programs in a file."""
+"""Persistent data of axes and PLCs: kept over restarts, and over programs in files."""
 
 import logging
-from collections.abc import Mapping
-from functools import partial
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from achse.motion import Nc
 from achse.motion.remains import Remains
 from achse.plc import PlcRuntime
-from achse.plc.remains import KeptVariable, Lead, inherit_variables, kept_variables
+from achse.plc.remains import inherit_variables
 from achse.station.config import ConfigError, StationConfig
+from achse.station.persistent_image import (
+    PersistentImage,
+    PersistentLayout,
+    PersistentValues,
+    number,
+    parse_variables,
+    show_variables,
+)
+from achse.station.snapshot_file import DISK, FilePort, SnapshotFile
+from achse.station.snapshots import Snapshots
 from achse.station.state_file import StateFile
 
 __all__ = ["PersistentData"]
-
-_FARTHEST = 1e15
-"""Beyond, positions are no longer exact."""
 
 log = logging.getLogger("achse.station")
 
@@ -29,13 +35,19 @@ class PersistentData:
     and for each PLC the type and bytes of its RETAIN and PERSISTENT variables, in hexadecimal
     digits, with what the pointers in them lead to: offset, target, its type, offset in it. One
     that is damaged is told, and put aside when another is written.
+
+    It is written by `save`. What has changed since then is in a snapshot file beside it
+    (`.snapshot`), which `save` removes: if there is one, it is the newer of both.
     """
 
-    def __init__(self, config: StationConfig, base: Path) -> None:
-        """Read the file. Raises ConfigError."""
-        self._remains: Mapping[int, Remains] = {}
-        self._variables: dict[int, Mapping[str, KeptVariable]] = {}
+    def __init__(self, config: StationConfig, base: Path, port: FilePort = DISK) -> None:
+        """Read the files; `port` is where the snapshot file is. Raises ConfigError."""
+        self._values = PersistentValues()
+        self._layout: PersistentLayout | None = None
+        """That of the station as it is now."""
         self._file: StateFile | None = None
+        self._snapshots: Snapshots | None = None
+        self._interval_s = config.system.persistent_data_interval / 1e9
         self._damaged = False
         name = config.system.persistent_data
         if name is None:
@@ -46,111 +58,132 @@ class PersistentData:
                 f"system.persistent_data: expected a file in a folder that is there, got {name!r}"
             )
         self._file = StateFile(path)
+        snapshot_file = SnapshotFile(path.with_name(path.name + ".snapshot"), port)
+        self._snapshots = Snapshots(snapshot_file, self._interval_s)
+        self._values = _read_snapshot(snapshot_file, path) or self._read(self._file)
+
+    def _read(self, file: StateFile) -> PersistentValues:
         try:
-            document = self._file.read_json()
+            document = file.read_json()
             if document is not None:
-                self._remains = _parsed(document)
-                self._variables = _parsed_variables(document)
+                return PersistentValues(_parsed(document), parse_variables(document.get("plc", {})))
         except OSError as failure:
-            log.warning("%s cannot be read, no axis knows its position: %s", path, failure.strerror)
-        except (ValueError, AttributeError, KeyError, TypeError, RecursionError) as fault:
-            log.warning("%s is damaged, no axis knows its position: %s", path, _told(fault))
-            self._damaged = True
-
-    def load(self, nc: Nc) -> None:
-        """Let the axes of a fresh NC begin where they were left."""
-        nc.inherit(self._remains)
-
-    def load_plc(self, port: int, plc: PlcRuntime) -> None:
-        """Let the RETAIN and PERSISTENT variables of a fresh PLC begin where they were left, and be
-        kept whenever it asks for that."""
-        plc.keep_persistent = partial(self.save_plc, port, plc)
-        left = inherit_variables(plc, self._variables.get(port, {}))
-        if left:
-            more = f" and {len(left) - 3} more" if len(left) > 3 else ""
             log.warning(
-                "persistent data of PLC %d: %s%s are gone or have another type",
-                port,
-                ", ".join(left[:3]),
-                more,
+                "%s cannot be read, no axis knows its position: %s", file.path, failure.strerror
             )
+        except (ValueError, AttributeError, KeyError, TypeError, RecursionError) as fault:
+            log.warning("%s is damaged, no axis knows its position: %s", file.path, _told(fault))
+            self._damaged = True
+        return PersistentValues()
 
-    def save(self, nc: Nc | None, plcs: Mapping[int, PlcRuntime]) -> None:
-        """Keep what is left of axes and PLCs now; a file that cannot be written is told."""
+    def load(self, nc: Nc | None, plcs: Mapping[int, PlcRuntime], keep: Callable[[], bool]) -> None:
+        """Let the axes of a fresh NC and the variables of fresh PLCs begin where they were left.
+
+        `keep` saves them whenever a PLC asks for that; False if it failed.
+        """
         if nc is not None:
-            self._remains = nc.remains()
+            nc.inherit(self._values.axes)
         for port, plc in plcs.items():
-            self._variables[port] = kept_variables(plc)
-        self._write()
+            plc.keep_persistent = keep
+            plc.on_online_change(self._forget_layout)
+            left = inherit_variables(plc, self._values.plcs.get(port, {}))
+            if left:
+                more = f" and {len(left) - 3} more" if len(left) > 3 else ""
+                log.warning(
+                    "persistent data of PLC %d: %s%s are gone or have another type",
+                    port,
+                    ", ".join(left[:3]),
+                    more,
+                )
+        self._forget_layout()
+        if self._snapshots is not None and (nc is not None or plcs):
+            self._snapshots.begin_with(self.capture(nc, plcs, 0))
 
-    def save_plc(self, port: int, plc: PlcRuntime) -> bool:
-        """Keep the variables of one PLC as they are now; False if they cannot be written."""
-        self._variables[port] = kept_variables(plc)
-        return self._write()
+    def _forget_layout(self) -> None:
+        self._layout = None
 
-    def _write(self) -> bool:
-        if self._file is None:
+    def capture(
+        self, nc: Nc | None, plcs: Mapping[int, PlcRuntime], time_ns: int
+    ) -> PersistentImage:
+        """Return what axes and PLCs have now, at station time `time_ns`; as in `load`."""
+        if self._layout is None:
+            self._layout = PersistentLayout.of(nc, plcs, self._values)
+        return PersistentImage(self._layout, self._layout.image(nc, plcs), time_ns)
+
+    def save(self, nc: Nc | None, plcs: Mapping[int, PlcRuntime], time_ns: int) -> bool:
+        """Keep what is left of axes and PLCs now; False if it cannot be written, which is told.
+
+        A file that cannot be written leaves a snapshot: that needs no further place on the disk.
+        """
+        image = self.capture(nc, plcs, time_ns)
+        self._values = image.values()
+        if self._file is None or self._snapshots is None:
             return True
-        document = {
+        try:
+            self._snapshots.supersede(image, self._write)
+        except OSError as failure:
+            log.error("%s cannot be written: %s", self._file.path, failure.strerror)
+            return self._snapshots.write(image)
+        return True
+
+    async def write_snapshots(self, capture: Callable[[], PersistentImage | None]) -> None:
+        """Write what `capture` returns every `system.persistent_data_interval`, until cancelled.
+
+        It returns None while there is nothing to write. Without a file, or with an interval of 0,
+        nothing is written.
+        """
+        if self._snapshots is not None and self._interval_s:
+            await self._snapshots.run(capture)
+
+    def _write(self) -> None:
+        """Write the file. Raises OSError."""
+        assert self._file is not None
+        if self._damaged:
+            log.warning("the damaged file is kept as %s", self._file.put_aside())
+            self._damaged = False
+        axes = {
             str(axis_id): {
                 "zeros": list(remains.zeros),
                 "position": remains.position,
                 "homed": remains.homed,
             }
-            for axis_id, remains in self._remains.items()
+            for axis_id, remains in self._values.axes.items()
         }
-        try:
-            if self._damaged:
-                log.warning("the damaged file is kept as %s", self._file.put_aside())
-                self._damaged = False
-            self._file.write_json({"nc": document, "plc": self._shown_variables()})
-        except OSError as failure:
-            log.error("%s cannot be written: %s", self._file.path, failure.strerror)
-            return False
-        return True
-
-    def _shown_variables(self) -> dict[str, dict[str, tuple[object, ...]]]:
-        return {
-            str(port): {name: (one.type, one.data.hex(), *one.leads) for name, one in kept.items()}
-            for port, kept in self._variables.items()
-            if kept
-        }
+        self._file.write_json({"nc": axes, "plc": show_variables(self._values.plcs)})
 
 
-def _parsed_variables(document: Any) -> dict[int, Mapping[str, KeptVariable]]:
-    """What the file says of PLCs; raises what is wrong with it."""
-    return {
-        int(port): {
-            str(name): KeptVariable(str(type), bytes.fromhex(data), tuple(map(_lead, leads)))
-            for name, (type, data, *leads) in kept.items()
-        }
-        for port, kept in document.get("plc", {}).items()
-    }
-
-
-def _lead(row: Any) -> Lead:
-    at, target, type, offset = row
-    if not all(isinstance(one, int) and one >= 0 for one in (at, offset)):
-        raise ValueError(f"expected offsets from 0, got {row!r:.60}")
-    return Lead(at, str(target), str(type), offset)
+def _read_snapshot(file: SnapshotFile, instead: Path) -> PersistentValues | None:
+    """Return the values of the newest snapshot, None if there is none to use."""
+    try:
+        found = file.read()
+        if found is None:
+            return None
+        snapshot, is_torn = found
+        values = PersistentLayout.decode(snapshot.layout).values(snapshot.content)
+    except OSError as failure:
+        log.warning("%s cannot be read: %s; reading %s", file.path, failure.strerror, instead)
+        return None
+    except (ValueError, AttributeError, KeyError, TypeError, IndexError) as fault:
+        log.warning("%s is damaged: %s; reading %s", file.path, _told(fault), instead)
+        return None
+    if is_torn:
+        log.warning("%s: the last snapshot is torn, using the one before it", file.path)
+    log.info(
+        "the last run was killed: using its snapshot of station time %.3f s", snapshot.time_ns / 1e9
+    )
+    return values
 
 
 def _parsed(document: Any) -> dict[int, Remains]:
     """The document of the file; raises what is wrong with it."""
     return {
         int(axis_id): Remains(
-            [_number(zero) for zero in entry["zeros"]],
-            _number(entry["position"]),
+            [number(zero) for zero in entry["zeros"]],
+            number(entry["position"]),
             int(bool(entry["homed"])),
         )
         for axis_id, entry in document["nc"].items()
     }
-
-
-def _number(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= _FARTHEST:
-        raise ValueError(f"expected a number up to {_FARTHEST:g}, got {value!r:.40}")
-    return float(value)
 
 
 def _told(fault: Exception) -> str:

@@ -46,6 +46,7 @@ from achse.station.nc import velocity_warnings
 from achse.station.network import Network, RouteFile
 from achse.station.pacing import Pace, Pacer, run_unpaced
 from achse.station.persistent_data import PersistentData
+from achse.station.persistent_image import PersistentImage
 from achse.station.phases import ChangePhase
 from achse.station.scope import StationScope
 from achse.station.state_requests import StateRequests
@@ -126,10 +127,7 @@ class Station:
         """How the running station keeps up with the wall clock; None in virtual time."""
         self._persistent = PersistentData(self.config, self._base)
         parts = assemble(self._ground, self._kept)
-        if parts.nc is not None:
-            self._persistent.load(parts.nc)
-        for port, plc in parts.plcs.items():
-            self._persistent.load_plc(port, plc)
+        self._persistent.load(parts.nc, parts.plcs, self.save)
         self.nc: Nc | None
         self.buses: Sequence[AxisBus]
         """Those that have drives."""
@@ -295,10 +293,8 @@ class Station:
             log.error("the station cannot start and stays in CONFIG: %s", fault)
             self._enter_config()
             return
-        if parts.nc is not None:
-            self._persistent.load(parts.nc)
-        for port, plc in parts.plcs.items():
-            self._persistent.load_plc(port, plc)
+        self._persistent.load(parts.nc, parts.plcs, self.save)
+        for plc in parts.plcs.values():
             plc.begin(self.time_ns)
         self._take(parts)
         self.faults.renew()
@@ -308,13 +304,21 @@ class Station:
         self._system.ads_state = AdsState.RUN
         self._requests.entered_run(self.config.system.restart_time)
 
-    def save(self) -> None:
+    def save(self) -> bool:
         """Keep persistent data as they are now, in the file that `system.persistent_data` names.
 
         Whatever ends a running station does that too: a restart, a shutdown, the end of `running`.
+        Returns False if they cannot be written, which is logged.
         """
-        if self.nc is not None or self.plcs:
-            self._persistent.save(self.nc, self.plcs)
+        if self.nc is None and not self.plcs:
+            return True
+        return self._persistent.save(self.nc, self.plcs, self.time_ns)
+
+    def _capture(self) -> PersistentImage | None:
+        """Return the persistent data between two cycles; None within one, or without any."""
+        if (self.nc is None and not self.plcs) or any(plc.is_held for plc in self.plcs.values()):
+            return None
+        return self._persistent.capture(self.nc, self.plcs, self.time_ns)
 
     def _end(self) -> None:
         self.save()
@@ -483,14 +487,19 @@ class Station:
         opened = network.listeners
         self.listeners = (*self.listeners, *opened)
         self.faults.renew()
-        cycle = asyncio.create_task(self._go_on(speed, until))
-        cycle.add_done_callback(_tell_failure)
+        cycle = asyncio.create_task(self._go_on(speed, until), name="the station's cycle")
+        snapshots = asyncio.create_task(
+            self._persistent.write_snapshots(self._capture), name="writing of snapshots"
+        )
+        for task in (cycle, snapshots):
+            task.add_done_callback(_tell_failure)
         try:
             with self._system.files_beside(asyncio.get_running_loop()):
                 yield RunningStation(network, metrics, cycle)
         finally:
             cycle.cancel()
-            await asyncio.gather(cycle, return_exceptions=True)
+            snapshots.cancel()
+            await asyncio.gather(cycle, snapshots, return_exceptions=True)
             for each in self.fieldbuses.values():
                 each.close()
             self.save()
@@ -548,10 +557,10 @@ class Station:
                     end.cancel()
 
 
-def _tell_failure(cycle: "asyncio.Task[None]") -> None:
+def _tell_failure(task: "asyncio.Task[None]") -> None:
     """A broken cycle leaves clients connected to a station that stands: say so at once."""
-    if not cycle.cancelled() and (failure := cycle.exception()) is not None:
-        log.error("the station's cycle broke: %r", failure)
+    if not task.cancelled() and (failure := task.exception()) is not None:
+        log.error("%s broke: %r", task.get_name(), failure)
 
 
 class RunningStation:
