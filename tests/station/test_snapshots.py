@@ -161,3 +161,14 @@ def test_save_that_fails_leaves_the_snapshot() -> None:
     with pytest.raises(OSError, match="full"):
         computer.snapshots.supersede(image(2), fail)
     assert computer.written == 1
+
+
+def test_start_after_a_failed_write_is_written() -> None:
+    """A restart on a full disk: what the axes were left with is in no file yet."""
+    computer = Computer(lambda _: None, 1)
+    computer.disk.error = errno.ENOSPC
+    assert not computer.snapshots.write(image(5))
+    computer.snapshots.begin_with(image(5))
+    computer.disk.error = None
+    computer.run(lambda: image(5))
+    assert computer.written == 5

@@ -51,9 +51,12 @@ class Snapshots:
         """What was reported, and goes on."""
 
     def begin_with(self, image: PersistentImage) -> None:
-        """Take an image as written: it is what the files at the start led to."""
+        """Take an image as written: it is what the files at the start led to.
+
+        After a write that failed no file has it: it is written as soon as that is possible.
+        """
         with self._lock:
-            self._written = image
+            self._written = None if self._fails else image
 
     async def run(self, capture: Callable[[], PersistentImage | None]) -> None:
         """Write what `capture` returns, until cancelled; None if there is nothing to write now."""
