@@ -42,6 +42,7 @@ SHORT: dict[str, tuple[list[str], str]] = {
     "same_run.py": (["--seconds", "10", "--turns", "30"], r"[1-9]\d* frames, \d+ lines, hash \w+"),
     "samples.py": (["20", "50", "0.3"], r"0 lost, 0\.000%"),
     "scope.py": (["1", "1000"], r"1 s of a station, 64 channels at 1 ms: .*, 0 samples lost"),
+    "snapshots.py": (["0.1"], rf"255 axes +loop +{NUMBER} µs +thread +{NUMBER} µs"),
     "st_check.py": (["100"], rf"check +{NUMBER} ms +{NUMBER} statements/s"),
     "st_run.py": (["20", "0.05"], rf"plain +{NUMBER} ns per statement"),
     "st_parse.py": (["1000"], rf"lexer +{NUMBER} lines/s"),
