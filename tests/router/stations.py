@@ -229,7 +229,7 @@ class Target(Host):
     def held_by_clients(self) -> tuple[int, int]:
         """Subscriptions and handles."""
         assert self.device.symbols is not None
-        return len(self.device.notifications), self.device.symbols.count
+        return len(self.device.notifications), len(self.device.symbols.handles)
 
 
 class Client:

@@ -13,7 +13,7 @@ from achse.server.limits import ClientLimits
 from achse.server.table import Reader
 from achse.server.usage import Usage
 
-__all__ = ["Handle", "HandleTable"]
+__all__ = ["Handle", "HandleOwner", "HandleTable"]
 
 Symbol = TypeVar("Symbol")
 
@@ -136,7 +136,7 @@ class HandleTable(Generic[Symbol]):
         self.end(number)
 
     def end(self, number: int) -> None:
-        """End a handle, whoever requested it."""
+        """End a handle of any client."""
         table = self._valid if number in self._valid else self._stale
         owner = table.pop(number).owner
         owner.numbers.discard(number)

@@ -18,11 +18,8 @@ from achse.faults.kinds import STATION_FAULTS
 from achse.faults.site import StationFault
 from achse.iec.nearest import did_you_mean
 from achse.motion.tables import HIGHEST_TABLE_ID
-from achse.motion.tables.limits import TableLimits
-from achse.motion.tables.table import MOST_NUMBERS
 from achse.router.rights import rights_named
 from achse.router.routes import Route
-from achse.server import ClientLimits
 from achse.station.bus_config import BusConfig, DriveConfig
 from achse.station.camshaft_config import CamshaftConfig
 from achse.station.config_types import (
@@ -37,6 +34,7 @@ from achse.station.config_types import (
 )
 from achse.station.documents import check_depth, parse_toml
 from achse.station.group_config import ChannelConfig, GroupConfig
+from achse.station.limits_config import LimitsConfig
 from achse.station.metrics import MetricsConfig
 from achse.station.modbus_config import ModbusConfig
 from achse.station.mqtt_config import MqttConfig
@@ -45,7 +43,6 @@ from achse.station.secure_config import RouteTlsConfig, SecureConfig
 from achse.station.signal_config import SIGNAL_KINDS, SignalConfig
 from achse.station.terminal_config import TerminalConfig
 from achse.station.web_config import WebConfig
-from achse.transport.held import DEFAULT_MAX_HELD
 from achse.transport.serial_port import Parity, SerialPort
 
 if TYPE_CHECKING:
@@ -339,81 +336,6 @@ class FaultConfig(BaseModel):
             if (value := getattr(self, name)) is not None
         }
         return STATION_FAULTS.of({"kind": self.kind, **seconds, **(self.model_extra or {})})
-
-
-_LIMITS = ClientLimits()
-
-
-class LimitsConfig(ConfigTable):
-    """[limits]: how much one client may hold of each device, and leave unread; `all_…` is for all
-    clients and devices together."""
-
-    handles: int = Field(default=_LIMITS.handles, ge=1)
-    """Symbol handles (0x716 beyond)."""
-    all_handles: int = Field(default=_LIMITS.all_handles, ge=1)
-    """Symbol handles of all clients together (0x716 beyond)."""
-    abandoned_handles: int = Field(default=_LIMITS.abandoned_handles, ge=0)
-    """Symbol handles of ended connections, of all clients together; beyond, or when `all_handles`
-    is reached, the oldest end. 0: handles end with their connection."""
-    notifications: int = Field(default=_LIMITS.notifications, ge=1)
-    """Subscriptions (0x716 beyond)."""
-    all_notifications: int = Field(default=_LIMITS.all_notifications, ge=1)
-    """Subscriptions of all clients together (0x716 beyond)."""
-    sample_bytes: int = Field(default=_LIMITS.sample_bytes, ge=8)
-    """Bytes of one sample (0x717 beyond)."""
-    watched_bytes: int = Field(default=_LIMITS.watched_bytes, ge=8)
-    """Bytes of one sample of each subscription together (0x717 beyond)."""
-    all_watched_bytes: int = Field(default=_LIMITS.all_watched_bytes, ge=8)
-    """The same of all clients together (0x717 beyond)."""
-    queue_bytes: int = Field(default=_LIMITS.queue_bytes, ge=1024)
-    """Bytes of samples kept for a client that does not read; beyond, the oldest are dropped."""
-    all_queue_bytes: int = Field(default=_LIMITS.all_queue_bytes, ge=1024)
-    """Bytes of samples kept for all clients together; beyond, those with the most lose theirs."""
-    unread_bytes: int = Field(default=64 * 1024 * 1024, ge=65_536)
-    """Bytes of answers and samples on a connection that is not read; beyond, it is cut off."""
-    held_bytes: int = Field(default=DEFAULT_MAX_HELD, ge=1024 * 1024)
-    """Bytes that all connections together leave unread, or send of packets without their end, and
-    that wait for a route; beyond, those with the most of them are cut off until an eighth of it is
-    free."""
-    taps: int = Field(default=32, ge=1)
-    """Taps of all clients together (0x716 beyond)."""
-    tap_bytes: int = Field(default=16 * 1024 * 1024, ge=1024)
-    """Bytes that are kept for all taps together; beyond, the oldest frames are lost to them."""
-    samples: int = Field(default=_LIMITS.samples, ge=1000)
-    """Samples a second for all clients together (a frame counts as 64); those who ask for more get
-    theirs late."""
-    log_lines: int = Field(default=_LIMITS.log_lines, ge=1)
-    """Lines a second that one host may write into the log by ports 100 and 110."""
-    all_log_lines: int = Field(default=_LIMITS.all_log_lines, ge=1)
-    """The same of all hosts together; the messages reach those who subscribed all the same."""
-    table_numbers: int = Field(default=0, ge=0, le=MOST_NUMBERS)
-    """Numbers of a cam table that a client makes (0x4A11 beyond); 0: 131,072 with machine code,
-    else 32,768. A table that a slave begins to follow keeps the loop for 40 ns (plain: 4 µs) per
-    row."""
-    all_table_numbers: int = Field(default=TableLimits().all_numbers, ge=0, le=MOST_NUMBERS)
-    """Numbers of all tables that clients make (0x4A11 beyond)."""
-    unreachable_time: DurationNs = _LIMITS.unreachable_ns
-    """How long handles and subscriptions of a client to whom no way leads count for it; then the
-    handles are abandoned, and the subscriptions end."""
-
-    def limits(self) -> ClientLimits:
-        """What each device keeps to."""
-        return ClientLimits(
-            handles=self.handles,
-            all_handles=self.all_handles,
-            abandoned_handles=self.abandoned_handles,
-            notifications=self.notifications,
-            all_notifications=self.all_notifications,
-            sample_bytes=self.sample_bytes,
-            watched_bytes=self.watched_bytes,
-            all_watched_bytes=self.all_watched_bytes,
-            queue_bytes=self.queue_bytes,
-            all_queue_bytes=self.all_queue_bytes,
-            samples=self.samples,
-            log_lines=self.log_lines,
-            all_log_lines=self.all_log_lines,
-            unreachable_ns=self.unreachable_time,
-        )
 
 
 class StationConfig(ConfigTable):
