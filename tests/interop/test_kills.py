@@ -24,7 +24,7 @@ nTotal := nTotal + 1;
 nFirst := nTotal; nMiddle := nTotal; nLast := nTotal;
 END_PROGRAM
 """
-"""Half a megabyte: a snapshot is many pages, and a kill may come between two of them."""
+"""256 kB, four times in the data: a snapshot is many pages, and a kill may come between two."""
 
 PLC = """
 [[plc]]

@@ -1,4 +1,3 @@
-import re
 from pathlib import Path
 from typing import Any
 
@@ -6,7 +5,7 @@ import pytest
 
 from achse.ams import NetId
 from achse.station import Station
-from achse.station.config import ConfigError, LimitsConfig, RouterConfig, load, parse
+from achse.station.config import ConfigError, load, parse
 
 
 def faults(document: dict[str, object]) -> list[str]:
@@ -111,19 +110,6 @@ def test_an_axis_may_have_further_encoders_controllers_and_drives() -> None:
     assert axis.encoder_ids == (1, 9)
     assert axis.element == ({"encoder_scaling_factor": 0.01},)
     assert axis.parameters == {"max_velocity": 100.0}
-
-
-def test_every_limit_is_in_the_how_to_with_its_default() -> None:
-    page = Path(__file__).parents[2] / "docs/how-to/put-a-station-on-a-network.md"
-    rows = [
-        line for line in page.read_text(encoding="utf-8").splitlines() if line.startswith("| `")
-    ]
-    named = {name for row in rows for name in re.findall(r"`(\w+)`", row.split("|")[1])}
-    assert named >= set(LimitsConfig.model_fields)
-    assert named - set(LimitsConfig.model_fields) <= set(RouterConfig.model_fields)
-    text = " ".join(rows).replace(",", "")
-    for name in ("handles", "all_handles", "samples", "taps", "log_lines", "all_log_lines"):
-        assert f" {LimitsConfig.model_fields[name].default} " in text.replace("|", " ")
 
 
 def test_a_station_from_a_file_is_loaded() -> None:

@@ -1,0 +1,43 @@
+"""[limits] in a station.toml."""
+
+import re
+from dataclasses import asdict
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.server import ClientLimits
+from achse.station import ConfigError
+from achse.station.config import RouterConfig, parse
+from achse.station.limits_config import LimitsConfig
+
+COUNTS = sorted(asdict(ClientLimits()).keys() & LimitsConfig.model_fields.keys())
+
+
+@given(st.dictionaries(st.sampled_from(COUNTS), st.integers(1024, 10**6)), st.integers(1, 3600))
+def test_devices_keep_to_each_limit_of_the_file(keys: dict[str, int], seconds: int) -> None:
+    table = {**keys, "unreachable_time": f"{seconds}s"}
+    limits = parse({"limits": table}, "a.toml").limits.limits()
+    wanted = {**asdict(ClientLimits()), **keys, "unreachable_ns": seconds * 10**9}
+    assert asdict(limits) == wanted
+
+
+@pytest.mark.parametrize("name", ["handles", "queue_bytes", "abandoned_handles"])
+def test_limit_below_its_least_is_refused(name: str) -> None:
+    with pytest.raises(ConfigError, match=rf"limits\.{name}"):
+        parse({"limits": {name: -1}}, "a.toml")
+
+
+def test_every_limit_is_in_the_how_to_with_its_default() -> None:
+    page = Path(__file__).parents[2] / "docs/how-to/put-a-station-on-a-network.md"
+    rows = [
+        line for line in page.read_text(encoding="utf-8").splitlines() if line.startswith("| `")
+    ]
+    named = {name for row in rows for name in re.findall(r"`(\w+)`", row.split("|")[1])}
+    assert named >= set(LimitsConfig.model_fields)
+    assert named - set(LimitsConfig.model_fields) <= set(RouterConfig.model_fields)
+    text = " ".join(rows).replace(",", "")
+    for name in ("handles", "all_handles", "samples", "taps", "log_lines", "all_log_lines"):
+        assert f" {LimitsConfig.model_fields[name].default} " in text.replace("|", " ")
