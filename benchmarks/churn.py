@@ -336,7 +336,8 @@ async def settle(own: Client, process_id: int, folder: Path, speed: float) -> di
         devices = statistics["devices"]
         left = {
             "subscriptions": sum(device["subscriptions"] for device in devices) - 1,
-            "handles": sum(device["handles"] for device in devices),
+            "handles": sum(device["handles"] for device in devices)
+            - statistics["handles_abandoned"],  # any client may use them, they are bounded
             "connections": statistics["connections"] - 2,
             "queued bytes": sum(device["queued_bytes"] for device in devices),
             "open files": open_files(process_id, folder),

@@ -67,6 +67,9 @@ code = "plain"
 [[fault]]
 kind = "online_change"
 at = "1000s"
+
+[limits]
+abandoned_handles = 1
 """
 
 MACHINE = """
@@ -148,7 +151,7 @@ def objects() -> Counter[str]:
     return Counter(
         f"{kind.__module__}.{kind.__qualname__}"
         for kind in kinds
-        if kind.__module__.partition(".")[0] in OURS
+        if str(kind.__module__).partition(".")[0] in OURS
     )
 
 

@@ -4,7 +4,7 @@ Source: 000 §5.3.2, 002 §6.3, 003. Handles outlive the connection that request
 script of the vendor's command line tool requests a handle in one process and uses it in the next.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Generic, TypeVar
 
 from achse.ams import DeviceError, Endpoint
@@ -71,7 +71,8 @@ class HandleTable(Generic[Symbol]):
         self._valid: dict[int, Handle[Symbol]] = {}
         self.valid: Mapping[int, Handle[Symbol]] = self._valid
         """Handles of the present symbol table, by number."""
-        self._stale: dict[int, Handle[Symbol]] = {}
+        self._stale: dict[int, HandleOwner] = {}
+        """Owners of the handles that are out of date, by number."""
         self._owners: dict[bytes, dict[Endpoint | None, HandleOwner]] = {}
         self._clients_by_way: dict[Endpoint, set[bytes]] = {}
         self._next = _FIRST_NUMBER
@@ -126,10 +127,11 @@ class HandleTable(Generic[Symbol]):
 
     def release(self, number: int, client: bytes) -> None:
         """End a handle of `client` or an abandoned one; raises DeviceError 0x711."""
-        handle = self._valid.get(number) or self._stale.get(number)
-        if handle is None:
+        handle = self._valid.get(number)
+        owner = self._stale.get(number) if handle is None else handle.owner
+        if owner is None:
             raise DeviceError(ReturnCode.SYMBOL_VERSION_INVALID, f"handle 0x{number:X}")
-        if handle.owner.client != client and not handle.owner.abandoned:
+        if owner.client != client and not owner.abandoned:
             raise DeviceError(
                 ReturnCode.SYMBOL_VERSION_INVALID, f"handle 0x{number:X} of another client"
             )
@@ -137,8 +139,8 @@ class HandleTable(Generic[Symbol]):
 
     def end(self, number: int) -> None:
         """End a handle of any client."""
-        table = self._valid if number in self._valid else self._stale
-        owner = table.pop(number).owner
+        handle = self._valid.pop(number, None)
+        owner = self._stale.pop(number) if handle is None else handle.owner
         owner.numbers.discard(number)
         usage = self.usage
         usage.handles -= 1
@@ -194,22 +196,24 @@ class HandleTable(Generic[Symbol]):
 
     def invalidate(self) -> None:
         """Put every handle out of date: the symbol table has changed."""
-        self._stale.update(self._valid)
+        self._stale.update((number, handle.owner) for number, handle in self._valid.items())
         self._valid.clear()
+
+    def _by_owner(self) -> Iterator[tuple[int, HandleOwner]]:
+        """Return number and owner of each handle."""
+        yield from ((number, handle.owner) for number, handle in self._valid.items())
+        yield from self._stale.items()
 
     def end_abandoned(self) -> None:
         """End all abandoned handles of this device."""
-        for table in (self._valid, self._stale):
-            for number in [each for each, handle in table.items() if handle.owner.abandoned]:
-                self.end(number)
+        for number in [each for each, owner in self._by_owner() if owner.abandoned]:
+            self.end(number)
 
     def end_all(self) -> None:
         """End all handles: the device is gone."""
         usage = self.usage
         usage.handles -= len(self)
-        for owner in {
-            handle.owner for table in (self._valid, self._stale) for handle in table.values()
-        }:
+        for owner in {owner for _, owner in self._by_owner()}:
             if owner.abandoned:
                 usage.abandoned_handles -= len(owner.numbers)
                 del usage.abandoned[owner]

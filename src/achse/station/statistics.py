@@ -85,6 +85,7 @@ def statistics(station: CountedStation) -> dict[str, Any]:
         "queued_bytes": sum(connection.backlog for connection in connections),
         "held_bytes": sum(held.total for held in {listener.held for listener in station.listeners}),
         "samples_late": station.usage.budget.late,
+        "handles_abandoned": station.usage.abandoned_handles,
         "registered_ports": len(station.router.ports),
         "lost_frames": station.router.lost_frames,
         "requests_denied": station.router.denied,

@@ -131,6 +131,7 @@ def _local(count: int | None) -> Any:
         n_workers=count,
         threads_per_worker=1,
         dashboard_address=None,
+        scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # 8787 may be another sweep's
         silence_logs=logging.CRITICAL,
         env=dict(os.environ),  # as it is now; the process they fork from may be older
     )

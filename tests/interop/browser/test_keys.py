@@ -66,6 +66,12 @@ def ready(page: Any) -> None:
     )
 
 
+DRAWN = """() => new Promise((drawn) => {
+  requestAnimationFrame(() => requestAnimationFrame(drawn));
+})"""
+"""Wait until the page has drawn what it knows."""
+
+
 def press(page: Any, key: str) -> None:
     """A key that belongs to the page: no field has the focus."""
     page.evaluate("document.activeElement?.blur()")
@@ -221,6 +227,7 @@ def test_keys_of_the_scope(shown: Any, until: Any) -> None:
     def places_a_cursor() -> bool:
         """Press the key; before the first samples are drawn it does nothing."""
         press(page, "ArrowLeft")
+        page.evaluate(DRAWN)
         return cursor() > 0
 
     until(places_a_cursor)
