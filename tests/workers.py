@@ -26,6 +26,9 @@ import pytest
 GROWTH_KB = 400_000
 """Memory that a worker may add to that of the process it was forked from, kB."""
 
+SEARCHES = 2
+"""Searches of all objects after which a worker keeps those that are left out of further ones."""
+
 HANG_S = 900.0
 """Time without a report after which a worker is killed, s: the guard of the whole run."""
 
@@ -70,6 +73,11 @@ def batches(items: list[pytest.Item]) -> deque[list[int]]:
     return deque(files[path] for path in sorted(files, key=lambda path: order.get(path, last)))
 
 
+def full_searches() -> int:
+    """Return how often Python has searched all objects for garbage."""
+    return int(gc.get_stats()[-1]["collections"])
+
+
 class Child:
     """The worker's side: runs batches, sends reports."""
 
@@ -89,7 +97,12 @@ class Child:
             capture.suspend_global_capture()
         limit = resident_kb() + GROWTH_KB
         batch: list[int] | None = self.connection.recv()
+        searches = full_searches()
         while batch:
+            if full_searches() > searches + SEARCHES:
+                gc.collect()
+                gc.freeze()  # parsed libraries and the like stay until the worker ends
+                searches = full_searches()
             following = None
             for index, after in zip(batch, [*batch[1:], -1], strict=True):
                 if after < 0:
