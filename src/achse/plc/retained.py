@@ -35,7 +35,7 @@ IMAGES = (Area.INPUT, Area.OUTPUT, Area.FLAG)
 
 
 class Lead(NamedTuple):
-    """Where a pointer leads."""
+    """Target of a pointer."""
 
     at: int
     """The offset of the pointer in the variable that it is in."""
@@ -91,7 +91,7 @@ class _Row(NamedTuple):
 
 
 class _Target(NamedTuple):
-    """What a pointer may lead to: a variable, or an image as a whole."""
+    """Possible target of a pointer: a variable, or a whole image."""
 
     address: int
     size: int
@@ -105,7 +105,7 @@ class RetainedLayout:
 
     rows: Sequence[_Row]
     targets: Sequence[_Target]
-    """By address; empty without pointers."""
+    """Targets by address; empty without pointers."""
     size: int
     """Bytes of an image."""
     spans: Mapping[Area, Sequence[tuple[int, int]]]

@@ -57,7 +57,7 @@ _RELEASE_ID = 0x8000_0000
 
 
 class ClientPorts(Protocol):
-    """What forwarding needs of the router."""
+    """The part of the router that forwarding uses."""
 
     net_id: NetId
 
@@ -84,7 +84,7 @@ class ForwardedClient:
 
     def __init__(self, client: Endpoint, source: bytes, alias: bytes, registered: bool) -> None:
         self.client = client
-        """Where its answers go: a connection, or an endpoint in this process."""
+        """Destination of its answers: a connection, or an endpoint in this process."""
         self.source = source
         """Its AMS address, as it gives it."""
         self.alias = alias
@@ -92,7 +92,7 @@ class ForwardedClient:
         self.registered = registered
         """True if the router has given it its port: the session ends with the port."""
         self.resources: dict[Resource, int] = {}
-        """What it holds, and how many times it fetched the same."""
+        """Resources of the client, with the number of requests for each."""
         self.pending = 0
         """Requests without an answer."""
         self.releasing = 0
@@ -140,7 +140,7 @@ class _Pending:
 
 
 class Forwarding:
-    """What goes over one connection on behalf of others, and back.
+    """Requests of many clients over one connection, and their answers.
 
     `send` sends a request of the router itself. `later` calls back after a second: releases that
     are unanswered by then are not waited for, and late samples of a client that is gone have come.
@@ -162,9 +162,9 @@ class Forwarding:
         """All sessions for which something may come."""
         self._idle: dict[ForwardedClient, None] = {}
         self._pending: dict[tuple[bytes, bytes, int], deque[_Pending]] = {}
-        """By alias, target and invoke id."""
+        """Pending requests by alias, target and invoke id."""
         self._subscribers: dict[Resource, ForwardedClient] = {}
-        """Who holds each subscription."""
+        """Client of each subscription."""
         self._to_release: deque[tuple[ForwardedClient, Resource]] = deque()
         self._releases: dict[tuple[bytes, bytes, int], ForwardedClient] = {}
         """Releases that were sent, as `_pending`."""
@@ -247,7 +247,7 @@ class Forwarding:
         return session
 
     def _is_free(self, address: bytes, client: Endpoint) -> bool:
-        """True if `client` may use `address` at the targets: nobody else does."""
+        """True if `client` may use `address` at the targets: no other client does."""
         local = self._router.local_endpoint(address)
         return address not in self._by_alias and (local is None or local is client)
 

@@ -67,11 +67,11 @@ class ResourceAction(NamedTuple):
     handle: int | None = None
     """None: fetches one."""
     position: int = 0
-    """Where the handle is in the data of the request."""
+    """Offset of the handle in the data of the request."""
 
 
 class ResourceChange(NamedTuple):
-    """What a request changes in the resources of its client, once the target has answered."""
+    """Change of a client's resources by a request that the target has answered."""
 
     target: bytes
     actions: tuple[ResourceAction, ...]

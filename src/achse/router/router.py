@@ -132,7 +132,7 @@ class Router:
             listener(address)
 
     def local_endpoint(self, address: bytes) -> Endpoint | None:
-        """Who is at a local port, by its address; None if nobody is."""
+        """Return the endpoint at a local port, by its address; None if the port is free."""
         return self._local.get(address)
 
     def local_aliases(self, address: bytes) -> tuple[bytes, ...]:

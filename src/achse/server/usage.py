@@ -39,7 +39,7 @@ class Usage:
         """All handles, abandoned ones among them."""
         self.abandoned_handles = 0
         self.abandoned: OrderedDict[AbandonedHandles, None] = OrderedDict()
-        """By the end of their connection, the oldest first."""
+        """Owners of abandoned handles, those whose connection ended first at the front."""
         self.notifications = 0
         self.watched = 0
         """Bytes of one sample of every subscription."""

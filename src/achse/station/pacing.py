@@ -52,7 +52,7 @@ class Pace:
         self._speed = speed
         self._clock = clock if speed == 1 else None
         self._shifted = 0
-        """What stamps move by with the next tick."""
+        """Offset that stamps get with the next tick."""
         self._wall_per_tick = tick_ns / speed
         self.behind_ns = 0.0
         self.steps = [0] * (len(STEP_BOUNDS_NS) + 1)

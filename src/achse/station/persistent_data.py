@@ -44,7 +44,7 @@ class PersistentData:
         """Read the files; `port` is where the snapshot file is. Raises ConfigError."""
         self._values = PersistentValues()
         self._layout: PersistentLayout | None = None
-        """That of the station as it is now."""
+        """Layout of the station as it is now."""
         self._file: StateFile | None = None
         self._snapshots: Snapshots | None = None
         self._interval_s = config.system.persistent_data_interval / 1e9
@@ -111,7 +111,7 @@ class PersistentData:
         return PersistentImage(self._layout, self._layout.image(nc, plcs), time_ns)
 
     def save(self, nc: Nc | None, plcs: Mapping[int, PlcRuntime], time_ns: int) -> bool:
-        """Keep what is left of axes and PLCs now; False if it cannot be written, which is told.
+        """Keep what is left of axes and PLCs now; False if it cannot be written, which is logged.
 
         A file that cannot be written leaves a snapshot: that needs no further place on the disk.
         """

@@ -27,12 +27,12 @@ __all__ = [
 ]
 
 _FARTHEST = 1e15
-"""Beyond, positions are no longer exact."""
+"""Largest position that is exact."""
 
 
 @dataclass(frozen=True, slots=True)
 class PersistentValues:
-    """What is kept: of axes by their ids, of PLCs by port and variable."""
+    """Retained data: of axes by id, of PLCs by port and variable."""
 
     axes: Mapping[int, Remains] = field(default_factory=dict)
     plcs: Mapping[int, Mapping[str, KeptVariable]] = field(default_factory=dict)
@@ -40,14 +40,14 @@ class PersistentValues:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PersistentLayout:
-    """What the bytes of an image are."""
+    """Layout of the bytes of an image."""
 
     axes: Sequence[tuple[int, int]]
     """Ids and how many encoders they have; each axis is so many zeros, position, homed flag."""
     plcs: Mapping[int, RetainedLayout]
-    """By port, behind the axes."""
+    """Layouts of PLCs by port, behind the axes."""
     absent: PersistentValues
-    """Of PLCs that the station does not have now. They are in each image, unchanged."""
+    """Data of PLCs that the station does not have now. Each image has them, unchanged."""
 
     @classmethod
     def of(

@@ -27,7 +27,7 @@ _BLOCK = 4096
 
 
 class FilePort(Protocol):
-    """What a snapshot file needs of a file system. Each method raises OSError."""
+    """The part of a file system that a snapshot file uses. Each method raises OSError."""
 
     def read(self, path: Path) -> bytes | None:
         """Return the content, None if there is no file."""
@@ -97,7 +97,7 @@ class Snapshot(NamedTuple):
     """A copy of data at one moment."""
 
     layout: bytes
-    """What the bytes of the content mean."""
+    """Layout of the content."""
     content: bytes
     time_ns: int
     """Station time."""
@@ -112,9 +112,9 @@ class SnapshotFile:
         self._begun: tuple[bytes, int] | None = None
         """Layout and length of the content in the file that this object has begun."""
         self._digest = b""
-        """That of its header."""
+        """Digest of the header."""
         self._number = 0
-        """That of the last snapshot."""
+        """Number of the last snapshot."""
 
     def read(self) -> tuple[Snapshot, bool] | None:
         """Return the newest whole snapshot, and True if a newer one is torn; None without a file.

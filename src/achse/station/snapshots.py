@@ -45,10 +45,10 @@ class Snapshots:
         self._written: PersistentImage | None = None
         """The image that the file has, or another file that is newer."""
         self._saves = 0
-        """How often another file was written: images from before are out of date."""
+        """Count of saves to the other file: images from before a save are out of date."""
         self._encoded: tuple[PersistentLayout, bytes] | None = None
         self._fails = self._is_slow = False
-        """What was reported, and goes on."""
+        """Trouble that was reported and goes on."""
 
     def begin_with(self, image: PersistentImage) -> None:
         """Take an image as written: it is what the files at the start led to.

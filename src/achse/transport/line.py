@@ -1,4 +1,4 @@
-"""What a peer needs of its surroundings: a line that carries bytes, and calls at a time.
+"""The surroundings of a peer: a line that carries bytes, and calls at a time.
 
 An asyncio transport is a `Line`, and its loop is `Turns`; tests and other roads have their own.
 """
@@ -10,7 +10,7 @@ __all__ = ["Line", "Timer", "Turns"]
 
 
 class Line(Protocol):
-    """What carries bytes to a peer, in order."""
+    """Carrier of bytes to a peer, in order."""
 
     def write(self, data: bytes, /) -> None:
         """Send `data`, or keep it until the peer takes it."""
@@ -44,7 +44,7 @@ class Timer(Protocol):
 
 
 class Turns(Protocol):
-    """Who calls back: at the end of this turn, or at a time in seconds."""
+    """Source of calls: at the end of this turn, or at a time in seconds."""
 
     def time(self) -> float: ...
 

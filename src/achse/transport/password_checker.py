@@ -39,7 +39,7 @@ class PasswordChecker(Generic[T]):
 
     `check(user, password)` runs in a thread and always answers the same; `decide(request, host,
     right)` is awaited in the loop then. A fault of one request is logged and ends nothing. A
-    password that is known to be wrong is decided at once, and counts for nobody as a guess.
+    password that is known to be wrong is decided at once, and does not count as a guess.
     """
 
     def __init__(

@@ -55,7 +55,7 @@ class PasswordQueue(Generic[T]):
         self._hosts: OrderedDict[str, _Host] = OrderedDict()
         self._next_stranger = -math.inf
         self._newest_next = False
-        """Whether the next turn of strangers is that of the last one to come."""
+        """True if the next turn of strangers is that of the newest."""
 
     def __len__(self) -> int:
         return len(self._waiting)

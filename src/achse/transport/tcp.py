@@ -83,7 +83,7 @@ class TcpListener:
         self.connections: set[Peer] = set()
         self.loop: asyncio.AbstractEventLoop
         self._server: asyncio.Server | None = None
-        """What the listening sockets are bound by."""
+        """Server of the listening sockets."""
         self._acceptor: Acceptor | None = None
         self._refusals = RefusedConnections()
         self._full: set[str] = set()

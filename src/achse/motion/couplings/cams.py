@@ -119,7 +119,7 @@ def _values(
 
 
 def _part(rows: NcRows, layer: CamFields, master: float) -> float:
-    """What a layer adds to the slave at a master position; the layer stays as it is."""
+    """Return what a layer adds to the slave at a master position; the layer is unchanged."""
     position = _cam_position(layer, master)
     value = _values(rows, layer.cam, layer.once, layer.base_cycle, layer.near, position)[0]
     return layer.slave_reference + layer.slave_offset + layer.slave_scaling * value

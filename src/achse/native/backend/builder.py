@@ -102,7 +102,7 @@ class FunctionBuilder(Instructions):
 
     @property
     def guard(self) -> FrameGuard | None:
-        """What checks the frame before it is there; None if `descend` alone does."""
+        """Check of the frame before it exists; None if `descend` alone checks."""
         if not self._deep or self.frame_bound <= UNCHECKED:
             return None
         function = self.function

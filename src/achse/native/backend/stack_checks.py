@@ -81,12 +81,12 @@ class FrameGuard:
     """Checks the frame of a function before its body is called."""
 
     symbol: str
-    """Of the function."""
+    """Name of the function."""
     signature: FunctionSignature
     bound: int
     """Bytes that the frame has at most."""
     fault: int
-    """What the function leaves with if there is no room."""
+    """Code that the function returns if the stack has no room."""
 
     @property
     def body(self) -> str:
