@@ -98,7 +98,7 @@ def second_host(free_host: Callable[[], str]) -> Iterator[str]:
 
 @pytest.fixture
 def run_vendor_test(
-    built: Path, vendor_station: Any, second_host: str
+    built: Path, vendor_station: Any, second_host: str, tmp_path: Path
 ) -> Callable[[str, str], "subprocess.CompletedProcess[str]"]:
     """`run_vendor_test("AdsLibTest", "testAdsTimeout")` runs one test of a suite."""
     address = vendor_station.host
@@ -115,6 +115,7 @@ def run_vendor_test(
         places = {"ADS_SERVER": address, "ADS_SECOND": second_host}
         return subprocess.run(
             commands[suite](test),
+            cwd=tmp_path,  # the tool's suite writes a log where it runs
             env=os.environ | places | {"BHF_CI_ADS_RETRY_LIMIT": "600"},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
