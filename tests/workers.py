@@ -263,13 +263,13 @@ class Runner:
 
 
 def number_of_workers(text: str) -> int:
-    """Convert the option: a number, or `auto` for two more than this process has processors."""
+    """Convert the option: a number, or `auto` for one more than this process has processors."""
     if text != "auto":
         return int(text)
     processors = (
         len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     )
-    return processors + 2  # a quarter of the time of tests is waiting for programs
+    return processors + 1  # some tests wait for programs
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -284,7 +284,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         type=number_of_workers,
         default=0,
         metavar="N",
-        help="run the tests in N forked processes (auto: two more than processors)",
+        help="run the tests in N forked processes (auto: one more than processors)",
     )
 
 
