@@ -14,6 +14,7 @@ from achse.ams import AmsAddress, Command, Flags, Frame, NetId
 from achse.codes import AlState
 from achse.devices.io import AttachedBuses, ServedBus, default_net_id
 from achse.ethercat.master import BusConfiguration, Master
+from achse.ethercat.master.events import BusEventKind
 from achse.ethercat.master.scanning import scan_bus
 from achse.router import Router
 from achse.station.bus_link import BusLink, do_steps
@@ -85,6 +86,8 @@ def main() -> None:
     master.request(AlState.PREOP)
     while master.slaves[0].state != AlState.PREOP:
         client.run()
+        if any(event.kind is BusEventKind.STATE_FAILED for event in master.take_events()):
+            master.request(AlState.PREOP)  # a reply came after its 20 ms: the machine is busy
     entries = json.loads(Path(file).read_text())
     print(json.dumps([[*entry, client.value(*entry)] for entry in entries]))
     link.close()
