@@ -6,7 +6,7 @@ of aliases and 100,000 brackets in a station.toml ended in tracebacks.
 
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
@@ -33,6 +33,17 @@ from achse.station.state_file import StateFile
 DEPTHS = st.one_of(st.integers(1, 40), st.sampled_from([63, 64, 65, 99, 101, 700, 2000]))
 VERY_DEEP = st.one_of(DEPTHS, st.just(100_000))
 Pairs = list[tuple[str, str]]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def limit_of_recursion() -> Iterator[None]:
+    """The limit of a new process, whatever PLCs of other tests need; these tests leave it alone."""
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(1000)
+    yield
+    after = sys.getrecursionlimit()
+    sys.setrecursionlimit(before)
+    assert after == 1000
 
 
 @st.composite
@@ -228,7 +239,3 @@ def test_faults_that_a_client_wants(text: str, field: str) -> None:
     for data in (text, f'{{"{field}": {text}}}', f'{{"kind": "no_answer", "{field}": {text}}}'):
         answer = built.service.read_write(FAULTS, 0, 1 << 16, data.encode())
         assert json.loads(answer).keys() <= {"error", "number"}
-
-
-def test_the_limit_of_recursion_is_as_it_was() -> None:
-    assert sys.getrecursionlimit() == 1000
