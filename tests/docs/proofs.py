@@ -208,7 +208,7 @@ elsewhere(
     f"{QUEUE}::test_a_newcomer_is_checked_within_two_turns_whatever_crowd_of_guessers_waits",
 )
 elsewhere(
-    "A password that was wrong once is not checked again, and counts for nobody as a guess.",
+    "A password that was wrong once is not checked again, and does not count as a guess.",
     "tests/transport/test_password_checker.py::test_a_password_that_was_wrong_is_not_checked_again",
 )
 elsewhere(

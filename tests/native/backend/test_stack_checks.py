@@ -27,7 +27,8 @@ from achse.native.backend import (
     compile_module,
 )
 from achse.native.backend.stack_checks import UNCHECKED
-from achse.native.backend.thread_stack import reserve_of, start_with_stack
+from achse.native.backend.thread_stack import reserve_of
+from tests.native.backend.stacks import in_thread
 
 T = TypeVar("T")
 KB = 1 << 10
@@ -126,18 +127,6 @@ def _body(
     body.begin(end)
     body.return_(*[zero] * len(body.function.signature.results))
     assert given_ is not None
-
-
-def in_thread(size: int, work: Callable[[], T]) -> T:
-    """What `work` returns in a thread with a stack of so many bytes.
-
-    The C library may give it the stack of a thread that ended, which may be four times as large.
-    """
-    results: list[T] = []
-    thread = threading.Thread(target=lambda: results.append(work()))
-    start_with_stack(thread, size)
-    thread.join()
-    return results[0]
 
 
 def outcome(run: Callable[[int], int], n: int) -> int | str:

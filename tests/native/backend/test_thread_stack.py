@@ -18,8 +18,8 @@ from achse.native.backend.thread_stack import (
     StackLimit,
     bounds_of_this_thread,
     reserve_of,
-    start_with_stack,
 )
+from tests.native.backend.stacks import in_thread
 
 T = TypeVar("T")
 KB = 1 << 10
@@ -35,15 +35,6 @@ def pointer() -> Callable[[], int]:
     content = compile_module(module, Effort.FAST)
     found: Callable[[], int] = MachineCode(content, module.interface).function("here")
     return found
-
-
-def in_thread(size: int, work: Callable[[], T]) -> T:
-    """What `work` returns in a thread with a stack of so many bytes."""
-    results: list[T] = []
-    thread = threading.Thread(target=lambda: results.append(work()))
-    start_with_stack(thread, size)
-    thread.join()
-    return results[0]
 
 
 def test_bounds_hold_the_stack_pointer_of_the_main_thread() -> None:

@@ -1,7 +1,5 @@
 """Recursion of any shape on stacks of any size: as plain code, or STACK_OVERFLOW, never a crash."""
 
-import threading
-from collections.abc import Callable
 from typing import NamedTuple, TypeVar
 
 import pytest
@@ -9,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.native.backend import compiler_installed
-from achse.native.backend.thread_stack import start_with_stack
 from achse.plc.code.execution import CodeForm
+from tests.native.backend.stacks import in_thread
 from tests.plc.code.conftest import Ran
 
 pytestmark = pytest.mark.skipif(not compiler_installed(), reason="llvmlite is not installed")
@@ -140,15 +138,6 @@ def program(links: list[Link]) -> str:
         )
         + ";\ncaught := GVL.caught;\nEND_PROGRAM"
     )
-
-
-def in_thread(size: int, work: Callable[[], T]) -> T:
-    """What `work` returns in a thread with a stack of so many bytes."""
-    results: list[T] = []
-    thread = threading.Thread(target=lambda: results.append(work()))
-    start_with_stack(thread, size)
-    thread.join()
-    return results[0]
 
 
 def outcome(ran: Ran, depth: int) -> tuple[int, int] | str:
