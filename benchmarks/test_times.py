@@ -2,7 +2,8 @@
 
 Runs the tests that are named, or all. The time of a test is that of its process, of the processes
 that it started and of those that still run (Linux). With --write it says in
-tests/data/slow_files.txt which files are slow: `pytest -m quick` leaves them out.
+tests/data/slow_files.txt which files are slow, and their seconds: `pytest -m quick` leaves them
+out, and workers start with the dearest.
 Usage: python benchmarks/test_times.py [--write] [PYTEST ARGUMENTS]
 """
 
@@ -17,7 +18,7 @@ from typing import Any
 import pytest
 
 SLOW = Path(__file__).parents[1] / "tests" / "data" / "slow_files.txt"
-LIMIT_S = 0.2
+LIMIT_S = 0.15
 """Seconds of processor time that all tests of a quick file take together."""
 
 DEAREST = 20
@@ -92,6 +93,16 @@ class Sums:
         return sums
 
 
+def known() -> dict[str, float]:
+    """Return the slow files that are written down, with their seconds."""
+    pairs = map(str.split, SLOW.read_text(encoding="utf-8").splitlines())
+    return {name: float(seconds) for name, seconds in pairs}
+
+
+def _short(seconds: float) -> str:
+    return f"{seconds:.2g}" if seconds < 10 else f"{seconds:.0f}"
+
+
 def _lines(sums: Iterable[tuple[str, float]]) -> str:
     return "\n".join(f"{seconds:8.2f} s  {name}" for name, seconds in sums)
 
@@ -102,11 +113,11 @@ def main(arguments: list[str]) -> int:
     sums = Sums()
     code = pytest.main(["-q", "-m", "", "-p", "test_times", *arguments], plugins=[sums])
     files = sums.by(0)
-    before = set(SLOW.read_text(encoding="utf-8").split()) if SLOW.exists() else set()
-    slow = before.difference(files)
-    slow.update(name for name, seconds in files.items() if seconds > LIMIT_S)
+    slow = {name: cpu for name, cpu in known().items() if name not in files}
+    slow.update((name, seconds) for name, seconds in files.items() if seconds > LIMIT_S)
     if write:
-        SLOW.write_text("".join(f"{name}\n" for name in sorted(slow)), encoding="utf-8")
+        lines = (f"{name} {_short(cpu)}\n" for name, cpu in sorted(slow.items()))
+        SLOW.write_text("".join(lines), encoding="utf-8")
     print(f"processor time by folder, {files.total():.2f} s in all:")
     print(_lines(sums.by(2).most_common()))
     print(f"the {DEAREST} dearest tests:")

@@ -280,7 +280,7 @@ def refused() -> Callable[[int], AbstractContextManager[None]]:
 
 TESTS = Path(__file__).parent
 SLOW_FILES = frozenset(
-    line.split()[-1]
+    line.split()[0]
     for line in (TESTS / "data" / "slow_files.txt").read_text(encoding="utf-8").splitlines()
 )
 """What `-m quick` leaves out; benchmarks/test_times.py measures and writes it."""

@@ -35,8 +35,8 @@ HANG_S = 900.0
 LARGE = 2000
 """Tests from which on the kernels are compiled before the workers start."""
 
-FIRST = Path(__file__).parent / "data" / "slow_files.txt"
-"""Files in the order in which they start, the dearest first."""
+SLOW = Path(__file__).parent / "data" / "slow_files.txt"
+"""Slow files with their CPU seconds: the dearest starts first."""
 
 CPU = pytest.StashKey[dict[str, float]]()
 """CPU seconds of each test, its child processes included; for benchmarks/test_times.py."""
@@ -64,13 +64,12 @@ def batches(items: list[pytest.Item]) -> deque[list[int]]:
         files.setdefault(item.path, []).append(index)
     if items and items[0].config.option.shuffle is not None:
         return deque(files.values())
-    root = FIRST.parents[2]
-    order = {
-        root / line.split()[-1]: rank
-        for rank, line in enumerate(FIRST.read_text(encoding="utf-8").splitlines())
+    root = SLOW.parents[2]
+    seconds = {
+        root / name: float(cpu)
+        for name, cpu in map(str.split, SLOW.read_text(encoding="utf-8").splitlines())
     }
-    last = len(order)
-    return deque(files[path] for path in sorted(files, key=lambda path: order.get(path, last)))
+    return deque(files[path] for path in sorted(files, key=lambda path: -seconds.get(path, 0.0)))
 
 
 def full_searches() -> int:
