@@ -1,5 +1,6 @@
 """A fault says what it is, and refuses what its kind does not take."""
 
+import re
 from typing import Any
 
 import pytest
@@ -73,3 +74,24 @@ def test_every_nth_and_a_count() -> None:
 def test_times_are_finite(field: str, value: float) -> None:
     with pytest.raises(FaultError, match=f"{field}: expected 0..1000000000"):
         STATION_FAULTS.of({"kind": "delay", "by": 1.0, field: value})
+
+
+@pytest.mark.parametrize(
+    ("text", "seconds"), [("1s", 1.0), ("50ms", 0.05), ("250us", 0.00025), ("2", 2.0)]
+)
+def test_a_moment_has_a_unit_as_in_toml(text: str, seconds: float) -> None:
+    fault = STATION_FAULTS.of({"kind": "delay", "at": text, "lasting": text, "by": text})
+    assert fault.fields() == {"kind": "delay", "at": seconds, "lasting": seconds, "by": seconds}
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("soon", "lasting: expected seconds, or a text such as '2s', got 'soon'"),
+        ("-1s", "lasting: expected 0..1000000000, got -1.0"),
+        ("nan", "lasting: expected 0..1000000000, got nan"),
+    ],
+)
+def test_a_moment_that_cannot_be_is_refused(text: str, told: str) -> None:
+    with pytest.raises(FaultError, match=re.escape(told)):
+        STATION_FAULTS.of({"kind": "drop", "lasting": text})

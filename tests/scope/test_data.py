@@ -1,5 +1,6 @@
 """Recordings: numbers of Python and of NumPy, times, files by their endings."""
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -57,3 +58,10 @@ def test_tables_follow() -> None:
     data = recording()
     assert list(data.to_pandas().columns) == list(data)
     assert data.to_polars().columns == ["time", *data]
+
+
+@pytest.mark.parametrize("name", ["array", "time_array"])
+def test_arrays_without_numpy_name_the_extra(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    monkeypatch.setitem(sys.modules, "numpy", None)
+    with pytest.raises(ScopeError, match="needs the extra tables: pip install"):
+        getattr(recording()["level"], name)

@@ -40,6 +40,13 @@ def test_unknown(achse_station): pass
 @pytest.mark.achse_station(None, 'virtual', 'Y', 4)
 def test_more(achse_station): pass
 """,
+    "broken.py": """
+import pytest
+@pytest.mark.achse_station(config='nowhere/station.toml')
+def test_missing(achse_station): pass
+@pytest.mark.achse_station(config={'name': 3})
+def test_wrong(achse_station): pass
+""",
     "config/conftest.py": """
 import pytest
 @pytest.fixture
@@ -57,7 +64,7 @@ def test_two(achse_station):
 """,
     "fifteen.py": USERS_FILE,
 }
-ORDER = ("light.py", "axis.py", "marker.py", "config/ours.py", "fifteen.py")
+ORDER = ("light.py", "axis.py", "marker.py", "broken.py", "config/ours.py", "fifteen.py")
 """The first one runs before anything of achse is imported."""
 
 
@@ -120,3 +127,12 @@ def test_a_marker_takes_its_values_in_order_and_refuses_what_it_does_not_have(
     takes = "achse_station takes config, time, axis, host, tcp_port; got "
     assert f"{takes}tim" in report
     assert f"{takes}None, 'virtual', 'Y', 4" in report
+
+
+def test_a_configuration_that_cannot_be_read_is_one_sentence(
+    outcomes: Outcomes, report: str
+) -> None:
+    assert outcomes("broken.py") == {"test_missing": "ERROR", "test_wrong": "ERROR"}, report
+    told = re.findall(r"^achse_station: (.+)$", report, re.MULTILINE)
+    assert [line.partition(": ")[0] for line in told] == ["nowhere/station.toml", "config"], report
+    assert "live.py" not in report

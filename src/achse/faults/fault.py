@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Annotated, Any, Generic, TypeVar, get_args
 
-from pydantic import BaseModel, ConfigDict, PlainValidator, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, ValidationError
 
 from achse.iec.nearest import did_you_mean
 
@@ -78,8 +78,18 @@ def text(*choices: str) -> PlainValidator:
     return PlainValidator(check)
 
 
-Moment = Annotated[float, number(float, 0, LONGEST_S)]
-"""Seconds."""
+def _as_seconds(value: object) -> object:
+    """Convert a text such as `50ms`; leave what is a number."""
+    if not isinstance(value, str):
+        return value
+    try:
+        return seconds(value)
+    except ValueError:
+        raise ValueError(f"expected seconds, or a text such as '2s', got {value!r}") from None
+
+
+Moment = Annotated[float, number(float, 0, LONGEST_S), BeforeValidator(_as_seconds)]
+"""Seconds, or a text with a unit: `"1s"`, `"50ms"`."""
 
 
 class Fault(BaseModel):

@@ -10,6 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from achse.extras import needs_extra
 from achse.scope.channel import ScopeChannel
 from achse.scope.types import WORD, ScopeError, ScopeType
 
@@ -120,9 +121,11 @@ class ScopeTrack:
 
     @property
     def array(self) -> "numpy.ndarray[Any, Any]":
-        """The samples as a NumPy array of the channel's type, scaled ones as float64."""
-        import numpy
+        """The samples as a NumPy array of the channel's type, scaled ones as float64.
 
+        Raises ScopeError without NumPy.
+        """
+        numpy = _numpy()
         rows = numpy.frombuffer(self.block.rows, "<i8").reshape(-1, len(self.block.channels))
         column = numpy.ascontiguousarray(rows[: len(self), self.number])
         raw = column.view(self.type.array_code)[:: WORD // self.type.size].copy()
@@ -130,9 +133,11 @@ class ScopeTrack:
 
     @property
     def time_array(self) -> "numpy.ndarray[Any, Any]":
-        """Seconds since the first sample of the recording, as a NumPy array."""
-        import numpy
+        """Seconds since the first sample of the recording, as a NumPy array.
 
+        Raises ScopeError without NumPy.
+        """
+        numpy = _numpy()
         begin = self.block.begin_ns - self.first_ns
         steps = numpy.arange(len(self), dtype=numpy.int64) * self.step_ns
         seconds: numpy.ndarray[Any, Any] = (steps + begin) / 1e9
@@ -246,3 +251,12 @@ class ScopeData:
         from achse.scope.binary import read_scope
 
         return read_scope(Path(path))
+
+
+def _numpy() -> Any:
+    """Return the module; raise ScopeError, which names the extra, without it."""
+    try:
+        import numpy
+    except ImportError:
+        raise ScopeError(needs_extra("an array (numpy)", "tables")) from None
+    return numpy

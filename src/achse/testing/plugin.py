@@ -89,6 +89,7 @@ def achse_station(request: pytest.FixtureRequest, achse_config: Any) -> "Iterato
     `@pytest.mark.achse_station(time="virtual", config="station.toml")` says how it is to be. Its
     time is virtual unless said otherwise where the test has `achse_nc` or `achse_axis`.
     """
+    from achse.station import ConfigError
     from achse.testing.live import LiveStation
 
     settings: dict[str, Any] = {"config": achse_config}
@@ -96,8 +97,20 @@ def achse_station(request: pytest.FixtureRequest, achse_config: Any) -> "Iterato
         settings["time"] = "virtual"
     settings |= _marked(request)
     settings.pop("axis", None)
-    with LiveStation(settings.pop("config"), **settings) as station:
+    station = LiveStation(settings.pop("config"), **settings)
+    refusal = None
+    try:
+        station.start()
+    except ConfigError as failure:
+        refusal = str(failure)
+    except FileNotFoundError as failure:
+        refusal = f"{failure.filename}: expected a station.toml, found no file"
+    if refusal is not None:
+        pytest.fail(f"{MARKER}: {refusal}", pytrace=False)
+    try:
         yield station
+    finally:
+        station.stop()
 
 
 @pytest.fixture
