@@ -125,9 +125,9 @@ class ScopeTrack:
 
         Raises ScopeError without NumPy.
         """
-        numpy = _numpy()
-        rows = numpy.frombuffer(self.block.rows, "<i8").reshape(-1, len(self.block.channels))
-        column = numpy.ascontiguousarray(rows[: len(self), self.number])
+        np = _numpy()
+        rows = np.frombuffer(self.block.rows, "<i8").reshape(-1, len(self.block.channels))
+        column = np.ascontiguousarray(rows[: len(self), self.number])
         raw = column.view(self.type.array_code)[:: WORD // self.type.size].copy()
         return raw * self.channel.scale + self.channel.offset if self.channel.scaled else raw
 
@@ -137,9 +137,9 @@ class ScopeTrack:
 
         Raises ScopeError without NumPy.
         """
-        numpy = _numpy()
+        np = _numpy()
         begin = self.block.begin_ns - self.first_ns
-        steps = numpy.arange(len(self), dtype=numpy.int64) * self.step_ns
+        steps = np.arange(len(self), dtype=np.int64) * self.step_ns
         seconds: numpy.ndarray[Any, Any] = (steps + begin) / 1e9
         return seconds
 
