@@ -11,6 +11,8 @@ from achse.ams import DeviceError
 from achse.server import ClientLimits, Usage
 from achse.server.handles import HandleTable
 
+BEGIN_NS = 1_767_225_600_000_000_000
+
 
 class Connection:
     """A connection, as routers know it."""
@@ -22,7 +24,7 @@ class Connection:
 def make_tables(limits: ClientLimits, count: int) -> list[HandleTable[str]]:
     """Make handle tables of several devices that count together."""
     usage = Usage(limits)
-    tables: list[HandleTable[str]] = [HandleTable(limits) for _ in range(count)]
+    tables: list[HandleTable[str]] = [HandleTable(limits, lambda: BEGIN_NS) for _ in range(count)]
     for table in tables:
         table.usage = usage
     return tables
@@ -279,3 +281,54 @@ def test_abandoned_handles_end_alone_those_out_of_date_among_them() -> None:
     assert [code_of(table, number) for number in (own, *numbers)] == [0x711, 0x711, 0]
     table.end_abandoned()
     assert [code_of(table, number) for number in (own, *numbers)] == [0x711, 0x710, 0x710]
+
+
+@given(
+    begin_ns=st.integers(0, 2**63),
+    runs=st.lists(
+        st.tuples(
+            st.lists(st.integers(0, 10**12), min_size=1, max_size=60),
+            st.integers(10**6, 10**12),
+            st.sampled_from((bytes(8), b"another\0")),
+        ),
+        min_size=2,
+        max_size=6,
+    ),
+)
+def test_handle_from_before_a_restart_is_unknown(
+    begin_ns: int, runs: list[tuple[list[int], int, bytes]]
+) -> None:
+    """Runs of a station: times between requests, ns from the last one to the restart, client."""
+    now_ns = begin_ns
+
+    def clock() -> int:
+        return now_ns
+
+    old: set[int] = set()
+    for pauses_ns, until_restart_ns, client in runs:
+        table: HandleTable[str] = HandleTable(ClientLimits(), clock)
+        own = set()
+        for pause_ns in pauses_ns:
+            now_ns += pause_ns
+            if now_ns - begin_ns > 19 * 3600 * 10**9:
+                return
+            own.add(add(table, client, None))
+        assert 0 not in own
+        assert {code_of(table, number) for number in own} == {0}
+        assert {code_of(table, number) for number in old} <= {0x710}
+        old |= own
+        now_ns += until_restart_ns
+
+
+@given(now_ns=st.integers(0, 2**63), count=st.integers(1, 5))
+def test_handles_are_equal_in_equal_runs(now_ns: int, count: int) -> None:
+    first, second = (HandleTable[str](ClientLimits(), lambda: now_ns) for _ in range(2))
+    for _ in range(count):
+        assert add(first, b"client", None) == add(second, b"client", None)
+
+
+@pytest.mark.parametrize("at", [0, 0xFFFF_FFFF])
+def test_numbers_of_handles_leave_out_zero(at: int) -> None:
+    table: HandleTable[str] = HandleTable(ClientLimits(), lambda: at << 14)
+    numbers = [add(table, b"client", None) for _ in range(3)]
+    assert numbers == ([1, 2, 3] if not at else [at, 1, 2])

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from achse.ams import Command, Frame
+from achse.ams import Command, DeviceError, Frame
 from achse.ams.commands import AddNotificationRequest
 from achse.ams.filetime import from_unix_ns
 from achse.ams.notification import NotificationStream
@@ -325,3 +325,19 @@ def test_virtual_time_has_the_same_stamps_each_run(tmp_path: Path) -> None:
         assert station.clock() == DEFAULT_EPOCH_NS + SECOND
         assert station.statistics()["stamp_lag"] == 0.0
     assert stations[0].digest() == stations[1].digest()
+
+
+def test_value_handle_from_before_a_restart_reaches_no_other_symbol(tmp_path: Path) -> None:
+    """Both runs request their first handle; the second one begins a second later."""
+
+    def first_handle(live: Live, name: bytes) -> int:
+        return int.from_bytes(live.device(PLC).read_write(0xF003, 0, 4, name), "little")
+
+    run = Live(tmp_path)
+    old = first_handle(run, b"MAIN.n")
+    again = Live(tmp_path)
+    again.station.clock.shift(SECOND)
+    new = first_handle(again, b"MAIN.n")
+    assert again.device(PLC).read(0xF005, new, 4) == bytes(4)
+    with pytest.raises(DeviceError, match="0x710"):
+        again.device(PLC).read(0xF005, old, 4)

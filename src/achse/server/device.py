@@ -125,7 +125,9 @@ class Device:
         self.error_count = 0
         """Of these, those that were answered with an error."""
         self.addresses: list[AmsAddress] = []
-        self.symbols = None if symbols is None else SymbolServices(symbols, self.limits, self._way)
+        self.symbols = (
+            None if symbols is None else SymbolServices(symbols, self.limits, clock, self._way)
+        )
         single = ServiceTable(
             (
                 *groups,

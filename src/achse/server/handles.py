@@ -4,7 +4,7 @@ Source: 000 §5.3.2, 002 §6.3, 003. Handles outlive the connection that request
 script of the vendor's command line tool requests a handle in one process and uses it in the next.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Generic, TypeVar
 
 from achse.ams import DeviceError, Endpoint
@@ -17,8 +17,12 @@ __all__ = ["Handle", "HandleOwner", "HandleTable"]
 
 Symbol = TypeVar("Symbol")
 
-_FIRST_NUMBER = 0x1B80_0001
-"""Handles are opaque; this start only keeps them apart from notification handles in a log."""
+_TIME_SHIFT = 14
+"""Bits of the station's time (ns) below the first number, which so rises by 61,035 a second.
+
+That is more than clients request on average, so a later table begins beyond the numbers of an
+earlier one; after 19.5 h the numbers come again.
+"""
 
 _ENDED_AT_ONCE = 10_000
 """Abandoned handles that end in one go at most."""
@@ -61,9 +65,12 @@ class HandleTable(Generic[Symbol]):
     ends. Then it is abandoned: it stays valid, but is the first to end when a limit is reached.
     A client may release its own handles and abandoned ones. After a change of the symbol table the
     old handles answer 0x711 until released; an unknown handle answers 0x710, its release 0x711.
+
+    The first number comes from `clock`, the station's time, unix ns: a handle from before a restart
+    is unknown after it.
     """
 
-    def __init__(self, limits: ClientLimits) -> None:
+    def __init__(self, limits: ClientLimits, clock: Callable[[], int]) -> None:
         self.limits = limits
         self.usage = Usage(limits)
         self.refused = 0
@@ -75,7 +82,9 @@ class HandleTable(Generic[Symbol]):
         """Owners of the handles that are out of date, by number."""
         self._owners: dict[bytes, dict[Endpoint | None, HandleOwner]] = {}
         self._clients_by_way: dict[Endpoint, set[bytes]] = {}
-        self._next = _FIRST_NUMBER
+        self._clock = clock
+        self._next = 0
+        """Number to try for the next handle; 0 before the first one."""
 
     def __len__(self) -> int:
         """All handles: valid, out of date and abandoned ones."""
@@ -99,7 +108,7 @@ class HandleTable(Generic[Symbol]):
     def add(self, symbol: Symbol, read: Reader, client: bytes, way: Endpoint | None) -> int:
         """Return a new handle that counts for `client`; raises DeviceError 0x716 at a limit."""
         self._make_room(client)
-        number = self._next
+        number = self._next or _number_at(self._clock())
         while number in self._valid or number in self._stale:
             number = _following(number)
         self._next = _following(number)
@@ -221,6 +230,11 @@ class HandleTable(Generic[Symbol]):
         self._stale.clear()
         self._owners.clear()
         self._clients_by_way.clear()
+
+
+def _number_at(unix_ns: int) -> int:
+    """Return the number with which the handles of a table begin that is first used at `unix_ns`."""
+    return unix_ns >> _TIME_SHIFT & 0xFFFF_FFFF or 1
 
 
 def _following(number: int) -> int:

@@ -129,17 +129,19 @@ def _refuse_method() -> bytes:
 class SymbolServices:
     """The symbol services of one device; `handles` are those that its clients requested.
 
-    `way()` is the connection of the request that is being answered.
+    `clock()` is the station's time, unix ns; `way()` the connection of the request that is being
+    answered.
     """
 
     def __init__(
         self,
         source: SymbolSource,
         limits: ClientLimits,
+        clock: Callable[[], int],
         way: Callable[[], Endpoint | None] = lambda: None,
     ) -> None:
         self.source = source
-        self.handles: HandleTable[ResolvedSymbol] = HandleTable(limits)
+        self.handles: HandleTable[ResolvedSymbol] = HandleTable(limits, clock)
         self._handles = self.handles.valid
         self._way = way
 
