@@ -3,6 +3,7 @@
 import asyncio
 import fcntl
 import os
+import threading
 from typing import Any
 
 import pytest
@@ -10,7 +11,8 @@ import pytest
 from achse.ams import AmsAddress, Command, ConnectionLost, Frame
 from achse.ams.commands import DataResponse, ReadRequest
 from achse.client import blocking, connect
-from achse.client.serial_link import OUR_NET_ID, SerialDialer
+from achse.client.link import LinkUser
+from achse.client.serial_link import OUR_NET_ID, SerialDialer, SerialLink
 from achse.transport.serial import SerialCarrier
 from achse.transport.serial_port import SerialPort, open_serial_port
 from tests.transport.lines import cable
@@ -54,15 +56,57 @@ async def test_it_says_who_it_is_and_asks_the_loopback_net_id() -> None:
         transport.abort()
 
 
-async def test_closed_client_leaves_the_port_to_others() -> None:
-    """The loop of the blocking form ends at once."""
+class KnownLink(SerialDialer):
+    """Keeps the link that it has opened."""
+
+    async def open(self, user: LinkUser) -> SerialLink:
+        self.link = await super().open(user)
+        return self.link
+
+
+async def test_close_waits_until_the_port_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The port is closed in a thread, which here waits until the client had a hundred turns."""
+    begun, may_close = threading.Event(), threading.Event()
+    with cable() as line:
+        dialer = KnownLink(SerialPort(line.right, BAUD))
+        client = await connect(dialer, watch_symbols=False)
+        transport = dialer.link._transport
+        assert transport is not None
+        port = transport.get_extra_info("serial")
+        close = port.close
+
+        def slow_close() -> None:
+            begun.set()
+            may_close.wait()
+            close()
+
+        monkeypatch.setattr(port, "close", slow_close)
+        closing = asyncio.ensure_future(client.close())
+        try:
+            await asyncio.to_thread(begun.wait)
+            for _ in range(100):
+                await asyncio.sleep(0)
+            assert not closing.done()
+        finally:
+            may_close.set()
+            await closing
+        take_alone(line.right)
+
+
+async def test_closed_blocking_client_leaves_the_port_to_others() -> None:
     with cable() as line:
         host = f"serial:{line.right}?baud={BAUD}"
-        for _ in range(5):
-            await asyncio.to_thread(lambda: blocking.connect(host, watch_symbols=False).close())
-            port = os.open(line.right, os.O_RDWR | os.O_NOCTTY)
-            fcntl.flock(port, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            os.close(port)
+        await asyncio.to_thread(lambda: blocking.connect(host, watch_symbols=False).close())
+        take_alone(line.right)
+
+
+def take_alone(device: str) -> None:
+    """Open a serial port for this program alone; raises OSError if another one has it."""
+    port = os.open(device, os.O_RDWR | os.O_NOCTTY)
+    try:
+        fcntl.flock(port, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    finally:
+        os.close(port)
 
 
 async def test_reads_of_memory_go_in_pieces_and_others_do_not() -> None:
