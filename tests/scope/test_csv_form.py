@@ -1,6 +1,13 @@
 """The vendor's text form: header, metadata in their order, columns, blanks at the end."""
 
+import csv
+from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from achse.scope.csv_form import csv_text, write_csv
 from achse.scope.data import ScopeBlock, ScopeData
@@ -67,3 +74,56 @@ def test_a_channel_without_samples_has_no_column() -> None:
     text = csv_text(ScopeData("a", (whole.blocks[0], none)))
     assert "level" not in text
     assert csv_text(ScopeData("a", ())).endswith("EOF\n")
+
+
+TEXTS = st.one_of(
+    st.text(st.sampled_from("=+-@\t\r\n ,;|\"'a1.e\uff1d\uff0b\uff0d\uff20\xa0"), max_size=8),
+    st.text(st.characters(exclude_categories=["Cs"]), max_size=8),
+)
+SIGNS = ("=", "+", "-", "@", "\uff1d", "\uff0b", "\uff0d", "\uff20", "\t", "\r")
+
+
+def is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+@given(texts=st.tuples(*[TEXTS] * 6), separator=st.sampled_from("\t,;|"), quoted=st.booleans())
+def test_cells_are_no_formulas_whatever_names_and_units_are(
+    texts: tuple[str, ...], separator: str, quoted: bool
+) -> None:
+    """As spreadsheets read them: with each separator, quotes dropped or not."""
+    name, file, channel_name, symbol, comment, unit = texts
+    whole = recording()
+    block = whole.blocks[1]
+    channel = replace(
+        block.channels[0], name=channel_name, symbol=symbol, comment=comment, unit=unit
+    )
+    data = replace(whole, name=name, blocks=(whole.blocks[0], replace(block, channels=(channel,))))
+    text = csv_text(data, file)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "a.csv"
+        write_csv(data, path)
+        assert path.read_text("utf-8").split("\n")[6:] == text.split("\n")[6:]
+    heads = text.split("\n")[: 6 + len(KEYS)]
+    assert [line.split("\t")[0] for line in heads[6:]] == KEYS
+    style = csv.QUOTE_MINIMAL if quoted else csv.QUOTE_NONE
+    for line in heads:
+        for [cell] in (
+            [each] for row in csv.reader([line], delimiter=separator, quoting=style) for each in row
+        ):
+            start = cell.strip()
+            in_numbers = all(map(is_number, filter(None, start.split("\t"))))
+            assert in_numbers or not start.startswith(SIGNS), line
+
+
+@pytest.mark.parametrize("text", ["-1.5", "+2", "-1e-3", "3.", "-.5", "1E+6", "a-b", "m/s", "'=1"])
+def test_numbers_and_harmless_texts_stay(text: str) -> None:
+    whole = recording()
+    channel = replace(whole.blocks[1].channels[0], name=text, unit=text)
+    blocks = (whole.blocks[0], replace(whole.blocks[1], channels=(channel,)))
+    lines = csv_text(replace(whole, blocks=blocks)).split("\n")[6:]
+    assert [lines[KEYS.index(key)].split("\t")[14] for key in ("Name", "Unit")] == [text, text]

@@ -227,7 +227,7 @@ async def test_only_recordings_are_loaded_and_exported(shown: Shows, name: str) 
 
 async def test_names_of_channels_are_not_formulas_in_an_export(shown: Shows) -> None:
     async with shown() as it, it.page() as page:
-        evil = ScopeChannel("=cmd|' /C calc'!A0", COUNTER, port=851, comment="@SUM(1)", unit="+1")
+        evil = ScopeChannel("=cmd|' /C calc'!A0", COUNTER, port=851, comment="@SUM(1)", unit="+A1")
         async with it.server.watched.client.scope([evil], length=0.5, name="-evil") as scope:
             for _ in range(100):
                 await asyncio.sleep(0)

@@ -2,9 +2,12 @@
 
 Structure and keys as `pytcs` reads them and its test files have them (scope 3.4). Channels of one
 sample time and length share a time column, which repeats the key word in each metadata line.
+
+A text that a spreadsheet would run as a formula gets an apostrophe (CSV injection, OWASP).
 """
 
 import io
+import re
 from collections.abc import Callable, Iterable, Iterator
 from datetime import UTC, datetime
 from itertools import chain
@@ -94,9 +97,19 @@ def _lines(groups: list[list[ScopeTrack]]) -> Iterator[str]:
         yield "".join(chain.from_iterable(("\t".join(line), "\n") for line in lines))
 
 
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)(e[+-]?[0-9]+)?", re.IGNORECASE)
+
+_FORMULA = re.compile(r"""((?:^|[,;|"]) ?)(?=[=+@\uFF1D\uFF0B\uFF0D\uFF20-])""")
+"""Begin of a formula in a cell, also where a spreadsheet splits at `,`, `;` or `|` or drops quotes.
+
+The last four signs are the wide forms, which some spreadsheets take for the plain ones.
+"""
+
+
 def _cell(text: str) -> str:
-    """A text without what separates cells and lines."""
-    return " ".join(text.split())
+    """Return a text without separators of cells and lines, and without formulas; numbers stay."""
+    line = " ".join(text.split())
+    return line if _NUMBER.fullmatch(line) else _FORMULA.sub(r"\1'", line)
 
 
 def _moment(unix_ns: int) -> str:

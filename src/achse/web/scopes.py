@@ -59,35 +59,6 @@ _UNITS = (
 """Units of an axis' symbols by what their names contain, behind the unit of positions."""
 
 
-_FORMULA = ("=", "+", "-", "@")
-"""What a spreadsheet takes for a formula at the beginning of a text."""
-
-
-def _for_spreadsheets(data: ScopeData) -> ScopeData:
-    """The same with texts of channels that no spreadsheet runs as formulas."""
-
-    def harmless(text: str) -> str:
-        return f"'{text}" if text.startswith(_FORMULA) else text
-
-    blocks = tuple(
-        replace(
-            block,
-            channels=tuple(
-                replace(
-                    each,
-                    name=harmless(each.name),
-                    symbol=harmless(each.symbol),
-                    comment=harmless(each.comment),
-                    unit=harmless(each.unit),
-                )
-                for each in block.channels
-            ),
-        )
-        for block in data.blocks
-    )
-    return replace(data, name=harmless(data.name), blocks=blocks)
-
-
 class PageScope:
     """One scope of one page: rows of a sampler, as blocks in its outbox."""
 
@@ -394,7 +365,7 @@ class ScopeDesk:
             data = await self._recording(given.text("name"))
         if not data.blocks:
             raise CallError("nothing has been recorded yet")
-        text = await asyncio.to_thread(csv_text, _for_spreadsheets(data), f"{data.name}.csv")
+        text = await asyncio.to_thread(csv_text, data, f"{data.name}.csv")
         key = secrets.token_urlsafe(12)
         named = "".join(sign if sign.isalnum() else "-" for sign in data.name if sign.isascii())
         self._downloads[key] = (f"{named or 'scope'}.csv", text.encode())
