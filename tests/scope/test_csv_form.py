@@ -4,6 +4,7 @@ import csv
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Literal
 
 import pytest
 from hypothesis import given
@@ -110,11 +111,9 @@ def test_cells_are_no_formulas_whatever_names_and_units_are(
         assert path.read_text("utf-8").split("\n")[6:] == text.split("\n")[6:]
     heads = text.split("\n")[: 6 + len(KEYS)]
     assert [line.split("\t")[0] for line in heads[6:]] == KEYS
-    style = csv.QUOTE_MINIMAL if quoted else csv.QUOTE_NONE
+    style: Literal[0, 3] = csv.QUOTE_MINIMAL if quoted else csv.QUOTE_NONE
     for line in heads:
-        for [cell] in (
-            [each] for row in csv.reader([line], delimiter=separator, quoting=style) for each in row
-        ):
+        for cell in next(csv.reader([line], delimiter=separator, quoting=style), []):
             start = cell.strip()
             in_numbers = all(map(is_number, filter(None, start.split("\t"))))
             assert in_numbers or not start.startswith(SIGNS), line
