@@ -1,8 +1,11 @@
 """Which files a project has, and what is in one."""
 
+from itertools import count
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from achse.st.files import content_of, files_below, project_file, source_files, symbol_files
 from achse.st.source import SourceError
@@ -39,3 +42,100 @@ def test_what_cannot_be_read_is_told(tmp_path: Path) -> None:
     for path in (tmp_path / "none", tmp_path, Path("a\0b")):
         with pytest.raises(SourceError, match="cannot be read"):
             content_of(path, "x")
+
+
+FOLDERS = count()
+
+
+@given(
+    depth=st.integers(0, 5),
+    solution=st.none() | st.integers(0, 5),
+    kind=st.sampled_from((".sln", ".tsproj", ".TSPPROJ", ".txt")),
+    up=st.integers(0, 5),
+    below=st.sampled_from(("", "Shared\\", "shared/", "%53hared\\", "Shared\\Deep\\..\\")),
+    link=st.sampled_from(("", "file", "folder")),
+    link_level=st.integers(0, 5),
+    absolute=st.booleans(),
+)
+def test_project_names_files_of_its_solution_only(
+    tmp_path_factory: pytest.TempPathFactory,
+    depth: int,
+    solution: int | None,
+    kind: str,
+    up: int,
+    below: str,
+    link: str,
+    link_level: int,
+    absolute: bool,
+) -> None:
+    """`depth` folders from the root of the test to the project; levels count from that root."""
+    root = tmp_path_factory.getbasetemp() / f"solution{next(FOLDERS)}"
+    levels = [root]
+    for _ in range(depth):
+        levels.append(levels[-1] / "Sub")
+    project = levels[-1]
+    (project / "a").mkdir(parents=True)
+    up, link_level = min(up, depth), min(link_level, depth)
+    if solution is not None:
+        (levels[min(solution, depth)] / f"S{kind}").touch()
+    named = levels[depth - up] / ("Shared" if below else "")
+    (named / "Deep").mkdir(parents=True, exist_ok=True)
+    target = named
+    if link == "file":
+        target = levels[link_level] / "elsewhere"
+        target.mkdir()
+        (named / "X.TcPOU").symlink_to(target / "X.TcPOU")
+    elif link == "folder" and below:
+        target = levels[link_level] / "elsewhere"
+        (target / "Deep").mkdir(parents=True)
+        (named / "Deep").rmdir()
+        named.rmdir()
+        named.symlink_to(target)
+    (target / "X.TcPOU").touch()
+    include = f"{named}/X.TcPOU" if absolute else "..\\" * up + below + "X.TcPOU"
+    (project / "P.plcproj").write_text(f'<Project>\n<Compile Include="{include}"/></Project>')
+    top = project
+    if solution is not None and kind != ".txt" and depth - min(solution, depth) <= 3:
+        top = levels[min(solution, depth)]
+    if target.is_relative_to(top):
+        assert [file.resolve() for file, _ in source_files(project)] == [target / "X.TcPOU"]
+    else:
+        with pytest.raises(SourceError, match="outside of the solution") as refusal:
+            source_files(project)
+        [fault] = refusal.value.faults
+        assert (fault.location.path, fault.location.line) == ("P.plcproj", 2)
+        assert f"expected a file in {top}, got " in fault.message
+        assert str(target / "X.TcPOU") in fault.message or absolute
+
+
+@given(
+    names=st.lists(
+        st.sampled_from(
+            ("A.st", ".\\A.st", "x\\..\\A.st", "a.ST", "%41.st", "Link.st", "x\\B.st", "X/b.ST")
+        ),
+        min_size=1,
+        max_size=20,
+    )
+)
+def test_file_that_is_named_often_is_read_once(
+    tmp_path_factory: pytest.TempPathFactory, names: list[str]
+) -> None:
+    folder = tmp_path_factory.getbasetemp() / f"project{next(FOLDERS)}"
+    (folder / "x").mkdir(parents=True)
+    for file in ("A.st", "x/B.st"):
+        (folder / file).touch()
+    (folder / "Link.st").symlink_to("A.st")
+    lines = [f'<Compile Include="{name}"/>' for name in names]
+    (folder / "P.plcproj").write_text(f"<Project>{''.join(lines)}</Project>")
+    found = [file.resolve() for file, _ in source_files(folder)]
+    expected = dict.fromkeys("x/B.st" if "b" in name.lower() else "A.st" for name in names)
+    assert found == [folder / name for name in expected]
+
+
+def test_names_that_cannot_be_followed_are_told(tmp_path: Path) -> None:
+    (tmp_path / "ring.st").symlink_to("ring.st")
+    for name in ("ring.st", "a%00.st", "none.st"):
+        (tmp_path / "P.plcproj").write_text(f'<Project><Compile Include="{name}"/></Project>')
+        [(file, shown)] = source_files(tmp_path)
+        with pytest.raises(SourceError, match="cannot be read"):
+            content_of(file, shown)

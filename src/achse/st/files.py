@@ -2,13 +2,16 @@
 
 Read are `.st` (Structured Text in UTF-8, UTF-16 or cp1252) and the XML files of TwinCAT 3:
 `.TcPOU`, `.TcGVL`, `.TcDUT`, `.TcTLEO`, `.TcIO` and, for tasks, `.TcTTO`. In a folder with a
-`.plcproj` that file says which of them count; without one all below the folder do.
+`.plcproj` that file says which of them count; without one all below the folder do. It may name
+files of its solution only.
 
 Source: files of TwinCAT 3 projects, seen in public projects.
 """
 
 import codecs
+import os
 from collections.abc import Iterable, Mapping
+from functools import cached_property
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from urllib.parse import unquote
 
@@ -21,6 +24,7 @@ from achse.st.source import Diagnostic, Location, Source, SourceError
 from achse.st.xml import Element, parse_xml
 
 __all__ = [
+    "LEVELS_UP",
     "PROJECT",
     "SUFFIXES",
     "SYMBOL_FILE",
@@ -42,6 +46,10 @@ SYMBOL_FILE = ".tmc"
 PROJECT = ".plcproj"
 """Ending of the file that says what is in a project, in lower case."""
 
+LEVELS_UP = 3
+"""Folders above a project in which that of the solution may be."""
+
+_SOLUTIONS = (".sln", ".tsproj", ".tspproj")
 _TASK = ".tctto"
 _LARGEST_FILE = 1 << 26
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
@@ -137,8 +145,11 @@ def _is_hidden(item: Path, root: Path) -> bool:
 
 
 def _listed(project: Path) -> list[tuple[Path, str]]:
-    """The files that a `.plcproj` compiles: none that is excluded from the build, alone or with
-    a folder above it."""
+    """Return the files that a `.plcproj` compiles, each of them once.
+
+    A file that is excluded from the build, alone or with a folder above it, is left out. Raises
+    SourceError for files outside of the solution.
+    """
     root = parse_xml(content_of(project, project.name), project.name)
     elements = [item for item in root.walk() if item.tag in ("Compile", "Folder")]
     left_out = {
@@ -146,7 +157,7 @@ def _listed(project: Path) -> list[tuple[Path, str]]:
         for item in elements
         if item.text_of("ExcludeFromBuild").strip().lower() == "true"
     }
-    files = []
+    includes: dict[str, Location] = {}
     for element in elements:
         name = _included(element)
         key = PurePosixPath(name.lower())
@@ -155,11 +166,65 @@ def _listed(project: Path) -> list[tuple[Path, str]]:
         if any(("Folder", str(folder)) in left_out for folder in key.parents):
             continue
         if name.lower().endswith(SUFFIXES):
-            file = project.parent / name
-            files.append((file if file.exists() else _without_case(file), name))
-    if not files:
+            includes.setdefault(name, element.location)
+    if not includes:
         raise _refused(project.name, "expected <Compile Include=…> of at least one source")
-    return files
+    files: dict[Path, tuple[Path, str]] = {}
+    solution = _Solution(project)
+    for name, location in includes.items():
+        file = project.parent / name
+        if not file.exists():
+            file = _without_case(file)
+        real = solution.real_path(file, name, location)
+        files.setdefault(real, (file, name))
+    if solution.faults:
+        raise SourceError(solution.faults)
+    return list(files.values())
+
+
+class _Solution:
+    """The folder whose files a project may name; `faults` has those that are outside of it."""
+
+    def __init__(self, project: Path) -> None:
+        self.faults: list[Diagnostic] = []
+        self._folder = _real_path(project.parent)
+        self._folders: dict[Path, Path] = {}
+        """Real paths of the folders so far."""
+
+    @cached_property
+    def _top(self) -> Path:
+        """The highest folder with a solution, up to three above that of the project."""
+        folders = [self._folder, *self._folder.parents][: LEVELS_UP + 1]
+        return next(filter(_has_solution, reversed(folders)), self._folder)
+
+    def real_path(self, file: Path, name: str, location: Location) -> Path:
+        """Return the path of a file without links; outside of the solution that is a fault."""
+        if file.is_symlink():
+            real = _real_path(file)
+        else:
+            folder = self._folders.get(file.parent)
+            if folder is None:
+                folder = self._folders[file.parent] = _real_path(file.parent)
+            real = folder / file.name
+        if not real.is_relative_to(self._folder) and not real.is_relative_to(self._top):
+            message = f"a source is outside of the solution: expected a file in {self._top}"
+            came = name if Path(name).is_absolute() else f"{name}, which is {real}"
+            self.faults.append(Diagnostic(location, f"{message}, got {came}"))
+        return real
+
+
+def _real_path(path: Path) -> Path:
+    try:
+        return path.resolve()
+    except (OSError, RuntimeError, ValueError):  # a ring of links or no file name: cannot be read
+        return Path(os.path.normpath(path.absolute()))
+
+
+def _has_solution(folder: Path) -> bool:
+    try:
+        return any(file.suffix.lower() in _SOLUTIONS for file in folder.iterdir())
+    except OSError:
+        return False
 
 
 def _included(element: Element) -> str:

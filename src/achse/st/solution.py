@@ -16,14 +16,11 @@ from html import unescape
 from pathlib import Path
 from typing import NamedTuple
 
-from achse.st.files import content_of
+from achse.st.files import LEVELS_UP, content_of
 
 __all__ = ["AxisMapping", "TaskOptions", "axis_mappings", "solution_files", "task_options"]
 
 _FILES = (".tsproj", ".tspproj")
-_LEVELS_UP = 3
-"""Folders above a project in which that of the solution may be."""
-
 _TASK = re.compile(rb"<Task\b([^>]*)>\s*<Name>\s*([^<]*?)\s*</Name>")
 _ATTRIBUTE = re.compile(rb'(\w+)="([0-9]{1,9})"')
 
@@ -54,7 +51,7 @@ def task_options(files: Iterable[tuple[bytes, str]]) -> Mapping[str, TaskOptions
 
 def solution_files(path: Path) -> Iterator[tuple[bytes, str]]:
     """The solution's project, in the folder of a PLC's project or above, with its name."""
-    for folder in [path, *path.absolute().parents][: _LEVELS_UP + 1]:
+    for folder in [path, *path.absolute().parents][: LEVELS_UP + 1]:
         if folder.is_dir():
             for file in sorted(folder.iterdir()):
                 if file.suffix.lower() in _FILES and file.is_file():
