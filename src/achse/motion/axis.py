@@ -18,6 +18,7 @@ from achse.motion.machine.hardware import (
     SensorView,
 )
 from achse.motion.machine.record import PARAMETERS
+from achse.motion.monitoring import show_state
 from achse.motion.order import CycleOrder
 from achse.motion.parts import AxisController, AxisDrive, AxisEncoder
 from achse.motion.port import STATUS_INVALID
@@ -142,6 +143,16 @@ class Axis(View, _Fields):
             self.unusual = 1
         if adapts:
             self.adapt = 1
+
+    def show(self) -> None:
+        """Update the status words after a command between two cycles, and wake."""
+        show_state(self)
+        self.wake()
+
+    def show_cams(self) -> None:
+        """Update the gear ratio and the places of its cams too, and what waits for them."""
+        self.tables.show_slave(self)
+        self.show()
 
     def describe(self, name: str, unit: str) -> None:
         """Give the axis its name and that of its position unit."""

@@ -3,12 +3,14 @@
 import random
 from bisect import bisect_right
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from math import floor
 from typing import Any
 
 import pytest
 
+from achse.codes import NcError
 from achse.motion import Axis, AxisParameters, Nc, commands
 from achse.motion.commands import CamDemand
 from achse.motion.states import (
@@ -16,6 +18,7 @@ from achse.motion.states import (
     CamInterpolation,
     CamScaling,
     StartType,
+    StateBit,
     TableSubType,
     TableType,
 )
@@ -303,3 +306,140 @@ def test_the_velocity_of_splines_is_continuous(seed: int) -> None:
             assert abs(slave.set_velocity - velocity) <= factor * rate * change * (1 + 1e-9) + 1e-7
             moved += slave.set_velocity != velocity
     assert moved > 20 or not cyclic
+
+
+def _plain_nc(dice: random.Random, compiled: bool) -> Nc:
+    """Axes 1 and 2 lead, axis 3 is to follow; tables 7 to 9 are drawn."""
+    window = dice.choice((0.0, 0.5, 5.0))
+    values = VALUES | {"position_range_window": window}
+    nc = Nc(
+        dice.choice((500_000, 2_000_000)),
+        [AxisParameters(n, values=values) for n in (1, 2, 3)],
+        compiled=compiled,
+    )
+    for number in (7, 8, 9):
+        sub_type = dice.choice((TableSubType.MONOTONIC_LINEAR, TableSubType.MONOTONIC_CYCLIC))
+        points = drawn_points(dice, equidistant=False)
+        table = nc.tables.create(number, TableType.CAMMING, sub_type, len(points), 2)
+        nc.tables.write(table, 0, [number for point in points for number in point])
+    nc.cycle(3)
+    return nc
+
+
+def _drawn_request(dice: random.Random, kind: int) -> Callable[[Axis], int]:
+    """A request of a slave of cams, or one that couples or decouples."""
+    first, other = dice.choice((7, 8, 9)), dice.choice((0, 7, 8, 9))
+    demand = CamDemand(
+        first,
+        interpolation=dice.choice((0, 2)),
+        slave_offset=dice.choice((0.0, dice.uniform(-1.0, 1.0))),
+        master_offset=dice.choice((0.0, dice.uniform(-9.0, 9.0))),
+        slave_scaling=dice.uniform(-2.0, 2.0),
+        master_scaling=dice.choice((1.0, dice.uniform(0.5, 2.0))),
+        slave_absolute=dice.choice((0, 0, 0, 1)),
+        master_absolute=dice.randint(0, 1),
+        activation=dice.choice((0, 0, 0, 0, *CamActivation)),
+        position=dice.choice((200.0, dice.uniform(-300.0, 300.0))),
+        master_type=dice.choice(list(CamScaling)),
+        slave_type=dice.choice(list(CamScaling)),
+    )
+    master = dice.choice((1, 1, 2))
+    gear, ending = dice.choice((0.5, -2.0)), dice.choice((0, 2, 6))
+    match dice.randint(0, 11):
+        case 0 | 1 | 2 | 3 | 4:
+            operation = dice.randint(0, 3)
+            return lambda axis: commands.couple_by_cam(axis, kind, master, demand, operation, other)
+        case 5 | 6:
+            return lambda axis: commands.change_cam_scaling(axis, replace(demand, table_id=other))
+        case 7:
+            return lambda axis: commands.scale_slave(axis, demand.slave_scaling)
+        case 8:
+            return lambda axis: commands.follow_correction(axis, first)
+        case 9:
+            return lambda axis: commands.end_profile(axis, first)
+        case 10:
+            return lambda axis: commands.decouple_with_follow_up(axis, ending)
+    return lambda axis: commands.couple(axis, 1, master, 0, 0, gear)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_requests_at_rest_need_no_cycle_between_them(seed: int) -> None:
+    """The same requests, at once and with cycles between them, have the same codes and results.
+
+    Alone a jump within the position window is carried out by a cycle: two of them at once may be
+    beyond the window.
+    """
+    dice = random.Random(f"answers {seed}")
+    kind, compiled = dice.choice((10, 11, 11, 11)), dice.random() < 0.2
+    waits = dice.choice((1, 2, 7))
+    both = [_plain_nc(random.Random(seed), compiled) for _ in range(2)]
+    places = [dice.uniform(-100.0, 100.0) for _ in range(2)]
+    for nc in both:
+        for n, place in enumerate(places):
+            commands.start(nc.axis(n + 1), 1, place, 900.0)
+        nc.cycle(4000)
+    accepted = 0
+    for _ in range(25):
+        requests = [_drawn_request(dice, kind) for _ in range(dice.randint(1, 5))]
+        for request in requests:
+            at_once, later = (request(nc.axis(3)) for nc in both)
+            if at_once != later:
+                assert at_once == NcError.TABLE_SLAVE_RANGE
+                return
+            accepted += not at_once
+            ours, others = (nc.axis(3) for nc in both)
+            shown = (ours.set_gear_ratio, ours.state_dword, ours.coupling_state)
+            both[1].cycle(waits)
+            assert shown[0] == pytest.approx(others.set_gear_ratio, abs=1e-9)
+            assert shown[1] & _CAM_BITS == others.state_dword & _CAM_BITS
+            assert shown[2] == others.coupling_state
+            assert ours.coupling_table_index == others.coupling_table_index
+        for nc in both:
+            nc.cycle(3)
+        ours, others = (nc.axis(3) for nc in both)
+        assert ours.error_code == others.error_code == 0
+        assert ours.set_position == pytest.approx(others.set_position, abs=1e-6)
+    assert accepted
+
+
+_CAM_BITS = (
+    StateBit.CAM_TABLE_QUEUED
+    | StateBit.CAM_SCALING_PENDING
+    | StateBit.CAM_DATA_QUEUED
+    | StateBit.PROTECTED
+)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_requests_in_motion_neither_jump_nor_wait_for_a_cycle(seed: int) -> None:
+    """What is not at work, or waits, at once is so after a cycle too; no slave is too fast."""
+    dice = random.Random(f"moving {seed}")
+    kind, compiled = dice.choice((10, 11, 11)), dice.random() < 0.2
+    both = [_plain_nc(random.Random(seed), compiled) for _ in range(2)]
+    order = NcError.TABLE_NOT_FOUND, NcError.TOO_MANY_TABLES, NcError.ACTIVATION_PENDING
+    demand = CamDemand(7, master_absolute=1)
+    velocity = dice.uniform(20.0, 400.0)
+    for nc in both:
+        assert commands.couple_by_cam(nc.axis(3), kind, 1, demand) == 0
+        for n in (1, 2):
+            commands.start(nc.axis(n), StartType.ENDLESS_POSITIVE, 0.0, velocity)
+        nc.cycle(100)
+    for _ in range(6):
+        requests = [_drawn_request(dice, kind) for _ in range(2)]
+        codes = []
+        for nc, between in zip(both, (0, 1), strict=True):
+            slave = nc.axis(3)
+            codes.append([requests[0](slave)])
+            nc.cycle(between)
+            codes[-1].append(requests[1](slave))
+            nc.cycle(1 - between)
+        if codes[0] != codes[1]:
+            assert codes[0][0] == codes[1][0]
+            assert codes[0][1] not in order
+            return
+        limit = 5000.0 * both[0].cycle_seconds + 1e-6
+        for _ in range(30):
+            before = both[0].axis(3).set_position
+            for nc in both:
+                nc.cycle()
+            assert abs(both[0].axis(3).set_position - before) <= limit

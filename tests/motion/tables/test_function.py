@@ -192,6 +192,9 @@ class Slave:
     def __init__(self, cams: Sequence[Layer]) -> None:
         self.cams: Sequence[Any] = cams
 
+    def show_cams(self) -> None:
+        """Nothing of it is read."""
+
 
 def packed(points: Sequence[MotionPoint]) -> bytes:
     return b"".join(MOTION_POINT.pack(*each) for each in points)

@@ -8,7 +8,7 @@ from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK
 from achse.motion.commands.couplings import begin_coupling, why_not_slave
-from achse.motion.couplings.cam_checks import why_not_change
+from achse.motion.couplings.cam_checks import carry_out_now, why_not_change
 from achse.motion.couplings.cams import (
     CHANGE_BEGIN,
     CHANGE_EXCHANGE,
@@ -16,7 +16,6 @@ from achse.motion.couplings.cams import (
     CHANGE_REMOVE,
     CHANGE_SCALING,
     base,
-    carry_out,
     names_of,
     seen_master,
 )
@@ -135,7 +134,7 @@ def couple_by_cam(
     if operation == CamOperation.EXCHANGE:
         layer = _layer_of(slave, reference)
         if layer is None:
-            return NcError.TABLE_NOT_FOUND
+            return _why_no_layer(slave, reference)
         return _exchange(slave, layer, master_id, demand, cam)
     return _add(slave, master_id, demand, cam)
 
@@ -224,8 +223,14 @@ def _begin(
         _take(layer, CAM.plain() if n else begun[0])
     slave.cam_count = 1
     base(slave, slave.rows)
-    carry_out(slave, slave.rows, slave.cycle_ns * 1e-9)
+    _carry_out(slave, slave.cams[0])
     return OK
+
+
+def _carry_out(slave: Axis, layer: CamFields) -> None:
+    """Carry out what is due already, and show what has changed and what waits."""
+    carry_out_now(slave, slave.rows, layer)
+    slave.show_cams()
 
 
 def _why_not_begin(slave: Axis, layer: CamFields, demand: CamDemand, master: Axis) -> int:
@@ -295,8 +300,7 @@ def _let_wait(slave: Axis, layer: CamFields, kind: int, demand: CamDemand, cam: 
     if code:
         return code
     _order(layer, kind, demand, cam)
-    slave.cam_changes = 1
-    slave.wake()
+    _carry_out(slave, layer)
     return OK
 
 
@@ -306,6 +310,20 @@ def _layer_of(slave: Axis, table_id: int) -> CamFields | None:
         if layer.table and table_id in (0, layer.table):
             return layer
     return None
+
+
+def _queued_layer(slave: Axis, table_id: int) -> CamFields | None:
+    """The layer whose table has not begun yet; 0: the first such layer."""
+    for layer in slave.cams[: slave.cam_count]:
+        if layer.next_kind == CHANGE_BEGIN and table_id in (0, layer.next_table):
+            return layer
+    return None
+
+
+def _why_no_layer(slave: Axis, table_id: int) -> int:
+    """Code that refuses a change of a table that is not at work."""
+    queued = _queued_layer(slave, table_id)
+    return NcError.ACTIVATION_PENDING if queued else NcError.TABLE_NOT_FOUND
 
 
 def _add(slave: Axis, master_id: int, demand: CamDemand, cam: int, once: int = 0) -> int:
@@ -328,8 +346,7 @@ def _add(slave: Axis, master_id: int, demand: CamDemand, cam: int, once: int = 0
         return code
     _take(layer, fresh)
     slave.cam_count = max(slave.cam_count, slave.cams.index(layer) + 1)
-    slave.cam_changes = 1
-    slave.wake()
+    _carry_out(slave, layer)
     return OK
 
 
@@ -343,14 +360,17 @@ def _follow_too(slave: Axis, master: Axis) -> int:
         return NcError.TOO_MANY_TABLES
     if master.error_code:
         return master.error_code
-    parameters, count = list(slave.coupling_parameter), slave.cam_count
+    parameters, tables = list(slave.coupling_parameter), list(slave.cam_list)
+    count, offset = slave.cam_count, slave.coupled_offset
     try:
         slave.follow(slave.coupling, [*masters, master])
     except CouplingRing:
         return NcError.MASTER_NOT_INSERTED
     for n, value in enumerate(parameters):
         slave.coupling_parameter[n] = value
-    slave.cam_count = count
+    for n, table_id in enumerate(tables):
+        slave.cam_list[n] = table_id
+    slave.cam_count, slave.coupled_offset = count, offset
     return OK
 
 
@@ -363,7 +383,7 @@ def _remove(slave: Axis, demand: CamDemand) -> int:
         return code
     layer = _layer_of(slave, demand.table_id)
     if layer is None:
-        return NcError.TABLE_NOT_FOUND
+        return _why_no_layer(slave, demand.table_id)
     stay = [
         each
         for each in slave.cams[: slave.cam_count]
@@ -386,18 +406,29 @@ def change_cam_scaling(slave: Axis, demand: CamDemand) -> int:
     code = _why_not(slave, demand, _WHILE_RUNNING)
     if code:
         return code
+    if demand.activation == CamActivation.DELETE_QUEUED:
+        return _delete_queued(slave, demand.table_id)
     layer = _layer_of(slave, demand.table_id)
     if layer is None:
-        return NcError.TABLE_NOT_FOUND if demand.table_id else NcError.TABLE_SLAVE_WITHOUT_TABLE
-    if demand.activation == CamActivation.DELETE_QUEUED:
-        layer.next_kind = layer.next_table = 0
-        slave.wake()
-        return OK
+        return _why_no_layer(slave, demand.table_id)
     if demand.master_type == CamScaling.AUTO_OFFSET and not layer.master_absolute:
         return NcError.SCALING_MODE
     if layer.next_kind not in (CHANGE_NOTHING, CHANGE_SCALING):
         return NcError.ACTIVATION_PENDING
     return _let_wait(slave, layer, CHANGE_SCALING, demand)
+
+
+def _delete_queued(slave: Axis, table_id: int) -> int:
+    """Delete what waits for a cam; a cam that has not begun goes, unless it is the only one."""
+    layer = _layer_of(slave, table_id) or _queued_layer(slave, table_id)
+    if layer is None:
+        return NcError.TABLE_NOT_FOUND
+    others = (each for each in slave.cams[: slave.cam_count] if each is not layer)
+    if not layer.table and not any(each.table or each.next_kind for each in others):
+        return NcError.DECOUPLING_NOT_POSSIBLE
+    layer.next_kind = layer.next_table = 0
+    slave.show_cams()
+    return OK
 
 
 def change_cam_offsets(slave: Axis, slave_offset: float, master_offset: float, *more: float) -> int:
@@ -409,7 +440,7 @@ def change_cam_offsets(slave: Axis, slave_offset: float, master_offset: float, *
         return NcError.SLAVE_TYPE
     layer = _layer_of(slave, 0)
     if layer is None:
-        return NcError.TABLE_SLAVE_WITHOUT_TABLE
+        return _why_no_layer(slave, 0)
     slave_scaling, master_scaling = more[:2] or (layer.slave_scaling, layer.master_scaling)
     if more and 0.0 in more[:2]:
         return NcError.SLAVE_COUPLING_PARAMETER
@@ -437,7 +468,7 @@ def scale_slave(slave: Axis, scaling: float) -> int:
         return NcError.SLAVE_TYPE
     layer = _layer_of(slave, 0)
     if layer is None:
-        return NcError.TABLE_SLAVE_WITHOUT_TABLE
+        return _why_no_layer(slave, 0)
     return change_cam_scaling(
         slave,
         CamDemand(

@@ -12,6 +12,7 @@ from achse.motion.checks import OK, why_not_dynamics, why_not_velocity
 from achse.motion.commands.queue import busy, dynamics, next_number
 from achse.motion.commands.starts import universal_start
 from achse.motion.commands.stops import oriented_stop
+from achse.motion.couplings.multi_master import take_ratios
 from achse.motion.couplings.table import Coupling, count_from_here, law_of
 from achse.motion.fields.coupling import COUPLING_PARAMETERS
 from achse.motion.jobs import ask
@@ -111,6 +112,7 @@ def couple_to_several(
         slave.gear_jerk, slave.gear_velocity = jerk, velocity
         for n, place in enumerate(places):
             slave.ratio_place[n], slave.ratio[n] = place, 0.0
+        take_ratios(slave)
 
     return begin_coupling(
         slave,
@@ -214,6 +216,7 @@ def begin_coupling(
     if slave.loop_closed:
         slave.set_motion_phase = MotionPhase.COUPLED
     count_from_here(slave, slave.rows)
+    slave.show()
     return OK
 
 
@@ -247,7 +250,7 @@ def change_coupling(slave: Axis, *parameters: float) -> int:
         count_from_here(slave, slave.rows)
     else:
         law.change(slave, slave.rows)
-    slave.wake()
+    slave.show()
     return OK
 
 
@@ -255,9 +258,10 @@ def decouple(slave: Axis) -> int:
     """Let a slave go (0x41): a standing one rests, a moving one keeps its velocity, endlessly."""
     if not slave.coupling:
         return NcError.DECOUPLING_NOT_POSSIBLE
-    if slave.set_velocity == 0.0 and slave.set_acceleration == 0.0:
+    if _rests(slave):
         _free(slave)
         drop_job(slave)
+        slave.show()
         return OK
     return decouple_with_follow_up(slave, DecouplingType.ENDLESS)
 
@@ -277,6 +281,21 @@ def decouple_with_follow_up(
     only where the type names them; dynamics of 0 are the axis defaults. The override of the axis,
     which a slave has none of, acts from then on.
     """
+    code = _decouple(slave, decoupling_type, position, velocity, acceleration, deceleration, jerk)
+    if not code:
+        slave.show()
+    return code
+
+
+def _decouple(
+    slave: Axis,
+    decoupling_type: int,
+    position: float,
+    velocity: float,
+    acceleration: float,
+    deceleration: float,
+    jerk: float,
+) -> int:
     if not slave.coupling:
         return NcError.DECOUPLING_NOT_POSSIBLE
     if decoupling_type not in DecouplingType.__members__.values():
@@ -292,9 +311,7 @@ def decouple_with_follow_up(
         return NcError.DECOUPLING_VELOCITY
     match decoupling_type:
         case DecouplingType.STOP:
-            _free(slave)
-            slave.job.acceleration = given[0]
-            begin_stop(slave, *given[1:])
+            _stop(slave, given)
             return OK
         case DecouplingType.INSTANTANEOUS_STOP:
             _free(slave)
@@ -313,7 +330,11 @@ def decouple_with_follow_up(
             velocity = abs(_run_out(slave, given[2]))
             if velocity == 0.0:  # from rest there is no velocity to keep
                 return NcError.DECOUPLING_VELOCITY
-    return decouple_and_start(slave, StartType.ABSOLUTE, position, velocity, *given)
+    return _as_free(slave, universal_start, StartType.ABSOLUTE, position, velocity, *given)
+
+
+def _rests(slave: Axis) -> bool:
+    return slave.set_velocity == 0.0 and slave.set_acceleration == 0.0
 
 
 def _free(slave: Axis) -> None:
@@ -334,15 +355,24 @@ def _run_out(slave: Axis, jerk: float) -> float:
     return 0.0 if reached * v < 0.0 else reached
 
 
+def _stop(slave: Axis, given: tuple[float, float, float]) -> None:
+    """Follow nobody and come to rest; a slave at rest needs no cycle for that."""
+    rests = _rests(slave)
+    _free(slave)
+    slave.job.acceleration = given[0]
+    begin_stop(slave, *given[1:])
+    if rests:
+        drop_job(slave)
+
+
 def _endless(
     slave: Axis, heading: float, velocity: float, given: tuple[float, float, float]
 ) -> None:
     """Go on at `velocity`, in the direction of `heading`; without either, come to rest."""
-    _free(slave)
     if velocity == 0.0:
-        slave.job.acceleration = given[0]
-        begin_stop(slave, *given[1:])
+        _stop(slave, given)
         return
+    _free(slave)
     start_type = StartType.ENDLESS_POSITIVE if heading > 0.0 else StartType.ENDLESS_NEGATIVE
     ask(slave.job, next_number(slave), start_type, 0.0, velocity, *given, 0.0)
     begin_job(slave)
@@ -375,7 +405,10 @@ def decouple_and_start(slave: Axis, start_type: int, *arguments: float) -> int:
     """Uncouple a slave and start it (0x17); an axis that is not a slave cannot be uncoupled."""
     if not slave.coupling:
         return NcError.DECOUPLING_NOT_POSSIBLE
-    return _as_free(slave, universal_start, start_type, *arguments)
+    code = _as_free(slave, universal_start, start_type, *arguments)
+    if not code:
+        slave.show()
+    return code
 
 
 def stop_slave(slave: Axis) -> int:

@@ -148,6 +148,7 @@ def begin_approach(
 ) -> None:
     """Count from here, where the slave sees its master at a position and with a velocity."""
     ax.gear = gear
+    ax.set_gear_ratio = gear
     ax.slave_base = ax.set_position
     ax.sync_seen = seen
     ax.sync_begin = seen
@@ -197,6 +198,7 @@ def run_with(ax: AxisFields, slave: float, master: float, gear: float) -> None:
     ax.slave_base = slave
     ax.master_base[0] = master
     ax.gear = gear
+    ax.set_gear_ratio = gear
     ax.sync_method = LINEAR
     ax.sync_state = MotionState.SLAVE_SYNCHRONOUS
 
@@ -204,6 +206,7 @@ def run_with(ax: AxisFields, slave: float, master: float, gear: float) -> None:
 def take_gear(ax: AxisFields, velocity: float, acceleration: float, gear: float) -> None:
     """Another gear on the way in time, where the slave sees its master move like this."""
     ax.gear = gear
+    ax.set_gear_ratio = gear
     ax.sync_lead_velocity = gear * velocity
     ax.sync_lead_acceleration = gear * acceleration
     ax.sync_method = BY_TIME
@@ -314,4 +317,3 @@ def follow_approach(
         ax.set_acceleration = ax.gear * acceleration
         ax.set_jerk = ax.gear * master.lead_jerk
     ax.sync_seen = seen
-    ax.set_gear_ratio = ax.gear

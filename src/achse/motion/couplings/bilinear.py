@@ -23,6 +23,7 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     ax.master_base[0] = seen(ax, rows, 0)
     ax.master_base[1] = seen(ax, rows, 1)
     ax.gear = ax.coupling_parameter[0]
+    ax.set_gear_ratio = ax.gear
 
 
 def _moves(ax: AxisFields, rows: NcRows) -> int:
@@ -38,7 +39,6 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     moves = _moves(ax, rows)
     first = ax.coupling_parameter[0]
     second = ax.coupling_parameter[1]
-    ax.set_gear_ratio = first
     if moves or ax.master_moved:  # the last part of its way, too
         ax.set_position = (
             ax.slave_base

@@ -2,14 +2,18 @@
 
 Commands and writes to tables use them between two cycles; the cycle itself has the same guard
 (`achse.motion.couplings.guard`), because what masters do until a change is due is not known.
+A change that is due already is carried out here (`carry_out_now`), before the command is answered.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from math import copysign
 from typing import TYPE_CHECKING
 
 from achse.codes import NcError
 from achse.motion.couplings.cams import (
     CHANGE_BEGIN,
+    change,
     due,
     jump_of,
     law_after,
@@ -25,7 +29,7 @@ from achse.motion.states import CamActivation
 if TYPE_CHECKING:
     from achse.motion.axis import Axis
 
-__all__ = ["why_not_change", "why_not_follow"]
+__all__ = ["carry_out_now", "why_not_change", "why_not_follow"]
 
 _FARTHEST = 1e12
 """Way in which a master comes to each place at which a cam can change."""
@@ -45,7 +49,23 @@ def why_not_follow(slave: "Axis", position: float, velocity: float, acceleration
     0x4A18: a jump beyond the position window, farther or faster than the axis may go; 0x4229: no
     rest before a soft limit.
     """
-    jump = position - (slave.set_position - slave.coupled_offset)
+    with _without_superposition(slave):
+        return _why_not_values(slave, position, velocity, acceleration)
+
+
+@contextmanager
+def _without_superposition(slave: "Axis") -> Iterator[None]:
+    """Let the set position be what the law makes, as it is for the law in the cycle."""
+    position = slave.set_position
+    slave.set_position = position - slave.coupled_offset
+    try:
+        yield
+    finally:
+        slave.set_position = position
+
+
+def _why_not_values(slave: "Axis", position: float, velocity: float, acceleration: float) -> int:
+    jump = position - slave.set_position
     code = why_not_jump(slave, jump)
     if code:
         return code
@@ -65,13 +85,37 @@ def why_not_change(slave: "Axis", rows: NcRows, number: int, layer: CamFields) -
     begins = layer.next_kind == CHANGE_BEGIN
     if layer.next_when == CamActivation.AS_SOON_AS_POSSIBLE or not (begins or slave.loop_closed):
         return 0
+    with _without_superposition(slave):
+        return _why_not_change(slave, rows, number, layer)
+
+
+def carry_out_now(slave: "Axis", rows: NcRows, layer: CamFields) -> None:
+    """Carry out what a layer waits for if it is due and the slave can follow; else it waits on.
+
+    While its loop is open a slave only begins cams; other changes wait until the law counts anew.
+    """
+    if not (slave.loop_closed or layer.next_kind == CHANGE_BEGIN):
+        return
+    now = seen_master(slave, rows, layer)
+    is_due, at = due(rows, layer, now, now)
+    with _without_superposition(slave):
+        number = slave.cams.index(layer)
+        if is_due and not _why_not_now(slave, rows, number, layer, at):
+            change(slave, rows, layer, at)
+
+
+def _why_not_now(slave: "Axis", rows: NcRows, number: int, layer: CamFields, at: float) -> int:
+    code = why_not_jump(slave, jump_of(slave, rows, layer, at))
+    if code or not slave.loop_closed:
+        return code
+    return _why_not_values(slave, *law_after(slave, rows, number, layer, at))
+
+
+def _why_not_change(slave: "Axis", rows: NcRows, number: int, layer: CamFields) -> int:
     now = seen_master(slave, rows, layer)
     is_due, at = due(rows, layer, now, now)
     if is_due:
-        code = why_not_jump(slave, jump_of(slave, rows, layer, at))
-        if code or not slave.loop_closed:
-            return code
-        return why_not_follow(slave, *law_after(slave, rows, number, layer, at))
+        return _why_not_now(slave, rows, number, layer, at)
     moves = seen_of_row(slave, rows, layer.master)[1]
     ways = (copysign(_FARTHEST, moves),) if moves else (_FARTHEST, -_FARTHEST)
     places = [due(rows, layer, now, now + way) for way in ways]

@@ -35,6 +35,7 @@ __all__ = [
     "CHANGE_SCALING",
     "base",
     "carry_out",
+    "change",
     "due",
     "jump_of",
     "law_after",
@@ -43,6 +44,8 @@ __all__ = [
     "part_at",
     "planned",
     "seen_master",
+    "show_cams",
+    "show_waiting",
     "step",
     "why_not_jump",
 ]
@@ -236,7 +239,7 @@ def _alone(ax: AxisFields) -> bool:
     return tables == 0
 
 
-def _change(ax: AxisFields, rows: NcRows, layer: CamFields, at: float) -> None:
+def change(ax: AxisFields, rows: NcRows, layer: CamFields, at: float) -> None:
     """Carry out what the layer waits for, at a master position; what is for one cycle is taken back
     at the next."""
     once = layer.next_when == CamActivation.NEXT_CYCLE_ONCE
@@ -404,24 +407,38 @@ def why_not_jump(ax: AxisFields, jump: float) -> int:
     return 0 if abs(jump) <= most else NcError.TABLE_SLAVE_RANGE
 
 
-def _carry_out_one(ax: AxisFields, rows: NcRows, number: int, layer: CamFields, dt: float) -> None:
-    """Carry out what a layer waits for if it is time and the slave can follow; else it waits on."""
+def _carry_out_one(ax: AxisFields, rows: NcRows, number: int, layer: CamFields, dt: float) -> int:
+    """Carry out what a layer waits for if it is time and the slave can follow; else it waits on.
+
+    Return 1 if it is carried out.
+    """
     is_due, at = due(rows, layer, layer.seen, seen_master(ax, rows, layer))
     if is_due == 0 or why_not_jump(ax, jump_of(ax, rows, layer, at)):
-        return
+        return 0
     s, v, a = law_after(ax, rows, number, layer, at)
-    if why_not_step(ax, s - ax.set_position, s + ax.coupled_offset, v, a, dt) == 0:
-        _change(ax, rows, layer, at)
+    if why_not_step(ax, s - ax.set_position, s + ax.coupled_offset, v, a, dt):
+        return 0
+    change(ax, rows, layer, at)
+    return 1
 
 
 def carry_out(ax: AxisFields, rows: NcRows, dt: float) -> None:
-    """Changes whose time has come; what still waits shows in the status."""
+    """Carry out the changes whose time has come; the others wait on."""
+    changed = 0
+    for n in range(ax.cam_count):
+        layer = ax.cams[n]
+        if layer.next_kind:
+            changed += _carry_out_one(ax, rows, n, layer, dt)
+    if changed:
+        show_waiting(ax)
+
+
+def show_waiting(ax: AxisFields) -> None:
+    """Show in the status what still waits; called by all that lets a change wait or ends that."""
     ax.cam_changes = 0
     ax.cam_status = 0
     for n in range(ax.cam_count):
         layer = ax.cams[n]
-        if layer.next_kind:
-            _carry_out_one(ax, rows, n, layer, dt)
         if layer.next_kind == CHANGE_SCALING:
             ax.cam_status |= StateBit.CAM_SCALING_PENDING
         elif layer.next_kind == CHANGE_POINTS:
@@ -441,6 +458,20 @@ def base(ax: AxisFields, rows: NcRows) -> None:
         if layer.table:
             total += part_at(rows, layer, _cam_position(layer, layer.seen))[0]
     ax.slave_base = ax.set_position - total
+
+
+def show_cams(ax: AxisFields, rows: NcRows) -> None:
+    """Show the gear ratio, the places in the cams and what waits, after a change between cycles."""
+    slopes = 0.0
+    for n in range(ax.cam_count):
+        layer = ax.cams[n]
+        if layer.table:
+            place = _cam_position(layer, seen_master(ax, rows, layer))
+            layer.part, slope, _, _, layer.strokes = part_at(rows, layer, place)
+            layer.slope = layer.slave_scaling / layer.master_scaling * slope
+            slopes += layer.slope
+    ax.set_gear_ratio = slopes
+    show_waiting(ax)
 
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:

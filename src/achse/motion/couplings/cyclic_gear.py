@@ -28,6 +28,7 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     ax.master_base[0] = seen(ax, rows, 0)
     ax.master_before[0] = ax.master_base[0]
     ax.gear = 0.0
+    ax.set_gear_ratio = 0.0
     ax.gear_weight = 1.0
 
 

@@ -20,6 +20,7 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     ax.slave_base = ax.set_position
     ax.master_base[0] = seen(ax, rows, 0)
     ax.gear = ax.coupling_parameter[0]
+    ax.set_gear_ratio = ax.gear
 
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
@@ -28,7 +29,6 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     ax.set_velocity = ax.gear * seen_velocity(ax, rows, 0)
     ax.set_acceleration = ax.gear * seen_acceleration(ax, rows, 0)
     ax.set_jerk = ax.gear * seen_jerk(ax, rows, 0)
-    ax.set_gear_ratio = ax.gear
 
 
 def why_not(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:

@@ -110,7 +110,6 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
         ax.set_position = ax.slave_base + (place - ax.master_base[0])
         run_with(ax, ax.set_position, place, 1.0)
     ax.sync_seen = place
-    ax.set_gear_ratio = ax.gear
 
 
 def others(parameters: Sequence[float]) -> tuple[float, ...]:

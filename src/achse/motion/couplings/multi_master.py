@@ -14,7 +14,7 @@ from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 from achse.motion.segments import segment_acceleration, segment_position, segment_velocity
 
-__all__ = ["base", "change", "step"]
+__all__ = ["base", "change", "step", "take_ratios"]
 
 MOST = 1e6
 """Largest ratio; a larger one, or one that is not a number, changes nothing."""
@@ -42,12 +42,14 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     ax.in_gear = 0
 
 
-def _take_ratios(ax: AxisFields) -> None:
+def take_ratios(ax: AxisFields) -> None:
+    """Accept the ratios of the cyclic interface."""
     for n in range(ax.master_count):
         ratio = _ratio(ax, ax.ratio_place[n])
         if ratio != ax.ratio[n] and abs(ratio) <= MOST:
             ax.ratio[n] = ratio
             ax.in_gear = 0
+    ax.set_gear_ratio = ax.ratio[0]
 
 
 def _limit(ax: AxisFields, v: float, change: float) -> float:
@@ -118,7 +120,7 @@ def _swing(ax: AxisFields, goal: float, dt: float) -> int:
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """One cycle of the law."""
-    _take_ratios(ax)
+    take_ratios(ax)
     way = 0.0
     goal = 0.0
     a = 0.0
@@ -129,7 +131,6 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
         goal += ratio * seen_velocity(ax, rows, n)
         a += ratio * seen_acceleration(ax, rows, n)
         j += ratio * seen_jerk(ax, rows, n)
-    ax.set_gear_ratio = ax.ratio[0]
     most = ax.gear_velocity
     capped = most > 0.0 and abs(goal) > most
     if capped:
@@ -153,8 +154,9 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
 
 
 def change(ax: AxisFields, rows: NcRows) -> None:
-    """New ratios by the service (0x42): as if the cyclic interface had brought them."""
+    """Accept new ratios of the service (0x42) as if the cyclic interface had brought them."""
     ax.gear_ratio_1 = ax.coupling_parameter[0]
     ax.gear_ratio_2 = ax.coupling_parameter[1]
     ax.gear_ratio_3 = ax.coupling_parameter[2]
     ax.gear_ratio_4 = ax.coupling_parameter[3]
+    take_ratios(ax)

@@ -79,3 +79,6 @@ def change(ax: AxisFields, rows: NcRows) -> None:
         take_gear(ax, seen_velocity(ax, rows, 0), seen_acceleration(ax, rows, 0), gear)
     elif ax.sync_state == MotionState.SLAVE_SYNCHRONOUS:
         run_with(ax, ax.set_position, seen(ax, rows, 0), gear)
+    else:  # it stands, or comes to rest, and stays there
+        ax.gear = gear
+        ax.set_gear_ratio = gear

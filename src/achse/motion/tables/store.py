@@ -10,7 +10,7 @@ from typing import Any
 
 from achse.codes import NcError
 from achse.motion.couplings.cam_checks import why_not_follow
-from achse.motion.couplings.cams import CHANGE_POINTS, law_now
+from achse.motion.couplings.cams import CHANGE_POINTS, law_now, show_cams
 from achse.motion.laws.element import ELEMENT
 from achse.motion.states import (
     CamActivation,
@@ -241,8 +241,15 @@ class Tables:
                 self._renew(table, key)
             else:
                 self._refill(table, key, low, high)
-        for axis, _, _ in cams_in_use(self._axes()):
-            axis.resting = 0
+        in_use = cams_in_use(self._axes())
+        users = {axis.axis_id: axis for axis, used, _ in in_use if used == table.table_id}
+        for axis in users.values():
+            axis.show_cams()
+
+    @staticmethod
+    def show_slave(slave: Any) -> None:
+        """Update the gear ratio of a slave, the places of its cams and what waits for them."""
+        show_cams(slave, slave.rows)
 
     def _refill(self, table: Table, key: tuple[int, int], low: int, high: int) -> None:
         """Write some rows of a block, unless a slave would jump."""
@@ -367,7 +374,6 @@ class Tables:
         layer.next_slave_offset = layer.slave_offset
         layer.next_master_scaling = layer.master_scaling
         layer.next_slave_scaling = layer.slave_scaling
-        axis.cam_changes = 1
 
     # -- cams --------------------------------------------------------------------------------
 

@@ -25,6 +25,9 @@ class TableUser(Protocol):
     loop_closed: int
     position_range_window: float
 
+    def show_cams(self) -> None:
+        """Show its cams and what waits for them after a change of a table, and wake."""
+
     @property
     def rows(self) -> Any:
         """What the kernel walks; `cams` of it are the numbers of all tables."""

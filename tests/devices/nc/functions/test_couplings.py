@@ -5,6 +5,8 @@ from typing import Any
 
 import pytest
 
+from achse.motion.states import StateBit
+
 F, G, S, C = 0x4203, 0x3203, 0x4103, 0x4303
 """Axis 3 is the slave; axis 1 its master."""
 
@@ -252,3 +254,126 @@ def test_flying_saws(bench: Any, refused: Any, group: int, offset: int) -> None:
     bench.write(group, offset + 4)
     bench.run(0.1)
     assert bench.get(S, 0x20, "<I") == 0
+
+
+Request = tuple[int, str, tuple[float, ...]]
+"""Index offset, layout and values."""
+
+_QUEUED = StateBit.CAM_TABLE_QUEUED
+_PENDING = StateBit.CAM_SCALING_PENDING
+_WAITS = _QUEUED | _PENDING | StateBit.CAM_DATA_QUEUED
+_SOLO_FORM = "<6I4d3I4xd2I"
+
+
+def _cam(
+    kind: int, table: int, *, when: int = 0, operation: int | None = None, other: int = 0
+) -> Request:
+    head = kind, 1, 0, 0, table, 0, 0.0, 0.0, 1.0, 1.0, 0, 1, when, 500.0, 0, 0
+    if operation is None:
+        return 0x4A, _SOLO_FORM, head
+    return 0x4A, _SOLO_FORM + "2I104x", (*head, operation, other)
+
+
+def _change(scaling: float, *, when: int = 0, table: int = 0) -> Request:
+    return 0x4D, "<I4xd2I4d2I", (when, 500.0, 0, 1, 0.0, 0.0, 1.0, scaling, table, 0)
+
+
+_LINEAR: Request = 0x40, "<4I4d", (1, 1, 0, 0, 2.0, 0.0, 0.0, 0.0)
+_SAW: Request = 0x40, "<4I4d", (2, 1, 0, 0, 0.0, 0.0, 90.0, 2.0)
+_MULTI: Request = 0x40, "<12IdII", (100, 1, *[0] * 10, 500.0, 0, 0)
+_UNIVERSAL: Request = 0x4B, "<4I7dI", (5, 1, 0, 0, 2.0, *[0.0] * 6, 0)
+_BY_TABLE: Request = 0x45, "<4I2d3I2H8I", (11, 1, 0, 0, 0.0, 0.0, 0, 1, 8, 1, 0, 9, *[0] * 7)
+_GEAR: Request = 0x42, "<4d", (3.0, 0.0, 0.0, 0.0)
+_SAW_GEAR: Request = 0x42, "<4d", (0.0, 0.0, 90.0, 3.0)
+_FREE: Request = 0x41, "<I4x5d", (0, *[0.0] * 5)
+_SEVERAL = _cam(11, 8)
+_ADD = _cam(11, 9, operation=1)
+
+ANSWERED: dict[str, tuple[tuple[Request, ...], int, int, float, int]] = {
+    "linear": ((_LINEAR,), 3, 0, 2.0, 0),
+    "linear, gear": ((_LINEAR, _GEAR), 3, 0, 3.0, 0),
+    "flying saw": ((_SAW,), 3, 0, 2.0, 0),
+    "flying saw, gear": ((_SAW, _SAW_GEAR), 3, 0, 3.0, 0),
+    "universal saw": ((_UNIVERSAL,), 3, 0, 2.0, 0),
+    "universal saw, gear": ((_UNIVERSAL, _GEAR), 3, 0, 3.0, 0),
+    "universal saw twice": ((_UNIVERSAL, _UNIVERSAL), 3, 0, 2.0, 0),
+    "flying saw, stop, linear": ((_SAW, (0x44, "<", ()), _LINEAR), 3, 0, 2.0, 0),
+    "several masters": ((_MULTI,), 3, 0, 0.25, 0),
+    "several masters, gear": ((_MULTI, _GEAR), 3, 0, 3.0, 0),
+    "decoupling": ((_LINEAR, (0x41, "<", ())), 0, 0, 0.0, 0),
+    "decoupling, stop, linear": ((_LINEAR, _FREE, _LINEAR), 3, 0, 2.0, 0),
+    "cam": ((_cam(10, 8),), 3, 8, 0.5, 0),
+    "cam, exchange": ((_cam(10, 8), _cam(10, 9)), 3, 9, 0.25, 0),
+    "cam, later exchange": ((_cam(10, 8), _cam(10, 9, when=2)), 3, 8, 0.5, _QUEUED),
+    "cam, scaling": ((_cam(10, 8), _change(2.0)), 3, 8, 1.0, 0),
+    "cam, later scaling": ((_cam(10, 8), _change(2.0, when=2)), 3, 8, 0.5, _PENDING),
+    "cam, scaling taken back": (
+        (_cam(10, 8), _change(2.0, when=2), _change(2.0, when=7)), 3, 8, 0.5, 0,
+    ),
+    "cam, slave scaling": ((_cam(10, 8), (0x49, "<d", (3.0,))), 3, 8, 1.5, 0),
+    "cam, offsets": ((_cam(10, 8), (0x43, "<4d", (0.0, 0.0, 2.0, 1.0))), 3, 8, 1.0, 0),
+    "cam, offsets, scaling": (
+        (_cam(10, 8), (0x43, "<2d", (1.0, 0.0)), (0x49, "<d", (3.0,))), 3, 8, 1.5, 0,
+    ),
+    "layer": ((_SEVERAL, _ADD), 3, 8, 0.75, 0),
+    "layer, scaling": ((_SEVERAL, _ADD, _change(2.0, table=9)), 3, 8, 1.0, 0),
+    "layer, exchange": ((_SEVERAL, _ADD, _cam(11, 8, operation=2, other=9)), 3, 8, 1.0, 0),
+    "layer, removal": ((_SEVERAL, _ADD, _cam(11, 8, operation=3)), 3, 9, 0.25, 0),
+    "later layer": ((_SEVERAL, _cam(11, 9, operation=1, when=2)), 3, 8, 0.5, _QUEUED),
+    "later layer taken back": (
+        (_SEVERAL, _cam(11, 9, operation=1, when=2), _change(1.0, when=7, table=9)), 3, 8, 0.5, 0,
+    ),
+    "tables": ((_BY_TABLE,), 3, 8, 0.5, 0),
+    "tables, correction": ((_BY_TABLE, (0x46, "<I", (9,))), 3, 8, 0.75, 0),
+    "tables, profile ends": (
+        (_BY_TABLE, (0x46, "<I", (9,)), (0x47, "<I", (9,))), 3, 8, 0.75, _QUEUED,
+    ),
+}  # fmt: skip
+"""Requests; coupling state, table, gear ratio and what waits in StateDWord after them."""
+
+
+@pytest.fixture
+def lines(bench: Any) -> Any:
+    """Tables 8 and 9 are lines of slope 0.5 and 0.25; ratio 1 of axis 3 is 0.25."""
+    for table, slave in ((8, 50.0), (9, 25.0)):
+        bench.put(0xA200 + table, 0x10000, "<3I", 2, 2, 2)
+        bench.write(0xA000 + table, 0x0100_0000, struct.pack("<4d", 0.0, 0.0, 100.0, slave))
+    bench.nc.axis(3).gear_ratio_1 = 0.25
+    bench.run(0.01)
+    return bench
+
+
+@pytest.mark.parametrize("name", ANSWERED)
+def test_answered_request_shows_before_the_next_cycle(lines: Any, name: str) -> None:
+    requests, state, table, ratio, waits = ANSWERED[name]
+    for offset, form, values in requests:
+        lines.write(F, offset, struct.pack(form, *values))
+
+    def shown() -> tuple[object, ...]:
+        bits = lines.nc.axis(3).state_dword
+        return (
+            *(lines.get(S, 0x20, "<I"), lines.get(S, 0x21, "<I"), lines.get(S, 0x23, "<d")),
+            *(lines.get(S, 0x12, "<d"), bits & _WAITS, bits & StateBit.PROTECTED),
+        )
+
+    at_once = shown()
+    assert at_once[:3] == (state, table, pytest.approx(ratio))
+    assert at_once[3:5] == (at_once[2], waits)
+    assert (at_once[5] != 0) == (state == 3)
+    lines.nc.cycle()
+    assert shown() == at_once
+
+
+def test_layer_that_waits_takes_no_other_request(lines: Any, refused: Any) -> None:
+    def send(offset: int, form: str, values: Any) -> None:
+        lines.write(F, offset, struct.pack(form, *values))
+
+    send(*_SEVERAL)
+    send(*_cam(11, 9, operation=1, when=2))
+    for request in (
+        _cam(11, 8, operation=2, other=9), _cam(11, 9, operation=3), _change(2.0, table=9),
+    ):  # fmt: skip
+        with refused(0x4287):
+            send(*request)
+    with refused(0x4261):
+        send(*_cam(11, 8, operation=2, other=7))
