@@ -92,7 +92,7 @@ def why_not_change(slave: "Axis", rows: NcRows, number: int, layer: CamFields) -
 def carry_out_now(slave: "Axis", rows: NcRows, layer: CamFields) -> None:
     """Carry out what a layer waits for if it is due and the slave can follow; else it waits on.
 
-    While its loop is open a slave only begins cams; other changes wait until the law counts anew.
+    While its loop is open a slave only begins cams, other changes wait until it is closed.
     """
     if not (slave.loop_closed or layer.next_kind == CHANGE_BEGIN):
         return
