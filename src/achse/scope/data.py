@@ -128,8 +128,12 @@ class ScopeTrack:
         np = _numpy()
         rows = np.frombuffer(self.block.rows, "<i8").reshape(-1, len(self.block.channels))
         column = np.ascontiguousarray(rows[: len(self), self.number])
-        raw = column.view(self.type.array_code)[:: WORD // self.type.size].copy()
-        return raw * self.channel.scale + self.channel.offset if self.channel.scaled else raw
+        raw: numpy.ndarray[Any, Any] = column.view(self.type.array_code)[
+            :: WORD // self.type.size
+        ].copy()
+        if self.channel.scaled:
+            raw = raw * self.channel.scale + self.channel.offset
+        return raw
 
     @property
     def time_array(self) -> "numpy.ndarray[Any, Any]":
