@@ -67,9 +67,23 @@ def test_control_of_another_plc_and_what_a_station_refuses(tmp_path: Path) -> No
     assert main["step"] == 10
     errors = list(main["errors"])
     assert errors[:3] == [0, 0, 0]
-    assert errors[3] == errors[5] == errors[6] == errors[7] == 0x701
+    assert errors[3] == errors[5] == errors[7] == 0x701
+    assert errors[6] == 0x70C  # the registry is empty
     assert errors[4] == errors[8] == 6  # nobody is at the port
     assert station.plcs[852].state is PlcState.STOP
+
+
+def test_registry_value_is_read_as_it_was_written(steps: Callable[..., Any]) -> None:
+    where = "sSubKey := 'Software\\A', sValName := 'speed', "
+    ran = steps(
+        "set : FB_RegSetValue; get : FB_RegQueryValue; sent : DWORD := 16#12345678; got : DWORD;"
+        " big : ARRAY [0..4999] OF BYTE; e1, e2 : UDINT;",
+        ("set", f"{where} eValType := 4, cbData := 4, pData := ADR(sent)", "e1 := set.nErrId;"),
+        ("get", f"{where} cbData := 4, pData := ADR(got)", ""),
+        ("set", f"{where} eValType := 3, cbData := 5000, pData := ADR(big)", "e2 := set.nErrId;"),
+    )
+    assert (ran["e1"], ran["set.cbWrite"], ran["e2"]) == (0, 0, 0x705)
+    assert (ran["get.nErrId"], ran["get.cbRead"], ran["got"]) == (0, 4, 0x1234_5678)
 
 
 def test_files_of_a_folder(steps: Callable[..., Any], tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from achse.devices.system.diagnosis import Diagnosis
 from achse.devices.system.file_worker import FileWorker
 from achse.devices.system.files import Files
 from achse.devices.system.folder import Folder
+from achse.devices.system.registry import Registry
 from achse.devices.system.routes import RouteServices
 from achse.devices.system.target import TargetDescription
 from achse.devices.system.time_service import TimeService
@@ -37,9 +38,6 @@ _REFUSED = {
     113: "device names",
     128: "scan file",
     129: "print to file",
-    200: "registry HKLM",
-    201: "registry HKCU",
-    202: "registry HKCR",
     300: "send mail",
     500: "start process",
     600: "change NetId",
@@ -93,6 +91,7 @@ class SystemDevice(Device):
                 *TimeService(clock).groups(),
                 *Diagnosis(name, self, table, VERSION, clock).groups(),
                 *RouteServices(table, writable=routes_writable).groups(),
+                *Registry().groups(),
                 *(_refused(*item) for item in _REFUSED.items()),
             ],
             clock=clock,
