@@ -94,6 +94,16 @@ elsewhere(
     "tests/router/test_rights.py::test_what_a_request_needs",
 )
 elsewhere(
+    "Who starts programs that `programs` in `[system]` names needs all rights, and nobody starts"
+    " others.",
+    "tests/router/test_rights.py::test_what_a_request_needs",
+    "tests/devices/system/test_processes.py::test_only_paths_of_a_pattern_start",
+)
+elsewhere(
+    "Keys and values of the registry services are in memory, and never those of the computer.",
+    "tests/devices/system/test_registry.py::test_registry_holds_what_was_written_and_not_deleted",
+)
+elsewhere(
     'With `listen = "secure"` nothing listens for plain AMS/TCP.',
     f"{SECURED}::test_secure_only_closes_plain_tcp_and_both_answers_searches",
 )

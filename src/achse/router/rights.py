@@ -35,8 +35,9 @@ ALL_RIGHTS = Right.READ | Right.WRITE | Right.STATE | Right.FILES | Right.METHOD
 
 _SYSTEM_PORT, _STATION_PORT = 10_000, 26_000
 
-_ROUTE_CHANGES = (801, 802)
-"""Of the system service: who adds a route may give it every right."""
+_UNLIMITED = (500, 801, 802)
+"""Of the system service: a program that is started may do anything, and who adds a route may give
+it every right."""
 
 _CHANGES = (Command.WRITE, Command.READ_WRITE)
 """At port 26000 they record what others may, cause faults that restart the station, stop PLCs."""
@@ -93,7 +94,7 @@ def needed_rights(frame: Frame) -> Right:
             group in SUMS and command == Command.READ_WRITE
         ):  # its parts may be about files, and about routes
             return Right.FILES | Right.READ if group in _READS else ALL_RIGHTS
-        if group in _ROUTE_CHANGES and command in _CHANGES:
+        if group in _UNLIMITED and command in _CHANGES:
             return ALL_RIGHTS
     elif port == _STATION_PORT and command in _CHANGES:
         return Right.READ if group in _READS else ALL_RIGHTS

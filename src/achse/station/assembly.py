@@ -63,6 +63,7 @@ def permanent(
         root=root,
         routes=router.routes,
         routes_writable=config.router.routes_over_ads,
+        programs=config.system.programs,
         name=config.name,
     )
     kept: list[tuple[Device, int]] = [

@@ -183,6 +183,17 @@ class SystemConfig(ConfigTable):
     the computer's time: a station that is killed loses so much; 0: it writes at its end only."""
     restart_time: MomentNs = 500_000_000
     """How long a restart takes, or a change to CONFIG."""
+    programs: Sequence[str] = ()
+    """Programs of this computer that clients may start (group 500 of port 10000), with any
+    arguments: absolute paths, `*` and `?` for any characters of a name. They run with the rights
+    of the station."""
+
+    @model_validator(mode="after")
+    def _programs_absolute(self) -> "SystemConfig":
+        for program in self.programs:
+            if not Path(program).is_absolute() or ".." in Path(program).parts:
+                raise ValueError(f"programs: expected absolute paths, got {program!r}")
+        return self
 
 
 class TaskConfig(ConfigTable):

@@ -133,6 +133,8 @@ def what_everybody_may(config: StationConfig, host: str) -> Sequence[str]:
         may.append(f"read, write and delete files below {config.system.root}")
     if config.router.routes_over_ads:
         may.append("add and remove routes")
+    if config.system.programs:
+        may.append(f"start programs of this computer: {', '.join(config.system.programs)}")
     return (
         f"this station listens at {host} and lets everybody in."
         " Anyone who reaches it may, without a password:",

@@ -42,7 +42,7 @@ def test_what_is_not_there(client: Any, refused: Any) -> None:
         client.write(0xF0, 0, bytes(16))
 
 
-@pytest.mark.parametrize("group", [110, 500, 600, 701, 808, 1200])
+@pytest.mark.parametrize("group", [110, 600, 701, 808, 1200])
 def test_what_reaches_into_an_operating_system_is_not_supported(
     client: Any, refused: Any, group: int
 ) -> None:

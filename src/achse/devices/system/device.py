@@ -5,7 +5,7 @@ from real targets.
 """
 
 import asyncio
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Protocol
@@ -16,6 +16,7 @@ from achse.devices.system.diagnosis import Diagnosis
 from achse.devices.system.file_worker import FileWorker
 from achse.devices.system.files import Files
 from achse.devices.system.folder import Folder
+from achse.devices.system.processes import Processes
 from achse.devices.system.registry import Registry
 from achse.devices.system.routes import RouteServices
 from achse.devices.system.target import TargetDescription
@@ -39,7 +40,6 @@ _REFUSED = {
     128: "scan file",
     129: "print to file",
     300: "send mail",
-    500: "start process",
     600: "change NetId",
     701: "IP helper",
     702: "IP host name",
@@ -63,7 +63,8 @@ class SystemDevice(Device):
     """The system service: state, version and restart index of the whole station.
 
     `control` obeys Write Control; without it every state is refused. `root` is the folder that the
-    file services show; `routes` what the route services list, and change if `routes_writable`.
+    file services show; `routes` what the route services list, and change if `routes_writable`;
+    `programs` are those that clients may start.
     """
 
     def __init__(
@@ -74,12 +75,14 @@ class SystemDevice(Device):
         root: Path | None = None,
         routes: RouteTable | None = None,
         routes_writable: bool = False,
+        programs: Sequence[str] = (),
         name: str = "achse",
     ) -> None:
         self.restart_index = 0
         """Counts restarts of the station, so that clients notice one."""
         self.control = control
         self.files = Files(None if root is None else Folder(root), clock)
+        self._processes = Processes(programs, self.files.beside)
         table = RouteTable() if routes is None else routes
         super().__init__(
             "TwinCAT System",
@@ -92,6 +95,7 @@ class SystemDevice(Device):
                 *Diagnosis(name, self, table, VERSION, clock).groups(),
                 *RouteServices(table, writable=routes_writable).groups(),
                 *Registry().groups(),
+                *self._processes.groups(),
                 *(_refused(*item) for item in _REFUSED.items()),
             ],
             clock=clock,
@@ -136,6 +140,7 @@ class SystemDevice(Device):
         """Drop clients that are gone, and close files that nobody uses any more."""
         super().sweep(now_ns)
         self.files.sweep(now_ns)
+        self._processes.sweep()
 
     def end_client(self, client: bytes) -> None:
         """Drop what belongs to a client that is gone, its files too."""
