@@ -150,7 +150,7 @@ def test_the_router_tells_what_it_carries(host: str) -> None:
     told = dict(
         line.split(None, 1) for line in run("ads", "router", ACHSE_HOST=host).stdout.splitlines()
     )
-    assert told["ports"].startswith("1, 100, 110, 10000")
+    assert told["ports"].startswith("1, 30, 100, 110, 200, 10000")
     assert told["memory"] == "700 kB"
     facts = json.loads(run("ads", "router", "--json", ACHSE_HOST=host).stdout)
     assert (facts["routes"], facts["notifications"], facts["memory"]) == (1, 0, 700)

@@ -28,6 +28,7 @@ STATION = """
 [system]
 root = "files"
 restart_time = "10ms"
+programs = ['/usr/bin/env', '{programs}/result*.sh']
 
 [[plc]]
 sources = '{project}'
@@ -79,13 +80,16 @@ def vendor_station(
     start_station: Callable[..., AbstractContextManager[Any]],
     tmp_path_factory: pytest.TempPathFactory,
 ) -> Iterator[Any]:
-    """A station with the suites' sample PLC project and a folder for their files."""
+    """A station with the suites' sample PLC project, and the folder of programs that it starts."""
     folder = tmp_path_factory.mktemp("vendor")
     (folder / "files" / "dev" / "shm").mkdir(parents=True)
     project = built / "adslib" / "PLC-TestProject" / "Untitled1"
-    (folder / "station.toml").write_text(STATION.format(project=project), encoding="utf-8")
+    programs = folder / "programs"
+    programs.mkdir()
+    text = STATION.format(project=project, programs=programs)
+    (folder / "station.toml").write_text(text, encoding="utf-8")
     with start_station(str(folder / "station.toml"), "--net-id", NET_ID) as running:
-        yield running
+        yield running, programs
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +105,8 @@ def run_vendor_test(
     built: Path, vendor_station: Any, second_host: str, tmp_path: Path
 ) -> Callable[[str, str], "subprocess.CompletedProcess[str]"]:
     """`run_vendor_test("AdsLibTest", "testAdsTimeout")` runs one test of a suite."""
-    address = vendor_station.host
+    station, programs = vendor_station
+    address = station.host
     commands: dict[str, Callable[[str], list[str | Path]]] = {
         "AdsLibTest": lambda test: [built / "AdsLibTest", test],
         "AdsLibOOITest": lambda test: [built / "AdsLibOOITest", test],
@@ -112,7 +117,7 @@ def run_vendor_test(
     }
 
     def run(suite: str, test: str) -> "subprocess.CompletedProcess[str]":
-        places = {"ADS_SERVER": address, "ADS_SECOND": second_host}
+        places = {"ADS_SERVER": address, "ADS_SECOND": second_host, "ADS_FOLDER": str(programs)}
         return subprocess.run(
             commands[suite](test),
             cwd=tmp_path,  # the tool's suite writes a log where it runs

@@ -69,7 +69,8 @@ def test_control_of_another_plc_and_what_a_station_refuses(tmp_path: Path) -> No
     assert errors[:3] == [0, 0, 0]
     assert errors[3] == errors[5] == errors[7] == 0x701
     assert errors[6] == 0x70C  # the registry is empty
-    assert errors[4] == errors[8] == 6  # nobody is at the port
+    assert errors[4] == 0x703  # no load among the real-time settings
+    assert errors[8] == 6  # nobody is at the port
     assert station.plcs[852].state is PlcState.STOP
 
 

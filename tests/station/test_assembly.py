@@ -22,7 +22,7 @@ def station(base: Path | None = None, **document: Any) -> Station:
 def test_an_empty_configuration_has_what_every_station_has_and_a_clock() -> None:
     empty = station()
     assert empty.devices[0].name == "TwinCAT System"
-    assert empty.router.ports == [1, 100, 110, 10_000, 14_000, 26_000]
+    assert empty.router.ports == [1, 30, 100, 110, 200, 10_000, 14_000, 26_000]
     names = [phase.name for phase in empty.cycle.phases]
     assert names == ["changes", "notifications", "scope", "sweep"]
     empty.advance(0.5)
@@ -47,7 +47,7 @@ def test_the_cycle_goes_from_axes_over_plcs_to_notifications(folder: Path) -> No
         ("sweep", 1_000_000_000),
     ]
     assert built.tick_ns == 1_000_000
-    assert built.router.ports == [1, 100, 110, 500, 501, 851, 852, 10_000, 14_000, 26_000]
+    assert built.router.ports == [1, 30, 100, 110, 200, 500, 501, 851, 852, 10_000, 14_000, 26_000]
 
 
 def test_each_phase_runs_at_its_own_cycle(folder: Path) -> None:
@@ -157,24 +157,3 @@ class Nobody:
 
     def deliver(self, frame: Frame) -> bool:
         return True
-
-
-@pytest.mark.parametrize("port", [30, 200])
-@pytest.mark.parametrize("command", [1, 2, 4, 9])
-def test_nobody_is_at_the_ports_of_licences_and_real_time(port: int, command: int) -> None:
-    """As on a system without them: AMS error 6, whatever is asked."""
-    built = station()
-    answers: list[Frame] = []
-
-    class Asker:
-        def deliver(self, frame: Frame) -> bool:
-            answers.append(frame)
-            return True
-
-    asker = Asker()
-    address = built.router.register(0, asker)
-    request = Frame(AmsAddress.of(built.router.net_id, port), address, command, data=bytes(16))
-    request.origin = asker
-    built.router.deliver(request)
-    (answer,) = answers
-    assert (answer.error, answer.data) == (6, b"")

@@ -28,6 +28,17 @@ def test_late_ticks_are_caught_up_and_counted() -> None:
     assert pace.late_ticks == 9 - 1 + 1  # those due at 2..18 ms are more than one tick late
 
 
+@pytest.mark.parametrize("speed", [0.5, 1.0])
+def test_pace_keeps_the_lateness_of_the_latest_tick(speed: float) -> None:
+    pace = Pace(2 * MS, speed, now=0)
+    for late in (3_000, 500_000, 7_000):
+        assert pace.take(pace.due + late)
+        if late == 500_000:
+            assert pace.latest_ns == late
+    assert (pace.behind_ns, pace.latest_ns) == (7_000 * speed, 500_000)
+    assert pace.tick_ns == 2 * MS / speed
+
+
 @pytest.mark.parametrize(("speed", "ticks"), [(0.5, 250), (1.0, 500), (20.0, 10_000)])
 def test_speed_scales_the_wall_clock(speed: float, ticks: int) -> None:
     pace = Pace(2 * MS, speed, now=0)

@@ -401,7 +401,7 @@ def test_in_config_plc_and_nc_are_gone_and_a_reset_brings_them_back_anew(watched
     station.advance(0.5)
     assert watched.mode() == (AdsState.CONFIG, 1, 0)
     assert station.state is AdsState.CONFIG
-    assert station.router.ports[:4] == [1, 100, 110, 10_000]
+    assert station.router.ports[:6] == [1, 30, 100, 110, 200, 10_000]
     station.advance(10.0)
     _control(system, AdsState.RESET)
     station.advance(0.4)

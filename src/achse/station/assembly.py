@@ -7,7 +7,9 @@ restart, and is not there in CONFIG.
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from achse.devices.licence import LICENCE_PORT, LicenceDevice
 from achse.devices.logger import EventLoggerDevice, LoggerDevice
+from achse.devices.realtime import REALTIME_PORT, RealtimeDevice
 from achse.devices.router import RouterDevice
 from achse.devices.system import StationControl, SystemDevice
 from achse.server import Device
@@ -69,8 +71,10 @@ def permanent(
     kept: list[tuple[Device, int]] = [
         (system, SYSTEM_PORT),
         (RouterDevice(router, devices, clock=clock), ROUTER_PORT),
+        (LicenceDevice(config.name, clock=clock), LICENCE_PORT),
         (LoggerDevice(clock=clock), LOGGER_PORT),
         (EventLoggerDevice(clock=clock), EVENT_LOGGER_PORT),
+        (RealtimeDevice(ground.pace, clock=clock), REALTIME_PORT),
     ]
     for device, port in kept:
         ground.attach(device, port)

@@ -55,6 +55,8 @@ class Pace:
         """Offset that stamps get with the next tick."""
         self._wall_per_tick = tick_ns / speed
         self.behind_ns = 0.0
+        self.latest_ns = 0.0
+        """How late the latest tick began, in wall time, since the last reset."""
         self.steps = [0] * (len(STEP_BOUNDS_NS) + 1)
         """How many ticks took so long to compute, by `STEP_BOUNDS_NS`; the last took longer."""
         self.computed_ns = 0
@@ -63,6 +65,11 @@ class Pace:
         self.rebases = 0
         self.dropped_ns = 0
         self._start(now)
+
+    @property
+    def tick_ns(self) -> float:
+        """Wall time of a tick."""
+        return self._wall_per_tick
 
     @property
     def speed(self) -> float:
@@ -101,6 +108,8 @@ class Pace:
             return False
         if behind > self._wall_per_tick:
             self.late_ticks += 1
+        if behind > self.latest_ns:
+            self.latest_ns = behind
         self.behind_ns = behind * self._speed
         if self._shifted:
             if self._clock is not None:
