@@ -108,16 +108,25 @@ async def test_a_temporary_route_without_host_leads_to_where_the_datagram_came_f
         (None, WANTED, 0x704),
         (Known(), WANTED._replace(password="2"), 0x704),
         (Known(), WANTED._replace(user="nobody"), 0x704),
+        (Known(), WANTED._replace(password=""), 0x704),
+        (Known(), WANTED._replace(user=""), 0x704),
         (Known(), WANTED._replace(net_id=None), 0x706),
         (Known(), WANTED._replace(name=""), 0x706),
         (Known(), WANTED._replace(host="a:b"), 0x706),
     ],
 )
-async def test_what_is_refused(users: Users | None, wanted: RouteRequest, status: int) -> None:
+async def test_what_is_refused(
+    users: Users | None,
+    wanted: RouteRequest,
+    status: int,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    caplog.set_level("INFO", "achse.discovery")
     routes = RouteTable()
     async with endpoint(users, routes) as router:
         assert await change_route("127.0.0.1", wanted, port=router.port) == status
         assert list(routes) == []
+    assert any("wants to" in record.message for record in caplog.records)
 
 
 async def test_other_services_are_not_supported_and_answers_not_answered() -> None:

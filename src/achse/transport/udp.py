@@ -124,7 +124,12 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
                 return
             user, password = request.text(Tag.USER), request.text(Tag.PASSWORD)
             if not (user and password):
-                self._answer(request, addr, ReturnCode.INVALID_ACCESS)  # nothing to check
+                log.info(
+                    "%s wants to change routes: expected user and password, got none",
+                    addr[0],
+                    extra=_sender(request, addr),
+                )
+                self._answer(request, addr, ReturnCode.INVALID_ACCESS)
             elif not self._passwords.put(addr[0], user, password, (request, addr)):
                 self.ignored += 1
         else:
