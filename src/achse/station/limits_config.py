@@ -1,5 +1,7 @@
 """[limits]: how much clients may hold of a station's devices."""
 
+from dataclasses import fields
+
 from pydantic import Field
 
 from achse.motion.tables.limits import TableLimits
@@ -66,20 +68,8 @@ class LimitsConfig(ConfigTable):
     handles are abandoned, and the subscriptions end."""
 
     def limits(self) -> ClientLimits:
-        """What each device keeps to."""
+        """Return the limits that each device keeps to; those without a key have their defaults."""
+        keys = {each.name for each in fields(ClientLimits)} & LimitsConfig.model_fields.keys()
         return ClientLimits(
-            handles=self.handles,
-            all_handles=self.all_handles,
-            abandoned_handles=self.abandoned_handles,
-            notifications=self.notifications,
-            all_notifications=self.all_notifications,
-            sample_bytes=self.sample_bytes,
-            watched_bytes=self.watched_bytes,
-            all_watched_bytes=self.all_watched_bytes,
-            queue_bytes=self.queue_bytes,
-            all_queue_bytes=self.all_queue_bytes,
-            samples=self.samples,
-            log_lines=self.log_lines,
-            all_log_lines=self.all_log_lines,
-            unreachable_ns=self.unreachable_time,
+            **{name: getattr(self, name) for name in keys}, unreachable_ns=self.unreachable_time
         )
