@@ -19,6 +19,7 @@ from achse.iec.paths import (
     PathMethod,
     ResolvedPath,
     follow,
+    format_path,
     locate,
     parse_path,
     split_symbol,
@@ -225,3 +226,17 @@ def test_a_static_variable_is_a_start_of_its_own() -> None:
 def test_an_index_out_of_bounds_is_told_apart(path: str) -> None:
     with pytest.raises(IecIndexError):
         locate(BLOCK, path)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (".a.b", ".a.b"),
+        ("[ 003 , -01 ]", "[3,-1]"),
+        ("^.x^", "^.x^"),
+        (".n.07", ".n.7"),
+        ("#Start", "#Start"),
+    ],
+)
+def test_path_is_written_without_zeros_and_blanks(text: str, expected: str) -> None:
+    assert format_path(parse_path(text)) == expected

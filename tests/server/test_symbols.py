@@ -5,9 +5,11 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from achse.server import ClientLimits
-from achse.server.symbols import decode_name
+from achse.server import ClientLimits, TableSizes
+from achse.server.symbols import SymbolServices, decode_name
 
 # handles ---------------------------------------------------------------------------------------
 
@@ -271,3 +273,64 @@ def test_a_symbol_notification_group_is_for_notifications_only(bench: Any) -> No
 
 def test_names_are_cp1252_up_to_the_nul() -> None:
     assert decode_name(b"GVL.Gr\xf6\xdfe\0junk") == "GVL.Größe"
+
+
+@given(
+    st.lists(st.sampled_from([b"MAIN.nCounter", b"MAIN.nCounter\0", b"main.NCOUNTER"]), max_size=9),
+    st.data(),
+)
+def test_handles_of_one_spelling_share_a_symbol_until_the_table_changes(
+    names: list[bytes], data: st.DataObject
+) -> None:
+    services = SymbolServices(_OneSymbol(), ClientLimits())
+
+    def request(name: bytes) -> int:
+        return int.from_bytes(services._handle_by_name(0, 4, name, bytes(8)), "little")
+
+    handles = {request(name): name.rstrip(b"\0") for name in names}
+    valid = services.handles.valid
+    assert len({id(valid[each].symbol) for each in handles}) == len(set(handles.values()))
+    released = data.draw(st.sets(st.sampled_from(sorted(handles)))) if handles else set()
+    for handle in released:
+        services.handles.release(handle, bytes(8))
+    left = {name for handle, name in handles.items() if handle not in released}
+    assert len(services.handles.symbols) == len(left)
+    before = list({id(handle.symbol): handle.symbol for handle in valid.values()}.values())
+    services.handles.invalidate()
+    for name in left:
+        assert valid[request(name)].symbol not in before
+
+
+class _Value:
+    """A symbol of two bytes."""
+
+    index_group, index_offset, size, read_only, context, call = 0x4040, 0, 2, False, 0, None
+
+    def read(self) -> bytes:
+        return b"ab"
+
+    def write(self, data: bytes) -> None:
+        raise AssertionError
+
+    def entry(self) -> bytes:
+        raise AssertionError
+
+
+class _OneSymbol:
+    """A source that resolves every name to a new object."""
+
+    version = 1
+
+    def resolve(self, name: str) -> _Value:
+        return _Value()
+
+    def upload_info(self) -> TableSizes:
+        return TableSizes(symbol_count=1, type_count=0)
+
+    def symbol_table(self) -> bytes:
+        return b""
+
+    type_table = symbol_table
+
+    def type_entry(self, name: str) -> None:
+        return None

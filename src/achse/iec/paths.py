@@ -31,6 +31,7 @@ __all__ = [
     "Step",
     "dereferenced",
     "follow",
+    "format_path",
     "locate",
     "parse_path",
     "split_symbol",
@@ -124,6 +125,24 @@ def parse_path(text: str) -> tuple[Step, ...]:
     if not steps:
         raise _fault(text, 0, "a name")
     return tuple(steps)
+
+
+def format_path(steps: Iterable[Step]) -> str:
+    """Return the rest of a path as text without the zeros and blanks that an index may have."""
+    parts = []
+    for step in steps:
+        match step:
+            case PathMember(name):
+                parts.append(f".{name}")
+            case PathIndex(indices):
+                parts.append(f"[{','.join(map(str, indices))}]")
+            case Deref():
+                parts.append("^")
+            case Bit(number):
+                parts.append(f".{number}")
+            case PathMethod(name):
+                parts.append(f"#{name}")
+    return "".join(parts)
 
 
 def _step(text: str, position: int) -> tuple[Step, int]:

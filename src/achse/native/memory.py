@@ -4,7 +4,7 @@ import struct
 import sys
 from array import array
 from collections.abc import Callable, Iterable
-from functools import partial
+from functools import lru_cache, partial
 from itertools import groupby
 from operator import itemgetter
 from typing import Any
@@ -104,11 +104,17 @@ class MemoryCell:
         self.offset = offset
         self.size = size
         self.spot: Spot = id(memory), offset, size
-        self._take = struct.Struct(f"{size}s").unpack_from
+        self._take = _taker(size)
 
     def __call__(self) -> bytes:
         value: bytes = self._take(self.memory, self.offset)[0]
         return value
+
+
+@lru_cache(1024)
+def _taker(size: int) -> Callable[[bytearray | memoryview, int], tuple[bytes]]:
+    """Return a function that reads `size` bytes at an offset."""
+    return struct.Struct(f"{size}s").unpack_from
 
 
 def gather(readers: Iterable[Callable[[], Any]]) -> Callable[[], tuple[Any, ...]]:

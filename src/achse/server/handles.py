@@ -6,6 +6,7 @@ script of the vendor's command line tool requests a handle in one process and us
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Generic, TypeVar
+from weakref import WeakValueDictionary
 
 from achse.ams import DeviceError, Endpoint
 from achse.codes import ReturnCode
@@ -78,6 +79,8 @@ class HandleTable(Generic[Symbol]):
         self._valid: dict[int, Handle[Symbol]] = {}
         self.valid: Mapping[int, Handle[Symbol]] = self._valid
         """Handles of the present symbol table, by number."""
+        self.symbols: WeakValueDictionary[str, Symbol] = WeakValueDictionary()
+        """Symbols of valid handles by name: all handles of one name share the symbol."""
         self._stale: dict[int, HandleOwner] = {}
         """Owners of the handles that are out of date, by number."""
         self._owners: dict[bytes, dict[Endpoint | None, HandleOwner]] = {}
@@ -207,6 +210,7 @@ class HandleTable(Generic[Symbol]):
         """Put every handle out of date: the symbol table has changed."""
         self._stale.update((number, handle.owner) for number, handle in self._valid.items())
         self._valid.clear()
+        self.symbols.clear()
 
     def _by_owner(self) -> Iterator[tuple[int, HandleOwner]]:
         """Return number and owner of each handle."""
@@ -227,6 +231,7 @@ class HandleTable(Generic[Symbol]):
                 usage.abandoned_handles -= len(owner.numbers)
                 del usage.abandoned[owner]
         self._valid.clear()
+        self.symbols.clear()
         self._stale.clear()
         self._owners.clear()
         self._clients_by_way.clear()

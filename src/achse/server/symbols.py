@@ -28,8 +28,15 @@ _PIECE = 0x8000_0000
 """Table uploads in pieces: this bit in the offset, the byte position in the others."""
 
 
+_LONGEST_SHARED = 256
+"""Characters of a name whose handles share one symbol."""
+
+
 class ResolvedSymbol(Protocol):
-    """A variable, member, element or method that a name resolves to."""
+    """A variable, member, element or method that a name resolves to.
+
+    Weak references to it must be possible: a class with slots has `__weakref__`.
+    """
 
     @property
     def index_group(self) -> int: ...
@@ -272,10 +279,21 @@ class SymbolServices:
         way = self._way()
         if not getattr(way, "connected", True):
             raise DeviceError(ReturnCode.CLIENT_UNKNOWN, "its connection has ended")
-        symbol = self._resolve(data)
+        symbol = self._shared_symbol(data)
         read = symbol.read if symbol.call is None else _refuse_method
         handle = self.handles.add(symbol, read, client, way)
         return _HANDLE.pack(handle) if read_length == 4 else _handle_and_type(handle, symbol)
+
+    def _shared_symbol(self, data: bytes) -> ResolvedSymbol:
+        """Return the symbol of the handles that exist for a name, else resolve the name."""
+        name = decode_name(data)
+        symbols = self.handles.symbols
+        symbol = symbols.get(name)
+        if symbol is None:
+            symbol = self._resolve(data)
+            if len(name) <= _LONGEST_SHARED:
+                symbols[name] = symbol
+        return symbol
 
     def _release_handle(self, offset: int, data: bytes, client: bytes) -> None:
         if len(data) != 4:

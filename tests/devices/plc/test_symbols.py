@@ -5,6 +5,8 @@ import struct
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
@@ -16,6 +18,7 @@ from achse.iec import (
     STRING,
     FunctionBlock,
     GlobalVariables,
+    Program,
     Struct,
     method,
     pointer_to,
@@ -499,3 +502,18 @@ def test_a_long_or_foreign_text_does_not_stop_the_upload() -> None:
     (entry,) = [entry for entry in decode_symbols(table) if entry.name == "Texts.nA"]
     assert entry.comment == "?" * 0xFFFF
     assert entry.attributes == (("note", "?" * 255), ("ö" * 255, ""))
+
+
+@given(zeros=st.integers(0, 3000), blanks=st.integers(0, 3000), index=st.integers(0, 4))
+def test_name_of_an_element_does_not_grow_with_zeros_and_blanks(
+    zeros: int, blanks: int, index: int
+) -> None:
+    class LISTED(Program):
+        aValues = var(ARRAY(INT, (0, 4)))
+
+    plc = PlcRuntime([Task("PlcTask", 10_000_000, [LISTED])])
+    text = f"LISTED.aValues[{' ' * blanks}{'0' * zeros}{index}]"
+    symbol = PlcSymbols(plc).resolve(text)
+    assert symbol is not None
+    assert len(symbol.name) <= 300
+    assert symbol.index_offset == PlcSymbols(plc).resolve(f"LISTED.aValues[{index}]").index_offset  # type: ignore[union-attr]

@@ -19,7 +19,7 @@ from achse.devices.value_symbols import ValueSymbol, ValueSymbols
 from achse.iec import DINT, LREAL, UDINT, IecPathError, IecType, iec_type
 from achse.iec.describe import types_within
 from achse.iec.names import ELEMENTARY
-from achse.iec.paths import follow, parse_path, split_symbol
+from achse.iec.paths import follow, format_path, parse_path, split_symbol
 from achse.motion import Axis, Nc
 from achse.motion.groups.group import AxisGroup
 from achse.server import READ, WRITE, AreaGroup, Service
@@ -143,7 +143,8 @@ class NcSymbols(ValueSymbols):
             return None
 
     def _member(self, symbol: ValueSymbol, rest: str) -> ValueSymbol:
-        location = follow(symbol.type, parse_path(rest))
+        steps = parse_path(rest)
+        location = follow(symbol.type, steps)
         if location.bit is not None:
             raise IecPathError(f"single bits have no symbol: {rest}")
         axis = self._nc.axis(symbol.index_group - CYCLIC)
@@ -151,7 +152,7 @@ class NcSymbols(ValueSymbols):
         whole = symbol.read
         incoming = symbol.index_offset == FROM_PLC
         return ValueSymbol(
-            symbol.name + rest,
+            symbol.name + format_path(steps),
             location.type,
             (_MEMBERS + axis.axis_id, first + (_FROM_PLC_MEMBERS if incoming else 0)),
             lambda: whole()[first : first + size],

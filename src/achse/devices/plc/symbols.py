@@ -20,6 +20,7 @@ from achse.iec.paths import (
     Step,
     dereferenced,
     follow,
+    format_path,
     parse_path,
     split_symbol,
 )
@@ -36,6 +37,10 @@ _ADDRESS_TYPES = {Area.INPUT: "Input", Area.OUTPUT: "Output"}
 """The index group in the entries of properties: they are reached by handle only."""
 
 
+_LONGEST_PART = 256
+"""Characters behind a root up to which a symbol has the spelling of the client as its name."""
+
+
 class MemoryRange(NamedTuple):
     """A place in PLC memory."""
 
@@ -48,6 +53,7 @@ class PlcSymbol:
     """A variable, or a part of one, at a fixed place in memory; a method or property of a part."""
 
     __slots__ = (
+        "__weakref__",
         "_spot",
         "attributes",
         "call",
@@ -250,6 +256,8 @@ class PlcSymbols:
                 raise DeviceError(ReturnCode.INVALID_ARRAY_INDEX, str(failure)) from None
             except IecPathError:
                 continue
+            if len(rest) > _LONGEST_PART:
+                rest = format_path(steps)
             return self._part(root, rest, steps, location)
         return None
 
