@@ -199,7 +199,8 @@ class Host:
     def forwarded(self) -> int:
         """Subscriptions and handles that it knows of, of clients that are there and gone."""
         peers = [*self.peers, *(each._connection for each in self.uplinks if each._connection)]
-        return sum(len(list(peer._forwarding.resources)) for peer in peers)
+        tables = [peer._forwarding for peer in peers if peer._forwarding is not None]
+        return sum(len(list(each.resources)) for each in tables)
 
 
 class Target(Host):

@@ -38,10 +38,7 @@ _ON_CHANGE = frozenset(
     )
 )
 IN_CONTEXT = frozenset(
-    (
-        TransmissionMode.SERVER_CYCLE_IN_CONTEXT,
-        TransmissionMode.SERVER_ON_CHANGE_IN_CONTEXT,
-    )
+    (TransmissionMode.SERVER_CYCLE_IN_CONTEXT, TransmissionMode.SERVER_ON_CHANGE_IN_CONTEXT)
 )
 
 _FREED_AT_ONCE = 1000
@@ -57,7 +54,7 @@ class Sender(Protocol):
 
 
 class _Holding:
-    """What one client address has subscribed."""
+    """Subscriptions of one client address."""
 
     __slots__ = ("channels", "count", "watched")
 
@@ -328,7 +325,9 @@ class Notifications:
             if not ways:
                 del self._ways[channel.via]
         self._waiting.pop(channel, None)
-        for batch in channel.batches.values():
+        self._keep(-channel.discard())
+        while channel.batches:
+            batch = channel.batches.popitem()[1]
             for beat in (*batch.beats.values(), *batch.full):
                 beat.leave()
                 self._tidy_up(beat.pulse)
@@ -336,7 +335,6 @@ class Notifications:
             batch.full.clear()
             batch.subscriptions = 0
             self._drop(batch)
-        self._keep(-channel.discard())
         holding = self._clients[channel.client]
         self._hold(channel, -len(channel.subscriptions), -channel.watched)
         del holding.channels[channel]

@@ -271,19 +271,20 @@ class Series:
         self._take: Callable[[], tuple[Any, ...]]
         self._sampler: Sampler | None = None
         """Has the last values, if there is one."""
-        self._sample = self._begin
+        self._sample: Callable[[Series, Batch], None] = Series._begin
+        """A function of the class: a bound method would refer to the series in a circle."""
 
     def add(self, subscription: NotificationHandle) -> None:
         self.subscriptions[subscription.handle] = subscription
-        self._sample = self._begin
+        self._sample = Series._begin
 
     def discard(self, subscription: NotificationHandle) -> None:
         if self.subscriptions.pop(subscription.handle, None) is not None:
-            self._sample = self._begin
+            self._sample = Series._begin
 
     def sample(self, batch: "Batch") -> None:
         """Put the samples that are to be sent into `batch`."""
-        self._sample(batch)
+        self._sample(self, batch)
 
     def _begin(self, batch: "Batch") -> None:
         """The values one by one: others may come or go before the next time."""
@@ -294,19 +295,19 @@ class Series:
         self._headers = tuple(subscription.header for subscription in self._members)
         self._last = tuple(subscription.last for subscription in self._members)
         self._choose(batch, tuple([subscription.take() for subscription in self._members]))
-        self._sample = self._settle
+        self._sample = Series._settle
 
     def _settle(self, batch: "Batch") -> None:
         """From now on all at once."""
         readers = [subscription.reader for subscription in self._members]
         self._take = gather(readers)
-        self._sample = self._together
+        self._sample = Series._together
         if self._on_change and any(map(is_fixed, readers)):
             last = [value for value in self._last if value is not None]
             if len(last) == len(readers):
                 self._sampler = Sampler(readers, self._headers, last)
-                self._sample = self._changed
-        self._sample(batch)
+                self._sample = Series._changed
+        self._sample(self, batch)
 
     def _together(self, batch: "Batch") -> None:
         self._choose(batch, self._take())
@@ -316,8 +317,8 @@ class Series:
         found = self._sampler.sample()
         if found is None:
             self._leave_sampler()
-            self._sample = self._together
-            self._sample(batch)
+            self._sample = Series._together
+            self._together(batch)
         elif found[0]:
             batch.count += found[0]
             batch.parts.append(found[1])

@@ -113,7 +113,8 @@ class Peer:
         self.senders = Senders()
         self._last_source = b""
         self._rights = SenderRights()
-        self._forwarding = Forwarding(owner.router, self._send_own, self._after_a_second)
+        self._forwarding: Forwarding | None = None
+        """Requests of other clients, from the first one until the line ends."""
         self._repeated = RepeatedReads(owner.router)
         self._circles_told = -_AGAIN_NS
         self._out = Outbox()
@@ -160,7 +161,10 @@ class Peer:
         self._line = None
         self._leave()
         self.owner.closed(self)
-        lost, unanswered = self._forwarding.end(self._code_at_end)
+        forwarding, self._forwarding = self._forwarding, None
+        if forwarding is None:
+            return
+        lost, unanswered = forwarding.end(self._code_at_end)
         for answer in unanswered:
             self._router.deliver(answer)
         for session in lost:
@@ -223,7 +227,8 @@ class Peer:
                     if self._rights and self._refuse(event):
                         continue
                     backwards = event.is_response or event.command == Command.NOTIFICATION
-                    if backwards and not self._forwarding.come_back(event):
+                    forwarding = self._forwarding
+                    if backwards and forwarding is not None and not forwarding.come_back(event):
                         continue
                     try:
                         router.deliver(event)
@@ -359,6 +364,8 @@ class Peer:
         else:
             now = int(self.owner.loop.time() * 1e9)
             circles = frame.origin is not None and not router.is_local(frame.target[:6])
+            if self._forwarding is None:
+                self._forwarding = Forwarding(router, self._send_own, self._after_a_second)
             outcome = self._forwarding.request(client, frame, now, circles=circles)
         if isinstance(outcome, Frame):
             return outcome
