@@ -165,6 +165,21 @@ def test_single_block() -> None:
     assert path.finished
 
 
+def test_single_block_that_is_switched_off_waits_for_the_next_block() -> None:
+    path = planner()
+    path.single_block = True
+    for n in range(3):
+        path.append(PathLine((10 * (n + 1), 0, 0), 100, block=n))
+    path.advance(1000)
+    for on in (False, True, False):
+        path.single_block = on
+        path.advance(1000)
+        assert path.position == pytest.approx((10, 0, 0))
+    path.next_block()
+    run(path)
+    assert path.position == pytest.approx((30, 0, 0))
+
+
 def test_the_path_goes_back() -> None:
     path = planner()
     path.append(PathLine((10, 0, 0), 100))

@@ -150,7 +150,7 @@ class Feeder:
     @property
     def room(self) -> int:
         """Lines that `feed_lines` takes in this cycle; 0 while each move is looked at alone."""
-        if self._deleting or self._left or self.group.single_block_mode:
+        if self._deleting or self._left or self.group.single_block:
             return 0
         return max(0, min(self._budget, self.group.free))
 

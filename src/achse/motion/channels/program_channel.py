@@ -221,7 +221,7 @@ class ProgramChannel(NcChannel):
             code = group.begin()
             if code:
                 return code
-        group.single_block_mode = int(self.operation_mode == ProgramMode.SINGLE_BLOCK)
+        group.channel_single_block = self.operation_mode == ProgramMode.SINGLE_BLOCK
         self.data.single_block = self.operation_mode == ProgramMode.SINGLE_BLOCK_INTERPRETER
         self.data.subroutines = self.files.store.subroutines(self._file)
         self._registers = list(self.data.registers.own)
@@ -290,7 +290,7 @@ class ProgramChannel(NcChannel):
         self.operation_mode = ProgramMode(mode)
         self.data.single_block = mode == ProgramMode.SINGLE_BLOCK_INTERPRETER
         if self.group is not None and self.state in ACTIVE_STATES:
-            self.group.single_block_mode = int(mode == ProgramMode.SINGLE_BLOCK)
+            self.group.channel_single_block = mode == ProgramMode.SINGLE_BLOCK
         return OK
 
     def go_ahead(self) -> int:

@@ -15,8 +15,9 @@ from achse.motion.commands.groups import begin_group_motion, end_group_motion
 from achse.motion.commands.homing import end_application_request, home
 from achse.motion.commands.stops import stop
 from achse.motion.dynamics import fastest
-from achse.motion.groups.group import FULL_OVERRIDE, AxisGroup
+from achse.motion.groups.group import FULL_OVERRIDE
 from achse.motion.groups.parameters import GroupParameters
+from achse.motion.groups.path_parameters import MOST_OVERRIDE, PathGroupParameters
 from achse.motion.groups.path_view import PathView
 from achse.motion.groups.reach import PathReach
 from achse.motion.groups.states import GroupType, SafState
@@ -27,10 +28,8 @@ from achse.motion.path import (
     PathLimits,
     PathLine,
     PathOverride,
-    PathParameters,
     PathPlanner,
     PathSegment,
-    ReductionMethod,
     rapid_feed,
 )
 from achse.motion.path.compiled import KERNEL
@@ -46,11 +45,8 @@ PLACES = 8
 _NO_AXIS = PathLimits(1e9, 1e12, 1e15)
 """An empty place limits nothing."""
 
-_ABOVE = 10.0
-"""Override that is possible above 100 %."""
 
-
-class PathGroup(AxisGroup):
+class PathGroup(PathGroupParameters):
     """Axes on a path. Places 0..2 are X, Y, Z, places 3..7 are Q1..Q5.
 
     `begin` lets the group lead its axes, `append` adds segments, `end` gives the axes free; between
@@ -61,15 +57,11 @@ class PathGroup(AxisGroup):
 
     def __init__(self, parameters: GroupParameters, axes: Mapping[int, Axis]) -> None:
         super().__init__(parameters, axes, PLACES)
-        self._single_block = 0
-        self._path = PathParameters()
-        self._angles = [self._path.angle_low, self._path.angle_high]
         self.total_remaining_path_enable = 0
         self._reach = PathReach(self.places)
         self.override_above_full = 0
         self.max_commands_per_cycle = parameters.segments_per_cycle
         self.table_size = parameters.table_size
-        self.planner: PathPlanner | None = None
         self.keeps_way_back = False
         """Whether the next `begin` keeps the path for a way back."""
         self.way_back = WayBack(self)
@@ -90,105 +82,6 @@ class PathGroup(AxisGroup):
     # parameters
 
     @property
-    def path_parameters(self) -> PathParameters:
-        """What holds for segments that are appended from now on."""
-        return self._path
-
-    @path_parameters.setter
-    def path_parameters(self, parameters: PathParameters) -> None:
-        """Raises PathError."""
-        self._path = parameters
-        if self.planner is not None:
-            self.planner.parameters = self._path
-
-    def _change(self, **values: object) -> None:
-        self.path_parameters = replace(self._path, **values)  # type: ignore[arg-type]
-
-    @property
-    def reduction_method(self) -> ReductionMethod:
-        """How corners reduce the velocity (0x500)."""
-        return self._path.method
-
-    @reduction_method.setter
-    def reduction_method(self, method: int) -> None:
-        self._change(method=ReductionMethod(method))
-
-    @property
-    def reduction_factor_c0(self) -> float:
-        """Factor at corners (0x501)."""
-        return self._path.c0
-
-    @reduction_factor_c0.setter
-    def reduction_factor_c0(self, factor: float) -> None:
-        self._change(c0=factor)
-
-    @property
-    def reduction_factor_c1(self) -> float:
-        """Factor where the curvature jumps (0x502)."""
-        return self._path.c1
-
-    @reduction_factor_c1.setter
-    def reduction_factor_c1(self, factor: float) -> None:
-        self._change(c1=factor)
-
-    @property
-    def reduction_factor_c2(self) -> float:
-        """Factor where the curvature goes on (0x507)."""
-        return self._path.c2
-
-    @reduction_factor_c2.setter
-    def reduction_factor_c2(self, factor: float) -> None:
-        self._change(c2=factor)
-
-    @property
-    def critical_angle_low(self) -> float:
-        """Corners up to here reduce nothing, degrees (0x503)."""
-        return self._path.angle_low
-
-    @critical_angle_low.setter
-    def critical_angle_low(self, angle: float) -> None:
-        self._change(angle_low=angle)
-
-    @property
-    def critical_angle_high(self) -> float:
-        """Corners from here on reduce as far as it goes, degrees (0x504)."""
-        return self._path.angle_high
-
-    @critical_angle_high.setter
-    def critical_angle_high(self, angle: float) -> None:
-        self._change(angle_high=angle)
-
-    @property
-    def min_path_velocity(self) -> float:
-        """Transitions reduce to no less, mm/s (0x505)."""
-        return self._path.least_velocity
-
-    @min_path_velocity.setter
-    def min_path_velocity(self, velocity: float) -> None:
-        self._change(least_velocity=velocity)
-
-    @property
-    def override_type(self) -> PathOverride:
-        """What the override refers to (0x50A)."""
-        return self._path.override_type
-
-    @override_type.setter
-    def override_type(self, kind: int) -> None:
-        above = kind == PathOverride.REDUCED_ABOVE
-        self._change(override_type=PathOverride(kind), most_override=_ABOVE if above else 1.0)
-
-    @property
-    def single_block_mode(self) -> int:
-        """1: the path rests at the end of each segment until `next_block` (0x06)."""
-        return self._single_block
-
-    @single_block_mode.setter
-    def single_block_mode(self, on: int) -> None:
-        self._single_block = on
-        if self.planner is not None:
-            self.planner.single_block = bool(on)
-
-    @property
     def soft_limit_monitoring_enable(self) -> int:
         """1: segments end within the soft limits of the axes (0x509)."""
         return int(self._reach.soft_limits)
@@ -206,7 +99,7 @@ class PathGroup(AxisGroup):
     def at_block_end(self) -> bool:
         """Single block: it rests where a segment ends that is not the last one."""
         planner = self.planner
-        if planner is None or not self._single_block or self.rests or not self.stands:
+        if planner is None or self.rests or not self.stands:
             return False
         return planner.at_barrier
 
@@ -252,7 +145,7 @@ class PathGroup(AxisGroup):
             )
         except PathError:
             return NcError.GROUP_PARAMETER
-        self.planner.single_block = bool(self._single_block)
+        self._use_single_block()
         self.way_back.begin(self.keeps_way_back)
         self._way_before, self._number = 0.0, 0
         self._override_used = -1.0
@@ -495,7 +388,7 @@ class PathGroup(AxisGroup):
     def _use_override(self, planner: PathPlanner) -> None:
         override = self.override / FULL_OVERRIDE
         above = self.override_above_full and self.override_type == PathOverride.REDUCED_ABOVE
-        override = min(override, _ABOVE if above else 1.0)
+        override = min(override, MOST_OVERRIDE if above else 1.0)
         if override != self._override_used:
             self._override_used = planner.override = override
 
@@ -571,7 +464,7 @@ class PathGroup(AxisGroup):
     def digest(self) -> bytes:
         """All that decides what the group does next, as bytes."""
         planner = self.planner
-        own = (self._path, self._number, self._single_block, self._way_before)
+        own = (self._path, self._number, self.single_block, self._way_before)
         there: tuple[object, ...] = ()
         if planner is not None:
             state = planner.state

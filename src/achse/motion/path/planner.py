@@ -521,7 +521,10 @@ class PathPlanner:
 
     @property
     def single_block(self) -> bool:
-        """Rest at the end of each segment until `next_block` (0x3000+ID:0x6)."""
+        """Rest at the end of each segment until `next_block` (0x3000+ID:0x6).
+
+        Once it rests there, only `next_block` goes on.
+        """
         return self._single_block
 
     @single_block.setter
@@ -529,15 +532,24 @@ class PathPlanner:
         if on == self._single_block:
             return
         self._single_block = on
-        self.state.barrier = -1
-        self.state.fresh = 0
+        if self.at_barrier and not self.finished:
+            return
+        self._remove_barrier()
         if on:
             self._stop_at_end(self.state.current)
 
     def next_block(self) -> None:
-        """Single block: go on to the end of the next segment."""
-        if self._single_block and self.standstill:
+        """Go on to the end of the next segment, or of the path if single block is off by now."""
+        if not self.standstill:
+            return
+        if self._single_block:
             self._stop_at_end(max(self.state.barrier + 1, self.state.current))
+        elif self.state.barrier >= 0:
+            self._remove_barrier()
+
+    def _remove_barrier(self) -> None:
+        self.state.barrier = -1
+        self.state.fresh = 0
 
     def _stop_at_end(self, first: int) -> None:
         """Stop at the first end of a segment, from a piece on, where the path still can."""
