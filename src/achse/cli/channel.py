@@ -18,11 +18,13 @@ __all__ = ["channel"]
 
 _PARAMETERS, _STATES, _FUNCTIONS, _CYCLIC = 0x2000, 0x2100, 0x2200, 0x2300
 _GROUP_FUNCTIONS, _GROUP_STATES = 0x3200, 0x3100
+_PLACE, _PLACE_FORM = 0x8000_0002, struct.Struct("<4I3d260s")
 _RING0_STATES = 0x1100
 _CHANNEL_IDS = 0x31
 _LONGEST_LIST = 1020
 _INTERPRETER = 2
 _LINE = 256
+_FAULT = 1
 
 channel = typer.Typer(no_args_is_help=True, help="Run part programs on the channels of the NC.")
 
@@ -74,6 +76,23 @@ async def _state(client: "Client", id: int) -> dict[str, Any]:
         "m_function": number if request else None,
         "velocity": struct.unpack_from("<d", image, 88)[0],
         "error": error,
+        "place": await _place(client, id),
+    }
+
+
+async def _place(client: "Client", id: int) -> dict[str, Any] | None:
+    """The block at fault, or the one that a search found; None for none."""
+    data = await client.read_raw(_STATES + id, _PLACE, _PLACE_FORM.size)
+    kind, line, block, counter, x, y, z, name = _PLACE_FORM.unpack(data)
+    if not kind:
+        return None
+    return {
+        "kind": "fault" if kind == _FAULT else "found",
+        "file": name.split(b"\0", 1)[0].decode("cp1252", "replace"),
+        "line": line,
+        "block": block,
+        "counter": counter,
+        "position": [x, y, z],
     }
 
 
@@ -91,7 +110,17 @@ def _told(state: dict[str, Any]) -> str:
 
         row = NcError.of(state["error"])
         text += f", error 0x{state['error']:X}" + (f" {row.name}: {row.text}" if row else "")
-    return text
+    return text + _place_text(state["place"])
+
+
+def _place_text(place: dict[str, Any] | None) -> str:
+    """A place, to be read behind a state."""
+    if place is None:
+        return ""
+    number = f" (N{place['block']})" if place["block"] else ""
+    x, y, z = place["position"]
+    motion = "axes stopped at" if place["kind"] == "fault" else "waits for the axes at"
+    return f"; {place['file']}:{place['line']}{number}, {motion} X{x:.3f} Y{y:.3f} Z{z:.3f}"
 
 
 async def _report(client: "Client", id: int, in_json: bool) -> None:

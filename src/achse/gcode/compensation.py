@@ -16,7 +16,7 @@ from math import atan2, cos, hypot, pi, sin, sqrt
 
 from achse.codes import NcError
 from achse.gcode.arcs import PlanePoint
-from achse.gcode.canon import BottleneckNotice, Canonical, PathPlane, PathPoint
+from achse.gcode.canon import BottleneckNotice, Canonical, Origin, PathPlane, PathPoint
 from achse.gcode.contour import ContourElement
 from achse.gcode.errors import WordRefused
 
@@ -132,6 +132,16 @@ class CutterCompensation:
         """Where the cutter's centre is behind all that came out."""
         self.moved = False
         """Did an element come behind the selecting line?"""
+
+    @property
+    def held_origin(self) -> Origin | None:
+        """First block whose move is held back."""
+        for item in self.held:
+            if isinstance(item, _Beside):
+                return item.element.facts.origin
+            if isinstance(item, ContourElement):
+                return item.facts.origin
+        return None
 
     def other(self, command: Canonical) -> Iterator[ContourElement | Canonical]:
         """A command other than a move keeps its place."""

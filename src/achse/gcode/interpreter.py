@@ -111,6 +111,8 @@ class Interpreter:
         """Blocks that ran so far: the counter of `Origin`."""
         self.origin = Origin(program.name, 1, 0, 0, 0)
         """The block that ran last."""
+        self.unmade: Origin | None = None
+        """First block that cutter compensation held back as the last block began to run."""
         self.left_out: tuple[int, str, int] | None = None
         """A block that does not run: its counter, and file and line as in `Origin`."""
         self.found: SearchFound | None = None
@@ -259,7 +261,8 @@ class Interpreter:
         self.blocks += 1
         origin = Origin(program.name, line + 1, program.starts[line], block.number, self.blocks)
         self.origin = origin
-        if self._is_label(block, line):
+        self.unmade = self.path.held_origin
+        if program.begins_subroutine(line, block):
             return
         commands = list(self._run(block, origin, line))
         self._hand_out(commands, origin)
@@ -285,14 +288,6 @@ class Interpreter:
             self._ready.append(ProgramStop(origin))
             self.state = RunState.SINGLE_STOP
 
-    def _is_label(self, block: ProgramBlock, line: int) -> bool:
-        """The line at which a subroutine of this file begins is not a call of it."""
-        number = block.values.get("L")
-        place = self.flow.place
-        if not isinstance(number, float) or len(block.values) > 1 or block.number:
-            return False
-        return place.program.labels.get(int(number)) == line
-
     def _text_end(self) -> None:
         """The text is over: back to a caller, from the default program to the main one, or end."""
         flow = self.flow
@@ -302,6 +297,7 @@ class Interpreter:
             self.flow = self._main
             return
         origin = Origin(flow.place.program.name, len(flow.place.program), 0, 0, self.blocks)
+        self.unmade = self.path.held_origin
         try:
             self._hand_out(list(self._end(origin, clear=False)), origin)
         except WordRefused as refused:

@@ -114,6 +114,11 @@ class PathMaker:
             radius, left, self.modal.plane, self.modal.feed_mode, self.bottleneck
         )
 
+    @property
+    def held_origin(self) -> Origin | None:
+        """First block whose move cutter compensation holds back; None without one."""
+        return None if self.compensation is None else self.compensation.held_origin
+
     def end_compensation(self) -> Iterator[Canonical]:
         """G40 or the end of the program: what was held back comes out."""
         compensation, self.compensation = self.compensation, None

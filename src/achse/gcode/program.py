@@ -128,6 +128,13 @@ class PartProgram:
             self._blocks[line] = block
         return block
 
+    def begins_subroutine(self, line: int, block: ProgramBlock) -> bool:
+        """Return True if the line is the label of a subroutine of this file, not a call."""
+        number = block.values.get("L")
+        if not isinstance(number, float) or len(block.values) > 1 or block.number:
+            return False
+        return self.labels.get(int(number)) == line
+
     def original(self, line: int) -> str:
         """The text of a line as it was written."""
         start = self.starts[line]

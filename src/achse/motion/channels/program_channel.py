@@ -8,7 +8,6 @@ refuses them; they carry the index offset of 0x2200 + channel id (002 §6.4.2.3)
 import logging
 from collections.abc import Iterable
 from dataclasses import replace
-from pathlib import Path
 
 from achse.codes import NcError
 from achse.gcode.canon import (
@@ -22,16 +21,18 @@ from achse.gcode.canon import (
 from achse.gcode.errors import GcodeError
 from achse.gcode.interpreter import Interpreter, RunState
 from achse.gcode.line_run import LineRun
-from achse.gcode.machine_data import MachineData
 from achse.gcode.modal import ModalState
 from achse.gcode.program import PartProgram
-from achse.gcode.registers import Registers
-from achse.gcode.search import BlockSearch, DryRun, SearchFound, SearchMode
-from achse.motion.channels.channel import NcChannel
+from achse.gcode.search import BlockSearch, DryRun, SearchMode
 from achse.motion.channels.feeder import Fed, Feeder
-from achse.motion.channels.files import ChannelFiles
 from achse.motion.channels.parameters import ChannelParameters
-from achse.motion.channels.planned_path import PlannedPath
+from achse.motion.channels.program_fault import (
+    ProgramFault,
+    named_block,
+    named_position,
+    refusal,
+)
+from achse.motion.channels.program_states import ProgramStates
 from achse.motion.channels.states import (
     ACTIVE_STATES,
     TRANSITIONS,
@@ -42,7 +43,6 @@ from achse.motion.channels.states import (
 from achse.motion.channels.technology import TechnologyOutputs
 from achse.motion.checks import OK
 from achse.motion.groups.group import AxisGroup
-from achse.motion.groups.path_group import PathGroup
 
 __all__ = ["LOAD_BUFFER", "ProgramChannel"]
 
@@ -60,7 +60,7 @@ _FEWEST_LINES = 2
 _E = InterpreterEvent
 
 
-class ProgramChannel(NcChannel):
+class ProgramChannel(ProgramStates):
     """A channel with an interpreter. `skip_mask` and `granted` come from the PLC."""
 
     def __init__(
@@ -69,23 +69,13 @@ class ProgramChannel(NcChannel):
         groups: Iterable[AxisGroup],
         shared_registers: list[float] | None = None,
     ) -> None:
-        super().__init__(parameters, groups)
-        self.group = next((g for g in self.groups if isinstance(g, PathGroup)), None)
-        self.data = MachineData(
-            registers=Registers(shared_registers), m_rules=dict(parameters.m_rules)
-        )
-        self.files = ChannelFiles(self.channel_id, self.data, parameters.store)
-        self.state = InterpreterState.IDLE
+        super().__init__(parameters, groups, shared_registers)
         self.operation_mode = ProgramMode.DEFAULT
         self.error_code = OK
         self.text_index = 0
-        self.program: PartProgram | None = None
         self.program_number = 0
         self.outputs = TechnologyOutputs()
         self.granted = 0
-        self.interpreter: Interpreter | None = None
-        self.feeder: Feeder | None = None
-        self.default_g_code = 0
         self.readout = 0
         """1: modal words, shifts and rotation are shown (0x53)."""
         self.load_log_mode = self.trace_mode = self.feeder_log_enable = 0
@@ -98,8 +88,6 @@ class ProgramChannel(NcChannel):
         self.modal = ModalState()
         """What is valid, of the last program too."""
         self.search_wanted: BlockSearch | None = None
-        self.found: SearchFound | None = None
-        self._file: Path | None = None
         self._next: Canonical | None = None
         self._lines: LineRun | None = None
         """Lines that are on their way to the path, all before `_next`."""
@@ -107,16 +95,10 @@ class ProgramChannel(NcChannel):
         self._step_on = False
         self._resumes = False
         """A retry or skip is under way: it goes on by itself where the axes are at the block."""
-        self._fault: Origin | None = None
-        """The block that a retry runs again."""
+        self._refused: ProgramFault | None = None
+        """A fault that ends the program once the moves before it are made."""
         self._registers: list[float] = []
-        self._began_at: tuple[float, ...] = ()
-        """R parameters and positions as the program began."""
-        self._planned: PlannedPath | None = None
-        self.plans = 0
-        """Counts up with each other planned path."""
-        self._at_fault: list[float] = []
-        """R parameters as the fault ended it: what is another since then is wanted so."""
+        """R parameters as the program began."""
 
     # state machine
 
@@ -184,9 +166,10 @@ class ProgramChannel(NcChannel):
         """After a fault, run the block at fault again and go on from there (0x12).
 
         The program runs up to it without motion, with the R parameters that it began with, but for
-        those that somebody has changed since the fault. Where
-        the axes are not at its begin, it waits as after a block search until they are brought there
-        (0x19). 0x4109 without a fault; errors of axes have to be reset before.
+        those that a client has changed since the fault. After a fault of the program the axes are
+        at the begin of the block. Where they are not, the channel waits as after a block search
+        (`place`) until they are brought there (0x19). 0x4109 without a fault; errors of axes have
+        to be reset before.
         """
         return self._resume(skip=False)
 
@@ -195,22 +178,20 @@ class ProgramChannel(NcChannel):
         return self._resume(skip=True)
 
     def _resume(self, *, skip: bool) -> int:
-        fault, group = self._fault, self.group
+        fault, group = self.fault, self.group
         if self.state is not InterpreterState.ABORTED or fault is None or group is None:
             return NcError.CHANNEL_COMMAND_NOT_NOW
         group.error_code = OK
         code = group.why_not_move()
         if code:
             return code
-        own, pairs = self.data.registers.own, zip(self._registers, self._at_fault, strict=True)
-        own[:] = [
-            begun if now == then else now for now, (begun, then) in zip(own, pairs, strict=True)
-        ]
-        wanted = fault.counter + int(skip)
-        self.search_wanted = BlockSearch(SearchMode.ENTRY_COUNTER, wanted)
+        own = self.data.registers.own
+        own[:] = fault.registers_of_retry(self._registers, own)
+        self.search_wanted = BlockSearch(SearchMode.ENTRY_COUNTER, fault.resumes_at(skip=skip))
         code = self._start(_E.RETRY)
         if code == OK and self.interpreter is not None and skip:
-            self.interpreter.left_out = (fault.counter, fault.program, fault.line)
+            origin = fault.origin
+            self.interpreter.left_out = (origin.counter, origin.program, origin.line)
         return code
 
     def _start(self, event: InterpreterEvent) -> int:
@@ -240,7 +221,7 @@ class ProgramChannel(NcChannel):
         self.feeder = Feeder(group, self.outputs)
         self._next, self._lines, self._go_ahead, self._step_on = None, None, False, False
         self._resumes = event is _E.RETRY
-        self.found = self._fault = None
+        self.found = self.fault = self._refused = None
         self.error_code = OK
         if self.search_wanted is not None:
             self.interpreter.search(self.search_wanted)
@@ -266,7 +247,7 @@ class ProgramChannel(NcChannel):
         self._end_program()
         self.error_code = OK
         self.program, self.text_index, self.program_number = None, 0, 0
-        self._fault = self._planned = None
+        self.fault = self._planned = None
         self.outputs.clear()
         self.outputs.drop()
         self.search_wanted = self.found = None
@@ -281,7 +262,7 @@ class ProgramChannel(NcChannel):
             self.feeder.finish()
         if self.group is not None and self.group.moving:
             self.group.clear()
-        self.feeder = self.interpreter = self._next = self._lines = None
+        self.feeder = self.interpreter = self._next = self._lines = self._refused = None
 
     def set_operation_mode(self, mode: int) -> int:
         """Single blocks in the set-point task (1) or the interpreter (0x4000), or none (0x05)."""
@@ -366,7 +347,17 @@ class ProgramChannel(NcChannel):
         elif self._rests:
             for event in (_E.FAILED, _E.STOPPED, _E.WAS_RESET):
                 if self._happens(event):
+                    self._show_stop()
                     break
+
+    def _show_stop(self) -> None:
+        """Keep where the axes rest after a fault."""
+        fault, group = self.fault, self.group
+        if self.state is InterpreterState.ABORTED and fault is not None and group is not None:
+            x, y, z, *_ = group.positions
+            self.fault = replace(fault, stopped=(x, y, z))
+            block, where = named_block(fault.origin), named_position((x, y, z))
+            log.info("channel %d: %s: axes at rest at %s", self.channel_id, block, where)
 
     @property
     def _rests(self) -> bool:
@@ -377,21 +368,20 @@ class ProgramChannel(NcChannel):
         if feeder is None or group is None or interpreter is None:
             return
         if group.error_code or (not group.moving and self.state is not InterpreterState.SEARCHING):
-            fault = feeder.origin or interpreter.origin
-            self._fail(group.error_code or NcError.GROUP_CONSEQUENTIAL_ERROR, fault)
+            code = group.error_code or NcError.GROUP_CONSEQUENTIAL_ERROR
+            self._fail(self._fault_at(code, feeder.origin or interpreter.origin))
+            log.error("channel %d: %s", self.channel_id, self.fault)
             return
         feeder.granted = self.granted
         feeder.pass_marks()
-        feeder.begin_cycle()
-        try:
-            self._feed(feeder, interpreter)
-        except GcodeError as refused:
-            self.text_index = refused.index
-            log.error("channel %d: %s", self.channel_id, refused)
-            place, last = (refused.program, refused.line), interpreter.origin
-            counted = (last.program, last.line) == place  # else it could not be read
-            counter = interpreter.blocks + (not counted)
-            self._fail(refused.code.number, Origin(*place, refused.index, 0, counter))
+        if self._refused is None:
+            feeder.begin_cycle()
+            try:
+                self._feed(feeder, interpreter)
+            except GcodeError as refused:
+                self._refuse(refusal(refused, interpreter, tuple(self.data.registers.own)))
+        if self._refused is not None:
+            self._finish_moves(feeder, self._refused)
 
     def _feed(self, feeder: Feeder, interpreter: Interpreter) -> None:
         if self.state is InterpreterState.SINGLE_STOP:
@@ -409,8 +399,7 @@ class ProgramChannel(NcChannel):
             if fed is Fed.DONE:
                 self._log(command)
             if fed is Fed.REFUSED:
-                self.text_index = command.origin.index
-                self._fail(feeder.error, command.origin)
+                self._refuse(self._fault_at(feeder.error, command.origin))
                 return
             if fed is Fed.FULL:
                 self._happens(_E.FULL)
@@ -445,9 +434,7 @@ class ProgramChannel(NcChannel):
                 return True
         fed = feeder.feed_lines(run)
         if fed is Fed.REFUSED:
-            origin = run.origin(run.taken)
-            self.text_index = origin.index
-            self._fail(feeder.error, origin)
+            self._refuse(self._fault_at(feeder.error, run.origin(run.taken)))
             return False
         if run.taken == len(run):
             self._lines = None
@@ -473,13 +460,27 @@ class ProgramChannel(NcChannel):
             self.found = interpreter.found
             if self._resumes:
                 self._resumes = False
-                self.step_on_after_search()
+                self._step_on_or_wait()
             if self._step_on:
                 self._step_on = False
                 interpreter.go_ahead()
                 self._happens(_E.RUN)
         else:
             self._show_single_block()
+
+    def _step_on_or_wait(self) -> None:
+        """Go on with a retry or skip, or log the place to which the axes have to be brought."""
+        code, found, group = self.step_on_after_search(), self.found, self.group
+        if code and found is not None and group is not None:
+            log.warning(
+                "channel %d: waiting at %s (0x%04X): expected axes at %s, they are at %s; "
+                "bring them there, then step on (function 0x19)",
+                self.channel_id,
+                named_block(found.origin),
+                code,
+                named_position(found.position),
+                named_position(group.positions[:3]),
+            )
 
     def _pass_stop(self, stop: DecoderStop, interpreter: Interpreter) -> bool:
         """Go on behind a decoder stop, if nothing else is to be waited for."""
@@ -510,76 +511,29 @@ class ProgramChannel(NcChannel):
         self._happens(_E.END)
         self._happens(_E.DONE)
 
-    def _fail(self, code: int, fault: Origin) -> None:
+    def _fault_at(self, code: int, origin: Origin) -> ProgramFault:
+        refused = self._refused
+        registers = self.data.registers.own if refused is None else refused.registers
+        return ProgramFault(code, origin, origin, tuple(registers))
+
+    def _refuse(self, fault: ProgramFault) -> None:
+        """A block cannot be run: the moves before it come first, then the program fails."""
+        self._refused = fault
+        log.error("channel %d: %s", self.channel_id, fault)
+
+    def _finish_moves(self, feeder: Feeder, fault: ProgramFault) -> None:
+        """Fail with the fault once the path is at the begin of its block."""
+        if feeder.done:
+            self._fail(fault)
+        elif self.state is not InterpreterState.SINGLE_STOP:
+            self._happens(_E.WAIT)
+            self._show_single_block()
+
+    def _fail(self, fault: ProgramFault) -> None:
         """An error of the program or of the group: the axes stop, the place is kept."""
-        self.error_code, self._fault = code, fault
-        self._at_fault = list(self.data.registers.own)
+        self.error_code, self.fault, self.text_index = fault.code, fault, fault.origin.index
         self._happens(_E.FAIL)
         self._end_program()
-
-    # states
-
-    @property
-    def program_name(self) -> str:
-        """Name of the loaded program."""
-        return "" if self.program is None else self.program.name
-
-    def line_at(self, index: int) -> str:
-        """The line of the loaded program at a text index; empty behind the end."""
-        program = self.program
-        if program is None or not 0 <= index < len(program.text):
-            return ""
-        return program.original(program.line_of(index))
-
-    @property
-    def path_index(self) -> int:
-        """Text index of the block that the path is on."""
-        origin = None if self.feeder is None else self.feeder.origin
-        return 0 if origin is None else origin.index
-
-    @property
-    def interpreter_index(self) -> int:
-        """Text index of the block that was interpreted last."""
-        return 0 if self.interpreter is None else self.interpreter.origin.index
-
-    @property
-    def block_number(self) -> int:
-        """N word of the block that the path is on."""
-        origin = None if self.feeder is None else self.feeder.origin
-        return 0 if origin is None else origin.block
-
-    @property
-    def block_counter(self) -> int:
-        """Blocks that were interpreted since the start."""
-        return 0 if self.interpreter is None else self.interpreter.blocks
-
-    @property
-    def path_block(self) -> int:
-        """Counter of the block that the path is on; 0 before it moves."""
-        origin = None if self.feeder is None else self.feeder.origin
-        return 0 if origin is None else origin.counter
-
-    def planned_path(self) -> PlannedPath | None:
-        """The path that the loaded program takes, or took; None without a program.
-
-        Before the start it begins where the axes are, and changes with R parameters at a start.
-        """
-        group, program = self.group, self.program
-        if group is None or program is None:
-            return None
-        if self.state is InterpreterState.READY:
-            if self._planned is not None and self._planned.begin != group.positions:
-                self._planned = None
-            begin = group.positions
-        else:
-            begin = self._began_at or group.positions
-        if self._planned is None:
-            x, y, z, *auxiliary = begin
-            data = replace(self.data, subroutines=self.files.store.subroutines(self._file))
-            default = self.files.default_program() if self.default_g_code else None
-            self.plans += 1
-            self._planned = PlannedPath(program, data, (x, y, z), tuple(auxiliary), default)
-        return self._planned
 
     def digest(self) -> bytes:
         """All that decides what the channel does next, as bytes."""

@@ -12,7 +12,7 @@ from achse.motion.channels.channel import NcChannel
 from achse.motion.channels.planned_path import PlanState
 from achse.motion.channels.program_channel import ProgramChannel
 from achse.motion.channels.states import InterpreterState
-from achse.server import READ_WRITE, Layout, Service
+from achse.server import READ, READ_WRITE, Layout, Service
 
 __all__ = ["PROGRAM_STATES"]
 
@@ -62,6 +62,14 @@ def _shifts(channel: ProgramChannel) -> tuple[float, ...]:
 
 def _rotation(channel: ProgramChannel) -> tuple[float, ...]:
     return (channel.block_counter, 0, *channel.modal.rotation)
+
+
+def _place(channel: ProgramChannel) -> tuple[Any, ...]:
+    place = channel.place
+    if place is None:
+        return 0, 0, 0, 0, 0.0, 0.0, 0.0, b""
+    origin, name = place.origin, place.origin.program.encode("cp1252", "replace")[:259]
+    return place.kind, origin.line, origin.block, origin.counter, *place.position, name
 
 
 class _PlannedPart:
@@ -138,6 +146,13 @@ PROGRAM_STATES = (
     show_program(
         *(0x15, Layout("<II3d"), "active_rotation", "counter, 0, angles about X, Y, Z"),
         _readout(_rotation),
+    ),
+    Service(
+        *(0x8000_0002, "program_place", READ, Layout("<4I3d260s")),
+        "1 block at fault, 2 found block, 0 none; line, N word, counter; X, Y, Z in mm: at a fault "
+        "where the axes stopped, of a found block where they have to be; file",
+        read=lambda channel: _place(of_interpreter(channel)),
+        source="achse",
     ),
     Service(
         *(0x8000_0001, "planned_path", READ_WRITE, UINT32),
