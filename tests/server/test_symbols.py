@@ -282,7 +282,7 @@ def test_names_are_cp1252_up_to_the_nul() -> None:
 def test_handles_of_one_spelling_share_a_symbol_until_the_table_changes(
     names: list[bytes], data: st.DataObject
 ) -> None:
-    services = SymbolServices(_OneSymbol(), ClientLimits())
+    services = SymbolServices(_OneSymbol(), ClientLimits(), lambda: 0)
 
     def request(name: bytes) -> int:
         return int.from_bytes(services._handle_by_name(0, 4, name, bytes(8)), "little")
