@@ -1,7 +1,8 @@
 """Where pointers and headers are in types."""
 
 from achse.iec import INT, StructType
-from achse.plc.layout import parts_without_headers, pointers_within
+from achse.plc.layout import frame_image, parts_without_headers, pointers_within
+from achse.st.check import check
 from achse.st.declare import declare
 from achse.st.parser import parse
 from achse.st.source import Source
@@ -30,3 +31,18 @@ def test_pointers_and_headers() -> None:
     assert parts_without_headers(block) == ((16, 24), (32, block.size))
     assert isinstance(block, StructType)
     assert parts_without_headers(INT) == ((0, 2),)
+
+
+def test_a_frame_begins_with_the_headers_of_its_blocks() -> None:
+    text = TEXT + "FUNCTION F : FB_Outer VAR_INPUT a : BYTE; fb : FB_Outer; END_VAR END_FUNCTION"
+    project = check(declare([parse(Source(text, "a.st"))]))
+    routine = project.routines["f"]
+    image = frame_image(routine, project.blocks)
+    assert len(image) == routine.frame.size
+    inner, outer = (project.blocks[key].number for key in ("fb_inner", "fb_outer"))
+    found = {}
+    for field in routine.frame.fields:
+        if field.type.name == "FB_Outer":
+            words = range(field.offset, field.offset + field.type.size, 8)
+            found[field.name] = [int.from_bytes(image[at : at + 8], "little") for at in words]
+    assert found == {"fb": [outer, inner, 0, inner, 0, 0], "F": [outer, inner, 0, inner, 0, 0]}

@@ -3,13 +3,21 @@
 These are pointers (references and interfaces, too) and the headers of function blocks.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 from achse.iec import ArrayType, IecType, InterfaceType, PointerType, StructType, resolved
 from achse.iec.structs import RecordKind
+from achse.st.typed.project import Routine, TypedBlock
 
-__all__ = ["KnownPointers", "Pointer", "parts_without_headers", "pointers_within"]
+__all__ = [
+    "KnownPointers",
+    "Pointer",
+    "frame_image",
+    "headers_within",
+    "parts_without_headers",
+    "pointers_within",
+]
 
 
 class Pointer(NamedTuple):
@@ -64,7 +72,7 @@ def pointers_within(type: IecType[Any], known: KnownPointers | None = None) -> S
 
 def parts_without_headers(type: IecType[Any]) -> tuple[tuple[int, int], ...]:
     """The bytes of a record that a copy takes: all but the headers of function blocks."""
-    gaps = sorted(_headers(type, 0))
+    gaps = sorted({(at, at + block.rules.pointer_size) for at, block in headers_within(type)})
     parts: list[tuple[int, int]] = []
     at = 0
     for start, end in gaps:
@@ -76,15 +84,32 @@ def parts_without_headers(type: IecType[Any]) -> tuple[tuple[int, int], ...]:
     return tuple(parts)
 
 
-def _headers(type: IecType[Any], offset: int) -> set[tuple[int, int]]:
+def headers_within(type: IecType[Any], offset: int = 0) -> Iterator[tuple[int, StructType[Any]]]:
+    """Offset and block of each header in a type that is stored at `offset`."""
     type = resolved(type)
-    found: set[tuple[int, int]] = set()
     if isinstance(type, StructType):
         if type.kind is RecordKind.FUNCTION_BLOCK:
-            found.add((offset, offset + type.rules.pointer_size))
+            yield offset, type
         for member in type.fields:
-            found |= _headers(member.type, offset + member.offset)
-    elif isinstance(type, ArrayType) and _headers(type.element, 0):
+            yield from headers_within(member.type, offset + member.offset)
+    elif isinstance(type, ArrayType) and any(True for _ in headers_within(type.element)):
         for index in range(type.count):
-            found |= _headers(type.element, offset + index * type.element.size)
-    return found
+            yield from headers_within(type.element, offset + index * type.element.size)
+
+
+def frame_image(routine: Routine, blocks: Mapping[str, TypedBlock]) -> bytes:
+    """Return the bytes that a frame begins with, the headers of its function blocks included.
+
+    A block that is passed by value, or is a result, is not created: it gets its header only here.
+    """
+    image = routine.frame.default
+    for field in routine.frame.fields:
+        if field.type.size < routine.frame.rules.pointer_size:
+            continue
+        for offset, type in headers_within(field.type, field.offset):
+            block = blocks.get(type.name.lower())
+            if block is not None:
+                size = type.rules.pointer_size
+                header = block.number.to_bytes(size, "little")
+                image = image[:offset] + header + image[offset + size :]
+    return image

@@ -117,3 +117,70 @@ def test_new_and_delete(run: Run) -> None:
     )
     assert (ran["x"], ran["gone"], ran["n"]) == (27, True, 7)
     assert ran.plc.bodies.execution.heap.used == 0
+
+
+_WRAPPERS = {
+    "FB_B": "",
+    "ST_W": ".fb",
+    "ARRAY [1..2] OF FB_B": "[2]",
+    "FB_W": ".fb",
+}
+_CALLS = (
+    "CallInOut(fb := {0})",
+    "CallPointer(p := ADR({0}))",
+    "CallInterface(i := {0})",
+    "{0}.Twice()",
+)
+_VALUE_UNITS = """
+INTERFACE I_Get METHOD Get : INT END_METHOD END_INTERFACE
+FUNCTION_BLOCK FB_A IMPLEMENTS I_Get VAR n : INT := 3; END_VAR
+    METHOD Get : INT Get := n; END_METHOD
+    METHOD Twice : INT Twice := THIS^.Get() + Get(); END_METHOD
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK FB_B EXTENDS FB_A METHOD Get : INT Get := 10 * n; END_METHOD END_FUNCTION_BLOCK
+FUNCTION_BLOCK FB_W VAR_INPUT fb : FB_B; END_VAR END_FUNCTION_BLOCK
+TYPE ST_W : STRUCT k : BYTE; fb : FB_B; END_STRUCT END_TYPE
+FUNCTION CallInOut : INT VAR_IN_OUT fb : FB_A; END_VAR CallInOut := fb.Twice(); END_FUNCTION
+FUNCTION CallPointer : INT VAR_INPUT p : POINTER TO FB_A; END_VAR
+    CallPointer := p^.Twice(); END_FUNCTION
+FUNCTION CallInterface : INT VAR_INPUT i : I_Get; END_VAR CallInterface := 2 * i.Get(); END_FUNCTION
+"""
+
+
+def test_blocks_passed_by_value_keep_their_methods(run: Run) -> None:
+    """As input and result of a function, and as input of a method and of a property; alone, in a
+    structure, an array and a block; called through each kind of address."""
+    units, variables, lines = [_VALUE_UNITS], ["n : INT;"], []
+    for number, (type, path) in enumerate(_WRAPPERS.items()):
+        variables.append(f"w{number} : {type}; h{number} : FB_H{number};")
+        lines.append(f"w{number}{path}.n := n;")
+        methods = []
+        for kind, call in enumerate(_CALLS):
+            inside = call.format(f"w{path}")
+            key = f"{number}_{kind}"
+            head = f"VAR_INPUT w : {type}; END_VAR"
+            units.append(f"FUNCTION F{key} : INT {head} F{key} := {inside}; END_FUNCTION")
+            units.append(
+                f"FUNCTION R{key} : {type} {head} VAR_OUTPUT q : INT; END_VAR R{key} := w;"
+            )
+            units.append(f"q := {call.format(f'R{key}{path}')}; END_FUNCTION")
+            methods.append(f"METHOD M{key} : INT {head} M{key} := {inside}; END_METHOD")
+            methods.append(
+                f"PROPERTY P{key} : {type} SET k{key} := {call.format(f'P{key}{path}')};"
+            )
+            methods.append("END_SET END_PROPERTY")
+            results = [f"{use}{key}" for use in ("f", "r", "m")]
+            variables.append(f"{', '.join(results)} : INT;")
+            lines.append(f"f{key} := F{key}(w{number}); R{key}(w{number}, q => r{key});")
+            lines.append(f"m{key} := h{number}.M{key}(w{number}); h{number}.P{key} := w{number};")
+        kept = "".join(f"k{number}_{kind} : INT;" for kind in range(len(_CALLS)))
+        units.append(f"FUNCTION_BLOCK FB_H{number} VAR {kept} END_VAR")
+        units += [*methods, "END_FUNCTION_BLOCK"]
+    lines.append("n := n + 1;")
+    body = "\n".join((*units, "PROGRAM MAIN VAR", *variables, "END_VAR", *lines, "END_PROGRAM"))
+    ran = run(body, cycles=3)
+    for number in range(len(_WRAPPERS)):
+        for kind in range(len(_CALLS)):
+            key = f"{number}_{kind}"
+            found = [ran[path] for path in (f"f{key}", f"r{key}", f"m{key}", f"h{number}.k{key}")]
+            assert found == [40] * 4, (number, kind)

@@ -15,6 +15,7 @@ from achse.plc.code.source import CodeExpression, SourceLine, SourceLines
 from achse.plc.code.statements import StatementWriter
 from achse.plc.code.storages import BYTES_A_PASS, local_name
 from achse.plc.code.views import OFFSET_MASK
+from achse.plc.layout import frame_image
 from achse.plc.memory import ADDRESS_BITS
 from achse.st.check.kinds import known_from
 from achse.st.typed.places import FrameBase, Storage, flat
@@ -116,7 +117,8 @@ def _framed(
     lines = SourceLines()
     lines.place(routine.at)
     lines.indent()
-    lines.add(f"f = enter({routine.frame.size}, {of.linker.constant(routine.frame.default)})")
+    image = frame_image(routine, of.linker.project.blocks)
+    lines.add(f"f = enter({routine.frame.size}, {of.linker.constant(image)})")
     for base, size in sorted(of.bases):
         if base == "f":
             lines.add(f"f{size} = f" if size == 1 else f"f{size} = f >> {size.bit_length() - 1}")

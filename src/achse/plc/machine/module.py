@@ -70,7 +70,7 @@ class ProjectTranslator:
         self.module = ModuleBuilder()
         self.support = Support(self.module)
         self.notes = ModuleNotes(FaultPlaces())
-        self._project = project
+        self.project = project
         self._linker = Linker(project, placement)
         self._by_python = by_python
         self._numbers = {key: number for number, key in enumerate(project.routines)}
@@ -93,7 +93,7 @@ class ProjectTranslator:
     def translated(self) -> ModuleBuilder:
         """The module."""
         done: set[str] = set()
-        for key, routine in self._project.routines.items():
+        for key, routine in self.project.routines.items():
             why = self._untranslatable(routine)
             if not why:
                 builder = self.module.write(self.function(key))
@@ -137,7 +137,7 @@ class ProjectTranslator:
         """What Python can call, in the table of entries."""
         entries: list[CallTarget] = []
         for key, target in self._functions.items():
-            if key in self.notes.plain or key not in self._project.routines:
+            if key in self.notes.plain or key not in self.project.routines:
                 continue
             signature = self._signatures[key]
             self.notes.doors_in[key] = len(entries)
@@ -157,7 +157,7 @@ class ProjectTranslator:
         """The machine function of a routine."""
         found = self._functions.get(key)
         if found is None:
-            signature = signature_of(self._project.routines[key])
+            signature = signature_of(self.project.routines[key])
             self._signatures[key] = signature
             found = self._functions[key] = self.module.declare(
                 f"st.{key}", signature.parameters, signature.results, faults=True
@@ -170,11 +170,11 @@ class ProjectTranslator:
         found = self._tables.get((name, like))
         if found is not None:
             return found
-        blocks = self._project.block_numbered
+        blocks = self.project.block_numbered
         rows: list[CallTarget | None] = [None] * (max(blocks, default=0) + 1)
         for number, block in blocks.items():
             key = block.table.get(name, "")
-            routine = self._project.routines.get(key)
+            routine = self.project.routines.get(key)
             if routine is not None:
                 rows[number] = (
                     self.function(key)
@@ -206,7 +206,7 @@ class ProjectTranslator:
         """The number of a node that Python does."""
         nodes = self._outside.get(routine)
         if nodes is None:
-            of = list(self._project.routines.values())[routine]
+            of = list(self.project.routines.values())[routine]
             nodes = self._outside[routine] = {
                 id(one): place for place, one in enumerate(nodes_outside(of))
             }

@@ -19,6 +19,7 @@ from achse.native.backend import (
 )
 from achse.plc.code.frames import STACK_SIZE
 from achse.plc.code.storages import BYTES_A_PASS
+from achse.plc.layout import frame_image
 from achse.plc.machine.expressions import ExpressionTranslator
 from achse.plc.machine.fault_places import FaultKind
 from achse.plc.machine.signatures import PartKind, RoutineSignature, signature_of
@@ -150,7 +151,8 @@ class _RoutineTranslator:
         b.require(room, of.site(FaultKind.FRAMES))
         b.store(end, frames)
         frame = b.named("frame", b.address(of.area(Area.STACK), top))
-        b.copy(frame, b.module.data(routine.frame.default), size)
+        image = frame_image(routine, self._module.project.blocks)
+        b.copy(frame, b.module.data(image), size)
         for part, words in zip(self._signature.inputs, self._inputs, strict=True):
             if part.name.lower() not in routine.addressed:
                 continue

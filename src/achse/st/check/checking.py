@@ -484,6 +484,10 @@ class Checking:
             inner = element_of(static.variable.type)
             if inner is not None:
                 self.require_record(inner)
+        for variable in body.frame.variables:
+            inner = element_of(variable.type)
+            if inner is not None:  # passed by value, or a result: calls through its address find it
+                self.require_record(inner)
         self._checked.append(_Checked(body, opening, statements, builtin))
 
     def _routine(self, checked: "_Checked") -> Routine:
