@@ -155,6 +155,8 @@ def test_operators_bind_as_the_standard_says(text: str, expected: str) -> None:
         ("[[1, 2], [3]]", "[[1,2],[3]]"),
         ("[4()]", "[4*{}]"),
         ("[cCount(0)]", "[cCount(0)]"),
+        ("[(cCount + 1)(0), 2]", "[(cCount + 1)*{0},2]"),
+        ("[(a + 1) * 2]", "[((a + 1) * 2)]"),
         ("[GVL.cCount((a := 1, b := 2), 3)]", "[GVL.cCount*{{a:=1,b:=2},3}]"),
         ("[cCount([1, 2]), cLast()]", "[cCount*{[1,2]},cLast()]"),
         ("(a := 1, b := 2)", "{a:=1,b:=2}"),

@@ -87,7 +87,7 @@ initials: Draw = st.recursive(
                 inner.filter(lambda item: not isinstance(item, tree.Repetition))
                 | st.builds(
                     tree.Repetition,
-                    st.just(tree.Literal("integer", "3")),
+                    values.filter(lambda item: not isinstance(item, tree.Name | tree.Member)),
                     st.lists(inner, max_size=2).map(tuple),
                 ),
                 max_size=3,

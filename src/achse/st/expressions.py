@@ -271,12 +271,12 @@ class ExpressionParser:
         return ArrayInitial(tuple(values), at)
 
     def element(self) -> Initial | Repetition:
-        """One value of an array, or several: `3(0)`. Raises `Unexpected`."""
+        """One value of an array, or several: `3(0)`, `(cLast + 1)(0)`. Raises `Unexpected`."""
         cursor = self._cursor
         value = self._count() or self.initial()
         at = cursor.at
         # A name before the bracket reads as a call; which it is shows in what the name means.
-        if not (isinstance(value, Literal | Name | Member) and cursor.take("(")):
+        if not (isinstance(value, Expression) and cursor.take("(")):
             return value
         values: list[Initial] = []
         cursor.deeper()

@@ -178,7 +178,10 @@ def print_initial(tree: Initial | Repetition) -> str:
             )
             return f"({', '.join(texts)})"
         case Repetition(count, values):
-            return f"{print_expression(count)}({', '.join(map(print_initial, values))})"
+            times = print_expression(count)
+            if not isinstance(count, Literal | Name | Member):
+                times = f"({times})"
+            return f"{times}({', '.join(map(print_initial, values))})"
         case _:
             return print_expression(tree)
 
