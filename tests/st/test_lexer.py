@@ -137,3 +137,40 @@ def test_words_stand_where_they_say(text: str) -> None:
 def test_a_superscript_is_no_number() -> None:
     tokens = scan("A.¹ ²")
     assert [kind for kind in tokens.kinds if kind == "integer"] == []
+
+
+@given(
+    st.sampled_from([2, 8, 10, 16]),
+    st.sampled_from(["", "WORD#", "INT#-", "ULINT#"]),
+    st.data(),
+    st.sampled_from(
+        "THEN Do of to BY AND or XOR mod AND_THEN OR_ELSE ELSE ELSIF END_REPEAT END_IF"
+        " THENX OF_".split()
+    ),
+)
+def test_digits_end_before_a_keyword(base: int, type: str, data: st.DataObject, word: str) -> None:
+    """As many signs as there are digits of the base belong to the number, then a keyword follows;
+    anything else makes the whole a faulty number."""
+    signs = "0123456789ABCDEF"[:base]
+    digits = data.draw(st.text(signs, min_size=1, max_size=4), "digits")
+    text = f"{type}{base}#{digits}{word}"
+    end = len(text) - len(word)
+    while text[end : end + 1].upper() in (*signs, "_"):
+        end += 1
+    known = {"THEN", "DO", "OF", "TO", "BY", "AND", "OR", "XOR", "MOD", "AND_THEN", "OR_ELSE"}
+    known |= {"ELSE", "ELSIF", "END_REPEAT"}
+    tokens = scan(f"{text} x")
+    if text[end:].upper() in known:
+        assert tokens.words == [text[:end], text[end:], "x", ""]
+    else:
+        assert tokens.words == [text, "x", ""]
+        assert [at for at, _ in tokens.faults] == [0]
+
+
+@pytest.mark.parametrize(
+    "number", ["16#D013", "16#fe", "2#1", "8#7", "WORD#16#D013", "INT#5", "12"]
+)
+def test_numbers_need_no_blank_before_then(number: str) -> None:
+    tokens = scan(f"IF w = {number}THEN")
+    assert tokens.faults == []
+    assert tokens.words[3:] == [number, "THEN", ""]

@@ -37,6 +37,10 @@ _OPEN = "open"
 _CLOSED = (BLOCK_WORDS - {"TYPE"}) | {";", "STRUCT", "UNION", "END_STRUCT", "END_UNION"}
 """Tokens behind which something new begins."""
 
+_BEHIND_NUMBERS = r"(?:THEN|DO|OF|TO|BY|AND|OR|XOR|MOD|AND_THEN|OR_ELSE|ELSE|ELSIF|END_REPEAT)\b"
+"""Keywords that may follow a number without a blank: digits end at the first other sign, as in
+`16#D013THEN`. In `16#FEND_IF` E is a digit, and what is left no keyword."""
+
 _TOKEN = re.compile(
     r"""
     \s++
@@ -47,6 +51,7 @@ _TOKEN = re.compile(
         | (?: (?<=\bDT\#) | (?<=\bLDT\#) | (?<=_TIME\#) )
             \d++-\d++-\d++-\d++:\d++ (?: :\d++ (?:\.\d++)? )?
         | (?: (?<=\bTOD\#) | (?<=\bLTOD\#) | (?<=_DAY\#) ) \d++:\d++ (?: :\d++ (?:\.\d++)? )?
+        | [+-]? (?: 2\#[01_]++ | 8\#[0-7_]++ | 10\#[\d_]++ | 16\#[\dA-F_]++ | [\d_]++ ) (?= WORDS )
         | [+-]? \d[\d_]*+ \# \w*+
         | [+-]? \d\w*+ (?:\.\d\w*+)* (?: (?<=\d[eE]) [+-]? \d++ )?
         | \w*+
@@ -57,15 +62,16 @@ _TOKEN = re.compile(
     | /\* (?: [^/*]++ | /++(?!\*) | \*++(?!/) )* \*++/
     | /\*
     | :=|=>|<=|>=|<>|\.\.|\*\*|[-+*/=<>()\[\],;:.&^]
+    | (?: 2\#[01_]++ | 8\#[0-7_]++ | 10\#[\d_]++ | 16\#[\dA-F_]++ ) (?= WORDS )
     | \d[\d_]*+ (?: \# \w*+ | (?:\.\d[\d_]*+)? (?:[eE][+-]?\d++)?
-          (?: (?= (?:THEN|DO|OF|TO|BY|AND|OR|XOR|MOD|AND_THEN|OR_ELSE|ELSE|ELSIF) \b ) | \w*+ ) )
+          (?: (?= WORDS ) | \w*+ ) )
     | '(?:[^'$\n]++|\$[^\n])*'?
     | "(?:[^"$\n]++|\$[^\n])*"?
     | \{ (?: [^{}'"]++ | '(?:[^'$]++|\$.)*' | "(?:[^"$]++|\$.)*" )* \}
     | \{[^{}]*+\}
     | %[^\W\d]++ (?: \* | \d++ (?:\.\d++)* )
     | .
-    """,
+    """.replace("WORDS", _BEHIND_NUMBERS),
     re.VERBOSE | re.IGNORECASE | re.DOTALL,
 )
 _OBJECT_ENDS = frozenset(

@@ -363,6 +363,7 @@ class Parser:
         modifiers, name, note = self._opening("PROPERTY")
         cursor.expect(":")
         type = self.declarations.type_spec()
+        initial = self.expressions.initial() if cursor.take(":=") else None
         cursor.take(";")
         get: Accessor | None = None
         set: Accessor | None = None
@@ -373,7 +374,7 @@ class Parser:
                 else:
                     set = self._accessor("END_SET")
             self._end("END_PROPERTY", "GET, SET or END_PROPERTY")
-        return Property(name.name, modifiers, type, get, set, note, name.at)
+        return Property(name.name, modifiers, type, get, set, note, name.at, initial)
 
     def _accessor(self, end: str) -> Accessor:
         first = self._cursor.position

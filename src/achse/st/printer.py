@@ -411,6 +411,8 @@ def _part(part: Part) -> list[str]:
             return _framed(part.note, head, part.blocks, _block(part.body), "END_METHOD")
         case Property():
             head = _head("PROPERTY", part.modifiers, part.name, part.type)
+            if part.initial is not None:
+                head += f" := {print_initial(part.initial)}"
             lines = [*_accessor("GET", part.get), *_accessor("SET", part.set)]
             return [*_note(part.note), head, *lines, "END_PROPERTY"]
         case Action():

@@ -389,6 +389,8 @@ class Resolver:
                 following = self.constants.integer(
                     item.value, inside, "the value of an enumeration"
                 )
+                if base.low < 0 and base.high < following <= base.high - base.low:
+                    following -= base.high - base.low + 1  # 16#FFFF of INT is its bits: -1
             if not base.low <= following <= base.high:
                 raise Unexpected(item.at, f"{item.name} = {following} is not a {base.name}")
             numbers[item.name] = following

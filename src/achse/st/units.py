@@ -84,7 +84,7 @@ class Accessor:
 
 @node
 class Property:
-    """`PROPERTY PUBLIC name : type … END_PROPERTY`."""
+    """`PROPERTY PUBLIC name : type := initial … END_PROPERTY`."""
 
     name: str
     modifiers: tuple[str, ...]
@@ -93,6 +93,8 @@ class Property:
     set: Accessor | None
     note: Note
     at: int = place()
+    initial: Initial | None = None
+    """Value that GET begins with: what it returns unless it assigns another."""
 
 
 @node

@@ -15,7 +15,7 @@ from achse.st.records import bound_names, instance_member
 from achse.st.resolve import Resolver
 from achse.st.scopes import DeclaredUnit, Failed, Scope, attributes_of
 from achse.st.source import Source
-from achse.st.tree import NO_NOTE, Declaration, TypeSpec, VarBlock
+from achse.st.tree import NO_NOTE, Declaration, Initial, Name, TypeSpec, VarBlock
 from achse.st.typed.places import StaticBase
 from achse.st.typed.project import RoutineKind
 from achse.st.units import (
@@ -203,8 +203,8 @@ class Routines:
         made = Signature(key, name, kind, entry, tree, scope, frame, this)
         with self._names.scopes.inside(entry.source):
             if returns is not None:
-                type = self._names.type_of(returns, scope, name)
-                made.result = frame.add(Variable(type, name=result, section=Section.OUTPUT))
+                initial = None if property is None else property.initial
+                made.result = self._result(made, returns, result, initial)
             if kind is RoutineKind.SET and property is not None:
                 type = self._names.type_of(property.type, scope, name)
                 value = frame.add(Variable(type, name=property.name, section=Section.INPUT))
@@ -212,6 +212,22 @@ class Routines:
             self._fill(made, tuple(getattr(tree, "blocks", ())))
         self._known[key] = made
         return made
+
+    def _result(
+        self, made: Signature, returns: TypeSpec, name: str, initial: Initial | None
+    ) -> Variable[Any, Any]:
+        """The variable that a routine's result is in, at its first value."""
+        if initial is None:
+            type = self._names.type_of(returns, made.scope, made.name)
+            return made.frame.add(Variable(type, name=name, section=Section.OUTPUT))
+        named = (Name(name, initial.at),)
+        declaration = Declaration(named, None, returns, (), initial, NO_NOTE)
+        block = VarBlock("VAR_OUTPUT", (), (declaration,), NO_NOTE, initial.at)
+        ((variable, _),) = self._names.records.declared(block, declaration, made.scope)
+        placed = made.frame.add(variable)
+        if placed.start_values:
+            made.starts.append((declaration, placed))
+        return placed
 
     def _fill(self, made: Signature, blocks: tuple[VarBlock, ...]) -> None:
         """Put the variables of a routine where they belong."""
