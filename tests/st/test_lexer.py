@@ -144,8 +144,25 @@ def test_a_superscript_is_no_number() -> None:
     st.sampled_from(["", "WORD#", "INT#-", "ULINT#"]),
     st.data(),
     st.sampled_from(
-        "THEN Do of to BY AND or XOR mod AND_THEN OR_ELSE ELSE ELSIF END_REPEAT END_IF"
-        " THENX OF_".split()
+        (
+            "THEN",
+            "Do",
+            "of",
+            "to",
+            "BY",
+            "AND",
+            "or",
+            "XOR",
+            "mod",
+            "AND_THEN",
+            "OR_ELSE",
+            "ELSE",
+            "ELSIF",
+            "END_REPEAT",
+            "END_IF",
+            "THENX",
+            "OF_",
+        )
     ),
 )
 def test_digits_end_before_a_keyword(base: int, type: str, data: st.DataObject, word: str) -> None:

@@ -112,3 +112,20 @@ def test_tcnc_by_each_of_its_titles(tmp_path: Path, title: str) -> None:
     block = resolved(project.declarations.programs["p"].__iec__.member("a").type)
     assert isinstance(block, StructType)
     assert "TARGPOS" in str(block.fields)
+
+
+def test_a_folder_that_is_taken_whole_is_a_name_space(tmp_path: Path) -> None:
+    """By the title of its project, the name space of the reference, or the name of the folder."""
+    text = (
+        "TYPE ST_A : STRUCT n : LINT; END_STRUCT END_TYPE FUNCTION_BLOCK FB VAR a : ST_A; END_VAR"
+    )
+    library = _project(tmp_path / "lib", "My Lib", f"{text} END_FUNCTION_BLOCK").parent
+    loose = tmp_path / "loose"
+    loose.mkdir()
+    (loose / "a.st").write_text("TYPE ST_A : STRUCT n : INT; END_STRUCT END_TYPE")
+    own = "TYPE ST_A : BYTE; END_TYPE PROGRAM P VAR f : FB; a : ST_A; b : ours.ST_A;"
+    own += " c : loose.ST_A; END_VAR END_PROGRAM"
+    user = _project(tmp_path / "user", "User", own, ("My Lib", "ours", ""))
+    found = load_project(user, libraries=[library, loose]).declarations.programs["p"].__iec__
+    sizes = [found.member(name).type.size for name in "fabc"]
+    assert sizes == [16, 1, 8, 2]

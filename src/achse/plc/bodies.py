@@ -161,10 +161,13 @@ class Bodies:
         for key, routine in self.project.routines.items():
             if not routine.builtin:
                 continue
-            if key in self.functions:
-                found[key] = partial(self.functions[key], self)
-            elif key in self.blocks and routine.this is not None:
-                found[key] = partial(self._run_block, self.blocks[key], routine.this)
+            name = key
+            if name not in self.functions and name not in self.blocks:
+                name = key.partition(".")[2]  # `tc2_system.adsread`: the project has one, too
+            if name in self.functions:
+                found[key] = partial(self.functions[name], self)
+            elif name in self.blocks and routine.this is not None:
+                found[key] = partial(self._run_block, self.blocks[name], routine.this)
         return found
 
     def _run_block(self, body: BlockBody, type: StructType[Any], address: int) -> None:

@@ -114,8 +114,9 @@ class NamedConstants:
         if len(keys) > 1 and (
             keys[-1] in self._scopes.globals or keys[-1] in self._scopes.loose_values
         ):
-            # The name of a library in front, which nothing here declares.
-            return self.global_constant(keys[-1], path[-1], scope.space, at)
+            # The name of a library in front.
+            space = self._scopes.library_named(keys[0]) or scope.space
+            return self.global_constant(keys[-1], path[-1], space, at)
         if (value := self.of_library(keys)) is not None:
             return value
         raise Unexpected(at, f"no constant or variable is named '{'.'.join(path)[:80]}'")

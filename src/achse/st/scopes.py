@@ -106,15 +106,6 @@ def _library_of(source: Source) -> str:
     return "__SYSTEM" if folder == "language" else folder
 
 
-def _nearest(
-    found: Sequence[T], owner: Callable[[T], Scope | DeclaredUnit], space: str
-) -> Sequence[T]:
-    """Of things with one name: those of the name space itself, else those of the project, else
-    all of them. Libraries see their own names first, and so does the project."""
-    own = [item for item in found if owner(item).space == space]
-    return own or [item for item in found if not owner(item).space] or found
-
-
 def with_bases(scope: Scope) -> Iterator[Scope]:
     """A scope and those of the blocks it extends, which faulty sources may close to a ring."""
     seen: set[int] = set()
@@ -198,7 +189,10 @@ class Scopes:
         entry = DeclaredUnit(name, unit, source, space or library, is_library)
         self.entries[name.lower()] = entry
         if library:
-            self._of_libraries.setdefault(library.lower(), {})[key] = entry
+            own = self._of_libraries.setdefault(library.lower(), {})
+            own[key] = entry
+            if source.namespace:
+                self._of_libraries.setdefault(source.namespace.lower(), own)
         attributes = unit.note.attributes
         if attributes and "qualified_only" in {key.lower() for key, _ in attributes}:
             return
@@ -216,6 +210,9 @@ class Scopes:
         """The unit of a name as seen from a name space. Names of libraries in front of it that
         nothing here declares are passed over: `Tc2_MC2.AXIS_REF` is AXIS_REF."""
         key = name.lower()
+        head, dot, rest = key.partition(".")
+        if dot and (found := self._of_libraries.get(head, {}).get(rest)) is not None:
+            return found
         prefix = space.lower()
         if prefix in self._of_libraries and (found := self._in_libraries(key, prefix)):
             return found
@@ -241,20 +238,52 @@ class Scopes:
         units = (units[key] for units in self._of_libraries.values() if key in units)
         return next(units, None)
 
+    def library_named(self, name: str) -> str:
+        """The name space of a library, as it is written before names; empty if there is none."""
+        units = self._of_libraries.get(name.lower())
+        return "" if not units else next(iter(units.values())).space
+
+    def _seen(
+        self,
+        found: Sequence[T],
+        owner: Callable[[T], Scope | DeclaredUnit],
+        key: str,
+        space: str,
+    ) -> Sequence[T]:
+        """Of things with one name, those that the name alone means in a name space.
+
+        Whatever else has the name (variable, value, property, unit) hides those farther away.
+        """
+        if not found:
+            return found
+        spaces = [scope.space for scope, _ in self.globals.get(key, ())]
+        spaces += [item.space for item in self.loose_values.get(key, ())]
+        spaces += [item.space for item in self._list_properties.get(key, ())]
+        if (unit := self.find(key, space)) is not None:
+            spaces.append(unit.space)
+        nearest = min(self._distance(other, space) for other in spaces)
+        return [item for item in found if self._distance(owner(item).space, space) == nearest]
+
+    def _distance(self, other: str, space: str) -> int:
+        """0 for the name space itself; from a library other libraries are next, from the project
+        the project."""
+        if other == space:
+            return 0
+        if space.lower() in self._of_libraries:
+            return 1 if other.lower() in self._of_libraries else 2
+        return 2 if other else 1
+
     def global_variables(self, key: str, space: str) -> Sequence[tuple[Scope, Declared]]:
         """The variables of lists that a name alone means, seen from a name space."""
-        found = self.globals.get(key, ())
-        return found if len(found) < 2 else _nearest(found, lambda item: item[0], space)
+        return self._seen(self.globals.get(key, ()), lambda item: item[0], key, space)
 
     def values_of_enumerations(self, key: str, space: str) -> Sequence[DeclaredUnit]:
         """The enumerations of which a value is meant by its name alone, seen from a name space."""
-        found = self.loose_values.get(key, ())
-        return found if len(found) < 2 else _nearest(found, lambda item: item, space)
+        return self._seen(self.loose_values.get(key, ()), lambda item: item, key, space)
 
     def lists_with_property(self, key: str, space: str) -> Sequence[DeclaredUnit]:
         """The variable lists of which a property is meant by its name alone."""
-        found = self._list_properties.get(key, ())
-        return found if len(found) < 2 else _nearest(found, lambda item: item, space)
+        return self._seen(self._list_properties.get(key, ()), lambda item: item, key, space)
 
     @property
     def asked(self) -> Iterable[Scope]:
@@ -353,6 +382,9 @@ class Scopes:
                 return self.scope(entry), keys[cut:]
         if found := self.global_variables(keys[0], scope.space):
             return found[0][0], keys
+        library = self.library_named(keys[0])
+        if library and len(keys) > 1 and (found := self.global_variables(keys[1], library)):
+            return found[0][0], keys[1:]
         return None
 
     def is_placed(self, scope: Scope) -> bool:

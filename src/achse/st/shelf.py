@@ -75,7 +75,12 @@ def gather(
     taken: set[Path] = set()
     waiting = list(references)
     for place in shelf.whole:
-        sources += read_sources(place, defines, faults)[0]
+        whole, title = read_sources(place, defines, faults)[0], shelf.title(place)
+        named = (item.namespace for item in waiting if plain_title(title) in item.titles)
+        namespace = next(named, "")
+        for parsed in whole:
+            parsed.source.library, parsed.source.namespace = title, namespace
+        sources += whole
         waiting += shelf.references(place)
     own = {plain_title(name) for name in (*libraries.names(), *_FURTHER_TITLES)}
     seen: set[str] = set()
@@ -95,6 +100,7 @@ def gather(
             read = read_sources(project, defines, faults)[0]
             for parsed in read:
                 parsed.source.library = reference.title
+                parsed.source.namespace = reference.namespace
             sources += (_with_parameters(parsed, reference, faults) for parsed in read)
             waiting += shelf.references(project)
     containers = {title: shelf.containers[title] for title in missing if title in shelf.containers}
@@ -130,6 +136,15 @@ class _Shelf:
         """Under a vendor's folder a library lies as title/version/file."""
         for name in (file.stem, *(part.name for part in list(file.parents)[:2])):
             self.containers.setdefault(plain_title(name), file.name)
+
+    def title(self, place: Path) -> str:
+        """The name space of what is at a place: the title of its project, else its own name."""
+        project = self._only.get(place, place)
+        if project.suffix.lower() == PROJECT:
+            found = _TITLE.search(content_of(project, project.name))
+            if found is not None:
+                return unescape(found[1].decode("utf-8", "replace")).strip() or project.stem
+        return project.stem
 
     def references(self, place: Path) -> list[LibraryReference]:
         """What a project of the shelf references, or the only one of a place."""

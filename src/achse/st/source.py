@@ -89,7 +89,9 @@ class Source:
         self.text = text
         self.path = path
         self.library = ""
-        """The library that a source of the user's is from: its title."""
+        """The library that a source is from: its title."""
+        self.namespace = ""
+        """What a project writes before names of the library, if that is not its title."""
         self._pieces = tuple(pieces) or (SourceSegment(0, 1, 1),)
         self._starts = [piece.start for piece in self._pieces]
 

@@ -62,17 +62,18 @@ class NameResolver:
         key = name.lower()
         return self.variable(key, at) or self._own_part(key, at) or self.outer(name, at)
 
-    def outer(self, name: str, at: int) -> Meaning | None:
-        """What a name means globally: what a dot in front asks for."""
+    def outer(self, name: str, at: int, library: str = "") -> Meaning | None:
+        """What a name means globally, here or in a library: what a dot in front asks for."""
         key = name.lower()
         body = self._body
-        found = self._global(key, at)
+        space = library or body.scope.space
+        found = self._global(key, space, at)
         if found is not None:
             return found
-        entry = self._names.scopes.find(name, body.scope.space)
+        entry = self._names.scopes.find(name, space)
         if entry is not None:
             return self.of_entry(entry, at)
-        lists = self._names.scopes.lists_with_property(key, body.scope.space)
+        lists = self._names.scopes.lists_with_property(key, space)
         if lists:
             if len(lists) > 1:
                 places = " and ".join(found.name for found in lists[:3])
@@ -292,9 +293,9 @@ class NameResolver:
                 found.bounds = tuple(bounds)
         return found
 
-    def _global(self, key: str, at: int) -> Meaning | None:
+    def _global(self, key: str, space: str, at: int) -> Meaning | None:
         """A variable of a list, or a value of an enumeration, that needs nothing in front."""
-        names, space = self._names, self._body.scope.space
+        names = self._names
         found = names.scopes.global_variables(key, space)
         if len(found) > 1:
             places = " and ".join(scope.owner for scope, _ in found[:3])

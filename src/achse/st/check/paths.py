@@ -260,16 +260,17 @@ class Paths:
         raise Unexpected(at, f"{whole.name} has no variable '{name[:80]}'")
 
     def _of_space(self, whole: SpaceName, name: str, at: int) -> Meaning:
-        """What a library's name is before: the same as without it."""
+        """What a library's name is before: the library's own, else the same as without it."""
         body = self._body
+        scopes = body.checking.names.scopes
         path = f"{whole.name}.{name}"
-        entry = body.checking.names.scopes.find(path, body.scope.space)
-        if entry is not None:
-            return body.names.of_entry(entry, at)
-        found = body.names.outer(name, at)
-        if found is not None:
-            return found
-        return SpaceName(path, whole.at)
+        library = scopes.library_named(whole.name)
+        if not library:
+            entry = scopes.find(path, body.scope.space)
+            if entry is not None:
+                return body.names.of_entry(entry, at)
+        found = body.names.outer(name, at, library)
+        return SpaceName(path, whole.at) if found is None else found
 
     # bits ------------------------------------------------------------------------------------
 
