@@ -6,8 +6,6 @@ from datetime import timedelta
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from achse.iec import (
     ARRAY,
@@ -587,31 +585,3 @@ def test_a_member_is_bound_by_ref_too() -> None:
 def test_ref_binds_references_only() -> None:
     text = REFERRING + "VAR_GLOBAL a : ST := (x REF= b); b : INT; END_VAR"
     assert messages(text) == ["1:91 REF= binds a reference, not a INT"]
-
-
-@given(
-    st.sampled_from(["SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "BYTE", "WORD", ""]),
-    st.lists(st.integers(-(2**64), 2**64) | st.integers(-300, 70_000), min_size=1, max_size=3),
-    st.sampled_from(["{}", "16#{:X}"]),
-)
-def test_values_of_enumerations_are_the_bits_of_their_type(
-    base: str, values: list[int], form: str
-) -> None:
-    """16#8000 to 16#FFFF of INT are negative; what has more bits is a fault."""
-    size, low = {"S": (1, -1), "I": (2, -1), "D": (4, -1), "L": (8, -1)}.get(base[:1], (0, 0))
-    if not base:
-        size, low = 2, -1
-    if base.startswith("U") or base in ("BYTE", "WORD"):
-        size = {"USINT": 1, "UINT": 2, "UDINT": 4, "BYTE": 1, "WORD": 2}[base]
-        low = 0
-    bits = 8 * size
-    written = [f"V{n} := {form.format(v) if v >= 0 else v}" for n, v in enumerate(values)]
-    text = f"TYPE E : ({', '.join(written)}) {base}; END_TYPE"
-    fits = all(low << bits - 1 <= value < 1 << bits for value in values)
-    if not fits:
-        with pytest.raises(SourceError, match="is not a "):
-            declare([parse(Source(text, "x.st"))])
-        return
-    found = declare([parse(Source(text, "x.st"))]).types["e"]
-    signed = [v - (1 << bits) if low and v >> bits - 1 == 1 else v for v in values]
-    assert list(found.numbers.values()) == signed  # type: ignore[attr-defined]

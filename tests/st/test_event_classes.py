@@ -3,7 +3,14 @@
 from pathlib import Path
 from uuid import UUID
 
-from achse.st.event_classes import event_classes, events_source
+import pytest
+
+from achse.plc.bodies import Bodies
+from achse.plc.code.execution import CodeForm
+from achse.plc.runtime import PlcRuntime
+from achse.plc.task import Task
+from achse.st.check import check
+from achse.st.event_classes import event_classes, events_sources
 from achse.st.project import load_project
 
 FILE = b"""<TcModuleClass><DataTypes>
@@ -29,7 +36,7 @@ def test_classes_of_a_file() -> None:
         ("Start", 1, "Warning"),
         ("Odd", 2, "Info"),
     ]
-    assert events_source([]) is None
+    assert events_sources([]) == []
 
 
 def test_programs_name_them(tmp_path: Path) -> None:
@@ -37,3 +44,33 @@ def test_programs_name_them(tmp_path: Path) -> None:
     (tmp_path / "MAIN.tsproj").write_bytes(FILE)
     main = load_project(tmp_path / "MAIN.st").declarations.programs["main"].__iec__
     assert main.member("e").type.size == 24
+
+
+CLASSES = """PROGRAM MAIN VAR g : GUID; e : TcEventEntry; same : BOOL; d : DWORD; END_VAR
+g := TC_EVENT_CLASSES.CNC_Events; e := TC_EVENTS.CNC_Events.Start;
+same := GuidsEqualByVal(TC_Event_Classes.cnc_events, e.uuidEventClass);
+d := TC_EVENT_CLASSES.CNC_Events.Data1; END_PROGRAM"""
+
+
+def test_classes_are_guids(tmp_path: Path) -> None:
+    (tmp_path / "MAIN.st").write_text(CLASSES)
+    (tmp_path / "MAIN.tsproj").write_bytes(FILE)
+    declared = load_project(tmp_path / "MAIN.st").declarations
+    typed = check(declared)
+    assert [str(fault) for fault in typed.faults] == []
+    for form in (CodeForm.PLAIN, CodeForm.AUTO):
+        task = Task("PlcTask", 10_000_000, [declared.programs["main"]])
+        plc = PlcRuntime([task], declared.units, bodies=Bodies(typed, form=form))
+        plc.run_due(10_000_000)
+        main = plc.instance("MAIN")
+        assert (plc.fault, main["same"], main["d"]) == (None, True, 0xAC1249EC)
+        assert main["g"]["Data4"][7] == 0x8E
+
+
+@pytest.mark.parametrize("name", ["TC_EVENT_CLASSES.Mine", "TC_EVENTS.Mine.Start"])
+def test_a_class_that_no_file_has_is_named(tmp_path: Path, name: str) -> None:
+    (tmp_path / "MAIN.st").write_text(
+        f"PROGRAM MAIN VAR g : GUID; END_VAR g := {name}; END_PROGRAM"
+    )
+    (fault,) = check(load_project(tmp_path / "MAIN.st").declarations).faults
+    assert fault.message.endswith("neither .tsproj nor .tmc of the project has that event class")

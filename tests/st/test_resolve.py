@@ -4,16 +4,19 @@ from collections.abc import Mapping
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from achse.iec import BOOL, DINT, INT, AliasType, EnumType, IecType, Section, StructType
 from achse.iec.derived import InterfaceType, PointerType, ReferenceType, SubrangeType
 from achse.iec.layout import TC2_X86, TC3_X64, LayoutRules
 from achse.st.cursor import Unexpected
+from achse.st.declare import declare
 from achse.st.parser import parse
 from achse.st.records import LARGEST
 from achse.st.resolve import Resolver, generics_of
 from achse.st.scopes import DeclaredUnit, Failed
-from achse.st.source import Source
+from achse.st.source import Source, SourceError
 from achse.st.tree import DirectAddress
 from achse.st.units import FunctionBlock, TypeDeclaration
 
@@ -313,3 +316,31 @@ def test_addresses_are_read_or_a_fault() -> None:
     with pytest.raises(Unexpected) as caught:
         types.address_of("MAIN.a", DirectAddress("%MB4.1.2", 9))
     assert caught.value.at == 9
+
+
+@given(
+    st.sampled_from(["SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "BYTE", "WORD", ""]),
+    st.lists(st.integers(-(2**64), 2**64) | st.integers(-300, 70_000), min_size=1, max_size=3),
+    st.sampled_from(["{}", "16#{:X}"]),
+)
+def test_values_of_enumerations_are_the_bits_of_their_type(
+    base: str, values: list[int], form: str
+) -> None:
+    """16#8000 to 16#FFFF of INT are negative; what has more bits is a fault."""
+    size, low = {"S": (1, -1), "I": (2, -1), "D": (4, -1), "L": (8, -1)}.get(base[:1], (0, 0))
+    if not base:
+        size, low = 2, -1
+    if base.startswith("U") or base in ("BYTE", "WORD"):
+        size = {"USINT": 1, "UINT": 2, "UDINT": 4, "BYTE": 1, "WORD": 2}[base]
+        low = 0
+    bits = 8 * size
+    written = [f"V{n} := {form.format(v) if v >= 0 else v}" for n, v in enumerate(values)]
+    text = f"TYPE E : ({', '.join(written)}) {base}; END_TYPE"
+    fits = all(low << bits - 1 <= value < 1 << bits for value in values)
+    if not fits:
+        with pytest.raises(SourceError, match="is not a "):
+            declare([parse(Source(text, "x.st"))])
+        return
+    found = declare([parse(Source(text, "x.st"))]).types["e"]
+    signed = [v - (1 << bits) if low and v >> bits - 1 == 1 else v for v in values]
+    assert list(found.numbers.values()) == signed  # type: ignore[attr-defined]

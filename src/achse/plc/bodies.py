@@ -161,9 +161,7 @@ class Bodies:
         for key, routine in self.project.routines.items():
             if not routine.builtin:
                 continue
-            name = key
-            if name not in self.functions and name not in self.blocks:
-                name = key.partition(".")[2]  # `tc2_system.adsread`: the project has one, too
+            name = key if key in self.functions or key in self.blocks else key.partition(".")[2]
             if name in self.functions:
                 found[key] = partial(self.functions[name], self)
             elif name in self.blocks and routine.this is not None:

@@ -1,6 +1,7 @@
 """Event classes of a project: from its `.tmc` or `.tsproj` to the constants that programs name.
 
-`TC_EVENTS.<class>.<event>` is what a block of Tc3_EventLogger is created with. The texts of the
+`TC_EVENTS.<class>.<event>` is what a block of Tc3_EventLogger is created with, or the class's GUID
+`TC_EVENT_CLASSES.<class>` with the event's number and severity. The texts of the
 events come along, in the language that the file has first.
 
 Source: symbol files of public projects (`<EventId>` in `<DataType>`).
@@ -14,7 +15,7 @@ from achse.st.parser import Parsed, parse
 from achse.st.source import Source, SourceError
 from achse.st.xml import Element, parse_xml
 
-__all__ = ["EventClass", "ProjectEvent", "event_classes", "events_source"]
+__all__ = ["EventClass", "ProjectEvent", "event_classes", "events_sources"]
 
 _SEVERITIES = ("Verbose", "Info", "Warning", "Error", "Critical")
 _LONGEST = 200
@@ -85,11 +86,11 @@ def _events(element: Element) -> Iterator[ProjectEvent]:
         yield ProjectEvent(head.text.strip(), int(number) & 0xFFFF_FFFF, severity, text)
 
 
-def events_source(classes: Iterable[EventClass]) -> Parsed | None:
-    """Structured Text that declares the classes; None if there are none."""
+def events_sources(classes: Iterable[EventClass]) -> list[Parsed]:
+    """Structured Text with the lists TC_EVENTS and TC_EVENT_CLASSES; nothing without classes."""
     classes = list(classes)
     if not classes:
-        return None
+        return []
     lines: list[str] = []
     for one in classes:
         lines.append(f"TYPE ST_{one.name}_Events : STRUCT")
@@ -104,9 +105,15 @@ def events_source(classes: Iterable[EventClass]) -> Parsed | None:
     lines.append("END_VAR")
     lines += _function("TC_EVENT_TEXT", classes, per_event=True)
     lines += _function("TC_EVENT_CLASS_NAME", classes, per_event=False)
-    source = Source("\n".join(lines), "event classes")
+    guids = [f"    {one.name} : GUID := {_guid(one.uuid)};" for one in classes]
+    guids = ["{attribute 'qualified_only'} VAR_GLOBAL CONSTANT", *guids, "END_VAR"]
+    return [_parsed(lines, "TC_EVENTS"), _parsed(guids, "TC_EVENT_CLASSES")]
+
+
+def _parsed(lines: Iterable[str], name: str) -> Parsed:
+    source = Source("\n".join(lines), f"event classes {name}")
     source.library = "tc3_eventlogger"  # where the texts take the place of those without classes
-    return parse(source, name="TC_EVENTS").check()
+    return parse(source, name=name).check()
 
 
 def _function(name: str, classes: Iterable[EventClass], *, per_event: bool) -> Iterator[str]:

@@ -9,7 +9,7 @@ from achse.iec.declare import Typelike
 from achse.iec.layout import TC3_X64, TC3_X86, LayoutRules
 from achse.st.declare import Declarations, examine
 from achse.st.envelope import TaskDeclaration
-from achse.st.event_classes import event_classes, events_source
+from achse.st.event_classes import event_classes, events_sources
 from achse.st.files import (
     SYMBOL_FILE,
     content_of,
@@ -99,7 +99,7 @@ def examine_project(
     files = [(item, item.name) for item in (*named, *symbol_files(Path(path)))]
     solutions = list(solution_files(Path(path)))
     contents = chain(((content_of(*item), item[1]) for item in files), solutions)
-    events = events_source(event_classes(contents))
+    of_events = events_sources(event_classes(contents))
     options = task_options(solutions)
     tasks = [
         task._replace(**options[task.name.lower()]._asdict())
@@ -110,7 +110,6 @@ def examine_project(
     further = LibraryTypes((content_of(*item), item[1]) for item in files)
     if rules is None:
         rules = TC3_X86 if further.pointer_size == 4 else TC3_X64
-    of_events = [events] if events is not None else []
 
     def examined(stand_ins: Iterable[Parsed]) -> tuple[Declarations, SourceError | None]:
         return examine(

@@ -89,21 +89,8 @@ PROGRAM MAIN VAR f : Lib.FB_Main; m : Lib.T_Alias; a, b, c, e : INT; END_VAR
 f(); a := Lib.F_Add(1); b := Lib.nCount; c := Lib.cMost + Lib.E_Mode.Fast; e := m[2].k;
 END_PROGRAM
 """
-NAMES = (
-    "E_Mode",
-    "ST_Data",
-    "ST_More",
-    "T_Alias",
-    "cMost",
-    "nCount",
-    "I_Get",
-    "F_Add",
-    "FB_Base",
-    "FB_Main",
-    "Slow",
-    "Fast",
-    "Get",
-)
+TYPES = ("E_Mode", "ST_Data", "ST_More", "T_Alias", "I_Get", "FB_Base", "FB_Main")
+NAMES = (*TYPES, "cMost", "nCount", "F_Add", "Slow", "Fast", "Get")
 _AGAIN = {
     "structure": "TYPE {0} : STRUCT other : LREAL; END_STRUCT END_TYPE",
     "enumeration": "TYPE {0} : (Some{0} := 9, Slow := 8) LINT; END_TYPE",
@@ -153,3 +140,12 @@ def test_libraries_do_not_see_names_of_the_project(kinds: list[str]) -> None:
 @pytest.mark.parametrize("kind", _AGAIN)
 def test_library_is_the_same_beside_all_its_names(kind: str, form: CodeForm) -> None:
     assert _beside([kind] * len(NAMES), form) == _beside([""] * len(NAMES), CodeForm.PLAIN)
+
+
+def test_built_in_functions_work_beside_functions_of_their_name(run: Run) -> None:
+    ran = run(
+        "FUNCTION F_CheckMemoryArea : INT F_CheckMemoryArea := 77; END_FUNCTION\n"
+        "PROGRAM MAIN VAR x : INT; a : INT; b : DINT; END_VAR a := F_CheckMemoryArea();"
+        " b := Tc2_System.F_CheckMemoryArea(ADR(x), 2); END_PROGRAM"
+    )
+    assert (ran["a"], ran["b"]) == (77, 1)

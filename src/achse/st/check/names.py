@@ -104,6 +104,10 @@ class NameResolver:
 
     def unknown(self, name: str, at: int) -> Unexpected:
         """The fault of a name that means nothing."""
+        if name.upper().partition(".")[0] in ("TC_EVENTS", "TC_EVENT_CLASSES"):
+            return Unexpected(
+                at, f"'{name[:80]}': neither .tsproj nor .tmc of the project has that event class"
+            )
         near = get_close_matches(name.lower(), list(self._known_keys()), 1, 0.8)
         meant = f"; near: {near[0]}" if near else ""
         return Unexpected(at, f"nothing is named '{name[:80]}' here{meant}")
