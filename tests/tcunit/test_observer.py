@@ -55,3 +55,19 @@ def test_many_failures_of_one_test_are_bounded(
     )
     (test,) = run_tests(source, libraries=[standin], limit=0.2)
     assert len(test.failures) == 5
+
+
+@pytest.mark.parametrize("name", ["FB_TcUnitRunner", "FB_Test", "FB_AdsAssertMessageFormatter"])
+def test_suite_with_a_name_of_the_library_keeps_its_places(
+    tmp_path: Path, standin: Path, name: str
+) -> None:
+    source = tmp_path / "ours.st"
+    source.write_text(
+        f"FUNCTION_BLOCK {name} EXTENDS FB_TestSuite\nTEST('a');\n"
+        "AssertTrue(FALSE, 'no');\nTEST_FINISHED();\nEND_FUNCTION_BLOCK\n"
+        f"PROGRAM MAIN VAR s : {name}; END_VAR\nTcUnit.RUN(); END_PROGRAM\n"
+    )
+    (test,) = run_tests(source, libraries=[standin])
+    assert [(each.message, each.place and each.place.line) for each in test.failures] == [("no", 3)]
+    assert test.place is not None
+    assert test.place.line == 2

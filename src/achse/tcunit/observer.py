@@ -21,22 +21,30 @@ _MOST_FAILURES = 1000
 
 
 class Observer:
-    """Listens to TcUnit in one PLC. `own` are the names of TcUnit's units, in lower case."""
+    """Listens to TcUnit in one PLC. `own` are the names of TcUnit's units, in lower case: the
+    project may have units of these names as well."""
 
     def __init__(self, bodies: Bodies, own: Set[str]) -> None:
         self._paths = bodies.paths
-        self._own = own
         self.places: dict[tuple[str, str], CodePlace] = {}
         """Where TEST is, by the block of the suite and the name of the test, in lower case."""
         self.failures: dict[tuple[str, str], list[Failure]] = {}
         """By the path of the suite and the name of the test, in lower case."""
         execution = bodies.execution
         assert execution is not None
-        for key in _TESTS:
-            if key in execution.project.routines:
+        self._own: set[str] = set()
+        """Names of TcUnit's routines."""
+        for key, routine in list(execution.project.routines.items()):
+            library = routine.source.library
+            name = key.removeprefix(f"{library.lower()}.") if library else key
+            if own and not (library and name.partition(".")[0] in own):
+                continue
+            if own:
+                self._own.add(routine.name)
+            if name in _TESTS:
                 execution.observe(key, self._begins)
-        if _FORMATTER in execution.project.routines:
-            execution.observe(_FORMATTER, self._fails)
+            elif name == _FORMATTER:
+                execution.observe(key, self._fails)
 
     def _begins(self, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> None:
         frame = self._caller()
@@ -76,10 +84,8 @@ class Observer:
         frame: FrameType | None = sys._getframe(2)
         while frame is not None:
             code = frame.f_code
-            if code.co_filename in self._paths:
-                unit = code.co_name.partition(".")[0].lower()
-                if unit not in self._own:
-                    return frame
+            if code.co_filename in self._paths and code.co_name not in self._own:
+                return frame
             frame = frame.f_back
         return None
 
