@@ -136,3 +136,10 @@ def test_names_in_one_word_are_told_apart(cli: Callable[..., Any], joined: str, 
     told = cli("ads", "read", joined, exit_code=2).stderr
     assert f"names are separate words: {words};" in " ".join(told.replace("│", " ").split())
     assert "SYMBOL" in cli("ads", "read", "MAIN.a[1,2]", exit_code=1).stderr
+
+
+def test_a_name_may_begin_with_a_port(lines: Lines, cli: Cli) -> None:
+    names = ("MAIN.fValue", "500:Axes.X.ActPos", "851:MAIN.fValue")
+    assert [line.partition(" = ")[0] for line in lines("ads", "read", *names)] == list(names)
+    assert lines("ads", "write", "851:MAIN.fValue", "2.5") == lines("ads", "read", "MAIN.fValue")
+    assert "0x710" in cli("ads", "read", "70000:MAIN.fValue", exit_code=1).stderr

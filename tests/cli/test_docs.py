@@ -102,3 +102,13 @@ def test_a_word_of_no_page_is_told(tmp_path: Path) -> None:
     assert result.exit_code == 1
     assert "no page about robot; there are: Services of TwinCAT Router: port 1;" in result.stderr
     assert not (tmp_path / "new").exists()
+
+
+def test_an_entry_is_a_code_or_a_name_of_a_library() -> None:
+    run = CliRunner().invoke(app, ["docs", "entry", "mc_moveabsolute"])
+    assert run.stdout.startswith("MC_MoveAbsolute  function block of tc2_mc2  ")
+    assert "\ninputs: Execute, " in run.stdout.replace("Axis, Execute", "Execute")
+    assert run.stdout.endswith("plc-library-tc2_mc2/#MC_MoveAbsolute\n")
+    run = CliRunner().invoke(app, ["docs", "entry", "MC_MoveAbsolut"])
+    assert run.exit_code == 1
+    assert "did you mean 'MC_MoveAbsolute'" in run.stderr

@@ -61,3 +61,11 @@ def test_a_refusal_is_an_object_of_code_name_and_message(cli: Callable[..., Any]
 
 def test_the_version_is_told() -> None:
     assert _run("--version").stdout == f"achse {__version__}\n"
+
+
+@pytest.mark.parametrize(
+    ("word", "ours"), [("init", "new"), ("start", "run"), ("move", "axis move")]
+)
+def test_a_command_of_other_tools_leads_to_ours(word: str, ours: str) -> None:
+    run = CliRunner().invoke(app, [word, "--json"])
+    assert f"No such command '{word}'. Did you mean '{ours}'?" in run.stderr

@@ -5,10 +5,12 @@ import subprocess
 import sys
 
 import pytest
+from typer.main import get_command
 from typer.testing import CliRunner
 
 from achse.cli import run
 from achse.cli.app import app
+from achse.cli.front import PANELS
 from achse.cli.root import new_root
 
 
@@ -32,3 +34,10 @@ def test_a_start_loads_no_other_commands() -> None:
         [sys.executable, "-c", asked], capture_output=True, text=True, env=os.environ
     )
     assert told.stdout.strip() == "[]", told.stderr
+
+
+def test_help_has_a_panel_for_each_command() -> None:
+    told = CliRunner().invoke(app, ["--help"]).stdout
+    assert [told.index(panel) for panel in PANELS] == sorted(told.index(panel) for panel in PANELS)
+    commands = set(get_command(app).commands)  # type: ignore[attr-defined]
+    assert commands == {name for names in PANELS.values() for name in names}

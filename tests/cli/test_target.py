@@ -53,3 +53,15 @@ def test_a_watch_ends_cleanly_by_signal(
     watch.send_signal(number)
     _, errors = watch.communicate()
     assert (watch.returncode, errors) == (0, "")
+
+
+def test_ports_that_answer_are_told_where_one_is_not_there(cli: Callable[..., Any]) -> None:
+    refusal = cli("ads", "state", "--port", "852", exit_code=1).stderr
+    told = refusal.partition("ports that answer: ")[2].strip().split(", ")
+    assert {"500", "851", "10000", "26000"} <= set(told)
+    assert "852" not in told
+
+
+def test_a_station_without_a_bus_is_told(cli: Callable[..., Any]) -> None:
+    refusal = cli("bus", "list", exit_code=1).stderr
+    assert "this station has no bus; ports that answer: " in refusal

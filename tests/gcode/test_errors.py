@@ -30,3 +30,8 @@ def test_a_file_of_any_bytes_brings_no_control_characters(text: str) -> None:
     for error in check_lines(PartProgram(text, "part.nc")):
         assert str(error).isprintable()
         assert error.caret().replace("\n", "").isprintable()
+
+
+def test_words_of_other_dialects_lead_to_ours() -> None:
+    assert "this G code is unknown; millimetres are G71" in str(refused("G21"))
+    assert "this G code is unknown; inches are G70" in str(refused("N5 G020 X1"))

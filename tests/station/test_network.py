@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import achse
-from achse.ams import AdsState, AmsAddress, Command, Frame, NetId, RouterError
+from achse.ams import AmsAddress, Command, Frame, NetId, RouterError
 from achse.ams.commands import WriteRequest
 from achse.ams.discovery import DiscoveryService, RouteRequest, status_of
 from achse.devices.system.routes import RouteEntry
@@ -432,26 +432,6 @@ def test_who_may_change_routes(
     asyncio.run(go())
 
 
-@pytest.mark.parametrize("port", [30, 200])
-def test_licence_and_real_time_ports_are_those_of_a_system_without_them(port: int) -> None:
-    """Nobody holds the port: AMS error 6, as any router says (reference traffic)."""
-
-    async def main() -> None:
-        async with achse.connect(Station.demo().router, port=port) as client:
-            for asked in (
-                client.device_info(),
-                client.state(),
-                client.read_raw(0x0101_0004, 1, 16),
-                client.read_raw(1, 15, 4),
-                client.write_control(AdsState.RESET, 0),
-            ):
-                with pytest.raises(RouterError) as refusal:
-                    await asked
-                assert refusal.value.code == 0x6
-
-    asyncio.run(main())
-
-
 # rights
 
 ME = AmsAddress("192.0.2.7.1.1:30000")
@@ -593,3 +573,11 @@ async def test_a_broker_that_says_nothing_keeps_nobody_waiting(
     with pytest.raises(asyncio.CancelledError):
         await starting
     assert not [task for task in asyncio.all_tasks() if "MqttNetwork.run" in repr(task)]
+
+
+async def test_an_address_of_another_computer_is_refused() -> None:
+    """It read as if the address were this computer's and open to everybody."""
+    serving = Station.demo().running(host="192.0.2.1", let_everybody_in=True)
+    with pytest.raises(ConfigError, match=r"192\.0\.2\.1 is not an address of this computer: exp"):
+        async with serving:
+            pass

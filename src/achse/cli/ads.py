@@ -15,6 +15,7 @@ from achse.cli.target import Json, client_command
 
 if TYPE_CHECKING:
     from achse.client import Client
+    from achse.client.target import Target
 
 __all__ = ["ads"]
 
@@ -122,18 +123,33 @@ def _state_name(ads_state: int) -> str:
     return getattr(ads_state, "name", "unknown")
 
 
+def _place(client: "Client", name: str) -> tuple["Target", str]:
+    """Return the device and the path of a name that may begin with an AMS port: `500:Axes.X`."""
+    port, colon, path = name.partition(":")
+    if not colon or not port.isdecimal() or int(port) > 0xFFFF:
+        return client, name
+    return client.at_port(int(port)), path
+
+
 @client_command(ads, PLC_PORT)
 async def read(client: "Client", names: Names, in_json: Json = False) -> None:
-    """Read variables by name."""
+    """Read variables by name; `500:Axes.X.ActPos` is one of another AMS port."""
     from achse.ams import AdsError
 
-    values = await client.read_many(names, strict=False)
+    places = {name: _place(client, name) for name in names}
+    values: dict[str, Any] = {}
+    for device in dict.fromkeys(target.address for target, _ in places.values()):
+        of_device = {name: at for name, at in places.items() if at[0].address == device}
+        target = next(iter(of_device.values()))[0]
+        found = await target.read_many({path for _, path in of_device.values()}, strict=False)
+        values |= {name: found[path] for name, (_, path) in of_device.items()}
     refusals = [value for value in values.values() if isinstance(value, AdsError)]
     shown = {}
-    for name, value in values.items():
+    for name, (target, path) in places.items():
+        value = values[name]
         if isinstance(value, AdsError):
             continue
-        type = await client.type_of(name)
+        type = await target.type_of(path)
         if in_json:
             shown[name] = as_json(type, value)
         else:
@@ -153,16 +169,17 @@ async def write(
     ],
     in_json: Json = False,
 ) -> None:
-    """Write a variable by name."""
+    """Write a variable by name; `500:…` is one of another AMS port."""
     from achse.iec import IecValueError
     from achse.iec.literals import parse_value
 
-    type = await client.type_of(name)
+    target, path = _place(client, name)
+    type = await target.type_of(path)
     try:
         parsed = parse_value(type, value)
     except IecValueError as fault:
         raise typer.BadParameter(str(fault), param_hint="VALUE") from None
-    await client.write(name, parsed)
+    await target.write(path, parsed)
     if in_json:
         print_json({name: as_json(type, parsed)})
     else:

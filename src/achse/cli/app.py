@@ -34,7 +34,7 @@ from achse.cli import (
     warmup,
     web,
 )
-from achse.cli.root import new_root
+from achse.cli.root import in_panels, new_root
 
 __all__ = ["app"]
 
@@ -73,3 +73,4 @@ record.register(app)
 sweep.register(app)
 warmup.register(app)
 web.register(app)
+in_panels(app)

@@ -102,10 +102,13 @@ def _mkdocs(*words: str) -> None:
 
 
 def entry(
-    code: Annotated[str, typer.Argument(metavar="CODE", help="Such as 0x4655 or 1861.")],
+    code: Annotated[
+        str,
+        typer.Argument(metavar="ENTRY", help="A code or a name: 0x4655, 1861, MC_MoveAbsolute."),
+    ],
     in_json: Json = False,
 ) -> None:
-    """What a code means, and where the documentation tells of it.
+    """What a code, or a name of a PLC library, means, and where the documentation tells of it.
 
     With ACHSE_DOCS, the address of a site, it is a whole link.
     """
@@ -115,7 +118,8 @@ def entry(
     try:
         number = int(code, 0)
     except ValueError:
-        fail(f"a code is a number such as 0x4655, got {code!r:.40}", name="USAGE")
+        _library_entry(code, in_json)
+        return
     link = code_link(number)
     found = code_of(number)
     if link is None or found is None:
@@ -126,6 +130,37 @@ def entry(
     else:
         print(f"0x{number:X}  {found.name}  {found.text}")
         print(link)
+
+
+def _library_entry(name: str, in_json: bool) -> None:
+    """Print what a name of a PLC library is."""
+    from achse.codes.links import SITE, library_link, on_site
+    from achse.iec.nearest import did_you_mean
+
+    found = {
+        row[0].strip("`"): (library, row)
+        for library, rows in _library_rows().items()
+        for row in rows
+    }
+    spelled = {known.casefold(): known for known in found}.get(name.casefold())
+    if spelled is None:
+        near = did_you_mean(name, found)
+        fail(
+            f"expected a code such as 0x4655, or a name of a PLC library, got {name!r:.40}{near}",
+            name="NOT_FOUND",
+        )
+    library, (_, kind, meaning, inputs, outputs) = found[spelled]
+    link = library_link(library, spelled)
+    link = on_site(link, os.environ.get(SITE)) or link
+    if in_json:
+        document = {"name": spelled, "library": library, "kind": kind, "text": meaning}
+        print_json(document | {"inputs": inputs, "outputs": outputs, "link": link})
+        return
+    print(f"{spelled}  {kind} of {library}  {meaning}".rstrip())
+    for title, pins in (("inputs", inputs), ("outputs", outputs)):
+        if pins:
+            print(f"{title}: {pins}")
+    print(link)
 
 
 def _title(page: str) -> str:
@@ -227,10 +262,10 @@ def _words() -> Iterator[tuple[str, str, str]]:
         yield f"`#set {parameter.name}(…)#`", "path", _text(parameter.parameter.value)
 
 
-def _library_pages() -> Iterator[tuple[str, str, str]]:
-    """Title, file and text of the pages about the PLC libraries, from their sources.
+def _library_rows() -> dict[str, list[tuple[str, ...]]]:
+    """Return name, kind, meaning, inputs and outputs of what each PLC library declares.
 
-    The first lists them, then each has its own; names with an underscore in front are internal.
+    Names with an underscore in front are internal.
     """
     from achse.st.standard import standard_libraries
     from achse.st.units import Function, FunctionBlock, TypeDeclaration
@@ -271,6 +306,12 @@ def _library_pages() -> Iterator[tuple[str, str, str]]:
             inputs, outputs = pins(unit, ("VAR_INPUT", "VAR_IN_OUT")), pins(unit, ("VAR_OUTPUT",))
             kind += " (built in)" if built_in else ""
             rows.append((f"`{unit.name}`", kind, meaning, inputs, outputs))
+    return libraries
+
+
+def _library_pages() -> Iterator[tuple[str, str, str]]:
+    """Title, file and text of the pages about the PLC libraries; the first lists them."""
+    libraries = _library_rows()
     listed = [
         (f"[{name}](plc-library-{name}.md)", str(len(rows))) for name, rows in libraries.items()
     ]

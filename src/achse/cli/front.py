@@ -9,9 +9,33 @@ from typer.core import TyperGroup
 
 from achse.cli.failure import errors_in_json, in_json, tell, wants_json
 
-__all__ = ["Front"]
+__all__ = ["PANELS", "Front"]
+
+PANELS = {
+    "Describe and start": ("new", "check", "run", "demo", "wait", "stop", "fleet", "drive"),
+    "Ask and move": ("ads", "axis", "table", "channel", "camshaft", "bus", "symbols"),
+    "Watch and record": ("web", "scope", "monitor", "record", "replay", "diff"),
+    "Test": ("test", "fault", "sweep", "plc", "gcode"),
+    "Install and look up": ("docs", "warmup", "certificate", "hash-password"),
+}
+"""What one wants to do, and the commands for it: the panels of `achse --help`."""
+
 
 _MOST_OPTIONS = 6
+
+_ELSEWHERE = {
+    "init": "new",
+    "create": "new",
+    "start": "run",
+    "serve": "run",
+    "read": "ads read",
+    "write": "ads write",
+    "symbol": "symbols",
+    "move": "axis move",
+    "jog": "axis jog",
+    "validate": "check",
+}
+"""Commands as other tools call them, and ours."""
 
 _UsageError = cast(type[Exception], typer.BadParameter.__base__)
 _CommandError = cast(type[Exception], _UsageError.__base__)
@@ -20,6 +44,11 @@ _CommandError = cast(type[Exception], _UsageError.__base__)
 
 class Front(TyperGroup):
     """The commands of achse; with `--json` on the command line errors are objects."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names of the commands in the order of the panels."""
+        names = super().list_commands(ctx)
+        return [name for panel in PANELS.values() for name in panel if name in names]
 
     def main(
         self,
@@ -56,6 +85,9 @@ def _told(fault: Any) -> int:
     fault.message = (fault.message or "").removeprefix("Value error, ")  # how the parser checks
     if fault.message.startswith("Got unexpected extra argument"):
         fault.message += _options(fault)
+    unknown = fault.message.removeprefix("No such command '").partition("'")[0]
+    if unknown in _ELSEWHERE and "Did you mean" not in fault.message:
+        fault.message += f" Did you mean '{_ELSEWHERE[unknown]}'?"
     if in_json():
         tell(fault.format_message(), name="USAGE" if isinstance(fault, _UsageError) else "FAILED")
     else:

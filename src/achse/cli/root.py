@@ -6,9 +6,9 @@ from typing import Annotated
 import typer
 
 from achse.cli.failure import in_json
-from achse.cli.front import Front
+from achse.cli.front import PANELS, Front
 
-__all__ = ["new_root"]
+__all__ = ["in_panels", "new_root"]
 
 
 def _print_version(wanted: bool) -> None:
@@ -30,6 +30,15 @@ def new_root() -> typer.Typer:
     )
     app.callback()(_root)
     return app
+
+
+def in_panels(app: typer.Typer) -> None:
+    """Put each command of the root into its panel of the help; KeyError for one that has none."""
+    panel = {name: title for title, names in PANELS.items() for name in names}
+    for infos in (app.registered_commands, app.registered_groups):
+        for info in infos:
+            callback = getattr(info.callback, "__name__", "")
+            info.rich_help_panel = panel[info.name or callback.replace("_", "-")]
 
 
 def _root(

@@ -3,7 +3,7 @@
 import asyncio
 import functools
 import inspect
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn, get_type_hints
 
 import typer
@@ -12,6 +12,7 @@ from achse.cli.failure import fail, fail_by
 
 if TYPE_CHECKING:
     from achse.ams import AdsError, NetId
+    from achse.client import Client
 
 __all__ = [
     "DRIVES",
@@ -31,6 +32,24 @@ ROUTER = ("ACHSE_TCP_PORT", 48898)
 
 DRIVES = ("ACHSE_DRIVE_PORT", 34_981)
 """The same of `achse drive serve`: one above EtherCAT's."""
+
+_USUAL_PORTS = (
+    *(30, 100, 200, 300, 500, 501, 801, 811, 821, 831),
+    *(851, 852, 853, 854, 900, 10_000, 14_000, STATION_PORT),
+)
+"""AMS ports that are tried where the one of a command is unknown."""
+
+_BUS_PORT = 300
+
+_PORT_ANSWERS_WITHIN = 1.0
+"""Seconds."""
+
+_HINTS = {
+    0x4655: "`achse axis enable` switches axes on",
+    0x4A18: "the slave would jump: take its position relative, move it there before,"
+    " or let the change wait for the end of the cam",
+}
+"""What to do about some errors of the NC, by code."""
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
@@ -137,12 +156,13 @@ def _run(
     endless: bool,
     own: dict[str, Any],
 ) -> None:
-    from achse.ams import AdsError
+    from achse.ams import AdsError, RouterError
     from achse.cli.interrupts import Interrupted
     from achse.cli.interrupts import run as run_interruptibly
     from achse.client import connect
     from achse.client.link import TcpDialer
     from achse.client.secure_link import SECURE_SCHEME, SecureTargetError
+    from achse.codes import ReturnCode
     from achse.transport.mqtt import MQTT_SCHEMES, MqttError
     from achse.transport.own_certificate import CertificateError
     from achse.transport.serial_port import SCHEME, SerialPortError
@@ -160,8 +180,14 @@ def _run(
             keep_alive=5.0 if endless else None,
             watch_symbols=endless,
         ) as client:
-            await command(client, **own)
+            try:
+                await command(client, **own)
+            except RouterError as refusal:
+                if refusal.code == ReturnCode.TARGET_PORT_NOT_FOUND.number:
+                    there.extend(await _ports_that_answer(client))
+                raise
 
+    there: list[int] = []
     try:
         run_interruptibly(ask())
     except CertificateError as fault:
@@ -169,10 +195,25 @@ def _run(
     except (SerialPortError, SecureTargetError, MqttError) as fault:
         raise typer.BadParameter(str(fault), param_hint="--host") from None
     except AdsError as refusal:
-        fail_to_connect(refusal, host, tcp_port, port)
+        fail_to_connect(refusal, host, tcp_port, port, there)
     except Interrupted as interrupted:
         if not endless:
             raise typer.Exit(interrupted.exit_code) from None
+
+
+async def _ports_that_answer(client: "Client") -> list[int]:
+    """Return which of the usual AMS ports of a target answer, by one request each."""
+    from achse.ams import AdsError
+
+    async def answers(port: int) -> bool:
+        try:
+            await client.at_port(port).within(_PORT_ANSWERS_WITHIN).state()
+        except AdsError:
+            return False
+        return True
+
+    found = await asyncio.gather(*map(answers, _USUAL_PORTS))
+    return [port for port, there in zip(_USUAL_PORTS, found, strict=True) if there]
 
 
 def net_id_of(text: str, option: str = "--net-id") -> "NetId":
@@ -185,10 +226,11 @@ def net_id_of(text: str, option: str = "--net-id") -> "NetId":
         raise typer.BadParameter(str(fault), param_hint=option) from None
 
 
-def fail_to_connect(refusal: "AdsError", host: str, tcp_port: int, port: int = 0) -> NoReturn:
+def fail_to_connect(
+    refusal: "AdsError", host: str, tcp_port: int, port: int = 0, there: Sequence[int] = ()
+) -> NoReturn:
     """Tell why a request got no answer, and where nobody listens, what to do about it."""
     from achse.ams import ConnectionLost, RouterError
-    from achse.codes import NcError
 
     if isinstance(refusal, RouterError) and refusal.code == 0x6 and port == STATION_PORT:
         fail(
@@ -196,9 +238,10 @@ def fail_to_connect(refusal: "AdsError", host: str, tcp_port: int, port: int = 0
             name="TARGET_PORT_NOT_FOUND",
             code=refusal.code,
         )
-    hint = ""
-    if getattr(refusal, "code", None) == NcError.CONTROLLER_ENABLE_MISSING.number:
-        hint = "`achse axis enable` switches axes on"
+    hint = _HINTS.get(getattr(refusal, "code", 0), "")
+    if there:
+        none = "this station has no bus; " if port == _BUS_PORT else ""
+        hint = f"{none}ports that answer: {', '.join(map(str, there))}"
     if isinstance(refusal, ConnectionLost) and isinstance(
         refusal.__cause__, ConnectionRefusedError
     ):

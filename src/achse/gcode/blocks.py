@@ -404,8 +404,13 @@ class _WordByWord:
         if row is None:
             outside = number.isdecimal() and int(number[:9]) >= G_FUNCTIONS
             code = NcError.G_FUNCTION_INDEX if outside else NcError.PROGRAM_SYNTAX_RUNNING
-            raise self._refuse("this G code is unknown", word, code)
+            ours = _OTHER_DIALECTS.get(number.lstrip("0"), "")
+            raise self._refuse(f"this G code is unknown{ours}", word, code)
         return row
+
+
+_OTHER_DIALECTS = {"20": "; inches are G70", "21": "; millimetres are G71"}
+"""What other controls call so, and its word here."""
 
 
 def _fill_cache() -> None:

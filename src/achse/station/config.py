@@ -67,6 +67,9 @@ __all__ = [
 ]
 
 
+_ANY_CASE = frozenset({"axis.name", "route.name"})
+"""Names of which the case does not count."""
+
 _FEW_KEYS = 12
 """So many keys of a table are listed whole."""
 
@@ -385,18 +388,21 @@ class StationConfig(ConfigTable):
             "axis.id": [axis.id for axis in self.axis],
             "channel.id": [channel.id for channel in self.channel],
             "group.id": [group.id for group in self.group],
-            "axis.name": [axis.name.casefold() for axis in self.axis],
+            "axis.name": [axis.name for axis in self.axis],
             "bus.name": [bus.name for bus in self.bus],
             "bus.interface": [each for bus in self.bus for each in bus.interfaces],
             "serial.port": [serial.port for serial in self.serial],
-            "route.name": [route.name.casefold() for route in self.route],
+            "route.name": [route.name for route in self.route],
             "route.net_id": [
                 *(str(route.net_id) for route in self.route),
                 *(str(serial.net_id) for serial in self.serial if serial.net_id),
             ],
         }
         for what, keys in once.items():
-            twice = sorted({str(key) for key in keys if keys.count(key) > 1})
+            folded = [key.casefold() if what in _ANY_CASE else key for key in keys]
+            twice = sorted(
+                {str(key) for key, fold in zip(keys, folded, strict=True) if folded.count(fold) > 1}
+            )
             if twice:
                 raise ValueError(f"{what}: each once, got {', '.join(twice)} more than once")
         return self
@@ -415,6 +421,27 @@ def parse(document: dict[str, Any], source: str) -> StationConfig:
         raise ConfigError("\n".join(lines)) from None
 
 
+_EXPECTED = {
+    "string_type": "expected a text",
+    "bool_type": "expected true or false",
+    "bool_parsing": "expected true or false",
+    "int_type": "expected a whole number",
+    "int_parsing": "expected a whole number",
+    "int_from_float": "expected a whole number",
+    "float_type": "expected a number",
+    "float_parsing": "expected a number",
+    "finite_number": "expected a finite number",
+    "literal_error": "expected {expected}",
+    "greater_than": "expected more than {gt}",
+    "greater_than_equal": "expected {ge} or more",
+    "less_than": "expected less than {lt}",
+    "less_than_equal": "expected {le} or less",
+    "too_long": "expected {max_length} at most",
+    "too_short": "expected {min_length} at least",
+}
+"""What a value has to be, by the kind of error that pydantic reports."""
+
+
 def _told(error: "ErrorDetails") -> str:
     """Key, expectation and what came."""
     place = list(error["loc"])
@@ -426,6 +453,8 @@ def _told(error: "ErrorDetails") -> str:
         expected = "expected, but not there"
     elif error["type"] == "extra_forbidden":
         expected, given = f"no such key{_instead(str(place[-1]), _keys_of(error['loc']))}", ""
+    elif error["type"] in _EXPECTED:
+        expected = _EXPECTED[error["type"]].format(**error.get("ctx", {}))
     elif error["type"] in ("model_type", "model_attributes_type", "dict_type"):
         expected = "expected a table"
     elif error["type"] in ("is_instance_of", "tuple_type", "list_type"):

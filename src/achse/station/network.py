@@ -1,6 +1,7 @@
 """The station on a network: where it listens, how it is found, and which routers it dials."""
 
 import asyncio
+import errno
 import ipaddress
 import logging
 import platform
@@ -122,6 +123,21 @@ async def is_reachable_from_outside(host: str) -> bool:
     return not all(address.is_loopback for address in addresses)
 
 
+async def _check_own(host: str) -> None:
+    """Raise ConfigError for an address of another computer."""
+    loop = asyncio.get_running_loop()
+    for family, _, _, _, address in await loop.getaddrinfo(host or None, 0, type=socket.SOCK_DGRAM):
+        with socket.socket(family, socket.SOCK_DGRAM) as trial:
+            try:
+                trial.bind(address)
+            except OSError as refusal:
+                if refusal.errno == errno.EADDRNOTAVAIL:
+                    raise ConfigError(
+                        f"{host} is not an address of this computer: expected one of its own,"
+                        " or 0.0.0.0 for all of them"
+                    ) from None
+
+
 def what_everybody_may(config: StationConfig, host: str) -> Sequence[str]:
     """What a station that lets everybody in says at its start, line by line."""
     may = [
@@ -204,6 +220,7 @@ class Network:
         everybody = config.let_everybody_in if let_everybody_in is None else let_everybody_in
         plain = config.listen != "secure"
         if plain and not config.strict and await is_reachable_from_outside(where):
+            await _check_own(where)
             if not everybody:
                 raise ConfigError(
                     f"{where} can be reached from other computers, and without strict = true in"
