@@ -139,7 +139,7 @@ def test_names_in_one_word_are_told_apart(cli: Callable[..., Any], joined: str, 
 
 
 def test_a_name_may_begin_with_a_port(lines: Lines, cli: Cli) -> None:
-    names = ("MAIN.fValue", "500:Axes.X.ActPos", "851:MAIN.fValue")
+    names = ("GVL.nUint", "500:Axes.X.ActPos", "851:GVL.nUint")
     assert [line.partition(" = ")[0] for line in lines("ads", "read", *names)] == list(names)
-    assert lines("ads", "write", "851:MAIN.fValue", "2.5") == lines("ads", "read", "MAIN.fValue")
-    assert "0x710" in cli("ads", "read", "70000:MAIN.fValue", exit_code=1).stderr
+    assert lines("ads", "write", "851:GVL.nUint", "25") == lines("ads", "read", "GVL.nUint")
+    assert "0x710" in cli("ads", "read", "70000:GVL.nUint", exit_code=1).stderr
