@@ -14,6 +14,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from achse.cli.app import app
+from achse.drive.identity import PRODUCT, VENDOR
 from tests.warm_commands import PIPES, WarmCommands
 
 SERVE = ["drive", "serve", "--interpreted", "--ordinary", "--control", "127.0.0.1:0"]
@@ -173,16 +174,34 @@ def test_the_sii_image_is_what_the_slave_holds(tmp_path: Path) -> None:
     data = image.read_bytes()
     assert len(data) == 4096
     assert struct.unpack_from("<H", data, 8) == (7,)
-    assert struct.unpack_from("<II", data, 16) == (0xAAAA, 5)
+    assert struct.unpack_from("<II", data, 16) == (VENDOR, PRODUCT)
     assert "no_such" in _achse("sii", str(tmp_path / "no_such" / "x"), exit_code=1).stderr
 
 
-@pytest.mark.parametrize("kind", ["linear", "direct", "ac"])
-def test_the_esi_file_names_maker_and_product(kind: str) -> None:
-    root = ElementTree.fromstring(_achse("esi", "--type", kind).stdout)
+def _numbers(text: str) -> tuple[int, int]:
+    """Vendor id and product code of an ESI file."""
+    root = ElementTree.fromstring(text)
     device = root.find("Descriptions/Devices/Device/Type")
     assert device is not None
-    assert (root.findtext("Vendor/Id"), device.get("ProductCode")) == ("#x0000AAAA", "#x00000005")
+    vendor, product = root.findtext("Vendor/Id", ""), device.get("ProductCode", "")
+    return int(vendor.replace("#x", ""), 16), int(product.replace("#x", ""), 16)
+
+
+@pytest.mark.parametrize("kind", ["linear", "direct", "ac"])
+def test_esi_file_has_an_identity_of_no_maker(kind: str) -> None:
+    text = _achse("esi", "--type", kind).stdout
+    assert _numbers(text) == (VENDOR, PRODUCT)
+    assert "AAAA" not in text
+
+
+def test_identity_of_the_manual_is_on_request(tmp_path: Path, serving: Callable[..., Any]) -> None:
+    chosen = ("--identity", "manual")
+    assert _numbers(_achse("esi", *chosen).stdout) == (0xAAAA, 5)
+    image = tmp_path / "drive.bin"
+    _achse("sii", str(image), *chosen)
+    assert struct.unpack_from("<II", image.read_bytes(), 16) == (0xAAAA, 5)
+    run, _ = serving("--udp", "127.0.0.1:0", "--for", "0.01", *chosen)
+    assert run.wait() == 0
 
 
 def test_a_machine_file_and_the_preset(serving: Callable[..., Any], tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from achse.cli.app import app
+from achse.drive.identity import PRODUCT, VENDOR
 from achse.drive.objects import ROWS
 
 
@@ -42,7 +43,7 @@ def test_one_entry_is_shown_with_all_that_is_known() -> None:
 
 def test_an_object_is_shown_with_its_entries() -> None:
     facts = json.loads(_achse("show", "1018h", "--json").stdout)
-    assert [fact["default"] for fact in facts[:3]] == [4, 0xAAAA, 5]
+    assert [fact["default"] for fact in facts[:3]] == [4, VENDOR, PRODUCT]
 
 
 @pytest.mark.parametrize("arguments", [("show", "5FFF"), ("show", "6041:7"), ("list", "F")])

@@ -10,6 +10,7 @@ from achse.codes import AlState
 from achse.devices.drives import DRIVES, OBJECTS, DriveService
 from achse.devices.station import FAULTS, SERVICE_PORT
 from achse.drive import Drive
+from achse.drive.identity import VENDOR
 from achse.ethercat import Loopback, Segment, Slave
 from achse.faults.drive_list import DriveFaults
 from achse.router import Router
@@ -42,7 +43,7 @@ def test_states_are_those_of_the_drives(segment: Segment, own: Any) -> None:
 def test_objects_are_read_and_written(own: Any) -> None:
     assert ask(own, index=0x6085, value=77, drive=2) == {"value": 77}
     assert ask(own, index=0x6085, drive=2) == {"value": 77}
-    assert ask(own, index=0x1018, subindex=1) == {"value": 0xAAAA}
+    assert ask(own, index=0x1018, subindex=1) == {"value": VENDOR}
     assert ask(own, index=0x6041, value=1)["error"].startswith("0x06010002")
 
 

@@ -11,6 +11,7 @@ import pytest
 
 from achse.codes import AlState
 from achse.drive import Drive
+from achse.drive.identity import VENDOR
 from achse.ethercat import Loopback, Segment, Slave, describe
 from achse.ethercat.application import Application
 from achse.ethercat.frame import Datagram, EthercatFrame
@@ -185,7 +186,7 @@ def test_hostile_frames_never_escape_the_master(seed: int, many: Callable[[int],
     asked = attack.master.upload(slave, 0x1018, 1)
     while not asked.done:
         attack.cycle(0)
-    assert asked.result() == (0xAAAA).to_bytes(4, "little")
+    assert asked.result() == VENDOR.to_bytes(4, "little")
 
 
 def test_a_scan_under_attack_ends(many: Callable[[int], int]) -> None:

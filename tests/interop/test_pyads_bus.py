@@ -13,6 +13,7 @@ import pytest
 from achse.ams import NetId
 from achse.codes import SdoAbort
 from achse.devices.io import default_net_id
+from achse.drive.identity import PRODUCT, VENDOR
 from achse.station import Station
 
 pyads = pytest.importorskip("pyads", exc_type=Exception)  # type: ignore[arg-type]
@@ -140,7 +141,7 @@ def test_objects_are_written_and_refused(at: Callable[..., Any]) -> None:
         slave.write(SDO, 0x6064_0000, 1, pyads.PLCTYPE_UDINT)
     assert raw(slave, SDO_ERROR, 0)[8:12] == (0x0601_0002).to_bytes(4, "little")
     whole = raw(slave, SDO, 0x1018_0100, 18)
-    assert struct.unpack_from("<HII", whole) == (4, 0xAAAA, 5)
+    assert struct.unpack_from("<HII", whole) == (4, VENDOR, PRODUCT)
 
 
 def test_lists_and_states_as_clients_walk_them(live: LiveBus, at: Callable[..., Any]) -> None:
@@ -155,7 +156,7 @@ def test_lists_and_states_as_clients_walk_them(live: LiveBus, at: Callable[..., 
     assert stations == (1001, 1002, 1003, 1004)
     assert raw(master, 0x9, 0, 8) == bytes((OP, 0)) * 4
     for station in stations:
-        assert struct.unpack_from("<II", raw(master, 0x11, station, 16)) == (0xAAAA, 5)
+        assert struct.unpack_from("<II", raw(master, 0x11, station, 16)) == (VENDOR, PRODUCT)
     assert master.read(0x45, 0, pyads.PLCTYPE_UINT) == 0
     sent = struct.unpack("<5I", raw(master, 0x0C, 0, 20))
     assert sent[1] > 0

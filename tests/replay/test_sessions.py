@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from achse.ams import Command, Connection, Frame
-from achse.drive import Drive
+from achse.drive import IDENTITIES, Drive
 from achse.ethercat import EthercatFrame as EthercatFrame
 from achse.ethercat import Loopback, Segment, Slave
 from achse.station import Station
@@ -78,7 +78,8 @@ async def test_the_station_answers_as_recorded(name: str) -> None:
 
 def cable() -> Segment:
     """What pysoem met: a loopback slave and a drive; frames with process data are the clock."""
-    return Segment([Slave(Loopback(4, serial_number=1)), Slave(Drive())], cycle_ns=CYCLE_NS)
+    drive = Drive(identity=IDENTITIES["manual"])
+    return Segment([Slave(Loopback(4, serial_number=1)), Slave(drive)], cycle_ns=CYCLE_NS)
 
 
 def test_the_slaves_answer_as_recorded() -> None:

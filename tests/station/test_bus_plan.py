@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.drive import Drive
+from achse.drive.identity import VENDOR
 from achse.ethercat import describe
 from achse.ethercat.master import SlaveConfiguration, from_description
 from achse.ethercat.master.bus_slave import SlaveFacts
@@ -83,7 +84,7 @@ def test_what_is_missing_is_expected_in_its_place() -> None:
     assert faults == [
         "1 slaves found, 3 or more expected: Drive 2 (axis 2), T1 missing",
     ]
-    assert [each.vendor_id for each in configuration.slaves] == [7, 0xAAAA, 0]
+    assert [each.vendor_id for each in configuration.slaves] == [7, VENDOR, 0]
     assert plan.found([])[0] == plan.expected()
 
 
@@ -101,7 +102,7 @@ def test_a_slave_that_cannot_be_the_drive_is_told(
     configuration, faults = plan_of([drive]).found([found(0, slave)])
     assert len(faults) == 1
     assert faults[0].endswith(f"cannot be Drive 1 (axis 1): {told}")
-    assert configuration.slaves[0].vendor_id == (0xFFFF_FFFF if drive else 0xAAAA)
+    assert configuration.slaves[0].vendor_id == (0xFFFF_FFFF if drive else VENDOR)
 
 
 def test_a_slave_that_could_not_be_read_is_told() -> None:

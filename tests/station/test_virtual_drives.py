@@ -3,6 +3,7 @@
 import pytest
 
 from achse.drive.compiled import Bank
+from achse.drive.identity import MANUAL_VENDOR, VENDOR
 from achse.drive.machine import EncoderKind
 from achse.station.bus_config import DriveConfig
 from achse.station.virtual_drives import (
@@ -19,6 +20,12 @@ def test_each_table_is_a_drive(compiled: bool) -> None:
     drives = make_drives(configs, Bank(2) if compiled else None)
     assert [drive.machine.encoder.resolution for drive in drives] == [131_072, 10_000]
     assert len({digest_of(drive) for drive in drives}) == 2
+
+
+def test_identity_of_a_drive_is_the_one_its_table_names() -> None:
+    configs = [DriveConfig(axis=1), DriveConfig(axis=2, identity="manual")]
+    vendors = [drive.get(0x1018, 1) for drive in make_drives(configs)]
+    assert vendors == [VENDOR, MANUAL_VENDOR]
 
 
 def test_both_kernels_have_the_same_state() -> None:

@@ -4,6 +4,7 @@ import pytest
 
 from achse.codes import AbortCode, AlState, SdoAbort
 from achse.drive import Drive
+from achse.drive.identity import VENDOR
 from achse.ethercat import Loopback, Segment, Slave
 from achse.testing import ReachError, SegmentReach
 
@@ -15,7 +16,7 @@ def reach() -> SegmentReach:
 
 def test_states_objects_and_process_data(reach: SegmentReach) -> None:
     assert reach.request(AlState.PREOP) == (AlState.PREOP, 0)
-    assert reach.read(0x1018, 1) == b"\xaa\xaa\0\0"
+    assert reach.read(0x1018, 1) == VENDOR.to_bytes(4, "little")
     reach.write(0x6085, 0, (4711).to_bytes(4, "little"))
     assert reach.read(0x6085) == (4711).to_bytes(4, "little")
     with pytest.raises(SdoAbort) as refusal:

@@ -5,6 +5,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -50,7 +51,19 @@ class Preset(StrEnum):
     CIA402 = "cia402"
 
 
+class IdentityName(StrEnum):
+    """Whose vendor id and product code a drive has."""
+
+    ACHSE = "achse"
+    MANUAL = "manual"
+
+
 PresetOption = Annotated[Preset, typer.Option(help="As with `achse drive serve`.")]
+
+IdentityOption = Annotated[
+    IdentityName,
+    typer.Option(help="Vendor id and product code: achse's own, of no maker, or the manual's."),
+]
 
 KindOption = Annotated[str, typer.Option("--type", help=f"What it moves: {_TYPES}.")]
 
@@ -117,6 +130,7 @@ def serve(
             " process data with torque and velocity, mapping steps in any order."
         ),
     ] = Preset.MANUAL,
+    identity: IdentityOption = IdentityName.ACHSE,
     store: Annotated[
         Path | None,
         typer.Option(
@@ -205,7 +219,7 @@ def serve(
         signal.signal(number, stop)
     service: DriveControl | None = None
     try:
-        drives = _drives(types, store, compiled, machine, preset, strict=not lenient)
+        drives = _drives(types, store, compiled, machine, preset, identity, strict=not lenient)
         segment.cycle_ns = round(frame_clock * 1e6)
         for order, each in enumerate(drives):
             segment.attach(Slave(each, alias=alias + order if alias else 0))
@@ -239,13 +253,16 @@ def serve(
 
 @drive.command()
 def esi(
-    kind: KindOption = "ac", preset: PresetOption = Preset.MANUAL, in_json: Json = False
+    kind: KindOption = "ac",
+    preset: PresetOption = Preset.MANUAL,
+    identity: IdentityOption = IdentityName.ACHSE,
+    in_json: Json = False,
 ) -> None:
     """Write the ESI file of the drive, which configurators read, to stdout."""
     from achse.ethercat import describe
     from achse.ethercat.esi import build_esi
 
-    text = build_esi(describe(_drive(kind, preset)), vendor="achse")
+    text = build_esi(describe(_drive(kind, preset, identity)), vendor="achse")
     if in_json:
         print_json({"esi": text})
     else:
@@ -260,12 +277,13 @@ def sii(
         int, typer.Option(min=0, max=_HIGHEST_ALIAS, help="The alias in the image.")
     ] = 0,
     preset: PresetOption = Preset.MANUAL,
+    identity: IdentityOption = IdentityName.ACHSE,
     in_json: Json = False,
 ) -> None:
     """Write the SII image of the drive, the content of its EEPROM."""
     from achse.ethercat import build_sii, describe
 
-    image = build_sii(describe(_drive(kind, preset)), alias)
+    image = build_sii(describe(_drive(kind, preset, identity)), alias)
     write_file(file, image)
     if in_json:
         print_json({"file": str(file), "bytes": len(image)})
@@ -409,11 +427,12 @@ def _type(text: str) -> str:
     return text
 
 
-def _drive(kind: str, preset: Preset = Preset.MANUAL) -> "Drive":
-    from achse.drive import Drive
+def _drive(kind: str, preset: Preset, identity: IdentityName) -> "Drive":
+    from achse.drive import IDENTITIES, Drive
     from achse.drive.machine import MACHINES
 
-    return Drive(machine=MACHINES[_type(kind)], **_preset(preset))
+    machine = MACHINES[_type(kind)]
+    return Drive(machine=machine, identity=IDENTITIES[identity], **_preset(preset))
 
 
 def _preset(preset: Preset) -> dict[str, Any]:
@@ -431,10 +450,11 @@ def _drives(
     compiled: bool,
     machine: Path | None,
     preset: Preset,
+    identity: IdentityName,
     *,
     strict: bool,
 ) -> list["Drive"]:
-    from achse.drive import Drive, DriveIdentity
+    from achse.drive import IDENTITIES, Drive
     from achse.drive.machine import MACHINES
     from achse.station.machine_file import MachineFileError, read_machines
     from achse.station.parameter_file import ParameterFile, ParameterFileError
@@ -463,7 +483,7 @@ def _drives(
     return [
         Drive(
             machine=each,
-            identity=DriveIdentity(serial_number=number),
+            identity=replace(IDENTITIES[identity], serial_number=number),
             store=kept.of(number),
             strict_mapping=strict and preset is Preset.MANUAL,
             compiled=bank,

@@ -1,8 +1,9 @@
 """The virtual CiA 402 servo drive: objects, process data and a step, with no bus inside."""
 
 from achse.drive.alarms import Alarm, Warn
-from achse.drive.drive import Drive, DriveIdentity
+from achse.drive.drive import Drive
 from achse.drive.faults import FaultSwitches
+from achse.drive.identity import IDENTITIES, DriveIdentity
 from achse.drive.machine import (
     Encoder,
     EncoderKind,
@@ -19,6 +20,7 @@ from achse.drive.signals import InputBit, OutputFunction
 from achse.drive.virtual import DriveTimeout, VirtualDrive
 
 __all__ = [
+    "IDENTITIES",
     "Alarm",
     "Drive",
     "DriveIdentity",

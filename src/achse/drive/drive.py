@@ -8,7 +8,6 @@ lets time pass. Everything between is the kernel (achse.drive.kernel) on one rec
 import math
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, MutableMapping, Sequence
-from dataclasses import dataclass
 from struct import Struct
 from typing import TYPE_CHECKING
 
@@ -17,6 +16,7 @@ from achse.codes.cia import Number
 from achse.drive.alarms import Alarm, Warn
 from achse.drive.faults import FaultSwitches
 from achse.drive.firmware import LONGEST_FIRMWARE, Firmware
+from achse.drive.identity import DriveIdentity
 from achse.drive.kernel import cycle
 from achse.drive.machine import EncoderKind, Mechanics, apply, power_up, scale
 from achse.drive.mapping import PdoMapping, ProcessData
@@ -28,7 +28,7 @@ from achse.drive.record import FIELDS, DriveFields, DriveSlots, collector, distr
 if TYPE_CHECKING:
     from achse.drive.compiled import Bank, CompiledRecord
 
-__all__ = ["LONGEST_CYCLE_NS", "Drive", "DriveIdentity"]
+__all__ = ["LONGEST_CYCLE_NS", "Drive"]
 
 LONGEST_CYCLE_NS = 1_000_000
 """A longer step is done in equal cycles of at most this; the plant's parts are 125 µs or less."""
@@ -74,16 +74,6 @@ _LASTING = (
 _STATES = tuple(PowerState)
 
 _IDLE, _SENT, _RUNNING, _DONE, _REFUSED, _FAILED = 0, 1, 2, 4, 16, 32
-
-
-@dataclass(frozen=True, slots=True)
-class DriveIdentity:
-    """Object 1018h."""
-
-    vendor_id: int = 0xAAAA
-    product_code: int = 0x05
-    revision_number: int = 0x0001_0000
-    serial_number: int = 1
 
 
 class Drive:

@@ -131,6 +131,8 @@ class DriveConfig(ConfigTable):
     """Objects that go to the drive (0x1600), in their order; default: what the mode needs."""
     inputs: Sequence[int] = Field(default=(), max_length=_LONGEST_PDO)
     """Objects that come from it (0x1A00)."""
+    identity: Literal["achse", "manual"] = "achse"
+    """Vendor id and product code of a virtual drive (1018h): of no maker, or of the manual."""
     own_mapping: bool = False
     """Leave the drive's process data as they are: write neither mapping nor assignment."""
     start: Sequence[StartCommandConfig] = ()

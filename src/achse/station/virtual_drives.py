@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from achse.drive import Drive
+from achse.drive import IDENTITIES, Drive
 from achse.drive.machine import MACHINES, Encoder, EncoderKind, Mechanics, Motor, Switches
 from achse.drive.record import FIELDS, DriveFields, ExchangeFields
 from achse.motion.servo import INPUT_OBJECTS, OUTPUT_OBJECTS
@@ -25,7 +25,15 @@ _ENCODERS = {
 
 def make_drives(configs: Sequence[DriveConfig], bank: "Bank | None" = None) -> list[Drive]:
     """A drive for each table, in the memory of `bank` if there is one. Raises MachineError."""
-    return [Drive(_machine(each), name=_name(each), compiled=bank or False) for each in configs]
+    return [
+        Drive(
+            _machine(each),
+            name=_name(each),
+            identity=IDENTITIES[each.identity],
+            compiled=bank or False,
+        )
+        for each in configs
+    ]
 
 
 def _name(config: DriveConfig) -> str:

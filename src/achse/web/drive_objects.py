@@ -11,6 +11,7 @@ from typing import Any
 
 from achse.ams import AdsError
 from achse.client import Target
+from achse.drive import IDENTITIES
 from achse.drive.objects import ROWS, ObjectRow, find
 from achse.web.arguments import Arguments
 from achse.web.buses import SDO, BusDesk
@@ -80,10 +81,8 @@ class DriveObjectDesk:
         return found
 
     async def _rows(self, slave: Target) -> list[ObjectRow]:
-        own = True
-        for subindex in (_VENDOR, _PRODUCT):
-            row = find(_IDENTITY, subindex)
-            own = own and await _read(slave, row) == row.constant
+        numbers = [await _read(slave, find(_IDENTITY, each)) for each in (_VENDOR, _PRODUCT)]
+        own = numbers in [[each.vendor_id, each.product_code] for each in IDENTITIES.values()]
         return [row for row in ROWS if row.index in (_OWN if own else _PROFILE)]
 
 

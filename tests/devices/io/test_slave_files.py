@@ -11,6 +11,7 @@ from achse.ams import AmsAddress, Command, Flags, Frame
 from achse.codes import AlState
 from achse.devices.io.slave_device import BusSlaveDevice
 from achse.drive.firmware import Firmware
+from achse.drive.identity import VENDOR
 from achse.ethercat.mailbox import MailboxProtocol
 from tests.devices.io.conftest import BUS, IoBus
 
@@ -171,7 +172,7 @@ def test_bootstrap_takes_the_firmware_and_nothing_else(io: Any) -> None:
     assert io.drive.firmware.content == new
     io.up(AlState.OP)
     assert io.master.slaves[0].mailbox.capacity == 256 - 6
-    assert io.read(DRIVE, 0xF302, 0x1018_0001) == (0xAAAA).to_bytes(4, "little")
+    assert io.read(DRIVE, 0xF302, 0x1018_0001) == VENDOR.to_bytes(4, "little")
 
 
 @pytest.mark.parametrize("before", [AlState.PREOP, AlState.OP])

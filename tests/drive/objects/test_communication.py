@@ -4,12 +4,13 @@ from typing import Any
 
 from achse.codes import AbortCode, AlState, AlStatus
 from achse.drive import Drive, DriveIdentity, VirtualDrive
+from achse.drive.identity import PRODUCT, VENDOR
 from achse.drive.objects.communication import DEFAULT_MAPPINGS, SAVE
 
 
 def test_identity_is_that_of_the_device() -> None:
     drive = Drive(identity=DriveIdentity(revision_number=7, serial_number=4711))
-    assert [drive.get(0x1018, n) for n in range(5)] == [4, 0xAAAA, 5, 7, 4711]
+    assert [drive.get(0x1018, n) for n in range(5)] == [4, VENDOR, PRODUCT, 7, 4711]
 
 
 def test_the_default_mappings_fill_the_mapping_objects() -> None:

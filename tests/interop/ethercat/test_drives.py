@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
+from achse.drive.identity import PRODUCT, VENDOR
 from achse.drive.objects import DICTIONARY, OBJECTS
 
 SAFEOP, OP, SAFEOP_ERROR = 0x04, 0x08, 0x14
 WATCHDOG = 0x1B
-VENDOR, PRODUCT = 0xAAAA, 5
 FAULT = 0x08
 LONGEST_NAME = 40
 """SOEM keeps no more of a name."""

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from achse.drive import Drive
+from achse.drive.identity import PRODUCT, VENDOR
 
 SIMULATOR = os.environ.get("ACHSE_KICKCAT_SIMULATOR") or shutil.which("network_simulator")
 """KickCAT's network simulator, built from its source; its slaves lie in `slave_configs` there."""
@@ -21,7 +22,7 @@ def test_drives_of_another_process_are_found_and_moved(bus: Any, count: int) -> 
     bus.drives("--count", count)
     found = bus.master("achse_master.py", 500, 200)
     assert (found["count"], found["trouble"]) == (count, [""] * count)
-    assert found["identity"] == [[0xAAAA, 5]] * count
+    assert found["identity"] == [[VENDOR, PRODUCT]] * count
     assert found["states"] == [OP] * count, found["events"]
     assert found["operational"] == 500
     assert found["delays"] == [300 * number for number in range(count)]

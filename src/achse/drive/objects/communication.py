@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from achse.codes import AbortCode, DataType, SdoAbort
+from achse.drive.identity import PRODUCT, VENDOR
 from achse.drive.objects.row import DriveView, EntryAccess, ObjectRow
 from achse.drive.record import ENTRIES
 
@@ -292,8 +293,26 @@ COMMUNICATION = (
         write=_save,
     ),
     _fixed(0x1018, 0, "Identity object: Number of entries", _U8, 4, "Numbers of identity."),
-    _fixed(0x1018, 1, "Identity object: Vendor ID", _U32, 0xAAAA, "EtherCAT vendor number."),
-    _fixed(0x1018, 2, "Identity object: Product code", _U32, 0x05, "Code of the drive family."),
+    ObjectRow(
+        0x1018,
+        1,
+        "Identity object: Vendor ID",
+        _U32,
+        EntryAccess.RO,
+        "EtherCAT vendor number: of no maker; the manual's is 0xAAAA.",
+        default=VENDOR,
+        read=lambda drive: int(drive.identity.vendor_id),
+    ),
+    ObjectRow(
+        0x1018,
+        2,
+        "Identity object: Product code",
+        _U32,
+        EntryAccess.RO,
+        "Code of the drive family; the manual's is 5.",
+        default=PRODUCT,
+        read=lambda drive: int(drive.identity.product_code),
+    ),
     ObjectRow(
         0x1018,
         3,
