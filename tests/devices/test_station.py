@@ -8,7 +8,14 @@ from typing import Any
 import pytest
 
 from achse.ams import AmsAddress, Frame
-from achse.devices.station import FAULTS, ONLINE_CHANGE, SERVICE_PORT, STATISTICS, TAPS
+from achse.devices.station import (
+    FAULTS,
+    MISSING_CONDITION,
+    ONLINE_CHANGE,
+    SERVICE_PORT,
+    STATISTICS,
+    TAPS,
+)
 from achse.router.tap import decode_batch
 from achse.station import Station
 
@@ -134,3 +141,7 @@ def test_an_online_change_on_demand(tmp_path: Path, client_of: Any) -> None:
     assert "GVL.st:1" in json.loads(own.exchange(ONLINE_CHANGE, 0, 1000, b""))["error"]
     assert "port 7" in json.loads(own.exchange(ONLINE_CHANGE, 7, 1000, b""))["error"]
     assert station.plcs[851].online_changes == 1
+
+
+def test_missing_condition_is_a_text_for_each_axis(own: Any) -> None:
+    assert own.read(MISSING_CONDITION, 1, 1000) == b""  # an axis without a drive on a bus

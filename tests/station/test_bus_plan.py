@@ -122,3 +122,16 @@ def test_a_terminal_has_to_have_the_configured_sizes(inputs: int, outputs: int) 
     assert (not faults) == fits
     if faults:
         assert "expected 1 bytes of inputs and 1 of outputs" in faults[0]
+
+
+@pytest.mark.parametrize(
+    ("key", "index"), [("mode_display", 0x6061), ("interpolation_time", 0x60C2)]
+)
+def test_object_that_a_drive_leaves_out_is_neither_mapped_nor_written(key: str, index: int) -> None:
+    def objects(drive: dict[str, Any]) -> set[int]:
+        slave = plan_of([drive]).found([found(0, a_drive())])[0].slaves[0]
+        mapped = {entry.index for pdo in slave.inputs for entry in pdo.entries}
+        return mapped | {command.index for command in slave.commands}
+
+    assert index in objects({})
+    assert index not in objects({key: False})

@@ -1,6 +1,7 @@
 """Axes on the drives of a bus, as a station has them."""
 
 import asyncio
+import math
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +11,13 @@ from hypothesis import strategies as st
 
 import achse
 from achse.ams import NetId
+from achse.client.nc.errors import AxisError
 from achse.codes import AlState, AlStatus, NcError
 from achse.codes.axis import StartType
 from achse.drive.alarms import Alarm
 from achse.motion import commands
 from achse.station.config import ConfigError, parse
+from achse.station.ethercat_bus import EthercatBus
 from achse.station.station import Station
 
 AXIS = {"max_velocity": 400.0, "default_acceleration": 2000.0, "default_deceleration": 2000.0,
@@ -232,3 +235,30 @@ def test_the_example_moves() -> None:
     made.advance(3.0)
     for axis in made.nc:
         assert axis.actual_position == pytest.approx(40.0, abs=0.1), axis
+
+
+async def test_enabling_names_the_condition_that_a_drive_misses() -> None:
+    made = station({"remote_bit": False}, {"voltage_bit": True})
+    made.advance(1.5)
+    bus = next(iter(made.fieldbuses.values()))
+    assert isinstance(bus, EthercatBus)
+    for drive in bus.drives:
+        drive.faults.main_power(False)
+    async with made.running("127.0.0.1", 0, udp_port=None, speed=math.inf) as running:
+        async with achse.connect(f"127.0.0.1:{running.tcp_port}", port=500) as nc:
+            with pytest.raises(AxisError) as first:
+                await nc.nc.axis(1).enable(within=0.3)
+            with pytest.raises(AxisError) as second:
+                await nc.nc.axis(2).enable(within=0.3)
+    for failure in (first, second):
+        assert "its drive is in" in str(failure.value), failure.value
+    assert made.missing_condition(3) == ""
+
+
+def test_missing_condition_names_the_slave_that_is_not_in_op() -> None:
+    made = station({})
+    bus = next(iter(made.fieldbuses.values()))
+    made.advance(1.5)
+    bus.master.request(AlState.PREOP)
+    made.advance(0.5)
+    assert "Drive 1 (axis 1) is not in Op" in made.missing_condition(1)

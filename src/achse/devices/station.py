@@ -1,5 +1,5 @@
 """The station's own ADS service, AMS port 26000: faults, taps, statistics, online changes,
-debugging.
+missing conditions, debugging.
 
 No original has it. Texts are UTF-8 without NUL; what has structure is JSON, so that any ADS client
 can use it by ReadWrite.
@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 from achse.ams import DeviceError, Endpoint, RouterError
 from achse.codes import ReturnCode
+from achse.codes.station import MISSING_CONDITION, SERVICE_PORT
 from achse.devices.debugging import debug_group
 from achse.plc import PlcRuntime
 from achse.router import Router
@@ -19,6 +20,7 @@ from achse.server import Device, RawGroup
 
 __all__ = [
     "FAULTS",
+    "MISSING_CONDITION",
     "ONLINE_CHANGE",
     "SERVICE_PORT",
     "STATISTICS",
@@ -29,9 +31,6 @@ __all__ = [
     "StationService",
     "faults_group",
 ]
-
-SERVICE_PORT = 26_000
-"""In the range that customers may use for servers of their own (26000 … 26999)."""
 
 FAULTS, TAPS, STATISTICS, ONLINE_CHANGE = 0xFA01, 0xFA02, 0xFA03, 0xFA04
 """Index groups."""
@@ -71,6 +70,10 @@ class ServedStation(Protocol):
     @property
     def drive_faults(self) -> Sequence[FaultList | None]:
         """Those of each bus; None for one whose drives are not in this process."""
+        ...
+
+    def missing_condition(self, axis_id: int) -> str:
+        """What keeps an axis from being ready for operation, empty if nothing does."""
         ...
 
     def clock(self) -> int: ...
@@ -136,6 +139,18 @@ class StationService(Device):
                     response="JSON: online changes of each PLC by its port, or the error",
                     description="Offset = AMS port of a PLC (0: all): reads its declarations"
                     " again and goes on with them.",
+                    source="achse",
+                ),
+                RawGroup(
+                    MISSING_CONDITION,
+                    "missing condition",
+                    read=lambda axis_id, length, client: station.missing_condition(
+                        axis_id
+                    ).encode(),
+                    last_offset=0xFFFF,
+                    response="text",
+                    description="Offset = id of an axis: what keeps its drive on a bus from being"
+                    " ready, empty if nothing does.",
                     source="achse",
                 ),
                 debug_group(station, self._attach),

@@ -6,6 +6,14 @@ from typing import Annotated, Literal
 from pydantic import Field, FiniteFloat, model_validator
 
 from achse.motion.servo import INPUT_OBJECTS, OUTPUT_OBJECTS, ServoMode
+from achse.motion.servo.optional import (
+    FOLLOWING_BIT,
+    INTERPOLATION_TIME,
+    MODE_DISPLAY,
+    REACHED_BIT,
+    REMOTE_BIT,
+    VOLTAGE_BIT,
+)
 from achse.station.config_types import ConfigTable, DurationNs
 
 __all__ = [
@@ -133,6 +141,18 @@ class DriveConfig(ConfigTable):
     """Objects that come from it (0x1A00)."""
     identity: Literal["achse", "manual"] = "achse"
     """Vendor id and product code of a virtual drive (1018h): of no maker, or of the manual."""
+    voltage_bit: bool = VOLTAGE_BIT.default
+    """Bit 4 of 6041h says that main power is on, as in CiA 402: `axis enable` names it."""
+    remote_bit: bool = REMOTE_BIT.default
+    """Bit 9 of 6041h says that the drive obeys the bus: `axis enable` names it."""
+    reached_bit: bool = REACHED_BIT.default
+    """Bit 10 of 6041h ends a homing by the drive; without it the standstill does."""
+    following_bit: bool = FOLLOWING_BIT.default
+    """Bit 12 of 6041h says that the drive follows; without it each enabled drive does."""
+    mode_display: bool = MODE_DISPLAY.default
+    """6061h shows the mode; without it a mode is active 50 ms after it was sent."""
+    interpolation_time: bool = INTERPOLATION_TIME.default
+    """60C2h takes the cycle of the set values; without it nothing is written there."""
     own_mapping: bool = False
     """Leave the drive's process data as they are: write neither mapping nor assignment."""
     start: Sequence[StartCommandConfig] = ()

@@ -19,6 +19,7 @@ from achse.ethercat.master.configuration import FIRST_STATION
 from achse.ethercat.master.scanning import FoundSlave
 from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal
 from achse.motion.servo import INPUT_OBJECTS, OUTPUT_OBJECTS
+from achse.motion.servo.optional import INTERPOLATION_TIME, MODE_DISPLAY
 from achse.station.bus_config import BusConfig, DriveConfig
 from achse.station.terminal_config import TerminalConfig
 from achse.station.virtual_drives import make_drives
@@ -39,7 +40,6 @@ DEFAULT_INPUTS = (0x6041, 0x6061, 0x6064, 0x6077, 0x60B9, 0x60BA, 0x60BB, 0x60FD
 _NOBODY = 0xFFFF_FFFF
 """A vendor id that no slave has."""
 _TARGETS = {"csp": 0x607A, "csv": 0x60FF, "cst": 0x6071}
-_INTERPOLATION_TIME = 0x60C2
 _EXPONENTS = (-3, -4, -5, -6)
 
 
@@ -221,16 +221,22 @@ def slave_configuration(
                 (index, 0, 8 * OUTPUT_OBJECTS[index].size)
                 for index in drive.outputs or DEFAULT_OUTPUTS
             ],
-            [(index, 0, 8 * INPUT_OBJECTS[index].size) for index in drive.inputs or DEFAULT_INPUTS],
+            [(index, 0, 8 * INPUT_OBJECTS[index].size) for index in drive.inputs or _inputs(drive)],
         )
     clock = (slave.clock or ClockConfiguration()) if bus.synchronous else None
-    commands = (*_interpolation(cycle_ns), *_homing(drive), *_start(drive))
+    cycle = _interpolation(cycle_ns) if drive.interpolation_time else ()
+    commands = (*cycle, *_homing(drive), *_start(drive))
     return replace(
         slave,
         clock=clock,
         commands=(*slave.commands, *commands),
         sync_unit=drive.sync_unit or slave.name,
     )
+
+
+def _inputs(drive: DriveConfig) -> list[int]:
+    """The default inputs that the drive has."""
+    return [each for each in DEFAULT_INPUTS if drive.mode_display or each != MODE_DISPLAY.index]
 
 
 def _command(index: int, subindex: int, value: int, size: int, comment: str) -> InitCommand:
@@ -245,8 +251,8 @@ def _interpolation(cycle_ns: int) -> list[InitCommand]:
         if not rest and value <= 255:
             told = "interpolation time"
             return [
-                _command(_INTERPOLATION_TIME, 1, value, 1, told),
-                _command(_INTERPOLATION_TIME, 2, exponent, 1, told),
+                _command(INTERPOLATION_TIME.index, 1, value, 1, told),
+                _command(INTERPOLATION_TIME.index, 2, exponent, 1, told),
             ]
     return []
 

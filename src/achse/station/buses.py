@@ -13,6 +13,7 @@ from achse.devices.io import ServedBus, default_net_id
 from achse.drive import Drive
 from achse.motion import Nc
 from achse.motion.servo import ProcessEntry, ServoError, ServoLink, ServoOptions, Servos, ServoView
+from achse.motion.servo.optional import DriveParts
 from achse.station.building import Building
 from achse.station.bus_config import DriveConfig
 from achse.station.bus_parts import attach_buses, make_bus, served_bus, terminals_on
@@ -43,6 +44,13 @@ class DriveSlave(Protocol):
         """Its station address, which is its AMS port at the NetId of the bus."""
 
     @property
+    def name(self) -> str: ...
+
+    @property
+    def last_trouble(self) -> str:
+        """Why it does not reach its state, empty if it does."""
+
+    @property
     def inputs(self) -> memoryview: ...
 
     @property
@@ -68,6 +76,10 @@ class DriveBus(Protocol):
     @property
     def drives(self) -> Sequence[Drive]:
         """The virtual drives, if they are in this process."""
+
+    @property
+    def trouble(self) -> str:
+        """What keeps the bus from working, empty if nothing does."""
 
     def take(self) -> None:
         """Take the inputs that came since the last cycle."""
@@ -184,7 +196,20 @@ class AxisBus:
             velocity_reset_time=4.0 / (math.tau * bandwidth) if reset is None else reset * 1e-9,
             torque_per_acceleration=torque,
             torque_limit=drive.torque_limit,
+            parts=DriveParts.of(drive),
         )
+
+    def missing_condition(self, axis_id: int) -> str:
+        """What keeps an axis from being ready; empty if nothing does, or the axis is not here."""
+        for number, (servo, slave, *_) in zip(self._drives, self._places, strict=True):
+            if number != axis_id:
+                continue
+            if not servo.valid:
+                why = slave.last_trouble or self.bus.trouble
+                state = f"its slave {slave.name} is not in Op"
+                return f"{state}: {why}" if why else state
+            return servo.missing_condition
+        return ""
 
     def many(self, count: int) -> int:
         """Up to `count` cycles in one go; how many were done."""

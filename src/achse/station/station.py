@@ -398,6 +398,10 @@ class Station:
         """
         return [bus.faults for bus in self.fieldbuses.values()]
 
+    def missing_condition(self, axis_id: int) -> str:
+        """What keeps an axis on a bus from being ready for operation, empty if nothing does."""
+        return next((told for bus in self.buses if (told := bus.missing_condition(axis_id))), "")
+
     def source_files(self, port: int) -> Mapping[str, str]:
         """Where the files of a PLC's own sources are, by the names they have in faults."""
         source = self._sources.get(port)

@@ -91,3 +91,12 @@ def test_slaves_of_several_kinds_share_a_bus(bus: Any, tmp_path: Path) -> None:
     assert found["states"] == [OP] * 3, found["events"]
     assert found["enabled"] == [2]
     assert found["moved"][0] > 1000
+
+
+def test_station_moves_unmodified_drives_of_kickcat(bus: Any, tmp_path: Path) -> None:
+    """They have neither bit 9 nor bit 10 nor bit 12 of 6041h; without the keys it says so."""
+    simulate(bus, tmp_path / "simulator.log", *["ecat402-drive.json"] * 2)
+    told = bus.master("achse_foreign_drives.py")
+    assert all("bit 12 of 6041h is 0" in each for each in told), told
+    positions = bus.master("achse_foreign_drives.py", "following_bit", "remote_bit", "reached_bit")
+    assert positions == pytest.approx([50.0, 50.0], abs=2.0)

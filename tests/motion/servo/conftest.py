@@ -19,6 +19,7 @@ from achse.motion.servo import (
     ServoOptions,
     Servos,
 )
+from achse.motion.servo.optional import ALL_PARTS, DriveParts
 from achse.motion.states import DriveType, EncoderType
 
 OUTPUTS = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B8, 0x60FF)
@@ -53,6 +54,8 @@ class Bench:
         homing_method: int = 0,
         outputs: Sequence[int] = OUTPUTS,
         inputs: Sequence[int] = INPUTS,
+        parts: DriveParts = ALL_PARTS,
+        cleared: int = 0,
         **values: float,
     ) -> None:
         scaling = feed / resolution
@@ -97,7 +100,11 @@ class Bench:
             velocity_gain=weight * turn,
             velocity_reset_time=4.0 / turn,
             torque_per_acceleration=weight,
+            parts=parts,
         )
+        self.status_at = sum(INPUT_OBJECTS[index].size for index in inputs[: inputs.index(0x6041)])
+        self.kept_bits = 0xFFFF & ~cleared
+        """Bits of 6041h that the drives have."""
         read = sum(INPUT_OBJECTS[index].size for index in inputs)
         written = sum(OUTPUT_OBJECTS[index].size for index in outputs)
         self.read, self.written = read, written
@@ -136,7 +143,12 @@ class Bench:
     def _collect(self) -> None:
         for n, drive in enumerate(self.drives):
             if n not in self.cut:
-                self.servos.inputs[n * self.read : (n + 1) * self.read] = drive.read_inputs()
+                data = bytearray(drive.read_inputs())
+                word = int.from_bytes(data[self.status_at : self.status_at + 2], "little")
+                data[self.status_at : self.status_at + 2] = (word & self.kept_bits).to_bytes(
+                    2, "little"
+                )
+                self.servos.inputs[n * self.read : (n + 1) * self.read] = data
 
     def _before(self) -> None:
         for n, (servo, drive) in enumerate(zip(self.servos.servos, self.drives, strict=True)):

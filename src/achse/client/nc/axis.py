@@ -1,6 +1,6 @@
 """One axis of an NC: enabled, moved, watched and set by name, ours and real ones alike.
 
-Only documented services are used (002 §6.4.4): functions at 0x4200 + id, parameters at 0x4000 + id,
+Documented services are used (002 §6.4.4): functions at 0x4200 + id, parameters at 0x4000 + id,
 states at 0x4100 + id, the cyclic interface at 0x4300 + id. On a controller whose PLC is linked to
 the axis, that PLC writes the cyclic interface in each of its cycles: there the PLC enables, as with
 MC_Power, and `enable` says so (`AxisDisabled`).
@@ -9,6 +9,7 @@ MC_Power, and `enable` says so (`AxisDisabled`).
 from collections.abc import Callable, Iterable
 from typing import Literal
 
+from achse.ams import AdsError
 from achse.ams.commands import WriteRequest
 from achse.client.nc.access import SAMPLE_TIME
 from achse.client.nc.arguments import buffer_mode, choice, real, seconds
@@ -24,6 +25,7 @@ from achse.client.nc.moves import (
 from achse.client.nc.services import CYCLIC, named
 from achse.client.nc.status import AxisStatus
 from achse.codes.axis import ActualPositionType, BufferMode, ControlBit, JogType, StartType
+from achse.codes.station import MISSING_CONDITION, SERVICE_PORT
 
 __all__ = ["Direction", "JogSpeed", "ModuloWay", "Move", "RemoteAxis"]
 
@@ -36,6 +38,9 @@ ENABLED_WITHIN = 10.0
 
 PLC_WRITES_WITHIN = 0.5
 """Seconds after which the enables are looked at again: has somebody taken them away?"""
+
+_LONGEST_CONDITION = 1000
+"""Bytes of the text that says what a drive misses."""
 
 _NUMBERS = (
     "position", "velocity", "acceleration", "deceleration", "jerk",
@@ -116,7 +121,8 @@ class RemoteAxis(AxisCouplings):
 
         `override` None leaves it as it is. Raises `AxisFailed` for an axis in error, `AxisDisabled`
         when another program takes the enables away: on a controller whose PLC is linked to the
-        axis, enable there. `AxisTimeout` when the axis does not get ready.
+        axis, enable there. `AxisTimeout` when the axis does not get ready; of an achse
+        station it names the condition that its drive misses.
         """
         limit = seconds("within", within)
         if override is not None:
@@ -139,7 +145,19 @@ class RemoteAxis(AxisCouplings):
                         if limit <= 0:
                             raise
         except AxisTimeout as late:
-            raise AxisTimeout(0, str(self), f"not ready for operation after {within:g} s") from late
+            told = f"not ready for operation after {within:g} s"
+            why = await self._missing_condition()
+            raise AxisTimeout(0, str(self), f"{told}: {why}" if why else told) from late
+
+    async def _missing_condition(self) -> str:
+        """What keeps the drive from being ready, as an achse station says it; empty elsewhere."""
+        nc, axis_id = await self.located()
+        station = nc.at_port(SERVICE_PORT)
+        try:
+            text = await station.read_raw(MISSING_CONDITION, axis_id, _LONGEST_CONDITION)
+        except AdsError:
+            return ""
+        return text.rstrip(b"\0").decode("utf-8", "replace")
 
     async def disable(self, *, within: float = ENABLED_WITHIN) -> None:
         """Take the enables away, and wait until the axis is disabled."""

@@ -70,14 +70,19 @@ def _put_status(s: Servo) -> None:
     state = power_of(word)
     s.power = state
     status = 0
-    mode_is_right = s.has_mode == 0 or s.mode_display == s.mode
+    if s.has_mode:
+        s.mode_is_active = 1 if s.mode_display == s.mode else 0
+    elif s.mode_wait:
+        s.mode_wait -= 1
+    else:
+        s.mode_is_active = 1
     homes = s.mode == ServoMode.HM
     if state == ENABLED:
         status = STATUS_ENABLED
     elif state >= REACTION:
         status = STATUS_ERROR
     following = 0
-    if state == ENABLED and mode_is_right and (word & _FOLLOWS or s.follow_bit == 0 or homes):
+    if state == ENABLED and s.mode_is_active and (word & _FOLLOWS or s.follow_bit == 0 or homes):
         following = 1
     s.following = following
     if following:
@@ -90,10 +95,10 @@ def _put_status(s: Servo) -> None:
     s.was_ready = 1 if status & STATUS_READY else 0
     if word & _INTERNAL_LIMIT:
         status |= STATUS_LIMITED
-    if s.homing_cycles >= _HOMING_SEEN and homes and mode_is_right:
+    if s.homing_cycles >= _HOMING_SEEN and homes and s.mode_is_active:
         if word & _HOMING_ERROR:
             status |= STATUS_HOMING_FAILED
-        elif word & _ATTAINED and word & _REACHED:
+        elif word & _ATTAINED and (word & _REACHED or (s.reached_bit == 0 and s.speed == 0.0)):
             status |= STATUS_HOMED
             s.encoder.data_in2 = s.home_offset
     limits = 0
@@ -107,7 +112,7 @@ def _put_status(s: Servo) -> None:
         d.state2 = limits
         d.state8 = inputs
         d.news = 1
-    if mode_is_right:
+    if s.mode_is_active:
         d.state3 = d.ctrl3
 
 
@@ -223,7 +228,7 @@ def _torque(s: Servo, dt: float) -> float:
 
 def _put_homing(s: Servo) -> int:
     """The bit of the controlword by which the drive homes itself."""
-    if s.mode != ServoMode.HM or s.mode_display != s.mode or s.following == 0:
+    if s.mode != ServoMode.HM or s.mode_is_active == 0 or s.following == 0:
         s.homing_cycles = 0
         return 0
     s.homing_cycles += 1
@@ -236,11 +241,13 @@ def send(s: Servo, dt: float) -> None:
     mode = _mode_of(s)
     if mode != s.mode:
         s.mode = mode
+        s.mode_wait = s.mode_cycles
+        shown = s.mode_display == mode if s.has_mode else s.mode_wait == 0
+        s.mode_is_active = 1 if shown else 0
         if s.was_ready:
             s.switching = s.switch_cycles
     s.controlword = command(s)
-    mode_is_right = s.has_mode == 0 or mode == s.mode_display
-    follows = s.following and d.ctrl1 & CONTROL_ENABLE and mode_is_right
+    follows = s.following and d.ctrl1 & CONTROL_ENABLE and s.mode_is_active
     s.target_position = s.position
     s.target_velocity = 0
     torque = 0.0

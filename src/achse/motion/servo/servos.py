@@ -21,6 +21,7 @@ from achse.motion.servo.objects import (
     ServoMode,
     ServoObject,
 )
+from achse.motion.servo.optional import ALL_PARTS, DriveParts, missing_condition
 from achse.motion.servo.record import ENTRIES, SERVO, Servo, servo_record
 from achse.motion.views import Store, View
 
@@ -41,9 +42,10 @@ class ServoOptions:
     """How an axis uses its drive.
 
     `interface` is what it sends. `home_offset` is 607Ch in increments. `dead_time` in seconds is
-    from the set value to the actual value that shows it, None lets it be measured in csp. The rest
-    is the velocity loop of cst, in thousandths of the rated torque and increments: gain in ‰ per
-    INC/s, reset time in seconds, feed-forward in ‰ per INC/s², limit in ‰.
+    from the set value to the actual value that shows it, None lets it be measured in csp. `parts`
+    are the optional parts of the profile that the drive has. The rest is the velocity loop of cst,
+    in thousandths of the rated torque and increments: gain in ‰ per INC/s, reset time in seconds,
+    feed-forward in ‰ per INC/s², limit in ‰.
     """
 
     interface: ServoMode = ServoMode.CSP
@@ -53,6 +55,7 @@ class ServoOptions:
     velocity_reset_time: float = 0.0
     torque_per_acceleration: float = 0.0
     torque_limit: float = 3000.0
+    parts: DriveParts = ALL_PARTS
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +74,13 @@ class ServoView(_Servo):
     axis: Axis
     begun: bool
     """Its axis has begun with a position of the drive."""
+    parts: DriveParts
+    """The optional parts of the profile that its drive has."""
+
+    @property
+    def missing_condition(self) -> str:
+        """What keeps its axis from being ready, empty if nothing does; for valid data only."""
+        return missing_condition(self, self.parts)
 
 
 class Servos:
@@ -144,7 +154,12 @@ class Servos:
         servo.torque_limit = options.torque_limit
         servo.switch_cycles = max(10, round(_SWITCH_S / self._dt))
         servo.reset_limit = max(16, round(_RESET_S / self._dt))
-        servo.has_mode = int(0x6060 in outputs and 0x6061 in inputs)
+        servo.parts = parts = options.parts
+        servo.follow_bit, servo.reached_bit = int(parts.following_bit), int(parts.reached_bit)
+        sends_mode = 0x6060 in outputs
+        servo.has_mode = int(sends_mode and parts.mode_display and 0x6061 in inputs)
+        if sends_mode and not servo.has_mode:
+            servo.mode_wait = servo.mode_cycles = max(1, round(_MODE_S / self._dt))
         servo.has_velocity = int(0x606C in inputs)
         servo.can_position = int(0x607A in outputs)
         servo.can_velocity = int(0x60FF in outputs)
@@ -209,7 +224,8 @@ _LATCHED = {
 
 _SWITCH_S = 0.2
 _RESET_S = 1.0
-"""How long a change of the mode may take, and a reset is tried."""
+_MODE_S = 0.05
+"""How long a change of the mode may take, a reset is tried, a change without 6061h takes."""
 
 
 def _checked(
