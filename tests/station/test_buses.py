@@ -244,12 +244,14 @@ async def test_enabling_names_the_condition_that_a_drive_misses() -> None:
     assert isinstance(bus, EthercatBus)
     for drive in bus.drives:
         drive.faults.main_power(False)
-    async with made.running("127.0.0.1", 0, udp_port=None, speed=math.inf) as running:
-        async with achse.connect(f"127.0.0.1:{running.tcp_port}", port=500) as nc:
-            with pytest.raises(AxisError) as first:
-                await nc.nc.axis(1).enable(within=0.3)
-            with pytest.raises(AxisError) as second:
-                await nc.nc.axis(2).enable(within=0.3)
+    async with (
+        made.running("127.0.0.1", 0, udp_port=None, speed=math.inf) as running,
+        achse.connect(f"127.0.0.1:{running.tcp_port}", port=500) as nc,
+    ):
+        with pytest.raises(AxisError) as first:
+            await nc.nc.axis(1).enable(within=0.3)
+        with pytest.raises(AxisError) as second:
+            await nc.nc.axis(2).enable(within=0.3)
     for failure in (first, second):
         assert "its drive is in" in str(failure.value), failure.value
     assert made.missing_condition(3) == ""

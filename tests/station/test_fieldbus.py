@@ -6,8 +6,6 @@ import socket
 import time
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from achse.ethercat import Datagram, DatagramCommand, EthercatFrame, Loopback, Segment, Slave
 from achse.station import fieldbus
@@ -103,7 +101,7 @@ def test_real_time_is_asked_for_and_may_be_refused(
     monkeypatch.setattr(gc, "collect", lambda: collector.append("collect"))
     monkeypatch.setattr(gc, "freeze", lambda: collector.append("freeze"))
     assert fieldbus.answer_promptly() is allowed
-    assert asked == [(0, 0b011, fieldbus._PRIORITY)]
+    assert asked == [(0, 0b011, fieldbus.DRIVE_PRIORITY)]
     assert collector == ["collect", "freeze"]
     assert fieldbus.run_first(0) is allowed
     assert asked[1:] == [(0, 0b110, 0)]
@@ -121,62 +119,6 @@ def test_a_segment_closed_by_dl_control_opens_again_with_the_link(
         reply and EthercatFrame.decode(reply).datagrams[0].counter for reply in link.replies
     ]
     assert counters == [2, 2, None, 2]
-
-
-class Scheduler:
-    """Which policy was asked for, and clocks that the test moves."""
-
-    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.asked: list[bool] = []
-        self.now_ns = self.used_ns = 0
-        monkeypatch.setattr(fieldbus, "run_first", self.run_first)
-        monkeypatch.setattr(time, "monotonic_ns", lambda: self.now_ns)
-        monkeypatch.setattr(time, "process_time_ns", lambda: self.used_ns)
-
-    def run_first(self, priority: int) -> bool:
-        self.asked.append(priority > 0)
-        return True
-
-    def run(self, share: fieldbus.FairShare, seconds: float, used: float) -> None:
-        for _ in range(round(seconds / 0.005)):
-            self.now_ns += 5_000_000
-            self.used_ns += round(5_000_000 * used)
-            share.look()
-
-
-def test_who_takes_more_than_half_of_a_processor_runs_like_others(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    scheduler = Scheduler(monkeypatch)
-    share = fieldbus.FairShare()
-    scheduler.run(share, 1.0, 0.45)
-    assert scheduler.asked == []
-    scheduler.run(share, 5.0, 0.9)
-    assert scheduler.asked == [False], "before, it took the whole processor"
-    assert "frames take 90 % of a processor: others run too" in caplog.text
-    scheduler.run(share, 0.8, 0.1)
-    assert scheduler.asked == [False]
-    scheduler.run(share, 0.5, 0.1)
-    assert scheduler.asked == [False, True]
-
-
-@given(st.lists(st.tuples(st.floats(0.01, 2), st.floats(0, 1)), max_size=30))
-def test_with_priority_never_more_than_half_in_the_long_run(
-    loads: list[tuple[float, float]],
-) -> None:
-    """Whatever a master sends: besides one window each second, others get half of the processor."""
-    with pytest.MonkeyPatch.context() as monkeypatch:
-        scheduler = Scheduler(monkeypatch)
-        share = fieldbus.FairShare()
-        first_ns = first_used_ns = 0
-        for seconds, used in loads:
-            for _ in range(round(seconds / 0.005)):
-                if share.first:
-                    first_ns += 5_000_000
-                    first_used_ns += round(5_000_000 * used)
-                scheduler.run(share, 0.005, used)
-        windows = 1 + scheduler.now_ns / 1e9
-        assert first_used_ns <= 0.5 * first_ns + windows * 0.105e9
 
 
 def test_udp_payloads_are_answered() -> None:

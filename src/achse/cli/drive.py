@@ -173,7 +173,7 @@ def serve(
         bool,
         typer.Option(
             "--real-time/--ordinary",
-            help="Run before other programs, where the system allows it and half a processor does.",
+            help="Run before other programs, where the system allows it and they still run.",
         ),
     ] = True,
     as_json: Json = False,
@@ -185,7 +185,8 @@ def serve(
     from achse.ethercat import Segment, Slave
     from achse.ethercat.ring_segment import RingSegment
     from achse.native.compiled import compiler_installed
-    from achse.station.fieldbus import FairShare, answer_promptly, serve_segment
+    from achse.station.fieldbus import DRIVE_PRIORITY, answer_promptly, serve_segment
+    from achse.station.starvation import OrdinaryProcess, StarvationGuard
     from achse.transport.ethernet import LinkError
 
     if place is not None:
@@ -218,6 +219,7 @@ def serve(
     for number in ending_signals():
         signal.signal(number, stop)
     service: DriveControl | None = None
+    guard: StarvationGuard | None = None
     try:
         drives = _drives(types, store, compiled, machine, preset, identity, strict=not lenient)
         segment.cycle_ns = round(frame_clock * 1e6)
@@ -226,7 +228,8 @@ def serve(
         service, at = _service(where_controlled, segment, faults)
         turns = [service.turn] if service else []
         if real_time and answer_promptly():
-            turns.append(FairShare().look)
+            guard = StarvationGuard(DRIVE_PRIORITY, "frames", OrdinaryProcess())
+            turns.append(guard.look)
 
         def between() -> None:
             for turn in turns:
@@ -246,6 +249,8 @@ def serve(
     except OSError as failure:
         fail(f"{where}: {failure.strerror}")
     finally:
+        if guard:
+            guard.close()
         if service:
             service.close()
         link.close()

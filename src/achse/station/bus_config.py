@@ -42,7 +42,7 @@ class BusConfig(ConfigTable):
     interface (`eth2`); true for virtual slaves within this process."""
     real_time: bool = True
     """On an interface: the station runs before other programs, where the system allows it (root,
-    CAP_SYS_NICE) and half a processor does."""
+    CAP_SYS_NICE) and these do not starve."""
     synchronous: bool = True
     """Drives take their set values with SYNC0 of the distributed clocks."""
     pace: Literal["bus", "computer"] = "bus"

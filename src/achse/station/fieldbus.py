@@ -1,7 +1,6 @@
 """Putting a segment on a link: the wall clock moves its time, its frames come from outside."""
 
 import gc
-import logging
 import os
 import time
 from collections.abc import Callable
@@ -10,9 +9,7 @@ from achse.ethercat import Segment
 from achse.station.ring_ends import RingEnds
 from achse.transport.ethernet import Answer, Link, UdpLink
 
-__all__ = ["MASTER_PRIORITY", "FairShare", "answer_promptly", "run_first", "serve_segment"]
-
-log = logging.getLogger("achse.drive")
+__all__ = ["DRIVE_PRIORITY", "MASTER_PRIORITY", "answer_promptly", "run_first", "serve_segment"]
 
 _IDLE_S = 0.005
 """Without frames, time passes in steps of this length."""
@@ -20,14 +17,11 @@ _IDLE_S = 0.005
 _LONGEST_STEP_NS = 20_000_000
 """More than this at once is time in which the machine held this process up; it is left out."""
 
-_PRIORITY = 50
+DRIVE_PRIORITY = 50
 """Real-time priority of drives: above masters on the same machine, which wait for the answers."""
 
 MASTER_PRIORITY = 40
 """Real-time priority of a station whose slaves are on an interface."""
-
-_SHARE, _WINDOW_NS, _ORDINARY_NS = 0.5, 100_000_000, 1_000_000_000
-"""Of a processor that may be used with that priority; over how long; for how long it then goes."""
 
 
 def answer_promptly() -> bool:
@@ -39,7 +33,7 @@ def answer_promptly() -> bool:
     """
     gc.collect()
     gc.freeze()
-    return run_first(_PRIORITY)
+    return run_first(DRIVE_PRIORITY)
 
 
 def run_first(priority: int) -> bool:
@@ -55,42 +49,6 @@ def run_first(priority: int) -> bool:
     except OSError:
         return False
     return True
-
-
-class FairShare:
-    """Real-time priority for who leaves half of a processor to others.
-
-    A master that sends without a pause would keep this process busy for ever, and with real-time
-    priority nothing else would run on that processor. Anyone who takes more than half of the last
-    100 ms runs like any other program for a second.
-    """
-
-    def __init__(self, priority: int = _PRIORITY, what: str = "frames") -> None:
-        self._priority, self._what = priority, what
-        self.first = True
-        """Whether this process runs before others now."""
-        self._since_ns = time.monotonic_ns()
-        self._used_ns = time.process_time_ns()
-        self._until_ns = 0
-
-    def look(self) -> None:
-        """See how much was used; to be called every few milliseconds."""
-        now = time.monotonic_ns()
-        passed = now - self._since_ns
-        if passed < _WINDOW_NS:
-            return
-        used = time.process_time_ns()
-        share = (used - self._used_ns) / passed
-        self._since_ns, self._used_ns = now, used
-        if share > _SHARE and self.first:
-            self.first = False
-            run_first(0)
-            told = "%s take %.0f %% of a processor: others run too"
-            log.warning(told, self._what, 100 * share)
-        if share > _SHARE:
-            self._until_ns = now + _ORDINARY_NS
-        elif not self.first and now >= self._until_ns:
-            self.first = run_first(self._priority)
 
 
 def serve_segment(

@@ -39,7 +39,7 @@ from achse.station.collection import collect_remains
 from achse.station.config import ConfigError, StationConfig, load
 from achse.station.cycle import Cycle, Phase
 from achse.station.ethercat_bus import EthercatBus
-from achse.station.fieldbus import MASTER_PRIORITY, FairShare, run_first
+from achse.station.fieldbus import MASTER_PRIORITY, run_first
 from achse.station.interface_bus import InterfaceBus
 from achse.station.metrics import MetricsPort
 from achse.station.nc import velocity_warnings
@@ -49,6 +49,7 @@ from achse.station.persistent_data import PersistentData
 from achse.station.persistent_image import PersistentImage
 from achse.station.phases import ChangePhase
 from achse.station.scope import StationScope
+from achse.station.starvation import OrdinaryProcess, StarvationGuard
 from achse.station.state_requests import StateRequests
 from achse.station.statistics import statistics
 from achse.transport.tcp import TcpListener
@@ -512,11 +513,11 @@ class Station:
             self._system.files.close_all()
             self.listeners = tuple(each for each in self.listeners if each not in opened)
 
-    def _promptly(self) -> FairShare | None:
+    def _promptly(self) -> StarvationGuard | None:
         """Run before other programs, if a bus on an interface asks for it and the system allows."""
         buses = (bus for bus in self.fieldbuses.values() if isinstance(bus, InterfaceBus))
         if any(bus.plan.bus.real_time for bus in buses) and run_first(MASTER_PRIORITY):
-            return FairShare(MASTER_PRIORITY, "cycles of the station")
+            return StarvationGuard(MASTER_PRIORITY, "cycles of the station", OrdinaryProcess())
         return None
 
     async def _go_on(self, speed: float, until: float | None) -> None:
@@ -536,11 +537,11 @@ class Station:
             )
             return
 
-        share = self._promptly()
+        guard = self._promptly()
 
         def step() -> None:
-            if share is not None:
-                share.look()
+            if guard is not None:
+                guard.look()
             if self.time_ns < end_ns:
                 self.step()
             if self.time_ns >= end_ns:
@@ -554,8 +555,8 @@ class Station:
                 for end in done:
                     await end
             finally:
-                if share is not None:
-                    run_first(0)
+                if guard is not None:
+                    guard.close()
                 self.pace = None
                 for end in ends:
                     end.cancel()

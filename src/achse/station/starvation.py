@@ -1,0 +1,110 @@
+"""Real-time priority: given back while it starves other programs, taken again after that.
+
+A process of ordinary priority gives a sign some twenty times a second. If it gives none while this
+process computes for long, ordinary programs do not get a processor. Use alone is no reason: on a
+computer with a processor to spare a busy master harms nobody. A host that takes the processor away
+silences both, and is not counted, as this process does not compute then either.
+"""
+
+import contextlib
+import logging
+import os
+import subprocess
+import sys
+import time
+from typing import Protocol
+
+from achse.station.fieldbus import run_first
+
+__all__ = ["OrdinaryProcess", "StarvationGuard", "Witness"]
+
+log = logging.getLogger("achse.drive")
+
+_WINDOW_NS = 50_000_000
+"""The signs are looked at so often."""
+
+STARVED_AFTER_NS = 250_000_000
+"""Processor time that this process may take without a sign of an ordinary one."""
+
+ORDINARY_NS = 1_000_000_000
+"""How long it runs like others then, at least."""
+
+_SIGNS = "import os,time\nwhile os.write(1,b'.'):time.sleep(.05)"
+_MOST_SIGNS = 4096
+
+
+class Witness(Protocol):
+    """An ordinary program that gets a processor, or not."""
+
+    def heard(self) -> bool:
+        """True if it ran since the last call."""
+
+    def close(self) -> None: ...
+
+
+class OrdinaryProcess:
+    """A process of ordinary priority that writes into a pipe, and ends with its reader.
+
+    Raises OSError if it cannot be started.
+    """
+
+    def __init__(self) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, "-I", "-S", "-c", _SIGNS],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+        assert self._process.stdout is not None
+        self._pipe = self._process.stdout.fileno()
+        os.set_blocking(self._pipe, False)
+
+    def heard(self) -> bool:
+        """True if it ran since the last call, or has ended: it cannot starve then."""
+        with contextlib.suppress(BlockingIOError):
+            os.read(self._pipe, _MOST_SIGNS)
+            return True
+        return False
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.kill()
+        self._process.communicate()
+
+
+class StarvationGuard:
+    """The real-time priority `priority` of this thread, for `what` it computes."""
+
+    def __init__(self, priority: int, what: str, witness: Witness) -> None:
+        self._priority, self._what, self._witness = priority, what, witness
+        self.first = True
+        """True while this process runs before others."""
+        self._looked_ns = time.monotonic_ns()
+        self._heard_used_ns = time.process_time_ns()
+        self._until_ns = 0
+
+    def look(self) -> None:
+        """Give the priority back or take it again; to be called every few milliseconds."""
+        now = time.monotonic_ns()
+        if now - self._looked_ns < _WINDOW_NS:
+            return
+        self._looked_ns = now
+        used = time.process_time_ns()
+        heard = self._witness.heard()
+        if heard:
+            self._heard_used_ns = used
+        if self.first:
+            if used - self._heard_used_ns >= STARVED_AFTER_NS:
+                self.first = False
+                self._until_ns = now + ORDINARY_NS
+                run_first(0)
+                log.warning("%s starve other programs: running like them for a while", self._what)
+        elif heard and now >= self._until_ns:
+            self.first = run_first(self._priority)
+
+    def close(self) -> None:
+        """Give the priority back for good."""
+        if self.first:
+            run_first(0)
+        self._witness.close()
