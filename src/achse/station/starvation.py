@@ -1,7 +1,7 @@
 """Real-time priority: given back while it starves other programs, taken again after that.
 
 A process of ordinary priority gives a sign some twenty times a second. If it gives none while this
-process computes for long, ordinary programs do not get a processor. Use alone is no reason: on a
+process computes for long, ordinary programs do not get a processor. Use alone does not count: on a
 computer with a processor to spare a busy master harms nobody. A host that takes the processor away
 silences both, and is not counted, as this process does not compute then either.
 """
