@@ -189,12 +189,22 @@ def test_messages_of_a_vendor(vendor: int, data: bytes, news: bytes) -> None:
     assert io.read(BOX, VENDOR, 0) == b"\x01\0\0\0" + head + b"\x09\0" + news
 
 
-def test_refusals_of_messages_of_a_vendor(io: Any) -> None:
+def test_refusals_of_messages_of_a_vendor() -> None:
+    io = IoBus(1, Messenger)
     assert io.code(lambda: io.write(BOX, VENDOR, 0, bytes(6))) == 0x712  # not in PreOp
     io.up(AlState.PREOP)
     assert io.code(lambda: io.write(BOX, VENDOR, 0, bytes(5))) == 0x705
-    asked = io.code(lambda: io.read_write(BOX, VENDOR, 0, 100, bytes(6)))
-    assert asked == 0x701  # speaks no VoE
+
+
+@pytest.mark.parametrize("state", [AlState.INIT, AlState.PREOP, AlState.OP])
+def test_slave_without_voe_refuses_each_message_of_a_vendor(io: Any, state: AlState) -> None:
+    io.up(state)
+    codes = [
+        io.code(lambda: io.read(BOX, VENDOR, 0)),
+        io.code(lambda: io.write(BOX, VENDOR, 0, bytes(6))),
+        io.code(lambda: io.read_write(BOX, VENDOR, 0, 100, bytes(6))),
+    ]
+    assert codes == [0x701] * 3
 
 
 @pytest.mark.parametrize("base", [0, 0x1A00])

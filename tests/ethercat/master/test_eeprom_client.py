@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from achse.codes import AlState
-from achse.ethercat.master.eeprom_client import EepromClient
+from achse.ethercat.master.eeprom_client import EepromClient, whole_image
 from achse.ethercat.master.errors import EepromTrouble
 from achse.ethercat.master.sii_reader import read_sii
 
@@ -21,6 +21,16 @@ def test_an_image_is_read_to_its_end(bus: Callable[..., Any]) -> None:
     kept = bytes(ours.segment.slaves[1].esc.eeprom.image)
     assert kept.startswith(image)
     assert set(kept[len(image) :]) == {0xFF}
+
+
+@pytest.mark.parametrize("kibit", [2, 8, 32, 64])
+def test_content_has_the_size_that_the_eeprom_tells(bus: Callable[..., Any], kibit: int) -> None:
+    ours = bus(2).up(AlState.PREOP)
+    memory = ours.segment.slaves[1].esc.eeprom.image
+    memory[0x7C:0x7E] = (kibit - 1).to_bytes(2, "little")
+    memory.extend(b"\x5a" * 8192)
+    whole = ours.do(whole_image(1))
+    assert whole == bytes(memory[: kibit * 128])
 
 
 def test_words_are_written(bus: Callable[..., Any]) -> None:

@@ -14,6 +14,7 @@ from achse.devices.io.groups import SlaveGroup
 from achse.devices.io.later import answer_later
 from achse.devices.io.served import ServedBus, bus_error
 from achse.devices.io.slave_files import SlaveFiles
+from achse.ethercat.description import MailboxBit
 from achse.ethercat.master import BusError, BusSlave, SdoRefusal
 from achse.ethercat.master.errors import WrongAnswer
 from achse.ethercat.master.foe_client import FoeRefusal
@@ -276,21 +277,26 @@ class BusSlaveDevice(Device):
     # messages of a vendor's own form
 
     def _voe(self) -> VoeClient:
+        """The client of VoE; DeviceError 0x701 for a slave that does not speak it."""
+        voe = self.slave.voe
+        if voe is None or not self.slave.configuration.protocols & MailboxBit.VOE:
+            raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, f"{self.name} does not speak VoE")
+        return voe
+
+    def _ready_voe(self) -> VoeClient:
+        voe = self._voe()
         self._mailbox()
-        assert self.slave.voe is not None
-        return self.slave.voe
+        return voe
 
     def _read_vendor(self, offset: int, length: int, client: bytes) -> bytes:
-        voe = self.slave.voe
-        if voe is None:
-            raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, f"{self.name} has no mailbox")
+        voe = self._voe()
         last = voe.last or VendorMessage(0, 0)
         return ((voe.count & _U32).to_bytes(4, "little") + last.encode())[:length]
 
     def _write_vendor(self, offset: int, data: bytes, client: bytes) -> None:
         raise answer_later(
             self.bus.master,
-            self._voe().send(_vendor_message(data)),
+            self._ready_voe().send(_vendor_message(data)),
             lambda none: b"",
             lambda trouble: self._note(client, trouble),
         )
@@ -298,7 +304,7 @@ class BusSlaveDevice(Device):
     def _ask_vendor(self, offset: int, length: int, data: bytes, client: bytes) -> bytes:
         raise answer_later(
             self.bus.master,
-            self._voe().ask(_vendor_message(data)),
+            self._ready_voe().ask(_vendor_message(data)),
             lambda answer: _whole(answer.encode(), length),
             lambda trouble: self._note(client, trouble),
         )

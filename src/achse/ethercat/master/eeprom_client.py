@@ -29,6 +29,7 @@ _END = 0xFFFF
 _STATION = 1001
 _SIZE_WORD = 0x3E
 _MAX_WORDS = 0x1_0000
+_WORDS_PER_KIBIT = 64
 
 assert COMMAND == _CONTROL + 1
 
@@ -97,11 +98,15 @@ class EepromClient:
         """Let the controller take the configuration area over."""
         yield from self._command(_RELOAD, 0)
 
+    def content(self) -> Steps[bytes]:
+        """Return all words of the memory, as many as word 0x3E tells, 131,072 bytes at most."""
+        data = yield from self.read(0, _SIZE_WORD + 1)
+        return data + (yield from self.read(_SIZE_WORD + 1, _words(data) - _SIZE_WORD - 1))
+
     def image(self) -> Steps[bytes]:
         """All up to the end of the categories, at most what the size in the image allows."""
         data = bytearray((yield from self.read(0, _CATEGORIES + 2)))
-        words = (int.from_bytes(data[2 * _SIZE_WORD : 2 * _SIZE_WORD + 2], "little") + 1) * 64
-        words = min(words, _MAX_WORDS)
+        words = _words(data)
         at = _CATEGORIES
         while int.from_bytes(data[2 * at : 2 * at + 2], "little") != _END:
             at += 2 + int.from_bytes(data[2 * at + 2 : 2 * at + 4], "little")
@@ -113,8 +118,16 @@ class EepromClient:
         return bytes(data)
 
 
+def _words(data: bytes | bytearray) -> int:
+    """Words of the memory, by its size in KiBit less 1."""
+    size = int.from_bytes(data[2 * _SIZE_WORD : 2 * _SIZE_WORD + 2], "little") + 1
+    return min(size * _WORDS_PER_KIBIT, _MAX_WORDS)
+
+
 def whole_image(position: int, new: bytes = b"") -> Steps[bytes]:
-    """The image of the slave at a position, after `new` was written to it, if there is any.
+    """Return the whole EEPROM of the slave at a position, after `new` was written to it, if any.
+
+    It has the size that its word 0x3E tells.
 
     The bus goes to Init. Raises `BusError`, also if the image reads back otherwise.
     """
@@ -133,4 +146,4 @@ def whole_image(position: int, new: bytes = b"") -> Steps[bytes]:
         back = yield from eeprom.read(0, len(new) // 2)
         if back != new:
             raise EepromTrouble(f"position {position}: the image reads back otherwise")
-    return (yield from eeprom.image())
+    return (yield from eeprom.content())
