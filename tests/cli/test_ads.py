@@ -141,5 +141,6 @@ def test_names_in_one_word_are_told_apart(cli: Callable[..., Any], joined: str, 
 def test_a_name_may_begin_with_a_port(lines: Lines, cli: Cli) -> None:
     names = ("GVL.nUint", "500:Axes.X.ActPos", "851:GVL.nUint")
     assert [line.partition(" = ")[0] for line in lines("ads", "read", *names)] == list(names)
-    assert lines("ads", "write", "851:GVL.nUint", "25") == lines("ads", "read", "GVL.nUint")
+    assert lines("ads", "write", "851:GVL.nUint", "25") == ["851:GVL.nUint = 25"]
+    assert lines("ads", "read", "GVL.nUint") == ["GVL.nUint = 25"]
     assert "0x710" in cli("ads", "read", "70000:GVL.nUint", exit_code=1).stderr
