@@ -9,7 +9,7 @@ from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.iec import IecType
 from achse.iec.datatypes import encode_types
-from achse.iec.describe import describe_type, types_within
+from achse.iec.describe import describe_type, types_shown
 from achse.iec.symbols import SymbolEntry, SymbolFlag, encode_symbols, fold
 from achse.server import TableSizes
 
@@ -71,7 +71,7 @@ class ValueSymbols(ABC):
 
     def used_types(self) -> Iterable[IecType[Any]]:
         """The types of the type table; those of the symbols, unless a device has more."""
-        return types_within([symbol.type for symbol in self._symbols.values()])
+        return types_shown([symbol.type for symbol in self._symbols.values()])
 
     def forget(self) -> None:
         """Find the symbols again when next asked; clients see another version."""

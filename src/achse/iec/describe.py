@@ -32,11 +32,20 @@ from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import Adst, IecType
 from achse.iec.variables import Variable
 
-__all__ = ["describe_type", "types_within"]
+__all__ = ["describe_type", "types_shown", "types_within"]
 
 
 def types_within(roots: Iterable[IecType[Any]]) -> list[IecType[Any]]:
     """The types and all they are made of, each name once, in the order they are met."""
+    return _collected(roots, hidden=True)
+
+
+def types_shown(roots: Iterable[IecType[Any]]) -> list[IecType[Any]]:
+    """As `types_within`, without the types of hidden members."""
+    return _collected(roots, hidden=False)
+
+
+def _collected(roots: Iterable[IecType[Any]], *, hidden: bool) -> list[IecType[Any]]:
     found: dict[str, IecType[Any]] = {}
     waiting = list(roots)
     while waiting:
@@ -44,11 +53,11 @@ def types_within(roots: Iterable[IecType[Any]]) -> list[IecType[Any]]:
         if type.name.lower() in found:
             continue
         found[type.name.lower()] = type
-        waiting.extend(_parts(type))
+        waiting.extend(_parts(type, hidden=hidden))
     return list(found.values())
 
 
-def _parts(type: IecType[Any]) -> list[IecType[Any]]:
+def _parts(type: IecType[Any], *, hidden: bool) -> list[IecType[Any]]:
     if isinstance(type, ArrayType):
         return [type.element]
     if isinstance(type, SubrangeType):
@@ -60,7 +69,8 @@ def _parts(type: IecType[Any]) -> list[IecType[Any]]:
     if isinstance(type, PointerType):
         return [type.target]
     if isinstance(type, StructType):
-        parts = list(dict.fromkeys(member.type for member in type.members))
+        members = type.members if hidden else type.shown
+        parts = list(dict.fromkeys(member.type for member in members))
         for method in type.methods:
             parts += [parameter.type for parameter in method.parameters]
             parts += [] if method.returns is None else [method.returns]
@@ -99,7 +109,9 @@ def describe_type(type: IecType[Any]) -> DataTypeEntry:
         type_name = type.base.name
     elif isinstance(type, StructType):
         # Of a program only what is in its own memory: the rest are symbols elsewhere.
-        shown = type.fields if type.kind is RecordKind.UNIT else type.members
+        shown = type.shown
+        if type.kind is RecordKind.UNIT:
+            shown = tuple(item for item in shown if item.in_memory and not item.apart)
         members = tuple(_member(item, index) for index, item in enumerate(shown))
         if type.methods:
             flags |= TypeFlag.METHODS

@@ -252,6 +252,8 @@ def _next(location: ResolvedPath, step: Step) -> ResolvedPath:
         if (found := type.property_named(step.name)) is not None:
             return location._replace(type=found.type, property=found)
         member = type.member(step.name)
+        if member.hidden:
+            raise IecPathError(f"{type.name} shows no member {step.name[:80]!r}")
         if not member.in_memory:
             return ResolvedPath(
                 member.type,

@@ -24,6 +24,7 @@ from achse.iec.layout import (
     LayoutRules,
     MemberOffset,
     TypeLayout,
+    align,
     overlaid,
     pack_of,
     sequential,
@@ -61,7 +62,11 @@ class RecordKind(Enum):
 
 
 class StructType(IecType[R], Generic[R]):
-    """A type with members. `layout` overrides the computed one, as a target's type table does."""
+    """A type with members. `layout` overrides the computed one, as a target's type table does.
+
+    `least_size` in bytes counts without `layout`. A type that `is_joined` shows the members of its
+    base as its own, and no base.
+    """
 
     is_view = True
 
@@ -75,6 +80,8 @@ class StructType(IecType[R], Generic[R]):
         rules: LayoutRules = TC3_X64,
         pack: int | None = None,
         layout: TypeLayout | None = None,
+        least_size: int = 0,
+        is_joined: bool = False,
         methods: Sequence[Method] = (),
         properties: Sequence[Property] = (),
         comment: str = "",
@@ -86,6 +93,8 @@ class StructType(IecType[R], Generic[R]):
             members = {member.name: member for member in members}
         self.kind = kind
         self.base = base
+        self.shown_base = None if is_joined else base
+        """The base that clients see."""
         self.rules = rules
         if pack is None:
             mode = attributes.get("pack_mode")
@@ -101,6 +110,8 @@ class StructType(IecType[R], Generic[R]):
         is_computed = layout is None
         if layout is None:
             layout = self._lay_out(inside, pack)
+            size = align(max(layout.size, least_size), layout.alignment)
+            layout = layout._replace(size=size)
         super().__init__(
             name,
             layout.size,
@@ -154,6 +165,14 @@ class StructType(IecType[R], Generic[R]):
             pointer = self.rules.pointer_size
             return sequential(types, pack, start=pointer, alignment=min(pointer, pack))
         return sequential(types, pack)
+
+    @cached_property
+    def shown(self) -> tuple[Variable[Any, Any], ...]:
+        """The members that clients see, by their offsets if a base has members among them."""
+        shown = (item for item in self.members if not item.hidden)
+        if self.base is None:
+            return tuple(shown)
+        return tuple(sorted(shown, key=lambda item: (not item.in_memory, item.offset)))
 
     def describe(self) -> str:
         parts = [

@@ -39,6 +39,9 @@ _ADDRESS = re.compile(
 )
 
 
+_NO_SYMBOL = "tcnosymbol"
+
+
 class Section(Enum):
     """The VAR section a variable is declared in."""
 
@@ -150,6 +153,7 @@ class Variable(Generic[G, S]):
         "bit",
         "comment",
         "constant",
+        "hidden",
         "in_memory",
         "initial",
         "name",
@@ -193,6 +197,8 @@ class Variable(Generic[G, S]):
         self.constant = constant
         self.comment = comment
         self.attributes = attributes
+        self.hidden = bool(attributes) and _NO_SYMBOL in map(str.lower, attributes)
+        """True if clients see neither the variable nor its type."""
         self.offset = offset
         """Bytes from the start of the record."""
         self.bit = bit

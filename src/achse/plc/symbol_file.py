@@ -1,7 +1,7 @@
 """The variables and types of a PLC as a symbol file, for writing a `.tmc`."""
 
 from achse.iec import GlobalVariables, Variable
-from achse.iec.describe import types_within
+from achse.iec.describe import types_shown
 from achse.iec.variables import Address, Image
 from achse.plc.memory import Area
 from achse.plc.program import PlacedVariable
@@ -31,12 +31,13 @@ def symbol_file(plc: PlcRuntime, name: str = "") -> SymbolFile:
         )
         for unit in plc.units
         for placed in unit.variables
+        if not placed.variable.hidden
     ]
     variables += [FileVariable(placed.name, _declared(placed)) for placed in plc.statics]
     return SymbolFile(
         name or plc.project,
         variables,
-        types_within(item.declared.type for item in variables),
+        types_shown(item.declared.type for item in variables),
         [FileTask(task.name, task.cycle_ns, task.priority) for task in plc.tasks],
         plc.port,
         plc.pointer_size,

@@ -517,3 +517,32 @@ def test_name_of_an_element_does_not_grow_with_zeros_and_blanks(
     assert symbol is not None
     assert len(symbol.name) <= 300
     assert symbol.index_offset == PlcSymbols(plc).resolve(f"LISTED.aValues[{index}]").index_offset  # type: ignore[union-attr]
+
+
+def test_member_with_tcnosymbol_is_not_shown() -> None:
+    class Inner(FunctionBlock):
+        nInner = var(INT)
+
+    class Outer(FunctionBlock):
+        nShown = var(INT)
+        fbHidden = var(Inner, attributes={"TcNoSymbol": ""})
+        nLast = var(INT)
+
+    class Hiding(GlobalVariables):
+        fbOuter = var(Outer)
+        nAway = var(INT, attributes={"tcnosymbol": ""})
+
+    symbols = PlcSymbols(PlcRuntime([Task()], [Hiding]))
+    assert found(symbols, "Hiding.fbOuter.nLast").size == 2
+    for name in (
+        "Hiding.nAway",
+        "Hiding.fbOuter.fbHidden",
+        "Hiding.fbOuter.fbHidden.nInner",
+    ):
+        assert symbols.resolve(name) is None
+    names = {entry.name for entry in decode_symbols(symbols.symbol_table())}
+    assert "HIDING.NAWAY" not in {name.upper() for name in names}
+    types = {entry.name: entry for entry in decode_types(symbols.type_table())}
+    assert "Inner" not in types
+    assert [member.name for member in types["Outer"].members] == ["nShown", "nLast"]
+    assert types["Outer"].members[1].offset == 32

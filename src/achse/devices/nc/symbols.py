@@ -17,7 +17,7 @@ from achse.devices.nc.axis_structures import (
 )
 from achse.devices.value_symbols import ValueSymbol, ValueSymbols
 from achse.iec import DINT, LREAL, UDINT, IecPathError, IecType, iec_type
-from achse.iec.describe import types_within
+from achse.iec.describe import types_shown
 from achse.iec.names import ELEMENTARY
 from achse.iec.paths import follow, format_path, parse_path, split_symbol
 from achse.motion import Axis, Nc
@@ -169,7 +169,7 @@ class NcSymbols(ValueSymbols):
     def used_types(self) -> Iterable[IecType[Any]]:
         """The cyclic structures with what is in them, and all elementary types."""
         structures: list[IecType[Any]] = [iec_type(NCTOPLC_AXIS_REF), iec_type(PLCTONC_AXIS_REF)]
-        return types_within([*structures, *ELEMENTARY.values()])
+        return types_shown([*structures, *ELEMENTARY.values()])
 
     def _of_group(self, group: AxisGroup) -> Iterator[ValueSymbol]:
         """Those of a group of several axes, as far as its kind has them."""

@@ -12,7 +12,7 @@ from achse.devices.plc.areas import AREA_GROUPS
 from achse.devices.plc.calls import PropertyAccess, caller, property_access
 from achse.iec import GlobalVariables, IecIndexError, IecPathError, IecType, Record, Variable
 from achse.iec.datatypes import DataTypeEntry, TypeFlag, encode_types
-from achse.iec.describe import describe_type, types_within
+from achse.iec.describe import describe_type, types_shown
 from achse.iec.names import elementary
 from achse.iec.paths import (
     PathMember,
@@ -208,6 +208,7 @@ class PlcSymbols:
             for unit in plc.units
             for context in (0 if _is_global(unit) else numbers[plc.task_of(unit)],)
             for placed in unit.variables
+            if not placed.variable.hidden
         }
         for placed in plc.statics:
             self._roots.setdefault(fold(placed.name), _Root(placed, 1, None))
@@ -365,7 +366,7 @@ class PlcSymbols:
         roots = (*self._units.values(), *self._roots.values())
         used = {id(found): found for found in (root.placed.variable.type for root in roots)}
         known = elementary(self.plc.pointer_size).values()
-        return {fold(type.name): type for type in types_within([*used.values(), *known])}
+        return {fold(type.name): type for type in types_shown([*used.values(), *known])}
 
     @cached_property
     def _type_table(self) -> bytes:
@@ -379,10 +380,10 @@ class PlcSymbols:
             member
             for type in self._types.values()
             if isinstance(type, StructType)
-            for member in type.members
+            for member in type.shown
         ]
         kept = [each.type for each in (*variables, *members) if each.persistent]
-        return {fold(type.name) for type in types_within(kept)}
+        return {fold(type.name) for type in types_shown(kept)}
 
     def _described(self, type: IecType[Any]) -> DataTypeEntry:
         entry = describe_type(type)

@@ -12,7 +12,7 @@ from achse.iec.derived import (
     ReferenceType,
     SubrangeType,
 )
-from achse.iec.describe import types_within
+from achse.iec.describe import types_shown
 from achse.iec.enums import EnumType
 from achse.iec.methods import Method
 from achse.iec.structs import RecordKind, StructType
@@ -134,9 +134,11 @@ def defined_types(roots: Sequence[IecType[Any]]) -> list[IecType[Any]]:
     """The types that need a `<DataType>`, with those they extend, by name."""
     found: dict[str, IecType[Any]] = {}
     while roots:
-        new = [type for type in types_within(roots) if type.name.lower() not in found]
+        new = [type for type in types_shown(roots) if type.name.lower() not in found]
         found.update((type.name.lower(), type) for type in new)
-        roots = [type.base for type in new if isinstance(type, StructType) and type.base]
+        roots = [
+            type.shown_base for type in new if isinstance(type, StructType) and type.shown_base
+        ]
     return [found[key] for key in sorted(found) if is_defined(found[key])]
 
 
@@ -206,10 +208,12 @@ def data_type(type: IecType[Any]) -> Lines:
     elif isinstance(type, StructType):
         if type.kind is RecordKind.FUNCTION_BLOCK:
             notes.insert(0, ("PouType", "FunctionBlock"))
-        if type.base is not None:
-            yield _named("ExtendsType", type.base.name)
-        for member in type.own_members:
-            yield from _member(member)
+        extended = type.shown_base
+        if extended is not None:
+            yield _named("ExtendsType", extended.name)
+        for member in type.shown:
+            if extended is None or member in type.own_members:
+                yield from _member(member)
         for method in type.own_methods:
             yield from _method(method, type.methods.index(method))
     yield from properties(notes)

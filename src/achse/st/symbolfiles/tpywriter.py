@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from achse.iec.arrays import ArrayType
-from achse.iec.describe import types_within
+from achse.iec.describe import types_shown
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
@@ -85,7 +85,7 @@ def _task(task: FileTask) -> Lines:
 
 
 def _arrays(roots: list[IecType[Any]]) -> list[ArrayType[Any]]:
-    found = {type.name: type for type in types_within(roots) if isinstance(type, ArrayType)}
+    found = {type.name: type for type in types_shown(roots) if isinstance(type, ArrayType)}
     return [found[name] for name in sorted(found)]
 
 
@@ -109,7 +109,7 @@ def _record(type: StructType[Any]) -> Lines:
     if type.comment:
         yield text("Comment", type.comment)
     yield text("BitSize", 8 * type.size)
-    for member in type.members:
+    for member in type.shown:
         if member.in_memory:
             yield from _member(member)
     own = [("PouType", "FunctionBlock")] if type.kind.name == "FUNCTION_BLOCK" else []
