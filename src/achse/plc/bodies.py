@@ -161,11 +161,14 @@ class Bodies:
         for key, routine in self.project.routines.items():
             if not routine.builtin:
                 continue
-            name = key if key in self.functions or key in self.blocks else key.partition(".")[2]
+            known = key in self.functions or key in self.blocks
+            name = key if known else key.partition(".")[2] or key
+            # `_adsread<adsread>` is the private base of `adsread`, and has its body.
+            block = self.blocks.get(name.partition("<")[0].removeprefix("_"))
             if name in self.functions:
                 found[key] = partial(self.functions[name], self)
-            elif name in self.blocks and routine.this is not None:
-                found[key] = partial(self._run_block, self.blocks[name], routine.this)
+            elif block is not None and routine.this is not None:
+                found[key] = partial(self._run_block, block, routine.this)
         return found
 
     def _run_block(self, body: BlockBody, type: StructType[Any], address: int) -> None:

@@ -5,10 +5,18 @@ from typing import TYPE_CHECKING, Any
 
 from achse.iec.derived import InterfaceType, ReferenceType, resolved
 from achse.iec.elementary import DINT
+from achse.iec.layout import TypeLayout
 from achse.iec.names import with_coding
 from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Section, StartValue, Variable
+from achse.st.block_layouts import (
+    has_joint_layout,
+    is_without_symbols,
+    joint_layouts,
+    least_size,
+    type_attributes,
+)
 from achse.st.callables import methods_of, properties_of
 from achse.st.cursor import Unexpected
 from achse.st.initials import InitialValues, Left
@@ -76,15 +84,55 @@ class Records:
         """A function block."""
         scope = self._types.scopes.scope(entry)
         kind = RecordKind.FUNCTION_BLOCK
+        for interface in tree.implements:
+            if not isinstance(self._types.named(interface, scope), InterfaceType):
+                raise Unexpected(interface.at, f"{interface.name} is not an interface")
+        if bases := self._joint_bases(tree, entry):
+            return self._of_levels([*bases, entry])
         base = None if tree.extends is None else self._types.base(tree.extends, scope, kind)
         of_base = None if base is None else self._types.entry_of(base)
         if of_base is not None:  # of a generic block the one with the constants of this one
             scope.base = self._types.scopes.scope(of_base)
-        for interface in tree.implements:
-            if not isinstance(self._types.named(interface, scope), InterfaceType):
-                raise Unexpected(interface.at, f"{interface.name} is not an interface")
         blocks, note, at = tree.blocks, tree.note, tree.at
         return self.record(kind, entry.name, blocks, scope, note, at, base, tree.parts)
+
+    def _joint_bases(self, tree: FunctionBlock, entry: DeclaredUnit) -> list[DeclaredUnit]:
+        """Return the bases whose members are laid out with those of a block, the root first."""
+        found: list[DeclaredUnit] = []
+        while tree.extends is not None:
+            base = self._types.scopes.find(tree.extends.name, entry.space)
+            if base is None or not has_joint_layout(base):
+                break
+            assert isinstance(base.tree, FunctionBlock)
+            tree = base.tree
+            found.insert(0, self._types.base_of_one(base, entry))
+        return found
+
+    def _of_levels(self, levels: Sequence[DeclaredUnit]) -> StructType[Any]:
+        """Make the type of a block, the last of `levels`, and those of its bases before it."""
+        members: list[list[Variable[Any, Any]]] = []
+        taken: set[str] = set()
+        outer: Scope | None = None
+        for entry in levels:
+            assert isinstance(entry.tree, FunctionBlock)
+            scope = self._types.scopes.scope(entry)
+            scope.base, outer = outer, scope
+            blocks, parts = entry.tree.blocks, entry.tree.parts
+            members.append(self._members(entry.name, blocks, scope, parts, taken))
+            note = entry.tree.note
+        rules = self._types.rules
+        layouts = joint_layouts(members, rules, least_size(note, rules))
+        made: StructType[Any] | None = None
+        for entry, own, layout in zip(levels, members, layouts, strict=True):
+            assert isinstance(entry.tree, FunctionBlock)
+            scope = self._types.scopes.scope(entry)
+            kind, tree = RecordKind.FUNCTION_BLOCK, entry.tree
+            made = self._made(
+                kind, entry.name, own, scope, tree.note, tree.at, made, tree.parts, layout
+            )
+            entry.type = made
+        assert made is not None
+        return made
 
     def _of_methods(
         self, parts: Iterable[Part], scope: Scope, block: str, taken: Container[str]
@@ -116,13 +164,23 @@ class Records:
 
         Initial values see what `inside` does, if it is not what types see.
         """
-        blocks = list(blocks)
-        methods, properties = (
-            methods_of(self._types, parts, scope),
-            properties_of(self._types, parts, scope),
-        )
-        members: list[Variable[Any, Any]] = []
         taken = {member.name.lower() for member in base.members} if base else set()
+        members = self._members(name, blocks, scope, parts, taken, inside, kind)
+        return self._made(kind, name, members, scope, note, at, base, parts)
+
+    def _members(
+        self,
+        name: str,
+        blocks: Iterable[VarBlock],
+        scope: Scope,
+        parts: Sequence[Part],
+        taken: set[str],
+        inside: Scope | None = None,
+        kind: RecordKind = RecordKind.FUNCTION_BLOCK,
+    ) -> list[Variable[Any, Any]]:
+        """Declare the members of a record. `taken` are the names of its base, and gets theirs."""
+        blocks = list(blocks)
+        members: list[Variable[Any, Any]] = []
         for variable, place in self.variables(blocks, scope, inside):
             if variable.name.lower() in taken:
                 raise Unexpected(place, f"{name} has two variables named {variable.name}")
@@ -133,6 +191,24 @@ class Records:
         if kind is not RecordKind.STRUCT:
             members += self._of_methods(parts, scope, name, taken)
             members += _bounds_of(blocks)
+        return members
+
+    def _made(
+        self,
+        kind: RecordKind,
+        name: str,
+        members: Sequence[Variable[Any, Any]],
+        scope: Scope,
+        note: Note,
+        at: int,
+        base: StructType[Any] | None,
+        parts: Sequence[Part],
+        layout: TypeLayout | None = None,
+    ) -> StructType[Any]:
+        methods, properties = (
+            methods_of(self._types, parts, scope),
+            properties_of(self._types, parts, scope),
+        )
         made: StructType[Any] = self._types.scopes.made(
             lambda: StructType(
                 name,
@@ -140,10 +216,13 @@ class Records:
                 kind=kind,
                 base=base,
                 rules=self._types.rules,
+                layout=layout,
+                least_size=least_size(note, self._types.rules),
+                is_joined=layout is not None,
                 methods=methods,
                 properties=properties,
                 comment=note.comment,
-                attributes=attributes_of(note),
+                attributes=type_attributes(note),
             ),
             at,
         )
@@ -185,6 +264,8 @@ class Records:
         """The variables of one declaration, and where each is named."""
         hint = f"{scope.owner}.{tree.names[0].name}"
         attributes = attributes_of(tree.note)
+        if is_without_symbols(block):
+            attributes |= {"TcNoSymbol": ""}
         qualifiers = block.qualifiers
         type = self._variable_type(block, tree, scope, hint)
         if attributes and attributes.get("TcEncoding", "").upper() == "UTF-8":

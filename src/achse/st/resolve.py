@@ -199,6 +199,15 @@ class Resolver:
             }
         return found
 
+    def base_of_one(self, base: DeclaredUnit, block: DeclaredUnit) -> DeclaredUnit:
+        """A base as it is in one block that extends it, with a layout for this block alone."""
+        name = f"{base.name}<{block.name}>"
+        found = self._instances.get(name.lower())
+        if found is None:
+            found = DeclaredUnit(name, base.tree, base.source, base.space, base.is_library)
+            self._instances[name.lower()] = found
+        return found
+
     def _subrange(self, spec: Subrange, scope: Scope) -> IecType[Any]:
         base = resolved(self.named(spec.base, scope))
         if not isinstance(base, IntegerType):
