@@ -46,6 +46,17 @@ elsewhere(
     "tests/station/test_modbus.py::test_nobody_is_there_without_it",
 )
 elsewhere(
+    "A PLC program reaches the memory of its own PLC, and a pointer elsewhere is an error.",
+    "tests/plc/code/test_storages.py::test_a_wild_pointer_is_an_access_violation",
+    "tests/plc/test_builtins.py"
+    "::test_a_copy_beyond_memory_is_an_access_violation_and_copies_nothing",
+)
+elsewhere(
+    "A PLC program opens files below `root` alone.",
+    "tests/libraries/test_tc2_system.py::test_files_from_the_first_byte_to_the_last",
+    "tests/libraries/test_tc2_system.py::test_no_file_outside_of_the_root_is_opened",
+)
+elsewhere(
     "By Secure ADS values and passwords are encrypted.",
     f"{OPENSSL}::test_first_contact_then_known_by_fingerprint",
     f"{OPENSSL}::test_tls_below_1_2_gets_no_answer",
@@ -337,7 +348,8 @@ elsewhere(
 )
 elsewhere(
     "Virtual drives give the processor back when a master asks without a pause.",
-    "tests/station/test_fieldbus.py::test_with_priority_never_more_than_half_in_the_long_run",
+    "tests/station/test_starvation.py"
+    "::test_starvation_ends_the_priority_and_its_end_brings_it_back",
 )
 elsewhere(
     "The link opens an EtherCAT segment that DL control has closed.",

@@ -217,7 +217,7 @@ def test_a_wrong_name_is_hashed_like_a_wrong_password(monkeypatch: pytest.Monkey
 
 
 @proves("Names of Python programs in a station.toml are run with the rights of the station.")
-@proves("Sources and symbol files of a PLC are read and never run.")
+@proves("Of the sources of a PLC its Structured Text alone is run, and of symbol files nothing.")
 def test_python_is_run_only_if_the_configuration_names_it(tmp_path: Path) -> None:
     code = (
         "from pathlib import Path\nfrom achse.iec import GlobalVariables\n"

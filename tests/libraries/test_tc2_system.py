@@ -168,6 +168,26 @@ def test_files_from_the_first_byte_to_the_last(tmp_path: Path) -> None:
     assert list(shown.iterdir()) == []
 
 
+@pytest.mark.parametrize("name", ["../a.txt", "..$5Ca.txt", "/etc/hostname"])
+def test_no_file_outside_of_the_root_is_opened(tmp_path: Path, name: str) -> None:
+    text = _steps(
+        ("opens", f"sPathName := '{name}', nMode := FOPEN_MODEREAD", ""),
+        ("opens", f"sPathName := '{name}', nMode := FOPEN_MODEWRITE", ""),
+        ("loads", f"sPathName := '{name}', pReadBuff := ADR(data), cbReadLen := 9", ""),
+        ("deletes", f"sPathName := '{name}'", ""),
+    )
+    (tmp_path / "a.st").write_text(text, encoding="utf-8")
+    (tmp_path / "a.txt").write_text("outside")
+    (tmp_path / "shown").mkdir()
+    document = {"plc": [{"sources": "a.st"}], "system": {"root": "shown"}}
+    station = Station(parse(document, "a.toml"), base=tmp_path)
+    station.advance(1)
+    main: Any = station.plcs[851].instance("MAIN")
+    assert main["step"] == 4
+    assert all(list(main["errors"])[:4])
+    assert (tmp_path / "a.txt").read_text() == "outside"
+
+
 def test_without_a_folder_the_refusal_is_shown(tmp_path: Path) -> None:
     text = _steps(("opens", "sPathName := 'a.txt', nMode := FOPEN_MODEREAD", ""))
     (tmp_path / "a.st").write_text(text, encoding="utf-8")

@@ -27,8 +27,7 @@ from achse.st.typed.project import InitCall, Routine, RoutineKind, TypedBlock, T
 
 __all__ = ["Bodies", "Guard"]
 
-_RETAINS = True
-_COPYING = True
+_RETAINS = _COPYING = True
 """Flags of FB_init and FB_exit, by their names in words."""
 
 Guard = Callable[[str, Callable[[], Any]], Any]
@@ -159,15 +158,12 @@ class Bodies:
         """The built-in routines that the project uses."""
         found: dict[str, Callable[..., Any]] = {}
         for key, routine in self.project.routines.items():
-            if not routine.builtin:
-                continue
             known = key in self.functions or key in self.blocks
             name = key if known else key.partition(".")[2] or key
-            # `_adsread<adsread>` is the private base of `adsread`, and has its body.
-            block = self.blocks.get(name.partition("<")[0].removeprefix("_"))
-            if name in self.functions:
+            block = self.blocks.get(name.partition("<")[0].removeprefix("_"))  # or its base
+            if routine.builtin and name in self.functions:
                 found[key] = partial(self.functions[name], self)
-            elif block is not None and routine.this is not None:
+            elif routine.builtin and block is not None and routine.this is not None:
                 found[key] = partial(self._run_block, block, routine.this)
         return found
 
