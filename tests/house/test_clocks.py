@@ -9,7 +9,7 @@ from pathlib import Path
 
 import paho.mqtt.client
 
-from tests.house.sources import Module
+from tests.house.sources import Module, Texts
 
 MAY: dict[str, str] = {
     "src/achse/cli/detached.py": "how old the log of a station is that has ended",
@@ -26,6 +26,25 @@ MAY: dict[str, str] = {
     "src/achse/web/sampling.py": "when a recording begins, as people read it",
 }
 """Modules that read the time of day, and what for."""
+
+MASTERS = "tests/interop/ethercat/masters"
+
+SLEEPERS: dict[str, str] = {
+    "tests/cli/test_interrupts.py": "Ctrl-C comes at any moment; the outcome holds at each",
+    "tests/interop/test_examples.py": "a user's script, run in station time a thousand times faster",
+    "tests/interop/test_hostile_load.py": "a good client's pauses between requests, in its process",
+    "tests/interop/waiting.py": "between two looks at a condition, without a limit",
+    f"{MASTERS}/achse_master.py": "the bus cycle of a master",
+    f"{MASTERS}/achse_objects.py": "the bus cycle of a master",
+    f"{MASTERS}/kickcat_loopback.py": "the bus cycle of a master",
+    f"{MASTERS}/pysoem_bus.py": "the bus cycle of a master",
+    f"{MASTERS}/pysoem_drives.py": "longer than the watchdog of a slave: a busy machine waits more",
+    f"{MASTERS}/pysoem_loopback.py": "longer than the watchdog of a slave",
+}
+"""Tests and programs of tests that sleep, and what for; no result depends on how long."""
+
+SLEEP = "time." + "sleep("
+PRECISE = "perf" + "_counter("
 
 _READS = {
     ("time", "time"),
@@ -48,3 +67,9 @@ def test_nothing_that_goes_on_looks_at_the_time_of_day(parsed: dict[Path, Module
 
 def test_the_keep_alive_of_mqtt_goes_by_a_clock_that_does_not_jump() -> None:
     assert paho.mqtt.client.time_func is time.monotonic
+
+
+def test_no_test_sleeps_without_a_reason(tracked: list[Path], texts: Texts) -> None:
+    tests = [path for path in tracked if path.parts[0] == "tests" and path.suffix == ".py"]
+    assert {path.as_posix() for path in tests if SLEEP in texts[path]} == SLEEPERS.keys()
+    assert [path for path in tests if PRECISE in texts[path]] == []
