@@ -31,7 +31,7 @@ MASTERS = "tests/interop/ethercat/masters"
 
 SLEEPERS: dict[str, str] = {
     "tests/cli/test_interrupts.py": "Ctrl-C comes at any moment; the outcome holds at each",
-    "tests/interop/test_examples.py": "a user's script, run in station time a thousand times faster",
+    "tests/interop/test_examples.py": "a user's script, in station time of high speed",
     "tests/interop/test_hostile_load.py": "a good client's pauses between requests, in its process",
     "tests/interop/waiting.py": "between two looks at a condition, without a limit",
     f"{MASTERS}/achse_master.py": "the bus cycle of a master",
