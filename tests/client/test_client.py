@@ -7,13 +7,14 @@ from typing import Any
 import pytest
 
 import achse
-from achse.ams import AmsAddress, ConnectionLost
+from achse.ams import AmsAddress, ConnectionLost, NetId, RouterError
 from achse.ams.commands import DeleteNotificationRequest
 from achse.client import Backoff, Client
 from achse.client import client as module
 from achse.client.client import connect
 from achse.client.link import RouterDialer, TcpDialer
 from achse.router import Router
+from achse.transport.tcp import TcpListener
 
 Run = Callable[[Any], Any]
 
@@ -56,6 +57,32 @@ def test_without_a_host_the_environment_decides(monkeypatch: pytest.MonkeyPatch)
 def test_a_source_means_direct_mode() -> None:
     dialer = dialer_of("plc", source="1.2.3.4.1.1:30000")
     assert (dialer.mode, dialer.source) == ("direct", AmsAddress("1.2.3.4.1.1:30000"))
+
+
+@pytest.mark.parametrize("net_id", [None, "192.0.2.1.1.1"])
+def test_net_id_is_queried_unless_named(net_id: str | None) -> None:
+    dialer = dialer_of("192.0.2.1", net_id=net_id)
+    assert (dialer.needs_net_id, dialer.udp_port) == (net_id is None, 48899)
+
+
+def test_refusal_of_an_assumed_net_id_names_the_option() -> None:
+    """The router behind an address is not found by the NetId derived from it."""
+
+    async def main() -> None:
+        listener = TcpListener(Router(NetId("5.4.3.2.1.1")))
+        await listener.open(port=0)
+        dialer = TcpDialer("127.0.0.1", listener.port, mode="direct")
+        dialer.assumed_net_id = dialer.peer_net_id = NetId("127.0.0.2.1.1")
+        async with connect(dialer) as client:
+            with pytest.raises(RouterError, match=r"0x7 .*; the NetId 127\.0\.0\.2\.1\.1 was"):
+                await client.state()
+            with pytest.raises(RouterError, match=r"0x7 [^;]*target computer\.$"):
+                await client.at_port(851, "9.9.9.9.1.1").state()
+            with pytest.raises(RouterError, match=r"0x6 .*not installed\.$"):
+                await client.at_port(851, "127.0.0.1.1.1").state()
+        await listener.close()
+
+    asyncio.run(main())
 
 
 def test_a_router_of_this_process_is_dialled_without_sockets() -> None:

@@ -4,15 +4,21 @@ import asyncio
 import struct
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from ipaddress import IPv4Address
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from achse.ams import AmsAddress, ConnectionLost, Frame, NetId, TcpCommand, TcpMessage
 from achse.ams.commands import ReadStateResponse
-from achse.client.link import ClientLink, RouterDialer, TcpDialer
+from achse.ams.discovery import RouterInfo
+from achse.client.link import ClientLink, Mode, RouterDialer, TcpDialer, address_of
 from achse.router import Router
+from achse.router.routes import RouteTable
 from achse.transport.tcp import TcpListener
+from achse.transport.udp import DiscoveryEndpoint
 
 Run = Callable[[Any], Any]
 NET_ID = NetId("5.4.3.2.1.1")
@@ -159,6 +165,93 @@ def test_direct_links_of_one_host_have_addresses_of_their_own(
                 link.close()
 
     run_for_real(main())
+
+
+@asynccontextmanager
+async def discovery(net_id: NetId) -> AsyncIterator[int]:
+    """A router that answers searches; gives its UDP port."""
+    endpoint = DiscoveryEndpoint(lambda: RouterInfo(net_id, "press"), RouteTable())
+    await endpoint.open(port=0)
+    try:
+        yield endpoint.port
+    finally:
+        await endpoint.close()
+
+
+def test_direct_link_queries_the_net_id_of_its_router(run_for_real: Run, router: Router) -> None:
+    async def main() -> None:
+        async with listening(router) as listener, discovery(NET_ID) as udp_port:
+            dialer = TcpDialer(
+                "127.0.0.1", listener.port, mode="direct", needs_net_id=True, udp_port=udp_port
+            )
+            link = await dialer.open(User())
+            assert (link.peer_net_id, dialer.assumed_net_id) == (NET_ID, None)
+            assert (await dialer.open(User())).peer_net_id == NET_ID
+            link.close()
+
+    run_for_real(main())
+
+
+def test_direct_link_without_an_answer_assumes_the_net_id(
+    run_for_real: Run, router: Router
+) -> None:
+    async def main() -> None:
+        async with discovery(NET_ID) as udp_port:
+            pass
+        async with listening(router) as listener:
+            dialer = TcpDialer(
+                "127.0.0.1", listener.port, mode="direct", needs_net_id=True, udp_port=udp_port
+            )
+            link = await dialer.open(User())
+            assert link.peer_net_id == dialer.assumed_net_id == NetId("127.0.0.1.1.1")
+            link.close()
+
+    run_for_real(main())
+
+
+@pytest.mark.parametrize(
+    ("mode", "options"),
+    [
+        ("auto", {"needs_net_id": True, "udp_port": 48899}),
+        ("direct", {"udp_port": 48899}),
+        ("direct", {"needs_net_id": True}),
+    ],
+    ids=["the router granted a port", "the user named a NetId", "another TCP port"],
+)
+def test_router_is_not_queried_if(
+    run_for_real: Run,
+    router: Router,
+    monkeypatch: pytest.MonkeyPatch,
+    mode: Mode,
+    options: dict[str, Any],
+) -> None:
+    async def query(*_: object) -> NetId:
+        raise AssertionError("queried")
+
+    monkeypatch.setattr("achse.transport.net_id_query.query_net_id", query)
+
+    async def main() -> None:
+        async with listening(router) as listener:
+            dialer = TcpDialer("127.0.0.1", listener.port, mode=mode, **options)
+            (await dialer.open(User())).close()
+
+    run_for_real(main())
+    assert TcpDialer("192.0.2.1").udp_port == 48899
+
+
+@given(
+    st.one_of(st.ip_addresses(v=4), st.just(IPv4Address("127.0.0.1"))),
+    st.integers(1, 0xFFFF),
+    st.one_of(st.integers(0, 3), st.binary(min_size=6, max_size=6)),
+)
+def test_address_of_a_client_is_never_in_the_net_id_of_its_router(
+    address: IPv4Address, port: int, router: int | bytes
+) -> None:
+    """A router on the same host has the same derived NetId."""
+    peer = NetId(address.packed + bytes((1, router)) if isinstance(router, int) else router)
+    ours = address_of((str(address), port), peer)
+    assert ours.net_id not in (peer, NetId("127.0.0.1.1.1"))
+    assert (ours.net_id[:5], ours.port) == (address.packed + b"\1", port)
 
 
 @pytest.mark.parametrize("closing", [False, True], ids=["ignores", "closes"])

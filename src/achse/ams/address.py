@@ -7,7 +7,10 @@ Source: 000 §3.2.
 """
 
 import struct
-from typing import Self
+from typing import TYPE_CHECKING, Self
+
+if TYPE_CHECKING:
+    from ipaddress import IPv4Address, IPv6Address
 
 __all__ = ["AmsAddress", "NetId"]
 
@@ -33,6 +36,15 @@ class NetId(bytes):
         elif len(value) != 6:
             raise ValueError(f"a NetId is 6 bytes, got {len(value)}")
         return super().__new__(cls, value)
+
+    @classmethod
+    def of_ip(cls, address: "IPv4Address | IPv6Address") -> Self:
+        """Return the NetId derived from an IP address: its last four bytes, then .1.1.
+
+        IPv6 loopback counts as 127.0.0.1.
+        """
+        loopback = address.version == 6 and address.is_loopback
+        return cls((b"\x7f\0\0\1" if loopback else address.packed[-4:]) + b"\1\1")
 
     def __str__(self) -> str:
         return ".".join(map(str, self))

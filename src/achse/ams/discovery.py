@@ -15,6 +15,7 @@ from achse.ams.address import AmsAddress, NetId
 from achse.ams.errors import DecodeError
 
 __all__ = [
+    "ANYBODY",
     "COOKIE",
     "OWN_PORT",
     "UDP_PORT",
@@ -34,6 +35,9 @@ UDP_PORT = 48899
 
 COOKIE = 0x7114_6603
 """First word of every datagram."""
+
+ANYBODY = NetId("1.1.1.1.1.1")
+"""NetId of a searcher that has none of its own."""
 
 OWN_PORT = 10_000
 """The AMS port that a datagram names as its sender: the system service."""

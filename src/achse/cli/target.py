@@ -130,7 +130,7 @@ def _target(
         str | None,
         typer.Option(
             help="AMS NetId of the device.",
-            show_default="that of the router",
+            show_default="that of the router, queried over UDP",
             rich_help_panel="Target",
         ),
     ] = None,

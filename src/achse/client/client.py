@@ -89,6 +89,8 @@ class Connecting:
             advance=self._advance,
         )
         link = await session.open()
+        if isinstance(self._dialer, TcpDialer):
+            session.assumed_net_id = self._dialer.assumed_net_id
         address = AmsAddress.of(self._net_id or link.peer_net_id, self._port)
         return Client(session, address, self._timeout, {}, self._watch_symbols)
 
@@ -139,7 +141,9 @@ def connect(
       `"mqtt://broker/network"` (`MqttSettings.parse`; needs the extra `mqtt`); a `Router` of this
       process; any dialer. None takes ACHSE_HOST and ACHSE_TCP_PORT from the environment, else
       127.0.0.1:48898.
-    - `net_id`: where the device is; None means on the router that answers.
+    - `net_id`: where the device is; None means on the router that answers. The NetId of a router
+      on another host is then queried over UDP (port 48899, if its TCP port is 48898); without an
+      answer within 0.3 s it is derived from its IP address: 192.168.1.20 is 192.168.1.20.1.1.
     - `source`: our own AMS address; None lets the router grant a port or makes one up.
     - `mode`: "router" asks the peer for a port (0x1000, only on the same host), "direct" does not,
       "auto" finds out.
@@ -174,6 +178,8 @@ def connect(
         dialer = RouterDialer(host) if isinstance(host, Router) else host
     backoff = reconnect if isinstance(reconnect, Backoff) else Backoff() if reconnect else None
     where = None if net_id is None else NetId(net_id)
+    if isinstance(dialer, TcpDialer):
+        dialer.needs_net_id = where is None
     if isinstance(dialer, MqttDialer):
         dialer.net_id = where
     return Connecting(dialer, where, port, timeout, backoff, keep_alive, watch_symbols, advance)

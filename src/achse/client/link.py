@@ -17,11 +17,13 @@ from achse.ams import (
     Frame,
     NetId,
 )
+from achse.ams.discovery import UDP_PORT
 from achse.router import LOOPBACK_NET_ID, Router
 from achse.transport.caller import Caller
 from achse.transport.tcp import TCP_PORT
 
 __all__ = [
+    "ANSWER_TIME",
     "GRANT_TIME",
     "ClientLink",
     "Dialer",
@@ -33,6 +35,7 @@ __all__ = [
     "TcpDialer",
     "TcpLink",
     "address_of",
+    "net_id_of",
 ]
 
 log = logging.getLogger("achse.client")
@@ -42,6 +45,9 @@ Mode = Literal["auto", "router", "direct"]
 
 GRANT_TIME = 1.0
 """Seconds the router on this host gets to grant a port; it answers within a millisecond."""
+
+ANSWER_TIME = 0.3
+"""Seconds the router on another host gets to return its NetId over UDP; a firewall may drop it."""
 
 _AGAIN = 0.05
 """Seconds between attempts to reach a server that ended when it was asked for a port."""
@@ -243,6 +249,10 @@ class TcpDialer:
     that ends the connection over the question is not asked again by this process. Without
     `source` the NetId is our IP address with .1.1 behind it, and the AMS port the local TCP port:
     unique among the clients of one host.
+
+    With `needs_net_id` a router that granted no port is asked for its NetId at `udp_port` of its
+    host (None: 48899 if `port` is 48898; another TCP port may belong to another router). Without
+    an answer within `ANSWER_TIME` the NetId is derived from its IP address.
     """
 
     def __init__(
@@ -253,12 +263,20 @@ class TcpDialer:
         mode: Mode = "auto",
         source: AmsAddress | None = None,
         grant_time: float = GRANT_TIME,
+        needs_net_id: bool = False,
+        udp_port: int | None = None,
     ) -> None:
         self.host = host
         self.port = port
         self.mode: Mode = "direct" if source is not None and mode == "auto" else mode
         self.source = source
         self.grant_time = grant_time
+        self.needs_net_id = needs_net_id
+        self.udp_port = UDP_PORT if udp_port is None and port == TCP_PORT else udp_port
+        self.peer_net_id: NetId | None = None
+        """NetId of the router without a port service, from the first link on."""
+        self.assumed_net_id: NetId | None = None
+        """The same if it was derived from the IP address; None if the router returned it."""
 
     @property
     def peer(self) -> str:
@@ -282,14 +300,28 @@ class TcpDialer:
                     link.when_mute = self._ask_again
                 elif self.mode == "auto":
                     self.mode = "direct"
-                address = self.source or address_of(link.extra("sockname"))
-                link.take_address(address, _net_id_of(link.extra("peername")))
+                peer_net_id = await self._find_net_id(link.extra("peername"))
+                address = self.source or address_of(link.extra("sockname"), peer_net_id)
+                link.take_address(address, peer_net_id)
             if not link.is_open:
                 raise ConnectionLost("closed by the peer")
         except BaseException:
             link.close()
             raise
         return link
+
+    async def _find_net_id(self, name: Any) -> NetId:
+        """Return the NetId of the router behind a socket name: its answer, or from its address."""
+        if self.peer_net_id is None and self.needs_net_id and self.udp_port is not None:
+            # loaded when a router on another host needs it
+            from achse.transport.net_id_query import query_net_id
+
+            self.peer_net_id = await query_net_id(str(_ip(name)), self.udp_port, ANSWER_TIME)
+        if self.peer_net_id is None:
+            self.peer_net_id = net_id_of(name)
+            if self.needs_net_id:
+                self.assumed_net_id = self.peer_net_id
+        return self.peer_net_id
 
     @property
     def _peer_key(self) -> tuple[str, int]:
@@ -334,24 +366,24 @@ def _is_loopback(link: TcpLink) -> bool:
     return _ip(link.extra("peername")).is_loopback
 
 
-def _ip(name: Any) -> ipaddress.IPv4Address:
-    """The IPv4 address of a socket name; that of an IPv6 one by its last four bytes."""
-    address = ipaddress.ip_address(name[0].partition("%")[0]) if name else None
-    if address is None or (address.version == 6 and address.is_loopback):
-        return ipaddress.IPv4Address("127.0.0.1")
-    return ipaddress.IPv4Address(address.packed[-4:])
+def _ip(name: Any) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
+    """Return the IP address of a socket name; 127.0.0.1 for a socket that is closed already."""
+    return ipaddress.ip_address(name[0].partition("%")[0] if name else "127.0.0.1")
 
 
-def _net_id_of(name: Any) -> NetId:
-    return NetId(_ip(name).packed + b"\1\1")
+def net_id_of(name: Any) -> NetId:
+    """Return the NetId derived from the IP address of a socket name."""
+    return NetId.of_ip(_ip(name))
 
 
-def address_of(name: Any) -> AmsAddress:
-    """The AMS address of a client whose socket has this name."""
-    net_id = _net_id_of(name)
-    if net_id == LOOPBACK_NET_ID:
-        # That one is every router's alias for itself; we are somebody else.
-        net_id = NetId("127.0.0.1.1.2")
+def address_of(name: Any, peer_net_id: NetId = LOOPBACK_NET_ID) -> AmsAddress:
+    """The AMS address of a client whose socket has this name, at a router with `peer_net_id`.
+
+    A NetId that is the router's own, or every router's loopback alias, gets the next last number.
+    """
+    net_id = net_id_of(name)
+    while net_id in (peer_net_id, LOOPBACK_NET_ID):
+        net_id = NetId(net_id[:5] + bytes((net_id[5] + 1,)))
     return AmsAddress.of(net_id, name[1] if name else 30000)
 
 

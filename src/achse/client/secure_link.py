@@ -10,7 +10,7 @@ from urllib.parse import parse_qsl, urlsplit
 
 from achse.ams import AmsAddress, NetId
 from achse.ams.secure import SECURE_PORT, parse_fingerprint, pre_shared_key
-from achse.client.link import LinkUser, TcpLink, address_of
+from achse.client.link import LinkUser, TcpLink, address_of, net_id_of
 from achse.router.routes import TlsKind
 from achse.transport.own_certificate import OwnCertificate
 from achse.transport.secure import Credentials, SecureClient
@@ -136,7 +136,7 @@ class SecureDialer:
     """Opens links to a target of Secure ADS.
 
     `source` is our AMS address; the target must know its NetId. None takes our IP address with .1.1
-    behind it, and the local TCP port.
+    behind it (.1.2 to a target on the same host), and the local TCP port.
     """
 
     def __init__(self, target: SecureTarget, *, source: AmsAddress | None = None) -> None:
@@ -160,12 +160,10 @@ class SecureDialer:
         link = TcpLink(user)
 
         def ours(name: object) -> NetId:
-            return (self.source or address_of(name)).net_id
+            return (self.source or address_of(name, net_id_of((channel.host,)))).net_id
 
-        _, channel = await loop.create_connection(
-            lambda: SecureClient(link, credentials, self.target.host, ours),
-            *(self.target.host, self.target.port),
-        )
+        channel = SecureClient(link, credentials, self.target.host, ours)
+        await loop.create_connection(lambda: channel, self.target.host, self.target.port)
         try:
             await channel.opened
         except BaseException:
@@ -174,6 +172,6 @@ class SecureDialer:
         finally:
             self.fingerprint = channel.fingerprint
         assert channel.answer is not None
-        address = self.source or address_of(link.extra("sockname"))
+        address = self.source or address_of(link.extra("sockname"), net_id_of((channel.host,)))
         link.take_address(address, channel.answer.net_id)
         return link

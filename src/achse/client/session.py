@@ -18,6 +18,7 @@ from achse.ams import (
     ConnectionLost,
     DecodeError,
     Frame,
+    NetId,
     NotificationStream,
     RequestTimeout,
     RouterError,
@@ -25,6 +26,7 @@ from achse.ams import (
 from achse.ams.commands import RESULT
 from achse.client.link import ClientLink, Dialer
 from achse.client.requests import Requests, describe_request
+from achse.codes import ReturnCode
 from achse.transport.reason import reason
 
 __all__ = [
@@ -42,6 +44,11 @@ log = logging.getLogger("achse.client")
 
 NOBODY_LISTENS = "; start a station with `achse run --detach`, or name another host and port"
 """What to do where a connection is refused."""
+
+_NOT_FOUND = (
+    ReturnCode.TARGET_PORT_NOT_FOUND.number,
+    ReturnCode.TARGET_MACHINE_NOT_FOUND.number,
+)
 
 Advance = Callable[[float], Awaitable[object] | object]
 """Lets so many seconds of a station's virtual time pass."""
@@ -150,6 +157,8 @@ class Session:
         self.timeout = timeout
         self.backoff = backoff
         self.keep_alive = keep_alive
+        self.assumed_net_id: NetId | None = None
+        """NetId derived from the peer's IP address because the peer returned none."""
         self.requests = Requests()
         self.losses = 0
         """How often the link was lost."""
@@ -322,8 +331,19 @@ class Session:
         link.send(request)
         response = await answer
         if response.error:
-            raise RouterError(response.error, describe_request(request))
+            raise self._refusal(response.error, request)
         return response
+
+    def _refusal(self, code: int, request: Frame) -> RouterError:
+        """Return the error of a request that reached no device; one for a guessed NetId says so."""
+        error = RouterError(code, describe_request(request))
+        assumed = self.assumed_net_id
+        if assumed is not None and code in _NOT_FOUND and request.target[:6] == assumed:
+            error.hint = (
+                f"; the NetId {assumed} was assumed from the IP address of {self.dialer.peer},"
+                " which returned none over UDP: name its NetId with --net-id, in Python net_id="
+            )
+        return error
 
     async def _next_link(self, deadline: float, time_limit: float) -> ClientLink:
         try:

@@ -12,6 +12,7 @@ from typing import Any, cast
 
 from achse.ams import DecodeError, NetId, RequestTimeout
 from achse.ams.discovery import (
+    ANYBODY,
     UDP_PORT,
     DiscoveryPacket,
     DiscoveryService,
@@ -31,9 +32,6 @@ from achse.transport.password_checker import PasswordChecker
 __all__ = ["ANYBODY", "DiscoveryEndpoint", "ask", "change_route", "scan"]
 
 log = logging.getLogger("achse.discovery")
-
-ANYBODY = NetId("1.1.1.1.1.1")
-"""What a searcher without a NetId of its own says it is."""
 
 _AT_ONCE, _PER_SECOND = 200, 50
 """Answers to one host: at once, and a second after that. A sender's address may be a lie, and an
