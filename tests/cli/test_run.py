@@ -19,6 +19,7 @@ from typer.testing import CliRunner, Result
 
 from achse.ams import AmsAddress, Command, Frame
 from achse.cli.app import app
+from achse.station.own_net_id import net_id_at
 from tests.warm_commands import PIPES, WarmCommands
 
 ACHSE = [sys.executable, "-m", "achse"]
@@ -171,7 +172,7 @@ def test_beyond_this_computer_it_listens_only_if_told_in_so_many_words(
     words = "run", "--host", "0.0.0.0", "--tcp-port", "0", "--let-everybody-in"
     run = warm_commands.popen(*words, **PIPES)
     assert run.stdout is not None
-    assert " tcp=0.0.0.0:" in run.stdout.readline()
+    assert f" net_id={net_id_at('0.0.0.0')} tcp=0.0.0.0:" in run.stdout.readline()
     run.terminate()
     _, told = run.communicate()
     assert "Anyone who reaches it may, without a password:" in told

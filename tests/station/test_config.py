@@ -3,7 +3,6 @@ from typing import Any
 
 import pytest
 
-from achse.ams import NetId
 from achse.station import Station
 from achse.station.config import ConfigError, load, parse
 
@@ -16,7 +15,7 @@ def faults(document: dict[str, object]) -> list[str]:
 
 def test_an_empty_document_is_a_router_without_devices() -> None:
     config = parse({}, "a.toml")
-    assert config.router.net_id == NetId("127.0.0.1.1.1")
+    assert config.router.net_id is None
     assert (config.router.host, config.router.tcp_port) == ("127.0.0.1", 48898)
     assert not config.plc
     assert not config.axis

@@ -120,7 +120,7 @@ def test_the_demo_is_valid(is_valid: Any) -> None:
 
 def test_defaults_are_as_a_file_says_them(is_valid: Any) -> None:
     assert SCHEMA["$defs"]["NcConfig"]["properties"]["cycle"]["default"] == "2ms"
-    assert SCHEMA["$defs"]["RouterConfig"]["properties"]["net_id"]["default"] == "127.0.0.1.1.1"
+    assert SCHEMA["$defs"]["RouterConfig"]["properties"]["host"]["default"] == "127.0.0.1"
     for name, part in SCHEMA["$defs"].items():
         for key, shown in part.get("properties", {}).items():
             assert shown.get("default", 0) is not None, (name, key)

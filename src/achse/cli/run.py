@@ -60,7 +60,10 @@ def run(
         ),
     ] = None,
     net_id: Annotated[
-        str | None, typer.Option(help="AMS NetId of the station.", show_default="127.0.0.1.1.1")
+        str | None,
+        typer.Option(
+            help="AMS NetId of the station.", show_default="IP address that others reach, with .1.1"
+        ),
     ] = None,
     interface: Annotated[
         list[str] | None,
@@ -145,6 +148,7 @@ def run(
     station = _station(
         file,
         net_id,
+        host=host,
         wall_clock=factor == 1,
         interfaces=_interfaces(interface, "--interface"),
         redundant=_interfaces(redundant, "--redundant"),
@@ -212,6 +216,7 @@ def _station(
     file: Path | None,
     net_id: str | None,
     *,
+    host: str | None = None,
     wall_clock: bool,
     interfaces: Mapping[str, str] | None = None,
     redundant: Mapping[str, str] | None = None,
@@ -223,6 +228,7 @@ def _station(
         return Station.load(
             DEMO if file is None else file,
             net_id=net_id,
+            host=host or None,
             interfaces=interfaces,
             redundant=redundant,
             epoch_ns=time.time_ns() if wall_clock else DEFAULT_EPOCH_NS,

@@ -13,7 +13,6 @@ from pydantic import (
     model_validator,
 )
 
-from achse.ams import NetId
 from achse.faults.kinds import STATION_FAULTS
 from achse.faults.site import StationFault
 from achse.iec.nearest import did_you_mean
@@ -77,7 +76,9 @@ _FEW_KEYS = 12
 class RouterConfig(ConfigTable):
     """[router]: the address others see."""
 
-    net_id: ConfiguredNetId = NetId("127.0.0.1.1.1")
+    net_id: ConfiguredNetId | None = None
+    """Without this key 127.0.0.1.1.1 on loopback; else the IP address that others reach with .1.1
+    behind it: that of `host`, or for 0.0.0.0 that of this computer's default route."""
     host: str = Field(default="127.0.0.1", min_length=1)
     tcp_port: int = Field(default=48898, ge=0, le=65535)
     strict: bool = False
@@ -518,11 +519,12 @@ def load(
     path: Path,
     *,
     net_id: str | None = None,
+    host: str | None = None,
     interfaces: Mapping[str, str] | None = None,
     redundant: Mapping[str, str] | None = None,
 ) -> StationConfig:
-    """Read a station.toml; `net_id` replaces the one in there, `interfaces` and `redundant` (the
-    second ones) those of buses by name ("" for the only bus).
+    """Read a station.toml; `net_id` and `host` replace those in there, `interfaces` and `redundant`
+    (the second ones) those of buses by name ("" for the only bus).
 
     Raises ConfigError; OSError if the file cannot be read.
     """
@@ -535,8 +537,9 @@ def load(
         ) from None
     except ValueError as failure:
         raise ConfigError(f"{path}: no valid TOML: {failure}") from None
-    if net_id is not None and isinstance(document.setdefault("router", {}), dict):
-        document["router"]["net_id"] = net_id
+    for key, value in (("net_id", net_id), ("host", host)):
+        if value is not None and isinstance(document.setdefault("router", {}), dict):
+            document["router"][key] = value
     for key, wanted in (("interface", interfaces), ("redundant", redundant)):
         if wanted:
             _put_on_interfaces(document, key, wanted, str(path))

@@ -44,6 +44,7 @@ from achse.station.interface_bus import InterfaceBus
 from achse.station.metrics import MetricsPort
 from achse.station.nc import velocity_warnings
 from achse.station.network import Network, RouteFile
+from achse.station.own_net_id import net_id_at
 from achse.station.pacing import Pace, Pacer, run_unpaced
 from achse.station.persistent_data import PersistentData
 from achse.station.persistent_image import PersistentImage
@@ -96,7 +97,7 @@ class Station:
         self.clock: StationClock = StationClock(self.cycle, epoch_ns)
         """Calling it returns the time stamp of the present cycle, Unix ns."""
         self._agenda = Agenda(self.cycle)
-        self.router = Router(self.config.router.net_id)
+        self.router = Router(self.config.router.net_id or net_id_at(self.config.router.host))
         self._base = base or Path()
         RouteFile(self.config, self.router, self._base)
         self.devices: Sequence[Device] = ()
@@ -165,18 +166,19 @@ class Station:
         path: str | Path,
         *,
         net_id: str | None = None,
+        host: str | None = None,
         interfaces: Mapping[str, str] | None = None,
         redundant: Mapping[str, str] | None = None,
         epoch_ns: int = DEFAULT_EPOCH_NS,
     ) -> Self:
-        """A station from a station.toml; `net_id` replaces the one in there, `interfaces` (by name
-        of the bus, "" for the only one) where the slaves of buses are, `redundant` where the other
-        ends of their lines are.
+        """A station from a station.toml; `net_id` and `host` replace those in there, `interfaces`
+        (by name of the bus, "" for the only one) where the slaves of buses are, `redundant` where
+        the other ends of their lines are.
 
         Raises ConfigError, OSError.
         """
         file = Path(path)
-        config = load(file, net_id=net_id, interfaces=interfaces, redundant=redundant)
+        config = load(file, net_id=net_id, host=host, interfaces=interfaces, redundant=redundant)
         try:
             return cls(config, base=file.parent, epoch_ns=epoch_ns)
         except ConfigError as fault:
@@ -469,7 +471,8 @@ class Station:
         `speed` may be `math.inf`: as fast as the machine can; with 0 time stands, until `advance`
         is called in the station's loop. `until` ends the cycle at that station time (s).
 
-        Searches are answered at `udp_port`, see `RouterConfig`; routes are dialled when needed.
+        `host` does not change the NetId, which was derived from the configuration's. Searches are
+        answered at `udp_port`, see `RouterConfig`; routes are dialled when needed.
         Raises OSError if a port is taken, ConfigError for an address beyond this computer without
         `strict` and without `let_everybody_in` (None: as the configuration says), and for a bus on
         an interface at another `speed` than 1 or 0.

@@ -10,6 +10,7 @@ from contextlib import AbstractAsyncContextManager
 from pathlib import Path
 from typing import Any, Literal, Self, TypeVar
 
+from achse.ams import NetId
 from achse.client import blocking
 from achse.faults.fault import ActiveFault
 from achse.faults.site import StationFault
@@ -135,7 +136,7 @@ class LiveStation(Live):
         if isinstance(config, dict):
             config = parse(config, "config")
         if isinstance(config, StationConfig):
-            router = config.router.model_copy(update={"net_id": type(config.router.net_id)(net_id)})
+            router = config.router.model_copy(update={"net_id": NetId(net_id)})
             return Station(config.model_copy(update={"router": router}))
         if isinstance(config, str | Path):
             return Station.load(config, net_id=net_id)
