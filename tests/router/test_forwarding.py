@@ -60,6 +60,22 @@ def test_each_client_of_one_address_gets_its_own_samples(routers: int) -> None:
         assert client.samples == {}
 
 
+def test_connection_is_used_while_its_client_holds_something_at_a_target() -> None:
+    chain = Chain(1)
+    client, other = chain.client(), chain.client()
+    router, (way, idle) = chain.hosts[0].router, chain.hosts[0].peers
+    assert not router.is_used(way)
+    other.release(other.fetch())
+    handle = client.fetch()
+    assert (router.is_used(way), router.is_used(idle)) == (True, False)
+    client.release(handle)
+    assert not router.is_used(way)
+    client.send(Command.READ_STATE, b"")
+    chain.loop.run(0.0)
+    client.unsubscribe(client.subscribe(client.fetch()))
+    assert router.is_used(way)
+
+
 def test_samples_go_on_after_others_of_the_address_came_spoke_and_left() -> None:
     chain = Chain(1)
     first = chain.client()

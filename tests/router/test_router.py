@@ -255,6 +255,16 @@ def test_who_listens_hears_of_connections_that_end(router: Router) -> None:
     assert ended == [way]
 
 
+def test_connection_is_used_while_a_listener_says_so(router: Router) -> None:
+    way, other = Inbox(), Inbox()
+    ended: list[object] = []
+    router.on_way_closed(ended.append, lambda each: each is way)
+    router.on_way_closed(ended.clear)  # type: ignore[arg-type]
+    assert (router.is_used(way), router.is_used(other)) == (True, False)
+    router.ignore_way_closed(ended.append)
+    assert not router.is_used(way)
+
+
 def test_the_way_goes_before_the_address(router: Router) -> None:
     registered, way = Inbox(), Inbox()
     address = router.register(0, registered)

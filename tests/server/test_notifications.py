@@ -357,6 +357,15 @@ def test_two_processes_behind_one_address_each_get_their_own(bench: Any) -> None
         assert {sample[1] for sample in bench.samples(way)} == {handle}
 
 
+def test_connection_is_used_while_it_has_subscriptions(bench: Any) -> None:
+    remote = AmsAddress("192.168.0.9.1.1:30000")
+    way, other = bench.join()[0], bench.join()[0]
+    handle = bench.subscribe("MAIN.nCounter", source=remote, origin=way)
+    assert (bench.router.is_used(way), bench.router.is_used(other)) == (True, False)
+    bench.raw(7, struct.pack("<I", handle), source=remote, origin=way)
+    assert not bench.router.is_used(way)
+
+
 def test_nobody_gets_samples_that_a_client_before_at_its_address_asked_for(bench: Any) -> None:
     remote = AmsAddress("192.168.0.9.1.1:30000")
     old, new = bench.join()[0], bench.join()[0]

@@ -69,7 +69,9 @@ class ClientPorts(Protocol):
 
     def ignore_port_closed(self, listener: Callable[[AmsAddress], None]) -> None: ...
 
-    def on_way_closed(self, listener: Callable[[Endpoint], None]) -> None: ...
+    def on_way_closed(
+        self, listener: Callable[[Endpoint], None], uses: Callable[[Endpoint], bool] | None = None
+    ) -> None: ...
 
     def ignore_way_closed(self, listener: Callable[[Endpoint], None]) -> None: ...
 
@@ -413,8 +415,12 @@ class Forwarding:
     def _listen(self) -> None:
         if not self._listening:
             self._listening = True
-            self._router.on_way_closed(self._way_closed)
+            self._router.on_way_closed(self._way_closed, self._uses)
             self._router.on_port_closed(self._port_closed)
+
+    def _uses(self, client: Endpoint) -> bool:
+        """True if a client waits for answers of the targets, or holds something there."""
+        return any(not session.idle for session in self._by_client.get(client, ()))
 
     def _way_closed(self, client: Endpoint) -> None:
         for session in list(self._by_client.get(client, ())):

@@ -27,6 +27,12 @@ LOOPBACK_NET_ID = NetId("127.0.0.1.1.1")
 Gate = Callable[[Frame, Callable[[Frame], bool]], bool]
 """Is in the way of each frame, with what hands it on: faults."""
 
+WayListener = Callable[[Endpoint], None]
+"""Called with a connection that has ended."""
+
+WayUser = Callable[[Endpoint], bool]
+"""Returns True if something more may be sent over a connection without a request."""
+
 Watcher = Callable[[Frame], None]
 """Sees each frame on its way: taps."""
 
@@ -60,7 +66,8 @@ class Router:
         self._routes: dict[bytes, Endpoint] = {}
         self._learned: dict[bytes, dict[Endpoint, None]] = {}
         self._close_listeners: list[Callable[[AmsAddress], None]] = []
-        self._way_listeners: list[Callable[[Endpoint], None]] = []
+        self._way_listeners: dict[WayListener, WayUser | None] = {}
+        """What to call when a connection ends, with what returns True for a connection in use."""
         self._gate: Gate | None = None
         self._watcher: Watcher | None = None
         self._attended = False
@@ -158,20 +165,24 @@ class Router:
         """Undo `on_port_closed`. Unknown is not an error."""
         self._close_listeners = [each for each in self._close_listeners if each != listener]
 
-    def on_way_closed(self, listener: Callable[[Endpoint], None]) -> None:
-        """Call `listener` with each connection that ends from now on."""
-        self._way_listeners.append(listener)
+    def on_way_closed(self, listener: WayListener, uses: WayUser | None = None) -> None:
+        """Call `listener` with each connection that ends from now on; `uses` is for `is_used`."""
+        self._way_listeners[listener] = uses
 
-    def ignore_way_closed(self, listener: Callable[[Endpoint], None]) -> None:
+    def ignore_way_closed(self, listener: WayListener) -> None:
         """Undo `on_way_closed`. Unknown is not an error."""
-        self._way_listeners = [each for each in self._way_listeners if each != listener]
+        self._way_listeners.pop(listener, None)
+
+    def is_used(self, way: Endpoint) -> bool:
+        """True if something more may be sent over a connection although no request comes by it."""
+        return any(uses is not None and uses(way) for uses in self._way_listeners.values())
 
     def close_way(self, way: Endpoint) -> None:
         """A connection has ended: what clients made over it ends with it.
 
         The next one from the same address may be another client's.
         """
-        for listener in self._way_listeners:
+        for listener in list(self._way_listeners):
             listener(way)
 
     # routes ----------------------------------------------------------------------------------

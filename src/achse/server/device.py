@@ -65,7 +65,9 @@ class DeviceRouter(Protocol):
 
     def ignore_port_closed(self, listener: Callable[[AmsAddress], None]) -> None: ...
 
-    def on_way_closed(self, listener: Callable[[Endpoint], None]) -> None: ...
+    def on_way_closed(
+        self, listener: Callable[[Endpoint], None], uses: Callable[[Endpoint], bool] | None = None
+    ) -> None: ...
 
     def ignore_way_closed(self, listener: Callable[[Endpoint], None]) -> None: ...
 
@@ -171,7 +173,7 @@ class Device:
             self._router = router
             self.notifications.sender = router
             router.on_port_closed(self.end_client)
-            router.on_way_closed(self.end_way)
+            router.on_way_closed(self.end_way, self.notifications.uses)
         elif self._router is not router:
             raise ValueError("a device is attached to one router")
         address = router.register(port, self)

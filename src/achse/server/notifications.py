@@ -391,19 +391,21 @@ class Notifications:
 
     def end_client(self, client: bytes) -> None:
         """End what belongs to an address that is gone."""
-        holding = self._clients.get(client)
-        if holding is not None:
+        if holding := self._clients.get(client):
             for channel in list(holding.channels):
                 self._end(channel)
             self._clear(_FREED_AT_ONCE)
 
     def end_way(self, way: Endpoint) -> None:
         """End what was subscribed over a connection that is gone."""
-        channels = self._ways.get(way)
-        if channels is not None:
+        if channels := self._ways.get(way):
             for channel in list(channels):
                 self._end(channel)
             self._clear(_FREED_AT_ONCE)
+
+    def uses(self, way: Endpoint) -> bool:
+        """True if a client has subscriptions over this connection."""
+        return way in self._ways
 
     def end_all(self) -> None:
         """End every subscription: restart, configuration mode or download."""

@@ -85,7 +85,7 @@ class RouterConfig(ConfigTable):
     """As the original does it: one TCP connection per remote host, and clients need a route."""
     max_connections: int = Field(default=4096, ge=1)
     max_connections_per_host: int = Field(default=2048, ge=1)
-    """Of these, those of one host; further ones are refused with 0x508."""
+    """Of these, those of one host; a further one replaces an idle one, or is refused with 0x508."""
     max_length: int = Field(default=64 * 1024 * 1024, ge=64)
     """Longest packet taken, bytes."""
     udp_port: int | None = Field(default=None, ge=0, le=65535)

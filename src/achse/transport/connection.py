@@ -25,7 +25,8 @@ class TcpConnection(asyncio.Protocol):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         line = cast(asyncio.Transport, transport)
         line.set_write_buffer_limits(high=0)  # so that each change is told
-        _keep_alive(line.get_extra_info("socket"))
+        self.peer.socket = line.get_extra_info("socket")
+        _keep_alive(self.peer.socket)
         name: Any = line.get_extra_info("peername")
         self.peer.begin(line, *(name[:2] if name else ()))
 

@@ -9,7 +9,7 @@ Source: reference traffic for the port service (0x1000, 0x0001, 0x1002); 000 §3
 
 import logging
 from collections.abc import Callable, Iterator
-from typing import Protocol
+from typing import Any, Protocol
 
 from achse.ams import (
     AmsAddress,
@@ -138,6 +138,8 @@ class Peer:
         """Local ports that the peer holds."""
         self.peer = "?"
         self.peer_host = ""
+        self.socket: Any = None
+        """The socket below its line, if there is one."""
 
     # the line ----------------------------------------------------------------------------------
 
@@ -523,10 +525,7 @@ class Peer:
 
     @property
     def held(self) -> int:
-        """Bytes kept for the peer: those it has not taken, and packets that lack their end.
-
-        Those of a closed connection count until they are gone.
-        """
+        """Bytes it has not taken, also after the end, and packets that lack their end."""
         if self.cut_off:
             return 0
         return self.backlog + self._out.held_size + self._stream.pending + self._undone

@@ -17,6 +17,7 @@ from achse.transport.acceptor import Acceptor
 from achse.transport.connection import TcpConnection
 from achse.transport.fair_queue import FairQueue
 from achse.transport.held import Held
+from achse.transport.idle import IdleConnections
 from achse.transport.peer import Peer
 from achse.transport.refusal import NO_ROOM, RefusedConnections
 
@@ -45,7 +46,8 @@ class TcpListener:
       beyond its limit, the connection with the most of them is closed.
     - `fair_queue`: who is served when, of those with much to do.
     - `max_connections`: the first request on a further one is answered with 0x508, then it is
-      closed. `max_per_host`: the same for those of one host.
+      closed. `max_per_host`: the same for those of one host, if none of them is idle: an idle one
+      is closed in favour of the newcomer.
     """
 
     def __init__(
@@ -86,6 +88,9 @@ class TcpListener:
         """Server of the listening sockets."""
         self._acceptor: Acceptor | None = None
         self._refusals = RefusedConnections()
+        self._idle = IdleConnections(router)
+        self._closing_idle: set[str] = set()
+        """Hosts whose idle connections are closed; until a tenth is free again."""
         self._full: set[str] = set()
         """Hosts that were told of a refusal, "" for all of them: until a tenth is free again."""
         self._per_host: Counter[str] = Counter()
@@ -179,7 +184,7 @@ class TcpListener:
             self._refuse(peer)
         elif len(self.connections) - len(replaced) >= self.max_connections:
             self._refuse(peer, "", "max_connections", self.max_connections)
-        elif self._per_host[host] - len(replaced) >= self.max_per_host:
+        elif self._per_host[host] - len(replaced) >= self.max_per_host and not self._end_idle(peer):
             self._refuse(peer, host, "max_connections_per_host", self.max_per_host)
         else:
             for other in replaced:
@@ -187,6 +192,25 @@ class TcpListener:
                 other.close()
             self.connections.add(peer)
             self._per_host[host] += 1
+            self._idle.add(peer, self.loop.time())
+
+    def _end_idle(self, newcomer: Peer) -> bool:
+        """Close an idle connection of the newcomer's host; False if all of them are in use."""
+        host = newcomer.peer_host
+        idle = self._idle.find(host, self.loop.time())
+        if idle is None:
+            return False
+        if host not in self._closing_idle:
+            log.warning(
+                "closing idle connections of %s for new ones, first %s:"
+                " [router] max_connections_per_host is %d",
+                *(host, idle.peer, self.max_per_host),
+                extra={"client": idle.client, "peer": idle.peer},
+            )
+        self._remove(idle)
+        self._closing_idle.add(host)  # room for one is none
+        idle.close()
+        return True
 
     def _refuse(self, peer: Peer, whose: str = "", name: str = "", limit: int = 0) -> None:
         """Turn a connection away; the log is told once, until there is room again."""
@@ -213,16 +237,19 @@ class TcpListener:
                 facts = {"client": peer.client, "peer": peer.peer}
                 whom = f", client {peer.client}" if peer.client else ""
                 log.info("%s has left%s", peer.peer, whom, extra=facts)
-            self.connections.remove(peer)
-            self._left(peer.peer_host)
+            self._remove(peer)
         self.cut_off += peer.cut_off
         if not self.connections:
             self._last_closed.set()
 
-    def _left(self, host: str) -> None:
+    def _remove(self, peer: Peer) -> None:
+        host = peer.peer_host
+        self.connections.remove(peer)
+        self._idle.remove(peer)
         self._per_host[host] -= 1
         if self._per_host[host] <= 0.9 * self.max_per_host:
             self._full.discard(host)
+            self._closing_idle.discard(host)
         if not self._per_host[host]:
             del self._per_host[host]
         if len(self.connections) <= 0.9 * self.max_connections:

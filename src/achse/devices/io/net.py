@@ -51,9 +51,11 @@ class BusNet:
         """Undo `on_port_closed`."""
         self._router.ignore_port_closed(listener)
 
-    def on_way_closed(self, listener: Callable[[Endpoint], None]) -> None:
-        """Call `listener` with each connection that ends."""
-        self._router.on_way_closed(listener)
+    def on_way_closed(
+        self, listener: Callable[[Endpoint], None], uses: Callable[[Endpoint], bool] | None = None
+    ) -> None:
+        """Call `listener` with each connection that ends; `uses` returns True for one in use."""
+        self._router.on_way_closed(listener, uses)
 
     def ignore_way_closed(self, listener: Callable[[Endpoint], None]) -> None:
         """Undo `on_way_closed`."""
