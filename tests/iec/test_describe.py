@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from achse.iec.arrays import ArrayType, Bounds
 from achse.iec.datatypes import STATIC_OFFSET, ParameterFlag, TypeFlag
 from achse.iec.declare import ARRAY, iec_type, method, pointer_to, reference_to, var
 from achse.iec.derived import AliasType, InterfaceType, SubrangeType
@@ -78,10 +79,26 @@ def test_the_members_of_a_function_block() -> None:
         "aParts": (40, 18, 0x82, 65),
         "sName": (58, 4, 0x1182, 30),
     }
-    assert [item.hash_value for item in entry.members] == list(range(8))
+    assert {(item.hash_value, item.type_hash) for item in entry.members} == {(0, 0)}
     assert entry.members[0].comment == " on"
     assert all(item.members == () for item in entry.members)
     assert entry.members[-1].attributes == (("TcEncoding", "UTF-8"),)
+
+
+def test_member_without_elements_says_that_it_is_an_array() -> None:
+    """ads-client looks no type up for a member of size 0, and took it for an integer."""
+
+    class Empty(Struct, name="ST_Empty"):
+        aNone = var(ArrayType(INT, [Bounds(1, 0)]))
+        aaNone = var(AliasType("T_None", ArrayType(INT, [Bounds(0, 1), Bounds(5, 4)])))
+        aOne = var(ARRAY(INT, (1, 1)))
+
+    entry = describe_type(iec_type(Empty))
+    assert [(item.size, item.adst, item.dimensions) for item in entry.members] == [
+        (0, 2, ((1, 0),)),
+        (0, 2, ((0, 2), (5, 0))),
+        (2, 2, ()),
+    ]
 
 
 def test_its_methods() -> None:

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from achse.iec.arrays import ArrayType, Bounds
 from achse.iec.datatypes import DataTypeEntry, decode_types, encode_types
 from achse.iec.declare import ARRAY, iec_type, method, pointer_to, var
 from achse.iec.derived import AliasType, InterfaceType, PointerType, SubrangeType
@@ -24,6 +25,7 @@ from achse.iec.symbols import SymbolEntry
 from achse.iec.times import DT, LTIME, TIME
 from achse.iec.types import IecType
 from achse.iec.typetable import OpaqueType, TypeTable
+from achse.iec.variables import Variable
 
 
 class E_State(Enumeration, base=UINT):
@@ -95,6 +97,46 @@ def test_offsets_are_those_of_the_table() -> None:
 def test_a_structure_reads_the_same_by_the_table(data: bytes) -> None:
     ours, theirs = iec_type(Part).decode(data), TABLE.type("ST_Part").decode(data)
     assert repr(plain(theirs)) == repr(plain(ours))
+
+
+MEMBERS = st.lists(
+    st.one_of(
+        st.sampled_from([BOOL, INT, UDINT, LREAL, STRING(5), iec_type(Part)]),
+        st.builds(
+            lambda element, dimensions: ArrayType(
+                element, [Bounds(first, first + length - 1) for first, length in dimensions]
+            ),
+            st.sampled_from([BYTE, INT, LREAL, STRING(2), iec_type(E_State), iec_type(Part)]),
+            st.lists(st.tuples(st.integers(-3, 3), st.integers(0, 3)), min_size=1, max_size=3),
+        ),
+    ),
+    min_size=1,
+    max_size=5,
+)
+
+
+@given(MEMBERS, st.randoms(use_true_random=False))
+def test_arrays_of_any_length_come_through(types: list[IecType[Any]], random: Any) -> None:
+    """An array without elements tells no size of its element; members share its offset."""
+    made: Any = StructType(
+        "ST_Drawn", [Variable(each, name=f"m{n}") for n, each in enumerate(types)]
+    )
+    entries = [describe_type(item) for item in types_within([made])]
+    again = TypeTable(decode_types(encode_types(entries))).type("ST_Drawn")
+    assert isinstance(again, StructType)
+    assert again.kind is made.kind
+    assert [(item.type.name, item.offset, item.type.size) for item in again.members] == [
+        (item.type.name, item.offset, item.type.size) for item in made.members
+    ]
+    data = random.randbytes(made.size)
+    assert repr(plain(again.decode(data))) == repr(plain(made.decode(data)))
+    assert again.encode(again.decode(made.default)) == made.encode(made.decode(made.default))
+
+
+def test_array_without_elements_of_an_unknown_type_is_empty() -> None:
+    entry = DataTypeEntry("ARRAY [1..0] OF T_Far", "T_Far", 0, 65, 0x81, dimensions=((1, 0),))
+    array = TypeTable([entry]).type(entry.name)
+    assert (array.size, array.decode(b"")) == (0, [])
 
 
 def test_values_are_written_by_the_table() -> None:

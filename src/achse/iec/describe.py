@@ -93,7 +93,7 @@ def describe_type(type: IecType[Any]) -> DataTypeEntry:
     notes: tuple[EnumNote, ...] = ()
     if isinstance(type, ArrayType):
         type_name = type.element.name
-        dimensions = tuple((bounds.first, bounds.length) for bounds in type.dimensions)
+        dimensions = _dimensions(type)
     elif isinstance(type, EnumType):
         type_name = type.base.name
         flags |= TypeFlag.ENUM_VALUES
@@ -112,7 +112,7 @@ def describe_type(type: IecType[Any]) -> DataTypeEntry:
         shown = type.shown
         if type.kind is RecordKind.UNIT:
             shown = tuple(item for item in shown if item.in_memory and not item.apart)
-        members = tuple(_member(item, index) for index, item in enumerate(shown))
+        members = tuple(_member(item) for item in shown)
         if type.methods:
             flags |= TypeFlag.METHODS
             methods = tuple(_method(item, index) for index, item in enumerate(type.methods))
@@ -133,7 +133,11 @@ def describe_type(type: IecType[Any]) -> DataTypeEntry:
     )
 
 
-def _member(member: Variable[Any, Any], index: int) -> DataTypeEntry:
+def _dimensions(type: ArrayType[Any]) -> tuple[tuple[int, int], ...]:
+    return tuple((bounds.first, bounds.length) for bounds in type.dimensions)
+
+
+def _member(member: Variable[Any, Any]) -> DataTypeEntry:
     type = member.type
     flags = TypeFlag.MEMBER | TypeFlag.TYPE_GUID
     adst = type.adst
@@ -156,6 +160,8 @@ def _member(member: Variable[Any, Any], index: int) -> DataTypeEntry:
         flags |= TypeFlag.PERSISTENT
     if member.attributes:
         flags |= TypeFlag.ATTRIBUTES
+    # ads-client looks no type up for a member without size: this one says that it is an array.
+    empty = isinstance(real, ArrayType) and not type.size
     return DataTypeEntry(
         member.name,
         type.name,
@@ -164,9 +170,9 @@ def _member(member: Variable[Any, Any], index: int) -> DataTypeEntry:
         int(flags),
         offset,
         fitting(member.comment),
+        dimensions=_dimensions(real) if empty else (),
         guid=type.guid,
         attributes=fitting_attributes(member.attributes),
-        hash_value=index & 0xFFFF,
     )
 
 

@@ -165,15 +165,24 @@ class TypeTable:
         count = prod(length for _, length in entry.dimensions)
         if count and entry.size % count:
             raise DeclarationError(f"{entry.size} bytes are not {count} elements")
-        element = self._sized(
-            entry.type_name, entry.size // count if count else 0, entry.adst, False, ()
-        )
+        if count:
+            element = self._sized(entry.type_name, entry.size // count, entry.adst, False, ())
+        else:
+            element = self._unsized(entry)
         bounds = [Bounds(first, first + length - 1) for first, length in entry.dimensions]
         array = ArrayType(element, bounds)
         array.guid = entry.guid
         if entry.name.upper().startswith("ARRAY"):
             return array
         return AliasType(entry.name, array, guid=entry.guid, comment=entry.comment)
+
+    def _unsized(self, entry: DataTypeEntry) -> IecType[Any]:
+        """Return the element type of an array without elements, which does not tell its size."""
+        try:
+            found = self.type(entry.type_name)
+        except DeclarationError:
+            found = None
+        return found if found is not None and found.size else _by_adst(entry.type_name, 1, 0)
 
     def _enum(self, entry: DataTypeEntry) -> IecType[Any]:
         base = self._sized(entry.type_name, entry.size, entry.adst, False, ())
@@ -207,8 +216,9 @@ class TypeTable:
         while entry.size % alignment:
             alignment //= 2
         spots = tuple(MemberOffset(item.offset, item.bit) for item in inside)
-        starts = {item.offset for item in inside}
-        union = len(inside) > 1 and starts == {0} and all(item.bit is None for item in inside)
+        sized = [item for item in inside if item.type.size]
+        starts = {item.offset for item in sized}
+        union = len(sized) > 1 and starts == {0} and all(item.bit is None for item in sized)
         type: StructType[Any] = StructType(
             entry.name,
             members,
