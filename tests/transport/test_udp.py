@@ -103,30 +103,49 @@ async def test_a_temporary_route_without_host_leads_to_where_the_datagram_came_f
 
 
 @pytest.mark.parametrize(
-    ("users", "wanted", "status"),
+    ("users", "wanted", "status", "why"),
     [
-        (None, WANTED, 0x704),
-        (Known(), WANTED._replace(password="2"), 0x704),
-        (Known(), WANTED._replace(user="nobody"), 0x704),
-        (Known(), WANTED._replace(password=""), 0x704),
-        (Known(), WANTED._replace(user=""), 0x704),
-        (Known(), WANTED._replace(net_id=None), 0x706),
-        (Known(), WANTED._replace(name=""), 0x706),
-        (Known(), WANTED._replace(host="a:b"), 0x706),
+        (None, WANTED, 0x704, "no [router.users] are configured"),
+        (Known(), WANTED._replace(password="2"), 0x704, "wrong user or password"),
+        (Known(), WANTED._replace(user="nobody"), 0x704, "wrong user or password"),
+        (Known(), WANTED._replace(password=""), 0x704, "expected user and password, got none"),
+        (Known(), WANTED._replace(user=""), 0x704, "expected user and password, got none"),
+        (Known(), WANTED._replace(net_id=None), 0x706, "expected a NetId, got none"),
+        (Known(), WANTED._replace(name=""), 0x706, "name"),
+        (Known(), WANTED._replace(host="a:b"), 0x706, "'a:b'"),
     ],
 )
 async def test_what_is_refused(
     users: Users | None,
     wanted: RouteRequest,
     status: int,
+    why: str,
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    caplog.set_level("INFO", "achse.discovery")
     routes = RouteTable()
     async with endpoint(users, routes) as router:
         assert await change_route("127.0.0.1", wanted, port=router.port) == status
         assert list(routes) == []
-    assert any("wants to" in record.message for record in caplog.records)
+    [record] = caplog.records
+    begin = f"refusing a route request of 127.0.0.1, add route {wanted.name!r} to {wanted.net_id}: "
+    assert record.levelname == "WARNING"
+    assert record.getMessage().startswith(f"{begin}0x{status:X} ")
+    assert why in record.getMessage()
+
+
+async def test_flood_of_refused_route_requests_leaves_few_lines(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    async with endpoint() as router:
+        now = 0
+        router._clock = lambda: now
+        data = WANTED.encode(THEIRS).encode()
+        for number in range(1000):
+            router.datagram_received(data, (f"10.0.0.{number % 50}", 9))
+        assert len(caplog.records) == 20
+        now = 1_000_000_000
+        router.datagram_received(data, ("10.0.1.1", 9))
+        assert caplog.messages[-1].endswith(" (980 more left out)")
 
 
 async def test_other_services_are_not_supported_and_answers_not_answered() -> None:

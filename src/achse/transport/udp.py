@@ -25,6 +25,7 @@ from achse.ams.discovery import (
 )
 from achse.codes import ReturnCode
 from achse.router.access import Users
+from achse.router.limited_log import LimitedLog
 from achse.router.rate import Rates
 from achse.router.routes import FixedRouteError, Route, RouteError, RouteTable
 from achse.transport.password_checker import PasswordChecker
@@ -70,6 +71,7 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
             self._users.check, self._decide
         )
         self._clock: Callable[[], int] = time.monotonic_ns
+        self._refusals = LimitedLog(log, lambda: self._clock())
         self._answers = Rates(
             _PER_SECOND, _ALL_PER_SECOND, at_once=_AT_ONCE, all_at_once=_ALL_AT_ONCE
         )
@@ -112,22 +114,11 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
         elif request.service == DiscoveryService.INFO:
             self._send(self._info().encode(request), addr)
         elif request.service in (DiscoveryService.ADD_ROUTE, DiscoveryService.DELETE_ROUTE):
-            if not self._users:
-                log.info(
-                    "%s wants to change routes, but no users are configured",
-                    addr[0],
-                    extra=_sender(request, addr),
-                )
-                self._answer(request, addr, ReturnCode.INVALID_ACCESS)
-                return
             user, password = request.text(Tag.USER), request.text(Tag.PASSWORD)
-            if not (user and password):
-                log.info(
-                    "%s wants to change routes: expected user and password, got none",
-                    addr[0],
-                    extra=_sender(request, addr),
-                )
-                self._answer(request, addr, ReturnCode.INVALID_ACCESS)
+            if not self._users:
+                self._refuse(request, addr, "no [router.users] are configured")
+            elif not (user and password):
+                self._refuse(request, addr, "expected user and password, got none")
             elif not self._passwords.put(addr[0], user, password, (request, addr)):
                 self.ignored += 1
         else:
@@ -145,26 +136,50 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
     async def _decide(self, asked: tuple[DiscoveryPacket, Peer], host: str, right: bool) -> None:
         request, addr = asked
         wanted = RouteRequest.decode(request)
-        code = ReturnCode.INVALID_ACCESS
-        if right:
-            code = self._change(DiscoveryService(request.service), wanted, host)
+        if not right:
+            self._refuse(request, addr, "wrong user or password")
+            return
+        code, why = self._change(DiscoveryService(request.service), wanted, host)
+        if code is not ReturnCode.NO_ERROR:
+            self._refuse(request, addr, why, code)
+            return
         log.info(
-            "%s wants to %s %r to %s: %s",
-            *(host, DiscoveryService(request.service).name.lower().replace("_", " ")),
-            *(wanted.name, wanted.net_id, code.name),
+            "%s: %s %r to %s",
+            *(host, _wish(request), wanted.name, wanted.net_id),
             extra=_sender(request, addr),
         )
-        if self._settled is not None and code is ReturnCode.NO_ERROR:
+        if self._settled is not None:
             await self._settled()
         self._answer(request, addr, code)
 
-    def _change(self, service: DiscoveryService, wanted: RouteRequest, peer: str) -> ReturnCode:
+    def _refuse(
+        self,
+        request: DiscoveryPacket,
+        addr: Peer,
+        why: str,
+        code: ReturnCode = ReturnCode.INVALID_ACCESS,
+    ) -> None:
+        """Answer that a change of routes is refused, and log why."""
+        wanted = RouteRequest.decode(request)
+        self._refusals.warning(
+            addr[0],
+            "refusing a route request of %s, %s %.60r to %s: 0x%X %s: %s",
+            *(addr[0], _wish(request), wanted.name, wanted.net_id, code.number, code.name, why),
+            extra=_sender(request, addr),
+        )
+        self._answer(request, addr, code)
+
+    def _change(
+        self, service: DiscoveryService, wanted: RouteRequest, peer: str
+    ) -> tuple[ReturnCode, str]:
+        """Change the table; return what refuses the change, and why."""
         try:
             if service is DiscoveryService.DELETE_ROUTE:
-                gone = self._routes.remove(wanted.name)
-                return ReturnCode.NOT_FOUND if gone is None else ReturnCode.NO_ERROR
+                if self._routes.remove(wanted.name) is None:
+                    return ReturnCode.NOT_FOUND, "there is no such route"
+                return ReturnCode.NO_ERROR, ""
             if wanted.net_id is None:
-                return ReturnCode.INVALID_DATA
+                return ReturnCode.INVALID_DATA, "expected a NetId, got none"
             self._routes.add(
                 Route(
                     name=wanted.name,
@@ -175,14 +190,17 @@ class DiscoveryEndpoint(asyncio.DatagramProtocol):
                 )
             )
         except FixedRouteError as refusal:
-            log.info("no change: %s", refusal)
-            return ReturnCode.DEVICE_ACCESS_DENIED
+            return ReturnCode.DEVICE_ACCESS_DENIED, str(refusal)
         except RouteError as refusal:
-            log.info("no route: %s", refusal)
-            return ReturnCode.INVALID_DATA
-        except OSError:  # it is in the log already
-            return ReturnCode.DEVICE_ERROR
-        return ReturnCode.NO_ERROR
+            return ReturnCode.INVALID_DATA, str(refusal)
+        except OSError as failure:
+            return ReturnCode.DEVICE_ERROR, f"routes are not kept: {failure}"
+        return ReturnCode.NO_ERROR, ""
+
+
+def _wish(request: DiscoveryPacket) -> str:
+    """Return `add route` or `delete route`."""
+    return DiscoveryService(request.service).name.lower().replace("_", " ")
 
 
 def _sender(request: DiscoveryPacket, addr: Peer) -> dict[str, str]:

@@ -95,6 +95,39 @@ def test_a_route_that_cannot_be_kept_is_refused(client: Any, router: Router, ref
     assert [route.name for route in router.routes] == ["press"]
 
 
+def test_refused_change_leaves_a_warning_with_its_reason(
+    client: Any, router: Router, refused: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    router.routes.add(Route(name="mill", net_id=NetId("5.1.1.1.1.1"), host="10.0.0.5"), fixed=True)
+    for group, data, wish, code, why in (
+        (801, BY_A_TOOL, "add route", 0x723, "route 'mill' is fixed"),
+        (802, b"MILL\0", "remove route 'MILL'", 0x723, "route 'mill' is fixed"),
+        (801, BY_A_TOOL[:43], "add route", 0x705, "a route has 44 bytes or more"),
+    ):
+        caplog.clear()
+        with refused(code):
+            client.write(group, 0, data)
+        [record] = caplog.records
+        text = record.getMessage()
+        assert record.levelname == "WARNING"
+        assert text.startswith(
+            f"refusing a route request of {client.address}, {wish}: {why}: 0x{code:X} "
+        )
+
+
+def test_flood_of_refused_changes_leaves_few_lines(
+    client: Any, refused: Any, clock: Any, caplog: pytest.LogCaptureFixture
+) -> None:
+    for _ in range(30):
+        with refused(0x705):
+            client.write(801, 0, b"")
+    assert len(caplog.records) == 3
+    clock.now += 1_000_000_000
+    with refused(0x705):
+        client.write(801, 0, b"")
+    assert caplog.messages[-1].endswith(" (27 more left out)")
+
+
 def test_without_permission_routes_cannot_be_changed(
     client_of: Callable[..., Any], refused: Any
 ) -> None:

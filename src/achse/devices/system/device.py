@@ -93,7 +93,7 @@ class SystemDevice(Device):
                 *TargetDescription(name, self).groups(),
                 *TimeService(clock).groups(),
                 *Diagnosis(name, self, table, VERSION, clock).groups(),
-                *RouteServices(table, writable=routes_writable).groups(),
+                *RouteServices(table, clock, writable=routes_writable).groups(),
                 *Registry().groups(),
                 *self._processes.groups(),
                 *(_refused(*item) for item in _REFUSED.items()),

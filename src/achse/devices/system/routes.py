@@ -3,17 +3,21 @@
 Source: recorded traffic of engineering tools (groups 801 … 803 of port 10000).
 """
 
+import logging
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 
-from achse.ams import DeviceError, NetId
+from achse.ams import AmsAddress, DeviceError, NetId
 from achse.codes import ReturnCode
+from achse.router.limited_log import LimitedLog
 from achse.router.routes import FixedRouteError, Route, RouteError, RouteFlags, RouteTable
 from achse.server import IndexGroup, RawGroup
 
 __all__ = ["RouteEntry", "RouteServices"]
+
+log = logging.getLogger("achse.system")
 
 _ENTRY = struct.Struct("<6sHIII12xII4x")
 """NetId, transport, flags, timeout (ms), largest fragment, lengths of host and name with NUL."""
@@ -89,9 +93,10 @@ class RouteServices:
     station may. What a change needs is thus a permission of its own.
     """
 
-    def __init__(self, table: RouteTable, *, writable: bool) -> None:
+    def __init__(self, table: RouteTable, clock: Callable[[], int], *, writable: bool) -> None:
         self._table = table
         self._writable = writable
+        self._log = LimitedLog(log, clock)
 
     def groups(self) -> Iterable[IndexGroup]:
         """The index groups."""
@@ -116,18 +121,32 @@ class RouteServices:
         )
 
     def _add(self, offset: int, data: bytes, client: bytes) -> None:
-        self._check()
-        route = RouteEntry.decode(data).route()
-        with _refusals():
-            self._table.add(route)
+        with self._logged(client, "add route"), _refusals():
+            self._check()
+            self._table.add(RouteEntry.decode(data).route())
 
     def _remove(self, offset: int, data: bytes, client: bytes) -> None:
-        self._check()
         name = _text(data)
-        with _refusals():
+        with self._logged(client, f"remove route {name!r:.60}"), _refusals():
+            self._check()
             gone = self._table.remove(name)
         if gone is None:
             raise DeviceError(ReturnCode.NOT_FOUND, f"route {name!r:.60}")
+
+    @contextmanager
+    def _logged(self, client: bytes, wish: str) -> Iterator[None]:
+        """Log what is refused inside, with its reason."""
+        try:
+            yield
+        except DeviceError as refusal:
+            address = str(AmsAddress(client)) if len(client) == 8 else ""
+            self._log.warning(
+                client[:6],
+                "refusing a route request of %s, %s: %s",
+                *(address or "this station", wish, refusal),
+                extra={"client": address, "peer": ""},
+            )
+            raise
 
     def _check(self) -> None:
         if not self._writable:
