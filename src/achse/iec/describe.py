@@ -161,7 +161,7 @@ def _member(member: Variable[Any, Any]) -> DataTypeEntry:
     if member.attributes:
         flags |= TypeFlag.ATTRIBUTES
     # ads-client looks no type up for a member without size: this one says that it is an array.
-    empty = isinstance(real, ArrayType) and not type.size
+    dimensions = _dimensions(real) if isinstance(real, ArrayType) and not type.size else ()
     return DataTypeEntry(
         member.name,
         type.name,
@@ -170,7 +170,7 @@ def _member(member: Variable[Any, Any]) -> DataTypeEntry:
         int(flags),
         offset,
         fitting(member.comment),
-        dimensions=_dimensions(real) if empty else (),
+        dimensions=dimensions,
         guid=type.guid,
         attributes=fitting_attributes(member.attributes),
     )
