@@ -14,9 +14,11 @@ files name theirs where they are read."""
 OURS = {
     "ams/connection.py": "the state of a stream is our own; frames have their source",
     "ams/errors.py": "our tree of errors",
+    "codes/station.py": "the station's own service at port 26000",
     "codes/links.py": "how our documentation is ordered",
     "iec/errors.py": "our tree of errors",
     "iec/nearest.py": "what a name may be meant for is our choice",
+    "st/block_layouts.py": "how private state lies behind an interface is our choice",
     "st/cursor.py": "a parser's own tool",
     "st/facts.py": "what a project declares, looked up",
     "st/given.py": "puts together what others declare",
