@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from achse.motion.groups.kinematic import KinematicGroup
+from achse.motion.groups.path_group import PathGroup
 from achse.station import ConfigError, Station
 from achse.station.config import parse
 
@@ -64,6 +65,17 @@ def test_a_station_has_the_groups_it_describes(tmp_path: Path) -> None:
 def test_what_cannot_be(tmp_path: Path, tables: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         station(tmp_path, **tables)
+
+
+@pytest.mark.parametrize(("keys", "kept"), [({}, False), ({"keep_jerk": True}, True)])
+def test_group_keeps_jerk_if_its_table_says_so(
+    tmp_path: Path, keys: dict[str, bool], kept: bool
+) -> None:
+    made = station(tmp_path, channel=[{"id": 1}], group=[{"id": 20, "channel": 1, **keys}])
+    assert made.nc is not None
+    group = made.nc.groups.group(20)
+    assert isinstance(group, PathGroup)
+    assert group.keep_jerk == group.path_parameters.keep_jerk == kept
 
 
 def test_the_demo_station_has_a_channel_with_an_interpreter() -> None:

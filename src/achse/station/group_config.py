@@ -111,6 +111,10 @@ class GroupConfig(ConfigTable):
     segments_per_cycle: int = Field(default=1, ge=1, le=1024)
     """Segments that go over to the path of a 3D group in a cycle at most (0x514 at the start; by
     ADS 1..20). Very short blocks need as many as the path goes through in a cycle."""
+    keep_jerk: bool = False
+    """A 3D group keeps the jerk of its axes where the curvature of the path jumps too: lines into
+    arcs, corners rounded by a parabola or cubic. It is slower there, and all its ramps have 70 % of
+    the jerk."""
     kinematics: str = "identity"
     """Of a kinematic group: identity, portal, scara, parallel, delta, or a Python file (relative to
     the station.toml) with functions `forward` and `inverse`."""
@@ -131,6 +135,7 @@ class GroupConfig(ConfigTable):
             interpolation=FifoInterpolation[self.interpolation.upper()],
             table_size=self.table_size,
             segments_per_cycle=self.segments_per_cycle,
+            keep_jerk=self.keep_jerk,
             kinematics=KinematicsParameters(
                 "" if of_user else self.kinematics,
                 dict(self.numbers),

@@ -15,6 +15,7 @@ VALUES: tuple[tuple[str, str, Any], ...] = (
     ("critical_angle_low", "angle_low", 10.0),
     ("critical_angle_high", "angle_high", 90.0),
     ("min_path_velocity", "least_velocity", 3.0),
+    ("keep_jerk", "keep_jerk", True),
     ("override_type", "override_type", PathOverride.ORIGINAL),
 )
 

@@ -1,9 +1,17 @@
 """Transitions: the values of the printed rules."""
 
-from math import pi, radians
+from math import cos, pi, radians, sin
+from typing import Any
 
 import pytest
 
+from achse.motion.path import (
+    PathArc,
+    PathLine,
+    PathPlanner,
+    Smoothing,
+    plane_arc,
+)
 from achse.motion.path.corners import ReductionMethod, angle_between, corner_factor, transition
 from achse.motion.path.parameters import PathLimits, PathParameters
 from achse.motion.path.record import (
@@ -57,6 +65,54 @@ def test_cosine(degrees: float, factor: float) -> None:
 def test_deviation_angle(degrees: float, factor: float) -> None:
     method = ReductionMethod.DEVIATION_ANGLE
     assert corner_factor(method, radians(degrees), 0.4, radians(10), radians(90)) == factor
+
+
+@pytest.mark.parametrize(
+    ("parameters", "off", "jump"),
+    [
+        ({}, 0.0, 6.0),  # 30 % of 10000 mm/s³ in 2 ms, mm/s²
+        ({"c1": 0.0}, 0.0, 0.0),
+        ({"jerk": 1000.0}, 0.0, 2.0),  # that of the path, all of it
+        ({"least_velocity": 50.0}, 0.0, 6.0),
+        ({"method": ReductionMethod.DEVIATION_ANGLE, "c0": 1.0}, 1e-4, 6.0),  # a rounded I or J
+    ],
+)
+def test_kept_jerk_bounds_the_jump_of_acceleration(
+    parameters: dict[str, Any], off: float, jump: float
+) -> None:
+    settings = PathParameters(keep_jerk=True, **parameters)
+    axes = [PathLimits(1000.0, 1000.0, 10000.0)] * 3
+    path = PathPlanner(axes, (0, 0, 0), parameters=settings)
+    path.append(PathLine((40, 0, 0), 100))
+    centre = 40 - 10 * sin(off), 10 * cos(off)
+    end = centre[0], centre[1] + 10
+    path.append(PathArc(plane_arc((40, 0, 0), (*end, 0), centre=centre, clockwise=False), 100))
+    assert path.end_velocity**2 / 10.0 == pytest.approx(jump, rel=1e-6)
+
+
+@pytest.mark.parametrize(("length", "least"), [(0.01, 0.14), (0.5, 0.35)])
+def test_jumps_within_a_cycle_share_the_jerk(length: float, least: float) -> None:
+    """Smoothing takes the whole of these lines, so that each has two jumps at one place."""
+    settings = PathParameters(
+        keep_jerk=True, smoothing=Smoothing.CUBIC, smoothing_radius=0.5 * length
+    )
+    cycle_time = 0.01
+    axes = [PathLimits(1000.0, 1e4, 1e5)] * 3
+    path = PathPlanner(axes, (0, 0, 0), parameters=settings, cycle_time=cycle_time)
+    for n in range(40):
+        path.append(PathLine((length * (n // 2 + n % 2), length * (n // 2), 0), 300))
+    pieces = [path._pieces[n] for n in range(1, path.state.following - 3)]
+    assert min(piece.length for piece in pieces) < 1e-9
+    shares = [piece.bend_jump * piece.gate**2 for piece in pieces]
+    assert min(shares) > least - 1e-6
+    for first in range(len(pieces)):
+        time, total = 0.0, shares[first]
+        for share, piece in zip(shares[first + 1 :], pieces[first + 1 :], strict=True):
+            time += piece.length / piece.gate
+            if time >= cycle_time:
+                break
+            total += share
+        assert total <= 1.0 + 1e-9
 
 
 def test_a_jump_of_velocity_is_what_the_axis_can_do_in_a_cycle() -> None:

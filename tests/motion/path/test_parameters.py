@@ -24,6 +24,14 @@ def test_a_jump_is_what_the_axis_can_do_in_a_cycle() -> None:
     assert row.deceleration == 2000.0
 
 
+@pytest.mark.parametrize(("keep_jerk", "jerk"), [(False, 1e5), (True, 7e4)])
+def test_kept_jerk_has_a_share_for_jumps(keep_jerk: bool, jerk: float) -> None:
+    row = axis_record()
+    PathLimits(100.0, 2000.0, 1e5).fill(row, 0.002, keep_jerk=keep_jerk)
+    assert row.jerk == pytest.approx(jerk)
+    assert row.bend_jump == pytest.approx(0.3 * 1e5 * 0.002)
+
+
 @pytest.mark.parametrize(
     "values",
     [

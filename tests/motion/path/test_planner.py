@@ -13,6 +13,7 @@ from achse.motion.path import (
     PathParameters,
     PathPlanner,
     PathTableFull,
+    Smoothing,
     plane_arc,
 )
 
@@ -43,6 +44,30 @@ def test_a_full_table_refuses_and_frees_itself() -> None:
     assert path.append(PathLine((0, 1, 0), 100))
     run(path)
     assert path.position == pytest.approx((0, 1, 0))
+
+
+@pytest.mark.parametrize("kind", list(Smoothing))
+@pytest.mark.parametrize("keep_jerk", [False, True])
+def test_kept_jerk_holds_where_the_curvature_jumps(kind: Smoothing, keep_jerk: bool) -> None:
+    """Half a circle without a corner, then corners that the smoothing rounds, in Q1 too."""
+    axes = [PathLimits(300.0, 2000.0, 40000.0)] * 3 + [PathLimits(300.0, 2000.0, 4000.0)]
+    settings = PathParameters(keep_jerk=keep_jerk, smoothing=kind, smoothing_radius=3.0)
+    path = PathPlanner(axes, (0, 0, 0, 0), parameters=settings)
+    path.append(PathLine((20, 0, 0, 0), 100))
+    half = plane_arc((20, 0, 0), (20, 20, 0), centre=(20, 10), clockwise=False)
+    path.append(PathArc(half, 100))
+    for end in ((0, 20, 0, 5), (0, 40, 0, 0), (9, 40, 9, -5)):
+        path.append(PathLine(end, 100))
+    before, worst = path.axis_acceleration, 0.0
+    while not path.finished:
+        path.advance()
+        steps = zip(axes, path.axis_acceleration, before, strict=True)
+        worst = max(worst, *(abs(a - b) / (axis.jerk * 0.002) for axis, a, b in steps))
+        before = path.axis_acceleration
+    if keep_jerk:
+        assert worst <= 1.0001
+    else:
+        assert worst > 10.0  # into the half circle
 
 
 def test_lines_at_once_are_those_one_by_one() -> None:

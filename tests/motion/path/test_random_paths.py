@@ -2,11 +2,11 @@
 
 Every parameter is drawn: axes, limits, cycle time, dynamics, smoothing, transitions, segments,
 feeds, commands. Where the curvature jumps (a C1 transition) the acceleration of an axis jumps; such
-cycles do not count for its jerk.
+cycles count for its jerk with `keep_jerk` only.
 """
 
 from dataclasses import dataclass, field
-from math import atan2, cos, dist, pi, sin
+from math import atan2, cos, dist, hypot, pi, sin
 from random import Random
 
 from hypothesis import given, settings
@@ -42,6 +42,8 @@ class Contour:
     """What was programmed, to measure distances."""
 
     parts: list[tuple[Point, Point] | ArcGeometry] = field(default_factory=list)
+    tangent: Point | None = None
+    """Direction of the last segment, if it is a line."""
 
     def distance(self, point: Point, near: int) -> float:
         """To the parts around block `near`."""
@@ -121,7 +123,24 @@ def _draw_limits(draw: Random) -> PathLimits:
     )
 
 
-def _draw_segment(draw: Random, path: PathPlanner, contour: Contour, block: int) -> None:
+def _tangential_arc(
+    draw: Random, begin: Point, tangent: Point | None, size: float
+) -> ArcGeometry | None:
+    """Return an arc in X and Y that goes on in the direction of the path, if it has one there."""
+    if tangent is None or hypot(tangent[0], tangent[1]) < 0.999999:
+        return None
+    clockwise = draw.random() < 0.5
+    side = -size if clockwise else size
+    centre = begin[0] - side * tangent[1], begin[1] + side * tangent[0]
+    turn = draw.uniform(0.02, 3.0) * (-1.0 if clockwise else 1.0)
+    x, y = begin[0] - centre[0], begin[1] - centre[1]
+    end = centre[0] + x * cos(turn) - y * sin(turn), centre[1] + x * sin(turn) + y * cos(turn)
+    return plane_arc(begin, (*end, begin[2]), clockwise=clockwise, centre=centre)
+
+
+def _draw_segment(
+    draw: Random, path: PathPlanner, contour: Contour, block: int, goes_on: bool
+) -> None:
     start = path.programmed_position
     begin = start[:3]
     feed = 10 ** draw.uniform(0, 3)
@@ -129,11 +148,21 @@ def _draw_segment(draw: Random, path: PathPlanner, contour: Contour, block: int)
     size = 10 ** draw.uniform(-2, 2)
     auxiliary = [x + draw.choice([0.0, draw.uniform(-size, size)]) for x in start[3:]]
     kind = draw.random()
+    onward = _tangential_arc(draw, begin, contour.tangent, size) if goes_on else None
+    contour.tangent = None
+    if onward is not None and kind < 0.8:
+        path.append(PathArc(onward, feed, auxiliary, block, start_feed=begun))
+        contour.parts.append(onward)
+        return
     if kind < 0.6:
         end = [x + draw.choice([0.0, draw.uniform(-size, size)]) for x in begin]
         exact = draw.random() < 0.1
         path.append(PathLine([*end, *auxiliary], feed, block, exact_stop=exact, start_feed=begun))
         contour.parts.append((begin, tuple(end)))
+        length = dist(begin, end)
+        if length > 0.0:
+            x, y, z = ((b - a) / length for a, b in zip(begin, end, strict=True))
+            contour.tangent = x, y, z
         return
     if kind < 0.65:
         path.append(PathDwell(draw.uniform(0.0, 0.03), block))
@@ -181,14 +210,15 @@ def test_paths_at_random(seed: int, turns: bool) -> None:
     count = draw.randint(1, 16)
     smooth = parameters.smoothing != Smoothing.OFF
     tolerance = parameters.smoothing_radius if smooth else 0.0
-    # of these no transition lets the acceleration jump
-    even = parameters.smoothing in (Smoothing.OFF, Smoothing.QUINTIC)
+    # of these no transition lets the acceleration jump beyond the jerk
+    even = parameters.keep_jerk or parameters.smoothing in (Smoothing.OFF, Smoothing.QUINTIC)
     even = even and parameters.method != ReductionMethod.COSINE  # corners of small angles
+    goes_on = parameters.keep_jerk and draw.random() < 0.5
     block, before, still = 0, path.axis_acceleration, 0
     for cycle in range(8_000):  # long enough to be anywhere; slow ones do not end
         while block < count:
             try:
-                _draw_segment(draw, path, contour, block)
+                _draw_segment(draw, path, contour, block, goes_on)
             except PathTableFull:
                 break
             block += 1

@@ -51,6 +51,8 @@ class GroupParameters:
     interpolation: FifoInterpolation = FifoInterpolation.LINEAR
     table_size: int = SAF_TABLE.start
     segments_per_cycle: int = 1
+    keep_jerk: bool = False
+    """True: a path keeps the jerk of its axes where its curvature jumps too."""
     kinematics: KinematicsParameters = KinematicsParameters()
     axes: Sequence[int] = ()
 

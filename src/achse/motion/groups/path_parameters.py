@@ -23,7 +23,7 @@ class PathGroupParameters(AxisGroup):
     def __init__(self, parameters: GroupParameters, axes: Mapping[int, Axis], places: int) -> None:
         super().__init__(parameters, axes, places)
         self.planner: PathPlanner | None = None
-        self._path = PathParameters()
+        self._path = PathParameters(keep_jerk=parameters.keep_jerk)
         self._single_block = 0
         self._channel_single_block = False
 
@@ -104,6 +104,15 @@ class PathGroupParameters(AxisGroup):
     @min_path_velocity.setter
     def min_path_velocity(self, velocity: float) -> None:
         self._change(least_velocity=velocity)
+
+    @property
+    def keep_jerk(self) -> bool:
+        """True if the axes keep their jerk where the curvature jumps (achse's own parameter)."""
+        return self._path.keep_jerk
+
+    @keep_jerk.setter
+    def keep_jerk(self, on: bool) -> None:
+        self._change(keep_jerk=on)
 
     @property
     def override_type(self) -> PathOverride:

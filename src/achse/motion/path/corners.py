@@ -1,7 +1,8 @@
 """Transitions: the velocity with which the path may go from one piece to the next.
 
 C0 is a corner, C1 a tangent that goes on with another curvature, C2 a curvature that goes on too.
-The rules are those of 002 §6.4.3.1, 0x3000+ID:0x500 to 0x505, and of the public pages on them.
+The rules are those of 002 §6.4.3.1, 0x3000+ID:0x500 to 0x505, and of the public pages on them;
+`keep_jerk` is achse's own (decision 0123).
 
 Kernel source: compiled as it stands, see `achse.motion.path.compiled`.
 """
@@ -12,9 +13,16 @@ from math import atan2, cos, fabs, pi, sqrt, tan
 
 from achse.motion.path.bounds import ENDLESS, feed_at
 from achse.motion.path.geometry import point_at
-from achse.motion.path.record import MAIN_AXES, PathAxis, PathPiece, PathPlace, PathState
+from achse.motion.path.record import (
+    MAIN_AXES,
+    PathAxis,
+    PathPiece,
+    PathPlace,
+    PathState,
+    PieceKind,
+)
 
-__all__ = ["ReductionMethod", "angle_between", "corner_factor", "transition"]
+__all__ = ["ReductionMethod", "angle_between", "corner_factor", "keep_jerk", "transition"]
 
 _STRAIGHT = 1e-6
 """Angle up to which a tangent goes on, rad."""
@@ -23,6 +31,8 @@ _SAME_BEND = 1e-6
 _NO_BEND = 1e-9
 """1/mm."""
 _REVERSAL = 1e-9
+_RESERVE = 0.7
+"""Part of what may jump in a cycle that jumps may take at once which are not alone in it."""
 
 
 class ReductionMethod(IntEnum):
@@ -86,6 +96,8 @@ def transition(
     a, b = state.before, state.after
     point_at(piece, piece.length, a)
     point_at(following, 0.0, b)
+    if state.keep_jerk:
+        piece.bend_jump = _bend_jump(a, b, axes, state)
     most = min(
         min(feed_at(piece, piece.length) * state.most_override, piece.caps[piece.spans - 1]),
         min(feed_at(following, 0.0) * state.most_override, following.caps[0]),
@@ -112,6 +124,67 @@ def transition(
         step = fabs(a.bend[i] - b.bend[i])
         if step > _SAME_BEND * (fabs(a.bend[i]) + fabs(b.bend[i])) + _NO_BEND:
             factor = state.c1
-            if state.keep_jerk:
-                jump = min(jump, sqrt(axes[i].jerk * state.cycle_time / step))
     return max(min(factor * most, jump), min(state.least_velocity, most))
+
+
+def _bend_jump(a: PathPlace, b: PathPlace, axes: Sequence[PathAxis], state: PathState) -> float:
+    """Return the share of what may jump in a cycle by squared velocity, s²/mm²."""
+    share = 0.0
+    square = 0.0
+    for i in range(state.used):
+        step = fabs(a.bend[i] - b.bend[i])
+        share = max(share, step / axes[i].bend_jump)
+        if i < MAIN_AXES:
+            square += step * step
+    if state.path_jerk > 0.0:
+        share = max(share, sqrt(square) / (state.path_jerk * state.cycle_time))
+    return share
+
+
+def keep_jerk(
+    pieces: Sequence[PathPiece], number: int, following: PathPiece, state: PathState
+) -> None:
+    """Lower the velocity at the end of a piece so that the axes keep their jerk there.
+
+    Jumps of curvature that the path can pass within a cycle add up to what may jump in one. A jump
+    that is alone in its cycle takes all of it. The others take from a reserve that fills up on the
+    way, and leave as much for the next one.
+    """
+    rows = len(pieces)
+    piece = pieces[number % rows]
+    before = pieces[(number - 1) % rows]
+    v = ENDLESS
+    if piece.bend_jump > 0.0:
+        v = sqrt(1.0 / piece.bend_jump)
+    reserve = _RESERVE
+    spent = 1.0
+    if number > 0:
+        spent = _least_cycles(piece, piece.length, min(v, before.gate), state)
+        if spent < 1.0:
+            reserve = min(_RESERVE, before.bend_reserve + (1.0 - _RESERVE) * spent)
+    if piece.bend_jump > 0.0:
+        # rounding the corner at its end can take half of a segment
+        room = following.length
+        if following.kind != PieceKind.CURVE:
+            room -= 0.5 * following.whole
+        ahead = _least_cycles(following, room, v, state)
+        if spent < 1.0 or ahead < 1.0:
+            share = reserve
+            if ahead < 1.0:
+                share = min(reserve, 0.5 * (reserve + (1.0 - _RESERVE) * ahead))
+            v = sqrt(share / piece.bend_jump)
+        piece.gate = min(piece.gate, v)
+    piece.bend_reserve = max(reserve - piece.bend_jump * piece.gate * piece.gate, 0.0)
+
+
+def _least_cycles(piece: PathPiece, length: float, v: float, state: PathState) -> float:
+    """Return the least number of cycles, up to 1, for a part of a piece with v at one end."""
+    fastest = 0.0
+    strongest = 0.0
+    for k in range(piece.spans):
+        fastest = max(fastest, piece.caps[k])
+        strongest = max(strongest, max(piece.starts[k], piece.rests[k]))
+    fastest = min(fastest, v + 0.5 * strongest * state.cycle_time)
+    if length >= fastest * state.cycle_time:
+        return 1.0
+    return max(length, 0.0) / (fastest * state.cycle_time)

@@ -8,7 +8,7 @@ from enum import IntEnum
 from math import cos, sin, sqrt
 
 from achse.motion.path.bounds import bound, feed_at
-from achse.motion.path.corners import transition
+from achse.motion.path.corners import keep_jerk, transition
 from achse.motion.path.gates import build_gates
 from achse.motion.path.geometry import point_at
 from achse.motion.path.lookahead import move, rest_ahead, stop_at_end
@@ -146,6 +146,8 @@ def _append(
     if piece.kind == PieceKind.WAIT:
         _to_row(piece, pieces[number % rows], way)
         bound(pieces[number % rows], axes, state)
+        if state.keep_jerk and known:
+            keep_jerk(pieces, number - 1, pieces[number % rows], state)
         state.following = number + 1
         state.appended += 1
         state.fresh = 0
@@ -172,12 +174,18 @@ def _append(
             curve.first = before.first + before.length
             bound(curve, axes, state)
             before.gate = transition(before, curve, axes, state)
+            curve.bend_jump = 0.0
             curve.gate = transition(curve, piece, axes, state)
+            if state.keep_jerk:
+                keep_jerk(pieces, number - 1, curve, state)
+                keep_jerk(pieces, number, piece, state)
             piece.first = curve.first + curve.length
             state.following = number + 2
     if lost <= 0.0:
         if joined:
             before.gate = transition(before, piece, axes, state)
+        if state.keep_jerk and known:
+            keep_jerk(pieces, number - 1, piece, state)
         _to_row(piece, pieces[number % rows], way)
         state.following = number + 1
     state.appended += 1
@@ -265,6 +273,7 @@ def _to_row(source: PathPiece, row: PathPiece, way: float) -> None:
     row.path_deceleration = source.path_deceleration
     row.path_jerk = source.path_jerk
     row.gate = source.gate
+    row.bend_jump = 0.0
     row.turn = source.turn
     for i in range(AXES):
         row.begin[i] = source.begin[i]

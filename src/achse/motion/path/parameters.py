@@ -12,6 +12,10 @@ from achse.motion.path.smoothing import Smoothing, SmoothingSubtype
 __all__ = ["PathLimits", "PathOverride", "PathParameters"]
 
 
+_JUMP_SHARE = 0.3
+"""Share of the jerk of an axis that jumps of curvature may take, with `keep_jerk`."""
+
+
 class PathOverride(IntEnum):
     """What the override scales (0x3000+ID:0x50A)."""
 
@@ -48,9 +52,12 @@ class PathLimits:
             if not (isfinite(value) and value >= 0.0):
                 raise PathError(f"path axis: {name} {value}, expected 0 or more")
 
-    def fill(self, row: PathAxis, cycle_time: float) -> None:
-        """Write them into the kernel's record."""
+    def fill(self, row: PathAxis, cycle_time: float, *, keep_jerk: bool = False) -> None:
+        """Write them into the kernel's record; `keep_jerk` as in `PathParameters`."""
         row.velocity, row.acceleration, row.jerk = self.velocity, self.acceleration, self.jerk
+        if keep_jerk:
+            row.jerk = (1.0 - _JUMP_SHARE) * self.jerk
+        row.bend_jump = _JUMP_SHARE * self.jerk * cycle_time
         row.deceleration = self.deceleration or self.acceleration
         row.jump = self.velo_jump * min(row.acceleration, row.deceleration) * cycle_time
 
@@ -74,8 +81,8 @@ class PathParameters:
     least_velocity: float = 0.0
     """Transitions reduce to no less, mm/s (0x505)."""
     keep_jerk: bool = False
-    """Where the curvature jumps the acceleration of an axis jumps too. True: by at most its jerk
-    times the cycle time."""
+    """True: keep the jerk of the axes where the curvature jumps, and their accelerations with it.
+    In each cycle these jumps take 30 % of the jerk, ramps and bends 70 %."""
     smoothing: Smoothing = Smoothing.OFF
     smoothing_subtype: SmoothingSubtype = SmoothingSubtype.RADIUS
     smoothing_radius: float = 0.0

@@ -129,7 +129,7 @@ class PathPlanner:
         state = self.state
         state.table, state.history, state.used = table, 2 * history, len(axes)
         state.cycle_time = cycle_time
-        self.limits = axes
+        self._limits = tuple(axes)
         self._single_block = False
         self.parameters = parameters or PathParameters()
         self.reset(position)
@@ -145,6 +145,7 @@ class PathPlanner:
     def parameters(self, parameters: PathParameters) -> None:
         self._parameters = parameters
         parameters.fill(self.state)
+        self.limits = self._limits
 
     @property
     def free(self) -> int:
@@ -393,7 +394,7 @@ class PathPlanner:
             raise PathError(f"path: limits of {len(limits)} axes, expected {self.state.used}")
         self._limits = tuple(limits)
         for row, limit in zip(self._axes, self._limits, strict=False):
-            limit.fill(row, self.state.cycle_time)
+            limit.fill(row, self.state.cycle_time, keep_jerk=self._parameters.keep_jerk)
 
     # -- commands ----------------------------------------------------------------------------
 

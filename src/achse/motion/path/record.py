@@ -127,6 +127,11 @@ class PathPiece:
     jerk: float = 0.0
     gate: float = 0.0
     """Velocity that the transition at its end allows; of the last piece 0."""
+    bend_jump: float = 0.0
+    """With `keep_jerk`, for the jump of curvature at its end: its share of what may jump in a cycle
+    by squared velocity, s²/mm²; else 0."""
+    bend_reserve: float = 0.0
+    """Part of what may jump in a cycle that is left behind its end."""
     begin: list[float] = _NO_AXES
     end: list[float] = _NO_AXES
     slope: list[float] = _NO_AXES
@@ -191,6 +196,8 @@ class PathAxis:
     jerk: float = 0.0
     jump: float = 0.0
     """Velocity that may jump at a corner (VeloJump): factor times acceleration times cycle time."""
+    bend_jump: float = 0.0
+    """Acceleration that may jump in a cycle where the curvature jumps, with `keep_jerk`, mm/s²."""
 
 
 AXIS = lay_out("PathAxis", [PathAxis], Slot)
