@@ -16,6 +16,7 @@ from achse.motion.path import (
     Smoothing,
     plane_arc,
 )
+from achse.motion.path.compiled import KERNEL
 
 AXES = [PathLimits(1000.0, 1000.0, 10000.0)] * 3
 
@@ -52,7 +53,7 @@ def test_kept_jerk_holds_where_the_curvature_jumps(kind: Smoothing, keep_jerk: b
     """Half a circle without a corner, then corners that the smoothing rounds, in Q1 too."""
     axes = [PathLimits(300.0, 2000.0, 40000.0)] * 3 + [PathLimits(300.0, 2000.0, 4000.0)]
     settings = PathParameters(keep_jerk=keep_jerk, smoothing=kind, smoothing_radius=3.0)
-    path = PathPlanner(axes, (0, 0, 0, 0), parameters=settings)
+    path = PathPlanner(axes, (0, 0, 0, 0), parameters=settings, compiled=KERNEL.available)
     path.append(PathLine((20, 0, 0, 0), 100))
     half = plane_arc((20, 0, 0), (20, 20, 0), centre=(20, 10), clockwise=False)
     path.append(PathArc(half, 100))
