@@ -20,15 +20,20 @@ pytestmark = pytest.mark.skipif(not KERNEL.available, reason="llvmlite is not in
 def test_the_same_path_has_the_same_bits_in_both_forms() -> None:
     draw = random.Random(7)
     axes = [PathLimits(200.0, 1000.0, 20000.0) for _ in range(4)]
-    parameters = PathParameters(smoothing=Smoothing.QUINTIC, smoothing_radius=0.7)
-    plain, compiled = (
-        PathPlanner(axes, [0.0] * 4, parameters=parameters, compiled=form) for form in (False, True)
-    )
+    plain, compiled = (PathPlanner(axes, [0.0] * 4, compiled=form) for form in (False, True))
     for n in range(12):
         end = [draw.uniform(-20.0, 20.0) for _ in range(4)]
+        parameters = PathParameters(
+            keep_jerk=draw.random() < 0.7,
+            smoothing=draw.choice(list(Smoothing)),
+            smoothing_radius=0.7,
+        )
+        dwells = draw.random() < 0.2
         for path in (plain, compiled):
+            path.parameters = parameters
             path.append(PathLine(end, 100.0, block=n))
-            path.append(PathDwell(0.003))
+            if dwells:
+                path.append(PathDwell(0.003))
     cycles = 0
     while not plain.finished:
         if cycles % 97 == 0:
