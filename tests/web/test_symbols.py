@@ -30,6 +30,20 @@ END_VAR
 END_PROGRAM
 """
 
+RANKED = """
+FUNCTION_BLOCK FB_Drive
+VAR Speed : INT; END_VAR
+END_FUNCTION_BLOCK
+PROGRAM MAIN
+VAR
+nOther : INT; // beside the speed
+aSpeed, SpeedLimit : INT;
+fbDrive : FB_Drive;
+Speed : INT;
+END_VAR
+END_PROGRAM
+"""
+
 
 @pytest.fixture
 def station(tmp_path: Path) -> Station:
@@ -69,6 +83,29 @@ async def test_a_search_looks_at_names_members_and_comments(shown: Shows) -> Non
             "rows": [],
             "more": 0,
         }
+
+
+async def test_a_search_has_the_nearest_match_first(shown: Shows, tmp_path: Path) -> None:
+    (tmp_path / "main.st").write_text(RANKED)
+    document = {"plc": [{"sources": "main.st"}], "axis": [{"id": 1, "name": "X"}]}
+    station = Station(parse(document, "a.toml"), base=tmp_path)
+    async with shown(station) as it, it.page() as page:
+
+        async def first(text: str, count: int = 1) -> list[str]:
+            rows = (await page.done("symbols.list", search=text, limit=count))["rows"]
+            return [each["path"] for each in rows]
+
+        assert await first("speed", 4) == [
+            "MAIN.fbDrive.Speed", "MAIN.Speed", "MAIN.SpeedLimit", "MAIN.aSpeed",
+        ]  # fmt: skip
+        assert (await first("speed", 9))[-1] == "MAIN.nOther"
+        assert await first("main.speed") == ["MAIN.Speed"]
+        assert await first("fbdrive.speed") == ["MAIN.fbDrive.Speed"]
+        assert await first("axes.x.actpos") == ["500:Axes.X.ActPos"]
+        assert await first("500:axes.x.actpos") == ["500:Axes.X.ActPos"]
+        channels = await page.done("scope.search", text="main.speed", limit=1)
+        assert [each["name"] for each in channels] == ["MAIN.Speed"]
+        assert await page.done("scope.search", text="", limit=1)
 
 
 async def test_many_symbols_leave_the_loop_its_turns(shown: Shows) -> None:

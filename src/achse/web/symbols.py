@@ -6,7 +6,7 @@ Names are those of the PLC; `500:Axes.X.ActPos` is a symbol of the device at ano
 import asyncio
 import re
 from collections.abc import AsyncIterator, Iterable, Iterator, Sequence
-from itertools import islice
+from itertools import chain, islice
 from typing import Any, NamedTuple, TypeVar
 
 from achse.ams import AdsError
@@ -40,6 +40,9 @@ _DEEPEST = 6
 
 _SLICE = 200
 """Symbols that are worked on before the station's cycle gets its turn: a millisecond."""
+
+_FARTHEST = 4
+"""Distance of a symbol whose comment has a word of the search."""
 
 _T = TypeVar("_T")
 
@@ -169,6 +172,21 @@ def _within(symbol: FoundSymbol, depth: int) -> Iterator[FoundSymbol]:
             yield from _within(part, depth + 1)
 
 
+def _distance(path: str, words: Sequence[str]) -> int:
+    """Return how far a match is from the words of a search: 0, its path, to `_FARTHEST`.
+
+    The last part of the path counts for more than the parts before it, a comment for least.
+    """
+    sought, last = words[-1] if words else "", path.rpartition(".")[2]
+    if sought in (path, path.partition(":")[2]):
+        return 0
+    if sought in (last, ".".join(path.split(".")[-1 - sought.count(".") :])):
+        return 1
+    if last.startswith(sought) or path.startswith(sought):
+        return 2
+    return 3 if all(word in path for word in words) else _FARTHEST
+
+
 def _may_be_written(entry: SymbolEntry) -> bool:
     return not entry.flags & _READ_ONLY_FLAG
 
@@ -242,20 +260,21 @@ class SymbolDesk:
         return rows
 
     async def search(self, text: str, limit: int) -> list[FoundSymbol]:
-        """Symbols and members whose name or comment has all words of a text."""
+        """Return symbols and members whose path or comment has all words of a text.
+
+        The nearest match is first (`_distance`): a limit leaves out the others.
+        """
         words = text.lower().split()
-        found: list[FoundSymbol] = []
+        by_distance: list[list[FoundSymbol]] = [[] for _ in range(_FARTHEST + 1)]
         for listing in self._listings.values():
             try:
                 leaves = await listing.leaves()
             except AdsError:
                 continue
-            async for described, each in _in_slices(leaves, 10 * _SLICE):
+            async for described, each in _in_slices(leaves, 5 * _SLICE):
                 if all(word in described for word in words):
-                    found.append(each)
-                    if len(found) >= limit:
-                        return found
-        return found
+                    by_distance[_distance(each.path.lower(), words)].append(each)
+        return list(islice(chain.from_iterable(by_distance), limit))
 
     # values ------------------------------------------------------------------------------------
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import pytest
 
@@ -206,6 +207,22 @@ def test_a_symbol_is_found_watched_and_written(shown: Any, plc: Any, until: Any)
     assert "GVL.nDint" in page.url
     page.reload()
     until(lambda: value.is_visible() and value.inner_text() == "1234")
+
+
+def test_enter_in_the_search_watches_the_first_match(shown: Any) -> None:
+    page = shown.open("symbols")
+    page.keyboard.press("/")
+    # Enter at once: the rows that are shown are still those from before
+    page.keyboard.type("actpos")
+    page.keyboard.press("Enter")
+    page.get_by_role("row", name="500:Axes.").wait_for()
+    assert "watch=500:Axes." in unquote(page.url)
+    names = page.get_by_role("tree").locator(".name").all_inner_texts()
+    assert {"500:Axes.X.ActPos", "500:Axes.Y.ActPos"} <= set(names[:6])
+    page.keyboard.type("no such symbol")
+    page.keyboard.press("Enter")
+    page.get_by_text("No symbol has a path or a comment like this.").wait_for()
+    assert page.get_by_role("row", name="500:Axes.").count() == 1
 
 
 def test_a_wrong_value_is_refused_and_kept_for_mending(shown: Any, plc: Any) -> None:

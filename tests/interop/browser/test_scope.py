@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import pytest
 
@@ -109,6 +110,18 @@ def test_a_channel_is_found_and_shows_what_pyads_reads(shown: Any, nc: Any, unti
         " ...performance.getEntriesByType('resource')].map(each => each.transferSize)"
     )
     assert sum(sizes) < PAGE_BYTES
+
+
+def test_enter_adds_the_first_match_of_what_is_typed(shown: Any, until: Any) -> None:
+    page = shown.open("scope")
+    page.keyboard.press("/")
+    page.keyboard.type("actvelo")
+    page.locator(".found button").first.wait_for()
+    page.keyboard.press("ControlOrMeta+a")
+    page.keyboard.type("axes.y.actpos")
+    page.keyboard.press("Enter")  # the matches of ActVelo are still shown
+    until(lambda: page.locator("#scope-readout tbody tr").count() == 1)
+    assert "traces=500:Axes.Y.ActPos~1" in unquote(page.url)
 
 
 def test_it_stops_and_its_numbers_are_exported(shown: Any, nc: Any, until: Any) -> None:

@@ -14,7 +14,7 @@ const SHORTCUTS = [
   ["F6 or Ctrl+.", "stop every axis, from every page"],
   ["1 … 9", "go to a page"],
   ["?", "this help"],
-  ["/", "search on this page"],
+  ["/", "search on this page; Enter watches the first symbol, adds the first channel"],
   ["F1 F2 F3 F4", "one axis: jog fast back, back, forward, fast forward, while held"],
   ["F5", "one axis: start the move that is filled in"],
   ["F8, F9", "one axis: reset, home"],

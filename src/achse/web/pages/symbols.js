@@ -24,22 +24,36 @@ export function mount(element, session) {
   });
   const found = h("p", { class: "dim", role: "status" });
   const search = h("input", {
-    type: "search", placeholder: "Search by name  ( / )", "aria-label": "Search symbols",
+    type: "search", placeholder: "Search by name  ( / ), Enter watches", "aria-label": "Search symbols",
     value: session.view.get("search"), class: "search",
   });
   let asked = 0;
+  /** The matches of the search, or the top of the tree; null once the user has typed on. */
   const look = async () => {
     const text = search.value.trim();
     const number = ++asked;
     session.view.set({ search: text });
     try {
       const { rows, more } = await listed(session, text ? { search: text, limit: LIMIT } : { under: "", limit: LIMIT });
-      if (number !== asked) return;
-      tree.fill(rows, more);
+      if (number !== asked) return null;
+      // a match is anywhere in the tree: its name alone does not say which one it is
+      tree.fill(text ? rows.map((row) => ({ ...row, name: row.path })) : rows, more);
       show(found, text ? `${rows.length}${more ? ` of ${rows.length + more}` : ""} found` : "");
+      return rows;
     } catch (error) {
       if (number === asked) session.fail(error);
+      return null;
     }
+  };
+  /** Watch the first match of what the field says now, not of the rows from before. */
+  const watchFirst = async () => {
+    later.cancel();
+    if (search.value.trim() === "") return;
+    const rows = await look();
+    if (rows === null) return;
+    if (rows.length) watched.add(rows[0]);
+    else session.say("No symbol has a path or a comment like this.");
+    search.select();
   };
   const later = quiet(look, 200);
   search.addEventListener("input", later);
@@ -47,6 +61,9 @@ export function mount(element, session) {
     if (event.key === "ArrowDown") {
       event.preventDefault();
       tree.focus();
+    } else if (event.key === "Enter") {
+      event.preventDefault();
+      watchFirst();
     }
   });
   element.append(h("div", { class: "split" },

@@ -1,11 +1,12 @@
 import { h, quiet } from "../dom.js";
 
-/** Search for channels: `add(text, chart)` is called with what is chosen; `charts()`: how many. */
+/** Search for channels: `add(text, chart)` is called with what is chosen; `last()` is the last chart. */
 export class Finder {
-  constructor(session, { add, names, last }) {
+  constructor(session, { add, last }) {
     this._session = session;
     this._add = add;
     this._asked = 0;
+    this._searched = ""; // the text whose matches are shown
     this._input = h("input", { type: "search", class: "search", placeholder: "Axes.X.ActPos, MAIN.…",
       "aria-label": "Search channels to add" });
     this._where = h("select", { "aria-label": "Add to" });
@@ -13,7 +14,6 @@ export class Finder {
     this._results = h("ul", { class: "found", "aria-label": "Channels found" });
     this._note = h("p", { class: "dim empty" });
     this._note.hidden = true;
-    this._names = names;
     this.element = h("div", { class: "panel" },
       h("div", { class: "row" }, this._input, this._where), this._results, this._note);
     this._search = quiet(() => this._ask());
@@ -41,6 +41,7 @@ export class Finder {
     const asked = ++this._asked;
     const text = this._input.value.trim();
     if (text === "") {
+      this._searched = "";
       this._results.replaceChildren();
       this._note.hidden = true;
       return;
@@ -53,6 +54,7 @@ export class Finder {
       return;
     }
     if (asked !== this._asked) return;
+    this._searched = text;
     this._results.replaceChildren(...rows.map((row) => this._row(row)));
     this._note.textContent = rows.length ? "" : "No number has a name or a comment like this.";
     this._note.hidden = rows.length > 0;
@@ -82,7 +84,16 @@ export class Finder {
       const next = at + (event.key === "ArrowDown" ? 1 : -1);
       (next < 0 ? this._input : buttons[Math.min(next, buttons.length - 1)])?.focus();
     } else if (event.key === "Enter" && at < 0) {
-      buttons[0]?.click();
+      event.preventDefault();
+      this._addFirst();
     }
+  }
+
+  /** Add the first match of what the field says now, not of the rows from before. */
+  async _addFirst() {
+    this._search.cancel();
+    const text = this._input.value.trim();
+    if (text !== this._searched) await this._ask();
+    if (text === this._searched) this._results.querySelector("button")?.click();
   }
 }
