@@ -17,7 +17,7 @@ async def test_all_kinds_with_their_fields(shown: Shows) -> None:
         kinds = await page.done("faults.list")
     assert [each["kind"] for each in kinds] == list(STATION_FAULTS)
     delay = next(each for each in kinds if each["kind"] == "delay")
-    by = {"name": "by", "type": "number", "meaning": "How late, s.", "default": None}
+    by = {"name": "by", "type": "number", "unit": "s", "meaning": "How late, s.", "default": None}
     assert by in delay["fields"]
     defaults = {each["name"]: each["default"] for each in delay["fields"]}
     assert (defaults["side"], defaults["every"]) == ("answer", 1)
@@ -33,6 +33,23 @@ async def test_every_field_says_what_it_is(shown: Shows) -> None:
         for each in kind["fields"]
         if not each["meaning"]
     ] == []
+
+
+async def test_numbers_of_faults_have_units(shown: Shows) -> None:
+    async with shown(drives()) as it, it.page() as page:
+        kinds = await page.done("faults.list")
+    units = {
+        (kind["kind"], each["name"]): each["unit"] for kind in kinds for each in kind["fields"]
+    }
+    assert {unit for (_, name), unit in units.items() if name in ("at", "lasting")} == {"s"}
+    assert {unit for (_, name), unit in units.items() if name in ("count", "every")} == {"frames"}
+    by = {kind: unit for (kind, name), unit in units.items() if name == "by"}
+    assert by == {
+        "delay": "s", "reorder": "s", "load": "‰", "mailbox_delay": "s", "wrong_counter": "",
+        "clock_drift": "ppm", "clock_jump": "s", "clock_jitter": "s",
+    }  # fmt: skip
+    assert (units["truncate", "size"], units["slow_cycle", "factor"]) == ("bytes", "cycles")
+    assert (units["error", "code"], units["drop", "client"], units["sto", "bus"]) == ("", "", "")
 
 
 async def test_faults_of_drives(shown: Shows) -> None:

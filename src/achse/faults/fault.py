@@ -3,6 +3,7 @@
 import inspect
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Annotated, Any, Generic, TypeVar, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, ValidationError
@@ -19,6 +20,7 @@ __all__ = [
     "LastingFault",
     "Moment",
     "Undo",
+    "Unit",
     "number",
     "seconds",
     "text",
@@ -36,6 +38,13 @@ Undo = Callable[[], None]
 
 class FaultError(ValueError):
     """A fault cannot be: says what was expected and what came."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """The unit of a field, beside its check: `Annotated[float, number(float, 0), Unit("s")]`."""
+
+    symbol: str
 
 
 def seconds(text: str) -> float:
@@ -88,7 +97,7 @@ def _as_seconds(value: object) -> object:
         raise ValueError(f"expected seconds, or a text such as '2s', got {value!r}") from None
 
 
-Moment = Annotated[float, number(float, 0, LONGEST_S), BeforeValidator(_as_seconds)]
+Moment = Annotated[float, number(float, 0, LONGEST_S), BeforeValidator(_as_seconds), Unit("s")]
 """Seconds, or a text with a unit: `"1s"`, `"50ms"`."""
 
 
@@ -137,9 +146,9 @@ class LastingFault(Fault):
 class CountedFault(LastingFault):
     """A fault that can end by itself after some hits."""
 
-    count: Annotated[int, number(int, 1)] | None = None
+    count: Annotated[int, number(int, 1), Unit("frames")] | None = None
     """It ends after so many frames."""
-    every: Annotated[int, number(int, 1)] = 1
+    every: Annotated[int, number(int, 1), Unit("frames")] = 1
     """Only each n-th of the selected frames is hit."""
 
 
@@ -185,6 +194,11 @@ class FaultKinds(Generic[F]):
         """The same with what JSON calls their types."""
         names = {int: "integer", float: "number", str: "string"}
         return {name: names[self._types[name]] for name in self.parameters(kind)}
+
+    def unit(self, kind: str, name: str) -> str:
+        """Return the unit of a kind's field; empty for texts and numbers without one."""
+        field = self.kinds[kind].model_fields[name]
+        return _unit((*field.metadata, field.annotation))
 
     def of(self, fields: Mapping[str, Any]) -> F:
         """From a table of fields, as JSON and TOML have it; raises FaultError."""
@@ -265,6 +279,15 @@ def _plain(annotation: Any) -> type:
         if part is not type(None):
             return _plain(part)
     raise TypeError(f"expected a field of int, float or str, got {annotation}")
+
+
+def _unit(parts: Iterable[Any]) -> str:
+    """Return the first unit among an annotation's parts, and the parts of those."""
+    for part in parts:
+        unit = part.symbol if isinstance(part, Unit) else _unit(get_args(part))
+        if unit:
+            return str(unit)
+    return ""
 
 
 class ActiveFault:

@@ -122,6 +122,7 @@ def _rows_of(kinds: FaultKinds[Any], family: str) -> list[dict[str, Any]]:
             {
                 "name": name,
                 "type": type,
+                "unit": kinds.unit(kind, name),
                 "meaning": meanings.get(name),
                 "default": None
                 if model.model_fields[name].is_required()
@@ -130,7 +131,7 @@ def _rows_of(kinds: FaultKinds[Any], family: str) -> list[dict[str, Any]]:
             for name, type in types.items()
         ]
         if family == "drive":
-            bus = {"name": "bus", "type": "integer", "meaning": _BUS, "default": 1}
+            bus = {"name": "bus", "type": "integer", "unit": "", "meaning": _BUS, "default": 1}
             fields.append(bus)
         rows.append(
             {

@@ -267,6 +267,9 @@ def test_a_fault_is_set_and_cleared(shown: Any, plc: Any, until: Any) -> None:
     page = shown.open("faults?kind=error")
     kind = page.get_by_label("Kind of fault")
     until(lambda: kind.input_value() == "error")
+    assert page.locator(".field").filter(has_text="lasting").inner_text().split() == [
+        "lasting", "s",
+    ]  # fmt: skip
     page.get_by_label("code").fill("0x710")
     page.get_by_label("port").fill("851")
     page.get_by_label("command").fill("read_write")

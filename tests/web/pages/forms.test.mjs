@@ -26,6 +26,12 @@ test("fields of faults become numbers and texts; empty ones are left out", () =>
   { values: { code: 0x706, by: 0.5, client: "10.*" } });
   assert.equal(valuesOf([input("by", "soon", "number")]).bad, "by");
   assert.equal(valuesOf([input("count", "1.5", "integer")]).bad, "count");
+  const late = (value) => valuesOf([{ name: "by", value, type: "number", unit: "s" }]);
+  for (const text of ["0.05", "50ms", "50 ms", "50000us", "0,05s"]) {
+    assert.deepEqual(late(text), { values: { by: 0.05 } }, text);
+  }
+  for (const text of ["50 min", "ms", "s"]) assert.equal(late(text).bad, "by", text);
+  assert.equal(valuesOf([{ name: "by", value: "5ms", type: "number", unit: "ppm" }]).bad, "by");
   assert.deepEqual(fieldsOf({ fields: ["at"] }), [{ name: "at", type: "string" }]);
   assert.deepEqual(fieldsOf(undefined), []);
 });

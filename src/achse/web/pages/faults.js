@@ -38,11 +38,12 @@ export function mount(element, session) {
     show(meaning, chosen()?.meaning ?? "");
     show(wrong, "");
     const wanted = fieldsOf(chosen());
-    fields.replaceChildren(...wanted.map(({ name, type, meaning: about, default: otherwise }) =>
+    fields.replaceChildren(...wanted.map(({ name, type, unit, meaning: about, default: otherwise }) =>
       field(name, h("input", {
         type: "text", name, class: type === "string" ? "mono" : "number", "data-type": type,
-        title: about ?? null, placeholder: otherwise === null || otherwise === undefined ? "" : String(otherwise),
-      }))));
+        "data-unit": unit || null, title: about ?? null,
+        placeholder: otherwise === null || otherwise === undefined ? "" : String(otherwise),
+      }), unit ? h("i", {}, unit) : null)));
   };
   kind.addEventListener("change", () => {
     session.view.set({ kind: kind.value });
@@ -51,7 +52,7 @@ export function mount(element, session) {
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
     const { values, bad } = valuesOf([...fields.querySelectorAll("input")].map(
-      ({ name, value, dataset }) => ({ name, value, type: dataset.type })));
+      ({ name, value, dataset }) => ({ name, value, type: dataset.type, unit: dataset.unit })));
     for (const input of fields.querySelectorAll("input")) mark(input, "aria-invalid", input.name === bad ? "true" : null);
     show(wrong, bad ? `${bad}: a number is needed` : "");
     if (bad) return;
@@ -91,7 +92,7 @@ export function fieldsOf(kind) {
 /** {values} as the server takes them, or {bad}: the name of the field that is not a number. */
 export function valuesOf(inputs) {
   const values = {};
-  for (const { name, value, type } of inputs) {
+  for (const { name, value, type, unit } of inputs) {
     const text = value.trim();
     if (text === "") continue;
     if (type === "string") {
@@ -99,9 +100,17 @@ export function valuesOf(inputs) {
       continue;
     }
     // codes are typed as 0x706
-    const number = /^0x[0-9a-f]+$/i.test(text) ? Number.parseInt(text, 16) : parsed(text);
+    const number = /^0x[0-9a-f]+$/i.test(text) ? Number.parseInt(text, 16)
+      : unit === "s" ? seconds(text) : parsed(text);
     if (number === null || (type === "integer" && !Number.isInteger(number))) return { values, bad: name };
     values[name] = number;
   }
   return { values };
+}
+
+/** Seconds of a text with a unit or without one, as station.toml has them: "2", "50ms"; null for others. */
+function seconds(text) {
+  const [, value, unit] = /^(.*?)\s*(ms|us|µs|s)?$/.exec(text);
+  const number = parsed(value);
+  return number === null ? null : number / { s: 1, ms: 1e3, us: 1e6, "µs": 1e6 }[unit ?? "s"];
 }
