@@ -10,6 +10,7 @@ from achse.ams import AdsError, DeviceError, NetId
 from achse.client import Target
 from achse.drive import Alarm
 from achse.web.arguments import Arguments
+from achse.web.drive_axes import axes_of_drives, scale_of
 from achse.web.feeds import Feed
 from achse.web.messages import CallError
 from achse.web.watched import IO_PORT, NC_PORT, WatchedTarget
@@ -20,7 +21,6 @@ _MASTER_PORT = 0xFFFF
 _DEVICES, _IDS, _NAME, _NET_ID, _BOX_NAME = 0x5000, 1, 1, 5, 6
 _MASTER_STATE, _ADDRESSES, _STATES, _FRAMES, _IDENTITY = 0x3, 0x7, 0x9, 0xC, 0x11
 _CRC_ERRORS, _DEV_STATE, _TRIPS, _WAY = 0x12, 0x45, 0x101, 0x102
-_AXIS_PARAMETERS, _HARDWARE = 0x4000, 0x31
 _STATE_OFFSET = 0x100
 SDO = 0xF302
 """Index group of a slave's objects; offset: index << 16 | subindex."""
@@ -167,9 +167,14 @@ class BusDesk:
     # drives ------------------------------------------------------------------------------------
 
     async def drives(self, given: Arguments) -> list[dict[str, Any]]:
-        """Call `drives.list`: slaves that answer as drives do (CiA 402)."""
+        """Call `drives.list`: slaves that answer as drives do (CiA 402).
+
+        `position` and `velocity` are in increments, `scaled_position` and `scaled_velocity` in
+        the `unit` of the axis; None for a drive without an axis.
+        """
         found = []
-        axes = await self._axes()
+        nc = self._watched.device(NC_PORT)
+        axes = await axes_of_drives(nc)
         for id, master in await self._masters():
             net_id = bytes(master.address.net_id)
             for station in await self._stations(master):
@@ -178,6 +183,8 @@ class BusDesk:
                 if values["statusword"] is None:
                     continue
                 word = values["statusword"]
+                axis = axes.get((net_id, station))
+                scale = None if axis is None else await scale_of(nc, axis)
                 error = values.pop("error_code") or 0
                 alarm = Alarm.of(error)
                 bus_state = await self.state(master, station)
@@ -185,9 +192,17 @@ class BusDesk:
                     {
                         "drive": station,
                         "name": await self._box_name(id, station),
-                        "axis": axes.get((net_id, station)),
+                        "axis": None if axis is None else axis.name,
+                        "axis_id": None if axis is None else axis.id,
+                        "unit": "" if axis is None else axis.unit,
                         "state": drive_state(word),
                         **values,
+                        "scaled_position": None
+                        if scale is None or values["position"] is None
+                        else scale.position_of(values["position"]),
+                        "scaled_velocity": None
+                        if scale is None or values["velocity"] is None
+                        else values["velocity"] * scale.factor,
                         "error": error,
                         "error_text": f"{alarm.panel} {alarm.text}"
                         if alarm
@@ -196,20 +211,6 @@ class BusDesk:
                         "bus_state": bus_state,
                     }
                 )
-        return found
-
-    async def _axes(self) -> dict[tuple[bytes, int], str]:
-        """Names of axes by the drives that they have: NetId of the bus, station address."""
-        nc = self._watched.device(NC_PORT)
-        found: dict[tuple[bytes, int], str] = {}
-        try:
-            for axis in await nc.nc.axes():
-                group = _AXIS_PARAMETERS + await axis.id()
-                drive = await _maybe(nc.read_raw(group, _HARDWARE, 10), "<6sHH")
-                if drive is not None and drive[1]:
-                    found[drive[0], drive[1]] = str(axis)
-        except AdsError:
-            pass  # no NC: no axes
         return found
 
     async def watch_drives(self, feed: Feed, given: Arguments) -> None:

@@ -313,6 +313,7 @@ def test_drives_and_their_bus_are_seen(show: Show, drives: Any, until: Any) -> N
         tab.open("drives")
         until(lambda: active.text_content() == "operation enabled")
         assert before != "operation enabled"
+        assert re.search(r"-?\d+\.\d{3} mm\s+-?\d+\.\d{3} mm/s", row.first.inner_text())
         page.get_by_label("Search objects").fill("6041")
         page.get_by_role("row").filter(has_text="6041:00").wait_for()
         assert page.get_by_role("row").filter(has_text="1004").count() >= 1

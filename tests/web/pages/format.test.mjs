@@ -34,3 +34,14 @@ test("times of day have milliseconds", () => {
   assert.match(format.clock(1_700_000_000.25), /^\d\d:\d\d:\d\d\.250$/);
   assert.equal(format.clock(null), "–");
 });
+
+test("drives have the unit of their axis, or increments", async () => {
+  const { positionOf, velocityOf } = await load("drives.js");
+  const scaled = { position: -229376, velocity: -100, scaled_position: 30, scaled_velocity: 0.0131, unit: "mm" };
+  assert.equal(positionOf(scaled), "30.000 mm");
+  assert.equal(velocityOf(scaled), "0.013 mm/s");
+  const loose = { position: 1234567, velocity: null, scaled_position: null, scaled_velocity: null, unit: "" };
+  assert.equal(positionOf(loose), "1\u2009234\u2009567 inc");
+  assert.equal(velocityOf(loose), "–");
+  assert.equal(velocityOf({ ...scaled, unit: "" }), "0.013");
+});

@@ -2,9 +2,10 @@
 
 import { machine } from "./drive_machine.js";
 import { h, link, quiet, show } from "./dom.js";
-import { code, count, number, plain, range, word } from "./format.js";
+import { NONE, code, count, number, percent, plain, range, word } from "./format.js";
 import { valueCell } from "./parameters.js";
 import { Facts, LiveTable, column, lamp } from "./table.js";
+import { fragment } from "./view.js";
 
 const DRIVE_LAMPS = {
   OPERATION_ENABLED: "on", FAULT: "bad", FAULT_REACTION_ACTIVE: "bad", QUICK_STOP_ACTIVE: "warn",
@@ -38,12 +39,12 @@ function mountDrives(element, session) {
           button.setAttribute("aria-pressed", String(String(row.drive) === chosen));
         }];
       } },
-      column("Axis", ({ axis }) => axis ?? "–"),
+      { title: "Axis", make: axisCell },
       { title: "State", make: () => lampOf(({ state }) => [DRIVE_LAMPS[state] ?? "off", word(state)]) },
       column("Mode", ({ mode }) => MODES[mode] ?? plain(mode)),
-      column("Position", ({ position }) => told(position), { numeric: true }),
-      column("Velocity", ({ velocity }) => told(velocity), { numeric: true }),
-      column("Torque", ({ torque }) => told(torque), { numeric: true, quiet: true }),
+      column("Position", positionOf, { numeric: true }),
+      column("Velocity", velocityOf, { numeric: true }),
+      column("Torque", ({ torque }) => percent(torque === null ? null : torque / 1000), { numeric: true, quiet: true }),
       { title: "Alarm", make: () => {
         const place = h("span", { class: "bad" });
         let known = null;
@@ -75,6 +76,8 @@ function mountDrives(element, session) {
       ["Drive", row.name ?? String(row.drive)],
       ["Statusword", hex(row.statusword)],
       ["Controlword", hex(row.controlword)],
+      ["Counter", increments(row.position, "inc")],
+      ["Rate", increments(row.velocity, "inc/s")],
       ["Bus", word(row.bus_state)],
     ]);
     if (shownObjects !== chosen) {
@@ -206,8 +209,28 @@ function lampOf(of) {
   return [element, (row) => update(...of(row))];
 }
 
-function told(value) {
-  return typeof value === "number" && Number.isInteger(value) ? count(value) : number(value);
+/** A position in the unit of the axis; a drive without an axis has only increments. */
+export function positionOf({ position, scaled_position: scaled, unit }) {
+  return typeof scaled === "number" ? `${number(scaled)} ${unit ?? ""}`.trim() : increments(position, "inc");
+}
+
+export function velocityOf({ velocity, scaled_velocity: scaled, unit }) {
+  return typeof scaled === "number" ? `${number(scaled)} ${unit ? `${unit}/s` : ""}`.trim()
+    : increments(velocity, "inc/s");
+}
+
+function increments(value, unit) {
+  return typeof value === "number" ? `${count(value)} ${unit}` : NONE;
+}
+
+function axisCell() {
+  const place = h("span", {});
+  let known = null;
+  return [place, ({ axis, axis_id: id }) => {
+    if (known === `${id} ${axis}`) return;
+    known = `${id} ${axis}`;
+    place.replaceChildren(axis ? h("a", { href: fragment("axes", { axis: id }) }, axis) : NONE);
+  }];
 }
 
 function hex(value, digits = 4) {
