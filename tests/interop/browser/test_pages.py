@@ -225,6 +225,25 @@ def test_enter_in_the_search_watches_the_first_match(shown: Any) -> None:
     assert page.get_by_role("row", name="500:Axes.").count() == 1
 
 
+def test_empty_lists_lead_on(shown: Any, until: Any) -> None:
+    """A search without a match offers the way back, an empty page the way to its content."""
+    for name, button, rows in (
+        ("axes?search=nope&only=error", "Show all axes", "#page tbody tr"),
+        ("symbols?search=no such symbol", "Show all symbols", "[role=treeitem]"),
+    ):
+        page = shown.open(name)
+        page.get_by_role("button", name=button).click()
+        until(lambda page=page, rows=rows: page.locator(rows).count() >= 3)
+        assert not re.search("(search|only)=", page.url)
+        assert page.evaluate("document.activeElement.type") == "search"
+    page = shown.open("overview")
+    page.get_by_role("link", name="Set one").click()
+    page.get_by_role("heading", name="Set a fault").wait_for()
+    page.goto(f"{shown.url}#nope")
+    page.get_by_role("link", name="Go to the overview").click()
+    page.get_by_role("heading", name="Station").wait_for()
+
+
 def test_a_wrong_value_is_refused_and_kept_for_mending(shown: Any, plc: Any) -> None:
     before = plc.read_by_name("GVL.nSint", pyads.PLCTYPE_SINT)
     page = shown.open("symbols?watch=GVL.nSint")
@@ -280,7 +299,7 @@ def test_a_fault_is_set_and_cleared(shown: Any, plc: Any, until: Any) -> None:
         plc.read_by_name("MAIN.nCounter", pyads.PLCTYPE_UDINT)
     assert refusal.value.err_code == 0x710
     row.click()
-    page.get_by_text("No fault is set.").wait_for()
+    page.get_by_text("No fault is set. Choose a kind below").wait_for()
     assert plc.read_by_name("MAIN.nCounter", pyads.PLCTYPE_UDINT) > 0
 
 

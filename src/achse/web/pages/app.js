@@ -106,7 +106,7 @@ async function open() {
   show(at("title"), title);
   document.title = `${title} – ${connection.hello.name || "achse"}`;
   if (module === null) {
-    element.append(h("p", {}, failure));
+    element.append(h("p", {}, failure, " ", h("a", { href: fragment("overview") }, "Go to the overview")));
     return;
   }
   const session = new Session(connection, view, { say, fail });

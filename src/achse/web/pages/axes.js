@@ -2,7 +2,7 @@
 
 import { mountAxis } from "./axis.js";
 import { AXIS_STATES, errorOf, stateOf } from "./axis_state.js";
-import { h, link, mark, show } from "./dom.js";
+import { act, code, h, link, mark, show } from "./dom.js";
 import { number, percent } from "./format.js";
 import { LiveTable, column, lamp } from "./table.js";
 import { fragment } from "./view.js";
@@ -16,7 +16,9 @@ export function mount(element, session) {
 
 function mountAll(element, session) {
   const table = new LiveTable({
-    caption: "Axes", key: ({ id }) => id, empty: "This target has no axes.", cards: true,
+    caption: "Axes", key: ({ id }) => id, cards: true,
+    empty: ["This target has no axes. A station has those of its station.toml: ",
+      code('[[axis]]'), ", ", code("id = 1"), ", ", code('name = "X"'), "."],
     columns: [
       { title: "Axis", head: true, make: nameCell },
       { title: "State", make: stateCell },
@@ -38,10 +40,17 @@ function mountAll(element, session) {
     h("option", { value: "moving" }, "that move"), h("option", { value: "enabled" }, "enabled"));
   only.value = session.view.get("only");
   let latest = [];
+  const none = h("p", { class: "dim empty" }, "No axis has this name or state. ", act("Show all axes", () => {
+    filter.value = only.value = "";
+    chosen();
+    filter.focus();
+  }));
   const draw = () => {
     const wanted = filter.value.trim().toLowerCase();
     table.update(latest.filter((row) => row.name.toLowerCase().includes(wanted)
       && (only.value === "" || AXIS_STATES[only.value](row))));
+    none.hidden = latest.length === 0 || table.size > 0;
+    table.element.hidden = !none.hidden;
   };
   const chosen = () => {
     session.view.set({ search: filter.value.trim(), only: only.value });
@@ -50,7 +59,7 @@ function mountAll(element, session) {
   filter.addEventListener("input", chosen);
   only.addEventListener("change", chosen);
   element.append(
-    h("div", { class: "panel" }, h("div", { class: "row" }, filter, only), table.element),
+    h("div", { class: "panel" }, h("div", { class: "row" }, filter, only), table.element, none),
   );
   session.draw("axes", { every: session.every }, (rows) => {
     latest = rows;

@@ -2,7 +2,7 @@
 
 import { Sheet } from "./canvas.js";
 import { drawCurve, nearest, place, thinned } from "./curves.js";
-import { h, panel, show } from "./dom.js";
+import { code, h, panel, show } from "./dom.js";
 import { NONE, number, word } from "./format.js";
 import { LiveTable, column } from "./table.js";
 
@@ -18,7 +18,9 @@ export function mountCams(element, session) {
   let at = null;
   let asked = null;
   const list = new LiveTable({
-    caption: "Cam tables", key: ({ table }) => table, empty: "There are no cam tables.", cards: true,
+    caption: "Cam tables", key: ({ table }) => table, cards: true,
+    empty: ["There are no cam tables. Clients load them, a station.toml names them: ", code("[[table]]"), ", or ",
+      code("achse table --help"), "."],
     columns: [
       { title: "Table", head: true, make: (row) => {
         const button = h("button", { type: "button", class: "plain small" });

@@ -54,7 +54,8 @@ export function mountChannels(element, session) {
   };
   session.do("channels.list").then((rows) => {
     if (!rows?.length) {
-      place.append(h("p", { class: "dim" }, "There is no channel with an interpreter."));
+      place.append(h("p", { class: "dim" }, "There is no channel with an interpreter. "
+        + "A station has those of its station.toml: ", h("code", {}, "[[channel]]"), "."));
       return;
     }
     for (const { channel, name } of rows) {

@@ -66,6 +66,16 @@ export function field(label, input, unit = null) {
   return h("label", { class: "field" }, h("span", {}, label), input, unit);
 }
 
+/** A button within a sentence: `["No axis is like this. ", act("Show all", run)]`. */
+export function act(text, run) {
+  return h("button", { type: "button", class: "small", onclick: run }, text);
+}
+
+/** A command or a line of a file, to be copied. */
+export function code(text) {
+  return h("code", {}, text);
+}
+
 /** A part of a page with a heading of its own. */
 export function panel(title, ...content) {
   return h("section", { class: "panel" }, h("h2", {}, title), ...content);

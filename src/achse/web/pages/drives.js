@@ -1,7 +1,7 @@
 /** Drives and bus: drives with their CiA 402 state, their objects, the slaves of each bus. */
 
 import { machine } from "./drive_machine.js";
-import { h, link, quiet, show } from "./dom.js";
+import { code as line, h, link, quiet, show } from "./dom.js";
 import { NONE, code, count, number, percent, plain, range, word } from "./format.js";
 import { valueCell } from "./parameters.js";
 import { Facts, LiveTable, column, lamp } from "./table.js";
@@ -29,7 +29,9 @@ function mountDrives(element, session) {
     session.view.set({ drive: chosen });
   };
   const table = new LiveTable({
-    caption: "Drives", key: ({ drive }) => drive, empty: "There are no drives.", cards: true,
+    caption: "Drives", key: ({ drive }) => drive, cards: true,
+    empty: ["No slave answers as a drive (CiA 402). A station has those of its station.toml: ",
+      line("[[bus]]"), ", ", line("[[drive]]"), ", ", line('axis = "X"'), "."],
     columns: [
       { title: "Drive", head: true, make: ({ drive, name }) => {
         const button = h("button", { type: "button", class: "plain small" }, name ?? `drive ${drive}`);
@@ -93,7 +95,7 @@ function objectTable(session) {
   });
   const again = h("button", { type: "button", class: "small" }, "Read again");
   const table = new LiveTable({
-    caption: "Objects of the drive", key: ({ key }) => key, empty: "No such object.",
+    caption: "Objects of the drive", key: ({ key }) => key, empty: "No object has this number, name or meaning: empty the search to see all.",
     columns: [
       column("Object", ({ key }) => key, { kind: () => "mono" }),
       { title: "Name", head: true, make: (row) => [h("span", {}, link(row.link, row.name)), () => {}] },
@@ -175,7 +177,7 @@ function mountBuses(element, session) {
 function busPanel({ name }) {
   const facts = new Facts();
   const table = new LiveTable({
-    caption: `Slaves of ${name}`, key: ({ station }) => station, empty: "No slave answers.",
+    caption: `Slaves of ${name}`, key: ({ station }) => station, empty: "No slave answers: look at the cable or the faults of the bus, and at its state above.",
     columns: [
       column("Address", ({ station }) => String(station), { numeric: true }),
       column("Slave", (slave) => slave.name, { head: true }),

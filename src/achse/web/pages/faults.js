@@ -6,7 +6,8 @@ import { LiveTable, column } from "./table.js";
 
 export function mount(element, session) {
   const active = new LiveTable({
-    caption: "Faults that wait or are at work", key: ({ number }) => number, empty: "No fault is set.",
+    caption: "Faults that wait or are at work", key: ({ number }) => number,
+    empty: "No fault is set. Choose a kind below and set it: it begins at once, or at its time.",
     columns: [
       column("No.", ({ number }) => String(number), { numeric: true }),
       column("Fault", ({ text, kind, fault }) => text ?? kind ?? fault ?? "", { head: true }),

@@ -1,6 +1,6 @@
 /** Log and traffic: lines as they come, filtered, paused, at most so many kept. */
 
-import { h, mark, quiet, show } from "./dom.js";
+import { act, code as command, h, mark, quiet, show } from "./dom.js";
 import { clock, code, count, plain } from "./format.js";
 
 const KEPT = 1000;
@@ -52,7 +52,8 @@ function showLines(place, session, [topic, title, options, line]) {
   const list = h("div", {
     class: "lines", role: "log", "aria-live": "off", "aria-label": title, tabindex: "0",
   }, lines);
-  const empty = h("p", { class: "dim empty" }, "Nothing has come yet.");
+  const empty = h("p", { class: "dim empty" }, chosen.empty);
+  const none = h("p", { class: "dim empty" }, "No line is like this. ", act("Show all lines", () => chosen.all()));
   const counted = h("span", { class: "dim" });
   const pause = h("button", { type: "button", class: "small", "aria-pressed": "false" }, "Pause");
   const clear = h("button", { type: "button", class: "small" }, "Clear");
@@ -76,7 +77,8 @@ function showLines(place, session, [topic, title, options, line]) {
     fresh = [];
     anew = false;
     const shown = lines.childElementCount;
-    empty.hidden = shown > 0;
+    empty.hidden = kept.length > 0;
+    none.hidden = shown > 0 || kept.length === 0;
     clear.disabled = kept.length === 0 && held.length === 0;
     list.hidden = shown === 0;
     const more = held.length ? `, ${count(held.length)} wait` : "";
@@ -134,7 +136,7 @@ function showLines(place, session, [topic, title, options, line]) {
     soon();
   };
   place.replaceChildren(
-    h("div", { class: "row" }, chosen.controls, pause, clear, counted), empty, list);
+    h("div", { class: "row" }, chosen.controls, pause, clear, counted), empty, none, list);
   const forget = session.on("state", ({ state }) => { again ||= state === "lost"; });
   begin();
   soon();
@@ -161,6 +163,13 @@ function logOptions(session) {
     wanted: ({ entry }) => LEVELS.indexOf(entry.level) >= LEVELS.indexOf(level.value)
       && `${entry.source} ${entry.text}`.toLowerCase().includes(search.value.trim().toLowerCase()),
     changed: () => {},
+    empty: ["Nothing has been logged yet. Lines come from the station, and from PLC programs by ",
+      command("ADSLOGSTR"), "."],
+    all() {
+      level.value = LEVELS[0];
+      search.value = "";
+      changed();
+    },
   };
   const changed = () => {
     view.set({ level: level.value === "info" ? "" : level.value, search: search.value.trim() });
@@ -195,6 +204,16 @@ function trafficOptions(session) {
       && (!errors.checked || Boolean(entry.error) || entry.answered === false)
       && (samples.checked || entry.command !== "notification"),
     changed: () => {},
+    empty: ["No request has come yet. Send one from another terminal: ",
+      command(`achse ads state --host ${location.hostname}`), "."],
+    all() {
+      const asked = errors.checked || !samples.checked;
+      errors.checked = false;
+      samples.checked = true;
+      search.value = "";
+      keep();
+      self.changed(asked);
+    },
   };
   const keep = () => view.set({
     search: search.value.trim(), errors: errors.checked ? 1 : "", samples: samples.checked ? 1 : "",

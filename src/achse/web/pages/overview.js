@@ -1,6 +1,6 @@
 /** Overview: the station, its cycle, devices, clients, faults at work. */
 
-import { h, panel } from "./dom.js";
+import { code, h, panel } from "./dom.js";
 import { count, elapsed, number, percent, seconds, word } from "./format.js";
 import { Facts, LiveTable, column, lamp } from "./table.js";
 import { fragment } from "./view.js";
@@ -13,7 +13,7 @@ export function mount(element, session) {
   const axes = new Facts();
   const load = h("meter", { min: 0, max: 1, high: 0.7, low: 0.5, optimum: 0, "aria-label": "Cycle load" });
   const devices = new LiveTable({
-    caption: "Devices", key: ({ port }) => port, empty: "No device has told of itself yet.",
+    caption: "Devices", key: ({ port }) => port, empty: ["No device answers yet. Is it running? ", code("achse ads state"), " says it too."],
     columns: [
       column("Port", ({ port }) => String(port), { numeric: true }),
       column("Device", ({ name }) => name, { head: true }),
@@ -34,7 +34,9 @@ export function mount(element, session) {
     ],
   });
   const faults = new LiveTable({
-    caption: "Faults at work", key: (fault) => fault.number, empty: "No fault is set.",
+    caption: "Faults at work", key: (fault) => fault.number,
+    empty: ["No fault is set. ", session.has("faults") && session.control
+      ? h("a", { href: fragment("faults") }, "Set one") : false],
     columns: [
       column("No.", (fault) => String(fault.number), { numeric: true }),
       column("Fault", ({ text, kind }) => text ?? kind, { head: true }),

@@ -23,7 +23,7 @@ export class ParameterTables {
     this._again = h("button", { type: "button", class: "small" }, "Read again");
     this._again.addEventListener("click", () => this.load());
     this._table = new LiveTable({
-      caption: "Parameters", key: ({ key }) => key, empty: "No such parameter.",
+      caption: "Parameters", key: ({ key }) => key, empty: "No parameter has this name, key or meaning: empty the search to see all.",
       columns: [
         { title: "Parameter", head: true, make: nameCell },
         { title: "Value", make: (row) => valueCell(row, this) },

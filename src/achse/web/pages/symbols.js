@@ -1,6 +1,6 @@
 /** Symbols: a tree whose branches are loaded when opened, search, a watch list, methods. */
 
-import { h, mark, quiet, show } from "./dom.js";
+import { act, h, mark, quiet, show } from "./dom.js";
 import { callMethod } from "./methods.js";
 import { LiveTable, column } from "./table.js";
 import { Tree } from "./tree.js";
@@ -21,6 +21,11 @@ export function mount(element, session) {
     ],
     chosen: (row) => watched.add(row),
     failed: session.fail,
+    empty: ["No symbol has a path or a comment like this. ", act("Show all symbols", () => {
+      search.value = "";
+      look();
+      search.focus();
+    })],
   });
   const found = h("p", { class: "dim", role: "status" });
   const search = h("input", {
@@ -104,7 +109,8 @@ class WatchList {
     this._end = () => {};
     this._table = new LiveTable({
       caption: "Watched symbols", key: ({ path }) => path,
-      empty: "Choose symbols in the tree: Enter, or the button Watch.",
+      empty: "Nothing is watched. Type a part of a name and press Enter, or choose symbols in the tree: Enter, or "
+        + "the button Watch.",
       columns: [
         column("Symbol", ({ path }) => path, { head: true, kind: () => "path" }),
         { title: "Value", make: (row) => this._value(row) },

@@ -9,6 +9,7 @@ import { h, show } from "./dom.js";
  * `quiet` is left out on narrow screens, `kind: (row) => string` sets a class for the cell.
  */
 export class LiveTable {
+  /** `empty` says what to do without rows: a text, or nodes and texts. */
   constructor({ caption, columns, key, empty = "Nothing here.", cards = false }) {
     this._columns = columns;
     this._key = key;

@@ -6,10 +6,10 @@
 import { h, mark, show } from "./dom.js";
 
 export class Tree {
-  constructor({ label, list, actions, chosen, failed }) {
+  constructor({ label, list, actions, chosen, failed, empty = "Nothing here." }) {
     Object.assign(this, { _list: list, _actions: actions, _chosen: chosen, _failed: failed });
     this._tree = h("ul", { class: "tree", role: "tree", "aria-label": label });
-    this._empty = h("p", { class: "dim empty" }, "Nothing found.");
+    this._empty = h("p", { class: "dim empty" }, empty);
     this.element = h("div", { class: "trees" }, this._tree, this._empty);
     this._tree.addEventListener("keydown", (event) => this._pressed(event));
     this._tree.addEventListener("focusin", ({ target }) => {
