@@ -104,6 +104,33 @@ def test_every_page_is_fit_for_everybody(
                 page.set_viewport_size(WIDE)
 
 
+@pytest.mark.parametrize(
+    ("name", "table", "cells"),
+    [
+        ("axes?axis=1&find=velocity", "Parameters", ["Value", "Unit", "Range", "Meaning"]),
+        (
+            "scope?traces=Axes.X.ActPos~1|Axes.X.ActVelo~2",
+            "Numbers of the traces",
+            ["Unit", "Chart"],
+        ),
+    ],
+)
+def test_tables_are_cards_on_a_phone(
+    show: Show, station: Any, until: Any, name: str, table: str, cells: list[str]
+) -> None:
+    with show(station.url, viewport=PHONE) as tab:
+        page = tab.open(name)
+        region = page.locator(f".scroll[aria-label='{table}']")
+        region.locator("tbody tr").first.wait_for()
+        labels = """each => [...each.querySelectorAll("tbody td")]
+            .filter((cell) => cell.checkVisibility())
+            .map((cell) => getComputedStyle(cell, "::before").content.replaceAll('"', ""))"""
+        until(lambda: set(cells) <= set(region.evaluate(labels)))
+        assert not region.locator("thead").is_visible()
+        assert region.evaluate("each => each.scrollWidth - each.clientWidth") <= 0
+        tab.picture(f"cards-{table.split()[0].lower()}")
+
+
 def test_the_first_page_is_light_and_asks_nobody_else(show: Show, station: Any) -> None:
     with show(station.url) as tab:
         asked: list[str] = []

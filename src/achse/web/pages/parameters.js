@@ -23,13 +23,13 @@ export class ParameterTables {
     this._again = h("button", { type: "button", class: "small" }, "Read again");
     this._again.addEventListener("click", () => this.load());
     this._table = new LiveTable({
-      caption: "Parameters", key: ({ key }) => key, empty: "No parameter has this name, key or meaning: empty the search to see all.",
+      caption: "Parameters", key: ({ key }) => key, cards: true, empty: "No parameter has this name, key or meaning: empty the search to see all.",
       columns: [
         { title: "Parameter", head: true, make: nameCell },
         { title: "Value", make: (row) => valueCell(row, this) },
         column("Unit", ({ unit }) => (unit && unit !== "1" ? unit : ""), { kind: () => "nowrap" }),
-        column("Range", (row) => range(row), { quiet: true, kind: () => "nowrap dim" }),
-        column("Meaning", ({ meaning }) => meaning ?? "", { quiet: true }),
+        column("Range", (row) => range(row), { kind: () => "nowrap dim" }),
+        column("Meaning", ({ meaning }) => meaning ?? "", { kind: () => "long" }),
       ],
     });
     this._panel = h("div", { role: "tabpanel", "aria-label": "Parameters of the group" }, this._table.element);

@@ -1,4 +1,4 @@
-import { h, show } from "../dom.js";
+import { h, mark, show } from "../dom.js";
 import { number, seconds } from "../format.js";
 
 /** The numbers at the cursors: a table with a row for each trace. */
@@ -9,10 +9,11 @@ export class Readout {
     this._rows = new Map();
     this._body = h("tbody");
     this._times = [0, 1, 2, 3].map(() => h("th", { scope: "col", class: "numeric" }));
+    this._titles = ["", "", "", ""]; // those of the times, which cards have at each number
     const head = (text) => h("th", { scope: "col" }, text);
     this.element = h("div", { class: "scroll", id: "scope-readout", tabindex: "0", role: "region",
       "aria-label": "Numbers of the traces" },
-    h("table", { class: "live" }, h("caption", { class: "unseen" }, "Numbers of the traces"),
+    h("table", { class: "live cards" }, h("caption", { class: "unseen" }, "Numbers of the traces"),
       h("thead", {}, h("tr", {}, head("Trace"), head("Unit"), this._times, head("Chart"),
         h("th", { scope: "col" }, h("span", { class: "unseen" }, "Actions")))), this._body));
   }
@@ -24,6 +25,7 @@ export class Readout {
     show(this._times[2], b === null ? "B" : `B, ${number(b, 6)} s`);
     show(this._times[3], a === null || b === null ? "B − A"
       : `Δt ${seconds(b - a)}${b === a ? "" : ` (${number(1 / Math.abs(b - a), 3)} Hz)`}`);
+    this._titles = this._times.map(({ textContent }) => textContent);
     for (const [text, { element }] of this._rows) {
       if (!rows.some((row) => row.text === text)) {
         element.remove();
@@ -32,17 +34,20 @@ export class Readout {
     }
     for (const row of rows) {
       const shown = this._rows.get(row.text) ?? this._add(row);
-      shown.mark.style.backgroundColor = this._means.colours.trace(row.number);
+      shown.swatch.style.backgroundColor = this._means.colours.trace(row.number);
       show(shown.unit, row.unit);
       const change = row.a === null || row.b === null ? null : row.b - row.a;
-      [row.last, row.a, row.b, change].forEach((value, n) => show(shown.cells[n], number(value, 6)));
+      [row.last, row.a, row.b, change].forEach((value, n) => {
+        show(shown.cells[n], number(value, 6));
+        mark(shown.cells[n], "data-label", this._titles[n]);
+      });
       if (shown.chart.value !== String(row.chart)) shown.chart.value = String(row.chart);
     }
   }
 
   _add({ text, title }) {
-    const mark = h("span", { class: "swatch", "aria-hidden": "true" });
-    const unit = h("td");
+    const swatch = h("span", { class: "swatch", "aria-hidden": "true" });
+    const unit = h("td", { "data-label": "Unit" });
     const cells = [0, 1, 2, 3].map(() => h("td", { class: "numeric" }));
     const chart = h("select", { "aria-label": `Chart of ${title}` },
       [1, 2, 3, 4, 5, 6, 7, 8].map((n) => h("option", { value: n }, String(n))));
@@ -50,10 +55,10 @@ export class Readout {
     const away = h("button", { type: "button", class: "small", "aria-label": `Remove ${title}` },
       "Remove");
     away.addEventListener("click", () => this._means.remove(text));
-    const element = h("tr", {}, h("th", { scope: "row" }, h("span", { class: "trace" }, mark,
-      h("span", {}, title))), unit, cells, h("td", {}, chart), h("td", {}, away));
+    const element = h("tr", {}, h("th", { scope: "row" }, h("span", { class: "trace" }, swatch,
+      h("span", {}, title))), unit, cells, h("td", { "data-label": "Chart" }, chart), h("td", {}, away));
     this._body.append(element);
-    const shown = { element, mark, unit, cells, chart };
+    const shown = { element, swatch, unit, cells, chart };
     this._rows.set(text, shown);
     return shown;
   }
