@@ -10,6 +10,7 @@ from unittest import mock
 
 import pytest
 
+from achse.transport.own_address import address_for_others
 from achse.web.server import WebServer
 from achse.web.settings import WebExtraMissing, WebSettings
 
@@ -40,7 +41,8 @@ async def test_elsewhere_there_is_always_a_token(shown: Shows) -> None:
     async with shown(settings=WebSettings(host="0.0.0.0", port=0)) as it, it.server as server:
         address, _, token = server.url.partition("?token=")
         assert len(token) >= 20
-        assert address == f"http://0.0.0.0:{server.port}/"
+        assert address == f"http://{address_for_others('0.0.0.0')}:{server.port}/"
+        assert server.host == "0.0.0.0"
 
 
 async def test_without_the_extra_it_is_named(shown: Shows) -> None:

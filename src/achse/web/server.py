@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from achse.client import Client
 from achse.router.rights import ALL_RIGHTS, Right
+from achse.transport.own_address import address_for_others
 from achse.web.calls import calls_of, desks_of, topics_of
 from achse.web.door import Door, is_own_computer
 from achse.web.feeds import Feeds, Pause
@@ -60,6 +61,7 @@ class WebServer:
         self._serving: asyncio.Task[None] | None = None
         self._token = self.settings.token
         self.host, self.port = "", 0
+        self._host_for_others = ""
 
     @property
     def open_pages(self) -> frozenset[Viewer]:
@@ -73,8 +75,12 @@ class WebServer:
 
     @property
     def url(self) -> str:
-        """The address to open, with the token if one is needed."""
-        host = f"[{self.host}]" if ":" in self.host else self.host
+        """The address to open, from other computers too if it listens for them.
+
+        With the token if one is needed.
+        """
+        host = self._host_for_others
+        host = f"[{host}]" if ":" in host else host
         token = f"?token={self._token}" if self._token else ""
         return f"http://{host}:{self.port}/{token}"
 
@@ -97,6 +103,7 @@ class WebServer:
             raise WebExtraMissing from None
         listener = listen(self.settings.host, self.settings.port)
         self.host, self.port = listener.getsockname()[:2]
+        self._host_for_others = await asyncio.to_thread(address_for_others, self.host)
         if not self._token and not is_own_computer(self.host):
             self._token = Door.new_token()
         server = self._server = server_for(self.app(self.port), MOST_BYTES)
