@@ -54,4 +54,5 @@ def set_up_logs(form: LogFormat, level: LogLevel) -> None:
         handler.setFormatter(_Json())
     else:
         handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
+    handler.setLevel(level.name)  # a page may have lines that are not written here
     logging.basicConfig(handlers=[handler], level=level.name, force=True)

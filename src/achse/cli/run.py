@@ -137,7 +137,11 @@ def run(
             words += [] if value is None else [f"{option}={value}"]
         detached.start([*words, *flags], timeout)
         return
+    from achse.web.process_log import ProcessLog
+
     set_up_logs(log_format, log_level)
+    process_log = ProcessLog()
+    process_log.attach()  # until it is known that there are no pages
     ends = ending_signals()
     for number in ends:  # until the loop takes them over
         signal.signal(number, _leave)
@@ -157,7 +161,9 @@ def run(
         log.warning("%s", warning)
     from achse.station.collection import seldom_collected
 
-    page = functools.partial(station_web, station, web, web_host, web_port, web_read_only)
+    page = functools.partial(
+        station_web, station, web, web_host, web_port, web_read_only, process_log
+    )
     with seldom_collected(), asyncio.Runner(loop_factory=loop_factory()) as runner:
         code = runner.run(
             _serve(station, host, tcp_port, factor, duration, let_everybody_in or None, ends, page)

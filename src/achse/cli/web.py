@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from achse.client import Client
     from achse.router.rights import Right
     from achse.station import Station
+    from achse.web.process_log import ProcessLog
     from achse.web.server import WebServer
     from achse.web.settings import WebSettings
 
@@ -79,10 +80,11 @@ async def served_web(
     name: str,
     rights: "Right",
     station: "Station | None" = None,
+    process_log: "ProcessLog | None" = None,
 ) -> AsyncIterator["WebServer"]:
     """A web server while the block lasts; if it cannot listen, the command ends.
 
-    `station` is the one of this process, if it is that.
+    `station` is the one of this process, if it is that, `process_log` its log.
     """
     from achse.monitor.names import rows_of
     from achse.transport.reason import reason
@@ -91,7 +93,9 @@ async def served_web(
     from achse.web.traffic import rows_of_demo
 
     rows = rows_of_demo if station is None else lambda: rows_of(station.devices)
-    server = WebServer(client, settings, name=name, rights=rights, rows=rows)
+    server = WebServer(
+        client, settings, name=name, rights=rights, rows=rows, process_log=process_log
+    )
     try:
         await server.open()
     except WebExtraMissing as missing:
@@ -111,13 +115,19 @@ async def served_web(
 
 @contextlib.asynccontextmanager
 async def station_web(
-    station: "Station", wanted: bool, host: str | None, port: int | None, read_only: bool
+    station: "Station",
+    wanted: bool,
+    host: str | None,
+    port: int | None,
+    read_only: bool,
+    process_log: "ProcessLog",
 ) -> AsyncIterator["WebServer | None"]:
     """The page of a station of this process, if its configuration or an option asks for one."""
     config = station.config.web
     number = config.port if port is None else port
     if number is None:
         if not (wanted or host is not None or read_only):
+            process_log.detach()
             yield None
             return
         number = DEFAULT_PORT
@@ -136,6 +146,9 @@ async def station_web(
     rights = rights_named(station.config.router.rights)
     async with (
         connect(station.router, port=PLC_PORT, keep_alive=None) as client,
-        served_web(client, settings, station.config.name, rights, station) as server,
+        served_web(client, settings, station.config.name, rights, station, process_log) as server,
     ):
-        yield server
+        try:
+            yield server
+        finally:
+            process_log.detach()

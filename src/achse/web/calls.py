@@ -13,6 +13,7 @@ from achse.web.feeds import Topic
 from achse.web.journal import JournalDesk
 from achse.web.overview import OverviewDesk
 from achse.web.parameters import ParameterDesk
+from achse.web.process_log import ProcessLog
 from achse.web.scene import SceneDesk
 from achse.web.scopes import ScopeDesk
 from achse.web.symbols import SymbolDesk
@@ -51,9 +52,15 @@ class Desks(NamedTuple):
 
 
 def desks_of(
-    watched: WatchedTarget, scene: Path | None = None, rows: ServiceRows = rows_of_demo
+    watched: WatchedTarget,
+    scene: Path | None = None,
+    rows: ServiceRows = rows_of_demo,
+    process_log: ProcessLog | None = None,
 ) -> Desks:
-    """The desks of a target; `rows` name the services in its traffic."""
+    """The desks of a target; `rows` name the services in its traffic.
+
+    `process_log` is for a target in this process.
+    """
     buses, channels, scenes = BusDesk(watched), ChannelDesk(watched), SceneDesk(scene)
     watched.offer(("bus", "drives"), buses.there)
     watched.offer(("channels",), channels.there)
@@ -66,7 +73,7 @@ def desks_of(
         symbols,
         ScopeDesk(watched, symbols),
         faults,
-        JournalDesk(watched),
+        JournalDesk(watched, process_log),
         TrafficDesk(watched, rows),
         buses,
         DriveObjectDesk(buses),

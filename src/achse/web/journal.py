@@ -1,11 +1,13 @@
-"""The log of a target: messages that its logger sends to those who subscribe."""
+"""The log of a target: messages of its logger, of a station in this process all lines."""
 
+import asyncio
 import struct
 from typing import Any
 
 from achse.ams.filetime import to_datetime
 from achse.web.arguments import Arguments
 from achse.web.feeds import Feed
+from achse.web.process_log import ProcessLog
 from achse.web.watched import LOGGER_PORT, WatchedTarget
 
 __all__ = ["JournalDesk", "message_of"]
@@ -17,13 +19,17 @@ _LEVELS = ((0x04, "error"), (0x02, "warning"), (0x01, "info"))
 
 
 class JournalDesk:
-    """Follows the logger of a target."""
+    """Follows the logger of a target, or the log of its process, which has those messages too."""
 
-    def __init__(self, watched: WatchedTarget) -> None:
+    def __init__(self, watched: WatchedTarget, process_log: ProcessLog | None = None) -> None:
         self._logger = watched.device(LOGGER_PORT)
+        self._process_log = process_log
 
     async def watch(self, feed: Feed, given: Arguments) -> None:
-        """Topic `log`: messages from now on."""
+        """Topic `log`: messages from now on; of this process the newest 500 lines before, too."""
+        if self._process_log is not None:
+            with self._process_log.followed(feed.show_lines):
+                await asyncio.Event().wait()
         async with self._logger.subscribe_as(
             _MESSAGES, _EVERY_MESSAGE, _LONGEST, cycle_time=0.0
         ) as samples:

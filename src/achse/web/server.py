@@ -12,6 +12,7 @@ from achse.web.calls import calls_of, desks_of, topics_of
 from achse.web.door import Door, is_own_computer
 from achse.web.feeds import Feeds, Pause
 from achse.web.pages import Pages
+from achse.web.process_log import ProcessLog
 from achse.web.settings import WebExtraMissing, WebSettings
 from achse.web.traffic import ServiceRows, rows_of_demo
 from achse.web.viewer import Viewer, Wire
@@ -33,7 +34,8 @@ class WebServer:
 
     `async with WebServer(client, WebSettings(port=0)) as web: print(web.url)`. `rights` are what
     pages may at most; with `read_only` settings they may only read. `rows` name
-    services in the traffic; `pause` waits for seconds.
+    services in the traffic; `process_log` has the log of a station in this process; `pause` waits
+    for seconds.
     """
 
     def __init__(
@@ -45,6 +47,7 @@ class WebServer:
         rights: Right = ALL_RIGHTS,
         pages: Path | None = None,
         rows: ServiceRows = rows_of_demo,
+        process_log: ProcessLog | None = None,
         pause: Pause = asyncio.sleep,
     ) -> None:
         self.settings = settings or WebSettings()
@@ -52,7 +55,7 @@ class WebServer:
         if self.settings.read_only:
             rights &= Right.READ
         self.watched = WatchedTarget(client, name=name, rights=rights)
-        self.desks = desks_of(self.watched, self.settings.scene, rows)
+        self.desks = desks_of(self.watched, self.settings.scene, rows, process_log)
         self._calls = calls_of(self.watched, self.desks)
         self.feeds = Feeds(topics_of(self.desks), pause, of_station)
         self._pages = pages

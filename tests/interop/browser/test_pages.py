@@ -330,6 +330,19 @@ def test_a_fault_is_set_and_cleared(shown: Any, plc: Any, until: Any) -> None:
     assert plc.read_by_name("MAIN.nCounter", pyads.PLCTYPE_UDINT) > 0
 
 
+def test_the_log_has_the_lines_of_the_level_that_is_chosen(shown: Any, until: Any) -> None:
+    page = shown.open("log")
+    lines = page.get_by_role("log").locator("li")
+    # the page itself comes as a client: the station says so at level info
+    until(lambda: lines.filter(has_text="info").count() > 0)
+    level = page.get_by_label("from level")
+    assert level.locator("option").all_inner_texts() == ["info", "warning", "error"]
+    level.select_option("error")
+    until(lambda: lines.count() == 0)
+    page.get_by_role("button", name="Show all lines").click()
+    until(lambda: lines.count() > 0)
+
+
 def test_traffic_is_seen(shown: Any, plc: Any, until: Any) -> None:
     page = shown.open("log?show=traffic")
     page.get_by_label("Filter lines").fill("nDword")

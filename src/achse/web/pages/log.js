@@ -4,7 +4,7 @@ import { act, code as command, h, mark, quiet, show } from "./dom.js";
 import { clock, code, count, plain } from "./format.js";
 
 const KEPT = 1000;
-const LEVELS = ["debug", "info", "warning", "error"];
+const LEVELS = ["info", "warning", "error"];
 
 export function mount(element, session) {
   const kinds = [
@@ -153,7 +153,8 @@ function timeOf({ time, time_ns: nanoseconds }) {
 function logOptions(session) {
   const { view } = session;
   const level = h("select", {}, LEVELS.map((name) => h("option", { value: name }, name)));
-  level.value = view.get("level", "info");
+  const wanted = view.get("level");
+  level.value = LEVELS.includes(wanted) ? wanted : LEVELS[0];
   const search = h("input", {
     type: "search", placeholder: "Text or source", "aria-label": "Filter lines", value: view.get("search"),
   });
@@ -181,7 +182,7 @@ function logOptions(session) {
 }
 
 function logLine({ time, level, source, text }) {
-  const kind = { error: "bad", warning: "warn", debug: "dim" }[level] ?? "";
+  const kind = { error: "bad", warning: "warn" }[level] ?? "";
   return h("li", { class: kind || null }, h("time", {}, clock(time)),
     h("span", { class: "level" }, level ?? ""), h("span", { class: "source" }, source ?? ""),
     h("span", { class: "text" }, text ?? ""));
