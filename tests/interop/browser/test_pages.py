@@ -248,7 +248,7 @@ def test_enter_in_the_search_watches_the_first_match(shown: Any) -> None:
     assert {"500:Axes.X.ActPos", "500:Axes.Y.ActPos"} <= set(names[:6])
     page.keyboard.type("no such symbol")
     page.keyboard.press("Enter")
-    page.get_by_text("No symbol has a path or a comment like this.").wait_for()
+    page.get_by_role("button", name="Show all symbols").wait_for()
     assert page.get_by_role("row", name="500:Axes.").count() == 1
 
 

@@ -112,6 +112,20 @@ def test_a_channel_is_found_and_shows_what_pyads_reads(shown: Any, nc: Any, unti
     assert sum(sizes) < PAGE_BYTES
 
 
+def test_an_empty_scope_starts_with_an_axis_at_one_click(shown: Any, until: Any) -> None:
+    page = shown.open("scope")
+    start = page.get_by_text("Start with position and velocity of")
+    page.locator("#scope-charts").get_by_role("button", name="Y", exact=True).click()
+    until(lambda: number_in(page, 1) is not None and newest(page) > 0)
+    assert "traces=Axes.Y.ActPos~1|Axes.Y.ActVelo~2" in unquote(page.url)
+    assert not start.is_visible()
+    removers = page.get_by_role("button", name="Remove Axes")
+    for left in (1, 0):
+        removers.first.click()
+        until(lambda left=left: removers.count() == left)
+    start.wait_for()
+
+
 def test_enter_adds_the_first_match_of_what_is_typed(shown: Any, until: Any) -> None:
     page = shown.open("scope")
     page.keyboard.press("/")

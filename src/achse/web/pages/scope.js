@@ -12,7 +12,7 @@ import { singleKeys, withModifier } from "./keys.js";
 import { asked, tracesOf, tracesText, triggerOf, triggerText } from "./scope/address.js";
 import { Analysis } from "./scope/analysis.js";
 import { Chart } from "./scope/chart.js";
-import { Colours } from "./scope/colours.js";
+import { Colours, probe, useStyle } from "./scope/colours.js";
 import { title } from "./scope/derive.js";
 import { csv, follow, picture, save } from "./scope/export.js";
 import { Finder } from "./scope/find.js";
@@ -21,6 +21,7 @@ import { Recorder } from "./scope/recorder.js";
 import { Recordings } from "./scope/recordings.js";
 import { Roll } from "./scope/roll.js";
 import { Span } from "./scope/span.js";
+import { Starts } from "./scope/starts.js";
 import { TriggerForm } from "./scope/trigger.js";
 
 const WIDTHS = [0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120];
@@ -55,7 +56,7 @@ class ScopePage {
 
     this._still = matchMedia("(prefers-reduced-motion: reduce)");
     useStyle();
-    this._probe = h("span", { class: "scope-colours", "aria-hidden": "true" });
+    this._probe = probe();
     this._place = h("div", { class: "charts" });
     element.append(this._probe);
     this._colours = new Colours(this._probe);
@@ -65,6 +66,10 @@ class ScopePage {
     this._finder = new Finder(session, {
       add: (text, chart) => this.add(text, chart),
       last: () => Math.max(0, ...this._traces.map(({ chart }) => chart)),
+    });
+    this._starts = new Starts(session, (traces) => {
+      this._change(traces);
+      if (!this._recorder.running) this.run();
     });
     this._readout = new Readout({
       colours: this._colours, remove: (text) => this._change(this._traces.filter((t) => t.text !== text)),
@@ -80,7 +85,7 @@ class ScopePage {
       changed: () => this.dirty(), again: () => this._frame(),
     });
     element.append(this._finder.element, this._bar(),
-      h("div", { class: "panel", id: "scope-charts" }, this._state, this._place), this._readoutPanel(),
+      h("div", { class: "panel", id: "scope-charts" }, this._state, this._starts.element, this._place), this._readoutPanel(),
       this._recordings.element, this._analysis.element);
     this._listen();
     this._offer();
@@ -335,12 +340,13 @@ class ScopePage {
     this._readout.update(rows, [ring?.last ?? null, ...this._cursors]);
     this._table.hidden = rows.length === 0;
     this._place.hidden = rows.length === 0;
+    this._starts.show(rows.length === 0);
   }
 
   _say() {
     const { state, wanted, dropped, scope } = this._recorder;
     const { mode } = this._form.value;
-    const words = this._traces.length === 0 ? "Search above and add a channel."
+    const words = this._traces.length === 0 ? "Nothing is recorded yet: search above, Enter adds a channel."
       : this._recordings.shown ? `Recording: ${this._recordings.shown}`
         : state === "starting" ? "Starting…"
           : state === "running" ? ["Running", mode === "off" ? "" : this._fired === null
@@ -352,6 +358,7 @@ class ScopePage {
     show(this._state, words);
     this._state.dataset.state = state;
     show(this._runs, wanted ? STOP : "Run");
+    this._runs.disabled = !wanted && this._traces.length === 0;
     this._export.disabled = scope === null && !this._recordings.shown;
     const size = this._recorder.ring?.size ?? 0;
     for (const each of this._saves) each.disabled = size === 0;
@@ -509,24 +516,18 @@ class ScopePage {
   _listen() {
     const pressed = (event) => this._pressed(event);
     const changed = () => {
-      this._colours.read();
       for (const chart of this._charts.values()) chart.resize();
       this.dirty();
     };
-    const scheme = matchMedia("(prefers-color-scheme: dark)");
-    const theme = new MutationObserver(changed);
     const size = new ResizeObserver(() => {
       this._width = this._place.clientWidth;
       this.dirty();
     });
     addEventListener("keydown", pressed);
-    scheme.addEventListener("change", changed);
-    theme.observe(document.documentElement, { attributes: true, attributeFilter: ["data-theme"] });
     size.observe(this._place);
     this._ends = [
       () => removeEventListener("keydown", pressed),
-      () => scheme.removeEventListener("change", changed),
-      () => theme.disconnect(),
+      this._colours.follow(changed),
       () => size.disconnect(),
     ];
   }
@@ -534,11 +535,4 @@ class ScopePage {
 
 function nearest(choices, value, otherwise) {
   return choices.includes(value) ? value : otherwise;
-}
-
-/** The plot's own rules, loaded with the first scope. */
-function useStyle() {
-  const address = new URL("./vendor/uPlot.min.css", import.meta.url).href;
-  if ([...document.styleSheets].some(({ href }) => href === address)) return;
-  document.head.append(h("link", { rel: "stylesheet", href: address }));
 }

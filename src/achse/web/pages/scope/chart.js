@@ -11,11 +11,12 @@ const BESIDE = 60; // pixels that are not the picture's
 
 /**
  * One chart: traces over time. The page gives it the rows that are seen (`draw`) and hears what is
- * done by mouse or finger: `told("zoom", [from, to])`, `("wheel", {at, factor})`, `("pan", part)`,
+ * done by mouse or finger, if it is to: `told("zoom", [from, to])`, `("wheel", {at, factor})`, `("pan", part)`,
  * `("cursor", time)`, `("reset")`.
  */
 export class Chart {
-  constructor(place, colours, told) {
+  constructor(place, colours, told, numbers = "The numbers are in the table below.") {
+    this._numbers = numbers;
     this._colours = colours;
     this._told = told;
     this._shape = "";
@@ -28,7 +29,7 @@ export class Chart {
     this.trigger = null;
     this.element = h("div", { class: "chart" });
     place.append(this.element);
-    this._listen();
+    if (told !== null) this._listen();
   }
 
   get pixels() {
@@ -104,7 +105,7 @@ export class Chart {
       width: Math.max(width, 100), height,
       legend: { show: false },
       padding: [10, 12, 0, 0],
-      cursor: { y: false, points: { show: false }, drag: { x: true, y: false, setScale: false } },
+      cursor: { y: false, points: { show: false }, drag: { x: this._told !== null, y: false, setScale: false } },
       select: { show: true, left: 0, top: 0, width: 0, height: 0 },
       scales: { x: { time: false, auto: false },
         ...Object.fromEntries(units.map((unit) =>
@@ -136,8 +137,7 @@ export class Chart {
     this._held = traces.some(({ held }) => held) ? strip(true) : null;
     const names = traces.map(({ title, unit }) => (unit ? `${title} in ${unit}` : title));
     mark(this.canvas, "role", "img");
-    mark(this.canvas, "aria-label", `Chart over time of ${names.join(", ") || "nothing yet"}. `
-      + "The numbers are in the table below.");
+    mark(this.canvas, "aria-label", `Chart over time of ${names.join(", ") || "nothing yet"}. ${this._numbers}`);
   }
 
   _overlay(plot) {
