@@ -35,6 +35,10 @@ export function mountAxis(element, session, id) {
   const jog = jogging(session, send, unitMark);
   const moves = movement(session, send, unitMark);
   const parameters = new ParameterTables(session, id);
+  const chartPlace = h("div", { class: "wide" });
+  let endChart = () => {};
+  let left = false;
+  let chartOf = session.has("scope") ? null : "";
   const details = new Facts();
   const detailPanel = panel("Details", details.element);
   detailPanel.classList.add("details");
@@ -47,6 +51,7 @@ export function mountAxis(element, session, id) {
         h("section", { class: "panel", "aria-label": "Actual values" }, display.element), detailPanel),
       h("div", { class: "column" }, panel("Control", control.element), panel("Jog while held", jog.element)),
       panel("Move", moves.element),
+      chartPlace,
       parameters.element),
   );
   parameters.load();
@@ -63,6 +68,16 @@ export function mountAxis(element, session, id) {
   session.draw("axis", { axis: id, every: session.every }, (value) => {
     row = value.axis ?? value;
     for (const [node, suffix] of unit) show(node, row.unit ? `${row.unit}${suffix}` : "");
+    if (chartOf === null) {
+      chartOf = row.name;
+      // what draws is large: it comes when the page is there
+      import("./axis_chart.js").then(({ axisChart }) => {
+        if (left) return;
+        const chart = axisChart(session, chartOf);
+        endChart = chart.end;
+        chartPlace.append(chart.element);
+      }, session.fail);
+    }
     display.update(row);
     control.update(row, session.control);
     for (const each of [...buttons, ...jog.inputs, ...moves.inputs]) each.disabled = !session.control;
@@ -93,6 +108,8 @@ export function mountAxis(element, session, id) {
   return () => {
     removeEventListener("keydown", keys);
     removeEventListener("keyup", keys);
+    left = true;
+    endChart();
     jog.end();
   };
 }
