@@ -12,7 +12,7 @@ from pydantic import model_validator
 from achse.drive import Alarm, Drive, InputBit, Warn
 from achse.ethercat import Disturbance, Segment, Slave
 from achse.ethercat.ring_segment import RingSegment
-from achse.faults.fault import FaultError, FaultKinds, LastingFault, Undo, Unit, number, text
+from achse.faults.fault import FaultError, FaultKinds, FieldUnit, LastingFault, Undo, number, text
 
 __all__ = [
     "DRIVE_FAULTS",
@@ -53,7 +53,7 @@ _BROKEN_CHECKSUM = 14
 _NO_EFFECT = frozenset({"kind", "at", "lasting", "count", "drive", "code"})
 
 Amount = Annotated[float, number(float, -1e6, 1e6)]
-Lateness = Annotated[float, number(float, 0, 1e6), Unit("s")]
+Lateness = Annotated[float, number(float, 0, 1e6), FieldUnit("s")]
 """Seconds."""
 
 
@@ -112,7 +112,7 @@ class SlaveFault(DriveFault):
 class CableFault(DriveFault):
     """A fault of the frames, which the segment counts by itself."""
 
-    count: Annotated[int, number(int, 1), Unit("frames")] | None = None
+    count: Annotated[int, number(int, 1), FieldUnit("frames")] | None = None
     """It ends after so many frames."""
 
     def disturb(self, disturbance: Disturbance, count: int) -> None:
@@ -326,7 +326,7 @@ class LoadTorque(SlaveFault):
     """Something pushes against positive direction with `by` ‰ of rated torque."""
 
     kind: Literal["load"] = "load"
-    by: Annotated[Amount, Unit("‰")]
+    by: Annotated[Amount, FieldUnit("‰")]
     """‰ of rated torque."""
 
     def hit_drive(self, drive: Drive) -> Undo:
@@ -461,7 +461,7 @@ class ClockDrift(SlaveFault):
     """The drive's own clock runs `by` ppm too fast; the distributed clocks have to follow."""
 
     kind: Literal["clock_drift"] = "clock_drift"
-    by: Annotated[Amount, Unit("ppm")]
+    by: Annotated[Amount, FieldUnit("ppm")]
     """ppm."""
 
     def hit(self, slave: Slave, segment: Segment) -> Undo:
@@ -474,7 +474,7 @@ class ClockJump(SlaveFault):
     """The drive's own clock is `by` seconds ahead at once, and back when the fault ends."""
 
     kind: Literal["clock_jump"] = "clock_jump"
-    by: Annotated[float, number(float, -1.0, 1.0), Unit("s")]
+    by: Annotated[float, number(float, -1.0, 1.0), FieldUnit("s")]
     """Seconds; below 0 it is behind."""
 
     def hit(self, slave: Slave, segment: Segment) -> Undo:

@@ -17,10 +17,10 @@ __all__ = [
     "Fault",
     "FaultError",
     "FaultKinds",
+    "FieldUnit",
     "LastingFault",
     "Moment",
     "Undo",
-    "Unit",
     "number",
     "seconds",
     "text",
@@ -41,8 +41,8 @@ class FaultError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Unit:
-    """The unit of a field, beside its check: `Annotated[float, number(float, 0), Unit("s")]`."""
+class FieldUnit:
+    """The unit of a field, in brackets beside its check: `Annotated[float, FieldUnit("s")]`."""
 
     symbol: str
 
@@ -97,7 +97,7 @@ def _as_seconds(value: object) -> object:
         raise ValueError(f"expected seconds, or a text such as '2s', got {value!r}") from None
 
 
-Moment = Annotated[float, number(float, 0, LONGEST_S), BeforeValidator(_as_seconds), Unit("s")]
+Moment = Annotated[float, number(float, 0, LONGEST_S), BeforeValidator(_as_seconds), FieldUnit("s")]
 """Seconds, or a text with a unit: `"1s"`, `"50ms"`."""
 
 
@@ -146,9 +146,9 @@ class LastingFault(Fault):
 class CountedFault(LastingFault):
     """A fault that can end by itself after some hits."""
 
-    count: Annotated[int, number(int, 1), Unit("frames")] | None = None
+    count: Annotated[int, number(int, 1), FieldUnit("frames")] | None = None
     """It ends after so many frames."""
-    every: Annotated[int, number(int, 1), Unit("frames")] = 1
+    every: Annotated[int, number(int, 1), FieldUnit("frames")] = 1
     """Only each n-th of the selected frames is hit."""
 
 
@@ -284,7 +284,7 @@ def _plain(annotation: Any) -> type:
 def _unit(parts: Iterable[Any]) -> str:
     """Return the first unit among an annotation's parts, and the parts of those."""
     for part in parts:
-        unit = part.symbol if isinstance(part, Unit) else _unit(get_args(part))
+        unit = part.symbol if isinstance(part, FieldUnit) else _unit(get_args(part))
         if unit:
             return str(unit)
     return ""

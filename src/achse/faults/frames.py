@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from achse.ams import Command, Frame
 from achse.ams.commands import ERROR_PADDING, RESULT
 from achse.codes import ReservedGroup
-from achse.faults.fault import ActiveFault, Moment, Undo, Unit, number
+from achse.faults.fault import ActiveFault, FieldUnit, Moment, Undo, number
 from achse.faults.gate import FrameFault, FrameGate, Onward
 from achse.faults.refusals import Refusal
 from achse.faults.selection import (
@@ -128,7 +128,7 @@ class Truncate(_SidedKind):
     """The data of a frame lack their last `size` bytes (1); the header is right."""
 
     kind: Literal["truncate"] = "truncate"
-    size: Annotated[int, number(int, 1), Unit("bytes")] | None = None
+    size: Annotated[int, number(int, 1), FieldUnit("bytes")] | None = None
     """Bytes that are missing; empty: 1."""
 
     def disturb(self, gate: FrameGate, active: ActiveFault, frame: Frame, onward: Onward) -> bool:

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from achse.faults.fault import ActiveFault, LastingFault, Undo, Unit, number
+from achse.faults.fault import ActiveFault, FieldUnit, LastingFault, Undo, number
 from achse.faults.selection import PortNumber
 from achse.faults.site import Setting, Site, StationFault
 
@@ -63,7 +63,7 @@ class SlowCycle(_PlcFault, LastingFault):
     """PLC cycles take `factor` times their cycle time (2), those in between are lost."""
 
     kind: Literal["slow_cycle"] = "slow_cycle"
-    factor: Annotated[int, number(int, 2, 1000), Unit("cycles")] | None = None
+    factor: Annotated[int, number(int, 2, 1000), FieldUnit("cycles")] | None = None
     """Cycle times that one cycle takes; empty: 2."""
 
     def begin(self, site: Site, active: ActiveFault) -> Undo:

@@ -34,13 +34,13 @@ class AxisScale(NamedTuple):
     """The position of an axis and its drive's count in the same cycle, and units per increment."""
 
     position: float
-    count: int
+    counter: int
     factor: float
     """Units per increment; negative for a drive that counts against the axis."""
 
     def position_of(self, count: int) -> float:
         """Return where the axis is at a count of its drive, with all offsets that the NC has."""
-        way = (count - self.count + _COUNTS // 2) % _COUNTS - _COUNTS // 2
+        way = (count - self.counter + _COUNTS // 2) % _COUNTS - _COUNTS // 2
         return self.position + way * self.factor
 
 

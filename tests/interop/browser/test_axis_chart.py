@@ -27,7 +27,8 @@ HIDE = """(hidden) => {
 """As a browser does when another tab is shown."""
 
 CHANNELS = [f"Axes.X.{name}" for name in ("ActPos", "ActVelo", "PosDiff")]
-START, STOP = ["scope.start", CHANNELS], ["scope.stop", None]
+START: list[Any] = ["scope.start", CHANNELS]
+STOP: list[Any] = ["scope.stop", None]
 
 
 @pytest.fixture
@@ -52,7 +53,7 @@ def test_chart_of_an_axis_samples_while_it_is_seen(shown: Any, until: Any) -> No
     assert page.get_by_role("img", name="Following error in mm").count() == 1
     expected = [START]
     assert asked(page) == expected
-    for hide, show in (
+    steps: list[tuple[Callable[[], Any], Callable[[], Any]]] = [
         (lambda: page.evaluate(HIDE, True), lambda: page.evaluate(HIDE, False)),
         (
             lambda: page.set_viewport_size({"width": 1280, "height": 200}),
@@ -62,7 +63,8 @@ def test_chart_of_an_axis_samples_while_it_is_seen(shown: Any, until: Any) -> No
             lambda: page.get_by_role("button", name="Hide the chart").click(),
             lambda: page.get_by_role("button", name="Show the chart").click(),
         ),
-    ):
+    ]
+    for hide, show in steps:
         hide()
         expected.append(STOP)
         until(lambda: asked(page) == expected)
