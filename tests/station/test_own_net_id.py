@@ -1,9 +1,6 @@
 """The NetId of a station whose configuration names none."""
 
 import ipaddress
-import socket
-import struct
-import sys
 from pathlib import Path
 from unittest import mock
 
@@ -13,9 +10,9 @@ from hypothesis import strategies as st
 
 from achse.ams import NetId
 from achse.station import Station
-from achse.station import own_net_id as module
 from achse.station.config import parse
 from achse.station.own_net_id import net_id_at
+from achse.transport import own_address
 
 LOOPBACK = NetId("127.0.0.1.1.1")
 EVERYWHERE = ["0.0.0.0", "::", ""]
@@ -39,49 +36,21 @@ def test_station_on_loopback_keeps_the_loopback_net_id(host: str) -> None:
 
 @pytest.mark.parametrize("host", EVERYWHERE)
 def test_station_on_all_addresses_has_that_of_its_default_route(host: str) -> None:
-    with mock.patch.object(module, "_routed_address", return_value="192.168.7.20"):
+    with mock.patch.object(own_address, "_routed_address", return_value="192.168.7.20"):
         assert str(net_id_at(host)) == "192.168.7.20.1.1"
 
 
 @pytest.mark.parametrize("host", EVERYWHERE)
-def test_station_without_default_route_has_that_of_an_interface(host: str) -> None:
+@pytest.mark.parametrize(("known", "told"), [("10.0.0.7", "10.0.0.7.1.1"), ("", str(LOOPBACK))])
+def test_station_without_default_route_has_that_of_an_interface(
+    host: str, known: str, told: str
+) -> None:
     with (
-        mock.patch.object(module, "_routed_address", return_value=""),
-        mock.patch.object(module, "_interface_address", return_value="10.0.0.7"),
+        mock.patch.object(own_address, "_routed_address", return_value=""),
+        mock.patch.object(own_address, "_interface_address", return_value=known),
+        mock.patch.object(own_address, "_named_address", return_value=""),
     ):
-        assert str(net_id_at(host)) == "10.0.0.7.1.1"
-    with (
-        mock.patch.object(module, "_routed_address", return_value=""),
-        mock.patch.object(module, "_interface_address", return_value=""),
-    ):
-        assert net_id_at(host) == LOOPBACK
-
-
-def test_no_route_is_no_error() -> None:
-    with mock.patch.object(module, "_ELSEWHERE", ("255.255.255.255", 9)):
-        assert module._routed_address() == ""
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such list")
-def test_first_interface_with_an_address_besides_loopback_counts() -> None:
-    def addressed(_: object, __: int, entry: bytes) -> bytes:
-        name = entry.partition(b"\0")[0].decode()
-        if name == "can0":
-            raise OSError("no address")
-        address = {"lo": "127.0.0.1", "eth1": "10.0.0.7", "eth2": "10.0.1.7"}[name]
-        return struct.pack("16sHH4s16x", name.encode(), 2, 0, socket.inet_aton(address))
-
-    names = [(number, name) for number, name in enumerate(("lo", "can0", "eth1", "eth2"), 1)]
-    with (
-        mock.patch("socket.if_nameindex", return_value=names),
-        mock.patch("fcntl.ioctl", addressed),
-    ):
-        assert module._interface_address() == "10.0.0.7"
-    with (
-        mock.patch("socket.if_nameindex", return_value=names[:2]),
-        mock.patch("fcntl.ioctl", addressed),
-    ):
-        assert module._interface_address() == ""
+        assert str(net_id_at(host)) == told
 
 
 def test_host_name_counts_by_its_address() -> None:
