@@ -42,6 +42,7 @@ ROOMS: Mapping[str, Room] = {
         },
         (
             "motion/test_limits.py",
+            "motion/test_supervision_bounds.py",
             "motion/test_monitoring.py",
             "motion/commands/test_stops.py",
             "motion/test_ramps.py",

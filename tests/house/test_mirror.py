@@ -32,6 +32,7 @@ WITHOUT_MODULE: dict[str, str] = {
     "tests/motion/couplings/test_life.py": "masters, laws, superposition and errors together",
     "tests/motion/couplings/test_refused.py": "every coupling and its refusals, at random",
     "tests/motion/test_fast_path.py": "which axes take the fast path of a cycle, and which rest",
+    "tests/motion/test_supervision_bounds.py": "each bound of what supervises an axis",
     "tests/motion/groups/test_singular_places.py": "group, laws and axes at singular places",
     "tests/motion/path/test_path_oracle.py": "planner and TOPP-RA, path by path",
     "tests/motion/path/test_random_paths.py": "all of a path at random: contour, limits, commands",

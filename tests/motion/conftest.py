@@ -9,6 +9,7 @@ import pytest
 from achse.codes import NcError
 from achse.motion import Axis, AxisParameters, Nc, StateBit
 from achse.motion.record import LAYOUT
+from achse.native.memory import RowView
 
 CYCLE = 0.002
 
@@ -82,6 +83,20 @@ def make_rig() -> type[Rig]:
 UNUSUAL = LAYOUT.fields["unusual"].offset
 
 
+def set_unusual(axis: Any, value: int) -> None:
+    """Let the next cycle of an axis look at everything, or not; unlike a write it wakes nothing."""
+    if isinstance(axis, RowView):
+        axis.wholes[UNUSUAL] = value
+    else:
+        axis._record.unusual = value
+
+
+@pytest.fixture
+def look_at_everything() -> Callable[[Any, int], None]:
+    """`look_at_everything(axis, value)`: `set_unusual`."""
+    return set_unusual
+
+
 def _values(nc: Nc) -> list[tuple[bytes, ...]]:
     """All values of its axes but whether more than a plain move is looked for."""
     found: list[tuple[bytes, ...]] = []
@@ -95,7 +110,7 @@ def _values(nc: Nc) -> list[tuple[bytes, ...]]:
 def _cycle_both(short: Nc, rows: list[Any], long: Nc) -> None:
     """A cycle of each; `rows` are the axes of `long`, which look at everything."""
     for row in rows:
-        row.wholes[UNUSUAL] = 1
+        set_unusual(row, 1)
     short.cycle()
     long.cycle()
 

@@ -1,12 +1,22 @@
 """Soft limits: every table ends before them, and what has no table is stopped before them."""
 
+from math import inf, nextafter
 from typing import Any
 
 import pytest
 
 from achse.motion import commands
-from achse.motion.dynamics import fault_deceleration
-from achse.motion.limits import TOLERANCE, adapt_limits, highest_rest, lowest_rest, running_into
+from achse.motion.dynamics import fastest, fault_deceleration
+from achse.motion.limits import (
+    TOLERANCE,
+    adapt_limits,
+    highest_rest,
+    limit_ahead,
+    lowest_rest,
+    passes,
+    running_into,
+    table_passes,
+)
 from achse.motion.states import MotionPhase, StartType
 
 V = 100.0
@@ -289,3 +299,104 @@ def test_a_weak_command_under_a_compensation_keeps_the_limit(make_rig: Any) -> N
     rig.run(25)
     assert commands.universal_start(axis, 1, 0.0, V, 100.0, 100.0, 1e5, 1) == 0
     assert highest_until_rest(rig) <= 100.0 + TOLERANCE
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "in_force"),
+    [
+        (None, None, (-inf, inf, 0)),
+        (-60.0, None, (-60.0, inf, 1)),
+        (None, 60.0, (-inf, 60.0, 1)),
+        (-60.0, 60.0, (-60.0, 60.0, 1)),
+        (-1e15, 1e15, (-inf, inf, 0)),
+        (-9.9e14, 9.9e14, (-9.9e14, 9.9e14, 1)),
+    ],
+)
+def test_limits_in_force_are_enabled_and_no_farther_than_1e15(
+    rig: Any, low: float | None, high: float | None, in_force: tuple[float, float, int]
+) -> None:
+    axis, encoder = rig.axis, rig.axis.encoder
+    encoder.soft_limit_min, encoder.soft_limit_min_enable = low or 0.0, int(low is not None)
+    encoder.soft_limit_max, encoder.soft_limit_max_enable = high or 0.0, int(high is not None)
+    adapt_limits(axis)
+    assert (axis.limit_low, axis.limit_high, axis.limited) == in_force
+
+
+def test_only_a_changed_limit_is_watched_again(make_rig: Any) -> None:
+    rig = limited(make_rig, 60.0, encoder_soft_limit_min=-60.0, encoder_soft_limit_min_enable=1)
+    axis, encoder = rig.axis, rig.axis.encoder
+    axis.planned_fastest, axis.limit_watch = fastest(axis), 0
+    adapt_limits(axis)
+    assert axis.limit_watch == 0
+    for owner, name, value in (
+        (encoder, "soft_limit_min", -61.0),
+        (encoder, "soft_limit_max", 61.0),
+        (axis, "max_velocity", 0.5 * fastest(axis)),
+    ):
+        setattr(owner, name, value)
+        axis.limit_watch = 0
+        adapt_limits(axis)
+        assert axis.limit_watch == 1
+        axis.planned_fastest = fastest(axis)
+
+
+@pytest.mark.parametrize("position", [0.0, 4e9])
+@pytest.mark.parametrize("beyond", [0.0, 15.0, -15.0])
+def test_table_passes_a_limit_by_more_than_the_rounding_of_its_position(
+    rig: Any, position: float, beyond: float
+) -> None:
+    """An axis that is beyond a limit already may stay where it is."""
+    axis = rig.axis
+    axis.set_position = position + beyond
+    axis.limit_low, axis.limit_high = position - 10.0, position + 10.0
+    tolerance = TOLERANCE + 1e-12 * abs(axis.set_position)
+    high = max(axis.limit_high, axis.set_position) + tolerance
+    low = min(axis.limit_low, axis.set_position) - tolerance
+    for n in range(3):
+        axis.segment_time[n] = axis.segment_jerk[n] = 0.0
+    for place, limit in (
+        (high, 0),
+        (nextafter(high, inf), 1),
+        (low, 0),
+        (nextafter(low, -inf), -1),
+    ):
+        assert passes(axis, 0, 1, place, 0.0, 0.0) == limit
+        axis.segment_index, axis.segment_count = 1, 2
+        axis.segment_position = place
+        axis.segment_velocity = axis.segment_acceleration = 0.0
+        assert table_passes(axis) == limit
+    axis.segment_time[0], axis.segment_jerk[0] = 1.0, 6e9
+    assert passes(axis, 0, 1, position, 0.0, 0.0) == 1
+    assert passes(axis, 1, 2, position, 0.0, 0.0) == 0
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("acceleration", [0.0, 512.0, -512.0])
+@pytest.mark.parametrize("position", [0.0, 4e9])
+def test_axis_brakes_where_it_could_not_rest_before_a_limit(
+    rig: Any, sign: float, acceleration: float, position: float
+) -> None:
+    """The way of one cycle, with the velocity that it then has, and that of the fault ramp."""
+    axis, dt, v = rig.axis, 2.0**-9, 32.0
+    faster = v + max(acceleration, 0.0) * dt
+    rest = v * dt + faster * faster / (2.0 * fault_deceleration(axis))
+    tolerance = TOLERANCE + 1e-12 * position
+    axis.limit_low, axis.limit_high = -inf, inf
+    for far, limit in ((0.9, 0), (1.1, sign)):
+        name = "limit_high" if sign > 0.0 else "limit_low"
+        setattr(axis, name, sign * (position + rest - far * tolerance))
+        assert limit_ahead(axis, sign * position, sign * v, sign * acceleration, dt) == limit
+    assert limit_ahead(axis, sign * position, -sign * v, 0.0, dt) == 0
+
+
+def test_axis_that_can_just_rest_at_a_limit_need_not_brake(rig: Any) -> None:
+    axis, dt, v = rig.axis, 2.0**-9, 32.0
+    rest = v * dt + v * v / (2.0 * fault_deceleration(axis))
+    limit = rest - TOLERANCE
+    while limit + TOLERANCE < rest:
+        limit = nextafter(limit, inf)
+    assert limit + TOLERANCE == rest
+    axis.limit_high = limit
+    assert limit_ahead(axis, 0.0, v, 0.0, dt) == 0
+    axis.limit_high = limit - 1e-15
+    assert limit_ahead(axis, 0.0, v, 0.0, dt) == 1

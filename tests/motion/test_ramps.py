@@ -1,7 +1,7 @@
 """Velocity ramps: time, peak and reach follow from the limits."""
 
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from achse.motion.ramps import (
@@ -61,6 +61,79 @@ def test_the_way_of_a_ramp_reaches_its_velocity(
     highest = lowest + change
     assert highest_velocity(way, lowest, limit, jerk) == pytest.approx(highest, rel=1e-6)
     assert reachable_velocity(way, lowest, 0.0, limit, jerk) == pytest.approx(highest, rel=1e-6)
+
+
+@given(sizes, sizes, sizes, sizes, st.floats(-2.0, 1.0), st.booleans())
+def test_velocity_in_reach_does_not_depend_on_where_a_ramp_is_entered(
+    lowest: float, change: float, limit: float, jerk: float, share: float, turns: bool
+) -> None:
+    """A ramp entered on its first jerk line, or on that line before its begin, ends the same.
+
+    One that turns begins below 0; it is entered after the turn.
+    """
+    if turns:
+        lowest = -min(lowest, 0.4 * change)
+    tau = share * ramp_peak(change, limit, jerk) / jerk
+    v = lowest + 0.5 * jerk * tau * tau
+    assume(v >= 0.0 and (tau > 0.0 or lowest >= 0.0))
+    way = (lowest + 0.5 * change) * ramp_time(change, limit, jerk)
+    passed = tau * (lowest + jerk * tau * tau / 6.0)
+    assume(abs(passed) < 1e6 * way)
+    reached = reachable_velocity(way - passed, v, jerk * tau, limit, jerk)
+    if reached == -1.0:  # by rounding, where the ramp is all release
+        assert lowest + change <= (v + 0.5 * jerk * tau * tau) * (1.0 + 1e-9)
+    else:
+        assert reached == pytest.approx(lowest + change, rel=1e-5)
+
+
+@given(st.floats(0.0, 0.45), sizes, sizes, sizes)
+def test_way_of_a_ramp_that_turns_reaches_its_velocity(
+    share: float, change: float, limit: float, jerk: float
+) -> None:
+    lowest = -share * change
+    way = (lowest + 0.5 * change) * ramp_time(change, limit, jerk)
+    assert highest_velocity(way, lowest, limit, jerk) == pytest.approx(lowest + change, rel=1e-6)
+
+
+def test_velocity_in_reach_of_no_way() -> None:
+    assert reachable_velocity(0.0, 7.0, 0.0, 1e3, 1e3) == 7.0
+    assert reachable_velocity(0.0, 0.0, 0.0, 1e3, 1e3) == 0.0
+    # -100 mm/s² are released in 0.1 s, from 10 to 5 mm/s: 2/3 mm
+    assert reachable_velocity(0.66, 10.0, -100.0, 1e3, 1e3) == -1.0
+    assert reachable_velocity(0.67, 10.0, -100.0, 1e3, 1e3) == pytest.approx(5.0, abs=0.2)
+
+
+@given(
+    *(sizes, sizes, sizes, sizes, st.floats(-1.0, 1.0), st.sampled_from((1.0, -1.0))),
+    st.one_of(sizes, st.floats(-3.0, 3.0).map(lambda swings: (swings,))),
+)
+def test_ramp_of_any_state_ends_at_its_velocity(
+    v: float,
+    acc: float,
+    dec: float,
+    jerk: float,
+    share: float,
+    sign: float,
+    goal: float | tuple[float],
+) -> None:
+    """In the travel frame: a negative acceleration can be released before v = 0.
+
+    The goal is anywhere, or some times as far as the way in which the acceleration is released.
+    """
+    a = share * (acc if share > 0.0 else min(dec, (2.0 * jerk * v) ** 0.5))
+    if isinstance(goal, tuple):
+        goal = max(v + goal[0] * a * a / (2.0 * jerk), 0.0)
+    time, jerks = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    n = append_velocity_ramp(time, jerks, 0, sign, v, a, goal, (acc, dec, jerk))
+    largest = max(v, goal, a * a / jerk)
+    _, end, rest = end_state(time, jerks, n, 0.0, sign * v, sign * a)
+    assert sign * end == pytest.approx(goal, abs=1e-9 * largest)
+    assert rest == pytest.approx(0.0, abs=1e-9 * max(acc, dec))
+    state = 0.0, sign * v, sign * a
+    for t, j in zip(time[:n], jerks[:n], strict=True):
+        assert t >= 0.0
+        state = end_state([t], [j], 1, *state)
+        assert -dec * (1.0 + 1e-9) <= sign * state[2] <= acc * (1.0 + 1e-9)
 
 
 def test_too_short_to_release_the_acceleration() -> None:

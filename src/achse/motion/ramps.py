@@ -103,8 +103,6 @@ def append_velocity_ramp(
     acc, dec, jerk = limits
     swing = a * a / (2.0 * jerk)
     settled = v - swing if a < 0.0 else v + swing
-    if settled < 0.0:
-        settled = 0.0
     if goal > settled:
         change = goal - (v - swing)
         return append_ramp(seg_time, seg_jerk, n, change, a, acc, jerk, sign * jerk)
@@ -128,7 +126,7 @@ def highest_velocity(distance: float, lowest: float, limit: float, jerk: float) 
     # Jerk only: with u² = change, u³ + 2 lowest u = distance sqrt(jerk), Newton from above.
     goal = distance * sqrt(jerk)
     if goal <= NEGLIGIBLE:
-        return lowest if lowest > 0.0 else 0.0
+        return lowest
     u = cube_root(goal) if lowest >= 0.0 else cube_root(2.0 * goal) + 2.0 * sqrt(-lowest)
     if lowest > 0.0 and goal < 2.0 * lowest * u:
         u = goal / (2.0 * lowest)
