@@ -74,6 +74,7 @@ ROOMS: Mapping[str, Room] = {
             "motion/commands/test_external.py",
             "motion/commands/test_probes.py",
             "motion/generators/test_external.py",
+            "motion/generators/test_homing.py",
             "motion/couplings/test_linear.py",
         ),
     ),

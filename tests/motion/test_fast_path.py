@@ -1,10 +1,14 @@
 """Fast path of a cycle: axes that do no more than a move take it; axes that rest."""
 
+from collections.abc import Callable
 from operator import attrgetter
 from typing import Any
 
 import pytest
 
+from achse.motion import commands
+from achse.motion.drive import read_drive
+from achse.motion.kernel import _asleep
 from achse.motion.monitoring import _more_than_a_move, settle, stays_closed
 from achse.motion.states import AxisType, DriveType, MotionPhase
 
@@ -68,16 +72,31 @@ def test_other_axes_and_drives_leave_the_fast_path(rig: Any) -> None:
         ("control_dword", 5),
         ("control_dword", 3),
         ("drive_status", 0),
-        ("limit_switch", 1),
         ("loop_closed", 0),
     ],
 )
-def test_loop_stays_closed_only_as_in_a_move(rig: Any, name: str, value: int) -> None:
+def test_loop_stays_closed_only_as_in_a_move(
+    rig: Any, look_at_everything: Callable[[Any, int], None], name: str, value: int
+) -> None:
     axis = rig.axis
-    axis.unusual = 0
+    look_at_everything(axis, 0)
     assert stays_closed(axis)
     setattr(axis, name, value)
-    axis.unusual = 1 if name == "unusual" else 0
+    look_at_everything(axis, 1 if name == "unusual" else 0)
+    assert not stays_closed(axis)
+
+
+@pytest.mark.parametrize("field", ["io.state2", "io.state4"])
+def test_limit_switch_and_invalid_data_of_a_drive_end_the_fast_path(
+    rig: Any, look_at_everything: Callable[[Any, int], None], field: str
+) -> None:
+    axis = rig.axis
+    _, name = field.split(".")
+    setattr(axis.drive.io, name, 1)
+    look_at_everything(axis, 0)
+    read_drive(axis, rig.dt, plain=True)
+    assert axis.unusual == 1
+    assert _more_than_a_move(axis) == 1
     assert not stays_closed(axis)
 
 
@@ -122,3 +141,82 @@ def test_axis_rests_after_32_quiet_cycles_and_those_on_their_way(rig: Any) -> No
     assert (axis.quiet_cycles, axis.resting) == (36, 0)
     settle(axis)
     assert (axis.quiet_cycles, axis.resting) == (37, 1)
+
+
+def test_resting_axis_is_not_worked_on(rig: Any) -> None:
+    axis = rig.axis
+    rig.until(lambda axis: axis.resting == 1)
+    quiet, counted = axis.quiet_cycles, axis.set_cycle_counter
+    rig.run(5)
+    assert (axis.quiet_cycles, axis.set_cycle_counter) == (quiet, counted + 5)
+
+
+@pytest.mark.parametrize(
+    ("change", "sleeps"),
+    [("", True), ("encoder", False), ("drive", False), ("master", False), ("no slave", True)],
+)
+def test_input_or_a_master_wakes_an_axis(make_rig: Any, change: str, sleeps: bool) -> None:
+    rig = make_rig(count=2)
+    axis = rig.axis
+    if change == "master":
+        assert commands.couple(axis, 1, 2, 0, 0, 1.0) == 0
+    axis.encoder.io.news = int(change == "encoder")
+    axis.drive.io.news = int(change == "drive")
+    if change == "no slave":
+        axis.master_count, axis.master[0] = 1, 1
+    axis.quiet_cycles = 40
+    axis.resting = 1
+    rig.nc.axis(2).resting = int(change != "no slave" and change != "master")
+    assert _asleep(axis, axis.rows) is sleeps
+    assert (axis.resting, axis.quiet_cycles) == ((1, 40) if sleeps else (0, 0))
+
+
+def test_slave_rests_with_its_master(make_rig: Any) -> None:
+    rig = make_rig(count=2)
+    master, slave = rig.nc.axis(1), rig.nc.axis(2)
+    assert commands.couple(slave, 1, 1, 0, 0, 1.0) == 0
+    rig.until(lambda master: master.resting == 1 and slave.resting == 1, 2.0)
+    assert commands.start(master, 1, 1.0, 50.0) == 0
+    rig.run(2)
+    assert (slave.resting, slave.quiet_cycles) == (0, 0)
+    rig.until(lambda master: master.resting == 1 and slave.resting == 1, 5.0)
+    assert slave.set_position == 1.0
+
+
+@pytest.mark.parametrize("unusual", [0, 1])
+def test_moving_axis_does_not_grow_quiet(
+    make_rig: Any, look_at_everything: Callable[[Any, int], None], unusual: int
+) -> None:
+    """At override 0 a move waits; nothing changes, but it may go on at any time."""
+    rig = make_rig(velocity_override=0)
+    assert commands.start(rig.axis, 1, 100.0, 50.0) == 0
+    for _ in range(60):
+        look_at_everything(rig.axis, unusual)
+        rig.run(1)
+        assert (rig.axis.quiet_cycles, rig.axis.resting) == (0, 0)
+
+
+@pytest.mark.parametrize("unusual", [0, 1])
+@pytest.mark.parametrize("follows", [False, True])
+def test_only_a_slave_compares_its_following_error(
+    make_rig: Any, look_at_everything: Callable[[Any, int], None], unusual: int, follows: bool
+) -> None:
+    rig = make_rig(count=2, controller_following_error_position_monitoring_enable=0)
+    master, slave = rig.nc.axis(1), rig.nc.axis(2)
+    slave.controller.following_error_difference_scaling = 0.25
+    if follows:
+        assert commands.couple(slave, 1, 1, 0, 0, 1.0) == 0
+    assert commands.start(master, 1, 100.0, 100.0) == 0
+    for _ in range(30):
+        look_at_everything(slave, unusual)
+        rig.run(1)
+    assert master.following_error != 0.0
+    assert (slave.following_error_difference != 0.0) is follows
+
+
+@pytest.mark.parametrize("kind", [AxisType.ENCODER, AxisType.CONTINUOUS_SERVO])
+def test_only_an_encoder_axis_watches_for_its_standstill(make_rig: Any, kind: AxisType) -> None:
+    rig = make_rig(axis_type=kind, no_motion_time=0.01)
+    rig.axis.encoder_moves = 1
+    rig.run(7)
+    assert rig.axis.encoder_moves == int(kind != AxisType.ENCODER)

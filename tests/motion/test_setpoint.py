@@ -3,13 +3,25 @@
 from collections.abc import Callable
 from itertools import pairwise
 from math import ceil, sqrt
+from operator import attrgetter
 from typing import Any
 
 import pytest
 
 from achse.codes import NcError
-from achse.motion import BufferMode, MotionState, OverrideType, StartType, StateBit, commands
+from achse.motion import (
+    BufferMode,
+    CommandState,
+    MotionState,
+    OverrideType,
+    StartType,
+    StateBit,
+    commands,
+)
+from achse.motion.dynamics import fault_deceleration, fault_jerk
 from achse.motion.ramps import highest_velocity
+from achse.motion.setpoint import arrived, drop_job, fail, stop_fast
+from achse.motion.states import MotionPhase
 
 V, A, J = 200.0, 1500.0, 2250.0
 DT = 0.002
@@ -475,3 +487,113 @@ def test_override_zero_in_any_phase_of_a_move(
     trace += rig.trace(2000)
     assert_smooth(trace, V, A, J)
     assert (axis.set_position, axis.set_motion_phase) == (400.0, 0)
+
+
+DROPPED: dict[str, float] = {
+    "compensating": 0,
+    "superposed_velocity": 0.0,
+    "superposed_acceleration": 0.0,
+    "set_command_state": CommandState.ABORTED,
+    "set_motion_phase": MotionPhase.NONE,
+    "buffer_count": 0,
+    "switch_armed": 0,
+    "loop_outward": 0,
+    "replan": 0,
+    "border_time": -1.0,
+    "job.timing": 0,
+    "segment_count": 0,
+    "segment_index": 0,
+    "set_velocity": 0.0,
+    "set_acceleration": 0.0,
+    "set_jerk": 0.0,
+    "external_velocity": 0.0,
+    "external_acceleration": 0.0,
+    "limit_reached": 0,
+    "set_torque": 0.0,
+    "set_torque_derivative": 0.0,
+    "remaining_time": 0.0,
+    "remaining_distance": 0.0,
+    "homing_state": 0,
+    "homing_latch": 0,
+}
+"""What an axis has of a job that was dropped."""
+
+
+def busy(axis: Any, phase: MotionPhase) -> None:
+    """Let an axis have something of each that a drop takes away."""
+    for name in DROPPED:
+        owner, _, field = name.rpartition(".")
+        setattr(axis.job if owner else axis, field, 3)
+    axis.set_motion_phase, axis.set_command_state = phase, CommandState.ACTIVE
+    axis.set_position, axis.target_position = 5.0, 9.0
+    axis.error_code = axis.output_cut = axis.delayed_error_code = 0
+    axis.job.deceleration, axis.job.jerk = 100.0, 1000.0
+
+
+def test_dropped_job_leaves_nothing_behind(rig: Any) -> None:
+    axis = rig.axis
+    busy(axis, MotionPhase.HOMING)
+    drop_job(axis)
+    for name, value in DROPPED.items():
+        assert attrgetter(name)(axis) == value, name
+    assert axis.target_position == 5.0
+    axis.set_command_state = CommandState.DONE
+    drop_job(axis)
+    assert axis.set_command_state == CommandState.DONE
+
+
+@pytest.mark.parametrize("phase", [MotionPhase.NONE, MotionPhase.ENDLESS])
+@pytest.mark.parametrize("cut", [0, 1])
+def test_error_opens_the_loop_or_brakes(rig: Any, phase: MotionPhase, cut: int) -> None:
+    axis = rig.axis
+    busy(axis, phase)
+    axis.delayed_error_code, axis.unusual = 0x4550, 0
+    fail(axis, 0x4550, cut)
+    assert (axis.error_code, axis.output_cut, axis.delayed_error_code) == (0x4550, cut, 0)
+    assert (axis.unusual, axis.buffer_count) == (1, 0)
+    brakes = phase != MotionPhase.NONE and not cut
+    assert axis.set_motion_phase == (MotionPhase.STOPPING if brakes else MotionPhase.NONE)
+    if phase == MotionPhase.NONE and not cut:
+        assert axis.set_velocity == 3.0
+    fail(axis, 0x4551, cut)
+    assert axis.error_code == 0x4550
+
+
+@pytest.mark.parametrize(
+    ("phase", "deceleration", "jerk", "begins"),
+    [
+        (MotionPhase.STOPPING, 1.0, 1.0, False),
+        (MotionPhase.STOPPING, 1.0 - 1e-9, 1.0, True),
+        (MotionPhase.STOPPING, 1.0, 1.0 - 1e-9, True),
+        (MotionPhase.ENDLESS, 1.0, 1.0, True),
+    ],
+)
+def test_fast_stop_replaces_only_a_weaker_one(
+    rig: Any, phase: MotionPhase, deceleration: float, jerk: float, begins: bool
+) -> None:
+    """Shares of the strongest deceleration and jerk of the axis."""
+    axis = rig.axis
+    busy(axis, phase)
+    axis.fast_axis_stop_deceleration, axis.fast_axis_stop_jerk = 8e4, 8e5
+    strongest = fault_deceleration(axis), fault_jerk(axis)
+    assert strongest == (8e4, 8e5)
+    axis.job.deceleration, axis.job.jerk = deceleration * strongest[0], jerk * strongest[1]
+    axis.replan = 0
+    stop_fast(axis)
+    assert (axis.job.deceleration, axis.job.jerk) == strongest
+    assert axis.set_motion_phase == MotionPhase.STOPPING
+    assert axis.replan == begins
+
+
+@pytest.mark.parametrize(
+    ("target", "position", "inside", "near", "expected"),
+    [(0, 0, 0, 0, 1), (1, 0, 0, 1, 0), (1, 1, 1, 0, 1), (0, 1, 1, 0, 0), (0, 1, 0, 1, 1)],
+)
+def test_arrival_is_that_of_the_narrowest_window_that_is_on(
+    rig: Any, target: int, position: int, inside: int, near: int, expected: int
+) -> None:
+    axis = rig.axis
+    axis.target_position_monitoring_enable = target
+    axis.position_range_monitoring_enable = position
+    axis.in_target_position, axis.in_position_range = inside, near
+    assert bool(arrived(axis)) == bool(expected)

@@ -1,5 +1,6 @@
 """What supervises an axis, at each of its bounds: just inside, at the bound, just outside."""
 
+from collections.abc import Callable
 from itertools import product
 from math import inf, nextafter
 from typing import Any
@@ -41,7 +42,7 @@ def put(axis: Any, **values: Any) -> None:
         setattr(owner, names[-1], value)
 
 
-def moving(axis: Any, phase: MotionPhase = MotionPhase.ENDLESS, velocity: float = 32.0) -> None:
+def moving(axis: Any, phase: MotionPhase = MotionPhase.ENDLESS, velocity: float = 0.5) -> None:
     put(axis, set_motion_phase=phase, set_velocity=velocity, error_code=0, output_cut=0)
     put(axis, job__deceleration=1.0, job__jerk=1.0, loop_closed=1, has_been_stopped=0)
 
@@ -58,12 +59,20 @@ def moving(axis: Any, phase: MotionPhase = MotionPhase.ENDLESS, velocity: float 
     ],
 )
 def test_reaction_to_the_first_error_waits_for_its_delay(
-    rig: Any, mode: int, delay: float, error: int, delayed: int, after: tuple[int, int, int]
+    rig: Any,
+    look_at_everything: Callable[[Any, int], None],
+    mode: int,
+    delay: float,
+    error: int,
+    delayed: int,
+    after: tuple[int, int, int],
 ) -> None:
     axis = rig.axis
     put(axis, error_reaction_mode=mode, error_reaction_delay=delay, error_code=error)
     put(axis, delayed_error_code=delayed, delayed_error_time=7.0, delayed_error_cut=0)
+    look_at_everything(axis, 0)
     report(axis, CODE, 1)
+    assert axis.unusual == int(delayed == 0 or not axis.delayed_error_code)
     assert (axis.error_code, axis.delayed_error_code, axis.output_cut) == after
     begun = after[1] == CODE
     assert (axis.delayed_error_cut, axis.delayed_error_time) == ((1, 0.0) if begun else (0, 7.0))
@@ -117,7 +126,7 @@ FEED = {7: (0, 0), 5: (1, 0), 3: (0, 1), 1: (1, 1)}
 
 
 @pytest.mark.parametrize("word", [7, 6, 5, 3, 1])
-@pytest.mark.parametrize("velocity", [32.0, 0.0, -32.0])
+@pytest.mark.parametrize("velocity", [0.5, 0.0, -0.5])
 def test_enable_closes_the_loop_and_its_loss_stops_what_moves(
     rig: Any, word: int, velocity: float
 ) -> None:

@@ -114,12 +114,14 @@ def _watch_signals(ax: AxisFields, dt: float) -> None:
 
 
 def stays_closed(ax: AxisFields) -> bool:
-    """Whether enables and drive are as they are in a move, so that the closed loop stays closed."""
+    """Whether enables and drive are as they are in a move, so that the closed loop stays closed.
+
+    A limit switch is more than a move: `read_drive` says so.
+    """
     return (
         not ax.unusual
         and ax.control_dword & _ENABLES == _ENABLES
         and ax.drive_status & STATUS_READY != 0
-        and ax.limit_switch == 0
         and ax.loop_closed == 1
     )
 

@@ -1,12 +1,16 @@
 """Stops, halts and the lock."""
 
-from math import inf, nan, sqrt
+from math import inf, nan, nextafter, sqrt
 from typing import Any
 
 import pytest
 
 from achse.codes import NcError
-from achse.motion import CommandState, StartType, StateBit, commands
+from achse.motion import BufferMode, CommandState, StartType, StateBit, commands
+from achse.motion.checks import STEEPEST_JERK
+from achse.motion.commands.stops import halt
+from achse.motion.profile import stopping_distance, stopping_time
+from achse.motion.states import MotionPhase
 
 V = 200.0
 
@@ -243,3 +247,156 @@ def test_emergency_stop_needs_deceleration_and_jerk(rig: Any) -> None:
         code = commands.emergency_stop(rig.axis, deceleration, jerk)
         assert code == NcError.EMERGENCY_STOP_DATA
     assert commands.emergency_stop(rig.axis, 1000.0, 1000.0) == 0
+
+
+def running(rig: Any, deceleration: float = 1000.0, jerk: float = 10_000.0) -> Any:
+    """An axis in an endless move at V, as if it had these dynamics."""
+    axis = rig.axis
+    axis.set_motion_phase, axis.set_velocity = MotionPhase.ENDLESS, V
+    axis.job.deceleration, axis.job.jerk = deceleration, jerk
+    axis.set_command_state = CommandState.ACTIVE
+    return axis
+
+
+@pytest.mark.parametrize(
+    ("deceleration", "jerk", "phase", "error"),
+    [
+        (1500.0, STEEPEST_JERK, MotionPhase.NONE, None),
+        (nextafter(1500.0, inf), 10_000.0, MotionPhase.NONE, NcError.EMERGENCY_STOP_DATA),
+        (1500.0, nextafter(STEEPEST_JERK, inf), MotionPhase.NONE, NcError.EMERGENCY_STOP_DATA),
+        (5e-324, 5e-324, MotionPhase.NONE, None),
+        (0.0, 10_000.0, MotionPhase.NONE, NcError.EMERGENCY_STOP_DATA),
+        (1000.0, 0.0, MotionPhase.NONE, NcError.EMERGENCY_STOP_DATA),
+        (1000.0, 10_000.0, MotionPhase.ENDLESS, None),
+        (nextafter(1000.0, 0.0), 10_000.0, MotionPhase.ENDLESS, NcError.EMERGENCY_STOP_DATA),
+        (1000.0, nextafter(10_000.0, 0.0), MotionPhase.ENDLESS, NcError.EMERGENCY_STOP_DATA),
+    ],
+)
+def test_emergency_stop_has_bounds(
+    rig: Any, deceleration: float, jerk: float, phase: MotionPhase, error: NcError | None
+) -> None:
+    axis = running(rig)
+    axis.set_motion_phase, axis.max_deceleration = phase, 1500.0
+    code = commands.emergency_stop(axis, deceleration, jerk)
+    assert code == (0 if error is None else error.number)
+
+
+@pytest.mark.parametrize("coupled", [False, True])
+def test_stops_of_its_own_are_not_for_slaves(rig: Any, coupled: bool) -> None:
+    axis = running(rig)
+    axis.coupling = int(coupled)
+    for stop, arguments in (
+        (commands.stop, ()),
+        (commands.parameterized_stop, (1000.0, 10_000.0)),
+        (commands.emergency_stop, (1500.0, 10_000.0)),
+        (commands.oriented_stop, (0.0, 1000.0, 10_000.0)),
+        (commands.clear, ()),
+    ):
+        running(rig)
+        code = stop(axis, *arguments)
+        assert code == (NcError.FUNCTION_FOR_SLAVE.number if coupled else 0)
+
+
+@pytest.mark.parametrize(
+    ("state", "kind", "mode", "error"),
+    [
+        ({}, StartType.HALT, BufferMode.ABORTING, None),
+        ({}, StartType.HALT, BufferMode.BUFFERED, None),
+        ({}, StartType.STOP_AND_LOCK, BufferMode.ABORTING, None),
+        ({}, StartType.STOP_AND_LOCK, BufferMode.BUFFERED, NcError.FUNCTION_NOT_AVAILABLE),
+        ({}, StartType.HALT, BufferMode.BLENDING_LOW, NcError.FUNCTION_NOT_AVAILABLE),
+        ({"axis_disabled": 1}, StartType.HALT, BufferMode.ABORTING, NcError.AXIS_NOT_READY),
+        ({"error_code": 0x4550}, StartType.HALT, BufferMode.ABORTING, NcError.of(0x4550)),
+        ({"motion_locked": 1}, StartType.HALT, BufferMode.ABORTING, NcError.AXIS_LOCKED_BY_STOP),
+        ({"motion_locked": 1}, StartType.STOP_AND_LOCK, BufferMode.ABORTING, None),
+    ],
+)
+@pytest.mark.parametrize("phase", [MotionPhase.NONE, MotionPhase.ENDLESS])
+def test_halt_is_a_command_that_may_lock(
+    rig: Any,
+    state: dict[str, int],
+    kind: StartType,
+    mode: BufferMode,
+    error: NcError | None,
+    phase: MotionPhase,
+) -> None:
+    axis = running(rig)
+    for name, value in ({"set_motion_phase": phase} | state).items():
+        setattr(axis, name, value)
+    counted = axis.command_counter
+    code = halt(axis, kind, 500.0, 4000.0, mode)
+    assert code == (0 if error is None else error.number)
+    if error is not None:
+        assert (axis.command_counter, axis.set_motion_phase) == (counted, phase)
+        return
+    assert axis.set_command_number == axis.command_counter == counted + 1
+    moves = phase != MotionPhase.NONE
+    assert axis.set_command_state == (CommandState.ACTIVE if moves else CommandState.DONE)
+    assert rig.has(StateBit.HAS_BEEN_STOPPED)
+    locks = kind == StartType.STOP_AND_LOCK
+    assert axis.motion_locked == int(locks)
+    assert rig.has(StateBit.MOTION_COMMANDS_LOCKED) == locks
+    if moves:
+        assert (axis.job.deceleration, axis.job.jerk) == (500.0, 4000.0)
+    assert commands.release_lock(axis) == 0
+    assert (axis.motion_locked, rig.has(StateBit.MOTION_COMMANDS_LOCKED)) == (0, False)
+
+
+@pytest.mark.parametrize(
+    ("ramp", "stronger"),
+    [((500.0, 20_000.0), (1000.0, 20_000.0)), ((2000.0, 4000.0), (2000.0, 10_000.0))],
+)
+def test_stop_keeps_what_is_stronger_of_the_one_that_runs(
+    rig: Any, ramp: tuple[float, float], stronger: tuple[float, float]
+) -> None:
+    axis = running(rig)
+    axis.max_deceleration = 5000.0
+    assert commands.parameterized_stop(axis, *ramp) == 0
+    assert (axis.job.deceleration, axis.job.jerk) == ramp
+    running(rig).set_motion_phase = MotionPhase.STOPPING
+    assert commands.parameterized_stop(axis, *ramp) == 0
+    assert (axis.job.deceleration, axis.job.jerk) == stronger
+
+
+@pytest.mark.parametrize(
+    ("place", "error"),
+    [(0.0, None), (-5e-324, NcError.MODULO_START_RANGE), (nan, NcError.MODULO_START_RANGE)],
+)
+def test_oriented_stop_becomes_a_move_that_ends_at_rest(
+    rig: Any, place: float, error: NcError | None
+) -> None:
+    axis = running(rig)
+    axis.job.end_velocity = axis.job.peak_velocity = 7.0
+    axis.buffer_count = axis.switch_armed = axis.reversing_number = 1
+    axis.replan = axis.has_been_stopped = 0
+    code = commands.oriented_stop(axis, place, 1000.0, 10_000.0)
+    assert code == (0 if error is None else error.number)
+    if error is not None:
+        return
+    assert axis.set_motion_phase == MotionPhase.POSITIONING
+    assert (axis.job.end_velocity, axis.job.peak_velocity) == (0.0, 0.0)
+    assert (axis.buffer_count, axis.switch_armed, axis.reversing_number) == (0, 0, 0)
+    assert (axis.replan, axis.has_been_stopped) == (1, 1)
+    assert rig.has(StateBit.HAS_BEEN_STOPPED)
+
+
+def test_clear_is_no_stop(rig: Any) -> None:
+    for stopped in (0, 1):
+        axis = running(rig)
+        axis.has_been_stopped, axis.got_new_target = stopped, 1
+        assert commands.clear(axis) == 0
+        assert (axis.has_been_stopped, axis.got_new_target) == (stopped, 0)
+        assert axis.set_motion_phase == MotionPhase.STOPPING
+
+
+@pytest.mark.parametrize("phase", [MotionPhase.NONE, MotionPhase.ENDLESS])
+def test_stop_information_has_the_ramp_that_a_stop_would_take(rig: Any, phase: MotionPhase) -> None:
+    axis = running(rig)
+    axis.set_motion_phase, axis.set_acceleration = phase, 50.0
+    axis.default_deceleration, axis.default_jerk = 700.0, 7000.0
+    moves = phase != MotionPhase.NONE
+    for given in ((0.0, 0.0), (900.0, 0.0), (0.0, 9000.0), (5e-3, 5e-3), (nan, nan)):
+        usual = (1000.0, 10_000.0) if moves else (700.0, 7000.0)
+        ramp = [a if a > 0.0 else b for a, b in zip(given, usual, strict=True)]
+        expected = stopping_distance(V, 50.0, *ramp), stopping_time(V, 50.0, *ramp)
+        assert commands.stop_information(axis, *given) == expected
