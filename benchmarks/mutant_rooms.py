@@ -90,6 +90,8 @@ ROOMS: Mapping[str, Room] = {
             "motion/tables/users.py": (),
         },
         (
+            "motion/couplings/test_cam_bounds.py",
+            "motion/couplings/test_cam_checks.py",
             "motion/couplings/test_cams.py",
             "motion/couplings/test_cams_drawn.py",
             "motion/couplings/test_refused.py",

@@ -176,10 +176,11 @@ def test_dynamics_of_a_command_have_bounds(rig: Any) -> None:
     axis.max_acceleration, axis.max_deceleration = 300.0, 400.0
     for dynamics, error in (
         ((300.0, 400.0, steepest), None),
+        ((nan, 400.0, steepest), NcError.ACCELERATION_NOT_POSITIVE),
         ((0.0, 400.0, steepest), NcError.ACCELERATION_NOT_POSITIVE),
         ((300.0, 0.0, steepest), NcError.DECELERATION_NOT_POSITIVE),
         ((300.0, 400.0, 0.0), NcError.JERK_NOT_POSITIVE),
-        ((300.0, 400.0, 5e-324), None),
+        ((5e-324, 5e-324, 5e-324), None),
         ((nextafter(300.0, inf), 400.0, 1.0), NcError.ACCELERATION_NOT_PERMITTED),
         ((300.0, nextafter(400.0, inf), 1.0), NcError.ACCELERATION_NOT_PERMITTED),
         ((300.0, 400.0, nextafter(steepest, inf)), NcError.JERK_NOT_PERMITTED),
@@ -229,6 +230,8 @@ def test_target_may_be_at_a_limit_but_not_beyond(rig: Any, sign: float) -> None:
         axis.loop_enable, axis.loop_distance = int(loop != 0.0), sign * loop
         axis.set_position = sign * begin
         assert checks.why_not_target(axis, sign * target) == number(error), (loop, begin, target)
+    axis.loop_enable, axis.loop_distance, axis.set_position = 0, sign * 9.0, 0.0
+    assert checks.why_not_target(axis, sign * 52.0) == checks.OK
     for direction in (1.0, -1.0, 0.0):
         for place, error in ((60.0, passed), (nextafter(60.0, 0.0), None), (61.0, passed)):
             axis.set_position = sign * place
@@ -245,21 +248,21 @@ def test_way_of_rapid_and_creep_is_longer_than_its_braking_distance(
 ) -> None:
     """A loop ends the other way: there the other braking distance counts."""
     axis = make_rig(axis_type=AxisType.DISCRETE_RAPID_CREEP).axis
-    ahead, back = 2.0, 5.0
+    ahead, back = 0.25, 5.0
     axis.brake_distance_positive, axis.brake_distance_negative = (
         (ahead, back) if sign > 0.0 else (back, ahead)
     )
     short, loop = NcError.DISTANCE_BELOW_BRAKING_DISTANCE, NcError.LOOP_BELOW_BRAKING_DISTANCE
     for begin, target, distance, error in (
-        (10.0, 12.0, 0.0, short),
-        (10.0, nextafter(12.0, inf), 0.0, None),
+        (10.0, 10.25, 0.0, short),
+        (10.0, nextafter(10.25, inf), 0.0, None),
         (10.0, 10.0, 0.0, short),
-        (10.0, 20.0, 5.0, loop),
-        (10.0, 20.0, nextafter(5.0, inf), None),
+        (10.0, 10.5, 5.0, loop),
+        (10.0, 10.5, nextafter(5.0, inf), None),
         (10.0, 20.0, -3.0, None),
     ):
         axis.loop_enable, axis.loop_distance = int(distance != 0.0), sign * distance
         code = checks.why_not_target(axis, sign * target, sign * begin)
         assert code == number(error), (target, distance)
     axis.axis_type = AxisType.CONTINUOUS_SERVO
-    assert checks.why_not_target(axis, sign * 12.0, sign * 10.0) == checks.OK
+    assert checks.why_not_target(axis, sign * 10.25, sign * 10.0) == checks.OK

@@ -157,8 +157,22 @@ def test_enable_closes_the_loop_and_its_loss_stops_what_moves(
             code = lost.number
         case = word, velocity, ready, disabled, cut, phase
         assert axis.error_code == code, case
-        stays = enabled or (axis.set_motion_phase == MotionPhase.STOPPING and ready)
-        assert axis.loop_closed == int(bool(stays and not cut)), case
+        brakes = moves and ready and not (phase == MotionPhase.COUPLED and velocity == 0.0)
+        assert axis.loop_closed == int(bool((enabled or brakes) and not cut)), case
+        assert axis.output_cut == int(cut or code == NcError.DRIVE_NOT_READY), case
+
+
+def test_lost_enable_of_an_axis_in_error_changes_nothing_but_the_loop(rig: Any) -> None:
+    """The stop that the error has begun goes on as long as the drive is ready."""
+    axis = rig.axis
+    for phase, ready in product((MotionPhase.STOPPING, MotionPhase.ENDLESS), (0, 1)):
+        moving(axis, phase)
+        put(axis, error_code=OTHER, control_dword=6, drive_status=ready * STATUS_READY)
+        supervise_enable(axis, DT)
+        brakes = ready and phase == MotionPhase.STOPPING
+        assert (axis.error_code, axis.output_cut, axis.loop_closed) == (OTHER, 0, brakes)
+        assert axis.set_motion_phase == (phase if brakes else MotionPhase.NONE)
+        assert (axis.job.deceleration, axis.job.jerk) == (1.0, 1.0)
 
 
 def test_loop_that_closes_begins_where_the_axis_is(rig: Any) -> None:
@@ -276,7 +290,7 @@ def test_soft_limit_ends_each_motion_at_once_unless_it_stands(rig: Any, sign: in
         (MotionPhase.ENDLESS, MotionPhase.SINE), (0, 1), (0, 1), (0, 1), (0.0, 59.999), (0.0, 32.0)
     ):
         moving(axis, phase, sign * velocity)
-        put(axis, limit_low=-60.0, limit_high=60.0, delayed_error_code=0)
+        put(axis, limit_low=-60.0, limit_high=60.0, delayed_error_code=0, delayed_error_cut=0)
         put(axis, compensating=compensating, external_setpoint_active=external)
         put(axis, external_set_direction=0, set_position=sign * place)
         put(axis, limit_reached=sign * reached)
@@ -288,7 +302,7 @@ def test_soft_limit_ends_each_motion_at_once_unless_it_stands(rig: Any, sign: in
         stands = velocity == 0.0
         assert axis.error_code == (0 if stands else code), case
         assert axis.delayed_error_code == (code if stands else 0), case
-        assert axis.output_cut == 0
+        assert (axis.output_cut, axis.delayed_error_cut) == (0, 0)
 
 
 def test_delayed_error_reacts_when_its_delay_is_over(rig: Any) -> None:
@@ -305,9 +319,10 @@ def test_delayed_error_reacts_when_its_delay_is_over(rig: Any) -> None:
         supervise_motion(axis, DT, plain)
         assert (axis.error_code, axis.output_cut) == ((OTHER, 1) if reacts else (0, 0))
         assert axis.delayed_error_code == (0 if reacts else OTHER)
+    moving(axis)
     put(axis, delayed_error_code=0)
     supervise_motion(axis, DT)
-    assert axis.error_code == 0
+    assert (axis.error_code, axis.set_motion_phase) == (0, MotionPhase.ENDLESS)
 
 
 def test_limits_are_supervised_where_a_closed_loop_moves(rig: Any) -> None:
@@ -330,16 +345,16 @@ def test_movement_is_seen_beyond_its_window_or_missed_after_its_time(rig: Any, s
         (1, 32.0, 0.5, 0.0, (0.0, DT), False),
         (1, 32.0, 0.5, 3.0 * DT, (0.0, 4.0 * DT), False),
         (1, 32.0, 0.5, 3.5 * DT, (0.0, 4.5 * DT), True),
-        (1, 32.0, nextafter(0.5, inf), 3.5 * DT, (nextafter(0.5, inf), 0.0), False),
+        (1, 32.0, 0.5 + DT, 3.5 * DT, (0.5 + DT, 0.0), False),
         (1, 0.0, 0.25, 3.5 * DT, (0.25, 0.0), False),
         (0, 0.0, 0.25, 3.5 * DT, (0.25, 0.0), False),
         (0, 32.0, 0.75, 3.5 * DT, (0.0, 3.5 * DT), False),
     ):
         moving(axis, velocity=velocity)
-        put(axis, motion_monitoring_enable=enable, motion_position=0.0, motion_time=time)
-        encoder.actual_position = sign * place
+        put(axis, motion_monitoring_enable=enable, motion_position=sign * 8.0, motion_time=time)
+        encoder.actual_position = sign * (8.0 + place)
         supervise_motion(axis, DT, plain=True)
-        assert (axis.motion_position, axis.motion_time) == (sign * after[0], after[1])
+        assert (axis.motion_position, axis.motion_time) == (sign * (8.0 + after[0]), after[1])
         assert (axis.error_code, axis.output_cut) == ((OTHER, 1) if failed else (0, 0))
 
 
@@ -421,3 +436,8 @@ def test_positioning_is_timed_until_it_arrives_or_its_time_is_over(rig: Any) -> 
         supervise_arrival(axis, DT)
         assert (job.timing, job.time, axis.peh_time, axis.last_positioning_time) == after
         assert (axis.error_code, axis.output_cut) == (error, 0)
+    moving(axis, rests, 0.0)
+    put(axis, position_range_monitoring_enable=1, position_range_window=2.0, job__timing=1)
+    put(axis, target_position_monitoring_enable=0, peh_monitoring_enable=1, peh_time=9.0)
+    supervise_arrival(axis, DT)
+    assert (axis.peh_time, axis.error_code, job.timing) == (9.0, 0, 1)

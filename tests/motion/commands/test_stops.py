@@ -295,6 +295,10 @@ def test_stops_of_its_own_are_not_for_slaves(rig: Any, coupled: bool) -> None:
         running(rig)
         code = stop(axis, *arguments)
         assert code == (NcError.FUNCTION_FOR_SLAVE.number if coupled else 0)
+        goes_on = MotionPhase.ENDLESS if coupled else MotionPhase.STOPPING
+        if stop is commands.oriented_stop and not coupled:
+            goes_on = MotionPhase.POSITIONING
+        assert axis.set_motion_phase == goes_on
 
 
 @pytest.mark.parametrize(
@@ -342,6 +346,16 @@ def test_halt_is_a_command_that_may_lock(
     assert (axis.motion_locked, rig.has(StateBit.MOTION_COMMANDS_LOCKED)) == (0, False)
 
 
+def test_halt_has_dynamics(rig: Any) -> None:
+    axis = running(rig)
+    for ramp, error in (
+        ((0.0, 4000.0), NcError.DECELERATION_NOT_POSITIVE),
+        ((500.0, 0.0), NcError.JERK_NOT_POSITIVE),
+    ):
+        code = halt(axis, StartType.HALT, *ramp, BufferMode.ABORTING)
+        assert (code, axis.set_motion_phase) == (error.number, MotionPhase.ENDLESS)
+
+
 @pytest.mark.parametrize(
     ("ramp", "stronger"),
     [((500.0, 20_000.0), (1000.0, 20_000.0)), ((2000.0, 4000.0), (2000.0, 10_000.0))],
@@ -378,6 +392,21 @@ def test_oriented_stop_becomes_a_move_that_ends_at_rest(
     assert (axis.buffer_count, axis.switch_armed, axis.reversing_number) == (0, 0, 0)
     assert (axis.replan, axis.has_been_stopped) == (1, 1)
     assert rig.has(StateBit.HAS_BEEN_STOPPED)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "acceleration", "direction", "target"),
+    [(V, 0.0, 1.0, 360.0), (-V, 0.0, -1.0, -360.0), (0.0, -500.0, 1.0, -360.0)],
+)
+def test_oriented_stop_counts_from_where_the_ramp_ends(
+    rig: Any, velocity: float, acceleration: float, direction: float, target: float
+) -> None:
+    """In the direction of the ramp, which an acceleration alone has too."""
+    axis = running(rig)
+    axis.set_velocity, axis.set_acceleration = velocity, acceleration
+    axis.job.direction, axis.set_position, axis.compensating = direction, 0.0, 1
+    assert commands.oriented_stop(axis, 0.0, 1000.0, 10_000.0) == 0
+    assert (axis.target_position, axis.compensating) == (target, 0)
 
 
 def test_clear_is_no_stop(rig: Any) -> None:

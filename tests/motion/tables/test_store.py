@@ -1,6 +1,7 @@
 """Tables of an NC by id: what they may be, how they come and go."""
 
 from collections.abc import Callable
+from math import isfinite
 from typing import Any
 
 import pytest
@@ -8,9 +9,9 @@ import pytest
 from achse.codes import NcError
 from achse.motion import AxisParameters, Nc, commands
 from achse.motion.commands import CamDemand
-from achse.motion.states import TableType
-from achse.motion.tables import Table, TableError, TableParameters
-from achse.motion.tables.table import MOTION_POINT
+from achse.motion.states import CamActivation, CamInterpolation, CamScaling, TableSubType, TableType
+from achse.motion.tables import Table, TableError, TableParameters, Tables
+from achse.motion.tables.table import MOTION_POINT, PointActivation
 
 VALVE = [(-1.0, -1.0), (0.0, 0.0), (1.0, 1.0)]
 
@@ -83,3 +84,262 @@ def test_table_at_work_stays_monotonic() -> None:
     nc.cycle()
     refuses(NcError.TABLE_NOT_MONOTONIC, nc.tables.write, table, 2, [400.0])
     assert list(table.values[:4]) == [0.0, 0.0, 90.0, 30.0]
+
+
+RISING = [0.0, 0.0, 90.0, 30.0, 180.0, 60.0, 360.0, 100.0]
+"""A cam in four rows."""
+
+CURVED = [(0, 5, 0, 1, 0, 0.0, 0.0, 0.0, 0.0, 0.0), (1, 5, 0, 1, 0, 9.0, 9.0, 0.0, 0.0, 0.0)]
+"""A motion function of two points."""
+
+
+def packed(*points: tuple[Any, ...]) -> bytes:
+    return b"".join(MOTION_POINT.pack(*point) for point in points)
+
+
+@pytest.fixture
+def nc() -> Nc:
+    """Two enabled axes; table 7 is a cam."""
+    axes = [AxisParameters(n, values={"control_dword": 7}) for n in (1, 2)]
+    made = Nc(2_000_000, axes, compiled=False)
+    made.cycle(3)
+    made.tables.write(made.tables.create(7, TableType.CAMMING, 3, 4, 2), 0, RISING)
+    return made
+
+
+@pytest.mark.parametrize(
+    ("index", "step", "last"), [(0, 1, 2), (1, 2, 5), (3, 1, 5), (0, 3, 6), (5, 1, 7)]
+)
+def test_numbers_are_written_from_an_index_on(nc: Nc, index: int, step: int, last: int) -> None:
+    table = nc.tables.create(8, TableType.CAMMING, 3, 4, 2)
+    assert not table.filled
+    nc.tables.write(table, index, [1.0, 2.0, 3.0], step)
+    expected = [0.0] * 8
+    expected[index : index + 3 * step : step] = [1.0, 2.0, 3.0]
+    assert (list(table.values), table.last_written, table.filled) == (expected, last, True)
+
+
+@pytest.mark.parametrize("number", [float("inf"), float("nan")])
+def test_only_finite_numbers_are_written(nc: Nc, number: float) -> None:
+    table = nc.tables.find(7)
+    refuses(NcError.TABLE_PARAMETER, nc.tables.write, table, 0, [number, -number])
+    nc.tables.write(nc.tables.create(8, TableType.CAMMING, 3, 2, 2), 0, [1.7e308, 1.7e308])
+    assert list(table.values) == RISING
+
+
+@pytest.mark.parametrize(("index", "step"), [(0, 1), (3, 2), (2, 2)])
+def test_points_are_written_from_an_index_on(nc: Nc, index: int, step: int) -> None:
+    table = nc.tables.create(8, TableType.MOTION_FUNCTION, 3, 3, 2)
+    points = packed(*CURVED)
+    nc.tables.write_points(table, index, points, step)
+    size = MOTION_POINT.size
+    for n in range(6):
+        at = bytes(table.motion[n * size : (n + 1) * size])
+        place = (n - index) // step if (n - index) % step == 0 else -1
+        assert at == (points[place * size : (place + 1) * size] if place in (0, 1) else bytes(size))
+    assert table.filled
+    endless = (*CURVED[0][:5], *(float("inf"),) * 5)
+    refuses(NcError.TABLE_PARAMETER, nc.tables.write_points, table, 0, packed(endless))
+
+
+def test_slaves_drives_and_names_use_a_table(nc: Nc) -> None:
+    tables, slave = nc.tables, nc.axis(2)
+    tables.write(tables.create(8, TableType.CAMMING, 3, 4, 2), 0, RISING)
+    assert (tables.user_count(7), tables.user_count(8)) == (0, 0)
+    code = commands.couple_by_cam(slave, 11, 1, CamDemand(7), further_tables=[8])
+    assert code == 0
+    assert (tables.user_count(7), tables.user_count(8)) == (1, 1)
+    refuses(NcError.SLAVE_TABLE_IN_USE, tables.delete, 8)
+    assert commands.decouple(slave) == 0
+    assert (tables.user_count(7), tables.user_count(8)) == (0, 0)
+    tables.delete(7)
+    tables.write(tables.create(7, TableType.CAMMING, 3, 4, 2), 0, RISING)
+
+
+@pytest.mark.parametrize(
+    ("sub_type", "count", "interpolation", "error"),
+    [
+        (3, 2, CamInterpolation.LINEAR, None),
+        (3, 3, CamInterpolation.SPLINE, None),
+        (3, 2, CamInterpolation.SPLINE, NcError.TABLE_TOO_FEW_SPLINE_POINTS),
+        (3, 3, CamInterpolation.LOCAL, None),
+        (3, 2, CamInterpolation.LOCAL, NcError.TABLE_TOO_FEW_SPLINE_POINTS),
+        (1, 4, CamInterpolation.FOUR_POINTS, None),
+        (1, 3, CamInterpolation.FOUR_POINTS, NcError.TABLE_TOO_FEW_SPLINE_POINTS),
+        (3, 4, CamInterpolation.FOUR_POINTS, NcError.TABLE_INTERPOLATION_TYPE),
+        (3, 4, 4, NcError.TABLE_INTERPOLATION_TYPE),
+    ],
+)
+def test_interpolations_demand_rows(
+    nc: Nc, sub_type: int, count: int, interpolation: int, error: NcError | None
+) -> None:
+    tables = nc.tables
+    table = tables.create(8, TableType.CAMMING, sub_type, count, 2)
+    refuses(NcError.TABLE_SLAVE_WITHOUT_TABLE, tables.cam, 8, 0)
+    tables.write(table, 0, [value for n in range(count) for value in (n * 10.0, n * n * 1.0)])
+    if error is None:
+        assert tables.cam(8, interpolation) > 0
+        assert tables.cam(8, interpolation) == tables.cam(8, interpolation)
+    else:
+        refuses(error, tables.cam, 8, interpolation)
+
+
+def test_motion_function_needs_no_rows_for_its_laws(nc: Nc) -> None:
+    table = nc.tables.create(8, TableType.MOTION_FUNCTION, 3, 2, 1)
+    nc.tables.write_points(table, 0, packed(*CURVED))
+    assert nc.tables.cam(8, CamInterpolation.SPLINE) > 0
+
+
+def test_cams_without_a_user_give_their_memory_back(nc: Nc) -> None:
+    tables = nc.tables
+    tables.write(tables.create(8, TableType.CAMMING, 3, 4, 2), 0, RISING)
+    first = tables.cam(7, 0)
+    assert tables.cam(8, 0) == first  # nobody uses the one before
+    assert commands.couple_by_cam(nc.axis(2), 10, 1, CamDemand(7)) == 0
+    kept = tables.cam(7, 0)
+    other = tables.cam(8, 0)
+    assert other != kept
+    assert tables.cam(8, 2) == other
+    assert tables.cam(7, 0) == kept
+
+
+def test_refused_cam_takes_no_memory(nc: Nc) -> None:
+    tables = nc.tables
+    table = tables.create(8, TableType.CAMMING, 3, 4, 2)
+    tables.write(table, 0, [0.0, 0.0, 0.0, 1.0])
+    refuses(NcError.TABLE_NOT_MONOTONIC, tables.cam, 8, 0)
+    first = tables.cam(7, 0)
+    assert first == tables.cam(7, 2)
+
+
+@pytest.mark.parametrize("slave", [0.0, 15.0, 45.0, 100.0])
+def test_nearest_place_of_a_value_is_found_before_and_behind(nc: Nc, slave: float) -> None:
+    """Of straight lines, or as slaves join the rows; of a motion function by its laws."""
+    tables = nc.tables
+    place = {0.0: 0.0, 15.0: 45.0, 45.0: 135.0, 100.0: 360.0}[slave]
+    below, above = tables.nearest(tables.find(7), slave, 200.0)
+    found = below if place <= 200.0 else above
+    assert found is not None
+    assert found.position == pytest.approx(place)
+    assert (above if place <= 200.0 else below) is None
+    table = tables.create(8, TableType.MOTION_FUNCTION, 3, 2, 1)
+    tables.write_points(table, 0, packed(*CURVED))
+    below, above = tables.nearest(table, 4.5, 6.0)
+    assert below is not None
+    assert (below.position, above) == (pytest.approx(4.5), None)
+
+
+@pytest.mark.parametrize("used", [False, True])
+def test_values_are_those_of_the_rows_as_slaves_join_them(nc: Nc, used: bool) -> None:
+    """Without a slave a spline, where there are rows for one."""
+    tables = nc.tables
+    table = tables.find(7)
+    if used:
+        assert commands.couple_by_cam(nc.axis(2), 10, 1, CamDemand(7)) == 0
+    values = tables.characteristic_values(table, 1.0)
+    steps = tables.create(8, TableType.CAMMING, 3, 2, 2)
+    tables.write(steps, 0, [0.0, 0.0, 10.0, 20.0])
+    lines = tables.characteristic_values(steps, 1.0)
+    assert all(map(isfinite, values + lines))
+    spline = Nc(2_000_000, [AxisParameters(1)], compiled=False).tables
+    alone = spline.create(7, TableType.CAMMING, 3, 4, 2)
+    spline.write(alone, 0, RISING)
+    assert (spline.characteristic_values(alone, 1.0) == values) is not used
+
+
+@pytest.mark.parametrize(
+    ("change", "error"),
+    [
+        (PointActivation(0), None),
+        (PointActivation(9), None),
+        (PointActivation(10), NcError.TABLE_EXECUTION_MODE),
+        (PointActivation(-1), NcError.TABLE_EXECUTION_MODE),
+        (PointActivation(0, 0.0, 2, 2), None),
+        (PointActivation(0, 0.0, 3, 2), NcError.TABLE_SCALING),
+        (PointActivation(0, 0.0, 2, 3), NcError.TABLE_SCALING),
+        (PointActivation(0, float("inf")), NcError.TABLE_PARAMETER),
+    ],
+)
+def test_activation_of_points_is_checked(
+    nc: Nc, change: PointActivation, error: NcError | None
+) -> None:
+    table = nc.tables.create(8, TableType.MOTION_FUNCTION, 3, 2, 1)
+    if error is None:
+        nc.tables.change_online(table, change)
+        assert table.online == change
+    else:
+        refuses(error, nc.tables.change_online, table, change)
+        assert table.online == PointActivation()
+
+
+def test_refused_numbers_and_scalings_leave_slaves_what_they_had(nc: Nc) -> None:
+    tables, table, slave = nc.tables, nc.tables.find(7), nc.axis(2)
+    assert commands.couple_by_cam(slave, 10, 1, CamDemand(7)) == 0
+    nc.cycle()
+    before = list(table.values), list(tables.cams.numbers), table.scaling
+    refuses(NcError.TABLE_SLAVE_RANGE, tables.write, table, 0, [-30.0, 95.0])
+    refuses(NcError.TABLE_NOT_MONOTONIC, tables.write, table, 4, [20.0, 400.0])
+    turned = table.scaling._replace(slave_offset=300.0)
+    refuses(NcError.TABLE_SLAVE_RANGE, tables.scale, table, turned)
+    assert (list(table.values), list(tables.cams.numbers), table.scaling) == before
+    tables.write(table, 4, [200.0, 70.0])
+    assert commands.start(nc.axis(1), 1, 200.0, 300.0) == 0
+    nc.axis(1).velocity_override = 1_000_000
+    nc.cycle(4000)
+    assert slave.set_position == pytest.approx(70.0)
+
+
+def functions(nc: Nc) -> tuple[Tables, Table]:
+    """A cyclic motion function that axis 2 follows."""
+    table = nc.tables.create(8, TableType.MOTION_FUNCTION, TableSubType.MONOTONIC_CYCLIC, 2, 1)
+    nc.tables.write_points(table, 0, packed(*CURVED))
+    demand = CamDemand(8, slave_absolute=1, master_absolute=1, slave_offset=0.5, master_offset=-2.0)
+    nc.axis(2).position_range_window = 50.0
+    assert commands.couple_by_cam(nc.axis(2), 13, 1, demand) == 0
+    nc.cycle()
+    return nc.tables, table
+
+
+def test_changed_points_wait_with_the_offsets_of_now(nc: Nc) -> None:
+    tables, table = functions(nc)
+    layer = nc.axis(2).cams[0]
+    later = PointActivation(CamActivation.NEXT_CYCLE, 4.0, CamScaling.OFF, CamScaling.AUTO_OFFSET)
+    tables.change_online(table, later)
+    tables.write_points(table, 1, packed((*CURVED[1][:6], 11.0, 0.0, 0.0, 0.0)))
+    assert (layer.next_kind, layer.next_when) == (5, CamActivation.NEXT_CYCLE)
+    assert (layer.next_position, layer.next_table, layer.next_returns) == (4.0, 8, 0)
+    assert (layer.next_master_type, layer.next_slave_type) == (2, 1)
+    assert (layer.next_master_offset, layer.next_slave_offset) == (-2.0, 0.5)
+    assert (layer.next_master_scaling, layer.next_slave_scaling) == (1.0, 1.0)
+    assert (layer.next_master_absolute, layer.next_slave_absolute) == (1, 1)
+    assert layer.next_cam != layer.cam
+    assert tables.cams.numbers[layer.cam + 4] == 9.0
+    assert tables.cams.numbers[layer.next_cam + 4] == 11.0
+    assert tables.cam(8, 0) == layer.next_cam
+    tables.write_points(table, 1, packed((*CURVED[1][:6], 12.0, 0.0, 0.0, 0.0)))
+    assert tables.cams.numbers[layer.cam + 4] == 9.0
+    assert tables.cams.numbers[layer.next_cam + 4] == 12.0
+    tables.change_online(table, PointActivation(CamActivation.OFF))
+    tables.write_points(table, 1, packed((*CURVED[1][:6], 13.0, 0.0, 0.0, 0.0)))
+    assert (layer.next_kind, layer.next_table) == (0, 0)
+    assert tables.cams.numbers[layer.cam + 4] == 9.0
+    tables.change_online(table, PointActivation(CamActivation.INSTANTANEOUS))
+    tables.write_points(table, 1, packed((*CURVED[1][:6], 14.0, 0.0, 0.0, 0.0)))
+    assert (layer.next_kind, tables.cams.numbers[layer.cam + 4]) == (0, 14.0)
+
+
+def test_refused_points_leave_slaves_what_they_had(nc: Nc) -> None:
+    tables, table = functions(nc)
+    layer = nc.axis(2).cams[0]
+    nc.axis(2).position_range_window = 0.0
+    before = bytes(table.motion)
+    wild = packed((*CURVED[1][:6], 9e4, 0.0, 0.0, 0.0))
+    refuses(NcError.TABLE_SLAVE_RANGE, tables.write_points, table, 1, wild)
+    assert bytes(table.motion) == before
+    assert tables.cams.numbers[layer.cam + 4] == 9.0
+    tables.change_online(table, PointActivation(CamActivation.NEXT_CYCLE))
+    off = CamDemand(activation=CamActivation.OFF, slave_scaling=2.0)
+    assert commands.change_cam_scaling(nc.axis(2), off) == 0
+    refuses(NcError.ACTIVATION_PENDING, tables.write_points, table, 1, packed(CURVED[1]))
+    tables.change_online(table, PointActivation(CamActivation.OFF))
+    tables.write_points(table, 1, packed(CURVED[1]))

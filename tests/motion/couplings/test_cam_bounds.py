@@ -1,0 +1,283 @@
+"""When a change of a cam is due, what it then is, and how far a slave may jump: each bound."""
+
+from array import array
+from math import inf, nextafter
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from achse.motion import AxisParameters, Nc
+from achse.motion.couplings import cams
+from achse.motion.couplings.cams import (
+    CHANGE_BEGIN,
+    CHANGE_EXCHANGE,
+    CHANGE_NOTHING,
+    CHANGE_POINTS,
+    CHANGE_REMOVE,
+    CHANGE_SCALING,
+    due,
+    jump_of,
+    law_now,
+    part_at,
+    show_waiting,
+    why_not_jump,
+)
+from achse.motion.limits import TOLERANCE
+from achse.motion.record import CAM
+from achse.motion.rows import NcRows
+from achse.motion.states import CamActivation, CamScaling, StateBit
+from achse.motion.tables.memory import BEGIN, COUNT, CYCLIC, HEADER, PERIOD, PIECE, STROKE
+
+FIRST = 8
+"""Where the cam is in memory."""
+
+LEAD = 7.0
+"""What the master's own positions are larger than those that slaves see."""
+
+OFFSET, SCALING = 8.0, 2.0
+"""Place of a cam position: OFFSET + SCALING · position."""
+
+
+def rows(*, cyclic: bool) -> NcRows:
+    """A cam from 10 to 110 that rises to 50, in a straight line."""
+    numbers = array("d", [0.0] * (FIRST + HEADER + 2 * PIECE))
+    for field, value in ((COUNT, 2.0), (BEGIN, 10.0), (PERIOD, 100.0), (STROKE, 50.0)):
+        numbers[FIRST + field] = value
+    numbers[FIRST + CYCLIC] = float(cyclic)
+    numbers[FIRST + HEADER :] = array("d", [10.0, 0.0, 0.5, 0.0, 0.0, 110.0, 50.0, 0.0, 0.0, 0.0])
+    master: Any = SimpleNamespace(
+        lead_offset=LEAD, lead_position=0.0, lead_velocity=0.0, lead_acceleration=0.0, lead_jerk=0.0
+    )
+    return NcRows([master], (), (), (), numbers)
+
+
+def layer(kind: int = CHANGE_EXCHANGE, when: int = 0, place: float = 0.0) -> Any:
+    """A cam at work that waits for another, with these offsets and scalings now or then."""
+    it: Any = CAM.plain()
+    it.next_kind, it.next_when, it.next_position = kind, when, place
+    if kind == CHANGE_BEGIN:
+        it.next_cam, it.next_master_offset, it.next_master_scaling = FIRST, OFFSET + LEAD, SCALING
+        it.master_reference, it.master_scaling = 1e3, 9.0
+    else:
+        it.table = 1
+        it.cam, it.master_reference, it.master_offset = FIRST, 5.0, OFFSET - 5.0
+        it.master_scaling, it.next_master_offset = SCALING, 1e3
+    return it
+
+
+@pytest.mark.parametrize("kind", [CHANGE_BEGIN, CHANGE_EXCHANGE])
+@pytest.mark.parametrize(
+    ("before", "now", "over", "forward", "backward"),
+    [
+        (-1.0, 1.0, 1, 1, 0),
+        (1.0, -1.0, 1, 0, 1),
+        (0.0, 0.0, 1, 0, 0),
+        (0.0, 1.0, 1, 1, 0),
+        (-1.0, 0.0, 1, 1, 0),
+        (0.0, -1.0, 1, 0, 1),
+        (1.0, 0.0, 1, 0, 1),
+        (-2.0, -1.0, 0, 0, 0),
+        (1.0, 2.0, 0, 0, 0),
+        (-1.0, -2.0, 0, 0, 0),
+        (2.0, 1.0, 0, 0, 0),
+    ],
+)
+def test_change_at_a_master_position_is_due_on_the_way_over_it(
+    kind: int, before: float, now: float, over: int, forward: int, backward: int
+) -> None:
+    """Ways are counted from the place, which is one of the master's own positions."""
+    place = 100.0 - LEAD
+    for when, expected in (
+        (CamActivation.MASTER_AXIS_POSITION, over),
+        (CamActivation.MASTER_AXIS_POSITION_POSITIVE, forward),
+        (CamActivation.MASTER_AXIS_POSITION_NEGATIVE, backward),
+    ):
+        found = due(rows(cyclic=True), layer(kind, when, 100.0), place + before, place + now)
+        assert found == (expected, place)
+
+
+def test_change_at_once_or_never_is_due_where_the_master_was() -> None:
+    for when, expected in (
+        (CamActivation.INSTANTANEOUS, 1),
+        (CamActivation.AS_SOON_AS_POSSIBLE, 1),
+        (CamActivation.OFF, 0),
+    ):
+        assert due(rows(cyclic=True), layer(when=when), 3.0, 4.0) == (expected, 3.0)
+
+
+AT_CAM, NEXT = CamActivation.MASTER_CAM_POSITION, CamActivation.NEXT_CYCLE
+
+
+@pytest.mark.parametrize("kind", [CHANGE_BEGIN, CHANGE_EXCHANGE])
+@pytest.mark.parametrize(
+    ("cyclic", "when", "start", "end", "expected"),
+    [
+        (True, AT_CAM, 35.0, 45.0, (1, 40.0)),
+        (True, AT_CAM, 35.0, 40.0, (1, 40.0)),
+        (True, AT_CAM, 35.0, 39.0, (0, 40.0)),
+        (True, AT_CAM, 41.0, 139.0, (0, 140.0)),
+        (True, AT_CAM, 41.0, 140.0, (1, 140.0)),
+        (True, AT_CAM, 45.0, 40.0, (1, 40.0)),
+        (True, AT_CAM, 45.0, 41.0, (0, 40.0)),
+        (True, AT_CAM, 39.0, -60.0, (1, -60.0)),
+        (True, AT_CAM, 40.0, 45.0, None),
+        (True, AT_CAM, 40.0, 39.0, None),
+        (True, NEXT, 5.0, 10.0, (1, 10.0)),
+        (True, NEXT, 5.0, 9.0, (0, 10.0)),
+        (True, NEXT, 15.0, 112.0, (1, 110.0)),
+        (True, NEXT, 15.0, 9.0, (1, 10.0)),
+        (True, NEXT, 110.0, 112.0, None),
+        (False, AT_CAM, 35.0, 45.0, (1, 40.0)),
+        (False, AT_CAM, 40.0, 45.0, (1, 40.0)),
+        (False, AT_CAM, 45.0, 40.0, (1, 40.0)),
+        (False, AT_CAM, 41.0, 145.0, (0, 40.0)),
+        (False, NEXT, 9.0, 20.0, (1, 9.0)),
+        (False, NEXT, 111.0, 20.0, (1, 111.0)),
+        (False, NEXT, 10.0, 9.0, (1, 10.0)),
+        (False, NEXT, 10.0, 20.0, (0, 10.0)),
+        (False, NEXT, 20.0, 10.0, (0, 10.0)),
+        (False, NEXT, 20.0, 110.0, (0, 10.0)),
+        (False, NEXT, 110.0, 111.0, (1, 110.0)),
+    ],
+)
+def test_change_at_a_place_of_the_cam_is_due_on_the_way_over_it(
+    kind: int,
+    cyclic: bool,
+    when: CamActivation,
+    start: float,
+    end: float,
+    expected: tuple[int, float] | None,
+) -> None:
+    """Cam positions; None: a cam may begin where its master is, one at work waits a cycle."""
+    found = due(
+        rows(cyclic=cyclic),
+        layer(kind, when, 40.0),
+        OFFSET + SCALING * start,
+        OFFSET + SCALING * end,
+    )
+    if expected is not None:
+        assert found == (expected[0], OFFSET + SCALING * expected[1])
+    elif kind == CHANGE_BEGIN:
+        assert found == (1, OFFSET + SCALING * start)
+    else:
+        assert found[0] == 0
+
+
+def test_cam_that_begins_unscaled_lies_at_the_positions_of_its_master() -> None:
+    it = layer(CHANGE_BEGIN, AT_CAM, 40.0)
+    it.next_master_type = CamScaling.OFF
+    assert due(rows(cyclic=False), it, 40.0 - LEAD, 41.0 - LEAD) == (1, 40.0 - LEAD)
+    assert due(rows(cyclic=False), it, 41.0 - LEAD, 42.0 - LEAD) == (0, 40.0 - LEAD)
+
+
+@pytest.mark.parametrize(
+    ("cyclic", "once", "position", "cycle", "value"),
+    [
+        (True, 0, 10.0, 0, 0.0),
+        (True, 0, nextafter(110.0, 0.0), 0, 50.0),
+        (True, 0, 110.0, 1, 50.0),
+        (True, 0, nextafter(10.0, 0.0), -1, 0.0),
+        (True, 0, 235.0, 2, 112.5),
+        (False, 0, 235.0, 0, 50.0),
+        (False, 0, -5.0, 0, 0.0),
+        (True, 1, 235.0, None, 50.0),
+        (True, 1, -5.0, None, 0.0),
+    ],
+)
+@pytest.mark.parametrize("base", [0, 1])
+@pytest.mark.parametrize("before", [0, 1, -7])
+def test_part_of_a_cam_counts_its_cycles(
+    cyclic: bool,
+    once: int,
+    position: float,
+    cycle: int | None,
+    value: float,
+    base: int,
+    before: int,
+) -> None:
+    """A correction stays in the cycle in which it began."""
+    if not cyclic:
+        base = before = 0
+    it = layer()
+    it.once, it.base_cycle, it.cycle = once, base, before
+    it.slave_reference, it.slave_offset, it.slave_scaling = 3.0, 4.0, 2.0
+    if once:
+        position += 100.0 * base
+    part, slope, _, _, strokes = part_at(rows(cyclic=cyclic), it, position)
+    lift = 0.0 if once else -50.0 * base
+    assert part == pytest.approx(7.0 + 2.0 * (value + lift), abs=1e-9)
+    assert part == 7.0 + 2.0 * (it.value + strokes)
+    assert it.cycle == (before if cycle is None else cycle)
+    assert (slope == 0.5) == (10.0 <= it.cam_position < 110.0)
+
+
+@pytest.fixture(scope="module")
+def slave() -> Any:
+    return Nc(2_000_000, [AxisParameters(1)]).axis(1)
+
+
+def test_slave_may_jump_within_its_position_window(slave: Any) -> None:
+    for window, position in ((0.0, 0.0), (5.0, 0.0), (5.0, -4e9)):
+        slave.position_range_window, slave.set_position = window, position
+        most = window + TOLERANCE + 1e-12 * abs(position)
+        for sign in (1.0, -1.0):
+            assert why_not_jump(slave, sign * most) == 0
+            assert why_not_jump(slave, sign * nextafter(most, inf)) != 0
+
+
+@pytest.mark.parametrize(
+    ("kinds", "bits"),
+    [
+        ((CHANGE_NOTHING, CHANGE_NOTHING), 0),
+        ((CHANGE_SCALING, CHANGE_NOTHING), StateBit.CAM_SCALING_PENDING),
+        ((CHANGE_NOTHING, CHANGE_POINTS), StateBit.CAM_DATA_QUEUED),
+        ((CHANGE_BEGIN, CHANGE_NOTHING), StateBit.CAM_TABLE_QUEUED),
+        ((CHANGE_NOTHING, CHANGE_EXCHANGE), StateBit.CAM_TABLE_QUEUED),
+        ((CHANGE_REMOVE, CHANGE_NOTHING), StateBit.CAM_TABLE_QUEUED),
+        (
+            (CHANGE_SCALING, CHANGE_REMOVE),
+            StateBit.CAM_SCALING_PENDING | StateBit.CAM_TABLE_QUEUED,
+        ),
+        ((CHANGE_SCALING, CHANGE_POINTS), StateBit.CAM_SCALING_PENDING | StateBit.CAM_DATA_QUEUED),
+    ],
+)
+def test_status_shows_what_waits(slave: Any, kinds: tuple[int, int], bits: int) -> None:
+    slave.cam_count = 2
+    slave.cam_status = slave.cam_changes = 1
+    for each, kind in zip(slave.cams, (*kinds, CHANGE_BEGIN), strict=False):
+        each.next_kind = kind
+    show_waiting(slave)
+    assert (slave.cam_status, slave.cam_changes) == (bits, int(bits != 0))
+
+
+def test_law_of_all_cams_but_one() -> None:
+    """Two of them are at work; the slave has a phase shift beside its first master."""
+    both, first, second = rows(cyclic=True), layer(), layer()
+    master: Any = both.axes[0]
+    master.lead_position, master.lead_velocity, master.lead_acceleration = 88.0, 6.0, 4.0
+    second.slave_reference, second.slave_offset, second.slave_scaling = 3.0, 4.0, 2.0
+    unused = layer()
+    unused.table = 0
+    ax: Any = SimpleNamespace(
+        slave_base=1.0, cam_count=3, cams=[first, second, unused, layer()], coupling=1, master=[0],
+        phasing_position=0.0, phasing_velocity=0.0, phasing_acceleration=0.0,
+    )  # fmt: skip
+    # cam position 40: 15, with a slope of 1/2 by the cam, 1/4 by the master
+    laws = {"first": (15.0, 1.5, 1.0), "second": (7.0 + 30.0, 3.0, 2.0)}
+    one, other = laws["first"], laws["second"]
+    assert law_now(ax, both, 1) == (1.0 + one[0], one[1], one[2])
+    assert law_now(ax, both, 0) == (1.0 + other[0], other[1], other[2])
+    together = (1.0 + one[0] + other[0], one[1] + other[1], one[2] + other[2])
+    assert law_now(ax, both, -1) == together
+
+
+def test_cam_that_goes_makes_no_jump() -> None:
+    it = layer(CHANGE_REMOVE)
+    assert jump_of(SimpleNamespace(), rows(cyclic=True), it, 50.0) == 0.0  # type: ignore[arg-type]
+
+
+def test_cycles_of_a_cam_are_counted_up_to_1e15() -> None:
+    assert cams._cycle_of(rows(cyclic=True), FIRST, 1e300) == 10**15
+    assert cams._cycle_of(rows(cyclic=True), FIRST, -1e300) == -(10**15)
+    assert cams._cycle_of(rows(cyclic=False), FIRST, 1e300) == 0
