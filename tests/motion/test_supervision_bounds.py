@@ -249,6 +249,11 @@ def test_following_error_is_one_beyond_its_window_and_filter_time(
         assert getattr(axis, time) == after
         assert axis.error_code == (codes[kind].number if failed else 0)
         assert axis.output_cut == failed
+    moving(axis)
+    put(axis, error_reaction_mode=1, error_reaction_delay=1.0)
+    setattr(controller, f"following_error_{kind}_monitoring_enable", 1)
+    _supervise_following_error(axis, DT)
+    assert (axis.delayed_error_code, axis.delayed_error_cut) == (codes[kind].number, 1)
 
 
 def test_homing_that_comes_to_a_limit_says_what_it_has_not_found(rig: Any) -> None:
@@ -356,6 +361,11 @@ def test_movement_is_seen_beyond_its_window_or_missed_after_its_time(rig: Any, s
         supervise_motion(axis, DT, plain=True)
         assert (axis.motion_position, axis.motion_time) == (sign * (8.0 + after[0]), after[1])
         assert (axis.error_code, axis.output_cut) == ((OTHER, 1) if failed else (0, 0))
+    moving(axis)
+    put(axis, error_reaction_mode=1, error_reaction_delay=1.0, motion_monitoring_enable=1)
+    put(axis, motion_position=encoder.actual_position, motion_time=9.0)
+    supervise_motion(axis, DT)
+    assert (axis.delayed_error_code, axis.delayed_error_cut) == (OTHER, 1)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

@@ -128,7 +128,7 @@ def highest_velocity(distance: float, lowest: float, limit: float, jerk: float) 
     if goal <= NEGLIGIBLE:
         return lowest
     u = cube_root(goal) if lowest >= 0.0 else cube_root(2.0 * goal) + 2.0 * sqrt(-lowest)
-    if lowest > 0.0 and goal < 2.0 * lowest * u:
+    if goal < 2.0 * lowest * u:
         u = goal / (2.0 * lowest)
     for _ in range(MAX_ITERATIONS):
         step = (u * (u * u + 2.0 * lowest) - goal) / (3.0 * u * u + 2.0 * lowest)
