@@ -57,11 +57,14 @@ def test_an_endless_move_rests_at_its_soft_limit(make_rig: Any, kind: StartType)
 def test_short_section_compensation_counts_against_the_limits(make_rig: Any) -> None:
     rig = limited(make_rig, 60.0, encoder_soft_limit_min=-60.0, encoder_soft_limit_min_enable=1)
     axis = rig.axis
-    axis.compensating, axis.superposition_distance = 1, 0.5
+    axis.compensating, axis.superposition_distance = 1, 2.0
+    axis.superposed_position = 1.5
     axis.superposition_sign = 1.0
     assert (lowest_rest(axis), highest_rest(axis)) == (-60.0, 59.5)
     axis.superposition_sign = -1.0
     assert (lowest_rest(axis), highest_rest(axis)) == (-59.5, 60.0)
+    axis.compensating = 0
+    assert (lowest_rest(axis), highest_rest(axis)) == (-60.0, 60.0)
 
 
 def test_only_an_axis_that_moves_outward_runs_into_a_limit(make_rig: Any) -> None:
@@ -398,5 +401,7 @@ def test_axis_that_can_just_rest_at_a_limit_need_not_brake(rig: Any) -> None:
     assert limit + TOLERANCE == rest
     axis.limit_high = limit
     assert limit_ahead(axis, 0.0, v, 0.0, dt) == 0
+    axis.limit_high = inf
+    assert limit_ahead(axis, 0.0, v, 0.0, dt) == limit_ahead(axis, 0.0, v, inf, dt) == 0
     axis.limit_high = limit - 1e-15
     assert limit_ahead(axis, 0.0, v, 0.0, dt) == 1

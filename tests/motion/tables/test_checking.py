@@ -2,10 +2,13 @@
 
 import random
 from array import array
+from ctypes import c_double
 from math import inf
+from types import SimpleNamespace
 
 import pytest
 
+from achse.motion.tables import checking
 from achse.motion.tables.checking import CHECKING, extremes, extremes_of
 
 
@@ -27,3 +30,52 @@ def test_numbers_without_end_are_no_steps() -> None:
     extremes(places, places, found)
     assert not found[0] >= 0.0
     assert CHECKING.plain is not None
+
+
+@pytest.mark.parametrize(
+    ("places", "values", "expected"),
+    [
+        ([-9.0, 1.0, 2.0], [0.0, 5.0, -6.0], (1.0, 10.0, 9.0)),
+        ([0.0, 1.0, 3.0], [0.0, 0.0, -5.0], (1.0, 2.0, 5.0)),
+        ([0.0, 1.0, 3.0], [7.0, 0.0, -5.0], (1.0, 2.0, 7.0)),
+        ([0.0, 4.0, 1.0], [0.0, 0.0, 0.0], (-3.0, 4.0, 4.0)),
+        ([0.0, 1.0], [0.0, 0.5], (1.0, 1.0, 1.0)),
+        ([1.0, 3.0, 8.0], [0.0, 0.0, 0.0], (2.0, 5.0, 8.0)),
+    ],
+)
+def test_steps_and_reach_of_few_rows(
+    places: list[float], values: list[float], expected: tuple[float, float, float]
+) -> None:
+    found = array("d", [0.0] * 3)
+    extremes(places, values, found)
+    assert tuple(found) == expected
+    assert extremes_of(array("d", places), array("d", values)) == expected
+
+
+def test_step_that_is_no_number_is_the_shortest() -> None:
+    found = array("d", [0.0] * 3)
+    extremes([0.0, inf, inf], [0.0, 0.0, 0.0], found)
+    assert found[0] != found[0]
+
+
+@pytest.mark.parametrize(
+    ("rows", "available", "compiled"),
+    [(999, True, False), (1000, True, True), (1000, False, False), (2000, True, True)],
+)
+def test_machine_code_looks_at_many_rows_where_it_is_at_hand(
+    monkeypatch: pytest.MonkeyPatch, rows: int, available: bool, compiled: bool
+) -> None:
+    calls = []
+
+    def function(*addresses: int) -> None:
+        calls.append(addresses)
+        pairs = zip(addresses[::2], addresses[1::2], strict=True)
+        extremes(*((c_double * count).from_address(at) for at, count in pairs))  # type: ignore[arg-type]
+
+    kernel = SimpleNamespace(available=available, function=function)
+    monkeypatch.setattr(checking, "CHECKING", kernel)
+    places = array("d", (n * n * 0.5 for n in range(rows)))
+    values = array("d", (float(-n) for n in range(rows)))
+    far = max(places[-1], -values[-1])
+    assert extremes_of(places, values) == (0.5, places[-1] - places[-2], far)
+    assert len(calls) == compiled

@@ -40,3 +40,17 @@ def test_characteristics_and_motion_functions_are_smaller() -> None:
     full = [Table(n, TableType.CHARACTERISTIC, 1, 4096, 2) for n in (1, 2)]
     assert refused(TableLimits(1 << 20), TableType.CHARACTERISTIC, 2, 2, *full)
     assert not refused(TableLimits(1 << 20), TableType.CAMMING, 2, 2, *full)
+
+
+def test_each_table_has_a_bound_and_all_together() -> None:
+    """Whatever the others are of: they take the numbers that they take."""
+    limits = TableLimits(100, 1000)
+    assert not refused(limits, TableType.CAMMING, 50, 2)
+    assert refused(limits, TableType.CAMMING, 51, 2)
+    for kind in TableType:
+        columns = 1 if kind == TableType.MOTION_FUNCTION else 2
+        held = Table(1, kind, 3, 40, columns)
+        limits = TableLimits(1 << 20, held.size + 100)
+        for demanded in (TableType.CAMMING, TableType.CHARACTERISTIC):
+            assert not refused(limits, demanded, 50, 2, held)
+            assert refused(limits, demanded, 51, 2, held)

@@ -3,6 +3,7 @@
 import random
 from array import array
 from bisect import bisect_right
+from typing import Any
 
 import pytest
 
@@ -57,6 +58,69 @@ def test_row_beyond_the_table_is_no_place_to_look_first() -> None:
     end = first + HEADER + 3 * PIECE
     for near in (-1, 3, 1 << 40):
         assert row_at(memory.numbers[:end], first, near, 2.0) == 1
+
+
+class Counted(list[float]):
+    """Numbers that count how often one is read."""
+
+    reads = 0
+
+    def __getitem__(self, index: Any) -> Any:
+        self.reads += 1
+        return super().__getitem__(index)
+
+
+@pytest.mark.parametrize(
+    ("near", "place", "row", "reads"),
+    [
+        (2, 3.5, 2, 2),
+        (1, 1.0, 1, 2),
+        (1, 3.5, 2, 3),
+        (1, 3.0, 2, 3),
+        (3, 12.0, 4, 2),
+        (4, 12.0, 4, 1),
+        (3, 3.5, 2, 2),
+        (2, 1.0, 1, 2),
+        (1, 0.5, 0, 2),
+        (0, -1.0, 0, 3),
+        (4, 0.5, 0, 4),
+        (1, 6.0, 3, 6),
+        (-1, 0.5, 0, 2),
+        (5, 0.5, 0, 2),
+        (0, 0.5, 0, 2),
+    ],
+)
+def test_row_is_found_beside_the_one_before(near: int, place: float, row: int, reads: int) -> None:
+    """Reads of places: of the row before, of its neighbours, and only then of halves."""
+    memory = CamMemory()
+    first = cam(memory, [0.0, 1.0, 3.0, 6.0, 10.0])
+    numbers = Counted(memory.numbers[: first + HEADER + 5 * PIECE])
+    assert row_at(numbers, first, near, place) == row
+    assert numbers.reads == 2 + reads
+
+
+@pytest.mark.parametrize(
+    ("place", "row", "reads"),
+    [
+        (9.0, 0, 1),
+        (10.0, 0, 1),
+        (10.6, 0, 1),
+        (10.75, 1, 2),
+        (11.2, 2, 2),
+        (11.7, 3, 2),
+        (11.5, 3, 2),
+        (12.0, 4, 1),
+        (99.0, 4, 1),
+    ],
+)
+@pytest.mark.parametrize("near", [0, 4])
+def test_row_of_equal_steps_is_computed(place: float, row: int, reads: int, near: int) -> None:
+    """Steps of 0.5 from 10 on, less or more by more than a rounding: the neighbour is right."""
+    memory = CamMemory()
+    first = cam(memory, [10.0, 10.75, 11.0, 11.5, 12.0], 0.5)
+    numbers = Counted(memory.numbers[: first + HEADER + 5 * PIECE])
+    assert row_at(numbers, first, near, place) == row
+    assert numbers.reads == 4 + reads
 
 
 def test_outside_a_linear_cam_its_ends_hold() -> None:

@@ -11,6 +11,7 @@ from achse.motion import AxisParameters, Nc, commands
 from achse.motion.commands import CamDemand
 from achse.motion.states import CamActivation, CamInterpolation, CamScaling, TableSubType, TableType
 from achse.motion.tables import Table, TableError, TableParameters, Tables
+from achse.motion.tables.limits import TableLimits
 from achse.motion.tables.table import MOTION_POINT, PointActivation
 
 VALVE = [(-1.0, -1.0), (0.0, 0.0), (1.0, 1.0)]
@@ -140,6 +141,19 @@ def test_points_are_written_from_an_index_on(nc: Nc, index: int, step: int) -> N
     assert table.filled
     endless = (*CURVED[0][:5], *(float("inf"),) * 5)
     refuses(NcError.TABLE_PARAMETER, nc.tables.write_points, table, 0, packed(endless))
+
+
+def test_tables_of_clients_are_bounded_together(nc: Nc) -> None:
+    """Table 7 has 8 numbers; one of the configuration does not count."""
+    tables = nc.tables
+    tables.add_configured(TableParameters(3, VALVE, "valve"))
+    tables.limits = TableLimits(12, 20)
+    refuses(NcError.TABLE_NO_MEMORY, tables.create, 8, TableType.CAMMING, 3, 7, 2)
+    tables.create(8, TableType.CAMMING, 3, 6, 2)
+    refuses(NcError.TABLE_NO_MEMORY, tables.create, 9, TableType.CAMMING, 3, 2, 1)
+    tables.delete(8)
+    tables.create(8, TableType.CAMMING, 3, 6, 2)
+    assert tables.ids() == [3, 7, 8]
 
 
 def test_slaves_drives_and_names_use_a_table(nc: Nc) -> None:

@@ -1,5 +1,8 @@
 """Users of tables: slaves with what they follow and what they will change to."""
 
+from types import SimpleNamespace
+from typing import Any
+
 from achse.motion import AxisParameters, Nc, commands
 from achse.motion.commands import CamDemand
 from achse.motion.states import TableType
@@ -28,3 +31,26 @@ def test_what_waits_is_in_use_and_what_runs_is_at_work() -> None:
     assert at_work(nc, (7, 0)) == []
     assert commands.decouple(slave) == 0
     assert list(cams_in_use(nc)) == []
+
+
+def test_only_slaves_of_cams_use_tables() -> None:
+    """What an axis that follows otherwise still has in its layers is not in use."""
+
+    def layer(table: int, coming: int) -> Any:
+        return SimpleNamespace(
+            table=table, interpolation=1, next_table=coming, next_interpolation=2
+        )
+
+    def axis(coupling: int, *layers: Any, closed: int = 1) -> Any:
+        return SimpleNamespace(
+            coupling=coupling, cam_count=2, loop_closed=closed, cams=[*layers, layer(9, 9)]
+        )
+
+    gear = axis(1, layer(7, 8), layer(7, 8))
+    waits = axis(10, layer(0, 8), layer(7, 0))
+    runs = axis(13, layer(0, 0), layer(7, 0))
+    open_loop = axis(11, layer(7, 0), layer(0, 0), closed=0)
+    axes = gear, waits, runs, open_loop
+    used = [(axes.index(each), *rest) for each, *rest in cams_in_use(axes)]
+    assert used == [(1, 8, 2), (1, 7, 1), (2, 7, 1), (3, 7, 1)]
+    assert at_work(axes, (7, 1)) == [waits, runs]
