@@ -1,7 +1,7 @@
 """Velocity ramps: time, peak and reach follow from the limits."""
 
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from achse.motion.ramps import (
@@ -107,6 +107,10 @@ def test_velocity_in_reach_of_no_way() -> None:
     *(sizes, sizes, sizes, sizes, st.floats(-1.0, 1.0), st.sampled_from((1.0, -1.0))),
     st.one_of(sizes, st.floats(-3.0, 3.0).map(lambda swings: (swings,))),
 )
+@example(100.0, 300.0, 400.0, 1e3, -0.2, 1.0, (0.5,))
+@example(100.0, 300.0, 400.0, 1e3, -0.2, -1.0, (-0.5,))
+@example(100.0, 300.0, 400.0, 1e3, 0.2, 1.0, (0.5,))
+@example(1e-3, 0.5, 0.5, 1e3, -0.5, 1.0, (0.0,))
 def test_ramp_of_any_state_ends_at_its_velocity(
     v: float,
     acc: float,

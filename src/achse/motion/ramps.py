@@ -155,4 +155,4 @@ def reachable_velocity(distance: float, v: float, a: float, limit: float, jerk: 
     highest = highest_velocity(distance, start, limit, jerk)
     if highest < (v + swing if a > 0.0 else start):
         return -1.0
-    return highest if highest > 0.0 else 0.0
+    return highest

@@ -1,6 +1,7 @@
 """Commands of cams: what is refused and with which code; refused, nothing has changed."""
 
-from math import inf, nan
+from dataclasses import replace
+from math import inf, nan, nextafter
 from typing import Any
 
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from achse.codes import NcError
 from achse.motion import AxisParameters, Nc, commands
 from achse.motion.commands import CamDemand
+from achse.motion.commands.cams import LARGEST_OFFSET, LARGEST_SCALING, _why_not
 from achse.motion.setpoint import shift_setpoint
 from achse.motion.states import CamActivation, CamOperation, CamScaling, TableType
 
@@ -234,3 +236,51 @@ def test_a_cam_of_another_master_leaves_the_names_of_the_first() -> None:
     assert couple(nc, 11, 3, CamOperation.ADDITIVE) == 0
     nc.cycle(3)
     assert slave.set_position == 0.0
+
+
+@pytest.mark.parametrize(
+    ("field", "largest"),
+    [
+        ("slave_offset", LARGEST_OFFSET),
+        ("master_offset", LARGEST_OFFSET),
+        ("position", LARGEST_OFFSET),
+        ("slave_scaling", LARGEST_SCALING),
+        ("master_scaling", LARGEST_SCALING),
+    ],
+)
+def test_numbers_of_a_demand_have_bounds(field: str, largest: float) -> None:
+    axis, at_once = build().axis(2), (CamActivation.INSTANTANEOUS,)
+    refused = NcError.SLAVE_COUPLING_PARAMETER
+    for sign in (1.0, -1.0):
+        for number, code in (
+            (largest, 0),
+            (nextafter(largest, inf), refused),
+            (inf, refused),
+            (nan, refused),
+        ):
+            demand = CamDemand(**{field: sign * number})
+            assert _why_not(axis, demand, at_once) == code
+        if field == "master_scaling":
+            for number, code in ((1e-6, 0), (nextafter(1e-6, 0.0), refused)):
+                demand = CamDemand(master_scaling=sign * number)
+                assert _why_not(axis, demand, at_once) == code
+                off = replace(demand, master_type=CamScaling.OFF)
+                assert _why_not(axis, off, at_once) == 0
+    assert _why_not(axis, CamDemand(slave_scaling=0.0), at_once) == 0
+    assert _why_not(axis, CamDemand(), ()) == NcError.ONLINE_CHANGE_MODE
+
+
+def test_only_a_cam_in_place_of_another_may_be_for_one_cycle() -> None:
+    """One alone always is in its place, whatever the operation."""
+    once = CamActivation.NEXT_CYCLE_ONCE
+    for law, operation, code in (
+        (10, CamOperation.DEFAULT, 0),
+        (10, CamOperation.REMOVE, 0),
+        (11, CamOperation.EXCHANGE, 0),
+        (11, CamOperation.ADDITIVE, NcError.ONLINE_CHANGE_MODE),
+        (11, CamOperation.DEFAULT, NcError.ONLINE_CHANGE_MODE),
+    ):
+        nc = build()
+        assert couple(nc, law, 1, CamOperation.REMOVE if law == 10 else CamOperation.DEFAULT) == 0
+        nc.cycle()
+        assert couple(nc, law, 1, operation, activation=once) == code

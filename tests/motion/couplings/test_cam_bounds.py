@@ -30,7 +30,8 @@ from achse.motion.states import CamActivation, CamScaling, StateBit
 from achse.motion.tables.memory import BEGIN, COUNT, CYCLIC, HEADER, PERIOD, PIECE, STROKE
 
 FIRST = 8
-"""Where the cam is in memory."""
+SECOND = FIRST + HEADER + 2 * PIECE
+"""Where the cams are in memory."""
 
 LEAD = 7.0
 """What the master's own positions are larger than those that slaves see."""
@@ -40,12 +41,18 @@ OFFSET, SCALING = 8.0, 2.0
 
 
 def rows(*, cyclic: bool) -> NcRows:
-    """A cam from 10 to 110 that rises to 50, in a straight line."""
-    numbers = array("d", [0.0] * (FIRST + HEADER + 2 * PIECE))
+    """Cams from 10 to 110 and from 20 to 220; they rise by 1/2 in straight lines."""
+    numbers = array("d", [0.0] * (SECOND + HEADER + 2 * PIECE))
     for field, value in ((COUNT, 2.0), (BEGIN, 10.0), (PERIOD, 100.0), (STROKE, 50.0)):
         numbers[FIRST + field] = value
     numbers[FIRST + CYCLIC] = float(cyclic)
-    numbers[FIRST + HEADER :] = array("d", [10.0, 0.0, 0.5, 0.0, 0.0, 110.0, 50.0, 0.0, 0.0, 0.0])
+    lines = array("d", [10.0, 0.0, 0.5, 0.0, 0.0, 110.0, 50.0, 0.0, 0.0, 0.0])
+    numbers[FIRST + HEADER : SECOND] = lines
+    for field, value in ((COUNT, 2.0), (BEGIN, 20.0), (PERIOD, 200.0), (STROKE, 100.0)):
+        numbers[SECOND + field] = value
+    numbers[SECOND + CYCLIC] = float(cyclic)
+    lines = array("d", [20.0, 0.0, 0.5, 0.0, 0.0, 220.0, 100.0, 0.0, 0.0, 0.0])
+    numbers[SECOND + HEADER :] = lines
     master: Any = SimpleNamespace(
         lead_offset=LEAD, lead_position=0.0, lead_velocity=0.0, lead_acceleration=0.0, lead_jerk=0.0
     )
@@ -270,6 +277,73 @@ def test_law_of_all_cams_but_one() -> None:
     assert law_now(ax, both, 0) == (1.0 + other[0], other[1], other[2])
     together = (1.0 + one[0] + other[0], one[1] + other[1], one[2] + other[2])
     assert law_now(ax, both, -1) == together
+
+
+USER, AUTO, OFF = CamScaling.USER_DEFINED, CamScaling.AUTO_OFFSET, CamScaling.OFF
+
+
+@pytest.mark.parametrize(
+    ("kind", "master", "slave_type", "absolute", "cam", "scaling", "expected"),
+    [
+        (CHANGE_SCALING, AUTO, USER, (0, 0), 0, 4.0, (5.0, -77.0, 4.0, 0, 3.0, 1.0, 3.0, 49.0)),
+        (CHANGE_SCALING, USER, OFF, (0, 0), 0, 1.0, (5.0, 15.0, 1.0, 0, 3.0, 4.0, 2.0, 65.0)),
+        (CHANGE_SCALING, OFF, AUTO, (0, 0), 0, 9.0, (5.0, 3.0, 2.0, 0, 3.0, -11.0, 3.0, 37.0)),
+        (
+            *(CHANGE_EXCHANGE, USER, USER, (1, 0), SECOND, 2.0),
+            (-LEAD, 15.0, 2.0, 0, 6.0, 1.0, 3.0, 37.0),
+        ),
+        (
+            *(CHANGE_EXCHANGE, AUTO, USER, (1, 0), SECOND, 2.0),
+            (5.0, -77.0, 2.0, 0, -54.0, 1.0, 3.0, 37.0),
+        ),
+        (
+            *(CHANGE_EXCHANGE, USER, USER, (0, 1), SECOND, -0.0625),
+            (88.0, 15.0, -0.0625, 1, 0.0, 1.0, 3.0, 31.0),
+        ),
+        (
+            *(CHANGE_EXCHANGE, USER, AUTO, (1, 1), SECOND, 2.0),
+            (-LEAD, 15.0, 2.0, 0, 0.0, 7.0, 3.0, 37.0),
+        ),
+        (
+            *(CHANGE_EXCHANGE, USER, AUTO, (1, 0), SECOND, 2.0),
+            (-LEAD, 15.0, 2.0, 0, 6.0, 1.0, 3.0, 37.0),
+        ),
+        (CHANGE_POINTS, OFF, OFF, (0, 0), SECOND, 9.0, (5.0, 3.0, 2.0, 0, 3.0, 4.0, 2.0, 27.0)),
+        (CHANGE_BEGIN, OFF, OFF, (1, 0), FIRST, 9.0, (-LEAD, 0.0, 1.0, 0, -42.5, 0.0, 1.0, 0.0)),
+        (CHANGE_BEGIN, OFF, USER, (0, 1), FIRST, 9.0, (88.0, 0.0, 1.0, -1, 0.0, 1.0, 3.0, 136.0)),
+        (CHANGE_BEGIN, OFF, AUTO, (1, 1), FIRST, 9.0, (-LEAD, 0.0, 1.0, 0, 0.0, -107.5, 3.0, 20.0)),
+    ],
+)
+def test_change_makes_references_offsets_and_scalings(
+    kind: int,
+    master: CamScaling,
+    slave_type: CamScaling,
+    absolute: tuple[int, int],
+    cam: int,
+    scaling: float,
+    expected: tuple[float, ...],
+) -> None:
+    """At 88 the cam at work is at 40 and adds 37; the slave is at 20."""
+    it = layer(CHANGE_NOTHING)
+    it.next_kind, it.next_cam = kind, cam
+    it.table = int(kind != CHANGE_BEGIN)
+    it.slave_reference, it.slave_offset, it.slave_scaling = 3.0, 4.0, 2.0
+    it.next_master_type, it.next_slave_type = master, slave_type
+    it.next_master_offset, it.next_master_scaling = 15.0, scaling
+    it.next_slave_offset, it.next_slave_scaling = 1.0, 3.0
+    it.next_master_absolute, it.next_slave_absolute = absolute
+    ax: Any = SimpleNamespace(set_position=20.0, cam_count=1, cams=[it])
+    assert cams.planned(ax, rows(cyclic=True), it, 88.0) == expected
+    jump = expected[-1] - (37.0 if it.table else 20.0 if absolute[1] else 0.0)
+    assert jump_of(ax, rows(cyclic=True), it, 88.0) == jump
+
+
+def test_cam_that_begins_beside_others_stays_where_nothing_is_added() -> None:
+    it, other = layer(CHANGE_BEGIN), layer()
+    it.next_slave_type, it.next_slave_absolute, it.next_slave_scaling = AUTO, 1, 3.0
+    ax: Any = SimpleNamespace(set_position=20.0, cam_count=2, cams=[it, other])
+    assert cams.planned(ax, rows(cyclic=True), it, 88.0)[-1] == 0.0
+    assert jump_of(ax, rows(cyclic=True), it, 88.0) == 0.0
 
 
 def test_cam_that_goes_makes_no_jump() -> None:

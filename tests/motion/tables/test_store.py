@@ -10,7 +10,7 @@ from achse.codes import NcError
 from achse.motion import AxisParameters, Nc, commands
 from achse.motion.commands import CamDemand
 from achse.motion.states import CamActivation, CamInterpolation, CamScaling, TableSubType, TableType
-from achse.motion.tables import Table, TableError, TableParameters, Tables
+from achse.motion.tables import Table, TableError, TableParameters, Tables, store
 from achse.motion.tables.limits import TableLimits
 from achse.motion.tables.table import MOTION_POINT, PointActivation
 
@@ -156,6 +156,56 @@ def test_tables_of_clients_are_bounded_together(nc: Nc) -> None:
     assert tables.ids() == [3, 7, 8]
 
 
+def test_all_tables_have_a_bound(nc: Nc, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of the configuration, too: 8 numbers of table 7, and 6."""
+    tables = nc.tables
+    for most, fits in ((14, True), (13, False)):
+        monkeypatch.setattr(store, "MOST_NUMBERS", most)
+        if fits:
+            tables.add_configured(TableParameters(3, VALVE, "valve"))
+            tables.delete(3)
+        else:
+            refuses(
+                NcError.TABLE_NO_MEMORY, tables.add_configured, TableParameters(3, VALVE, "valve")
+            )
+
+
+def test_configured_tables_have_their_points_and_are_checked(nc: Nc) -> None:
+    tables, cam, function = nc.tables, TableType.CAMMING, TableType.MOTION_FUNCTION
+    steep = [(0.0, 0.0), (1.0, 2e3)]
+    tables.add_configured(TableParameters(3, steep, "cam", main_type=cam))
+    tables.add_configured(TableParameters(4, VALVE, "valve"))
+    points: Any = CURVED
+    tables.add_configured(TableParameters(5, points, "function", main_type=function))
+    assert [tables.find(n).column_count for n in (3, 4, 5)] == [2, 2, 1]
+    assert [tables.find(n).row_count for n in (3, 4, 5)] == [2, 3, 2]
+    assert bytes(tables.find(5).motion) == packed(*CURVED)
+    assert tables.find(3).points() == steep
+    assert all(tables.find(n).filled for n in (3, 4, 5))
+    refuses(NcError.TABLE_PARAMETER, tables.add_configured, TableParameters(6, steep, "valve"))
+    falling = TableParameters(6, steep[::-1], "cam", main_type=cam)
+    refuses(NcError.TABLE_NOT_MONOTONIC, tables.add_configured, falling)
+    assert tables.ids() == [3, 4, 5, 7]
+
+
+def test_deleted_table_leaves_no_cam_behind(nc: Nc) -> None:
+    tables = nc.tables
+    tables.cam(7, 0)
+    tables.delete(7)
+    tables.write(tables.create(7, TableType.CAMMING, 3, 2, 2), 0, [0.0, 0.0, 10.0, 20.0])
+    below, _ = tables.nearest(tables.find(7), 10.0, 9.0)
+    assert below is not None
+    assert below.position == pytest.approx(5.0)
+
+
+def test_only_monotonic_tables_of_numbers_are_scaled(nc: Nc) -> None:
+    tables = nc.tables
+    equal = tables.create(8, TableType.CAMMING, 1, 2, 2)
+    function = tables.create(9, TableType.MOTION_FUNCTION, 3, 2, 1)
+    for table in (equal, function):
+        refuses(NcError.TABLE_FUNCTION_NOT_AVAILABLE, tables.scale, table, table.scaling)
+
+
 def test_slaves_drives_and_names_use_a_table(nc: Nc) -> None:
     tables, slave = nc.tables, nc.axis(2)
     tables.write(tables.create(8, TableType.CAMMING, 3, 4, 2), 0, RISING)
@@ -291,11 +341,17 @@ def test_refused_numbers_and_scalings_leave_slaves_what_they_had(nc: Nc) -> None
     assert commands.couple_by_cam(slave, 10, 1, CamDemand(7)) == 0
     nc.cycle()
     before = list(table.values), list(tables.cams.numbers), table.scaling
-    refuses(NcError.TABLE_SLAVE_RANGE, tables.write, table, 0, [-30.0, 95.0])
-    refuses(NcError.TABLE_NOT_MONOTONIC, tables.write, table, 4, [20.0, 400.0])
-    turned = table.scaling._replace(slave_offset=300.0)
-    refuses(NcError.TABLE_SLAVE_RANGE, tables.scale, table, turned)
-    assert (list(table.values), list(tables.cams.numbers), table.scaling) == before
+    turned = table.scaling._replace(slave_scaling=3.0, weight=2.0)
+    nc.axis(2).set_position = 25.0
+    for error, call, *arguments in (
+        (NcError.TABLE_SLAVE_RANGE, tables.write, 0, [-30.0, 95.0]),
+        (NcError.TABLE_NOT_MONOTONIC, tables.write, 4, [20.0, 400.0]),
+        (NcError.TABLE_SLAVE_RANGE, tables.scale, turned),
+    ):
+        refuses(error, call, table, *arguments)
+        assert (list(table.values), list(tables.cams.numbers), table.scaling) == before
+        assert table.points()[1:3] == [(90.0, 30.0), (180.0, 60.0)]
+    nc.axis(2).set_position = 0.0
     tables.write(table, 4, [200.0, 70.0])
     assert commands.start(nc.axis(1), 1, 200.0, 300.0) == 0
     nc.axis(1).velocity_override = 1_000_000
@@ -351,6 +407,8 @@ def test_refused_points_leave_slaves_what_they_had(nc: Nc) -> None:
     refuses(NcError.TABLE_SLAVE_RANGE, tables.write_points, table, 1, wild)
     assert bytes(table.motion) == before
     assert tables.cams.numbers[layer.cam + 4] == 9.0
+    assert tables.cams.numbers[tables.cam(8, 0) + 4] == 9.0
+    assert table.slave_stroke == 9.0
     tables.change_online(table, PointActivation(CamActivation.NEXT_CYCLE))
     off = CamDemand(activation=CamActivation.OFF, slave_scaling=2.0)
     assert commands.change_cam_scaling(nc.axis(2), off) == 0

@@ -195,9 +195,8 @@ class Tables:
             at = size * (index + n * step)
             table.motion[at : at + size] = points[size * n : size * (n + 1)]
         table.changed()
-        last = index + step * (len(fresh) - 1)
         try:
-            self._take_over(table, index // table.column_count, last // table.column_count + 1)
+            self._take_over(table, 0, table.row_count)
         except TableError:
             table.motion[:] = before
             table.changed()
