@@ -8,11 +8,16 @@ from typing import Any
 import pytest
 
 from achse.motion.tables.memory import (
+    BEGIN,
     COUNT,
+    CYCLIC,
+    FORM,
     HEADER,
+    PERIOD,
     PIECE,
     RATE,
     STEP,
+    STROKE,
     CamMemory,
     cam_values,
     row_at,
@@ -86,6 +91,7 @@ class Counted(list[float]):
         (4, 0.5, 0, 4),
         (1, 6.0, 3, 6),
         (-1, 0.5, 0, 2),
+        (-1, 1.5, 1, 3),
         (5, 0.5, 0, 2),
         (0, 0.5, 0, 2),
     ],
@@ -121,6 +127,14 @@ def test_row_of_equal_steps_is_computed(place: float, row: int, reads: int, near
     numbers = Counted(memory.numbers[: first + HEADER + 5 * PIECE])
     assert row_at(numbers, first, near, place) == row
     assert numbers.reads == 4 + reads
+
+
+def test_header_has_a_place_for_each_number() -> None:
+    fields = FORM, COUNT, BEGIN, PERIOD, STROKE, CYCLIC, STEP, RATE
+    assert sorted(fields) == list(range(HEADER))
+    memory = CamMemory()
+    assert cam_values(memory.numbers, cam(memory, [0.0, 1.0]), 0, 0.5)[0] == 1.0
+    assert row_at(memory.numbers, cam(memory, [0.0, 1.0], 1.0), 0, 0.5) == 0
 
 
 def test_outside_a_linear_cam_its_ends_hold() -> None:

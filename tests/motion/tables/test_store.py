@@ -12,6 +12,7 @@ from achse.motion.commands import CamDemand
 from achse.motion.states import CamActivation, CamInterpolation, CamScaling, TableSubType, TableType
 from achse.motion.tables import Table, TableError, TableParameters, Tables, store
 from achse.motion.tables.limits import TableLimits
+from achse.motion.tables.memory import HEADER, PIECE
 from achse.motion.tables.table import MOTION_POINT, PointActivation
 
 VALVE = [(-1.0, -1.0), (0.0, 0.0), (1.0, 1.0)]
@@ -100,8 +101,8 @@ def packed(*points: tuple[Any, ...]) -> bytes:
 
 @pytest.fixture
 def nc() -> Nc:
-    """Two enabled axes; table 7 is a cam."""
-    axes = [AxisParameters(n, values={"control_dword": 7}) for n in (1, 2)]
+    """Three enabled axes; table 7 is a cam."""
+    axes = [AxisParameters(n, values={"control_dword": 7}) for n in (1, 2, 3)]
     made = Nc(2_000_000, axes, compiled=False)
     made.cycle(3)
     made.tables.write(made.tables.create(7, TableType.CAMMING, 3, 4, 2), 0, RISING)
@@ -415,3 +416,72 @@ def test_refused_points_leave_slaves_what_they_had(nc: Nc) -> None:
     refuses(NcError.ACTIVATION_PENDING, tables.write_points, table, 1, packed(CURVED[1]))
     tables.change_online(table, PointActivation(CamActivation.OFF))
     tables.write_points(table, 1, packed(CURVED[1]))
+
+
+def block(tables: Tables, table_id: int, interpolation: int, count: int) -> list[float]:
+    """The numbers of a cam."""
+    first = tables.cam(table_id, interpolation)
+    return list(tables.cams.numbers[first : first + HEADER + PIECE * count])
+
+
+@pytest.mark.parametrize("interpolation", [CamInterpolation.LINEAR, CamInterpolation.LOCAL])
+@pytest.mark.parametrize(("index", "step"), [(21, 1), (20, 1), (10, 4), (3, 2), (39, 1)])
+def test_cam_that_was_edited_is_as_a_new_one(
+    nc: Nc, interpolation: CamInterpolation, index: int, step: int
+) -> None:
+    """Another cam in use, and the same rows joined otherwise, stay what they are."""
+    tables, rows = nc.tables, 20
+    numbers = [value for n in range(rows) for value in (10.0 * n, float(n * n % 7))]
+    tables.write(tables.create(8, TableType.CAMMING, 3, rows, 2), 0, numbers)
+    for axis, table_id, joined in ((2, 8, interpolation), (3, 7, 0)):
+        assert commands.couple_by_cam(nc.axis(axis), 11, 1, CamDemand(table_id, joined)) == 0
+        nc.axis(axis).control_dword = 0
+    nc.cycle()
+    other = block(tables, 7, 0, 4)
+    table = tables.find(8)
+    fresh = [table.values[at] + 1.0 for at in (index,) if at < 40]
+    fresh += [table.values[at] + 1.0 for at in (index + step,) if at < 40]
+    tables.write(table, index, fresh, step)
+    alone = Nc(2_000_000, [AxisParameters(1)], compiled=False).tables
+    alone.write(alone.create(8, TableType.CAMMING, 3, rows, 2), 0, table.values)
+    assert block(tables, 8, interpolation, rows) == block(alone, 8, interpolation, rows)
+    assert block(tables, 7, 0, 4) == other
+    nc.axis(2).control_dword = 7
+    nc.cycle(2)
+    refuses(NcError.TABLE_NOT_MONOTONIC, tables.write, table, 20, [-1.0])
+    assert block(tables, 8, interpolation, rows) == block(alone, 8, interpolation, rows)
+    assert block(tables, 7, 0, 4) == other
+
+
+def test_table_without_slave_takes_any_numbers(nc: Nc) -> None:
+    """Also where its cam was asked for."""
+    tables, table = nc.tables, nc.tables.find(7)
+    tables.cam(7, 0)
+    tables.write(table, 2, [400.0])
+    assert table.values[2] == 400.0
+    refuses(NcError.TABLE_NOT_MONOTONIC, tables.cam, 7, 0)
+
+
+def test_scaled_table_is_read_otherwise(nc: Nc) -> None:
+    tables, table = nc.tables, nc.tables.find(7)
+    assert table.points()[1] == (90.0, 30.0)
+    tables.scale(table, table.scaling._replace(master_scaling=0.5, slave_offset=5.0))
+    assert table.points()[1] == (45.0, 35.0)
+
+
+def test_changed_points_leave_other_functions(nc: Nc) -> None:
+    tables, table = functions(nc)
+    other = tables.create(9, TableType.MOTION_FUNCTION, TableSubType.MONOTONIC_CYCLIC, 2, 1)
+    tables.write_points(other, 0, packed(*CURVED))
+    assert commands.couple_by_cam(nc.axis(3), 13, 1, CamDemand(9)) == 0
+    layer, beside = nc.axis(2).cams[0], nc.axis(3).cams[0]
+    for activation in (CamActivation.NEXT_CYCLE, CamActivation.INSTANTANEOUS):
+        tables.change_online(table, PointActivation(activation))
+        tables.write_points(table, 1, packed((*CURVED[1][:6], 11.0, 0.0, 0.0, 0.0)))
+        assert (beside.next_kind, tables.cams.numbers[beside.cam + 4]) == (0, 9.0)
+        assert tables.cam(9, 0) == beside.cam
+    assert tables.cams.numbers[layer.cam + 4] == 11.0
+    tables.change_online(other, PointActivation(CamActivation.NEXT_CYCLE))
+    tables.write_points(other, 1, packed((*CURVED[1][:6], 12.0, 0.0, 0.0, 0.0)))
+    assert tables.cams.numbers[beside.next_cam + 4] == 12.0
+    assert (layer.next_kind, tables.cams.numbers[layer.cam + 4]) == (0, 11.0)

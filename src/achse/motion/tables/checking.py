@@ -25,13 +25,13 @@ def extremes(
     """
     shortest = places[1] - places[0]
     longest = shortest
-    far = abs(places[0])
+    far = 0.0
     for i in range(len(places)):
         if abs(places[i]) > far:
             far = abs(places[i])
         if abs(values[i]) > far:
             far = abs(values[i])
-        if i > 0:
+        if i > 1:
             step = places[i] - places[i - 1]
             if step < shortest or step != step:
                 shortest = step
