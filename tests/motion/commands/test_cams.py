@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from math import inf, nan, nextafter
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -9,9 +10,20 @@ import pytest
 from achse.codes import NcError
 from achse.motion import AxisParameters, Nc, commands
 from achse.motion.commands import CamDemand
-from achse.motion.commands.cams import LARGEST_OFFSET, LARGEST_SCALING, _why_not
+from achse.motion.commands.cams import (
+    LARGEST_OFFSET,
+    LARGEST_SCALING,
+    _fresh,
+    _rows_as_seen,
+    _why_not,
+    _why_not_begin,
+    _why_not_in_range,
+)
+from achse.motion.couplings.cams import names_of, seen_master
+from achse.motion.rows import NcRows
 from achse.motion.setpoint import shift_setpoint
 from achse.motion.states import CamActivation, CamOperation, CamScaling, TableType
+from achse.motion.tables.memory import BEGIN, CYCLIC, PERIOD
 
 VALUES = {"control_dword": 7, "velocity_override": 1_000_000}
 
@@ -258,7 +270,8 @@ def test_numbers_of_a_demand_have_bounds(field: str, largest: float) -> None:
             (inf, refused),
             (nan, refused),
         ):
-            demand = CamDemand(**{field: sign * number})
+            given: dict[str, Any] = {field: sign * number}
+            demand = CamDemand(**given)
             assert _why_not(axis, demand, at_once) == code
         if field == "master_scaling":
             for number, code in ((1e-6, 0), (nextafter(1e-6, 0.0), refused)):
@@ -284,3 +297,133 @@ def test_only_a_cam_in_place_of_another_may_be_for_one_cycle() -> None:
         assert couple(nc, law, 1, CamOperation.REMOVE if law == 10 else CamOperation.DEFAULT) == 0
         nc.cycle()
         assert couple(nc, law, 1, operation, activation=once) == code
+
+
+@pytest.mark.parametrize(
+    ("at", "demand", "cyclic", "error"),
+    [
+        (28.0, {}, 0, None),
+        (27.5, {}, 0, NcError.TABLE_MASTER_BELOW),
+        (228.0, {}, 0, None),
+        (228.5, {}, 0, NcError.TABLE_MASTER_ABOVE),
+        (27.5, {}, 1, None),
+        (27.5, {"master_absolute": 0}, 0, None),
+        (10.0, {"master_type": CamScaling.OFF}, 0, None),
+        (9.5, {"master_type": CamScaling.OFF}, 0, NcError.TABLE_MASTER_BELOW),
+        (110.0, {"master_type": CamScaling.OFF}, 0, None),
+        (110.5, {"master_type": CamScaling.OFF}, 0, NcError.TABLE_MASTER_ABOVE),
+    ],
+)
+def test_master_is_within_a_linear_cam_or_refused(
+    at: float, demand: dict[str, Any], cyclic: int, error: NcError | None
+) -> None:
+    """The cam is from 10 to 110; scaled by 2 and moved by 8 it is from 28 to 228."""
+    first = 8
+    numbers = [0.0] * 20
+    numbers[first + BEGIN], numbers[first + PERIOD], numbers[first + CYCLIC] = 10.0, 100.0, cyclic
+    layer: Any = SimpleNamespace(next_cam=first)
+    rows = NcRows((), (), (), (), numbers)
+    given = {"master_absolute": 1, "master_scaling": 2.0, "master_offset": 8.0} | demand
+    code = _why_not_in_range(rows, layer, CamDemand(**given), at)
+    assert code == (0 if error is None else error.number)
+
+
+@pytest.mark.parametrize("activation", [2, 8, 9])
+@pytest.mark.parametrize("ahead", [1.0, 0.0, -1.0])
+@pytest.mark.parametrize("moves", [5.0, 0.0, -5.0])
+def test_cam_cannot_begin_at_a_place_behind_a_moving_master(
+    activation: int, ahead: float, moves: float
+) -> None:
+    """In its own positions: it was renamed while it led."""
+    nc = build()
+    master, slave = nc.axis(1), nc.axis(2)
+    assert couple(nc) == 0
+    master.lead_position, master.lead_offset, master.lead_velocity = 20.0, 7.0, moves
+    later: dict[str, Any] = {"activation": activation, "position": 27.0 + ahead}
+    passed = moves * ahead < 0.0
+    demand = CamDemand(**later, slave_type=CamScaling.AUTO_OFFSET)
+    layer = _fresh(slave, master, demand, slave.cams[0].cam)
+    layer.next_slave_absolute = 0
+    refused = _why_not_begin(slave, layer, demand, master) == NcError.ACTIVATION_POSITION_PASSED
+    if moves:
+        master.lead_position = 20.0
+        assert refused is (moves * (demand.position - _seen(slave, layer, master)) < 0.0)
+    else:
+        assert refused is False
+    master.lead_position, master.lead_offset, master.lead_velocity = 20.0, 7.0, moves
+    code = commands.change_cam_scaling(slave, demand)
+    by_axis = activation == CamActivation.MASTER_AXIS_POSITION
+    assert (code == NcError.ACTIVATION_POSITION_PASSED) is (by_axis and passed)
+
+
+def _seen(slave: Any, layer: Any, master: Any) -> float:
+    """Own position of a master as a slave sees it."""
+    rows = _rows_as_seen(slave, master)
+    return seen_master(slave, rows, layer) + names_of(rows, layer)
+
+
+def test_cam_that_waits_to_begin_is_not_changed() -> None:
+    nc = build()
+    assert couple(nc, 11, activation=CamActivation.NEXT_CYCLE) == 0
+    axis = nc.axis(2)
+    for code in (
+        commands.change_cam_offsets(axis, 0.0, 0.0),
+        commands.scale_slave(axis, 2.0),
+        commands.change_cam_scaling(axis, CamDemand(7)),
+        commands.end_profile(axis, 7),
+    ):
+        assert code == NcError.ACTIVATION_PENDING
+    assert commands.end_profile(axis, 8) == NcError.TABLE_NOT_FOUND
+    forget = CamDemand(activation=CamActivation.DELETE_QUEUED)
+    assert commands.change_cam_scaling(axis, forget) == NcError.DECOUPLING_NOT_POSSIBLE
+    assert couple(nc, 11, activation=CamActivation.NEXT_CYCLE) == 0
+    assert [each.next_kind for each in axis.cams[:3]] == [1, 1, 0]
+    assert commands.change_cam_scaling(axis, replace(forget, table_id=8)) == NcError.TABLE_NOT_FOUND
+    assert commands.change_cam_scaling(axis, forget) == 0
+    assert [each.next_kind for each in axis.cams[:3]] == [0, 1, 0]
+    assert commands.change_cam_scaling(axis, forget) == NcError.DECOUPLING_NOT_POSSIBLE
+
+
+def test_cam_beside_one_at_work_may_be_forgotten_or_goes_when_nothing_waits() -> None:
+    nc = build()
+    axis = nc.axis(2)
+    assert couple(nc, 11) == 0
+    nc.cycle()
+    assert couple(nc, 11, table_id=10, activation=CamActivation.NEXT_CYCLE, slave_absolute=0) == 0
+    assert axis.cams[1].next_kind == 1
+    forget = CamDemand(10, activation=CamActivation.DELETE_QUEUED)
+    assert commands.change_cam_scaling(axis, forget) == 0
+    assert (axis.cams[1].next_kind, axis.cams[1].next_table) == (0, 0)
+    assert couple(nc, 11, table_id=10, slave_absolute=0) == 0
+    nc.cycle()
+    off = CamDemand(10, activation=CamActivation.OFF)
+    assert commands.change_cam_scaling(axis, off) == 0
+    assert (axis.cams[1].next_kind, axis.cams[1].next_table) == (2, 0)
+    assert commands.end_profile(axis, 10) == NcError.ACTIVATION_PENDING
+    assert commands.follow_correction(axis, 10) == NcError.SLAVE_TABLE_IN_USE
+    assert commands.last_correction(axis, 10) is None
+
+
+def test_offsets_may_wait_for_a_master_position() -> None:
+    nc = build()
+    assert couple(nc) == 0
+    nc.cycle()
+    layer = nc.axis(2).cams[0]
+    assert commands.change_cam_offsets(nc.axis(2), 1.0, 2.0, 3.0, 4.0, 400.0) == 0
+    assert (layer.next_when, layer.next_position) == (CamActivation.MASTER_AXIS_POSITION, 400.0)
+    assert (layer.next_slave_offset, layer.next_master_offset) == (1.0, 2.0)
+    assert (layer.next_slave_scaling, layer.next_master_scaling) == (3.0, 4.0)
+
+
+def test_correction_waits_for_its_place_and_tells_what_it_added() -> None:
+    nc = build()
+    axis = nc.axis(2)
+    assert couple(nc, 11) == 0
+    nc.cycle()
+    assert commands.follow_correction(axis, 10, 50.0) == 0
+    layer = axis.cams[1]
+    assert (layer.once, layer.next_kind, layer.next_position) == (1, 1, 50.0)
+    assert layer.next_when == CamActivation.MASTER_AXIS_POSITION
+    layer.table, layer.part = 10, 0.5
+    assert commands.last_correction(axis, 10) == 0.5
+    assert commands.last_correction(axis, 7) is None
