@@ -186,6 +186,7 @@ def test_cam_that_begins_unscaled_lies_at_the_positions_of_its_master() -> None:
         (True, 0, 110.0, 1, 50.0),
         (True, 0, nextafter(10.0, 0.0), -1, 0.0),
         (True, 0, 235.0, 2, 112.5),
+        (True, 0, -50.0, -1, -30.0),
         (False, 0, 235.0, 0, 50.0),
         (False, 0, -5.0, 0, 0.0),
         (True, 1, 235.0, None, 50.0),

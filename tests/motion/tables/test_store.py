@@ -485,3 +485,57 @@ def test_changed_points_leave_other_functions(nc: Nc) -> None:
     tables.write_points(other, 1, packed((*CURVED[1][:6], 12.0, 0.0, 0.0, 0.0)))
     assert tables.cams.numbers[beside.next_cam + 4] == 12.0
     assert (layer.next_kind, tables.cams.numbers[layer.cam + 4]) == (0, 11.0)
+
+
+def test_kernels_are_told_when_the_memory_has_grown(nc: Nc) -> None:
+    tables = nc.tables
+    told: list[int] = []
+    tables.laid_out = lambda: told.append(len(tables.cams.numbers))
+    tables.cam(7, 0)
+    assert told == []
+    rows = 400
+    numbers = [value for n in range(rows) for value in (float(n), 0.0)]
+    tables.write(tables.create(8, TableType.CAMMING, 3, rows, 2), 0, numbers)
+    tables.cam(8, 0)
+    assert told == [len(tables.cams.numbers)]
+    assert told[0] >= rows * PIECE
+
+
+def test_points_written_again_and_again_need_no_more_memory(nc: Nc) -> None:
+    tables, table = functions(nc)
+    size = len(tables.cams.numbers)
+    for n in range(40):
+        slave = 9.0 + n % 2
+        tables.write_points(table, 1, packed((*CURVED[1][:6], slave, 0.0, 0.0, 0.0)))
+    assert len(tables.cams.numbers) == size
+
+
+def test_function_that_is_followed_again_has_its_present_points(nc: Nc) -> None:
+    tables, table = functions(nc)
+    tables.write_points(table, 1, packed((*CURVED[1][:6], 11.0, 0.0, 0.0, 0.0)))
+    assert commands.decouple(nc.axis(2)) == 0
+    tables.cam(7, 0)
+    tables.write_points(table, 1, packed((*CURVED[1][:6], 12.0, 0.0, 0.0, 0.0)))
+    first = tables.cam(8, 0)
+    assert tables.cams.numbers[first + 4] == 12.0
+    assert tables.cam(8, 0) == first
+
+
+def test_three_rows_are_enough_for_values_of_a_spline(nc: Nc) -> None:
+    tables = nc.tables
+    values = []
+    for rows, numbers in ((3, [0.0, 0.0, 90.0, 30.0, 360.0, 100.0]), (2, [0.0, 0.0, 360.0, 100.0])):
+        table = tables.create(8, TableType.CAMMING, 3, rows, 2)
+        tables.write(table, 0, numbers)
+        values.append(tables.characteristic_values(table, 1.0))
+        tables.delete(8)
+    lines = tables.create(8, TableType.CAMMING, 3, 3, 2)
+    tables.write(lines, 0, [0.0, 0.0, 90.0, 30.0, 360.0, 100.0])
+    assert commands.couple_by_cam(nc.axis(2), 10, 1, CamDemand(8)) == 0
+    assert tables.characteristic_values(lines, 1.0) != values[0]
+    falling = tables.create(9, TableType.CAMMING, 3, 2, 2)
+    tables.write(falling, 0, [1.0, 0.0, 0.0, 0.0])
+    refuses(NcError.TABLE_NOT_MONOTONIC, tables.characteristic_values, falling, 1.0)
+    valve = tables.create(10, TableType.CHARACTERISTIC, 3, 2, 2)
+    tables.write(valve, 0, [0.0, 0.0, 1.0, 1.0])
+    refuses(NcError.TABLE_WRONG_KIND, tables.cam, 10, 0)

@@ -178,7 +178,7 @@ def planned(
     reference = layer.master_reference
     offset = layer.master_offset
     scaling = layer.master_scaling
-    if layer.next_master_type == CamScaling.AUTO_OFFSET and runs:
+    if layer.next_master_type == CamScaling.AUTO_OFFSET:  # of a cam at work only
         place = (_cam_position(layer, at) - rows.cams[layer.cam + BEGIN]) / rows.cams[
             layer.cam + PERIOD
         ]

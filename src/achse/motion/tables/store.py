@@ -451,7 +451,6 @@ class Tables:
         for key, begin in self._blocks.items():
             if key[0] == table.table_id:
                 return self.cams, begin
-        table.checked()
         if table.row_count < LEAST_ROWS.get(otherwise, 2):
             otherwise = CamInterpolation.LINEAR
         cams = CamMemory()
