@@ -245,7 +245,7 @@ def _why_not_begin(slave: Axis, layer: CamFields, demand: CamDemand, master: Axi
         CamActivation.MASTER_AXIS_POSITION_POSITIVE,
         CamActivation.MASTER_AXIS_POSITION_NEGATIVE,
     )
-    if demand.activation in by_axis and moves and (demand.position - names - at) * moves < 0.0:
+    if demand.activation in by_axis and (demand.position - names - at) * moves < 0.0:
         return NcError.ACTIVATION_POSITION_PASSED
     slave_fixed = demand.slave_absolute and demand.slave_type != CamScaling.AUTO_OFFSET
     if demand.activation == CamActivation.AS_SOON_AS_POSSIBLE and slave_fixed:
@@ -291,7 +291,7 @@ def _let_wait(slave: Axis, layer: CamFields, kind: int, demand: CamDemand, cam: 
     at = seen_master(slave, slave.rows, layer)
     at += names_of(slave.rows, layer)
     by_axis = demand.activation == CamActivation.MASTER_AXIS_POSITION
-    if by_axis and moves and (demand.position - at) * moves < 0.0:
+    if by_axis and (demand.position - at) * moves < 0.0:
         return NcError.ACTIVATION_POSITION_PASSED
     copy: CamFields = CAM.plain()
     _take(copy, layer)
