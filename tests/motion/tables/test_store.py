@@ -539,3 +539,19 @@ def test_three_rows_are_enough_for_values_of_a_spline(nc: Nc) -> None:
     valve = tables.create(10, TableType.CHARACTERISTIC, 3, 2, 2)
     tables.write(valve, 0, [0.0, 0.0, 1.0, 1.0])
     refuses(NcError.TABLE_WRONG_KIND, tables.cam, 10, 0)
+
+
+def test_kernels_are_told_when_changed_points_need_more_memory(nc: Nc) -> None:
+    tables, count = nc.tables, 60
+    table = tables.create(8, TableType.MOTION_FUNCTION, 3, count, 1)
+    points = [(n, 5, 0, 1, 0, float(n), 0.0, 0.0, 0.0, 0.0) for n in range(count)]
+    tables.write_points(table, 0, packed(*points))
+    assert commands.couple_by_cam(nc.axis(2), 13, 1, CamDemand(8)) == 0
+    told: list[int] = []
+    tables.laid_out = lambda: told.append(len(tables.cams.numbers))
+    size = len(tables.cams.numbers)
+    while len(tables.cams.numbers) == size:
+        assert told == []
+        tables.change_online(table, PointActivation(CamActivation.NEXT_CYCLE))
+        tables.write_points(table, 1, packed(points[1]))
+    assert told == [len(tables.cams.numbers)]
