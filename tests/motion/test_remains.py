@@ -32,6 +32,23 @@ def test_remains_of_remains_are_the_same() -> None:
     assert (again.position, again.homed) == (left.position, left.homed)
 
 
+@pytest.mark.parametrize("position", [12.5, -3.0])
+def test_axis_that_knew_a_position_knows_the_kept_one(position: float) -> None:
+    axis = nc(1).axis(1)
+    for left in (Remains([500.0, -50.0], 4.0, 1), Remains([300.0, -30.0], position, 0)):
+        left.restore(axis)
+    assert (axis.actual_position, axis.set_position) == (position, position)
+    assert (axis.machine.position, axis.homed) == (pytest.approx(-0.03), 0)
+
+
+def test_axis_without_kept_encoders_leaves_its_machine_where_it_is() -> None:
+    axis = nc(1).axis(1)
+    Remains([500.0], 1.0, 0).restore(axis)
+    Remains([], 2.0, 1).restore(axis)
+    assert axis.machine.position == pytest.approx(-0.05)
+    assert (axis.actual_position, axis.homed) == (2.0, 1)
+
+
 def test_fewer_encoders_than_there_were() -> None:
     axis = nc(1).axis(1)
     Remains([500.0], 1.0, 0).restore(axis)

@@ -1,5 +1,8 @@
 """RETAIN and PERSISTENT variables of a PLC go into the next one, if they have the same type."""
 
+from typing import Any
+
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -234,3 +237,116 @@ def test_a_bit_is_kept_without_its_neighbours() -> None:
     before.plc.reset()
     for each in (before, after):
         assert [each[f"f.{name}"] for name in "abc"] == [False, True, False]
+
+
+def test_damaged_value_of_a_bit_changes_no_other_bit() -> None:
+    text = """
+    FUNCTION_BLOCK FB_Bits VAR PERSISTENT a, b : BIT; END_VAR END_FUNCTION_BLOCK
+    PROGRAM MAIN VAR f : FB_Bits; END_VAR END_PROGRAM
+    """
+    after = Ran(text, has_twin=False)
+    kept = dict(kept_variables(after.plc))
+    kept["MAIN.f.a"] = kept["MAIN.f.a"]._replace(data=b"\1\1")
+    del kept["MAIN.f.b"]
+    assert inherit_variables(after.plc, kept) == []
+    assert (after["f.a"], after["f.b"]) == (True, False)
+
+
+@pytest.mark.parametrize("change", [-1, 1])
+def test_value_of_another_length_is_reported_and_not_used(change: int) -> None:
+    before, after = _ran(), _ran()
+    before.plc.instance("MAIN")["r"] = 77
+    kept = dict(kept_variables(before.plc))
+    data = kept["MAIN.r"].data
+    kept["MAIN.r"] = kept["MAIN.r"]._replace(data=(data + b"\0")[: len(data) + change])
+    memory = bytes(after.plc.memory[Area.RETAIN].data)
+    assert inherit_variables(after.plc, kept) == ["MAIN.r"]
+    assert bytes(after.plc.memory[Area.RETAIN].data) == memory
+
+
+TARGETS = """
+TYPE ST_Empty : STRUCT END_STRUCT END_TYPE
+TYPE ST_Node : STRUCT n : INT; p : POINTER TO INT := ADR(MAIN.t); k : INT; END_STRUCT END_TYPE
+VAR_GLOBAL x AT %IX1.2 : BOOL; END_VAR
+PROGRAM MAIN
+VAR t : INT := 5; u : ARRAY [0..1] OF INT; b : BYTE; e : ST_Empty; END_VAR
+VAR PERSISTENT s : ST_Node; END_VAR
+END_PROGRAM
+"""
+
+
+@pytest.mark.parametrize(
+    ("target", "offset", "is_used"),
+    [
+        ("main.U", 0, True),
+        ("MAIN.u", 3, True),
+        ("MAIN.u", 4, False),
+        ("MAIN.u", -1, False),
+        ("MAIN.b", 0, True),
+        ("MAIN.b", 1, False),
+        ("MAIN.e", 0, True),
+        ("MAIN.e", 1, False),
+        ("MAIN.gone", 0, False),
+        ("GVL.x", 0, False),
+    ],
+)
+def test_pointer_begins_as_declared_if_its_target_is_none(
+    target: str, offset: int, is_used: bool
+) -> None:
+    before, after = Ran(TARGETS, has_twin=False), Ran(TARGETS, has_twin=False)
+    main = before.plc.instance("MAIN")
+    main["s"]["n"], main["s"]["k"] = 3, 4
+    places = {one.name.lower(): one for one in before.plc.variables}
+    declared, place = before["s.p"], places.get(target.lower(), places["main.t"])
+    kept = dict(kept_variables(before.plc))
+    [lead] = kept["MAIN.s"].leads
+    lead = lead._replace(target=target, offset=offset, type=place.variable.type.guid.hex())
+    kept["MAIN.s"] = kept["MAIN.s"]._replace(leads=(lead,))
+    assert inherit_variables(after.plc, kept) == []
+    used = after.plc.memory.address(place.area, place.offset) + offset
+    assert (after["s.n"], after["s.p"], after["s.k"]) == (3, used if is_used else declared, 4)
+
+
+@pytest.mark.parametrize("change", [{"at": 0}, {"at": 999}, {"type": ""}])
+def test_pointer_of_a_damaged_file_begins_as_declared(change: dict[str, Any]) -> None:
+    before, after = Ran(TARGETS, has_twin=False), Ran(TARGETS, has_twin=False)
+    kept = dict(kept_variables(before.plc))
+    leads = [lead._replace(offset=1, **change) for lead in kept["MAIN.s"].leads]
+    kept["MAIN.s"] = kept["MAIN.s"]._replace(leads=tuple(leads))
+    assert inherit_variables(after.plc, kept) == []
+    assert (after["s.n"], after["s.p"], after["s.k"]) == (0, before["s.p"], 0)
+
+
+RESET = """
+TYPE ST_Node :
+STRUCT n : INT; p : POINTER TO INT := ADR(MAIN.t); q : POINTER TO INT; END_STRUCT
+END_TYPE
+FUNCTION_BLOCK FB_Node
+VAR PERSISTENT s : ST_Node; m : POINTER TO INT; wrong : POINTER TO INT; END_VAR
+VAR header, target : BOOL; END_VAR
+METHOD FB_init : BOOL
+VAR_INPUT bInitRetains, bInCopyCode : BOOL; END_VAR
+header := m <> 0; target := s.q <> 0;
+END_METHOD
+END_FUNCTION_BLOCK
+PROGRAM MAIN
+VAR t : INT := 5; u : INT; f : FB_Node; bStarted : BOOL; END_VAR
+IF NOT bStarted THEN
+    bStarted := TRUE;
+    f.s.n := 9; f.s.p := __NEW(INT); f.s.q := ADR(u); f.m := ADR(f); f.wrong := 16#1234;
+END_IF
+END_PROGRAM
+"""
+
+
+def test_cold_reset_lets_only_pointers_to_what_new_made_begin_as_declared() -> None:
+    ran = Ran(RESET, has_twin=False)
+    declared = ran["f.s.p"]
+    ran.cycle()
+    before = {name: ran[f"f.{name}"] for name in ("s.n", "s.q", "m", "wrong")}
+    assert ran["f.s.p"] != declared != 0
+    ran.plc.reset()
+    assert ran.plc.failure == ""
+    assert ran["f.s.p"] == declared
+    assert {name: ran[f"f.{name}"] for name in before} == before
+    assert (ran["f.header"], ran["f.target"]) == (True, True)

@@ -39,7 +39,7 @@ def inherit_variables(plc: "PlcRuntime", kept: Mapping[str, KeptVariable]) -> li
     made by `__NEW`.
     """
     left = dict(kept)
-    targets: dict[str, PlacedVariable] | None = None
+    targets = {one.name.lower(): one for one in all_variables(plc)}
     for part in retained_parts(plc):
         found = kept.get(part.name)
         if found is None or found.type != part.type.guid.hex():
@@ -59,10 +59,8 @@ def inherit_variables(plc: "PlcRuntime", kept: Mapping[str, KeptVariable]) -> li
                 content[start:end] = found.data[start:end]
             for at, (size, begun) in pointers.items():
                 content[at : at + size] = begun
-            if found.leads and targets is None:
-                targets = {one.name.lower(): one for one in all_variables(plc)}
             for lead in found.leads:
-                address = _address(plc.memory, lead, targets or {})
+                address = _address(plc.memory, lead, targets)
                 if address is not None and lead.at in pointers:
                     size = pointers[lead.at][0]
                     content[lead.at : lead.at + size] = address.to_bytes(size, "little")
@@ -75,7 +73,7 @@ def forget_made(plc: "PlcRuntime") -> None:
     """Let pointers in what a reset has spared start again if they led to what `__NEW` made."""
     for part in retained_parts(plc):
         region = plc.memory[part.area]
-        for at, size, _ in pointers_within(part.type) if part.bit is None else ():
+        for at, size, _ in pointers_within(part.type):
             place = plc.memory.at(int.from_bytes(region.read(part.offset + at, size), "little"))
             if place is not None and place[0].area is Area.HEAP:
                 region.write(part.offset + at, region.initial(part.offset + at, size))
