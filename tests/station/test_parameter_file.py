@@ -22,6 +22,22 @@ def test_what_a_drive_stores_another_program_finds(tmp_path: Path) -> None:
     assert VirtualDrive(store=again.of(1)).get(0x6085) != 4711
 
 
+def test_number_has_the_type_of_its_object(tmp_path: Path) -> None:
+    """0x6085 is a U32, 0x3210 a REAL32; JSON of other programs may have either form."""
+    path = tmp_path / "kept.json"
+    path.write_text('{"1": {"6085:00": 4711.0, "3210:00": 0.5, "3211:00": 2}}')
+    values = dict(ParameterFile(path).of(1))
+    assert values == {0x608500: 4711, 0x321000: 0.5, 0x321100: 2}
+    assert type(values[0x608500]) is int
+
+
+def test_drive_without_values_is_not_in_the_file(tmp_path: Path) -> None:
+    file = ParameterFile(tmp_path / "kept.json")
+    file.of(1)
+    file.of(2)[0x321012] = 7
+    assert json.loads((tmp_path / "kept.json").read_text()) == {"2": {"3210:12": 7}}
+
+
 def test_deleted_value_is_gone_for_another_program(tmp_path: Path) -> None:
     path = tmp_path / "kept.json"
     store = ParameterFile(path).of(1)

@@ -358,6 +358,7 @@ async def test_killed_station_goes_on_from_its_snapshot(
         second = station(killed)
     assert shows(second) == [(30.0, 1), (0.0, 0)]
     assert "the last run was killed: using its snapshot of station time 3.000 s" in caplog.text
+    assert "torn" not in caplog.text
     second.save()
     assert names(killed) == ["kept.json"]
 
@@ -379,6 +380,16 @@ async def test_nothing_is_written_while_a_plc_is_at_a_breakpoint_or_nothing_chan
             for _ in range(50):
                 await asyncio.sleep(0)
             assert names(tmp_path) == ["a.st"]
+        await file_appears(tmp_path, "kept.json.snapshot")
+
+
+async def test_nothing_is_written_while_axes_are_at_standstill(tmp_path: Path) -> None:
+    built = station(tmp_path)
+    async with built.running("127.0.0.1", 0, speed=0):
+        for _ in range(50):
+            await asyncio.sleep(0)
+        assert names(tmp_path) == []
+        travel(built)
         await file_appears(tmp_path, "kept.json.snapshot")
 
 
@@ -455,6 +466,42 @@ class Run:
 
     def save(self) -> None:
         assert self.data.save(None, self.plcs, 0)
+
+
+class Others(Program):
+    total = var(DINT, persistent=True)
+    a, b, c = (var(DINT, persistent=True) for _ in range(3))
+
+
+@pytest.mark.parametrize(
+    ("types", "message"),
+    [
+        ("", ""),
+        ("c", "c are gone"),
+        ("bc", "b, X.c are gone"),
+        ("abc", "a, X.b, X.c are gone"),
+        ("abct", "a, X.b, X.c and 1 more are gone"),
+    ],
+)
+def test_log_names_three_variables_that_are_gone(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, types: str, message: str
+) -> None:
+    rows = {f"X.{name}": ("", b"") for name in types}
+    kept = {name: (type, data.hex()) for name, (type, data) in rows.items()}
+    document = {"nc": {}, "plc": {"851": kept} if kept else {}}
+    (tmp_path / "kept.json").write_text(json.dumps(document))
+    Run(tmp_path, FailingDisk())
+    expected = f"persistent data of PLC 851: X.{message} or have another type" if message else ""
+    assert [record.message for record in caplog.records] == [expected][: len(types)]
+
+
+def test_plc_that_is_loaded_later_is_saved_with_its_own_variables(tmp_path: Path) -> None:
+    run = Run(tmp_path, FailingDisk())
+    run.save()
+    others = PlcRuntime([Task("PlcTask", 10_000_000, [Others])])
+    run.data.load(None, {851: others}, lambda: True)
+    image = run.data.capture(None, {851: others}, 0)
+    assert image.values().plcs[851].keys() == {"Others.total", "Others.a", "Others.b", "Others.c"}
 
 
 @given(st.data())

@@ -20,6 +20,7 @@ def test_a_document_comes_back(tmp_path: Path) -> None:
     file = StateFile(tmp_path / "a.json")
     assert (file.read(), file.read_json()) == (None, None)
     file.write_json({"ä": [1, 2.5]})
+    assert file.path.read_text() == '{\n "\\u00e4": [\n  1,\n  2.5\n ]\n}\n'
     assert StateFile(file.path).read_json() == {"ä": [1, 2.5]}
     assert [path.name for path in tmp_path.iterdir()] == ["a.json"]
 

@@ -45,8 +45,7 @@ class PersistentData:
         self._values = PersistentValues()
         self._layout: PersistentLayout | None = None
         """Layout of the station as it is now."""
-        self._file: StateFile | None = None
-        self._snapshots: Snapshots | None = None
+        self._files: tuple[StateFile, Snapshots] | None = None
         self._interval_s = config.system.persistent_data_interval / 1e9
         self._damaged = False
         name = config.system.persistent_data
@@ -57,10 +56,10 @@ class PersistentData:
             raise ConfigError(
                 f"system.persistent_data: expected a file in a folder that is there, got {name!r}"
             )
-        self._file = StateFile(path)
+        file = StateFile(path)
         snapshot_file = SnapshotFile(path.with_name(path.name + ".snapshot"), port)
-        self._snapshots = Snapshots(snapshot_file, self._interval_s)
-        self._values = _read_snapshot(snapshot_file, path) or self._read(self._file)
+        self._files = file, Snapshots(snapshot_file, self._interval_s)
+        self._values = _read_snapshot(snapshot_file, path) or self._read(file)
 
     def _read(self, file: StateFile) -> PersistentValues:
         try:
@@ -96,8 +95,9 @@ class PersistentData:
                     more,
                 )
         self._forget_layout()
-        if self._snapshots is not None and (nc is not None or plcs):
-            self._snapshots.begin_with(self.capture(nc, plcs, 0))
+        if self._files is not None:
+            _, snapshots = self._files
+            snapshots.begin_with(self.capture(nc, plcs, 0))
 
     def _forget_layout(self) -> None:
         self._layout = None
@@ -117,13 +117,14 @@ class PersistentData:
         """
         image = self.capture(nc, plcs, time_ns)
         self._values = image.values()
-        if self._file is None or self._snapshots is None:
+        if self._files is None:
             return True
+        file, snapshots = self._files
         try:
-            self._snapshots.supersede(image, self._write)
+            snapshots.supersede(image, lambda: self._write(file))
         except OSError as failure:
-            log.error("%s cannot be written: %s", self._file.path, failure.strerror)
-            return self._snapshots.write(image)
+            log.error("%s cannot be written: %s", file.path, failure.strerror)
+            return snapshots.write(image)
         return True
 
     async def write_snapshots(self, capture: Callable[[], PersistentImage | None]) -> None:
@@ -132,14 +133,14 @@ class PersistentData:
         It returns None while there is nothing to write. Without a file, or with an interval of 0,
         nothing is written.
         """
-        if self._snapshots is not None and self._interval_s:
-            await self._snapshots.run(capture)
+        if self._files is not None and self._interval_s:
+            _, snapshots = self._files
+            await snapshots.run(capture)
 
-    def _write(self) -> None:
+    def _write(self, file: StateFile) -> None:
         """Write the file. Raises OSError."""
-        assert self._file is not None
         if self._damaged:
-            log.warning("the damaged file is kept as %s", self._file.put_aside())
+            log.warning("the damaged file is kept as %s", file.put_aside())
             self._damaged = False
         axes = {
             str(axis_id): {
@@ -149,7 +150,7 @@ class PersistentData:
             }
             for axis_id, remains in self._values.axes.items()
         }
-        self._file.write_json({"nc": axes, "plc": show_variables(self._values.plcs)})
+        file.write_json({"nc": axes, "plc": show_variables(self._values.plcs)})
 
 
 def _read_snapshot(file: SnapshotFile, instead: Path) -> PersistentValues | None:
