@@ -1,12 +1,21 @@
 """ADS blocks of PLC programs: edges, BUSY, errors, silence; each through a router."""
 
 from collections.abc import Callable
+from datetime import timedelta
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from achse.ams import AmsAddress, Command, Frame, NetId
-from achse.ams.commands import DataResponse, ReadRequest, WriteRequest
+from achse.ams.commands import (
+    DataResponse,
+    ReadDeviceInfoResponse,
+    ReadRequest,
+    ReadStateResponse,
+    ResultResponse,
+    WriteRequest,
+)
 from achse.devices.logger import LogMessage
 from achse.devices.plc import PlcDevice, PlcRequests
 from achse.router import Router
@@ -211,3 +220,224 @@ def test_log_functions_write_to_the_logger_when_the_cycle_has_ended() -> None:
     messages = [LogMessage.decode(WriteRequest.decode(one.data).data) for one in logger.frames]
     found = [(one.kind, one.port, one.text) for one in messages if one is not None]
     assert found == [(0x14, 851, "part A of %s"), (1, 851, "n -5"), (1, 851, "x 1.500000")]
+
+
+class FakePlc:
+    """What blocks see of a PLC: its time, and one memory that begins at address 100."""
+
+    def __init__(self) -> None:
+        self.time_ns = 0
+        self.memory = bytearray(100 * b".")
+
+    def load_bytes(self, address: int, size: int) -> bytes:
+        assert address >= 100
+        return bytes(self.memory[address - 100 :][:size])
+
+    def store_bytes(self, address: int, data: bytes) -> None:
+        assert address >= 100
+        self.memory[address - 100 : address - 100 + len(data)] = data
+
+
+class Blocks:
+    """Requests without programs: a test calls blocks and gives answers."""
+
+    def __init__(self, *, is_connected: bool = True) -> None:
+        self.plc: Any = FakePlc()
+        self.requests = PlcRequests(lambda: 0)
+        self.frames: list[Frame] = []
+        if is_connected:
+            self.connect()
+
+    def connect(self) -> None:
+        router: Any = SimpleNamespace(deliver=self.frames.append)
+        self.requests.connect(router, AmsAddress.of(HERE, 851))
+
+    def start(self, name: str, input: str, **values: Any) -> Any:
+        """A block after its rising edge."""
+        inputs = {
+            "NETID": "",
+            "PORT": 1000,
+            "IDXGRP": 1,
+            "IDXOFFS": 2,
+            "TMOUT": timedelta(seconds=5),
+        }
+        block = SimpleNamespace(BUSY=False, before=False, ERR=False, ERRID=0, **inputs | values)
+        setattr(block, input, True)
+        self.call(name, block)
+        return block
+
+    def call(self, name: str, block: Any) -> None:
+        self.requests.blocks[name](self.plc, block)
+
+    def read(self, **values: Any) -> Any:
+        return self.start("adsreadex", "READ", **{"LEN": 4, "DESTADDR": 100, "COUNT_R": 9} | values)
+
+    def answer(self, response: Any, **changes: Any) -> None:
+        """Answer the last request that was sent."""
+        self.requests.end_cycle()
+        frame = self.frames[-1].reply(response.encode())
+        for name, value in changes.items():
+            setattr(frame, name, value)
+        self.requests.receive(frame)
+
+    def end(self, name: str, block: Any) -> tuple[bool, bool, int]:
+        """Outputs of a block in the next cycle."""
+        self.requests.begin_cycle(self.plc)
+        self.call(name, block)
+        return block.BUSY, block.ERR, block.ERRID
+
+
+def test_answer_waits_for_a_block_that_is_called_later() -> None:
+    blocks = Blocks()
+    block = blocks.read()
+    assert block.COUNT_R == 0
+    blocks.answer(DataResponse(0, b"abcde"))
+    for _ in range(3):
+        blocks.requests.begin_cycle(blocks.plc)
+    assert blocks.end("adsreadex", block) == (False, False, 0)
+    assert (blocks.plc.memory[:6], block.COUNT_R) == (b"abcd..", 4)
+
+
+def test_first_answer_counts() -> None:
+    blocks = Blocks()
+    block = blocks.read()
+    blocks.answer(DataResponse(0, b"one"))
+    blocks.answer(DataResponse(0, b"two"))
+    blocks.answer(DataResponse(0), error=7)
+    assert blocks.end("adsreadex", block) == (False, False, 0)
+    assert blocks.plc.memory[:4] == b"one."
+    block = blocks.read()
+    blocks.answer(DataResponse(0), error=7)
+    blocks.answer(DataResponse(0, b"two"))
+    assert blocks.end("adsreadex", block) == (False, True, 7)
+    assert blocks.plc.memory[:4] == b"one."
+
+
+def test_answer_to_another_command_is_dropped() -> None:
+    blocks = Blocks()
+    block = blocks.read()
+    blocks.answer(DataResponse(0, b"one"), command=Command.READ_WRITE)
+    assert blocks.end("adsreadex", block) == (True, False, 0)
+
+
+def test_failed_read_stores_nothing_and_a_read_of_nothing_needs_no_memory() -> None:
+    blocks = Blocks()
+    block = blocks.read()
+    blocks.answer(DataResponse(0x703, b"one"))
+    assert blocks.end("adsreadex", block) == (False, True, 0x703)
+    assert (blocks.plc.memory[:4], block.COUNT_R) == (b"....", 0)
+    block = blocks.read(LEN=0, DESTADDR=0)
+    blocks.answer(DataResponse(0, b"one"))
+    assert blocks.end("adsreadex", block) == (False, False, 0)
+    assert (blocks.plc.memory[:4], block.COUNT_R) == (b"....", 0)
+
+
+def test_result_of_a_write_is_the_error_of_its_block() -> None:
+    blocks = Blocks()
+    for result in (0, 0x705):
+        block = blocks.start("adswrite", "WRITE", LEN=4, SRCADDR=100)
+        blocks.answer(ResultResponse(result))
+        assert blocks.end("adswrite", block) == (False, result != 0, result)
+        assert not hasattr(block, "COUNT_R")
+
+
+@pytest.mark.parametrize("missing", ["DESTADDR", "SRCADDR"])
+def test_block_without_address_sends_nothing(missing: str) -> None:
+    blocks = Blocks()
+    values = {"READLEN": 4, "WRITELEN": 4, "DESTADDR": 100, "SRCADDR": 104} | {missing: 0}
+    block = blocks.start("adsrdwrt", "WRTRD", **values)
+    blocks.requests.end_cycle()
+    assert (block.BUSY, block.ERR, block.ERRID, blocks.frames) == (False, True, 0x741, [])
+
+
+def test_state_and_device_info_are_shown_unless_the_request_failed() -> None:
+    blocks = Blocks()
+    for result in (0, 0x701):
+        block = blocks.start("adsrdstate", "RDSTATE", ADSSTATE=0, DEVSTATE=0)
+        blocks.answer(ReadStateResponse(result, 5, 7))
+        assert blocks.end("adsrdstate", block) == (False, result != 0, result)
+        assert ((5, 7) if result == 0 else (0, 0)) == (block.ADSSTATE, block.DEVSTATE)
+        block = blocks.start("adsrddevinfo", "RDINFO", DEVNAME="", DEVVER=0)
+        blocks.answer(ReadDeviceInfoResponse(result, 0x11, 0x22, 0x4433, "x"))
+        assert blocks.end("adsrddevinfo", block) == (False, result != 0, result)
+        shown = ("x", 0x4433_2211) if result == 0 else ("", 0)
+        assert shown == (block.DEVNAME, block.DEVVER)
+
+
+def test_request_ends_after_its_timeout_to_the_nanosecond() -> None:
+    blocks = Blocks()
+    blocks.plc.time_ns = 3
+    block = blocks.read()
+    blocks.plc.time_ns = 5_000_000_002
+    assert blocks.end("adsreadex", block) == (True, False, 0)
+    blocks.plc.time_ns += 1
+    assert blocks.end("adsreadex", block) == (False, True, 0x745)
+
+
+def test_requests_without_a_router_are_lost() -> None:
+    blocks = Blocks(is_connected=False)
+    blocks.read()
+    blocks.requests.end_cycle()
+    blocks.connect()
+    blocks.requests.end_cycle()
+    assert blocks.frames == []
+
+
+def test_invoke_ids_count_from_1_to_the_largest() -> None:
+    blocks = Blocks()
+    tickets = [blocks.read().ticket for _ in range(2)]
+    blocks.requests._last = 0xFFFF_FFFE
+    tickets += [blocks.read().ticket for _ in range(2)]
+    assert tickets == [1, 2, 0xFFFF_FFFF, 1]
+
+
+@pytest.mark.parametrize(("count", "left"), [(4095, 4096), (4096, 2)])
+def test_results_that_no_block_fetches_are_forgotten_from_4096_on(count: int, left: int) -> None:
+    blocks = Blocks()
+    blocks.read(TMOUT=timedelta(hours=1))
+    for _ in range(count - 1):
+        blocks.read()
+    blocks.plc.time_ns = 5_000_000_000
+    blocks.requests.begin_cycle(blocks.plc)
+    blocks.read()
+    assert len(blocks.requests._open) == left
+
+
+def test_own_net_id_is_shown_at_the_rising_edge() -> None:
+    blocks = Blocks()
+    block = SimpleNamespace(bExecute=False, before=False, AddrString="", AddrBytes=[0] * 6)
+    shown = []
+    for execute in (False, True, True, False, True):
+        block.bExecute = execute
+        blocks.call("fb_getlocalamsnetid", block)
+        shown.append(block.AddrString)
+        block.AddrString = ""
+    assert shown == ["", str(HERE), "", "", str(HERE)]
+    assert block.AddrBytes == [5, 1, 2, 3, 1, 1]
+
+
+@pytest.mark.parametrize(
+    ("severity", "kind"), [(-1, 1), (0, 1), (1, 0x10), (2, 2), (3, 4), (4, 4), (5, 4), (6, 4)]
+)
+def test_event_goes_to_the_event_logger(severity: int, kind: int) -> None:
+    blocks = Blocks()
+    assert blocks.requests.functions["tc_event_send"](blocks.plc, severity, b"text") == 0
+    blocks.requests.end_cycle()
+    [frame] = blocks.frames
+    assert frame.target == AmsAddress.of(HERE, 110)
+    request = WriteRequest.decode(frame.data)
+    assert (request.index_group, request.index_offset) == (1, 0)
+    message = LogMessage.decode(request.data)
+    assert message is not None
+    assert (message.kind, message.port, message.text) == (kind, 851, "text")
+
+
+def test_log_message_has_253_characters_at_most() -> None:
+    blocks = Blocks()
+    assert blocks.requests.functions["adslogstr"](blocks.plc, 1, b"%s" + b"x" * 300, b"yz") == 0
+    blocks.requests.end_cycle()
+    request = WriteRequest.decode(blocks.frames[0].data)
+    assert (request.index_group, request.index_offset) == (1, 0)
+    message = LogMessage.decode(request.data)
+    assert message is not None
+    assert message.text == "yz" + "x" * 251

@@ -8,7 +8,7 @@ to where the program wants them, so that every run in virtual time is the same.
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from achse.ams import AdsError, AmsAddress, Command, Frame, NetId
 from achse.ams.commands import (
@@ -48,8 +48,16 @@ _LONGEST_MESSAGE = 253
 _MOST_OPEN = 4096
 _PLACE_OF_VALUE = re.compile(r"%[sdfSDF]")
 
-Made = tuple[Command, Request, int, int]
-"""Command, what it says, and where the answer goes: address and number of bytes."""
+
+class Made(NamedTuple):
+    """A request of a block, and where the data of its answer go."""
+
+    command: Command
+    request: Request
+    target: int = 0
+    """Address in the memory of the PLC."""
+    room: int = 0
+    """Number of bytes there."""
 
 
 @dataclass(slots=True)
@@ -136,7 +144,7 @@ class PlcRequests:
     def receive(self, frame: Frame) -> None:
         """An answer came; it waits for the next cycle. One that nobody waits for is dropped."""
         entry = self._open.get(frame.invoke_id)
-        if entry is None or entry.done or entry.data is not None or entry.error:
+        if entry is None or entry.data is not None or entry.error:
             return
         if frame.error:
             entry.error = frame.error
@@ -211,15 +219,17 @@ class PlcRequests:
             self._end(block, ReturnCode.CLIENT_NO_AMS_ADDRESS.number)
             return
         try:
-            command, request, target, room = make(plc, block)
+            made = make(plc, block)
         except _NullPointer:
             self._end(block, ReturnCode.CLIENT_INVALID_PARAMETER.number)
             return
         wait_ns = round(block.TMOUT.total_seconds() * 1000) * 1_000_000
         if len(self._open) >= _MOST_OPEN:  # of blocks that nobody calls, or that are gone
             self._open = {ticket: one for ticket, one in self._open.items() if not one.done}
-        block.ticket = self._ask(AmsAddress.of(net_id, block.PORT), command, request)
-        self._open[block.ticket] = _Open(command, target, room, plc.time_ns + wait_ns)
+        block.ticket = self._ask(AmsAddress.of(net_id, block.PORT), made.command, made.request)
+        self._open[block.ticket] = _Open(
+            made.command, made.target, made.room, plc.time_ns + wait_ns
+        )
         block.BUSY, block.ERR, block.ERRID = True, False, 0
 
     def _ask(self, target: AmsAddress, command: Command, request: Request) -> int:
@@ -275,32 +285,32 @@ def _source(plc: BuiltinContext, address: int, size: int) -> bytes:
 def _read(plc: BuiltinContext, block: Any) -> Made:
     _source(plc, block.DESTADDR, block.LEN)  # it is all there, before anybody is asked
     request = ReadRequest(block.IDXGRP, block.IDXOFFS, block.LEN)
-    return Command.READ, request, block.DESTADDR, block.LEN
+    return Made(Command.READ, request, block.DESTADDR, block.LEN)
 
 
 def _write(plc: BuiltinContext, block: Any) -> Made:
     data = _source(plc, block.SRCADDR, block.LEN)
-    return Command.WRITE, WriteRequest(block.IDXGRP, block.IDXOFFS, data), 0, 0
+    return Made(Command.WRITE, WriteRequest(block.IDXGRP, block.IDXOFFS, data))
 
 
 def _read_write(plc: BuiltinContext, block: Any) -> Made:
     _source(plc, block.DESTADDR, block.READLEN)
     data = _source(plc, block.SRCADDR, block.WRITELEN)
     request = ReadWriteRequest(block.IDXGRP, block.IDXOFFS, block.READLEN, data)
-    return Command.READ_WRITE, request, block.DESTADDR, block.READLEN
+    return Made(Command.READ_WRITE, request, block.DESTADDR, block.READLEN)
 
 
 def _read_state(plc: BuiltinContext, block: Any) -> Made:
-    return Command.READ_STATE, EmptyRequest(), 0, 0
+    return Made(Command.READ_STATE, EmptyRequest())
 
 
 def _read_device_info(plc: BuiltinContext, block: Any) -> Made:
-    return Command.READ_DEVICE_INFO, EmptyRequest(), 0, 0
+    return Made(Command.READ_DEVICE_INFO, EmptyRequest())
 
 
 def _write_control(plc: BuiltinContext, block: Any) -> Made:
     data = _source(plc, block.SRCADDR, block.LEN)
-    return Command.WRITE_CONTROL, WriteControlRequest(block.ADSSTATE, block.DEVSTATE, data), 0, 0
+    return Made(Command.WRITE_CONTROL, WriteControlRequest(block.ADSSTATE, block.DEVSTATE, data))
 
 
 def _count(block: Any, entry: _Open) -> None:
