@@ -24,6 +24,7 @@ VAR nSpeed : INT := 5; sName : STRING(8) := 'left'; END_VAR
 {attribute 'monitoring' := 'call'} PROPERTY Speed : INT GET END_GET SET END_SET END_PROPERTY
 {attribute 'monitoring' := 'call'} PROPERTY Twice : INT GET END_GET END_PROPERTY
 {attribute 'monitoring' := 'call'} PROPERTY Name : STRING(8) GET END_GET SET END_SET END_PROPERTY
+{attribute 'monitoring' := 'call'} PROPERTY Target : REFERENCE TO INT GET END_GET END_PROPERTY
 {attribute 'monitoring' := 'call'} PROPERTY Bodiless : INT GET END_GET END_PROPERTY
 PROPERTY Hidden : INT GET END_GET END_PROPERTY
 END_FUNCTION_BLOCK
@@ -31,12 +32,22 @@ FUNCTION_BLOCK FB_More EXTENDS FB_Base
 {attribute 'TcRpcEnable'} METHOD FIRST : DINT VAR_INPUT nB : DINT; END_VAR END_METHOD
 {attribute 'TcRpcEnable'} METHOD Third : INT END_METHOD
 END_FUNCTION_BLOCK
+FUNCTION_BLOCK FB_Outer
+VAR aInner : ARRAY [0..1] OF FB_Base; END_VAR VAR_STAT fbStatic : FB_Base; END_VAR
+END_FUNCTION_BLOCK
 PROGRAM MAIN
 VAR nCount : INT := 3; aBlocks : ARRAY [1..2] OF FB_More; nOut AT %QW2 : INT; END_VAR
 {attribute 'TcRpcEnable'} METHOD Add : DINT VAR_INPUT nA : DINT; END_VAR VAR_OUTPUT nNow : INT; END_VAR
 END_METHOD
 {attribute 'monitoring' := 'call'} PROPERTY Count : INT GET END_GET SET END_SET END_PROPERTY
 END_PROGRAM
+PROGRAM Called
+{attribute 'TcRpcEnable'} METHOD First : INT END_METHOD
+END_PROGRAM
+PROGRAM Monitored
+{attribute 'monitoring' := 'call'} PROPERTY Count : INT GET END_GET END_PROPERTY
+END_PROGRAM
+PROGRAM Outer VAR fbOuter : FB_Outer; END_VAR END_PROGRAM
 PROGRAM Plain VAR n : INT; END_VAR END_PROGRAM
 """  # noqa: E501
 
@@ -218,3 +229,31 @@ def test_a_property_without_a_body_or_out_of_sight(device: PlcDevice) -> None:
 def test_a_property_is_no_item_of_its_type(device: PlcDevice) -> None:
     entry = DataTypeEntry.decode(device.read_write(0xF011, 0, 0xFFFF, b"FB_More"))
     assert [member.name for member in entry.members] == ["nSpeed", "sName"]
+
+
+def test_property_of_a_part_of_a_part_is_that_of_its_instance(device: PlcDevice) -> None:
+    for index in (0, 1):
+        name = f"Outer.fbOuter.aInner[{index}].nSpeed".encode()
+        device.write(0xF005, handle(device, name.decode()), bytes([index + 1, 0]))
+    for index in (0, 1):
+        name = f"Outer.fbOuter.aInner[{index}].Twice".encode()
+        assert device.read_write(0xF004, 0, 2, name) == bytes([2 * index + 2, 0])
+        assert device.read_write(0xF007, 0, 12, name)[4:8] == bytes(4)
+
+
+def test_property_that_is_a_reference_is_not_what_it_refers_to(device: PlcDevice) -> None:
+    entry = SymbolEntry.decode(device.read_write(0xF009, 0, 1000, b"MAIN.aBlocks[1].Target"))
+    assert entry.type_name == "REFERENCE TO INT"
+
+
+@pytest.mark.parametrize("part", ["#First", ".Twice"])
+def test_static_block_has_no_instance_for_its_methods_and_properties(
+    device: PlcDevice, part: str
+) -> None:
+    assert refused(device.read_write, 0xF005, handle(device, f"FB_Outer.fbStatic{part}"), 4, b"")
+
+
+def test_program_with_methods_or_properties_is_a_symbol(device: PlcDevice) -> None:
+    assert handle(device, "Called#First")
+    assert handle(device, "Monitored.Count")
+    assert refused(handle, device, "Plain") == ReturnCode.SYMBOL_NOT_FOUND

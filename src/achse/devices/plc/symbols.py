@@ -231,8 +231,8 @@ class PlcSymbols:
         state = hashlib.blake2b(digest_size=1)
         for root, (placed, *_) in self._roots.items():
             state.update(
-                b"%b %b %d %d;"
-                % (root.encode(), placed.variable.type.guid, placed.offset, placed.bit or 0)
+                b"%b %b %d %a;"
+                % (root.encode(), placed.variable.type.guid, placed.offset, placed.bit)
             )
         return state.digest()[0]
 
@@ -249,7 +249,7 @@ class PlcSymbols:
                 variable = root.placed.variable
                 steps = parse_path(rest) if rest else ()
                 location = follow(variable.type, steps, variable.attributes)
-                if location.method is None and location.property is None:
+                if location.property is None:
                     location = dereferenced(location)
                 if not rest and not location.hops:
                     return self._variable(root)
