@@ -153,6 +153,13 @@ ROOMS: Mapping[str, Room] = {
             "devices/plc/symbols.py": (),
         },
         ("server", "devices/plc"),
+        (
+            "AreaGroup.describe",
+            "Group.describe",
+            "ObjectGroup.describe",
+            "RawGroup.describe",
+            "_from",
+        ),
     ),
     "persistence": Room(
         "data that outlive the program",

@@ -319,9 +319,12 @@ def test_pointer_of_a_damaged_file_begins_as_declared(change: dict[str, Any]) ->
 
 RESET = """
 TYPE ST_Node :
-STRUCT n : INT; p : POINTER TO INT := ADR(MAIN.t); q : POINTER TO INT; END_STRUCT
+STRUCT
+    n : INT; p : POINTER TO INT := ADR(MAIN.t); q : POINTER TO INT; made : POINTER TO INT;
+END_STRUCT
 END_TYPE
 FUNCTION_BLOCK FB_Node
+VAR before : ARRAY [0..3] OF LINT := [4(16#70000000)]; END_VAR
 VAR PERSISTENT s : ST_Node; m : POINTER TO INT; wrong : POINTER TO INT; END_VAR
 VAR header, target : BOOL; END_VAR
 METHOD FB_init : BOOL
@@ -333,7 +336,7 @@ PROGRAM MAIN
 VAR t : INT := 5; u : INT; f : FB_Node; bStarted : BOOL; END_VAR
 IF NOT bStarted THEN
     bStarted := TRUE;
-    f.s.n := 9; f.s.p := __NEW(INT); f.s.q := ADR(u); f.m := ADR(f); f.wrong := 16#1234;
+    f.s.n := 9; f.s.p := __NEW(INT); f.s.made := __NEW(INT); f.s.q := ADR(u); f.m := ADR(f); f.wrong := 16#1234;
 END_IF
 END_PROGRAM
 """
@@ -344,9 +347,9 @@ def test_cold_reset_lets_only_pointers_to_what_new_made_begin_as_declared() -> N
     declared = ran["f.s.p"]
     ran.cycle()
     before = {name: ran[f"f.{name}"] for name in ("s.n", "s.q", "m", "wrong")}
-    assert ran["f.s.p"] != declared != 0
+    assert ran["f.s.p"] != declared != 0 != ran["f.s.made"]
     ran.plc.reset()
     assert ran.plc.failure == ""
-    assert ran["f.s.p"] == declared
+    assert (ran["f.s.p"], ran["f.s.made"]) == (declared, 0)
     assert {name: ran[f"f.{name}"] for name in before} == before
     assert (ran["f.header"], ran["f.target"]) == (True, True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from itertools import chain
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -57,6 +58,10 @@ def test_what_comes_in_a_second_and_at_once() -> None:
     assert budget.left == 5
     budget.refill(SECOND)
     assert budget.left == 995  # a tick as long as that gives what is due to it
+    budget.refill(SECOND)
+    assert budget.left == 995
+    budget.refill(SECOND - MS)  # a clock that was set back
+    assert budget.left == 995
     budget.refill(SECOND + MS)
     assert budget.left == 20
 
@@ -73,7 +78,9 @@ def test_a_station_behind_the_clock_samples_less_until_it_keeps_up() -> None:
     budget.refill(0)
     budget.refill(SECOND)
     assert budget.left == 100
-    for _ in range(90):
+    budget.press(0)
+    assert budget.share == pytest.approx(0.11)
+    for _ in range(89):
         budget.press(0)
     assert budget.share == pytest.approx(1)
     for _ in range(9):
@@ -117,6 +124,143 @@ def test_connections_of_one_host_share_what_the_host_gets(make_bench: Callable[.
     counts = [way.samples() for way in many]
     assert max(counts) <= 2.5 * min(counts)
     assert neighbour.samples() > 10
+
+
+class Sampled:
+    """Notes which beats a budget samples, and when it sends them."""
+
+    def __init__(self, per_second: int = 1000) -> None:
+        self.budget = SampleBudget(per_second)
+        self.budget.left = 0
+        self.names: list[str] = []
+        self.sent: list[int] = []
+
+    def sample(self, beat: Any) -> int:
+        self.names.append(beat.name)
+        return int(beat.cost)
+
+    def send(self, now: int) -> None:
+        self.sent.append(now)
+
+    def put(
+        self, name: str, via: Any = None, *, client: str = "", cost: int = 10, count: int = 1
+    ) -> list[Any]:
+        channel = SimpleNamespace(client=(client or name).encode(), via=via, reader={})
+        batch = SimpleNamespace(channel=channel)
+        beats = [
+            SimpleNamespace(name=name, cost=cost, samples=3, batch=batch, waits=False)
+            for _ in range(count)
+        ]
+        for beat in beats:
+            self.budget.put(self, beat)  # type: ignore[arg-type]
+        return beats
+
+    def serve(self, left: int, now: int = 0) -> str:
+        """Serve so many samples; the names of the beats that were sampled."""
+        self.names.clear()
+        self.budget.left = left
+        self.budget.serve(now)
+        return "".join(self.names)
+
+
+def test_hosts_clients_of_this_process_and_connections_take_turns() -> None:
+    sampled = Sampled()
+    lines = [Way("10.0.0.1") for _ in range(2)]
+    sampled.put("a", count=3)
+    sampled.put("b", count=3)
+    sampled.put("x", lines[0], count=2)
+    sampled.put("x", lines[0], count=1)
+    sampled.put("y", lines[1], count=2)
+    assert sampled.serve(1000) == "abxabyabxyx"
+    assert sampled.budget.waiting == 0
+    assert sampled.budget._hosts == {}
+    assert sampled.sent == [0]
+
+
+def test_connections_of_one_client_address_take_turns() -> None:
+    sampled = Sampled()
+    lines = [Way("10.0.0.1") for _ in range(2)]
+    sampled.put("a", lines[0], client="x", count=2)
+    sampled.put("b", lines[1], client="x")
+    assert sampled.serve(1000) == "aba"
+
+
+@pytest.mark.parametrize(("left", "served"), [(0, ""), (1, "a"), (10, "a"), (11, "ab")])
+def test_beat_is_sampled_while_anything_is_left(left: int, served: str) -> None:
+    sampled = Sampled()
+    for name in "abc":
+        sampled.put(name)
+    assert sampled.serve(left) == served
+    assert sampled.budget.left == left - 10 * len(served)
+    assert sampled.budget.waiting == 3 - len(served)
+
+
+def test_budget_grows_before_it_is_spent() -> None:
+    sampled = Sampled()
+    sampled.serve(0)
+    sampled.put("a")
+    assert sampled.serve(0, MS) == "a"
+    assert sampled.sent == [MS]
+
+
+def test_beat_that_waits_is_late_and_the_log_says_so_each_minute(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    sampled = Sampled()
+    beats = sampled.put("client 8")
+    for now, count in ((None, 1), (60 * SECOND - 1, 1), (60 * SECOND, 2), (120 * SECOND - 1, 2)):
+        if now is not None:
+            sampled.budget.refill(now)
+        sampled.budget.put(sampled, beats[0])  # type: ignore[arg-type]
+        assert caplog.text.count("asks for more samples") == count
+    assert sampled.budget.late == 4 * 3
+    assert sampled.budget.waiting == 1
+
+
+def test_host_that_was_served_is_forgotten_when_the_others_have_got_as_much() -> None:
+    sampled = Sampled()
+    sampled.put("a")
+    sampled.put("b", count=3)
+    assert sampled.serve(1) == "a"
+    assert sampled.budget._hosts.keys() == {b"a", b"b"}
+    assert sampled.serve(1) == "b"
+    assert sampled.budget._hosts.keys() == {b"a", b"b"}
+    assert sampled.serve(1) == "b"
+    assert sampled.budget._hosts.keys() == {b"b"}
+
+
+@pytest.mark.parametrize(("count", "is_forgotten"), [(66, False), (67, True)])
+def test_connections_that_were_served_are_forgotten_when_they_are_many(
+    count: int, is_forgotten: bool
+) -> None:
+    """One has got more than the others, one waits; 66 are more than twice those that wait by 64."""
+    sampled = Sampled()
+    lines = [Way("10.0.0.1") for _ in range(count)]
+    sampled.put("a", lines[0], cost=50)
+    for line in lines[1:-1]:
+        sampled.put("x", line)
+    sampled.put("z", lines[-1], count=3)
+    while sampled.budget.waiting > 1:
+        sampled.serve(1)
+    [host] = sampled.budget._hosts.values()
+    assert len(host.lines) == (2 if is_forgotten else count)
+    assert {id(lines[0]), id(lines[-1])} <= {id(line) for line in host.lines}
+
+
+def test_connections_that_wait_or_have_got_more_than_others_are_not_forgotten() -> None:
+    """Ten new connections, nine of which are served at once, beside 66 older ones."""
+    sampled = Sampled()
+    old, new = ([Way("10.0.0.1") for _ in range(count)] for count in (66, 10))
+    for line in old[1:]:
+        sampled.put("x", line)
+    sampled.put("y", old[0], count=3)
+    assert sampled.serve(670) == "x" * 65 + "yy"
+    [host] = sampled.budget._hosts.values()
+    assert len(host.lines) == 66
+    for line in new:
+        sampled.put("z", line)
+    assert sampled.serve(90) == "z" * 9
+    assert host.lines.keys() == {old[0], *new}
 
 
 @settings(max_examples=13)

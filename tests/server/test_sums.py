@@ -156,6 +156,19 @@ def test_a_part_cannot_make_the_answer_huge(bench: Any) -> None:
     assert (result, answer[:8]) == (0, words(0, 64))
 
 
+@pytest.mark.parametrize("group", [0xF080, 0xF083])
+def test_answer_of_fixed_length_has_16_mebibytes_at_most(bench: Any, group: int) -> None:
+    for excess, code in ((0, 0), (1, 0x705)):
+        request = parts((MEMORY, 0, 1 << 23), (MEMORY, 0, (1 << 23) + excess))
+        result, answer = bench.exchange(group, 2, 0xFFFF_FFFF, request)
+        assert (result, len(answer)) == (code, 0 if code else RESULTS[group] * 2 + (1 << 24))
+
+
+def test_sum_inside_a_sum_of_notifications_refuses_the_part(bench: Any) -> None:
+    request = words(0xF080, 1, 4, 3, 0, 0) + bytes(16)
+    assert bench.exchange(0xF085, 1, 8, request) == (0, words(0x701, 0))
+
+
 @pytest.mark.parametrize("nested", SIZES)
 def test_a_sum_inside_a_sum_refuses_the_part(bench: Any, nested: int) -> None:
     request = parts((nested, 1, 4, 0), (0xF007, 0, 12, 13)) + b"MAIN.nCounter"

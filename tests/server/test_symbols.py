@@ -2,12 +2,14 @@
 
 import struct
 from collections.abc import Callable
+from contextlib import nullcontext
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from achse.ams import DeviceError
 from achse.server import ClientLimits, TableSizes
 from achse.server.symbols import SymbolServices, decode_name
 
@@ -273,6 +275,7 @@ def test_a_symbol_notification_group_is_for_notifications_only(bench: Any) -> No
 
 def test_names_are_cp1252_up_to_the_nul() -> None:
     assert decode_name(b"GVL.Gr\xf6\xdfe\0junk") == "GVL.Größe"
+    assert decode_name(b"GVL.a\0junk\0more") == "GVL.a"
 
 
 @given(
@@ -299,6 +302,43 @@ def test_handles_of_one_spelling_share_a_symbol_until_the_table_changes(
     services.handles.invalidate()
     for name in left:
         assert valid[request(name)].symbol not in before
+
+
+@pytest.mark.parametrize(("length", "is_shared"), [(1, True), (256, True), (257, False)])
+def test_symbol_of_a_name_of_up_to_256_characters_is_shared(length: int, is_shared: bool) -> None:
+    services = SymbolServices(_OneSymbol(), ClientLimits(), lambda: 0)
+    for _ in range(2):
+        services._handle_by_name(0, 4, b"x" * length, bytes(8))
+    first, second = (handle.symbol for handle in services.handles.valid.values())
+    assert (first is second) is is_shared
+    assert len(services.handles.symbols) == is_shared
+
+
+class _Connection:
+    def __init__(self, connected: bool) -> None:
+        self.connected = connected
+
+
+@pytest.mark.parametrize(
+    ("way", "count"), [(None, 1), (_Connection(True), 1), (_Connection(False), 0)]
+)
+def test_client_whose_connection_has_ended_gets_no_handle(way: Any, count: int) -> None:
+    services = SymbolServices(_OneSymbol(), ClientLimits(), lambda: 0, lambda: way)
+    refusal = nullcontext() if count else pytest.raises(DeviceError, match="connection has ended")
+    with refusal:
+        services._handle_by_name(0, 4, b"x", bytes(8))
+    assert len(services.handles.valid) == count
+
+
+def test_sample_of_a_value_is_cut_to_the_asked_length() -> None:
+    services = SymbolServices(_OneSymbol(), ClientLimits(), lambda: 0)
+    answer = services._handle_by_name(0, 4, b"x", bytes(8))
+    handle = int.from_bytes(answer, "little")
+    symbol = services.handles.find(handle).symbol
+    for length in (2, 3):
+        assert services._watch_value(handle, length, bytes(8)) == symbol.read
+    assert services._watch_value(handle, 1, bytes(8))() == b"a"
+    services._write_value(handle, b"", bytes(8))  # the symbol takes 1 byte or more
 
 
 class _Value:

@@ -100,6 +100,7 @@ def test_a_range_of_offsets_passes_the_index(group: Group) -> None:
     assert group.read(0x4100, 0x100, 4, ME) == struct.pack("<I", 0)
     assert group.read(0x4100, 0x10F, 4, ME) == struct.pack("<I", 150)
     assert group.reader(0x4100, 0x103, 4, ME)() == struct.pack("<I", 30)
+    assert group.reader(0x4100, 0x201, 4, ME)() == struct.pack("<I", 1)
     assert group.read(0x4100, 0x201, 4, ME) == struct.pack("<I", 1)
     assert refused(lambda: group.read(0x4100, 0x110, 4, ME)) == 0x703
     assert refused(lambda: group.write(0x4100, 0x103, b"", ME)) == 0x704
@@ -173,6 +174,55 @@ def test_ids_have_an_index_group_each(last_id: int, last: int) -> None:
         group.target(number)
     assert ids == list(range(last_id + 1))
     assert set(ServiceTable((group,)).by_index) == set(numbers)
+
+
+def test_base_of_a_group_of_objects_may_be_any_index_group() -> None:
+    ids = list[int]()
+    group = ObjectGroup(0x4010, 0x102, ids.append, ())
+    for number in (0x4010, 0x4012, 0x1_4011):
+        assert number in group.index_groups()
+        group.target(number)
+    assert ids == [0, 2, 0x101]
+
+
+class Declared:
+    """Fields that a class declares: by annotation, in a base, as a property."""
+
+    position: float
+
+    @property
+    def state(self) -> int:
+        return 1
+
+
+class Inherited(Declared):
+    encoder: Axis
+
+
+@pytest.mark.parametrize(
+    ("field", "has_element", "is_served"),
+    [
+        ("position", False, True),
+        ("state", False, True),
+        ("encoder.set_position", False, True),
+        ("", False, True),
+        ("missing", False, False),
+        ("set_position", False, False),
+        ("set_position", True, True),
+    ],
+)
+def test_field_of_a_row_is_declared_by_the_class_of_its_objects(
+    field: str, has_element: bool, is_served: bool
+) -> None:
+    functions: dict[str, Any] = {} if field else {"read": lambda target: 0.0}
+    if has_element:
+        functions["element"] = lambda target, n: target.encoder
+    row = Service(1, "row", READ, Layout("<d"), field=field, **functions)
+    if is_served:
+        ObjectGroup(0x4100, 255, Axis, (row,), kind=Inherited)
+    else:
+        with pytest.raises(ValueError, match="'row' refers to nothing: Inherited has no"):
+            ObjectGroup(0x4100, 255, Axis, (row,), kind=Inherited)
 
 
 def test_a_table_goes_on_from_another_one() -> None:
@@ -270,6 +320,7 @@ def test_an_unknown_object_has_the_code_of_its_kind(objects: ObjectGroup, offset
 def test_the_sub_element_stands_in_the_offset(objects: ObjectGroup, axes: dict[int, Axis]) -> None:
     assert objects.read(0x4101, 0x01_000A, 8, ME) == struct.pack("<d", 10.0)
     assert objects.read(0x4101, 0x11_000A, 8, ME) == struct.pack("<d", 11.0)
+    assert objects.reader(0x4101, 0x01_000A, 8, ME)() == struct.pack("<d", 10.0)
     assert objects.reader(0x4101, 0x11_000A, 8, ME)() == struct.pack("<d", 11.0)
     objects.write(0x4101, 0x11_000A, struct.pack("<d", 12.0), ME)
     assert axes[1].encoders[1].set_position == 12.0
@@ -328,6 +379,15 @@ def test_raw_services_see_the_request_and_the_client() -> None:
     assert refused(lambda: raw.write(133, 0, b"", ME)) == 0x704
     with pytest.raises(ValueError, match="'nothing' refers to nothing"):
         RawGroup(1, "nothing")
+    single = RawGroup(133, "read", read=lambda offset, length, client: b"abc")
+    assert refused(lambda: single.read_write(133, 0, 4, b"", ME)) == 0x704
+    assert single.context(133, 5, ME) == 0
+    tasks = RawGroup(
+        *(133, "watch"),
+        watch=lambda offset, length, client: lambda: b"",
+        context=lambda offset, client: offset + len(client),
+    )
+    assert tasks.context(133, 5, ME) == 11
 
 
 # the table -------------------------------------------------------------------------------------
@@ -358,6 +418,7 @@ def test_the_table_lists_every_row(group: Group) -> None:
 
 def test_a_bare_group_refuses_everything() -> None:
     group = IndexGroup()
+    assert group.context(1, 2, ME) == 0
     assert refused(lambda: group.read(1, 2, 3, ME)) == 0x704
     assert refused(lambda: group.write(1, 2, b"", ME)) == 0x704
     assert refused(lambda: group.read_write(1, 2, 3, b"", ME)) == 0x704

@@ -9,6 +9,7 @@ sample that is due again while it waits is taken once.
 import logging
 from collections import deque
 from heapq import heappop, heappush
+from itertools import count
 from typing import TYPE_CHECKING
 
 from achse.ams import AmsAddress
@@ -102,7 +103,7 @@ class SampleBudget:
         self._hosts: dict[object, _Host] = {}
         self._order: list[tuple[int, int, object]] = []
         self._level = 0
-        self._number = 0
+        self._numbers = count()
 
     def refill(self, now: int) -> None:
         """Add what has come up to `now`, ns."""
@@ -146,8 +147,7 @@ class SampleBudget:
 
     def _enter(self, order: Order, owner: _Owner, key: object, cost: int) -> None:
         owner.waits = True
-        self._number += 1
-        heappush(order, (owner.served + cost, self._number, key))
+        heappush(order, (owner.served + cost, next(self._numbers), key))
 
     def serve(self, now: int) -> None:
         """Take samples of those who wait, as far as the budget goes, and send them."""

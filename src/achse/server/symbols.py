@@ -126,7 +126,7 @@ class SymbolSource(Protocol):
 
 def decode_name(data: bytes) -> str:
     """A name as clients send it, with or without NUL (texts are cp1252)."""
-    return data.split(b"\0", 1)[0].decode("cp1252", "replace")
+    return data.partition(b"\0")[0].decode("cp1252", "replace")
 
 
 def _refuse_method() -> bytes:
@@ -268,7 +268,7 @@ class SymbolServices:
 
     def _resolve(self, data: bytes) -> ResolvedSymbol:
         name = decode_name(data)
-        symbol = self.source.resolve(name) if name else None
+        symbol = self.source.resolve(name)
         if symbol is None:
             raise DeviceError(ReturnCode.SYMBOL_NOT_FOUND, name[:80])
         return symbol
@@ -365,7 +365,7 @@ class SymbolServices:
 
     def _type_by_name(self, offset: int, read_length: int, data: bytes, client: bytes) -> bytes:
         name = decode_name(data)
-        entry = self.source.type_entry(name) if name else None
+        entry = self.source.type_entry(name)
         if entry is None:
             raise DeviceError(ReturnCode.SYMBOL_NOT_FOUND, name[:80])
         return entry

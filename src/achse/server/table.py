@@ -428,13 +428,12 @@ class ServiceTable:
         added = tuple(groups)
         self.groups: Sequence[IndexGroup] = added if base is None else (*base.groups, *added)
         self.by_index: dict[int, IndexGroup] = {} if base is None else base.by_index.copy()
-        for number, group in enumerate(added, len(self.groups) - len(added)):
+        for group in added:
             own = dict.fromkeys(group.index_groups(), group)
             count = len(self.by_index) + len(own)
             self.by_index.update(own)
             if len(self.by_index) != count:
-                earlier = self.groups[:number]
-                index = next(i for other in earlier for i in other.index_groups() if i in own)
+                index = next(i for other in self.groups for i in other.index_groups() if i in own)
                 raise ValueError(f"two groups serve index group 0x{index:X}")
 
     def __iter__(self) -> Iterator[IndexGroup]:
