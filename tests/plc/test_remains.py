@@ -336,7 +336,8 @@ PROGRAM MAIN
 VAR t : INT := 5; u : INT; f : FB_Node; bStarted : BOOL; END_VAR
 IF NOT bStarted THEN
     bStarted := TRUE;
-    f.s.n := 9; f.s.p := __NEW(INT); f.s.made := __NEW(INT); f.s.q := ADR(u); f.m := ADR(f); f.wrong := 16#1234;
+    f.s.n := 9; f.s.p := __NEW(INT); f.s.made := __NEW(INT); f.s.q := ADR(u);
+    f.m := ADR(f); f.wrong := 16#1234;
 END_IF
 END_PROGRAM
 """
