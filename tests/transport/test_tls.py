@@ -5,15 +5,25 @@ import os
 import random
 import ssl
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from OpenSSL import SSL
 
 from achse.ams.secure import fingerprint_of
 from achse.transport.own_certificate import CertificateError, OwnCertificate
-from achse.transport.tls import HAS_PSK, ClientTls, ServerTls, Tls, TlsError, offered_suites
+from achse.transport.tls import (
+    HAS_PSK,
+    ClientTls,
+    ServerTls,
+    Tls,
+    TlsError,
+    _StandardTls,
+    offered_suites,
+)
 from tests.transport.certificates import (
     authority,
     authority_without,
@@ -181,6 +191,153 @@ def test_hello_with_suites_that_are_not_whole_is_refused(suites: bytes) -> None:
         offered_suites(b"\x16\3\1" + len(body).to_bytes(2, "big") + body)
 
 
+def hello(suites: bytes, *, session: bytes = b"", kind: int = 1, size: int | None = None) -> bytes:
+    """The first bytes of a client; `size` cuts the record."""
+    body = bytes([kind]) + bytes(37) + bytes([len(session)]) + session
+    body = (body + len(suites).to_bytes(2, "big") + suites)[:size]
+    return b"\x16\3\1" + len(body).to_bytes(2, "big") + body
+
+
+@pytest.mark.parametrize("session", [0, 1, 32])
+@pytest.mark.parametrize("behind", [b"", b"\x2f" * 40])
+def test_suites_of_a_hello_are_behind_its_session(session: int, behind: bytes) -> None:
+    data = hello(b"\xc0\x30\0\x9f\0\x35", session=b"\x11" * session)
+    assert offered_suites(data + behind) == {0xC030, 0x009F, 0x0035}
+    assert offered_suites(hello(b"", session=b"\x11" * session)) == set()
+
+
+@pytest.mark.parametrize(
+    "data",
+    [b"", b"\x16", b"\x16\3\1\0", b"\x16\3\1\0\1", b"\x16\3\1\0\5\1\0\0\0", b"\x16\3\1\x40\0"],
+)
+def test_hello_that_is_not_whole_is_waited_for(data: bytes) -> None:
+    assert offered_suites(data) is None
+
+
+@pytest.mark.parametrize(
+    ("data", "reason"),
+    [
+        (b"\x15", "TLS begins with 0x16, got 0x15"),
+        (b"\x17\3\1\0\1", "TLS begins with 0x16, got 0x17"),
+        (b"\x16\3\1\0\0", "not a TLS record"),
+        (b"\x16\3\1\x40\1", "not a TLS record"),
+        (b"\x16\2\1\0\1", "not a TLS record"),
+        (b"\x16\4\1\0\1", "not a TLS record"),
+        (hello(b"", kind=2), "begins with the hello"),
+        (hello(b"", size=38), "begins with the hello"),
+        (hello(b"", size=38) + b"\0", "begins with the hello"),
+        (hello(b"\0\1\2"), "is broken"),
+        (hello(b"\0\1\2\3", size=44), "is broken"),
+    ],
+)
+def test_bytes_that_are_no_hello_are_refused(data: bytes, reason: str) -> None:
+    with pytest.raises(TlsError, match=reason):
+        offered_suites(data)
+
+
+def test_hello_without_suites_has_39_bytes() -> None:
+    assert offered_suites(hello(b"", size=39)) == set()
+
+
+def test_client_that_offers_keys_gets_them_if_there_are_any() -> None:
+    server = ServerTls(identity("press"))
+    by_key = SimpleNamespace(engine=lambda: "by key")
+    for suites, expected in ((b"\0\xaf", "by key"), (b"\xc0\x30\0\x8c", "by key"), (b"\0\x35", "")):
+        server._by_key = None
+        assert server.accept(hello(suites)) != "by key"
+        server._by_key = by_key  # type: ignore[assignment]
+        assert (server.accept(hello(suites)) == "by key") is bool(expected)
+    assert server.accept(hello(b"\0\xaf")[:-1]) is None
+
+
+class _KeyContext(ssl.SSLContext):
+    """What Python 3.13 has: notes who asks for keys."""
+
+    key_of: Any = None
+
+    def set_psk_server_callback(self, callback: Any) -> None:
+        self.key_of = callback
+
+    set_psk_client_callback = set_psk_server_callback
+
+
+@pytest.fixture
+def contexts(monkeypatch: pytest.MonkeyPatch) -> list[_KeyContext]:
+    """Contexts that are made while keys seem to be known."""
+    made: list[_KeyContext] = []
+
+    def make(protocol: int) -> _KeyContext:
+        made.append(_KeyContext(protocol))
+        return made[-1]
+
+    monkeypatch.setattr("achse.transport.tls.HAS_PSK", True)
+    names = {**vars(ssl), "SSLContext": make}
+    monkeypatch.setattr("achse.transport.tls.ssl", SimpleNamespace(**names))
+    return made
+
+
+def check_keys_only(context: ssl.SSLContext) -> None:
+    assert (context.check_hostname, context.verify_mode) == (False, ssl.CERT_NONE)
+    assert context.minimum_version == context.maximum_version == ssl.TLSVersion.TLSv1_2
+    assert context.options & ssl.OP_NO_TICKET
+    assert context.options & ssl.OP_NO_RENEGOTIATION
+    names = {each["name"] for each in context.get_ciphers()}
+    assert {name for name in names if not name.startswith("TLS_")} == {
+        *("PSK-AES256-CBC-SHA384", "PSK-AES128-CBC-SHA256"),
+        *("PSK-AES256-CBC-SHA", "PSK-AES128-CBC-SHA"),
+    }
+
+
+@pytest.mark.parametrize(
+    ("names_matter", "name", "identity_of", "key"),
+    [
+        (False, "PANEL", "Panel", b"k"),
+        (False, "panel", "Panel", b"k"),
+        (False, "other", "", b""),
+        (False, None, "", b""),
+        (True, "Panel", "Panel", b"k"),
+        (True, "panel", "", b""),
+    ],
+)
+def test_server_knows_keys_by_name(
+    contexts: list[_KeyContext], names_matter: bool, name: str | None, identity_of: str, key: bytes
+) -> None:
+    server = ServerTls(identity("press"), keys={"Panel": b"k"}, key_names_matter=names_matter)
+    engine = server.accept(hello(b"\0\xaf"))
+    assert engine is not None
+    assert (engine.identity, engine.established, engine.trusted) == ("", False, False)
+    [context] = contexts
+    check_keys_only(context)
+    assert context.key_of(name) == key
+    assert engine.identity == identity_of
+
+
+def test_client_shows_its_key(contexts: list[_KeyContext], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("achse.transport.tls._StandardTls", lambda *made, **more: (made, more))
+    engine: Any = ClientTls(psk=("panel", b"k")).start()
+    [context] = contexts
+    check_keys_only(context)
+    assert context.key_of(None) == ("panel", b"k")
+    assert engine == ((context,), {"server": False, "by_key": True})
+
+
+def test_who_has_the_key_is_trusted_without_certificate() -> None:
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+    client = _StandardTls(context, server=False, by_key=True, named=["panel"])
+    shake(ServerTls(identity("press")), client)
+    assert (client.trusted, client.identity) == (True, "panel")
+
+
+def test_server_resumes_nothing_and_knows_eight_authorities_in_a_row() -> None:
+    context = ServerTls(identity("press"))._by_certificate
+    options = context.set_options(0)
+    for option in (SSL.OP_NO_TICKET, SSL.OP_NO_RENEGOTIATION, SSL.OP_NO_COMPRESSION):
+        assert options & option
+    assert context.get_session_cache_mode() == SSL.SESS_CACHE_OFF
+    assert context.get_verify_depth() == 8
+
+
 def test_server_needs_what_secure_ads_needs(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse() -> None:
         raise CertificateError("not installed")
@@ -224,10 +381,24 @@ def test_an_end_is_told() -> None:
     client = ClientTls(identity("panel")).start()
     server = shake(ServerTls(identity("press")), client)
     client.send(b"last")
+    last = client.outgoing()
     client.end()
-    assert server.receive(client.outgoing()) == b"last"
+    end = client.outgoing()
+    assert end
+    assert server.receive(last + end) == b"last"
     server.end()
-    assert client.receive(server.outgoing()) == b""
+    end = server.outgoing()
+    assert end
+    assert client.receive(end) == b""
+
+
+def test_end_before_the_handshake_says_nothing() -> None:
+    client = ClientTls(identity("panel")).start()
+    server = ServerTls(identity("press")).accept(client.outgoing())
+    assert server is not None
+    for engine in (client, server):
+        engine.end()
+        assert engine.outgoing() == b""
 
 
 @pytest.mark.parametrize(

@@ -94,24 +94,17 @@ class _StandardTls:
         *,
         server: bool,
         by_key: bool,
-        name: str = "",
         named: Sequence[str] = (),
     ) -> None:
         """`named` has the name of the pre-shared key once the client has told it."""
         self._named = named
         self._in, self._out = ssl.MemoryBIO(), ssl.MemoryBIO()
-        self._object = context.wrap_bio(
-            self._in,
-            self._out,
-            server_side=server,
-            server_hostname=None if server else name or None,
-        )
+        self._object = context.wrap_bio(self._in, self._out, server_side=server)
         self._by_key = by_key
         self.established = False
         self.certificate = b""
         self.trusted = False
-        if not server:
-            self._shake()
+        self._shake()
 
     def _shake(self) -> None:
         try:
@@ -122,19 +115,17 @@ class _StandardTls:
             raise TlsError(_told(fault)) from None
         self.established = True
         self.certificate = self._object.getpeercert(True) or b""
-        verified = self._object.context.verify_mode is not ssl.CERT_NONE
-        self.trusted = self._by_key or (verified and bool(self.certificate))
+        is_verified = self._object.context.verify_mode is not ssl.CERT_NONE
+        self.trusted = self._by_key or is_verified
 
     @property
     def identity(self) -> str:
-        return self._named[0] if self._named else ""
+        return "".join(self._named)
 
     def receive(self, data: bytes) -> bytes:
         self._in.write(data)
         if not self.established:
             self._shake()
-            if not self.established:
-                return b""
         out = []
         try:
             while piece := self._object.read(_PIECE):
