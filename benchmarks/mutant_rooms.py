@@ -131,6 +131,7 @@ ROOMS: Mapping[str, Room] = {
             "transport/test_tls.py",
             "transport/test_secure.py",
             "transport/test_secure_listener.py",
+            "transport/test_secure_admission.py",
             "transport/test_handshakes.py",
             "transport/test_password_queue.py",
             "transport/test_password_checker.py",

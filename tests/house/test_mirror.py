@@ -42,6 +42,7 @@ WITHOUT_MODULE: dict[str, str] = {
     "tests/plc/machine/test_random_recursion.py": "recursion of any shape on stacks of any size",
     "tests/station/test_catching_up.py": "bus, master and link while a station catches up",
     "tests/station/test_departed_clients.py": "station and peers after clients of all kinds",
+    "tests/transport/test_secure_admission.py": "listener, routes, users and proofs in tables",
     "tests/transport/test_serial_faults.py": "both ends of a serial line that does harm",
     "tests/web/pages/test_modules.py": "the JavaScript of the pages, by node",
     "tests/motion/test_random_commands.py": "all commands and the kernel, at random",

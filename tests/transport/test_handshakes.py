@@ -67,6 +67,23 @@ def test_one_alone_does_not_wait() -> None:
     assert turns.put(client, b"3") == 0
     assert client.seen == b"12"
     assert not len(turns)
+    assert turns._under_way == {}
+
+
+def test_client_that_waits_has_one_turn_whatever_comes_from_it() -> None:
+    time, turns = made()
+    client, other = Client(time, "a", 0.004), Client(time, "a", 0.004)
+    for each in (client, other):
+        assert turns.begin(each)
+    turns.put(other, b"0")
+    for count, data in enumerate((b"1", b"2", b"3"), 1):
+        assert turns.put(client, data) == count
+        assert len(time.calls) == 1
+    time.run(1.0)
+    assert (client.seen, len(client.served), time.calls) == (b"123", 1, [])
+    assert turns.end(client) == b""
+    assert client not in turns
+    assert other in turns
 
 
 def test_a_flood_leaves_most_of_the_time_and_hosts_take_turns() -> None:

@@ -45,7 +45,11 @@ async def test_there_is_room_for_so_many_hosts() -> None:
     checker = PasswordChecker(lambda user, password: False, decide)
     taken = [checker.put(f"h{number}", "me", "1", number) for number in range(300)]
     assert sum(taken) == password_queue._HOSTS
+    tasks = list(checker._tasks)
+    assert len(checker) == password_queue._HOSTS
     await checker.close()
+    assert tasks
+    assert all(task.done() for task in tasks)
 
 
 async def test_a_password_that_was_wrong_is_not_checked_again() -> None:
@@ -95,7 +99,7 @@ async def test_what_was_wrong_is_forgotten_in_the_end(monkeypatch: pytest.Monkey
         answers.put_nowait(request)
 
     checker = PasswordChecker(check, decide)
-    for number in (1, 2, 3, 4, 4, 1):
+    for number in (1, 2, 3, 1, 4, 2, 4, 1):
         checker.put("h", "me", str(number), number)
         assert await answers.get() == number
     assert checked == ["1", "2", "3", "4", "1"]

@@ -62,7 +62,7 @@ class _Proof(NamedTuple):
         named = tls is not None and (
             route.endpoint()[0].casefold() in self.names
             if tls.kind is TlsKind.SHARED_CA
-            else bool(self.identity) and tls.identity.casefold() == self.identity.casefold()
+            else tls.identity.casefold() == self.identity.casefold()
         )
         return named or router.routes.comes_from(route, host)
 
@@ -90,10 +90,9 @@ class _SecurePeer(Peer):
     def _admission(self, net_id: bytes) -> Admission:
         route = self.owner.router.routes.to(net_id)
         if route is not None and route.tls is None:
-            admission = super()._admission(net_id)
-            if net_id != self._net_id or admission is Admission.UNKNOWN:
+            if net_id != self._net_id:
                 return Admission.UNKNOWN  # the plain route of another host
-            return admission
+            return super()._admission(net_id)
         proof, tls = self._proof, None if route is None else route.tls
         known = tls is not None and bool(tls.fingerprint) and tls.fingerprint == proof.fingerprint
         if net_id != self._net_id and not known:
