@@ -1,5 +1,6 @@
 """FMMUs as bit ranges."""
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -46,6 +47,28 @@ def test_an_inactive_or_empty_fmmu_maps_nothing() -> None:
     assert not Fmmu(0, 4, 0, 7, 0x1000, 0, 3, 0).reads
     assert not Fmmu(0, 4, 0, 7, 0x1000, 0, 3, 0).writes
     assert Fmmu(0, 0, 0, 7, 0x1000, 0, 3, 1).transfer(0, 100) is None
+
+
+@pytest.mark.parametrize("active", [0, 1, 2, 3])
+@pytest.mark.parametrize("direction", range(8))
+def test_direction_and_activity_are_single_bits(direction: int, active: int) -> None:
+    fmmu = Fmmu(0, 4, 0, 7, 0x1000, 0, direction, active)
+    is_active = active in (1, 3)
+    assert fmmu.reads is (is_active and direction in (1, 3, 5, 7))
+    assert fmmu.writes is (is_active and direction in (2, 3, 6, 7))
+
+
+def test_bits_are_3_bits_wide() -> None:
+    fmmu = Fmmu.decode(bytes.fromhex("00000100 0400 0b 0f 0011 0a ff ff 000000"))
+    assert fmmu == Fmmu(0x10000, 4, 3, 7, 0x1100, 2, 0xFF, 0xFF)
+
+
+@pytest.mark.parametrize("part", range(3))
+@pytest.mark.parametrize("value", [1, 4, 7, 8, 9])
+def test_transfer_of_whole_bytes_needs_no_shift(part: int, value: int) -> None:
+    numbers = [8, 16, 24]
+    numbers[part] = value
+    assert Transfer(*numbers).in_bytes is (value == 8)
 
 
 @given(fmmus, st.integers(0, 340), st.integers(0, 60))

@@ -1,6 +1,7 @@
 """Frames by their plan do what they do datagram by datagram."""
 
 from collections.abc import Callable, Sequence
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -10,6 +11,12 @@ from hypothesis import strategies as st
 from achse.codes import AlState
 from achse.ethercat import Datagram, DatagramCommand, EthercatFrame, Loopback, Segment, Slave
 from achse.ethercat.fmmu import Fmmu
+from achse.ethercat.frame_plan import (
+    FramePlan,
+    PlannedDatagram,
+    exchange,
+    gather_registers,
+)
 
 C = DatagramCommand
 STATION, INPUTS, MAILBOXES = 0x1001, 0x100, 0x200
@@ -157,3 +164,94 @@ def test_a_known_frame_is_not_taken_apart(
     assert came[0].index == 77
     assert came[2].data == b"\x08\x00"
     assert came[3].data == b"\x02"
+
+
+@pytest.mark.parametrize("start", [0, 14])
+def test_plan_fits_frames_with_the_same_headers(start: int) -> None:
+    """Lengths and commands, addresses, lengths; the counter of the first, which has to be 0."""
+    frame = bytes(range(1, 61))
+    first, second = (PlannedDatagram(start + 2, 4, True), PlannedDatagram(start + 18, 3, False))
+    plan = FramePlan(frame, start, [first, second], [])
+    compared = {start, start + 1, start + 16, start + 17}
+    for each in (first, second):
+        compared |= {each.offset, *range(each.offset + 2, each.offset + 8)}
+    assert plan.fits(frame)
+    for at in range(len(frame)):
+        changed = bytearray(frame)
+        changed[at] ^= 0x80
+        assert plan.fits(bytes(changed)) is (at not in compared), at
+
+
+def test_planned_exchange_touches_nothing_else() -> None:
+    """Outputs, one input, a run of inputs and flags; a counter of 0 stays what it was."""
+    frame = bytes(range(100))
+    taken: list[bytes] = []
+
+    def plan(**parts: Any) -> Any:
+        empty: dict[str, Any] = {
+            "takes": [],
+            "gives": [],
+            "flags": [],
+            "span": None,
+            "count": 0,
+            "look": None,
+        }
+        return SimpleNamespace(**empty | parts)
+
+    step = exchange(
+        [
+            (PlannedDatagram(0, 6, True), plan(takes=[(taken.append, slice(1, 3))], count=3)),
+            (
+                PlannedDatagram(18, 6, True),
+                plan(gives=[(lambda: b"in", slice(2, 4))], span=slice(2, 4), count=0x102),
+            ),
+            (
+                PlannedDatagram(36, 6, True),
+                plan(
+                    gives=[(lambda: b"ab", slice(1, 3)), (lambda: b"cd", slice(3, 5))],
+                    span=slice(1, 5),
+                ),
+            ),
+            (
+                PlannedDatagram(54, 6, True),
+                plan(gives=[(lambda: b"x", slice(0, 1)), (lambda: b"y", slice(5, 6))]),
+            ),
+            (
+                PlannedDatagram(72, 6, True),
+                plan(flags=[1], look=lambda data: bytes(each ^ 0xFF for each in data)),
+            ),
+        ]
+    )
+    buffer = bytearray(frame)
+    step(frame, buffer)
+    assert taken == [frame[11:13]]
+    expected = bytearray(frame)
+    expected[16:18], expected[34:36] = b"\3\0", b"\2\1"
+    expected[30:32], expected[47:51] = b"in", b"abcd"
+    expected[64], expected[69] = b"xy"
+    expected[82:88] = bytes(each ^ 0xFF for each in frame[82:88])
+    assert buffer == expected
+
+
+@pytest.mark.parametrize("length", [1, 2, 4, 8])
+@pytest.mark.parametrize("position", [0, 0xFFFF])
+def test_gathered_registers_are_those_of_all_slaves(length: int, position: int) -> None:
+    """Slaves with an event are read, which ends it."""
+    reads: list[tuple[int, int, int]] = []
+
+    def slave(number: int, events: int) -> Any:
+        memory = bytearray(32)
+        memory[8 : 8 + length] = bytes([1 << number] * length)
+        read = lambda address, size: reads.append((number, address, size))  # noqa: E731
+        return SimpleNamespace(memory=memory, events=events, read=read)
+
+    escs = [slave(number, events) for number, events in enumerate((0, 4, 0))]
+    datagram = PlannedDatagram(4, length, True)
+    buffer = bytearray(b"\x40" * 40)
+    gather_registers(datagram, escs, 8, position)(b"", buffer)
+    assert reads == [(1, 8, length)]
+    expected = bytearray(b"\x40" * 40)
+    expected[6:8] = ((position + 3) & 0xFFFF).to_bytes(2, "little")
+    expected[14 : 14 + length] = bytes([0x47] * length)
+    expected[14 + length : 16 + length] = b"\3\0"
+    assert buffer == expected

@@ -12,6 +12,7 @@ from achse.ethercat import Datagram, DatagramCommand, Loopback, Slave
 from achse.ethercat.esc import Esc
 from achse.ethercat.fmmu import Fmmu
 from achse.ethercat.logical import Plan
+from tests.ethercat.conftest import sync_manager
 
 INPUTS = 0x100
 C = DatagramCommand
@@ -191,3 +192,146 @@ def test_bitwise_mapping_is_bit_by_bit(
     assert result == expected_data
     weight = 2 if command is C.LRW else 1
     assert count == read + weight * wrote
+
+
+OUTPUTS_AT, INPUTS_AT, SM1_STATUS = 0x1200, 0x1300, 0x080D
+
+
+def made(*fmmus: Fmmu, locked: bool = False, size: int = 4) -> Esc:
+    """A slave with two mailboxes, outputs and inputs, and the FMMUs."""
+    esc = Slave(Loopback()).esc
+    esc.write(0x0800, sync_manager(0x1000, 256, 0x26) + sync_manager(0x1100, 256, 0x22))
+    esc.write(0x0810, sync_manager(OUTPUTS_AT, size, 0x64) + sync_manager(INPUTS_AT, size, 0x20))
+    for each in esc.sync_managers:
+        each.locked = locked
+    esc.sync_managers[3].source = lambda: b"in..."[:size]
+    for number, fmmu in enumerate(fmmus):
+        esc.write(0x0600 + 16 * number, fmmu.encode())
+    return esc
+
+
+def outputs(logical: int, length: int = 4, physical: int = OUTPUTS_AT) -> Fmmu:
+    return Fmmu(logical, length, 0, 7, physical, 0, 2, 1)
+
+
+def inputs(logical: int, length: int = 4, physical: int = INPUTS_AT) -> Fmmu:
+    return Fmmu(logical, length, 0, 7, physical, 0, 1, 1)
+
+
+def flag(bit: int, physical: int = SM1_STATUS, physical_bit: int = 3, bits: int = 1) -> Fmmu:
+    return Fmmu(0, 1, bit, bit + bits - 1, physical, physical_bit, 1, 1)
+
+
+@pytest.mark.parametrize(
+    ("slaves", "takes", "gives", "flags", "is_exact"),
+    [
+        ([[]], [], [], [], False),
+        ([[outputs(0)]], [(0, 4)], [], [], False),
+        ([[inputs(2)]], [], [(2, 6)], [], False),
+        ([[outputs(0), inputs(4)], [outputs(8), inputs(12)]],
+         [(0, 4), (8, 12)], [(4, 8), (12, 16)], [], False),
+        ([[outputs(0), inputs(0)]], [(0, 4)], [(0, 4)], [], False),
+        ([[inputs(4)], [outputs(0)]], [(0, 4)], [(4, 8)], [], False),
+        ([[inputs(4)], [outputs(8)]], [(8, 12)], [(4, 8)], [], False),
+        ([[inputs(4)], [outputs(1)]], [], [(4, 8)], [], True),
+        ([[inputs(4)], [outputs(7)]], [], [(4, 8)], [], True),
+        ([[outputs(0, 2)]], [], [], [], True),
+        ([[outputs(0, 2, OUTPUTS_AT + 2)]], [], [], [], True),
+        ([[outputs(0, 4, INPUTS_AT)]], [], [], [], True),
+        ([[outputs(0, 256, 0x1000)]], [], [], [], True),
+        ([[outputs(0, 4, 0x0130)]], [], [], [], True),
+        ([[inputs(0, 2)]], [], [], [], True),
+        ([[inputs(0, 4, OUTPUTS_AT)]], [], [], [], True),
+        ([[inputs(0, 256, 0x1100)]], [], [], [], True),
+        ([[inputs(0, 2, 0x0FFE)]], [], [(0, 2)], [], False),
+        ([[inputs(0, 2, 0x0FFF)]], [], [], [], True),
+        ([[Fmmu(0, 1, 0, 3, INPUTS_AT, 0, 1, 1)]], [], [], [], True),
+        ([[flag(0)], [flag(1)]], [], [], [1, 2], False),
+        ([[flag(0), flag(5)]], [], [], [1, 32], False),
+        ([[flag(3)], [flag(3)]], [], [], [8, 8], True),
+        ([[flag(0, 0x0805)]], [], [], [1], False),
+        ([[flag(0, 0x0805 + 8 * 3)]], [], [], [1], False),
+        ([[flag(0, 0x0805 - 8)]], [], [], [], True),
+        ([[flag(0, SM1_STATUS, 2)]], [], [], [], True),
+        ([[flag(0, SM1_STATUS, 4)]], [], [], [], True),
+        ([[flag(0, SM1_STATUS, 3, 2)]], [], [], [], True),
+        ([[flag(0)], [inputs(1)]], [], [(1, 5)], [1], True),
+        ([[flag(0)], [outputs(1)]], [(1, 5)], [], [1], True),
+        ([[flag(0), inputs(1)]], [], [], [1], True),
+        ([[flag(0), outputs(1)]], [(1, 5)], [], [1], True),
+    ],
+)  # fmt: skip
+def test_plan_takes_whole_buffers_and_flags_at_once_or_goes_bit_by_bit(
+    slaves: list[list[Fmmu]],
+    takes: list[tuple[int, int]],
+    gives: list[tuple[int, int]],
+    flags: list[int],
+    is_exact: bool,
+) -> None:
+    escs = [made(*each) for each in slaves]
+    plan = Plan([*escs, made()], C.LRW, 0, 256)
+    assert [(part.start, part.stop) for _, part in plan.takes] == takes
+    assert [(part.start, part.stop) for _, part in plan.gives] == gives
+    assert [bit for _, bit in plan.flags] == flags
+    assert plan.exact is is_exact
+    assert plan.escs == [esc for esc, each in zip(escs, slaves, strict=True) if each]
+    writes, reads = (
+        sum(any(getattr(fmmu, kind) for fmmu in each) for each in slaves)
+        for kind in ("writes", "reads")
+    )
+    assert plan.count == 2 * writes + reads
+
+
+def test_plan_of_a_read_ignores_outputs_and_that_of_a_write_inputs() -> None:
+    esc = made(outputs(0), inputs(0))
+    read, write = Plan([esc], C.LRD, 0, 4), Plan([esc], C.LWR, 0, 4)
+    assert (len(read.takes), len(read.gives), read.count) == (0, 1, 1)
+    assert (len(write.takes), len(write.gives), write.count) == (1, 0, 1)
+
+
+def test_locked_buffers_are_not_exchanged_at_once() -> None:
+    for fmmu in (outputs(0), inputs(0)):
+        assert Plan([made(fmmu, locked=True)], C.LRW, 0, 4).exact
+    sourceless = made(inputs(0))
+    sourceless.sync_managers[3].source = None
+    assert Plan([sourceless], C.LRW, 0, 4).exact
+
+
+@pytest.mark.parametrize(
+    ("places", "span"),
+    [
+        ([], None), ([2], (2, 6)), ([2, 6, 10], (2, 14)), ([2, 7], None), ([2, 6, 11], None),
+        ([6, 2], None),
+    ],
+)  # fmt: skip
+def test_span_has_inputs_without_gap(places: list[int], span: tuple[int, int] | None) -> None:
+    found = Plan([made(inputs(place)) for place in places], C.LRD, 0, 32).span
+    assert (None if found is None else (found.start, found.stop)) == span
+
+
+def test_flags_are_looked_at_and_other_bits_stay() -> None:
+    escs = [made(flag(0)), made(flag(5))]
+    plan = Plan(escs, C.LRD, 0, 2)
+    assert plan.look(b"\xff\xff") == b"\xde\xff"
+    escs[1].sync_managers[1].put(b"message")
+    assert plan.look(b"\xff\xff") == b"\xfe\xff"
+    assert plan.look(b"\0\0") == b"\x20\0"
+
+
+def test_registers_and_buffers_are_given_as_they_are() -> None:
+    esc = made(inputs(0), inputs(4, 2, 0x0FFE))
+    esc.memory[0x0FFE:0x1000] = b"ab"
+    plan = Plan([esc], C.LRD, 0, 8)
+    assert [give() for give, _ in plan.gives] == [b"in..", b"ab"]
+
+
+def test_outputs_go_to_the_sink_if_there_is_one() -> None:
+    esc = made(outputs(0))
+    manager = esc.sync_managers[2]
+    [(take, _)] = Plan([esc], C.LWR, 0, 4).takes
+    assert take == manager.complete
+    taken: list[bytes] = []
+    manager.sink = taken.append
+    [(take, _)] = Plan([esc], C.LWR, 0, 4).takes
+    take(b"abcd")
+    assert taken == [b"abcd"]

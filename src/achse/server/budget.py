@@ -130,7 +130,7 @@ class SampleBudget:
             return
         beat.waits = True
         self.waiting += 1
-        place, key = _host(channel), channel.via or channel.client
+        place, key = _host(channel), channel.via
         host = self._hosts.get(place)
         if host is None:
             host = self._hosts[place] = _Host(self._level)

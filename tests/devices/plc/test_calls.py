@@ -250,7 +250,9 @@ def test_property_that_is_a_reference_is_not_what_it_refers_to(device: PlcDevice
 def test_static_block_has_no_instance_for_its_methods_and_properties(
     device: PlcDevice, part: str
 ) -> None:
-    assert refused(device.read_write, 0xF005, handle(device, f"FB_Outer.fbStatic{part}"), 4, b"")
+    name = f"FB_Outer.fbStatic{part}"
+    assert refused(handle, device, name) == ReturnCode.SERVICE_NOT_SUPPORTED
+    assert handle(device, "FB_Outer.fbStatic.nSpeed")
 
 
 def test_program_with_methods_or_properties_is_a_symbol(device: PlcDevice) -> None:

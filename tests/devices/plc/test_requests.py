@@ -383,6 +383,17 @@ def test_requests_without_a_router_are_lost() -> None:
     assert blocks.frames == []
 
 
+def test_forgotten_requests_are_not_sent() -> None:
+    blocks = Blocks()
+    forgotten: list[str] = []
+    blocks.requests.indications.forget = lambda: forgotten.append("indications")  # type: ignore[method-assign]
+    block = blocks.read()
+    blocks.requests.forget()
+    blocks.requests.end_cycle()
+    assert (blocks.frames, forgotten) == ([], ["indications"])
+    assert blocks.end("adsreadex", block) == (False, True, 0x756)
+
+
 def test_invoke_ids_count_from_1_to_the_largest() -> None:
     blocks = Blocks()
     tickets = [blocks.read().ticket for _ in range(2)]

@@ -41,9 +41,8 @@ _KINDS = (
     MessageType.LOG,
     MessageType.WARNING,
     MessageType.ERROR,
-    MessageType.ERROR,
 )
-"""Kinds of messages by the severity of an event."""
+"""Kinds of messages by the severity of an event; the last is that of critical ones too."""
 _LONGEST_MESSAGE = 253
 _MOST_OPEN = 4096
 _PLACE_OF_VALUE = re.compile(r"%[sdfSDF]")

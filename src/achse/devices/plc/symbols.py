@@ -95,7 +95,6 @@ class PlcSymbol:
         self.write: Callable[[bytes], None]
         self._spot = spot
         if isinstance(spot, MemoryRange):
-            self.flags |= 0 if spot.bit is None else SymbolFlag.BIT_VALUE
             self.read, self.write = _access(spot, type.size)
         elif isinstance(spot, PropertyAccess):
             self.read, self.write = spot
@@ -175,6 +174,16 @@ class _Root(NamedTuple):
     context: int
     unit: Record | None
     is_whole: bool = False
+
+    @property
+    def instance(self) -> Record:
+        """Its unit. Raises `DeviceError` 0x701 for a static variable, which is in none."""
+        if self.unit is None:
+            raise DeviceError(
+                ReturnCode.SERVICE_NOT_SUPPORTED,
+                f"{self.placed.name} is static: it has no methods and properties",
+            )
+        return self.unit
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -279,17 +288,19 @@ class PlcSymbols:
     def _part(
         self, root: "_Root", rest: str, steps: tuple[Step, ...], location: ResolvedPath
     ) -> PlcSymbol:
-        placed, context, unit, _ = root
+        placed, context, *_ = root
         first = root.steps
         call = None
-        if location.method is not None and unit is not None:
-            steps_to = (*first, *steps[:-1])
-            call = caller(unit, steps_to, location.method, self.plc.bodies)
-        if location.property is not None and unit is not None:
+        if location.method is not None:
+            path = (*first, *steps[:-1])
+            call = caller(root.instance, path, location.method, self.plc.bodies)
+        if location.property is not None:
             return PlcSymbol(
                 placed.name + rest,
                 location.type,
-                property_access(unit, (*first, *steps[:-1]), location.property, self.plc.bodies),
+                property_access(
+                    root.instance, (*first, *steps[:-1]), location.property, self.plc.bodies
+                ),
                 context,
                 read_only=not location.property.writable,
                 comment=location.property.comment,

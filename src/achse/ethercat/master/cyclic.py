@@ -284,10 +284,8 @@ class CyclicExchange:
                         self._input_views[position] = view
         places = [(frame, part) for frame in self._frames for part in frame.parts]
         self._count_frame, self._count = places[self._count_at]
-        self._bits_frame: _Template | None = None
-        self._bits: _Part | None = None
-        if self.image.mailboxes:
-            self._bits_frame, self._bits = places[-1]
+        last_frame, self._bits = places[-1]
+        self._bits_frame = last_frame if self.image.mailboxes else None
 
     def outputs(self, position: int) -> memoryview:
         """The outputs of a slave: what is written here goes out with the next cycle."""
@@ -388,10 +386,10 @@ class CyclicExchange:
             each.take()
         if frame is self._count_frame:
             self.al_states, self.present = _STATES.unpack_from(packet, self._count.at + _HEADER)
-        if frame is self._bits_frame and self._bits is not None and frame.length > self._bits.at:
+        if frame is self._bits_frame and frame.length > self._bits.at:
             at = self._bits.at + _HEADER
             self.mailbox_bits = packet[at : at + self._bits.length]
-        if self._clock is not None and frame is frames[0] and packet[self._clock.at]:
+        if self._clock is not None and frame is frames[0]:
             at = self._clock.at + _HEADER
             if packet[at + 8] or packet[at + 9]:
                 (self.reference_ns,) = _U64.unpack_from(packet, at)
