@@ -42,6 +42,82 @@ def test_control(control: int, buffered: bool, to_application: bool, watchdog: b
     assert (sm.start, sm.length, sm.end, sm.works) == (0x1000, SIZE, 0x1004, True)
 
 
+def test_registers_are_start_length_control_and_activation() -> None:
+    sm = SyncManager(3, lambda _: None, lambda: None)
+    assert (sm.start, sm.length, sm.enabled, sm.locked, sm.number) == (0, 0, False, True, 3)
+    for activation in range(4):
+        sm.configure(bytes((0x34, 0x12, 0x02, 0x01, 0x26, 0xFF, activation, 0xFF)))
+        assert (sm.start, sm.length, sm.end, sm.control) == (0x1234, 0x0102, 0x1336, 0x26)
+        assert (sm.enabled, sm.repeat_request) == (activation & 1 == 1, activation & 2 == 2)
+
+
+@pytest.mark.parametrize("other_bits", [0, 0x30, 0xB0])
+def test_control_has_mode_direction_and_watchdog(other_bits: int) -> None:
+    for mode in range(4):
+        for direction in range(4):
+            for watchdog in (0, 0x40):
+                sm = Fixture(mode | direction << 2 | watchdog | other_bits).sm
+                assert sm.buffered is (mode == 0)
+                assert sm.to_application is (direction == 1)
+                assert sm.triggers_watchdog is bool(watchdog)
+
+
+@pytest.mark.parametrize(
+    ("control", "event", "concerns"),
+    [(MAILBOX_OUT, 0, False), (MAILBOX_OUT, 1, True), (MAILBOX_OUT, 2, False),
+     (MAILBOX_IN, 0, False), (MAILBOX_IN, 1, False), (MAILBOX_IN, 2, True),
+     (OUTPUTS, 0, False), (OUTPUTS, 1, True), (INPUTS, 1, False), (INPUTS, 2, True)],
+)  # fmt: skip
+def test_what_concerns_the_application(control: int, event: int, concerns: bool) -> None:
+    sm = Fixture(control).sm
+    sm.events = event
+    assert sm.concerns_application is concerns
+    sm.locked = True
+    assert not sm.concerns_application
+    sm.locked, sm.sink = False, lambda _: None
+    assert not sm.concerns_application
+    sm.sink, sm.source = None, lambda: b""
+    assert not sm.concerns_application
+
+
+def test_message_of_any_part_is_read_to_its_end() -> None:
+    fixture = Fixture(MAILBOX_IN)
+    sm = fixture.sm
+    sm.put(b"abcde"[:SIZE])
+    assert [sm.read(at, 1) for at in range(SIZE)] == [b"a", b"b", b"c", b"d"]
+    assert (sm.full, sm.events, fixture.taken) == (False, 2, 1)
+    sm.put(b"x")
+    assert (sm.full, sm.events, sm.newest) == (True, 1, b"x\0\0\0")
+    sm.release()
+    assert (sm.full, sm.events) == (False, 2)
+    sm.reset()
+    assert (sm.full, sm.events, sm.newest, bytes(sm.peek())) == (False, 0, bytes(4), bytes(4))
+
+
+def test_buffer_that_is_read_to_its_end_has_no_event() -> None:
+    fixture = Fixture(INPUTS)
+    fixture.sm.source = lambda: b"1234"
+    assert fixture.sm.read(0, 4) == b"1234"
+    assert fixture.sm.read(1, 2) == b"23"
+    assert (fixture.sm.events, fixture.taken, fixture.sm.status) == (0, 0, 0x30)
+
+
+def test_part_of_a_buffer_waits_for_the_last_byte() -> None:
+    fixture = Fixture(OUTPUTS)
+    fixture.sm.write(1, b"bc")
+    assert bytes(fixture.sm.peek()) == b"\0bc\0"
+    fixture.sm.write(2, b"CD")
+    assert fixture.written == [b"\0bCD"]
+    assert (fixture.sm.full, fixture.sm.status) == (False, 0x01)
+
+
+def test_area_of_one_byte_is_guarded() -> None:
+    sm = Fixture(OUTPUTS).sm
+    sm.configure(bytes((0, 0x10, 1, 0, OUTPUTS, 0, 1, 0)))
+    assert sm.guards
+    assert sm.works
+
+
 def test_a_message_is_complete_with_its_last_byte() -> None:
     fixture = Fixture(MAILBOX_OUT)
     fixture.sm.write(0, b"ab")

@@ -124,6 +124,16 @@ def test_peer_speaks_for_itself_and_for_routes_with_its_fingerprint(
         assert peer._admission(bytes(net_id)) is expected
 
 
+def test_peer_with_a_plain_route_by_a_name_that_is_not_known_is_admitted_one_way() -> None:
+    owner = listener()
+    peer = _SecurePeer(owner)
+    peer.know(PANEL, _Proof(MINE))
+    for one_way, expected in ((True, Admission.ONE_WAY), (False, Admission.UNKNOWN)):
+        route = Route(name="a", net_id=PANEL, host="nowhere.example", one_way=one_way)
+        owner.router.routes.add(route)
+        assert peer._admission(bytes(PANEL)) is expected
+
+
 # verdicts ----------------------------------------------------------------------------------------
 
 

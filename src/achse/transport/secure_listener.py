@@ -93,11 +93,10 @@ class _SecurePeer(Peer):
             if net_id != self._net_id:
                 return Admission.UNKNOWN  # the plain route of another host
             return super()._admission(net_id)
-        proof, tls = self._proof, None if route is None else route.tls
-        known = tls is not None and bool(tls.fingerprint) and tls.fingerprint == proof.fingerprint
-        if net_id != self._net_id and not known:
+        tls = None if route is None else route.tls
+        if net_id != self._net_id and (tls is None or not tls.fingerprint):
             return Admission.UNKNOWN
-        if route is not None and not proof.is_for(route, self.owner.router, self.peer_host):
+        if route is not None and not self._proof.is_for(route, self.owner.router, self.peer_host):
             return Admission.UNKNOWN
         return Admission.ONE_WAY if route is not None and route.one_way else Admission.ROUTED
 

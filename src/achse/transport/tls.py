@@ -251,7 +251,7 @@ def offered_suites(data: bytes) -> frozenset[int] | None:
 
     Raises TlsError if they are not the beginning of TLS.
     """
-    if data[:1] and data[0] != _HANDSHAKE:
+    if data and data[0] != _HANDSHAKE:
         raise TlsError(f"TLS begins with 0x16, got 0x{data[0]:02X}")
     if len(data) < 5:
         return None

@@ -1,13 +1,26 @@
 """Cyclic exchange: outputs are memory, wrong counters freeze inputs, lost frames are counted."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from achse.ethercat import DatagramCommand, Disturbance, EthercatFrame
-from achse.ethercat.master import ClockConfiguration
+from achse.ethercat import (
+    Datagram,
+    DatagramCommand,
+    Disturbance,
+    EthercatFrame,
+    Loopback,
+    describe,
+)
+from achse.ethercat.description import Pdo, PdoEntry
+from achse.ethercat.master import BusConfiguration, ClockConfiguration, from_description
+from achse.ethercat.master.configuration import ProcessSyncManager, SlaveConfiguration
+from achse.ethercat.master.cyclic import CyclicExchange, _Template
+from achse.ethercat.master.process_image import MAILBOX_BITS, ProcessDatagram, ProcessImage
 
 
 def test_outputs_come_back_as_inputs(bus: Callable[..., Any]) -> None:
@@ -49,9 +62,7 @@ def test_a_wrong_counter_freezes_the_inputs_of_its_unit(bus: Callable[..., Any])
 
 def test_a_missing_slave_invalidates_its_unit_only(bus: Callable[..., Any]) -> None:
     ours = bus(2)
-    from dataclasses import replace
-
-    from achse.ethercat.master import BusConfiguration, Master, Ring
+    from achse.ethercat.master import Master, Ring
 
     slaves = ours.master.bus.slaves
     own = tuple(replace(each, sync_unit=str(number)) for number, each in enumerate(slaves))
@@ -113,8 +124,8 @@ def test_one_changed_byte_changes_no_more_than_it_may(
 
 
 def test_a_large_bus_takes_several_frames(bus: Callable[..., Any]) -> None:
-    from achse.ethercat import Loopback, Segment, Slave, describe
-    from achse.ethercat.master import BusConfiguration, Master, Ring, from_description
+    from achse.ethercat import Segment, Slave
+    from achse.ethercat.master import Master, Ring
 
     line = [Loopback(8) for _ in range(120)]
     slaves = tuple(from_description(describe(each)) for each in line)
@@ -129,3 +140,320 @@ def test_a_large_bus_takes_several_frames(bus: Callable[..., Any]) -> None:
     frames = ours.master.transmit(ours.master.now_ns + 1, 0)
     assert len(frames) == 2
     assert all(len(EthercatFrame.decode(each).encode()) <= 1514 for each in frames)
+
+
+def box(outputs: int, inputs: int, unit: str = "", **more: Any) -> SlaveConfiguration:
+    """A slave with so many bits, without mailboxes."""
+
+    def pdo(index: int, manager: int, bits: int) -> tuple[Pdo, ...]:
+        return (Pdo(index, "", manager, True, (PdoEntry(0x6000, 1, bits, "", 1),)),) if bits else ()
+
+    return SlaveConfiguration(
+        "box",
+        sync_managers=(
+            ProcessSyncManager(2, 0x1100, 0x64, True),
+            ProcessSyncManager(3, 0x1180, 0x20, False),
+        ),
+        outputs=pdo(0x1600, 2, outputs),
+        inputs=pdo(0x1A00, 3, inputs),
+        sync_unit=unit,
+        **more,
+    )
+
+
+def made(*slaves: SlaveConfiguration, cycle_ns: int = 1_000_000) -> CyclicExchange:
+    return CyclicExchange(ProcessImage(BusConfiguration(slaves, cycle_ns=cycle_ns)))
+
+
+def back(frame: bytes, changes: Mapping[int, tuple[bytes, int]] | None = None) -> bytes:
+    """The frame as it comes back: data and counter of each datagram by number."""
+    datagrams = list(EthercatFrame.decode(frame).datagrams)
+    for number, (data, counter) in (changes or {}).items():
+        assert len(data) == len(datagrams[number].data)
+        datagrams[number] = replace(datagrams[number], data=data, counter=counter)
+    return EthercatFrame(datagrams).encode()
+
+
+MAILBOX = from_description(describe(Loopback(4)))
+
+
+# templates ---------------------------------------------------------------------------------------
+
+
+def template() -> _Template:
+    """Time, process data with two bytes of outputs, states, mailbox bits."""
+    process = ProcessDatagram("", 0x0100_0000, DatagramCommand.LRW, [0], 5, 2, 0x0203)
+    return _Template(
+        [
+            (Datagram(DatagramCommand.NOP, 0, bytes(8)), None),
+            (Datagram(DatagramCommand.LRW, process.logical, b"\x55" * 5), process),
+            (Datagram.at(DatagramCommand.BRD, 0, 0x0130, bytes(2)), None),
+            (Datagram(DatagramCommand.LRD, MAILBOX_BITS, b"\0"), None),
+        ]
+    )
+
+
+def headers(starts: Mapping[int, int], lengths: int = 12) -> set[int]:
+    """Bytes that are compared: type, length, and of each header all but index and IRQ.
+
+    Slaves count the position of a BRD up: `starts` has the first byte of the address that counts.
+    """
+    places = set(range(lengths, 16))
+    for at, first in starts.items():
+        places |= {at, *range(at + first, at + 8)}
+    return places
+
+
+WHOLE = {16: 2, 36: 2, 53: 4, 67: 2}
+SHORT = {16: 2, 36: 2, 53: 4}
+
+
+@pytest.mark.parametrize("is_short", [False, True])
+def test_frame_that_comes_back_has_the_headers_that_were_sent(is_short: bool) -> None:
+    made = template()
+    sent = made.short(7) if is_short else made.whole(7)
+    datagrams = EthercatFrame.decode(sent).datagrams
+    assert [each.command for each in datagrams] == [0, 12, 7, 10][: 3 if is_short else 4]
+    assert datagrams[0].index == 7
+    assert datagrams[1].data == b"\x55" * 5
+    compared = headers(SHORT if is_short else WHOLE)
+    for at in range(len(sent)):
+        changed = bytearray(sent)
+        changed[at] ^= 0x80
+        same = made.same(bytes(changed), int.from_bytes(changed, "little"))
+        assert same is (at not in compared), at
+    for packet, is_same in ((sent, True), (sent + bytes(9), True), (sent[:-1], False)):
+        assert made.same(packet, int.from_bytes(packet, "little")) is is_same
+
+
+def test_short_frame_follows_a_changed_header() -> None:
+    made = template()
+    made.buffer[18:22] = b"\1\2\3\4"
+    made.renew()
+    for make in (made.short, made.whole):
+        sent = make(0)
+        assert EthercatFrame.decode(sent).datagrams[0].address == 0x0403_0201
+        assert made.same(sent, int.from_bytes(sent, "little"))
+
+
+def test_counters_of_process_data_are_compared_at_once() -> None:
+    made = template()
+    sent = bytearray(made.whole(0))
+    for counter, is_right in ((0x0203, True), (0x0204, False), (0x0303, False), (0, False)):
+        sent[51:53] = counter.to_bytes(2, "little")
+        sent[-2:] = b"\xff\xff"
+        assert made.right(int.from_bytes(sent, "little")) is is_right
+
+
+def test_inputs_are_behind_the_outputs_of_their_datagram() -> None:
+    made = template()
+    assert made.place(4) == 7
+    memory = bytearray(b"." * 10)
+    packet = bytearray(made.whole(0))
+    packet[46:51] = b"ABxyz"
+    made.take(bytes(packet), memory)
+    assert memory == b"....xyz..."
+
+
+# exchange ----------------------------------------------------------------------------------------
+
+
+def test_outputs_go_out_and_inputs_come_in_by_slave() -> None:
+    cyclic = made(box(8, 16, "a"), box(0, 8, "b"), box(16, 0, "a"), box(8, 8, "b"))
+    for position, content in ((0, b"o"), (2, b"pq"), (3, b"r")):
+        cyclic.outputs(position)[:] = content
+    (frame,) = cyclic.frames()
+    sent = EthercatFrame.decode(frame).datagrams
+    assert [each.data for each in sent] == [b"opq\0\0", b"r\0\0", b"\0\0"]
+    cyclic.receive(back(frame, {0: (b"opqxy", 5), 1: (b"rst", 4), 2: (b"\x08\0", 4)}))
+    assert [bytes(cyclic.inputs(each)) for each in range(4)] == [b"xy", b"s", b"", b"t"]
+    assert bytes(cyclic.outputs(1)) == bytes(cyclic.inputs(9)) == b""
+    assert (cyclic.al_states, cyclic.present) == (8, 4)
+    assert cyclic.inputs(0).readonly
+    cyclic.exchanged(3)[:] = b"u"
+    assert bytes(cyclic.inputs(3)) == b"u"
+    assert bytes(cyclic.exchanged(2)) == b""
+
+
+def test_inputs_with_a_wrong_counter_stay_and_cycles_are_counted() -> None:
+    cyclic = made(box(0, 8, "a"), box(0, 8, "b"), cycle_ns=2_000_000)
+    first, second = cyclic.image.datagrams
+    seen: list[tuple[bytes, bool, bool, list[int]]] = []
+    for one, other in ((1, 1), (1, 0), (0, 1), (2, 2), (1, 1)):
+        (frame,) = cyclic.frames()
+        letter = bytes([65 + len(seen)])
+        cyclic.receive(back(frame, {0: (letter, one), 1: (letter.lower(), other)}))
+        inputs = bytes(cyclic.inputs(0)) + bytes(cyclic.inputs(1))
+        seen.append((inputs, first.valid, second.valid, cyclic.frame_states))
+    assert seen == [
+        (b"Aa", True, True, [0]),
+        (b"Ba", True, False, [2]),
+        (b"Bc", False, True, [1]),
+        (b"Bc", False, False, [3]),
+        (b"Ee", True, True, [0]),
+    ]
+    assert (first.fresh, first.wrong, second.fresh, second.wrong) == (3, 2, 3, 2)
+    counters = cyclic.counters
+    assert (counters.sent, counters.lost, counters.late, counters.wrong) == (5, 0, 0, 3)
+
+
+def test_state_of_a_frame_has_15_bits() -> None:
+    cyclic = made(*(box(0, 8, f"{number}") for number in range(17)))
+    (frame,) = cyclic.frames()
+    cyclic.receive(back(frame, dict.fromkeys(range(14), (b"x", 1))))
+    assert cyclic.frame_states == [1 << 14]
+    cyclic.frames()
+    cyclic.frames()
+    assert cyclic.frame_states == [1 << 15]
+
+
+def test_lost_frame_makes_its_inputs_invalid() -> None:
+    cyclic = made(box(0, 8))
+    [process] = cyclic.image.datagrams
+    assert not cyclic.away
+    (frame,) = cyclic.frames()
+    assert cyclic.away
+    assert (cyclic.counters.lost, process.wrong) == (0, 0)
+    cyclic.receive(back(frame, {0: (b"x", 1)}))
+    assert (cyclic.away, process.valid) == (False, True)
+    (late,) = cyclic.frames()
+    cyclic.frames()
+    assert (cyclic.counters.lost, process.wrong, process.valid) == (1, 1, False)
+    cyclic.receive(back(late, {0: (b"y", 1)}))
+    assert (cyclic.counters.late, bytes(cyclic.inputs(0)), cyclic.away) == (1, b"x", True)
+    assert (process.fresh, cyclic.counters.sent) == (1, 3)
+
+
+@pytest.mark.parametrize(("cycle_ns", "looks"), [(1_000_000, 5), (2_500_000, 2), (10_000_000, 1)])
+def test_mailbox_states_travel_every_five_milliseconds(cycle_ns: int, looks: int) -> None:
+    cyclic = made(MAILBOX, box(8, 8), MAILBOX, cycle_ns=cycle_ns)
+    for cycle in range(1, 12):
+        (frame,) = cyclic.frames()
+        datagrams = EthercatFrame.decode(frame).datagrams
+        has_bits = datagrams[-1].command == DatagramCommand.LRD
+        assert has_bits is (cycle % looks == 0)
+        states = len(datagrams) - 2 if has_bits else len(datagrams) - 1
+        changes = {states: (b"\x18\0", 3)}
+        if has_bits:
+            changes[states + 1] = (bytes([cycle]), 2)
+        cyclic.receive(back(frame, changes))
+        assert not cyclic.away
+        assert cyclic.take_mailbox_bits() == (bytes([cycle]) if has_bits else b"")
+        assert cyclic.take_mailbox_bits() == b""
+        assert (cyclic.al_states, cyclic.present) == (0x18, 3)
+    assert cyclic.counters.late == 0
+
+
+@pytest.mark.parametrize(("count", "size"), [(0, 0), (1, 1), (8, 1), (9, 2), (16, 2), (17, 3)])
+def test_mailbox_states_have_a_bit_for_each_mailbox(count: int, size: int) -> None:
+    cyclic = made(box(8, 0), *(replace(MAILBOX, outputs=(), inputs=()) for _ in range(count)))
+    datagrams = [each for frame in cyclic._packed() for each, _ in frame]
+    assert [each.command for each in datagrams] == [
+        *(DatagramCommand.LWR, DatagramCommand.BRD),
+        *([DatagramCommand.LRD] if count else []),
+    ]
+    assert len(datagrams[-1].data) == (size or 2)
+    assert (datagrams[1].adp, datagrams[1].ado, len(datagrams[1].data)) == (0, 0x0130, 2)
+    assert datagrams[0].address == 0x0100_0000
+
+
+@pytest.mark.parametrize(("rest", "frames"), [(59, 1), (60, 1), (61, 2)])
+def test_frame_has_1514_bytes_at_most(rest: int, frames: int) -> None:
+    cyclic = made(box(8 * 1400, 0, "a"), box(8 * rest, 0, "b"))
+    sent = cyclic.frames()
+    assert len(sent) == frames
+    assert len(sent[0]) == (1514 - 60 + rest if frames == 1 else 1514 - 14 + 1)
+    for number, frame in enumerate(sent):
+        datagrams = EthercatFrame.decode(frame).datagrams
+        cyclic.receive(back(frame, {len(datagrams) - 1: (datagrams[-1].data, 1)}))
+        assert (cyclic.present > 0) is (number == frames - 1)
+    assert not cyclic.away
+
+
+def test_frames_of_a_cycle_are_told_apart_by_their_index() -> None:
+    cyclic = made(*(box(8 * 1400, 0, f"{number}") for number in range(3)))
+    seen = []
+    for cycle in range(1, 50):
+        frames = cyclic.frames()
+        indices = [EthercatFrame.decode(each).datagrams[0].index for each in frames]
+        seen += indices
+        assert indices == [(3 * cycle + number) % 0x80 for number in range(3)]
+        for frame in reversed(frames):
+            cyclic.receive(frame)
+            cyclic.receive(frame)
+        assert not cyclic.away
+    assert (cyclic.counters.late, cyclic.counters.lost) == (3 * 49, 0)
+    assert (min(seen), max(seen)) == (0, 0x7F)
+
+
+def test_mailbox_states_alone_in_a_frame_are_left_out_between_looks() -> None:
+    mailbox = replace(MAILBOX, outputs=(), inputs=())
+    cyclic = made(box(8 * 1400, 0, "a"), box(8 * 60, 0, "b"), mailbox)
+    counts = []
+    for _ in range(5):
+        frames = cyclic.frames()
+        counts.append(len(frames))
+        for frame in frames:
+            cyclic.receive(frame)
+        assert not cyclic.away
+    assert counts == [1, 1, 1, 1, 2]
+    assert (cyclic.counters.sent, cyclic.counters.late, cyclic.counters.lost) == (6, 0, 0)
+
+
+def test_time_of_the_reference_clock_is_taken_if_a_slave_wrote_it() -> None:
+    cyclic = made(box(8, 0, clock=ClockConfiguration()))
+    time = (1 << 63 | 5).to_bytes(8, "little")
+    for station, data, counter, expected in (
+        (None, time, 0, 0),
+        (0x1002, time, 0, 0),
+        (0x1002, time, 1, 1 << 63 | 5),
+        (0x1002, bytes(8), 0, 1 << 63 | 5),
+        (0x1002, b"\7" + bytes(7), 0x100, 7),
+    ):
+        cyclic.set_reference(station)
+        (frame,) = cyclic.frames()
+        first = EthercatFrame.decode(frame).datagrams[0]
+        is_known = station is not None
+        assert first.command == (DatagramCommand.FRMW if is_known else DatagramCommand.NOP)
+        assert (first.adp, first.ado, len(first.data)) == (station or 0, 0x0910, 8)
+        cyclic.receive(back(frame, {0: (data, counter)}))
+        assert (cyclic.reference_ns, cyclic.away) == (expected, False)
+    without = made(box(8, 0))
+    without.set_reference(0x1002)
+    assert len(EthercatFrame.decode(without.frames()[0]).datagrams) == 2
+
+
+def test_time_is_in_the_first_frame_only() -> None:
+    large = [box(8 * 1400, 0, f"{number}") for number in range(2)]
+    cyclic = made(*large, box(8, 0, clock=ClockConfiguration()))
+    cyclic.set_reference(0x1001)
+    first, second = cyclic.frames()
+    cyclic.receive(back(second, {0: (b"\7" * 1400, 1)}))
+    assert cyclic.reference_ns == 0
+    cyclic.receive(back(first, {0: (b"\7" * 8, 1)}))
+    assert cyclic.reference_ns == int.from_bytes(b"\7" * 8, "little")
+
+
+def test_skipped_cycles_count_as_valid_ones() -> None:
+    cyclic = made(box(8, 8, "a"), box(8, 0, "b", clock=ClockConfiguration()))
+    cyclic.skip(3, 500)
+    assert (cyclic.reference_ns, cyclic.counters.sent) == (0, 3)
+    cyclic.reference_ns = 10
+    cyclic.skip(4, 500)
+    assert (cyclic.reference_ns, cyclic.counters.sent) == (510, 7)
+    assert [each.fresh for each in cyclic.image.datagrams] == [7, 7]
+    (frame,) = cyclic.frames()
+    assert EthercatFrame.decode(frame).datagrams[0].index == 8
+
+
+def test_slaves_that_share_a_byte_have_bits_of_their_own() -> None:
+    cyclic = made(*(box(bits, bits, packed=True) for bits in (3, 2, 1)))
+    for position, value in enumerate((0xFF, 0x02, 0x01)):
+        cyclic.outputs(position)[0] = value
+    (frame,) = cyclic.frames()
+    assert EthercatFrame.decode(frame).datagrams[0].data == b"\x37\0"
+    cyclic.receive(back(frame, {0: (b"\x37\xed", 9)}))
+    assert [cyclic.inputs(position)[0] for position in range(3)] == [5, 1, 1]
+    cyclic.outputs(0)[0] = 0
+    (frame,) = cyclic.frames()
+    assert EthercatFrame.decode(frame).datagrams[0].data == b"\x30\0"

@@ -89,6 +89,117 @@ def test_a_slave_larger_than_a_frame_is_refused() -> None:
         ProcessImage(BusConfiguration((box(8 * 1401, 0),)))
 
 
+def test_datagram_has_1400_bytes_at_most() -> None:
+    image = ProcessImage(BusConfiguration((box(8 * 1400, 0), box(0, 8 * 1400))))
+    assert [each.length for each in image.datagrams] == [1400, 1400]
+    assert [each.logical for each in image.datagrams] == [0x0100_0000, 0x0100_0800]
+    with pytest.raises(ValueError, match="at most, got 1401"):
+        ProcessImage(BusConfiguration((box(8 * 1400, 8),)))
+    halves = tuple(box(8 * 700, 0) for _ in range(5))
+    image = ProcessImage(BusConfiguration(halves))
+    assert [each.slaves for each in image.datagrams] == [[0, 1], [2, 3], [4]]
+    image = ProcessImage(BusConfiguration((box(8 * 1399, 0), box(8, 0), box(8, 0))))
+    assert [each.slaves for each in image.datagrams] == [[0, 1], [2]]
+    image = ProcessImage(BusConfiguration((box(0, 0), box(8, 0))))
+    assert [each.slaves for each in image.datagrams] == [[1]]
+    assert (image.writes.keys(), image.reads.keys()) == ({1}, set())
+
+
+def test_mailbox_state_is_a_bit_by_number_of_the_mailbox() -> None:
+    slave = from_description(describe(Loopback(4)))
+    slaves = (box(8, 8), *(slave for _ in range(10)))
+    image = ProcessImage(BusConfiguration(slaves))
+    assert image.mailboxes == list(range(1, 11))
+    assert len(image.fmmus(0, 9)) == 2
+    for position in (1, 8, 9, 10):
+        bit = position - 1
+        state = image.fmmus(position, 3)[-1]
+        assert (state.logical, state.length) == (MAILBOX_BITS + bit // 8, 1)
+        assert (state.start_bit, state.stop_bit) == (bit % 8, bit % 8)
+        assert (state.physical, state.physical_bit) == (0x080D, 3)
+        assert (state.reads, state.writes) == (True, False)
+
+
+def many(outputs: int, inputs: int, *, packed: bool = False) -> SlaveConfiguration:
+    """A slave with two SyncManagers for each direction; the first has one bit, padded by 2."""
+    pdos = {
+        number: Pdo(
+            0x1600 + number,
+            "",
+            number,
+            True,
+            (PdoEntry(0, 0, 2, "", 0), PdoEntry(0x7000, number, bits, "", 1)),
+        )
+        for number, bits in ((2, 1), (3, outputs), (4, 1), (5, inputs))
+    }
+    return SlaveConfiguration(
+        "many",
+        sync_managers=tuple(
+            ProcessSyncManager(number, 0x1000 + 0x80 * number, 0x64, number < 4)
+            for number in (2, 3, 4, 5)
+        ),
+        outputs=(pdos[2], pdos[3]),
+        inputs=(pdos[4], pdos[5]),
+        packed=packed,
+    )
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_each_sync_manager_begins_at_a_byte_and_has_an_fmmu(packed: bool) -> None:
+    slave = many(14, 20, packed=packed)
+    image = ProcessImage(BusConfiguration((slave, slave)))
+    [datagram] = image.datagrams
+    assert (datagram.output_end, datagram.length) == (6, 14)
+    assert image.lengths(0) == {2: 1, 3: 2, 4: 1, 5: 3}
+    fmmus = image.fmmus(1, 4)
+    found = [(each.logical - 0x0100_0000, each.length, each.physical) for each in fmmus]
+    assert found == [(3, 1, 0x1100), (4, 2, 0x1180), (10, 1, 0x1200), (11, 3, 0x1280)]
+    assert {(each.start_bit, each.stop_bit, each.active) for each in image.fmmus(1, 4)} == {
+        (0, 7, 1)
+    }
+    assert [(each.bit, each.bits, each.pdo) for each in entry_places(slave, True)] == [
+        (2, 1, 0x1602),
+        (10, 14, 0x1603),
+    ]
+    assert [(each.bit, each.byte) for each in entry_places(slave, False)] == [(2, 0), (10, 1)]
+
+
+@pytest.mark.parametrize(
+    ("bits", "places"),
+    [
+        ((4, 4), [(0, 0, 4), (0, 4, 4)]),
+        ((4, 5), [(0, 0, 4), (1, 0, 5)]),
+        ((7, 1, 1), [(0, 0, 7), (0, 7, 1), (1, 0, 1)]),
+        ((1, 8, 1), [(0, 0, 1), (1, 0, 0), (2, 0, 1)]),
+        ((8, 1), [(0, 0, 0), (1, 0, 1)]),
+    ],
+)
+def test_slaves_of_up_to_seven_bits_share_a_byte(
+    bits: tuple[int, ...], places: list[tuple[int, int, int]]
+) -> None:
+    slaves = tuple(replace(box(0, each), packed=True) for each in bits)
+    image = ProcessImage(BusConfiguration(slaves))
+    assert [(each.first, each.bit, each.bits) for each in image.inputs] == places
+    assert image.datagrams[0].length == places[-1][0] + 1
+    for position, (first, bit, count) in enumerate(places):
+        [fmmu] = image.fmmus(position, 1)
+        assert fmmu.logical == 0x0100_0000 + first
+        assert (fmmu.start_bit, fmmu.stop_bit) == ((bit, bit + count - 1) if count else (0, 7))
+        assert (fmmu.length, fmmu.physical_bit, fmmu.reads) == (1, 0, True)
+
+
+def test_inputs_of_a_read_begin_behind_the_outputs_of_the_write() -> None:
+    image = ProcessImage(BusConfiguration((box(24, 8, lrw=False), box(0, 16))))
+    write, read = image.datagrams
+    assert (write.command, write.working, write.output_end) == (DatagramCommand.LWR, 1, 3)
+    assert (read.command, read.working, read.length) == (DatagramCommand.LRD, 2, 3)
+    assert (write.logical, read.logical) == (0x0100_0000, 0x0100_0003)
+    assert (write.slaves, read.slaves) == ([0, 1], [0, 1])
+    assert (image.writes, image.reads) == ({0: write}, {0: read, 1: read})
+    assert [each.first for each in image.inputs] == [0, 1]
+    assert (write.valid, write.fresh, write.wrong) == (False, 0, 0)
+
+
 @given(
     st.lists(
         st.tuples(st.integers(0, 2000), st.integers(0, 2000), st.sampled_from("ab"), st.booleans()),

@@ -33,6 +33,31 @@ def test_positions_count_down_from_zero() -> None:
     assert (sent.command, sent.adp) == (DatagramCommand.APWR, 0xFFFE)
     sent, value = answer(steps.read_position(0, Register.TYPE, 1), b"\x11", 1)
     assert (sent.adp, value) == (0, b"\x11")
+    sent, _ = answer(steps.read_position(3, Register.TYPE, 1), b"\x11", 1)
+    assert (sent.command, sent.adp, sent.ado) == (DatagramCommand.APRD, 0xFFFD, Register.TYPE)
+    for step in (steps.read_position(3, 0x10, 1), steps.write_position(3, 0x10, b"\1")):
+        with pytest.raises(NoAnswer) as failure:
+            answer(step, b"\0", 0)
+        assert (failure.value.station, failure.value.address) == (-3, 0x10)
+
+
+def test_lost_datagram_is_sent_three_times_unless_said_otherwise() -> None:
+    for step in (
+        steps.read(1001, 0x10, 1),
+        steps.write(1001, 0x10, b"\1"),
+        steps.read_position(1, 0x10, 1),
+        steps.broadcast_read(0x10, 1),
+    ):
+        assert next(step).tries == 3  # type: ignore[union-attr]
+    for step in (steps.read(1001, 0x10, 1, tries=1), steps.write(1001, 0x10, b"\1", tries=1)):
+        assert next(step).tries == 1  # type: ignore[union-attr]
+
+
+def test_broadcasts_go_to_position_0() -> None:
+    read, _ = answer(steps.broadcast_read(Register.TYPE, 3), b"\x11", 5)
+    assert (read.command, read.adp, read.ado, read.data) == (DatagramCommand.BRD, 0, 0, bytes(3))
+    write, _ = answer(steps.broadcast_write(Register.RX_ERRORS, b"\7"), b"\0", 4)
+    assert (write.command, write.adp, write.data) == (DatagramCommand.BWR, 0, b"\7")
 
 
 @pytest.mark.parametrize("counter", [0, 2])
@@ -41,6 +66,9 @@ def test_a_wrong_counter_is_an_error(counter: int) -> None:
         answer(steps.read(1001, Register.TYPE, 1), b"\0", counter)
     with pytest.raises(NoAnswer):
         answer(steps.write_number(1001, Register.AL_CONTROL, 2), b"\x02\0", counter)
+    for step in (steps.read_position(2, 0, 1), steps.write_position(2, 0, b"\1")):
+        with pytest.raises(NoAnswer):
+            answer(step, b"\0", counter)
 
 
 def test_broadcasts_tell_how_many() -> None:

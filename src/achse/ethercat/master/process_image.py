@@ -247,7 +247,7 @@ def _placed(
     for position, size, bits in members:
         if not bits or (at & 7) + bits > 8:
             at = at + 7 & ~7
-        areas[position] = ProcessArea(at >> 3, size, at & 7 if bits else 0, bits)
+        areas[position] = ProcessArea(at >> 3, size, at & 7, bits)
         at += bits or 8 * size
     return areas, at + 7 >> 3
 
