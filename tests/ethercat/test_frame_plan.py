@@ -167,14 +167,21 @@ def test_a_known_frame_is_not_taken_apart(
 
 
 @pytest.mark.parametrize("start", [0, 14])
-def test_plan_fits_frames_with_the_same_headers(start: int) -> None:
-    """Lengths and commands, addresses, lengths; the counter of the first, which has to be 0."""
-    frame = bytes(range(1, 61))
-    first, second = (PlannedDatagram(start + 2, 4, True), PlannedDatagram(start + 18, 3, False))
-    plan = FramePlan(frame, start, [first, second], [])
-    compared = {start, start + 1, start + 16, start + 17}
-    for each in (first, second):
-        compared |= {each.offset, *range(each.offset + 2, each.offset + 8)}
+@pytest.mark.parametrize("counts", [(True, True), (True, False), (False, True)])
+def test_plan_fits_frames_with_the_same_headers(start: int, counts: tuple[bool, bool]) -> None:
+    """Length of the frame; commands, addresses, lengths; counters that have to be 0."""
+    frame = bytes(range(1, start + 34))
+    datagrams = [
+        PlannedDatagram(start + offset, length, each)
+        for offset, length, each in zip((2, 18), (4, 3), counts, strict=True)
+    ]
+    plan = FramePlan(frame, start, datagrams, [])
+    compared = {start, start + 1}
+    for datagram in datagrams:
+        compared |= {datagram.offset, *range(datagram.offset + 2, datagram.offset + 8)}
+        if datagram.counts:
+            end = datagram.offset + 10 + datagram.length
+            compared |= {end, end + 1}
     assert plan.fits(frame)
     for at in range(len(frame)):
         changed = bytearray(frame)

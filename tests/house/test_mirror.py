@@ -23,6 +23,7 @@ WITHOUT_MODULE: dict[str, str] = {
     "tests/devices/nc/test_every_row.py": "every row of the NC, asked at random",
     "tests/devices/nc/test_every_table_row.py": "every row of tables, on a table of every kind",
     "tests/devices/nc/test_random_programs.py": "channels, groups, axes and programs, at random",
+    "tests/devices/plc/test_symbol_pointers.py": "symbols, memory and types of a PLC together",
     "tests/drive/modes/test_mode_bits.py": "every bit of controlword and statusword in each mode",
     "tests/motion/channels/test_homing_programs.py": "interpreter, feeder, group and axis in G74",
     "tests/motion/channels/test_random_channels.py": "all that clients do to a channel, at random",

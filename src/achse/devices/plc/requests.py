@@ -48,7 +48,7 @@ _MOST_OPEN = 4096
 _PLACE_OF_VALUE = re.compile(r"%[sdfSDF]")
 
 
-class Made(NamedTuple):
+class _BlockRequest(NamedTuple):
     """A request of a block, and where the data of its answer go."""
 
     command: Command
@@ -180,7 +180,7 @@ class PlcRequests:
     def _block(
         self,
         start: str,
-        make: Callable[[BuiltinContext, Any], Made],
+        make: Callable[[BuiltinContext, Any], _BlockRequest],
         show: Callable[[Any, _Open], None] = lambda block, entry: None,
     ) -> BlockBody:
         """The body of a block: `start` is its input with the edge."""
@@ -208,7 +208,7 @@ class PlcRequests:
         block.ERR, block.ERRID = error != 0, error
 
     def _start(
-        self, plc: BuiltinContext, block: Any, make: Callable[[BuiltinContext, Any], Made]
+        self, plc: BuiltinContext, block: Any, make: Callable[[BuiltinContext, Any], _BlockRequest]
     ) -> None:
         if hasattr(block, "COUNT_R"):
             block.COUNT_R = 0
@@ -281,35 +281,37 @@ def _source(plc: BuiltinContext, address: int, size: int) -> bytes:
     return plc.load_bytes(address, size) if size else b""
 
 
-def _read(plc: BuiltinContext, block: Any) -> Made:
+def _read(plc: BuiltinContext, block: Any) -> _BlockRequest:
     _source(plc, block.DESTADDR, block.LEN)  # it is all there, before anybody is asked
     request = ReadRequest(block.IDXGRP, block.IDXOFFS, block.LEN)
-    return Made(Command.READ, request, block.DESTADDR, block.LEN)
+    return _BlockRequest(Command.READ, request, block.DESTADDR, block.LEN)
 
 
-def _write(plc: BuiltinContext, block: Any) -> Made:
+def _write(plc: BuiltinContext, block: Any) -> _BlockRequest:
     data = _source(plc, block.SRCADDR, block.LEN)
-    return Made(Command.WRITE, WriteRequest(block.IDXGRP, block.IDXOFFS, data))
+    return _BlockRequest(Command.WRITE, WriteRequest(block.IDXGRP, block.IDXOFFS, data))
 
 
-def _read_write(plc: BuiltinContext, block: Any) -> Made:
+def _read_write(plc: BuiltinContext, block: Any) -> _BlockRequest:
     _source(plc, block.DESTADDR, block.READLEN)
     data = _source(plc, block.SRCADDR, block.WRITELEN)
     request = ReadWriteRequest(block.IDXGRP, block.IDXOFFS, block.READLEN, data)
-    return Made(Command.READ_WRITE, request, block.DESTADDR, block.READLEN)
+    return _BlockRequest(Command.READ_WRITE, request, block.DESTADDR, block.READLEN)
 
 
-def _read_state(plc: BuiltinContext, block: Any) -> Made:
-    return Made(Command.READ_STATE, EmptyRequest())
+def _read_state(plc: BuiltinContext, block: Any) -> _BlockRequest:
+    return _BlockRequest(Command.READ_STATE, EmptyRequest())
 
 
-def _read_device_info(plc: BuiltinContext, block: Any) -> Made:
-    return Made(Command.READ_DEVICE_INFO, EmptyRequest())
+def _read_device_info(plc: BuiltinContext, block: Any) -> _BlockRequest:
+    return _BlockRequest(Command.READ_DEVICE_INFO, EmptyRequest())
 
 
-def _write_control(plc: BuiltinContext, block: Any) -> Made:
+def _write_control(plc: BuiltinContext, block: Any) -> _BlockRequest:
     data = _source(plc, block.SRCADDR, block.LEN)
-    return Made(Command.WRITE_CONTROL, WriteControlRequest(block.ADSSTATE, block.DEVSTATE, data))
+    return _BlockRequest(
+        Command.WRITE_CONTROL, WriteControlRequest(block.ADSSTATE, block.DEVSTATE, data)
+    )
 
 
 def _count(block: Any, entry: _Open) -> None:
