@@ -318,6 +318,25 @@ def test_flags_are_looked_at_and_other_bits_stay() -> None:
     assert plan.look(b"\0\0") == b"\x20\0"
 
 
+@pytest.mark.parametrize("first", [0, 1, 3, 7])
+@pytest.mark.parametrize("bits", [1, 2, 5, 8, 12])
+@pytest.mark.parametrize("ones", [False, True])
+def test_bits_are_exchanged_without_their_neighbours(first: int, bits: int, ones: bool) -> None:
+    last = first + bits - 1
+    fmmu = Fmmu(1, 1 + last // 8, first, last % 8, 0x2001, 2, 3, 1)
+    for command in (C.LRD, C.LWR):
+        esc = Slave(Loopback()).esc
+        esc.write(0x2000, (b"\0" if ones else b"\xff") * 6)
+        esc.write(0x0600, fmmu.encode())
+        data = bytearray((b"\xff" if ones else b"\0") * 6)
+        assert Plan([esc], command, 0, 6).exchange(command, data) == 1
+        in_data = int.from_bytes(data, "little")
+        in_memory = int.from_bytes(esc.read(0x2000, 6) or b"", "little")
+        changed = ((1 << bits) - 1) << (8 + (first if command is C.LRD else 2))
+        target = in_data if command is C.LRD else in_memory
+        assert target == ((1 << 48) - 1 - changed if ones is (command is C.LRD) else changed)
+
+
 def test_registers_and_buffers_are_given_as_they_are() -> None:
     esc = made(inputs(0), inputs(4, 2, 0x0FFE))
     esc.memory[0x0FFE:0x1000] = b"ab"

@@ -74,7 +74,7 @@ class Plan:
         bits = [bit for _, bit in self.flags]
         if bits and (self.takes or self.gives or len(set(bits)) < len(bits)):
             self.exact = True
-        self._kept = (1 << 8 * length) - 1 - sum(set(bits))
+        self._kept = ~sum(set(bits))
         self.span = _span([part for _, part in self.gives])
         """The part of the data that `gives` fill one after the other without gap, if they do."""
 
@@ -97,7 +97,7 @@ class Plan:
         for esc, writes, reads in self._parts:
             wrote = read = False
             for datagram_bit, memory_bit, bits in writes:
-                value = int.from_bytes(data, "little") >> datagram_bit & (1 << bits) - 1
+                value = int.from_bytes(data, "little") >> datagram_bit
                 wrote |= esc.write_bits(memory_bit, bits, value)
             for datagram_bit, memory_bit, bits in reads:
                 found = esc.read_bits(memory_bit, bits)
@@ -112,7 +112,7 @@ class Plan:
 
 def _increment(command: DatagramCommand, read: bool, wrote: bool) -> int:
     """How far one slave moves the working counter (001 table 2.3.2.1)."""
-    return read + wrote * (2 if command.reads and command.writes else 1)
+    return read + wrote * (2 if command.reads else 1)
 
 
 def _transfers(esc: Esc, address: int, length: int, *, writes: bool) -> list[Transfer]:
