@@ -352,5 +352,16 @@ def test_outputs_go_to_the_sink_if_there_is_one() -> None:
     taken: list[bytes] = []
     manager.sink = taken.append
     [(take, _)] = Plan([esc], C.LWR, 0, 4).takes
+    assert take == taken.append
     take(b"abcd")
     assert taken == [b"abcd"]
+
+
+@pytest.mark.parametrize("fmmu", [inputs(0, 4, OUTPUTS_AT), inputs(0, 256, 0x1100)])
+def test_only_buffers_to_the_master_are_given_at_once(fmmu: Fmmu) -> None:
+    """Though the master may have set a SyncManager up in another way than the slave."""
+    esc = made(fmmu)
+    for each in esc.sync_managers:
+        each.source = lambda: b""
+    plan = Plan([esc], C.LRD, 0, 256)
+    assert (plan.gives, plan.exact) == ([], True)
