@@ -102,6 +102,21 @@ def test_buffer_that_is_read_to_its_end_has_no_event() -> None:
     assert (fixture.sm.events, fixture.taken, fixture.sm.status) == (0, 0, 0x30)
 
 
+@pytest.mark.parametrize("events", [0, 1, 2])
+def test_status_of_a_mailbox_has_events_and_whether_it_is_full(events: int) -> None:
+    sm = Fixture(MAILBOX_IN).sm
+    sm.events = events
+    assert sm.status == events
+    sm.full = True
+    assert sm.status == events | 8
+
+
+def test_buffer_is_accessed_in_its_direction_only() -> None:
+    for control, writes in ((OUTPUTS, True), (INPUTS, False)):
+        sm = Fixture(control).sm
+        assert (sm.accepts(True), sm.accepts(False)) == (writes, not writes)
+
+
 def test_part_of_a_buffer_waits_for_the_last_byte() -> None:
     fixture = Fixture(OUTPUTS)
     fixture.sm.write(1, b"bc")
@@ -197,6 +212,7 @@ def test_a_disabled_or_empty_one_guards_nothing() -> None:
     sm = Fixture(OUTPUTS).sm
     sm.configure(bytes((0, 0x10, SIZE, 0, OUTPUTS, 0, 0, 0)))
     assert not sm.guards
+    assert not sm.works
     sm.configure(bytes((0, 0x10, 0, 0, OUTPUTS, 0, 1, 0)))
     assert not sm.guards
 

@@ -31,6 +31,12 @@ def test_number_has_the_type_of_its_object(tmp_path: Path) -> None:
     assert type(values[0x608500]) is int
 
 
+def test_index_and_subindex_are_hexadecimal(tmp_path: Path) -> None:
+    path = tmp_path / "kept.json"
+    path.write_text('{"1": {"1C32:0B": 5, "1c33:b": 6}}')
+    assert dict(ParameterFile(path).of(1)) == {0x1C320B: 5, 0x1C330B: 6}
+
+
 def test_drive_without_values_is_not_in_the_file(tmp_path: Path) -> None:
     file = ParameterFile(tmp_path / "kept.json")
     file.of(1)

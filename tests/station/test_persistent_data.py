@@ -404,6 +404,17 @@ async def test_interval_of_0_writes_at_the_end_only(tmp_path: Path) -> None:
     assert names(tmp_path) == ["kept.json"]
 
 
+@pytest.mark.parametrize("system", [{}, {"persistent_data": "a", "persistent_data_interval": "0s"}])
+def test_no_snapshot_is_taken_without_file_or_interval(
+    tmp_path: Path, system: dict[str, str]
+) -> None:
+    def capture() -> PersistentImage:
+        raise AssertionError("a snapshot")
+
+    data = PersistentData(parse({"system": system}, ""), tmp_path)
+    asyncio.run(data.write_snapshots(capture))
+
+
 def test_full_disk_leaves_a_snapshot_of_the_end(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from achse.station.state_file import StateFile
+from achse.station.state_file import StateFile, sync_folder
 
 ROOT = Path(__file__).parents[2]
 
@@ -106,6 +106,8 @@ def test_a_text_is_on_the_disk_before_its_name_and_the_name_before_the_answer(
     def keep(number: int) -> None:
         name = os.path.basename(os.readlink(f"/proc/self/fd/{number}"))
         done.append(("fsync", name))
+        if name == "a.txt.new":
+            assert os.fstat(number).st_size == len("new")
         fsync(number)
 
     def rename(old: Path, new: Path) -> None:
@@ -116,3 +118,27 @@ def test_a_text_is_on_the_disk_before_its_name_and_the_name_before_the_answer(
     monkeypatch.setattr(os, "replace", rename)
     StateFile(tmp_path / "a.txt").write("new")
     assert done == [("fsync", "a.txt.new"), ("replace", "a.txt"), ("fsync", tmp_path.name)]
+    done.clear()
+    StateFile(tmp_path / "a.txt").put_aside()
+    assert done[-1:] == [("fsync", tmp_path.name)]
+
+
+def test_folder_is_closed_when_its_names_are_on_the_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    open_folders: list[int] = []
+    begin, end = os.open, os.close
+
+    def open_folder(path: Path, flags: int) -> int:
+        open_folders.append(begin(path, flags))
+        return open_folders[-1]
+
+    def close_folder(number: int) -> None:
+        open_folders.remove(number)
+        end(number)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "open", open_folder)
+        patch.setattr(os, "close", close_folder)
+        sync_folder(tmp_path)
+    assert open_folders == []

@@ -310,16 +310,18 @@ def test_clients_of_a_route_that_lets_in_another_are_closed(
 ) -> None:
     owner = listener()
     ended: list[str] = []
+    warned: list[str] = []
     owner.connections = []  # type: ignore[assignment]
     for name, net_id, sender in (("p", PANEL, OTHER), ("s", OTHER, PANEL), ("x", OTHER, OTHER)):
         peer: Any = _SecurePeer(owner)
         peer.know(net_id, _Proof(MINE))
         peer.senders = {bytes(sender) + b"\1\2"}
-        peer.warn = lambda *_: None
+        peer.warn = lambda _, name: warned.append(name)
         peer.close = lambda name=name: ended.append(name)
         owner.connections.append(peer)  # type: ignore[attr-defined]
     owner._changed(old, new)
     assert "".join(ended) == closed
+    assert warned == ["a"] * len(closed)
 
 
 # connections -------------------------------------------------------------------------------------

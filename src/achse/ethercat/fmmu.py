@@ -71,7 +71,7 @@ class Fmmu(NamedTuple):
         last = (self.logical + self.length - 1) * 8 + self.stop_bit + 1
         begin = max(first, address * 8)
         bits = min(last, (address + length) * 8) - begin
-        if self.length == 0 or bits <= 0:
+        if bits <= 0:
             return None
         memory = self.physical * 8 + self.physical_bit + begin - first
         return Transfer(begin - address * 8, memory, bits)

@@ -90,9 +90,9 @@ class _Store(MutableMapping[int, Number]):
 
 def _entry(entry: str, value: object) -> tuple[int, Number]:
     """Key and value of an entry; raises ValueError for what the dictionary does not allow."""
-    index, colon, subindex = entry.partition(":")
+    index, _, subindex = entry.partition(":")
     number = not isinstance(value, bool) and isinstance(value, int | float) and value
-    if not colon or number is False:
+    if number is False:
         raise ValueError(f"got {entry}: {value!r}")
     try:
         row = find(int(index, 16), int(subindex, 16))

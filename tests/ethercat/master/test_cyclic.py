@@ -236,6 +236,13 @@ def test_short_frame_follows_a_changed_header() -> None:
         assert made.same(sent, int.from_bytes(sent, "little"))
 
 
+def test_short_frame_keeps_the_lengths_of_its_datagrams() -> None:
+    bits = Datagram(DatagramCommand.LRD, MAILBOX_BITS, b"\0")
+    made = _Template([(Datagram(DatagramCommand.LRD, 0, bytes(0x1FF)), None), (bits, None)])
+    [datagram] = EthercatFrame.decode(made.short(0)).datagrams
+    assert len(datagram.data) == 0x1FF
+
+
 def test_counters_of_process_data_are_compared_at_once() -> None:
     made = template()
     sent = bytearray(made.whole(0))
