@@ -410,5 +410,6 @@ async def test_closed_listener_checks_no_passwords_and_ends_handshakes() -> None
     owner._passwords.put(HERE, "me", "1", None)  # type: ignore[arg-type]
     await owner.close()
     assert not owner._passwords._checking
+    assert not len(owner.handshakes)
     assert await reader.read() == b""
     writer.close()
