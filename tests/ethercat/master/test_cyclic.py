@@ -19,7 +19,7 @@ from achse.ethercat import (
 from achse.ethercat.description import Pdo, PdoEntry
 from achse.ethercat.master import BusConfiguration, ClockConfiguration, from_description
 from achse.ethercat.master.configuration import ProcessSyncManager, SlaveConfiguration
-from achse.ethercat.master.cyclic import CyclicExchange, _Template
+from achse.ethercat.master.cyclic import CyclicCounters, CyclicExchange, _Template
 from achse.ethercat.master.process_image import MAILBOX_BITS, ProcessDatagram, ProcessImage
 
 
@@ -267,6 +267,9 @@ def test_inputs_are_behind_the_outputs_of_their_datagram() -> None:
 
 def test_outputs_go_out_and_inputs_come_in_by_slave() -> None:
     cyclic = made(box(8, 16, "a"), box(0, 8, "b"), box(16, 0, "a"), box(8, 8, "b"))
+    assert (cyclic.present, cyclic.al_states, cyclic.reference_ns) == (0, 0, 0)
+    assert (cyclic.mailbox_bits, cyclic.counters) == (b"", CyclicCounters())
+    assert cyclic.frame_states == [0]
     for position, content in ((0, b"o"), (2, b"pq"), (3, b"r")):
         cyclic.outputs(position)[:] = content
     (frame,) = cyclic.frames()

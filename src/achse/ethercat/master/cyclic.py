@@ -64,7 +64,7 @@ class _Part:
         self.length = length
         self.counter_at = at + _HEADER + length
         self.process = process
-        self.inputs = slice(0, 0)
+        self.inputs: slice
         """Its inputs in the memory of all inputs."""
 
 
@@ -88,12 +88,14 @@ class _Template:
         self.wrong = 0
         """Bit k: datagram k had a wrong counter in the last cycle; bit 15: the frame is missing."""
         self.processes = [each for each in self.parts if each.process is not None]
-        self.inputs = slice(0, 0)
+        self.inputs: slice
         self._fixed = self._mask(range(12, _FIRST), _headers(self.buffer, self.parts))
         self._rights = self._counters()
-        self._gather = struct.Struct("")
-        self._sent = self._short = self._short_fixed = 0
-        self._short_head = b"", 0
+        self._gather: struct.Struct
+        self._sent: int
+        self._short: int
+        self._short_fixed: int
+        self._short_head: tuple[bytes, int]
         self.renew()
 
     def _mask(self, *ranges: Iterable[int]) -> int:
