@@ -139,7 +139,7 @@ class _Template:
         short = self.buffer[:end]
         _U16.pack_into(short, _LENGTH_AT, end - _FIRST | _COMMANDS)
         short[before + 7] &= ~_MORE
-        self._short_fixed = self._fixed & (1 << 8 * end) - 1
+        self._short_fixed = self._fixed & ~(-1 << 8 * end)
         self._short = int.from_bytes(short, "little") & self._short_fixed
         self._short_head = bytes(short[_LENGTH_AT:_FIRST]), short[before + 7]
 
