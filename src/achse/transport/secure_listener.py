@@ -225,7 +225,7 @@ class SecureListener(TcpListener):
                 return None if self._users and block.password else SecureRefusal.UNKNOWN_USER
             route = self.router.routes.to(bytes(block.net_id))
             known = route.tls.fingerprint if route is not None and route.tls is not None else ""
-            if known and known == fingerprint_of(tls.certificate):
+            if known == fingerprint_of(tls.certificate):
                 return SecureRefusal.NONE
             return SecureRefusal.UNKNOWN_CERTIFICATE
         if not tls.trusted or self._is_of_another(block, tls, host):
@@ -257,7 +257,7 @@ class SecureListener(TcpListener):
         tls, rights = RouteTls(fingerprint=question.fingerprint), self._users.rights(block.user)
         if old is not None and (old.tls, old.rights) == (tls, rights):
             return SecureRefusal.NONE
-        keeps = old is not None and bool(block.flags & ConnectFlags.SERVER_INFO)
+        keeps = bool(block.flags & ConnectFlags.SERVER_INFO)
         try:
             routes.add(
                 Route(

@@ -270,6 +270,7 @@ def test_outputs_go_out_and_inputs_come_in_by_slave() -> None:
     assert (cyclic.present, cyclic.al_states, cyclic.reference_ns) == (0, 0, 0)
     assert (cyclic.mailbox_bits, cyclic.counters) == (b"", CyclicCounters())
     assert cyclic.frame_states == [0]
+    assert len(cyclic._inputs) == 4
     for position, content in ((0, b"o"), (2, b"pq"), (3, b"r")):
         cyclic.outputs(position)[:] = content
     (frame,) = cyclic.frames()
@@ -394,6 +395,44 @@ def test_frames_of_a_cycle_are_told_apart_by_their_index() -> None:
         assert not cyclic.away
     assert (cyclic.counters.late, cyclic.counters.lost) == (3 * 49, 0)
     assert (min(seen), max(seen)) == (0, 0x7F)
+
+
+def test_frame_with_other_headers_is_late_and_the_right_one_is_waited_for() -> None:
+    cyclic = made(box(0, 8))
+    (frame,) = cyclic.frames()
+    for at in (12, 14, 16, 18, 22):
+        other = bytearray(back(frame, {0: (b"x", 1)}))
+        other[at] ^= 1
+        cyclic.receive(bytes(other))
+    assert (cyclic.counters.late, cyclic.away, bytes(cyclic.inputs(0))) == (5, True, b"\0")
+    cyclic.receive(back(frame, {0: (b"y", 1)}))
+    assert (cyclic.counters.late, cyclic.away, bytes(cyclic.inputs(0))) == (5, False, b"y")
+
+
+@pytest.mark.parametrize("is_large", [False, True])
+def test_mailbox_states_that_are_not_taken_stay_until_the_next_look(is_large: bool) -> None:
+    others = [box(8 * 1400, 0, "a"), box(8 * 80, 0, "b")] if is_large else [box(8, 0)]
+    cyclic = made(*others, replace(MAILBOX, outputs=(), inputs=()))
+    seen = []
+    for cycle in range(1, 12):
+        frames = cyclic.frames()
+        assert len(frames) == 1 + is_large
+        for number, frame in reversed(list(enumerate(frames))):
+            datagrams = EthercatFrame.decode(frame).datagrams
+            changes = {0: (b"\xaa" * len(datagrams[0].data), 1)}
+            if number == is_large and cycle % 5 == 0:
+                changes[len(datagrams) - 1] = (bytes([cycle]), 1)
+            cyclic.receive(back(frame, changes))
+        seen.append(cyclic.mailbox_bits)
+    assert seen == [b""] * 4 + [b"\5"] * 5 + [b"\x0a"] * 2
+
+
+def test_states_travel_without_mailbox_states_between_looks() -> None:
+    cyclic = made(replace(MAILBOX, outputs=(), inputs=()))
+    counts = [
+        [len(EthercatFrame.decode(frame).datagrams) for frame in cyclic.frames()] for _ in range(6)
+    ]
+    assert counts == [[1], [1], [1], [1], [2], [1]]
 
 
 def test_mailbox_states_alone_in_a_frame_are_left_out_between_looks() -> None:

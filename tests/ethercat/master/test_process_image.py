@@ -120,15 +120,15 @@ def test_mailbox_state_is_a_bit_by_number_of_the_mailbox() -> None:
         assert (state.reads, state.writes) == (True, False)
 
 
-def many(outputs: int, inputs: int, *, packed: bool = False) -> SlaveConfiguration:
-    """A slave with two SyncManagers for each direction; the first has one bit, padded by 2."""
+def many(outputs: int, inputs: int, *, packed: bool = False, pad: int = 2) -> SlaveConfiguration:
+    """A slave with two SyncManagers for each direction; the first has one bit behind padding."""
     pdos = {
         number: Pdo(
             0x1600 + number,
             "",
             number,
             True,
-            (PdoEntry(0, 0, 2, "", 0), PdoEntry(0x7000, number, bits, "", 1)),
+            (PdoEntry(0, 0, pad, "", 0), PdoEntry(0x7000, number, bits, "", 1)),
         )
         for number, bits in ((2, 1), (3, outputs), (4, 1), (5, inputs))
     }
@@ -162,6 +162,9 @@ def test_each_sync_manager_begins_at_a_byte_and_has_an_fmmu(packed: bool) -> Non
         (10, 14, 0x1603),
     ]
     assert [(each.bit, each.byte) for each in entry_places(slave, False)] == [(2, 0), (10, 1)]
+    whole = many(14, 20, pad=7)
+    assert [each.bit for each in entry_places(whole, True)] == [7, 15]
+    assert ProcessImage(BusConfiguration((whole,))).lengths(0) == {2: 1, 3: 3, 4: 1, 5: 4}
 
 
 @pytest.mark.parametrize(

@@ -238,8 +238,8 @@ class CyclicExchange:
         if mailboxes:
             bits = bytes(mailboxes + 7 >> 3)
             wanted.append((Datagram(DatagramCommand.LRD, MAILBOX_BITS, bits), None))
-        frames: list[list[tuple[Datagram, ProcessDatagram | None]]] = []
-        room = 0
+        frames: list[list[tuple[Datagram, ProcessDatagram | None]]] = [[]]
+        room = _ROOM
         for each in wanted:
             size = _HEADER + len(each[0].data) + _COUNTER
             if size > room:
