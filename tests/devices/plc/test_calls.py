@@ -239,6 +239,8 @@ def test_property_of_a_part_of_a_part_is_that_of_its_instance(device: PlcDevice)
         name = f"Outer.fbOuter.aInner[{index}].Twice".encode()
         assert device.read_write(0xF004, 0, 2, name) == bytes([2 * index + 2, 0])
         assert device.read_write(0xF007, 0, 12, name)[4:8] == bytes(4)
+    name = b"Outer.fbOuter.aInner[1]#Second"
+    assert call(device, name.decode(), struct.pack("<h", 7)) == struct.pack("<h", 14)
 
 
 def test_property_that_is_a_reference_is_not_what_it_refers_to(device: PlcDevice) -> None:

@@ -167,6 +167,30 @@ def test_each_sync_manager_begins_at_a_byte_and_has_an_fmmu(packed: bool) -> Non
     assert ProcessImage(BusConfiguration((whole,))).lengths(0) == {2: 1, 3: 3, 4: 1, 5: 4}
 
 
+def test_sync_manager_without_data_has_no_fmmu() -> None:
+    managers = (*box(0, 0).sync_managers, ProcessSyncManager(4, 0x1200, 0x64, True))
+    slaves = tuple(
+        replace(box(bits, 8), sync_managers=managers, packed=bits < 8) for bits in (8, 3, 3)
+    )
+    image = ProcessImage(BusConfiguration(slaves))
+    assert [(each.physical, each.length) for each in image.fmmus(0, 9)] == [
+        (0x1100, 1),
+        (0x1180, 1),
+    ]
+    assert [(each.first, each.bit, each.bits) for each in image.outputs[1:]] == [
+        (1, 0, 3),
+        (1, 3, 3),
+    ]
+
+
+def test_slaves_that_are_not_packed_share_no_byte() -> None:
+    image = ProcessImage(BusConfiguration((box(1, 4), box(1, 4))))
+    areas = (*image.outputs, *image.inputs)
+    assert [(each.first, each.bit, each.bits) for each in areas] == [
+        *((0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0))
+    ]
+
+
 @pytest.mark.parametrize(
     ("bits", "places"),
     [

@@ -285,5 +285,4 @@ def _chunks(members: Iterable[_Size]) -> Iterable[list[_Size]]:
             chunk, size = [], 0
         chunk.append(each)
         size += needed
-    if chunk:
-        yield chunk
+    yield chunk
