@@ -471,6 +471,7 @@ async def test_the_log_is_not_flooded_by_refusals(caplog: pytest.LogCaptureFixtu
             assert await reader.read() == b""
             writer.close()
         assert caplog.text.count("is refused") == 1
+        assert "more since the last one told" not in caplog.text
         until, others = listener._told["127.0.0.1"]
         assert others == 19
         listener._told["127.0.0.1"] = until - 60.0, others
