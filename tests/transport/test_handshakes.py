@@ -86,6 +86,18 @@ def test_client_that_waits_has_one_turn_whatever_comes_from_it() -> None:
     assert other in turns
 
 
+def test_one_call_is_to_come_however_many_wait() -> None:
+    time, turns = made()
+    clients = [Client(time, host, 0.004) for host in "abcc"]
+    for number, client in enumerate(clients):
+        assert turns.begin(client)
+        turns.put(client, b"x")
+        assert len(time.calls) == (number > 0)
+    assert turns.end(clients[3]) == b"x"
+    time.run(1.0)
+    assert [client.seen for client in clients] == [b"x", b"x", b"x", b""]
+
+
 def test_a_flood_leaves_most_of_the_time_and_hosts_take_turns() -> None:
     time, turns = made()
     flood = [Client(time, "flood", 0.005) for _ in range(30)]
@@ -121,6 +133,8 @@ def test_the_oldest_of_the_most_gives_way(
     assert not first[0].gone  # somebody decides of it just now
     assert newest in turns
     assert turns.ended == 1
+    assert len(turns) == 6
+    assert [client in turns for client in first].count(False) == 1
     for client in (*first, newest):
         client.stays = True
     assert not turns.begin(Client(time, "a", 0.0))

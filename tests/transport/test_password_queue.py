@@ -2,6 +2,7 @@
 
 from collections import Counter
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -74,6 +75,28 @@ def test_a_guesser_is_displaced_by_an_honest_host_when_all_places_are_taken() ->
     assert waiting.put("honest", "")
     assert checked_after(clock, waiting)[1] == "honest"
     assert waiting.put("honest", "")
+
+
+def test_host_that_waits_replaces_its_request_when_all_places_are_taken() -> None:
+    waiting = PasswordQueue[str](Clock())
+    for number in range(256):
+        assert waiting.put(str(number), "old")
+    assert waiting.put("7", "new")
+    assert not waiting.put("another", "new")
+    assert len(waiting) == 256
+    assert waiting.remove(lambda request: request == "new") == [("7", "new")]
+
+
+@pytest.mark.parametrize(("quiet", "pause"), [(600.0, 1.0), (600.5, 0.0)])
+def test_wrong_passwords_are_forgiven_after_ten_minutes(quiet: float, pause: float) -> None:
+    clock = Clock()
+    waiting = PasswordQueue[str](clock)
+    for _ in range(2):
+        waiting.checked("a", right=False)
+    clock.now += quiet
+    waiting.checked("a", right=False)
+    waiting.put("a", "")
+    assert waiting.pause() == pause
 
 
 def test_nothing_grows() -> None:

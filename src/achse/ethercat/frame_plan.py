@@ -58,14 +58,15 @@ class FramePlan:
         datagrams: Iterable[PlannedDatagram],
         steps: Sequence[tuple[FrameStep, tuple[int, ...]]],
     ) -> None:
-        mask = bytearray(len(frame))
-        mask[start : start + 2] = b"\xff\xff"
+        compared = [start, start + 1]
         for each in datagrams:
             offset = each.offset
-            mask[offset] = 0xFF  # the command; its index is the master's
-            mask[offset + 2 : offset + 8] = b"\xff" * 6
+            compared += (offset, *range(offset + 2, offset + 8))  # the index is the master's
             if each.counts:
-                mask[each.counter] = b"\xff\xff"
+                compared += range(each.counter.start, each.counter.stop)
+        mask = bytearray(len(frame))
+        for place in compared:
+            mask[place] = 0xFF
         self._mask = int.from_bytes(mask, "little")
         self._value = int.from_bytes(frame, "little") & self._mask
         self.steps = steps
