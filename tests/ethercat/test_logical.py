@@ -289,6 +289,13 @@ def test_plan_of_a_read_ignores_outputs_and_that_of_a_write_inputs() -> None:
     assert (len(write.takes), len(write.gives), write.count) == (1, 0, 1)
 
 
+def test_flag_is_that_of_a_sync_manager() -> None:
+    count = len(made().sync_managers)
+    for number, is_flag in ((count - 1, True), (count, False)):
+        plan = Plan([made(flag(0, 0x0805 + 8 * number))], C.LRD, 0, 1)
+        assert (len(plan.flags), plan.exact) == (int(is_flag), not is_flag)
+
+
 def test_locked_buffers_are_not_exchanged_at_once() -> None:
     for fmmu in (outputs(0), inputs(0)):
         assert Plan([made(fmmu, locked=True)], C.LRW, 0, 4).exact

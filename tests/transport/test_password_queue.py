@@ -99,6 +99,41 @@ def test_wrong_passwords_are_forgiven_after_ten_minutes(quiet: float, pause: flo
     assert waiting.pause() == pause
 
 
+def test_who_knew_the_password_takes_no_turn_from_strangers() -> None:
+    clock = Clock()
+    waiting = PasswordQueue[str](clock)
+    waiting.checked("known", right=True)
+    for host in ("a", "known", "b", "c", "known", "d"):
+        waiting.put(host, "")
+    assert checked_after(clock, waiting) == (0, "known")
+    assert checked_after(clock, waiting) == (0, "a")
+    waiting.put("known", "")
+    assert checked_after(clock, waiting) == (0, "known")
+    assert checked_after(clock, waiting)[1] == "d"
+    assert checked_after(clock, waiting)[1] == "b"
+
+
+def test_right_password_starts_afresh() -> None:
+    waiting = PasswordQueue[str](Clock())
+    for right in (False, True, False, False):
+        waiting.checked("a", right=right)
+    waiting.put("a", "")
+    assert waiting._rank("a") == -1
+    assert waiting.pause() == 0
+    waiting.checked("a", right=False)
+    assert waiting._rank("a") == 3
+    assert waiting.pause() == 1
+
+
+def test_hosts_that_were_checked_last_are_remembered() -> None:
+    waiting = PasswordQueue[str](Clock())
+    for number in (*range(4096), 0, 4096):
+        waiting.checked(str(number), right=False)
+    assert len(waiting._hosts) == 4096
+    assert "0" in waiting._hosts
+    assert "1" not in waiting._hosts
+
+
 def test_nothing_grows() -> None:
     waiting = PasswordQueue[str](Clock())
     for number in range(10_000):
