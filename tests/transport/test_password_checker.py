@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from achse.transport import password_checker, password_queue
-from achse.transport.password_checker import PasswordChecker
+from achse.transport.password_checker import PasswordChecker, _Wish
 
 
 @pytest.fixture(autouse=True)
@@ -82,6 +82,18 @@ async def test_a_password_that_was_wrong_is_not_checked_again() -> None:
     assert checked == ["old", "new"]
     assert sum(not right for _, right in answers) == 60 + 660
     await checker.close()
+
+
+async def test_4096_wrong_passwords_are_remembered() -> None:
+    async def decide(request: int, host: str, right: bool) -> None:
+        raise AssertionError
+
+    checker = PasswordChecker(lambda user, password: False, decide)
+    wishes = [_Wish("me", str(number), number) for number in range(4097)]
+    for wish in wishes:
+        checker._remember(wish)
+    assert [checker._is_wrong(wish) for wish in (*wishes[:2], wishes[-1])] == [False, True, True]
+    assert len(checker._wrong) == 4096
 
 
 async def test_what_was_wrong_is_forgotten_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -34,6 +34,21 @@ def status(door: Door, token: str | None = None, cookie: str = "", **headers: st
         ({"host": "[::"}, 421),
         ({"sec_fetch_site": "cross-site", "sec_fetch_mode": "no-cors"}, 403),
         ({"sec_fetch_site": "cross-site", "sec_fetch_mode": "navigate"}, 0),
+        ({"sec_fetch_site": "cross-site"}, 403),
+        ({"sec_fetch_site": "same-site", "sec_fetch_mode": "no-cors"}, 0),
+        ({"sec_fetch_site": "none", "sec_fetch_mode": "no-cors"}, 0),
+        ({"sec_fetch_mode": "no-cors"}, 0),
+        (
+            {
+                "origin": f"http://{HOST}",
+                "sec_fetch_site": "cross-site",
+                "sec_fetch_mode": "no-cors",
+            },
+            0,
+        ),
+        ({"origin": f"https://{HOST}"}, 0),
+        ({"host": "LocalHost:8080", "origin": "http://LOCALHOST:8080"}, 0),
+        ({"host": "localhost.example"}, 421),
     ],
 )
 def test_without_a_token_only_pages_of_this_computer(
@@ -46,6 +61,9 @@ def test_with_a_token_every_name_and_nobody_without_it() -> None:
     door = Door("geheim", 8080)
     there = {"host": "plc.example:8080", "origin": "http://plc.example:8080"}
     assert status(door, **there) == 401
+    assert (door.locked, Door("", 8080).locked) == (True, False)
+    assert status(door, "geheim", host="") == 421
+    assert status(door, "geheim", host=":8080") == 421
     assert status(door, "falsch", **there) == 401
     assert status(door, "geheim", **there) == 0
     assert status(door, None, "geheim", **there) == 0
@@ -64,14 +82,17 @@ def test_whatever_comes_is_let_in_or_refused(
 
 
 def test_tokens_are_new_each_time_and_cookies_know_the_port() -> None:
-    assert len({Door.new_token() for _ in range(20)}) == 20
+    tokens = {Door.new_token() for _ in range(20)}
+    assert len(tokens) == 20
+    assert {len(token) for token in tokens} == {24}  # 144 bits
     assert Door("x", 1).cookie != Door("x", 2).cookie
 
 
 @pytest.mark.parametrize(
     ("host", "own"),
     [("127.0.0.1", True), ("::1", True), ("127.1.2.3", True), ("0.0.0.0", False),
-     ("::", False), ("192.168.1.5", False), ("name", False)],
+     ("::", False), ("192.168.1.5", False), ("name", False),
+     ("::1%lo", True), ("fe80::1%lo", False)],
 )  # fmt: skip
 def test_own_addresses(host: str, own: bool) -> None:
     assert is_own_computer(host) is own
