@@ -451,6 +451,8 @@ def test_mailbox_states_alone_in_a_frame_are_left_out_between_looks() -> None:
 
 def test_time_of_the_reference_clock_is_taken_if_a_slave_wrote_it() -> None:
     cyclic = made(box(8, 0, clock=ClockConfiguration()))
+    first = EthercatFrame.decode(cyclic.frames()[0]).datagrams[0]
+    assert (first.command, first.address, first.data) == (DatagramCommand.NOP, 0, bytes(8))
     time = (1 << 63 | 5).to_bytes(8, "little")
     for station, data, counter, expected in (
         (None, time, 0, 0),
