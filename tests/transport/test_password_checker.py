@@ -79,6 +79,9 @@ async def test_a_password_that_was_wrong_is_not_checked_again() -> None:
     for number in range(60):
         assert checker.put("h7", "Me", "old", number)
     await done.wait()
+    for _ in range(10):
+        await asyncio.sleep(0)
+    assert len(checker._tasks) == 1, "the one that checks"
     assert checked == ["old", "new"]
     assert sum(not right for _, right in answers) == 60 + 660
     await checker.close()
