@@ -7,9 +7,9 @@ from achse.ams import DeviceError
 from achse.devices.plc import PlcDevice
 from achse.devices.plc.symbols import PlcSymbols
 from achse.iec import ARRAY, INT, GlobalVariables, Struct, pointer_to, var
-from achse.iec.symbols import SymbolEntry, SymbolFlag
+from achse.iec.symbols import SymbolEntry, SymbolFlag, UploadFlag
 from achse.plc import Area, PlcRuntime, Task
-from tests.devices.plc.test_symbols import ST_Node, _address, found
+from tests.devices.plc.test_symbols import Keeping, ST_Node, _address, found
 
 
 @pytest.mark.parametrize(
@@ -79,3 +79,10 @@ def test_target_of_a_pointer_ends_within_its_area(behind: int, is_within: bool, 
     else:
         with pytest.raises(DeviceError, match="0x722"):
             symbol.read()
+
+
+@pytest.mark.parametrize("pointer_size", [4, 8])
+def test_upload_info_has_the_size_of_pointers(pointer_size: int) -> None:
+    info = PlcSymbols(PlcRuntime([Task()], [Keeping], pointer_size=pointer_size)).upload_info()
+    expected = UploadFlag.BASE_TYPES | (UploadFlag.PLATFORM_64_BIT if pointer_size == 8 else 0)
+    assert info.flags == expected

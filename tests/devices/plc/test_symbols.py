@@ -27,7 +27,7 @@ from achse.iec import (
     var,
 )
 from achse.iec.datatypes import decode_types
-from achse.iec.symbols import SymbolEntry, SymbolFlag, UploadFlag, decode_symbols
+from achse.iec.symbols import SymbolEntry, SymbolFlag, decode_symbols
 from achse.iec.typetable import TypeTable
 from achse.iec.variables import Section, Variable
 from achse.native.memory import MemoryCell
@@ -587,13 +587,6 @@ def test_symbol_has_the_spelling_of_the_client_up_to_256_characters(
 ) -> None:
     part = "[" + "1]".rjust(length - 1)
     assert found(symbols, f"gvl.AVALUES{part}").name == name
-
-
-@pytest.mark.parametrize("pointer_size", [4, 8])
-def test_upload_info_has_the_size_of_pointers(pointer_size: int) -> None:
-    info = PlcSymbols(PlcRuntime([Task()], [Keeping], pointer_size=pointer_size)).upload_info()
-    expected = UploadFlag.BASE_TYPES | (UploadFlag.PLATFORM_64_BIT if pointer_size == 8 else 0)
-    assert info.flags == expected
 
 
 def test_variable_at_another_bit_has_another_version() -> None:
