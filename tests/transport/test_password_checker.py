@@ -38,6 +38,28 @@ async def test_each_gets_its_verdict_and_a_fault_of_one_is_its_own(
     await checker.close()
 
 
+async def test_check_that_breaks_is_logged_and_the_next_one_made(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    decided: asyncio.Queue[tuple[str, bool]] = asyncio.Queue()
+
+    async def decide(request: str, host: str, right: bool) -> None:
+        decided.put_nowait((request, right))
+
+    def check(user: str, password: str) -> bool:
+        if user == "breaks":
+            raise RuntimeError("no memory")
+        return True
+
+    checker = PasswordChecker(check, decide)
+    assert checker.put("a", "breaks", "1", "first")
+    assert checker.put("b", "me", "1", "second")
+    assert await decided.get() == ("second", True)
+    assert "a request of a with a password broke" in caplog.text
+    assert "no memory" in caplog.text
+    await checker.close()
+
+
 async def test_there_is_room_for_so_many_hosts() -> None:
     async def decide(request: int, host: str, right: bool) -> None:
         """Nobody waits."""
