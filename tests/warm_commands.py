@@ -207,13 +207,15 @@ class Server:
 
     def call(self, _: Any) -> None:
         line, _address = self.listener.accept()
-        head, streams, _flags, _sender = socket.recv_fds(line, 4, 3)
-        size = int.from_bytes(head, "big")
-        text = b""
-        while len(text) < size:
-            text += (part := line.recv(1 << 16))
-            if not part:  # the caller is gone
-                break
+        streams: list[int] = []
+        size, text = 1, b""
+        with contextlib.suppress(ConnectionError):  # the caller is gone
+            head, streams, _flags, _sender = socket.recv_fds(line, 4, 3)
+            size = int.from_bytes(head, "big")
+            while len(text) < size:
+                text += (part := line.recv(1 << 16))
+                if not part:  # the caller is gone
+                    break
         pid = os.fork() if streams and len(text) == size else None
         if pid == 0:
             self.is_child = True
@@ -272,10 +274,15 @@ class Server:
             line.close()
 
         def gone(_: Any) -> None:
-            with contextlib.suppress(BlockingIOError):  # the child has read what was there
-                if line.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT) == b"":  # killed
-                    self.selector.unregister(line)
-                    os.kill(pid, signal.SIGKILL)
+            try:
+                left = line.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT)
+            except BlockingIOError:  # the child has read what was there
+                return
+            except ConnectionError:  # killed before it read what the child had sent
+                left = b""
+            if left == b"":  # killed
+                self.selector.unregister(line)
+                os.kill(pid, signal.SIGKILL)
 
         self.selector.register(ended, selectors.EVENT_READ, end)
         self.selector.register(line, selectors.EVENT_READ, gone)

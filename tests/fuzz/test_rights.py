@@ -83,7 +83,7 @@ def needed(port: int, group: int, command: int) -> Right:
         return Right.READ
     if command == Command.WRITE and group == ReservedGroup.RELEASE_SYMBOL_HANDLE:
         return ALL_RIGHTS if port == STATION else Right.READ
-    if port == STATION or (port == SYSTEM and group in (801, 802)):
+    if port == STATION or (port == SYSTEM and group in (500, 801, 802)):
         return ALL_RIGHTS
     if command == Command.READ_WRITE and group == ReservedGroup.SYMBOL_VALUE_BY_HANDLE:
         return Right.METHODS

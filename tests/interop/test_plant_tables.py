@@ -83,11 +83,11 @@ def test_a_symbol_entry(station: Station, ask: Any) -> None:
 
 
 def test_a_structure(station: Station, ask: Any) -> None:
-    def member(name: bytes, index: int, offset: int) -> bytes:
+    def member(name: bytes, offset: int) -> bytes:
         return b"".join(
             [
                 struct.pack("<I", 68),  # 42 head + 3 name + 6 type + 1 comment + 16 GUID
-                struct.pack("<III", 1, index, 0),  # version, index of the item, type hash
+                struct.pack("<III", 1, 0, 0),  # version, hash of a sub item, type hash
                 struct.pack("<II", 8, offset),
                 struct.pack("<II", 5, 0x82),  # REAL64; member with GUID
                 struct.pack("<HHHHH", 2, 5, 0, 0, 0),
@@ -104,8 +104,8 @@ def test_a_structure(station: Station, ask: Any) -> None:
             struct.pack("<II", 65, 0x81),  # BIGTYPE; type with GUID
             struct.pack("<HHHHH", 8, 0, 0, 0, 2),
             b"ST_Point\0\0\0",
-            member(b"fX", 0, 0),
-            member(b"fY", 1, 8),
+            member(b"fX", 0),
+            member(b"fY", 8),
             _guid(station, "ST_Point"),
             bytes(3),
         ]

@@ -142,32 +142,37 @@ def run(
     set_up_logs(log_format, log_level)
     process_log = ProcessLog()
     process_log.attach()  # until it is known that there are no pages
-    ends = ending_signals()
-    for number in ends:  # until the loop takes them over
-        signal.signal(number, _leave)
-    if duration == math.inf:
-        duration = None
-    raise_file_limit()
-    # the time of day until the cycle starts; a station at another pace starts at a fixed moment
-    station = _station(
-        file,
-        net_id,
-        host=host,
-        wall_clock=factor == 1,
-        interfaces=_interfaces(interface, "--interface"),
-        redundant=_interfaces(redundant, "--redundant"),
-    )
-    for warning in station.warnings:
-        log.warning("%s", warning)
-    from achse.station.collection import seldom_collected
-
-    page = functools.partial(
-        station_web, station, web, web_host, web_port, web_read_only, process_log
-    )
-    with seldom_collected(), asyncio.Runner(loop_factory=loop_factory()) as runner:
-        code = runner.run(
-            _serve(station, host, tcp_port, factor, duration, let_everybody_in or None, ends, page)
+    try:
+        ends = ending_signals()
+        for number in ends:  # until the loop takes them over
+            signal.signal(number, _leave)
+        if duration == math.inf:
+            duration = None
+        raise_file_limit()
+        # the time of day until the cycle starts; a station at another pace starts at a fixed moment
+        station = _station(
+            file,
+            net_id,
+            host=host,
+            wall_clock=factor == 1,
+            interfaces=_interfaces(interface, "--interface"),
+            redundant=_interfaces(redundant, "--redundant"),
         )
+        for warning in station.warnings:
+            log.warning("%s", warning)
+        from achse.station.collection import seldom_collected
+
+        page = functools.partial(
+            station_web, station, web, web_host, web_port, web_read_only, process_log
+        )
+        with seldom_collected(), asyncio.Runner(loop_factory=loop_factory()) as runner:
+            code = runner.run(
+                _serve(
+                    station, host, tcp_port, factor, duration, let_everybody_in or None, ends, page
+                )
+            )
+    finally:
+        process_log.detach()
     raise typer.Exit(code)
 
 

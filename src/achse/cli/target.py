@@ -45,7 +45,7 @@ _PORT_ANSWERS_WITHIN = 1.0
 """Seconds."""
 
 _HINTS = {
-    0x4655: "`achse axis enable` switches axes on",
+    0x4260: "`achse axis enable` switches axes on",
     0x4A18: "the slave would jump: take its position relative, move it there before,"
     " or let the change wait for the end of the cam",
 }

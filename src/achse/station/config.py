@@ -437,8 +437,8 @@ _EXPECTED = {
     "greater_than_equal": "expected {ge} or more",
     "less_than": "expected less than {lt}",
     "less_than_equal": "expected {le} or less",
-    "too_long": "expected {max_length} at most",
-    "too_short": "expected {min_length} at least",
+    "too_long": "expected at most {max_length} of them",
+    "too_short": "expected at least {min_length} of them",
 }
 """What a value has to be, by the kind of error that pydantic reports."""
 
@@ -455,7 +455,11 @@ def _told(error: "ErrorDetails") -> str:
     elif error["type"] == "extra_forbidden":
         expected, given = f"no such key{_instead(str(place[-1]), _keys_of(error['loc']))}", ""
     elif error["type"] in _EXPECTED:
-        expected = _EXPECTED[error["type"]].format(**error.get("ctx", {}))
+        limits = {
+            name: int(value) if isinstance(value, float) and value.is_integer() else value
+            for name, value in error.get("ctx", {}).items()
+        }
+        expected = _EXPECTED[error["type"]].format(**limits)
     elif error["type"] in ("model_type", "model_attributes_type", "dict_type"):
         expected = "expected a table"
     elif error["type"] in ("is_instance_of", "tuple_type", "list_type"):

@@ -80,7 +80,7 @@ OF_CHANNELS = {0x0, 0x10201, 0x10301}
 """The structure from the PLC can be written; the manual prints one zero shift for all axes."""
 
 
-OF_OURS = {0x8000_0001}
+OF_OURS = {0x8000_0001, 0x8000_0002}
 """What no real NC has: the path that a program takes, for pictures of it."""
 
 
