@@ -6,12 +6,15 @@ time and memory.
 
 import asyncio
 import importlib.util
+import logging
 import sys
 import tracemalloc
 from collections.abc import Callable, Iterator
 from itertools import islice
 from pathlib import Path
 from typing import Any
+
+import pytest
 
 from achse.ams import NetId
 from achse.ams.discovery import DiscoveryPacket, OsVersion, RouterInfo, status_of
@@ -97,7 +100,9 @@ def test_with_users_whose_password_they_do_not_know(many: Callable[[int], int]) 
     assert ignored > count / 10
 
 
-def test_nothing_grows() -> None:
+def test_nothing_grows(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.CRITICAL, "achse")  # pytest keeps each record
+
     async def grown() -> int:
         await _throw(1000, 3, Users())
         tracemalloc.start()
