@@ -107,8 +107,10 @@ def test_nothing_grows(caplog: pytest.LogCaptureFixture) -> None:
         await _throw(1000, 3, Users())
         tracemalloc.start()
         await _throw(2000, 4, Users())
+        gc.collect()
         before, _ = tracemalloc.get_traced_memory()
         await _throw(10_000, 5, Users())
+        gc.collect()
         after, _ = tracemalloc.get_traced_memory()
         tracemalloc.stop()
         return after - before
