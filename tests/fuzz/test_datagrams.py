@@ -5,6 +5,7 @@ time and memory.
 """
 
 import asyncio
+import gc
 import importlib.util
 import logging
 import sys
