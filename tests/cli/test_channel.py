@@ -1,9 +1,11 @@
 """`achse channel`: a part program of the demo station from the command line."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
-from achse.cli.channel import channel
+from achse.ams import DeviceError
+from achse.cli.channel import _place, channel
+from achse.client import Client
 
 Lines = Callable[..., list[str]]
 Cli = Callable[..., Any]
@@ -71,3 +73,11 @@ def test_offsets_and_tools(lines: Lines, document: Callable[..., Any]) -> None:
     lines("ads", "raw", "write", "0x2001", "0x40302", "0000000000804b40", "--port", "501")
     assert lines("channel", "tools")[-1].split()[:4] == ["D3", "0.0000", "0.0000", "55.0000"]
     assert document("channel", "tools")["tools"][0]["length"] == 55.0
+
+
+async def test_a_controller_without_places_has_none() -> None:
+    class Other:
+        async def read_raw(self, *_: int) -> bytes:
+            raise DeviceError(0x703)
+
+    assert await _place(cast("Client", Other()), 1) is None

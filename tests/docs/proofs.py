@@ -105,8 +105,7 @@ elsewhere(
     "tests/router/test_rights.py::test_what_a_request_needs",
 )
 elsewhere(
-    "Who starts programs that `programs` in `[system]` names needs all rights, and nobody starts"
-    " others.",
+    "Starting a program needs all rights, and `programs` in `[system]` has to name it.",
     "tests/router/test_rights.py::test_what_a_request_needs",
     "tests/devices/system/test_processes.py::test_only_paths_of_a_pattern_start",
 )

@@ -11,7 +11,7 @@ from achse.cli import complete
 from achse.cli.failure import fail, in_json
 from achse.cli.fault import fault_commands
 from achse.cli.output import hex_dump, print_json, print_table
-from achse.cli.target import Json, client_command
+from achse.cli.target import IO_PORT, Json, client_command
 
 if TYPE_CHECKING:
     from achse.client import Client
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 __all__ = ["bus"]
 
-IO_PORT = 300
 MASTER_PORT = 0xFFFF
 
 bus = typer.Typer(

@@ -81,8 +81,16 @@ async def _state(client: "Client", id: int) -> dict[str, Any]:
 
 
 async def _place(client: "Client", id: int) -> dict[str, Any] | None:
-    """The block at fault, or the one that a search found; None for none."""
-    data = await client.read_raw(_STATES + id, _PLACE, _PLACE_FORM.size)
+    """Return the block at fault, or the one that a search found; None for none.
+
+    None on other controllers too: the row is of achse alone.
+    """
+    from achse.ams import DeviceError
+
+    try:
+        data = await client.read_raw(_STATES + id, _PLACE, _PLACE_FORM.size)
+    except DeviceError:
+        return None
     kind, line, block, counter, x, y, z, name = _PLACE_FORM.unpack(data)
     if not kind:
         return None

@@ -108,7 +108,7 @@ def entry(
     ],
     in_json: Json = False,
 ) -> None:
-    """What a code, or a name of a PLC library, means, and where the documentation tells of it.
+    """Show what a code or a name of a PLC library means, and where it is documented.
 
     With ACHSE_DOCS, the address of a site, it is a whole link.
     """

@@ -52,7 +52,7 @@ class Preset(StrEnum):
 
 
 class IdentityName(StrEnum):
-    """Whose vendor id and product code a drive has."""
+    """Vendor id and product code of a drive: those of achse, or those of the manual."""
 
     ACHSE = "achse"
     MANUAL = "manual"

@@ -18,8 +18,7 @@ PANELS = {
     "Test": ("test", "fault", "sweep", "plc", "gcode"),
     "Install and look up": ("docs", "warmup", "certificate", "hash-password"),
 }
-"""What one wants to do, and the commands for it: the panels of `achse --help`."""
-
+"""Panels of `achse --help`, by purpose, with their commands."""
 
 _MOST_OPTIONS = 6
 

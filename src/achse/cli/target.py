@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "DRIVES",
+    "IO_PORT",
     "ROUTER",
     "STATION_PORT",
     "Json",
@@ -24,8 +25,8 @@ __all__ = [
     "net_id_of",
 ]
 
-STATION_PORT = 26_000
-"""The AMS port of a station's own service; no other router has it."""
+STATION_PORT, IO_PORT = 26_000, 300
+"""AMS ports of a station's own service, which no other router has, and of the I/O device."""
 
 ROUTER = ("ACHSE_TCP_PORT", 48898)
 """Environment variable and default of the TCP port where routers listen."""
@@ -34,22 +35,13 @@ DRIVES = ("ACHSE_DRIVE_PORT", 34_981)
 """The same of `achse drive serve`: one above EtherCAT's."""
 
 _USUAL_PORTS = (
-    *(30, 100, 200, 300, 500, 501, 801, 811, 821, 831),
+    *(30, 100, 200, IO_PORT, 500, 501, 801, 811, 821, 831),
     *(851, 852, 853, 854, 900, 10_000, 14_000, STATION_PORT),
 )
 """AMS ports that are tried where the one of a command is unknown."""
 
-_BUS_PORT = 300
-
 _PORT_ANSWERS_WITHIN = 1.0
 """Seconds."""
-
-_HINTS = {
-    0x4260: "`achse axis enable` switches axes on",
-    0x4A18: "the slave would jump: take its position relative, move it there before,"
-    " or let the change wait for the end of the cam",
-}
-"""What to do about some errors of the NC, by code."""
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
@@ -231,6 +223,7 @@ def fail_to_connect(
 ) -> NoReturn:
     """Tell why a request got no answer, and where nobody listens, what to do about it."""
     from achse.ams import ConnectionLost, RouterError
+    from achse.codes import NcError
 
     if isinstance(refusal, RouterError) and refusal.code == 0x6 and port == STATION_PORT:
         fail(
@@ -238,9 +231,13 @@ def fail_to_connect(
             name="TARGET_PORT_NOT_FOUND",
             code=refusal.code,
         )
-    hint = _HINTS.get(getattr(refusal, "code", 0), "")
+    hint = {
+        NcError.CONTROLLER_ENABLE_MISSING.number: "`achse axis enable` switches axes on",
+        NcError.TABLE_SLAVE_RANGE.number: "the slave would jump: take its position relative, move"
+        " it there before, or let the change wait for the end of the cam",
+    }.get(getattr(refusal, "code", 0), "")
     if there:
-        none = "this station has no bus; " if port == _BUS_PORT else ""
+        none = "this station has no bus; " if port == IO_PORT else ""
         hint = f"{none}ports that answer: {', '.join(map(str, there))}"
     if isinstance(refusal, ConnectionLost) and isinstance(
         refusal.__cause__, ConnectionRefusedError

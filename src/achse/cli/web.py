@@ -148,7 +148,4 @@ async def station_web(
         connect(station.router, port=PLC_PORT, keep_alive=None) as client,
         served_web(client, settings, station.config.name, rights, station, process_log) as server,
     ):
-        try:
-            yield server
-        finally:
-            process_log.detach()
+        yield server

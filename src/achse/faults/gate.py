@@ -5,13 +5,14 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from achse.ams import Command, Frame
+from achse.codes.station import SERVICE_PORT
 from achse.faults.fault import ActiveFault, Undo
 from achse.faults.selection import RequestFault, Selection, port_of
 from achse.router import Router
 
 __all__ = ["FrameFault", "FrameGate", "Later", "Onward"]
 
-SPARED_PORT = 26_000
+SPARED_PORT = SERVICE_PORT
 """The station's own service: faults never cut off the way to clear them."""
 
 _REMEMBERED = 4096

@@ -11,6 +11,7 @@ from enum import Flag
 from achse.ams import AmsAddress, Command, Frame
 from achse.codes import ReservedGroup
 from achse.codes.groups import FILES, NAMED, SUMS
+from achse.codes.station import SERVICE_PORT
 
 __all__ = ["ALL_RIGHTS", "NO_RIGHTS", "Right", "needed_rights", "rights_named"]
 
@@ -33,7 +34,7 @@ class Right(Flag):
 NO_RIGHTS = Right(0)
 ALL_RIGHTS = Right.READ | Right.WRITE | Right.STATE | Right.FILES | Right.METHODS
 
-_SYSTEM_PORT, _STATION_PORT = 10_000, 26_000
+_SYSTEM_PORT, _STATION_PORT = 10_000, SERVICE_PORT
 
 _UNLIMITED = (500, 801, 802)
 """Of the system service: a program that is started may do anything, and who adds a route may give

@@ -1,5 +1,6 @@
 """station.toml: what a station consists of, validated; errors name file, key and expectation."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
@@ -401,8 +402,9 @@ class StationConfig(ConfigTable):
         }
         for what, keys in once.items():
             folded = [key.casefold() if what in _ANY_CASE else key for key in keys]
+            times = Counter(folded)
             twice = sorted(
-                {str(key) for key, fold in zip(keys, folded, strict=True) if folded.count(fold) > 1}
+                {str(key) for key, fold in zip(keys, folded, strict=True) if times[fold] > 1}
             )
             if twice:
                 raise ValueError(f"{what}: each once, got {', '.join(twice)} more than once")

@@ -9,6 +9,7 @@ from typing import Any
 from achse.ams import AdsError, AmsAddress, ConnectionLost, DeviceError, RouterError
 from achse.client import Client, Target
 from achse.client.scope import scopes_of
+from achse.codes.station import SERVICE_PORT
 from achse.router.rights import ALL_RIGHTS, Right
 from achse.web.arguments import Arguments
 
@@ -23,7 +24,7 @@ __all__ = [
     "WatchedTarget",
 ]
 
-NC_PORT, PLC_PORT, STATION_PORT, SCOPE_PORT = 500, 851, 26_000, 14_000
+NC_PORT, PLC_PORT, STATION_PORT, SCOPE_PORT = 500, 851, SERVICE_PORT, 14_000
 LOGGER_PORT, IO_PORT = 100, 300
 
 STATISTICS = 0xFA03

@@ -3,6 +3,7 @@
 import struct
 import subprocess
 import sys
+import threading
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, cast
@@ -153,3 +154,35 @@ def test_program_of_the_computer_runs(tmp_path: Path, monkeypatch: pytest.Monkey
     assert running[0].wait() == 0
     assert (tmp_path / "result").read_text() == "a b"
     processes.sweep()
+
+
+def test_processes_at_most_when_started_from_several_threads() -> None:
+    host, within, go_on = Host(TOOL), threading.Event(), threading.Event()
+    for _ in range(MOST_PROCESSES - 1):
+        host.start(TOOL)
+    spawn = host.processes._spawn
+
+    def slowly(arguments: Sequence[str], folder: str | None) -> "subprocess.Popen[bytes]":
+        within.set()
+        go_on.wait()
+        return spawn(arguments, folder)
+
+    host.processes._spawn = slowly
+    codes: list[int] = []
+
+    def start() -> None:
+        try:
+            host.start(TOOL)
+        except DeviceError as refusal:
+            codes.append(refusal.code)
+
+    threads = [threading.Thread(target=start) for _ in range(3)]
+    threads[0].start()
+    within.wait()
+    for each in threads[1:]:
+        each.start()
+    go_on.set()
+    for each in threads:
+        each.join()
+    assert len(host.started) == MOST_PROCESSES
+    assert codes == [0x708, 0x708]

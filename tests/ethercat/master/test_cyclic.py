@@ -16,11 +16,11 @@ from achse.ethercat import (
     Loopback,
     describe,
 )
-from achse.ethercat.description import Pdo, PdoEntry
 from achse.ethercat.master import BusConfiguration, ClockConfiguration, from_description
-from achse.ethercat.master.configuration import ProcessSyncManager, SlaveConfiguration
+from achse.ethercat.master.configuration import SlaveConfiguration
 from achse.ethercat.master.cyclic import CyclicCounters, CyclicExchange, _Template
 from achse.ethercat.master.process_image import MAILBOX_BITS, ProcessDatagram, ProcessImage
+from tests.ethercat.master.boxes import box
 
 
 def test_outputs_come_back_as_inputs(bus: Callable[..., Any]) -> None:
@@ -140,25 +140,6 @@ def test_a_large_bus_takes_several_frames(bus: Callable[..., Any]) -> None:
     frames = ours.master.transmit(ours.master.now_ns + 1, 0)
     assert len(frames) == 2
     assert all(len(EthercatFrame.decode(each).encode()) <= 1514 for each in frames)
-
-
-def box(outputs: int, inputs: int, unit: str = "", **more: Any) -> SlaveConfiguration:
-    """A slave with so many bits, without mailboxes."""
-
-    def pdo(index: int, manager: int, bits: int) -> tuple[Pdo, ...]:
-        return (Pdo(index, "", manager, True, (PdoEntry(0x6000, 1, bits, "", 1),)),) if bits else ()
-
-    return SlaveConfiguration(
-        "box",
-        sync_managers=(
-            ProcessSyncManager(2, 0x1100, 0x64, True),
-            ProcessSyncManager(3, 0x1180, 0x20, False),
-        ),
-        outputs=pdo(0x1600, 2, outputs),
-        inputs=pdo(0x1A00, 3, inputs),
-        sync_unit=unit,
-        **more,
-    )
 
 
 def made(*slaves: SlaveConfiguration, cycle_ns: int = 1_000_000) -> CyclicExchange:

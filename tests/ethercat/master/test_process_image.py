@@ -19,26 +19,7 @@ from achse.ethercat.master.configuration import (
 )
 from achse.ethercat.master.process_image import MAILBOX_BITS, ProcessImage, entry_places
 from achse.ethercat.terminals import DigitalTerminal
-
-
-def box(outputs: int, inputs: int, unit: str = "", lrw: bool = True) -> SlaveConfiguration:
-    """A slave with as many bits."""
-
-    def pdo(index: int, manager: int, bits: int) -> tuple[Pdo, ...]:
-        entries = tuple(PdoEntry(0x6000, 1 + n, 1, "", 1) for n in range(bits))
-        return (Pdo(index, "", manager, True, entries),) if bits else ()
-
-    return SlaveConfiguration(
-        "box",
-        sync_managers=(
-            ProcessSyncManager(2, 0x1100, 0x64, True),
-            ProcessSyncManager(3, 0x1180, 0x20, False),
-        ),
-        outputs=pdo(0x1600, 2, outputs),
-        inputs=pdo(0x1A00, 3, inputs),
-        sync_unit=unit,
-        logical_read_write=lrw,
-    )
+from tests.ethercat.master.boxes import box
 
 
 def test_outputs_come_before_inputs_and_count_twice() -> None:

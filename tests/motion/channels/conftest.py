@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import pytest
@@ -25,6 +26,17 @@ RULES = {
     8: MRule(fast=Handshake.AFTER_MOVE, auto_reset=True),
     9: MRule(clears=(7,)),
 }
+
+
+def drawn_dynamics(draw: Random) -> dict[str, float]:
+    """Accelerations and jerk of axes over decades."""
+    return {
+        "default_acceleration": 10 ** draw.uniform(2.5, 4),
+        "default_deceleration": 10 ** draw.uniform(2.5, 4),
+        "max_acceleration": 2e4,
+        "max_deceleration": 2e4,
+        "default_jerk": 10 ** draw.uniform(4, 7),
+    }
 
 
 class ProgramRig:

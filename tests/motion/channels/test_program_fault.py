@@ -15,7 +15,7 @@ from achse.gcode.tool_table import ToolParameter, ToolType
 from achse.motion import commands
 from achse.motion.channels.program_fault import PlaceKind, ProgramFault, named_block
 from achse.motion.channels.states import InterpreterState as State
-from tests.motion.channels.conftest import ProgramRig
+from tests.motion.channels.conftest import ProgramRig, drawn_dynamics
 
 HERE = Origin("part.nc", 3, 20, 30, 4)
 
@@ -109,11 +109,7 @@ def test_a_faulty_block_anywhere_is_left_at_its_begin(seed: int) -> None:
     with TemporaryDirectory() as folder:
         rig = ProgramRig(
             Path(folder),
-            default_acceleration=10 ** draw.uniform(2.5, 4),
-            default_deceleration=10 ** draw.uniform(2.5, 4),
-            max_acceleration=2e4,
-            max_deceleration=2e4,
-            default_jerk=10 ** draw.uniform(4, 7),
+            **drawn_dynamics(draw),
             encoder_soft_limit_max=500.0,
             encoder_soft_limit_max_enable=1,
         )

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from achse.motion.channels.states import InterpreterState as State
 from achse.motion.channels.states import ProgramMode
-from tests.motion.channels.conftest import ProgramRig
+from tests.motion.channels.conftest import ProgramRig, drawn_dynamics
 
 
 def _rests(rig: Any, most: int = 9) -> list[float]:
@@ -93,11 +93,7 @@ def test_single_blocks_stay_as_they_were_written(seed: int) -> None:
     with TemporaryDirectory() as folder:
         rig = ProgramRig(
             Path(folder),
-            default_acceleration=10 ** draw.uniform(2.5, 4),
-            default_deceleration=10 ** draw.uniform(2.5, 4),
-            max_acceleration=2e4,
-            max_deceleration=2e4,
-            default_jerk=10 ** draw.uniform(4, 7),
+            **drawn_dynamics(draw),
         )
         rig.group.max_commands_per_cycle = draw.choice((1, 2, 20))
         group, channel = rig.group.single_block_mode, rig.channel.operation_mode

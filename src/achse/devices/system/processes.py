@@ -96,9 +96,9 @@ class Processes:
 
     def _run(self, arguments: Sequence[str], folder: str | None) -> bytes:
         self.sweep()
-        if len(self._running) >= MOST_PROCESSES:
-            raise DeviceError(ReturnCode.BUSY, f"{MOST_PROCESSES} processes run already")
         with self._lock, device_errors():
+            if len(self._running) >= MOST_PROCESSES:
+                raise DeviceError(ReturnCode.BUSY, f"{MOST_PROCESSES} processes run already")
             self._running.append(self._spawn(arguments, folder))
         return b""
 

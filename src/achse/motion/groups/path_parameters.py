@@ -5,6 +5,7 @@ Source: 002 §6.4.3.1, 0x3000 + group id.
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 from achse.motion.axis import Axis
 from achse.motion.groups.group import AxisGroup
@@ -39,8 +40,8 @@ class PathGroupParameters(AxisGroup):
         if self.planner is not None:
             self.planner.parameters = self._path
 
-    def _change(self, **values: object) -> None:
-        self.path_parameters = replace(self._path, **values)  # type: ignore[arg-type]
+    def _change(self, **values: Any) -> None:
+        self.path_parameters = replace(self._path, **values)
 
     @property
     def reduction_method(self) -> ReductionMethod:
