@@ -57,9 +57,9 @@ class LiveStation:
             await leave.wait()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def live() -> Iterator[LiveStation]:
-    """One station for the tests of a module; each test takes an axis or variables of its own."""
+    """Run a station for the test."""
     live = LiveStation()
     ready = threading.Event()
     loop = asyncio.new_event_loop()

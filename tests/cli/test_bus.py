@@ -28,7 +28,7 @@ def segment() -> Segment:
     return Segment(Slave(Loopback(serial_number=number)) for number in range(2))
 
 
-@pytest.fixture(scope="module", autouse=True)
+@pytest.fixture(autouse=True)
 def box(live: Any) -> Iterator[Ring]:
     """A bus whose frames go round with each step of the demo station."""
     slaves = tuple(

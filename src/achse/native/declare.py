@@ -8,7 +8,7 @@ another layout (an object, or its address in memory), or hold one or several wit
 
 import struct
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Generic, TypeVar
 
@@ -140,7 +140,8 @@ def lay_out(
             if isinstance(declared, list):
                 row = kind(declared[0], len(declared))
             else:
-                row = declared if isinstance(declared, kind) else kind(declared)
+                # a class may stand in several records, at another place in each
+                row = replace(declared) if isinstance(declared, kind) else kind(declared)
             if row.holds is not None and any(each.refers for each in row.holds.fields.values()):
                 raise TypeError(f"field {field!r} holds a record that refers to others")
             row.name = field
