@@ -1,7 +1,7 @@
 """Run the tests in forked workers: `pytest --workers auto`.
 
 The tree is collected once. Each worker is a fork of the process that has collected it, so imports,
-parsed sources and loaded kernels are shared. A worker receives the tests of one file at a time; one
+parsed sources and loaded kernels are shared. A worker receives the tests of a file at a time; one
 that has grown ends, and a new fork takes its place. Without `--workers`, or where processes cannot
 fork, the tests run in this process.
 """
@@ -13,7 +13,7 @@ import signal
 import sys
 import time
 import traceback
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, Pipe, wait
@@ -23,7 +23,7 @@ from typing import Any
 
 import pytest
 
-GROWTH_KB = 400_000
+GROWTH_KB = 320_000
 """Memory that a worker may add to that of the process it was forked from, kB."""
 
 SEARCHES = 2
@@ -35,7 +35,11 @@ HANG_S = 900.0
 LARGE = 2000
 """Tests from which on the kernels are compiled before the workers start."""
 
-SLOW = Path(__file__).parent / "data" / "slow_files.txt"
+ROOT = Path(__file__).parents[1]
+BROWSER = ROOT / "tests" / "interop" / "browser"
+"""Folder whose tests share a browser."""
+
+SLOW = ROOT / "tests" / "data" / "slow_files.txt"
 """Slow files with their CPU seconds: the dearest starts first."""
 
 CPU = pytest.StashKey[dict[str, float]]()
@@ -58,18 +62,24 @@ def cpu_seconds() -> float:
 
 
 def batches(items: list[pytest.Item]) -> deque[list[int]]:
-    """Return the indices of the items of each file, the dearest files first."""
-    files: dict[Path, list[int]] = {}
+    """Return the indices of the items that belong together, the dearest first.
+
+    Those of a file belong together, and those of a folder that shares a browser.
+    """
+    seconds: defaultdict[Path, float] = defaultdict(float)
+    for name, cpu in map(str.split, SLOW.read_text(encoding="utf-8").splitlines()):
+        seconds[batch_of(ROOT / name)] += float(cpu)
+    found: dict[Path, list[int]] = {}
     for index, item in enumerate(items):
-        files.setdefault(item.path, []).append(index)
+        found.setdefault(batch_of(item.path), []).append(index)
     if items and items[0].config.option.shuffle is not None:
-        return deque(files.values())
-    root = SLOW.parents[2]
-    seconds = {
-        root / name: float(cpu)
-        for name, cpu in map(str.split, SLOW.read_text(encoding="utf-8").splitlines())
-    }
-    return deque(files[path] for path in sorted(files, key=lambda path: -seconds.get(path, 0.0)))
+        return deque(found.values())
+    return deque(found[path] for path in sorted(found, key=lambda path: -seconds[path]))
+
+
+def batch_of(file: Path) -> Path:
+    """Return the file, or its folder if the tests of that belong together."""
+    return file.parent if file.parent == BROWSER else file
 
 
 def full_searches() -> int:
@@ -83,6 +93,8 @@ class Child:
     def __init__(self, session: pytest.Session, connection: Connection) -> None:
         self.session = session
         self.connection = connection
+        self.reports: list[dict[str, Any]] = []
+        """Of the test that runs."""
 
     def run(self) -> None:
         """Run batches until the parent has no more or this process has grown."""
@@ -119,12 +131,13 @@ class Child:
         self.connection.send(("start", index))
         before = cpu_seconds()
         item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
-        self.connection.send(("finish", index, cpu_seconds() - before))
+        self.connection.send(("finish", index, cpu_seconds() - before, self.reports))
+        self.reports = []
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         config = self.session.config
         data = config.hook.pytest_report_to_serializable(config=config, report=report)
-        self.connection.send(("report", data))
+        self.reports.append(data)
 
 
 @dataclass
@@ -213,14 +226,14 @@ class Runner:
         item = self.session.items[index]
         item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
 
-    def on_report(self, worker: Worker, data: dict[str, Any]) -> None:
+    def on_finish(
+        self, worker: Worker, index: int, cpu: float, reports: list[dict[str, Any]]
+    ) -> None:
         config = self.session.config
-        report = config.hook.pytest_report_from_serializable(config=config, data=data)
-        item = self.session.items[worker.test]
-        item.ihook.pytest_runtest_logreport(report=report)
-
-    def on_finish(self, worker: Worker, index: int, cpu: float) -> None:
         item = self.session.items[index]
+        for data in reports:
+            report = config.hook.pytest_report_from_serializable(config=config, data=data)
+            item.ihook.pytest_runtest_logreport(report=report)
         self.cpu[item.nodeid] = cpu
         item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
         worker.test = -1
@@ -256,9 +269,10 @@ class Runner:
             self.waiting.appendleft(rest)
 
     def left(self, worker: Worker) -> list[int]:
-        """Return the tests of the worker's file."""
-        path = self.session.items[worker.test].path
-        return [index for index, item in enumerate(self.session.items) if item.path == path]
+        """Return the tests of the worker's batch."""
+        batch = batch_of(self.session.items[worker.test].path)
+        items = enumerate(self.session.items)
+        return [index for index, item in items if batch_of(item.path) == batch]
 
 
 def number_of_workers(text: str) -> int:

@@ -122,7 +122,7 @@ def test_ctrl_c_ends_a_recording_and_keeps_it(
         begun = process.stdout.readline()
         assert begun.startswith("achse recording scope=")
         begin = station.time
-        while station.time < begin + 1.0:
+        while station.time < begin + 0.3:
             pass
         process.send_signal(signal.SIGINT)
         told, errors = process.communicate()

@@ -113,7 +113,7 @@ END_PROGRAM
 
 PLAIN = "PROGRAM MAIN VAR n : DINT; t : TON; END_VAR n := n + 1; t(IN := n > 3); END_PROGRAM\n"
 
-ROUNDS = 8
+ROUNDS = 4
 """In the usual run; `--deep` does 200."""
 SEARCH = 4
 GROWTH_MB = 8

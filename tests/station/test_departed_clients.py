@@ -141,7 +141,7 @@ def visit(served: Served, visits: list[Any]) -> None:
             vars(wire).clear()  # the ends of a wire refer to each other
 
 
-@settings(max_examples=8)
+@settings(max_examples=4)
 @given(visits=VISITS, rounds=st.integers(2, 5))
 def test_clients_that_have_left_keep_no_memory(
     served: Served, visits: list[Any], rounds: int

@@ -68,9 +68,9 @@ class Shown:
         return path
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def browser(witness: Callable[[str], None]) -> "Iterator[Browser]":
-    """One Chromium for the tests of a file: while it runs, its driver keeps the event loop."""
+    """One Chromium for the tests of this folder: while it runs, its driver keeps the event loop."""
     witness("playwright")
     witness("chromium")
     from playwright.sync_api import sync_playwright

@@ -1,7 +1,9 @@
 """A station with its bus on an interface, slaves of another process at the other end of a cable."""
 
+import contextlib
 import os
 import re
+import signal
 import subprocess
 import sysconfig
 from pathlib import Path
@@ -71,24 +73,34 @@ TWO_CABLES = (
 
 @pytest.mark.parametrize(("number", "shown"), [(0, ONE_CABLE), (1, TWO_CABLES)])
 def test_the_commands_of_the_how_to(
-    unshare: list[str], number: int, shown: tuple[str, ...]
+    unshare: list[str], number: int, shown: tuple[str, ...], tmp_path: Path
 ) -> None:
     page = (ROOT / "docs" / "how-to" / "put-axes-on-drives.md").read_text(encoding="utf-8")
     block = re.findall(r"^```sh\n(.*?)^```", page, re.MULTILINE | re.DOTALL)[number]
     first, commands = block.split("\n", 1)
     assert first == "unshare --net bash"
     path = os.pathsep.join((sysconfig.get_path("scripts"), os.environ["PATH"]))
+    environment = os.environ | {"PATH": path, "ACHSE_RUNTIME_DIR": str(tmp_path / "run")}
     for _ in range(TRIES):
-        run = subprocess.run(
-            [*unshare, "bash", "-e", "-c", commands],
-            capture_output=True,
-            text=True,
-            cwd=ROOT,
-            env=os.environ | {"PATH": path},
-        )
-        if run.returncode == 0:
+        with (tmp_path / "printed").open("w+", encoding="utf-8") as file:
+            shell = subprocess.Popen(
+                [*unshare, "bash", "-e", "-c", commands],
+                stdout=file,
+                stderr=subprocess.STDOUT,
+                cwd=ROOT,
+                env=environment,
+                start_new_session=True,
+            )
+            shell.wait()
+            file.seek(0)
+            printed = file.read()
+        if shell.returncode == 0:
             break
-    assert run.returncode == 0, run.stdout + run.stderr
+        # What the shell had started still runs.
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(shell.pid, signal.SIGKILL)
+        subprocess.run(["achse", "stop", "--all"], env=environment, capture_output=True)
+    assert shell.returncode == 0, printed
     for told in shown:
-        assert told in run.stdout
-    assert "→ 0.0" in run.stdout or "→ -0.0" in run.stdout
+        assert told in printed
+    assert "→ 0.0" in printed or "→ -0.0" in printed
