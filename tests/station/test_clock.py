@@ -288,7 +288,8 @@ def test_all_stamps_of_a_station_are_those_of_its_clock(
     assert station.time_ns == time_ns + 10 * MS * (before + after + 1)
 
 
-def test_time_service_and_lag_go_by_the_same_clock(live: Live) -> None:
+def test_time_service_and_lag_go_by_the_same_clock(tmp_path: Path) -> None:
+    live = Live(tmp_path)
     live.start(3 * SECOND)
     live.run(2)
     live.drop(100 * SECOND)
@@ -305,7 +306,8 @@ def test_time_service_and_lag_go_by_the_same_clock(live: Live) -> None:
     assert live.station.statistics()["stamp_lag"] == 0.004
 
 
-def test_restart_reads_the_time_of_day(live: Live) -> None:
+def test_restart_reads_the_time_of_day(tmp_path: Path) -> None:
+    live = Live(tmp_path)
     live.run(2)
     live.computer.offset += 60 * SECOND
     live.run(1)
