@@ -9,6 +9,7 @@ from achse.motion.compiled import KERNEL as MOTION
 from achse.motion.cyclic_image import KERNEL as IMAGES
 from achse.motion.path.compiled import KERNEL as PATH
 from achse.motion.servo.compiled import SEND, TAKE
+from achse.motion.shown_values import KERNEL as SHOWN
 from achse.motion.tables.checking import CHECKING
 from achse.motion.tables.joining import JOINING
 from achse.motion.tables.search import SCANNING
@@ -20,7 +21,7 @@ from achse.station.whole_cycle import KERNEL as DRIVEN
 
 KERNELS = (
     *(MOTION, DRIVEN, PATH, DRIVE, SAMPLING, SCOPE, CAMSHAFT, TAKE, SEND, IMAGES),
-    *(CHECKING, JOINING, SCANNING, SURVEY),
+    *(CHECKING, JOINING, SCANNING, SURVEY, SHOWN),
 )
 
 CHECKED = (MOTION, DRIVE, IMAGES)

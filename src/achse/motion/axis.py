@@ -25,11 +25,12 @@ from achse.motion.port import STATUS_INVALID
 from achse.motion.record import LAYOUT, MASTERS, PART_OF, AxisFields, Field, Role
 from achse.motion.rows import NcRows
 from achse.motion.shown import ShownField
+from achse.motion.shown_values import shown_cell
 from achse.motion.signals import probe_counts, probe_status
 from achse.motion.states import MotionPhase
 from achse.motion.tables import Tables
 from achse.motion.views import View, views_of
-from achse.native.memory import MemoryCell
+from achse.native.memory import ComputedCell, MemoryCell
 
 __all__ = ["Axis", "ObjectAxis", "WordsAxis"]
 
@@ -281,15 +282,15 @@ class Axis(View, _Fields):
         """Where the first `size` bytes of a field are; None if the record is not in memory."""
         return None
 
-    def place_of(self, name: str, size: int) -> MemoryCell | None:
+    def place_of(self, name: str, size: int) -> MemoryCell | ComputedCell | None:
         """The same of any value by its name; None where another part may take over."""
         part, field = PART_OF[name]
-        if isinstance(field, ShownField):
+        own: list[Any] = self.parts()[part] if part else [self]
+        if len(own) != 1:
             return None
-        if not part:
-            return self.place(field, size)
-        own: list[Any] = self.parts()[part]
-        place: MemoryCell | None = own[0].place(field, size) if len(own) == 1 else None
+        if isinstance(field, ShownField):
+            return shown_cell(self, name, size)
+        place: MemoryCell | None = own[0].place(field, size)
         return place
 
     def __repr__(self) -> str:

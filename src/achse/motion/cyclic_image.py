@@ -21,7 +21,16 @@ from achse.native.memory import Rows, RowView
 if TYPE_CHECKING:
     from achse.motion.axis import Axis
 
-__all__ = ["IMAGE_BYTES", "KERNEL", "AxisImages", "CyclicImage", "images_of", "show_axes"]
+__all__ = [
+    "IMAGE_BYTES",
+    "KERNEL",
+    "AxisImages",
+    "CyclicImage",
+    "images_of",
+    "modulo_of",
+    "modulo_turns_of",
+    "show_axes",
+]
 
 IMAGE_BYTES = 256
 
@@ -83,13 +92,13 @@ def _turns(position: float, period: float) -> float:
     return float(floor(quotient)) if abs(quotient) < _SAFE else quotient
 
 
-def _modulo(position: float, period: float) -> float:
+def modulo_of(position: float, period: float) -> float:
     """The position within its period, as `achse.motion.shown.modulo_place` has it."""
     part = position - _turns(position, period) * period
     return part if 0.0 <= part < period else 0.0
 
 
-def _modulo_turns(position: float, period: float) -> int:
+def modulo_turns_of(position: float, period: float) -> int:
     """The low bits of the number of that period."""
     turns = _turns(position, period)
     part = position - turns * period
@@ -132,16 +141,18 @@ def _show(image: CyclicImage, ax: AxisFields, encoder: EncoderFields) -> None:
     image.entries = _pair(0, ax.buffer_count)
     image.id_and_mode = _pair(ax.axis_id, ax.operation_mode_state_dword | (cycles & 0xFF) << 24)
     image.actual_position = encoder.actual_position
-    image.actual_modulo = _modulo(encoder.actual_position, period)
-    image.loops_and_turns = _pair(loop | loop << 16, _modulo_turns(encoder.actual_position, period))
+    image.actual_modulo = modulo_of(encoder.actual_position, period)
+    image.loops_and_turns = _pair(
+        loop | loop << 16, modulo_turns_of(encoder.actual_position, period)
+    )
     image.actual_velocity = encoder.actual_velocity
     image.following_error = ax.controller.following_error
     image.set_position = ax.set_position
     image.set_velocity = ax.set_velocity
     image.set_acceleration = ax.set_acceleration
     image.target_position = ax.target_position
-    image.set_modulo = _modulo(ax.set_position, period)
-    image.turns_and_command = _pair(_modulo_turns(ax.set_position, period), command)
+    image.set_modulo = modulo_of(ax.set_position, period)
+    image.turns_and_command = _pair(modulo_turns_of(ax.set_position, period), command)
     image.set_jerk = ax.set_jerk
     image.set_torque = ax.set_torque
     image.actual_torque = drive.actual_torque

@@ -20,7 +20,7 @@ from achse.motion.record import (
 )
 from achse.motion.shown import ShownField
 from achse.motion.views import View, views_of
-from achse.native.memory import MemoryCell
+from achse.native.memory import ComputedCell, MemoryCell
 
 if TYPE_CHECKING:
     from achse.motion.axis import Axis
@@ -71,10 +71,12 @@ class AxisPart(View):
         """Where the first `size` bytes of a field are; None if the record is not in memory."""
         return None
 
-    def place_of(self, name: str, size: int) -> MemoryCell | None:
+    def place_of(self, name: str, size: int) -> MemoryCell | ComputedCell | None:
         """The same of a value by the name it has at the axis."""
         field = PART_OF[name][1]
-        return None if isinstance(field, ShownField) else self.place(field, size)
+        if isinstance(field, ShownField):
+            return self.owner.place_of(name, size)
+        return self.place(field, size)
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.name!r} of axis {self.axis_id}>"

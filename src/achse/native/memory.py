@@ -3,18 +3,33 @@
 import struct
 import sys
 from array import array
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache, partial
 from itertools import groupby
 from operator import itemgetter
-from typing import Any
+from typing import Any, Protocol
 
 from achse.native.declare import LINE_WORDS, RecordLayout, Slot
 
-__all__ = ["MemoryCell", "RowView", "Rows", "field_property", "gather", "reader"]
+__all__ = [
+    "ComputedCell",
+    "ComputedFields",
+    "MemoryCell",
+    "RowView",
+    "Rows",
+    "field_property",
+    "gather",
+    "reader",
+]
 
 
 _LINE = 8 * LINE_WORDS
+
+
+class _Kernel(Protocol):
+    """Machine code that can be bound to its arguments."""
+
+    def bind(self, *arguments: int) -> Callable[[], object]: ...
 
 
 class Rows:
@@ -109,6 +124,55 @@ class MemoryCell:
     def __call__(self) -> bytes:
         value: bytes = self._take(self.memory, self.offset)[0]
         return value
+
+
+class ComputedFields:
+    """Fields that machine code computes from a record when somebody reads them.
+
+    They are a record of `layout`, whose field `source` refers to the record they come from.
+    `kernel` gets address and number of such records and computes all of them.
+    """
+
+    def __init__(self, layout: RecordLayout[Any], kernel: "_Kernel", source: str) -> None:
+        self.layout = layout
+        self.kernel = kernel
+        self.source = layout.fields[source]
+
+    def of(self, records: Sequence[RowView]) -> tuple[Rows, Callable[[], object]]:
+        """Return a row for each record, and what computes all of them."""
+        rows = Rows(self.layout, len(records))
+        for n, record in enumerate(records):
+            RowView(rows, n).refer(self.source, record)
+        return rows, self.kernel.bind(rows.address, len(records))
+
+    def cell(self, record: RowView, name: str, size: int) -> "ComputedCell | None":
+        """Return the first `size` bytes of a field of the record; None on other machines."""
+        if sys.byteorder != "little":
+            return None
+        return ComputedCell(self, record, 8 * self.layout.fields[name].offset, size)
+
+
+class ComputedCell:
+    """`size` bytes at `offset` of the `fields` of a record; called, it computes and reads them.
+
+    Who reads many of them computes all at once, see `ComputedFields.of`.
+    """
+
+    __slots__ = ("_own", "fields", "offset", "record", "size")
+
+    def __init__(self, fields: ComputedFields, record: RowView, offset: int, size: int) -> None:
+        self.fields = fields
+        self.record = record
+        self.offset = offset
+        self.size = size
+        self._own: tuple[Rows, Callable[[], object]] | None = None
+
+    def __call__(self) -> bytes:
+        if self._own is None:
+            self._own = self.fields.of([self.record])
+        rows, compute = self._own
+        compute()
+        return bytes(rows.memory[self.offset : self.offset + self.size])
 
 
 @lru_cache(1024)

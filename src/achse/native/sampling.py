@@ -6,12 +6,12 @@ A value is in whole words; of one that does not fill its last word, a mask tells
 import ctypes
 import struct
 from array import array
-from collections.abc import Callable, MutableSequence, Sequence
+from collections.abc import Callable, Iterable, MutableSequence, Sequence
 from typing import Any
 
 from achse.native.compiled import Kernel
 from achse.native.declare import Slot, lay_out
-from achse.native.memory import MemoryCell, gather
+from achse.native.memory import ComputedCell, ComputedFields, MemoryCell, RowView, gather
 
 __all__ = ["KERNEL", "SampledValue", "Sampler", "is_fixed", "take_changed"]
 
@@ -83,8 +83,9 @@ KERNEL = Kernel("sampling", take_changed, {SampledValue: LAYOUT})
 class Sampler:
     """Takes those of some values that changed since the last time.
 
-    Places at a fixed address are read by machine code, other `readers` are called; each gives as
-    many bytes as it has in `last`, or None. `headers`, 8 bytes each, are what is sent before them.
+    Places at a fixed address and computed fields are read by machine code, other `readers` are
+    called; each gives as many bytes as it has in `last`, or None. `headers`, 8 bytes each, are what
+    is sent before them.
     """
 
     def __init__(
@@ -98,6 +99,8 @@ class Sampler:
         self._stream = bytearray(8 * len(last) + self._form.size)
         self._view = memoryview(self._stream)
         called = [n for n, read in enumerate(readers) if not is_fixed(read)]
+        computed = _computed_together(readers)
+        self._compute = tuple(each.compute for each in computed.values())
         self._call = gather(readers[n] for n in called) if called else None
         self._called_form = struct.Struct("".join(f"{len(last[n]) + 7 & -8}s" for n in called))
         self._called = array("q", bytes(self._called_form.size))
@@ -108,11 +111,13 @@ class Sampler:
             size = len(value)
             if isinstance(read, MemoryCell) and read.address:
                 place = read.address
+            elif isinstance(read, ComputedCell):
+                place = computed[read.fields].address_of(read)
             else:
                 place, address = address, address + (size + 7 & -8)
             mask = (1 << 8 * (size % 8)) - 1 or -1
             self._table.extend((place >> 3, size, mask, int.from_bytes(header, "little")))
-        self._readers = tuple(readers)  # whose memory must stay
+        self._memory = *readers, *computed.values()  # must stay
         self._take = KERNEL.bind(
             *(0, 0, self._table.buffer_info()[0], len(last)),
             *self._last.buffer_info(),
@@ -131,10 +136,32 @@ class Sampler:
             if None in values:
                 return None
             self._called_form.pack_into(self._called, 0, *values)
+        for compute in self._compute:
+            compute()
         taken = self._take()
         return (taken >> _COUNT, bytes(self._view[: taken & _BYTES])) if taken else _NOTHING
 
 
+class _Computed:
+    """The computed fields of several records, in memory."""
+
+    def __init__(self, fields: ComputedFields, records: Iterable[RowView]) -> None:
+        self.records = {record.address: n for n, record in enumerate(records)}
+        self.rows, self.compute = fields.of(tuple(records))
+
+    def address_of(self, cell: ComputedCell) -> int:
+        return self.rows.address + self.rows.size * self.records[cell.record.address] + cell.offset
+
+
+def _computed_together(readers: Iterable[Callable[[], Any]]) -> dict[ComputedFields, _Computed]:
+    """Give each record whose computed fields are among `readers` one row."""
+    found: dict[ComputedFields, dict[int, RowView]] = {}
+    for read in readers:
+        if isinstance(read, ComputedCell):
+            found.setdefault(read.fields, {})[read.record.address] = read.record
+    return {fields: _Computed(fields, records.values()) for fields, records in found.items()}
+
+
 def is_fixed(read: Callable[[], Any]) -> bool:
     """Whether machine code can read it."""
-    return isinstance(read, MemoryCell) and read.address != 0
+    return isinstance(read, ComputedCell) or (isinstance(read, MemoryCell) and read.address != 0)

@@ -17,7 +17,7 @@ from itertools import chain
 from typing import Any
 
 from achse.ams import AmsAddress, Command, DeviceError, Endpoint, Frame
-from achse.native.memory import MemoryCell, gather
+from achse.native.memory import ComputedCell, MemoryCell, gather
 from achse.native.sampling import Sampler, is_fixed
 from achse.server.table import Reader
 
@@ -63,7 +63,8 @@ class NotificationHandle:
         self.header = _SAMPLE.pack(handle, length)
         self.last: bytes | None = self.fit(first)
         self.failing = False
-        self.cost = (1 if isinstance(read, MemoryCell) else _CALL_COST) + length // _BYTES_OF_ONE
+        lies = isinstance(read, MemoryCell | ComputedCell)
+        self.cost = (1 if lies else _CALL_COST) + length // _BYTES_OF_ONE
         """See `Beat.cost`."""
         self.beat: Beat | None = None
         """When it is sampled; None if nothing more will come."""
@@ -72,7 +73,9 @@ class NotificationHandle:
     def reader(self) -> Callable[[], bytes | None]:
         """Takes a sample: a place of the asked length itself, else `take`."""
         read = self.read
-        return read if isinstance(read, MemoryCell) and read.size == self.length else self.take
+        if isinstance(read, MemoryCell | ComputedCell) and read.size == self.length:
+            return read
+        return self.take
 
     def take(self) -> bytes | None:
         """The value as it is now; None if it cannot be read, of which the log tells once."""

@@ -198,6 +198,9 @@ _GEAR_RATIO = Service(
     "1",
     read=attrgetter("value"),
     element=_ratio_to,
+    sample=lambda ratio, length: (
+        None if ratio.master else ratio.axis.place_of("set_gear_ratio", min(length, 8))
+    ),
 )
 
 

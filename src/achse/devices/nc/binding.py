@@ -19,7 +19,7 @@ from achse.motion import Axis
 from achse.motion.parts import AxisPart
 from achse.motion.record import FIELDS, PART_OF, Field
 from achse.motion.states import ControlBit, choices_of
-from achse.native.memory import MemoryCell
+from achse.native.memory import ComputedCell, MemoryCell
 from achse.server import READ, WRITE, Codec, Service
 
 __all__ = [
@@ -32,6 +32,10 @@ __all__ = [
     "sample_of_reals",
     "shown",
 ]
+
+
+Place = Callable[[Axis | AxisPart, int], MemoryCell | ComputedCell | None]
+"""Finds where so many bytes of a value lie; None where only a function reads it."""
 
 
 def _field(name: str, prefix: str) -> str:
@@ -61,7 +65,7 @@ def shown(
     )
 
 
-def _sample(name: str, codec: Codec) -> Callable[[Axis | AxisPart, int], MemoryCell | None] | None:
+def _sample(name: str, codec: Codec) -> Place | None:
     """Finds the place of a value in its record, if it is there as it is shown."""
     row = FIELDS[name]
     if row.length or not (codec is REAL64 if row.is_real else isinstance(codec, Integer)):
@@ -69,7 +73,9 @@ def _sample(name: str, codec: Codec) -> Callable[[Axis | AxisPart, int], MemoryC
     return lambda axis, length: axis.place_of(name, min(length, codec.size or 0))
 
 
-def sample_of_reals(*names: str) -> Callable[[Axis | AxisPart, int], MemoryCell | None] | None:
+def sample_of_reals(
+    *names: str,
+) -> Place | None:
     """The same of fields that are shown one behind the other as REAL64."""
     found = [PART_OF[name] for name in names]
     part, first = found[0]

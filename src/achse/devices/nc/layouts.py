@@ -181,10 +181,11 @@ class AxisStructure:
 
     def of(self, axis: Axis) -> Callable[[], bytes]:
         """The same for one axis, again and again: what is in memory is copied from there."""
-        places = [
+        found = (
             axis.place_of(field, struct.calcsize("<" + code)) if field in FIELDS else None
             for code, field in zip(self._codes, self._fields, strict=True)
-        ]
+        )
+        places = [place if isinstance(place, MemoryCell) else None for place in found]
         computed = [n for n, place in enumerate(places) if place is None]
         if len(computed) == len(places) or len(computed) < _SEVERAL:
             return partial(self.encode, axis)
