@@ -1,5 +1,6 @@
 """A real browser on the pages of a station: Debian's Chromium, driven by playwright."""
 
+import contextlib
 import os
 import re
 from collections.abc import Callable, Iterator
@@ -68,17 +69,34 @@ class Shown:
         return path
 
 
-@pytest.fixture(scope="package")
-def browser(witness: Callable[[str], None]) -> "Iterator[Browser]":
-    """One Chromium for the tests of this folder: while it runs, its driver keeps the event loop."""
+OPEN = contextlib.ExitStack()
+"""Holds the Chromium while tests of this folder run: its driver keeps the event loop."""
+
+CHROMIUM: "list[Browser]" = []
+"""The one that runs, if one does."""
+
+
+@pytest.fixture(scope="module")
+def browser(witness: Callable[[str], None]) -> "Browser":
+    """One Chromium for the tests of this folder."""
     witness("playwright")
     witness("chromium")
     from playwright.sync_api import sync_playwright
 
-    with sync_playwright() as driver:
+    if not CHROMIUM:
+        driver = OPEN.enter_context(sync_playwright())
         running = driver.chromium.launch(executable_path=browser_binary(), args=FLAGS)
-        yield running
-        running.close()
+        OPEN.callback(running.close)
+        CHROMIUM.append(running)
+    return CHROMIUM[0]
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(nextitem: pytest.Item | None) -> None:
+    """Close the Chromium after the last test of this folder."""
+    if nextitem is None or nextitem.path.parent != Path(__file__).parent:
+        CHROMIUM.clear()
+        OPEN.close()
 
 
 @pytest.fixture(scope="session")
