@@ -2,13 +2,23 @@
 
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.st.files import content_of, files_below, project_file, source_files, symbol_files
+from achse.st.files import (
+    content_of,
+    files_below,
+    parse_file,
+    project_file,
+    source_files,
+    symbol_files,
+)
 from achse.st.source import SourceError
+from achse.st.units import Program
+from achse.st.xml import Element
 
 
 def test_what_is_hidden_does_not_count(tmp_path: Path) -> None:
@@ -139,3 +149,29 @@ def test_names_that_cannot_be_followed_are_told(tmp_path: Path) -> None:
         [(file, shown)] = source_files(tmp_path)
         with pytest.raises(SourceError, match="cannot be read"):
             content_of(file, shown)
+
+
+def test_elements_of_ladder_bodies_are_not_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[str] = []
+
+    class Counted(Element):
+        __slots__ = ()
+
+        def __init__(self, tag: str, *rest: Any) -> None:
+            made.append(tag)
+            super().__init__(tag, *rest)
+
+    monkeypatch.setattr("achse.st.xml.Element", Counted)
+    body = "<XmlArchive>" + "<o><v>1</v></o>" * 50 + "</XmlArchive>"
+    file = tmp_path / "P.TcPOU"
+    file.write_text(
+        '<TcPlcObject><POU Name="P"><Declaration>PROGRAM P</Declaration>'
+        f"<Implementation><NWL>{body}</NWL></Implementation>"
+        '<LineIds Name="P"><LineId Id="3" Count="1" /></LineIds></POU></TcPlcObject>'
+    )
+    (unit,) = parse_file(file).check().units
+    assert isinstance(unit, Program)
+    assert unit.body is None
+    assert made == ["TcPlcObject", "POU", "Declaration", "Implementation", "NWL", "LineIds"]

@@ -1,6 +1,8 @@
 """XML of sources and symbol files: places of faults, nothing that grows."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from achse.st.source import SourceError
 from achse.st.xml import Element, escape, parse_xml
@@ -86,3 +88,43 @@ def test_any_text_can_be_escaped() -> None:
     root = parse_xml(f'<a t="{escape(text)}">{escape(text)}</a>'.encode(), "f.tmc")
     assert root.text == "a<b>&\"'\r\n\t??ä€"
     assert isinstance(root, Element)
+
+
+PICTURE = b"<o><v n='x'>1</v><l><o t='BoxTreeBox'><v>&lt;ST&gt;</v></o></l></o>"
+
+
+def test_skipped_elements_have_neither_text_nor_children() -> None:
+    data = b"<POU><Implementation><NWL>a" + PICTURE + b"</NWL></Implementation><ST>b</ST></POU>"
+    root = parse_xml(data, "f", skip={"NWL"})
+    assert [element.tag for element in root.walk()] == ["POU", "Implementation", "NWL", "ST"]
+    assert (root.child("Implementation").child("NWL").text, root.text_of("ST")) == ("", "b")
+
+
+@given(
+    st.integers(0, 3),
+    st.integers(0, 3),
+    st.sampled_from([b"<NWL/>", b"<NWL>x</NWL>", b"<x:NWL/>", b"<NWL><NWL/><v/></NWL>"]),
+    st.sampled_from([b"", b"t", b"<ST>c</ST>", b"<!-- </NWL> -->", b"<![CDATA[</NWL>]]>"]),
+    st.sampled_from([b"NWL", b"x:NWL"]),
+    st.booleans(),
+)
+def test_skipping_changes_nothing_outside_of_the_skipped_element(
+    before: int, inside: int, inner: bytes, text: bytes, tag: bytes, at_root: bool
+) -> None:
+    picture = b"<" + tag + b">" + text + inner * inside + text + b"</" + tag + b">"
+    data = picture if at_root else b"<a>" + b"<b>1</b>" * before + picture + b"<c>2</c></a>"
+    whole, part = parse_xml(data, "f"), parse_xml(data, "f", skip={"NWL"})
+    assert part.tag == whole.tag
+    if at_root:
+        return
+    assert [(item.tag, item.location, item.text) for item in part if item.tag != "NWL"] == [
+        (item.tag, item.location, item.text) for item in whole if item.tag != "NWL"
+    ]
+
+
+@pytest.mark.parametrize(
+    "data", [b"<a><NWL></a>", b"<a><NWL><b></NWL></a>", b"<a><NWL>&x;</NWL></a>"]
+)
+def test_a_skipped_element_has_to_be_well_formed(data: bytes) -> None:
+    with pytest.raises(SourceError, match="no well-formed XML"):
+        parse_xml(data, "f", skip={"NWL"})

@@ -28,11 +28,17 @@ from achse.st.units import (
 )
 from achse.st.xml import Element
 
-__all__ = ["TaskDeclaration", "parse_envelope", "read_task"]
+__all__ = ["WITHOUT_TEXT", "TaskDeclaration", "parse_envelope", "read_task"]
 
 P = TypeVar("P")
 
 _TEXTS = ("Declaration", "ST")
+
+WITHOUT_TEXT = frozenset(
+    ("NWL", "CFC", "SFC", "LADDER", "StateChart", "ObjectProperties", "LineIds")
+)
+"""Elements without Structured Text: bodies in other languages, options of the editor. The network
+of a ladder body has thousands of elements."""
 
 
 class TaskDeclaration(NamedTuple):

@@ -15,7 +15,7 @@ from functools import cached_property
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from urllib.parse import unquote
 
-from achse.st.envelope import TaskDeclaration, parse_envelope, read_task
+from achse.st.envelope import WITHOUT_TEXT, TaskDeclaration, parse_envelope, read_task
 from achse.st.facts import DeclaredFacts
 from achse.st.lexer import Defines
 from achse.st.parser import Parsed, parse
@@ -253,7 +253,7 @@ def parse_file(file: Path, name: str = "", *, defines: Defines = ()) -> Parsed:
     data = content_of(file, name)
     if file.suffix.lower() == ".st":
         return parse(Source(_text(data), name), name=file.stem, defines=defines)
-    return parse_envelope(parse_xml(data, name), name, defines)
+    return parse_envelope(parse_xml(data, name, skip=WITHOUT_TEXT), name, defines)
 
 
 def content_of(file: Path, name: str) -> bytes:

@@ -4,7 +4,7 @@ A document with a DOCTYPE is refused, so nothing in it can grow or fetch anythin
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import NoReturn
 from xml.parsers import expat
 
@@ -84,8 +84,16 @@ class Element:
         raise SourceError([Diagnostic(self.location, message)])
 
 
-def parse_xml(data: bytes, path: str) -> Element:
-    """The root element of a document. Raises `SourceError`."""
+class _SkippedInItself(Exception):
+    """A skipped element contains another with its tag, so that skipping ended too early."""
+
+
+def parse_xml(data: bytes, path: str, *, skip: Collection[str] = ()) -> Element:
+    """Return the root element of a document. Raises `SourceError`.
+
+    An element whose tag is in `skip` has neither text nor children: what it contains only has to
+    be well-formed.
+    """
     parser = expat.ParserCreate()
     stack: list[tuple[Element, list[str]]] = []
     roots: list[Element] = []
@@ -99,8 +107,29 @@ def parse_xml(data: bytes, path: str) -> Element:
             element.fault(f"elements nest deeper than {_DEEPEST}")
         (stack[-1][0].children if stack else roots).append(element)
         stack.append((element, []))
+        if element.tag in skip:
+            pass_over(tag)
 
-    def end(_: str) -> None:
+    def pass_over(skipped: str) -> None:
+        """Make no elements up to the end of the one that begins here."""
+
+        def back(tag: str) -> None:
+            if tag == skipped:
+                listen()
+                end(tag)
+
+        parser.StartElementHandler = None
+        parser.EndElementHandler = back
+        parser.CharacterDataHandler = None
+
+    def listen() -> None:
+        parser.StartElementHandler = start
+        parser.EndElementHandler = end
+        parser.CharacterDataHandler = text
+
+    def end(tag: str) -> None:
+        if not stack or tag.rpartition(":")[2] != stack[-1][0].tag:
+            raise _SkippedInItself
         element, pieces = stack.pop()
         element.text = "".join(pieces)
 
@@ -116,12 +145,12 @@ def parse_xml(data: bytes, path: str) -> Element:
     def doctype(*_: object) -> None:
         raise SourceError([Diagnostic(location(), "a DOCTYPE is not accepted")])
 
-    parser.StartElementHandler = start
-    parser.EndElementHandler = end
-    parser.CharacterDataHandler = text
+    listen()
     parser.StartDoctypeDeclHandler = doctype
     try:
         parser.Parse(data, True)
+    except _SkippedInItself:
+        return parse_xml(data, path)
     except expat.ExpatError as failure:
         place = Location(path, failure.lineno, failure.offset + 1)
         reason = f"no well-formed XML: {expat.ErrorString(failure.code)}"
