@@ -14,7 +14,6 @@ import pytest
 
 from achse.client import connect
 from achse.station import Station
-from achse.station.collection import collection_paused
 
 CONFIG = """
 [[axis]]
@@ -247,21 +246,6 @@ def test_nothing_outlives_clients_of_a_served_station(
 
 
 # when Python searches ----------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("many", [1_000, 100_000])
-def test_many_objects_made_while_collection_is_paused_count_as_old(
-    many: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("achse.station.collection._MANY", many)
-    frozen = gc.get_freeze_count()
-    with collection_paused():
-        assert not gc.isenabled()
-        kept = [[number] for number in range(10_000)]
-    assert gc.isenabled()
-    assert gc.get_freeze_count() == frozen
-    is_old = any(item is kept for item in gc.get_objects(generation=2))
-    assert is_old is (many == 1_000 and not frozen)
 
 
 def test_python_searches_seldom_while_stations_are_served() -> None:

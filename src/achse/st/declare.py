@@ -19,6 +19,7 @@ from achse.iec.declare import GlobalVariables, Program, Typelike
 from achse.iec.layout import TC3_X64, LayoutRules
 from achse.iec.structs import StaticRecord as UnitRecord
 from achse.iec.types import IecType
+from achse.st.collection import collection_paused
 from achse.st.cursor import Unexpected
 from achse.st.given import FurtherTypes
 from achse.st.parser import Parsed
@@ -102,6 +103,7 @@ def declare(
     return found
 
 
+@collection_paused()
 def examine(
     sources: Iterable[Parsed],
     *,

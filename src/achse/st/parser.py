@@ -3,11 +3,11 @@
 Source: IEC 61131-3 (2013) tables 19, 40, 47, 48 and 51.
 """
 
-import gc
 from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple, TypeVar
 
+from achse.st.collection import collection_paused
 from achse.st.cursor import Cursor, Unexpected
 from achse.st.declarations import DeclarationParser
 from achse.st.lexer import END, NAME, Defines
@@ -127,13 +127,10 @@ class Parser:
 
     def attempt(self, read: Callable[[], P]) -> P | None:
         """What `read` finds if the text ends after it, or else nothing; the fault is reported."""
-        # Trees have no cycles: the collector would walk the growing one again and again for
-        # nothing, for more than half of the time a long file takes.
         cursor = self._cursor
-        collects = gc.isenabled()
-        gc.disable()
         try:
-            found = read()
+            with collection_paused():  # trees have no cycles
+                found = read()
             cursor.expect(END, "the end")
         except Unexpected as fault:
             cursor.report(fault)
@@ -142,9 +139,6 @@ class Parser:
             # The caller's own stack left too little for what DEEPEST allows.
             cursor.report(Unexpected(cursor.at, "this nests too deep"))
             return None
-        finally:
-            if collects:
-                gc.enable()
         return found
 
     def units(self, name: str, end: str = END) -> tuple[Unit, ...]:

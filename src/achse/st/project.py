@@ -7,6 +7,7 @@ from pathlib import Path
 
 from achse.iec.declare import Typelike
 from achse.iec.layout import TC3_X64, TC3_X86, LayoutRules
+from achse.st.collection import collection_paused
 from achse.st.declare import Declarations, examine
 from achse.st.envelope import TaskDeclaration
 from achse.st.event_classes import event_classes, events_sources
@@ -77,6 +78,7 @@ def load_project(
     return project
 
 
+@collection_paused()
 def examine_project(
     path: str | Path,
     *,

@@ -9,6 +9,7 @@ from typing import NoReturn
 from xml.parsers import expat
 
 from achse.iec.errors import shown
+from achse.st.collection import collection_paused
 from achse.st.source import Diagnostic, Location, SourceError
 
 __all__ = ["Element", "escape", "parse_xml"]
@@ -88,6 +89,7 @@ class _SkippedInItself(Exception):
     """A skipped element contains another with its tag, so that skipping ended too early."""
 
 
+@collection_paused()
 def parse_xml(data: bytes, path: str, *, skip: Collection[str] = ()) -> Element:
     """Return the root element of a document. Raises `SourceError`.
 

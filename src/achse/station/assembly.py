@@ -13,10 +13,10 @@ from achse.devices.realtime import REALTIME_PORT, RealtimeDevice
 from achse.devices.router import RouterDevice
 from achse.devices.system import StationControl, SystemDevice
 from achse.server import Device
+from achse.st.collection import collection_paused
 from achse.station.building import Building, Ground, Parts
 from achse.station.buses import make_buses
 from achse.station.camshaft import make_camshafts
-from achse.station.collection import collection_paused
 from achse.station.config import ConfigError, StationConfig
 from achse.station.modbus import make_modbus
 from achse.station.nc import make_nc

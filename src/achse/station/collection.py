@@ -7,36 +7,15 @@ import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-__all__ = ["collect_remains", "collection_paused", "seldom_collected"]
+__all__ = ["collect_remains", "seldom_collected"]
 
 _YOUNG = 700
 """New objects until Python searches the young ones for garbage, its own default."""
-
-_MANY = 200_000
-"""New objects from which on they are made old before the next search for garbage."""
 
 _SELDOM = 100
 """Searches of younger objects before one of all."""
 
 _seldom = False
-
-
-@contextmanager
-def collection_paused() -> Iterator[None]:
-    """Meanwhile Python looks for no cycles of garbage: with 100,000 variables in the making, all
-    of them kept, that search takes as long as the rest. Afterwards they count as old, so that the
-    next search does not begin with them."""
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        # Counting what is frozen walks over all of it: only where the search would cost more.
-        if gc.get_count()[0] > _MANY and not gc.get_freeze_count():
-            gc.freeze()
-            gc.unfreeze()
-        if was_on:
-            gc.enable()
 
 
 @contextmanager

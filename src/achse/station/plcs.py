@@ -20,8 +20,8 @@ from achse.plc import DEFAULT_SIZES, Area, Memory, PlcRuntime, Task
 from achse.plc.behaviour import with_behaviour
 from achse.plc.memory import SPARSE
 from achse.plc.system_info import system_info_list
+from achse.st.collection import collection_paused
 from achse.st.symbolfiles import FileTask, read_symbol_file
-from achse.station.collection import collection_paused
 from achse.station.config import ConfigError, PlcConfig, TaskConfig
 
 if TYPE_CHECKING:

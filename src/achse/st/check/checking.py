@@ -1,6 +1,5 @@
 """Checking a project: every routine that can be called, from the user's own units outwards."""
 
-import gc
 from collections import deque
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
@@ -21,6 +20,7 @@ from achse.st.check.slots import (
     slot_of,
     type_change_calls,
 )
+from achse.st.collection import collection_paused
 from achse.st.cursor import Unexpected
 from achse.st.declare import Declarations
 from achse.st.resolve import Resolver, generics_of
@@ -62,14 +62,8 @@ def check(declarations: Declarations, *, given: Iterable[type[StaticRecord]] = (
     `given` are programs and variable lists that the runtime declares in Python. Raises nothing:
     what is at fault is told, and left out.
     """
-    # The typed form has no cycles: the collector would walk the growing one again and again.
-    collects = gc.isenabled()
-    gc.disable()
-    try:
+    with collection_paused():  # the typed form has no cycles
         return Checking(declarations.names, given).project()
-    finally:
-        if collects:
-            gc.enable()
 
 
 class _Checked(NamedTuple):
