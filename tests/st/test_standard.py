@@ -1,10 +1,86 @@
 """The library that every project can name."""
 
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
 import pytest
 
 from achse.iec import StructType
+from achse.native.backend.cache import ObjectCache
+from achse.st.check import check
 from achse.st.declare import declare
-from achse.st.parser import parse
+from achse.st.parser import Parsed, parse
+from achse.st.source import Source
+from achse.st.standard import library_files
+
+
+@pytest.fixture
+def parsed_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
+    """Library files in the order they are parsed, from an empty cache on."""
+    paths: list[str] = []
+
+    def noted(source: Source, **options: Any) -> Parsed:
+        paths.append(source.path)
+        return parse(source, **options)
+
+    monkeypatch.setattr("achse.st.standard.parse", noted)
+    monkeypatch.setenv("ACHSE_CACHE_DIR", str(tmp_path / "cache"))
+    kept = library_files()
+    library_files.cache_clear()
+    yield paths
+    library_files.cache_clear()
+    monkeypatch.undo()
+    assert len(library_files()) == len(kept)
+
+
+def test_a_file_is_parsed_once_a_project_names_a_unit_of_it(parsed_files: list[str]) -> None:
+    every = [source.path for source in (file.source for file in library_files())]
+    assert parsed_files == every  # what they declare is not known yet
+    parsed_files.clear()
+    library_files.cache_clear()
+    check(declare([parse("PROGRAM P VAR n : INT; END_VAR n := n + 1; END_PROGRAM")]))
+    assert parsed_files == []
+    check(declare([parse("PROGRAM P VAR t : TON; END_VAR t(IN := TRUE); END_PROGRAM")]))
+    assert parsed_files == ["tc2_standard/timers.st"]
+    check(declare([parse("PROGRAM P VAR t : TOF; r : R_TRIG; END_VAR END_PROGRAM")]))
+    assert parsed_files == ["tc2_standard/timers.st", "tc2_standard/edges.st"]
+
+
+@pytest.mark.parametrize("content", [b"", b"[]", b"{", b"[[1]]", b'"x"', b"\xff", b"[[[]]]"])
+def test_a_list_of_units_that_is_damaged_is_made_again(
+    parsed_files: list[str], tmp_path: Path, content: bytes
+) -> None:
+    expected = [file.outlines for file in library_files()]
+    (kept,) = tmp_path.glob("cache/*.o")
+    ObjectCache("libraries", kept.stem.removeprefix("libraries-")).save(content)
+    parsed_files.clear()
+    library_files.cache_clear()
+    assert [file.outlines for file in library_files()] == expected
+    assert len(parsed_files) == len(expected)
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="folders of a user are the user's")
+@pytest.mark.parametrize("mode", [0o722, 0o770, 0o777])
+def test_a_list_of_units_that_others_may_have_written_is_not_loaded(
+    parsed_files: list[str], tmp_path: Path, mode: int
+) -> None:
+    library_files()
+    (tmp_path / "cache").chmod(mode)
+    parsed_files.clear()
+    library_files.cache_clear()
+    assert len(library_files()) == len(parsed_files)
+
+
+def test_another_parser_lists_the_units_anew(
+    parsed_files: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    library_files()
+    parsed_files.clear()
+    library_files.cache_clear()
+    monkeypatch.setattr("achse.st.standard.__version__", "0.0.0")
+    assert len(library_files()) == len(parsed_files)
 
 
 @pytest.mark.parametrize(

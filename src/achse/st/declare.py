@@ -26,7 +26,7 @@ from achse.st.parser import Parsed
 from achse.st.resolve import Resolver, generics_of
 from achse.st.scopes import DeclaredUnit, Failed, Scope
 from achse.st.source import SourceError
-from achse.st.standard import standard_libraries
+from achse.st.standard import library_files
 from achse.st.tree import Expression, TypeSpec, VarBlock
 from achse.st.units import (
     Accessor,
@@ -119,7 +119,7 @@ def examine(
     names = Resolver(types or {}, constants or {}, rules, further)
     names.scopes.add(sources)
     names.scopes.add(libraries, is_library=True)
-    names.scopes.add(standard_libraries(), is_library=True)
+    names.scopes.add_files(library_files())
     found = _Declarer(names).declare()
     faults = [fault for parsed in sources for fault in parsed.faults]
     faults += names.scopes.faults

@@ -6,15 +6,17 @@ Source: IEC 61131-3 (2013) tables 11 and 13.
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from achse import libraries
 from achse.iec.errors import IecError
 from achse.iec.types import IecType
 from achse.st.constants import Path
 from achse.st.cursor import Unexpected
+from achse.st.outlines import UnitOutline, outline_of
 from achse.st.parser import Parsed
 from achse.st.source import Diagnostic, Source
+from achse.st.standard import LibraryFile
 from achse.st.tree import (
     NO_NOTE,
     Declaration,
@@ -28,6 +30,7 @@ from achse.st.tree import (
 from achse.st.units import (
     FunctionBlock,
     GlobalList,
+    Interface,
     Namespace,
     Part,
     Program,
@@ -42,6 +45,7 @@ __all__ = [
     "Declared",
     "DeclaredUnit",
     "Failed",
+    "LibraryUnit",
     "Scope",
     "Scopes",
     "attributes_of",
@@ -59,18 +63,52 @@ class Failed(Exception):
     """Something needed is at fault itself; that was reported in its place."""
 
 
+class LibraryUnit(NamedTuple):
+    """A unit of a library whose source may not be parsed yet."""
+
+    file: LibraryFile
+    number: int
+
+
 @dataclass(slots=True, eq=False)
 class DeclaredUnit:
     """A declared unit: `name` with its name space, and the type made of it once it is."""
 
     name: str
-    tree: Unit
+    _tree: Unit | LibraryUnit
     source: Source
     space: str
     is_library: bool
     building: bool = False
     failed: bool = False
     type: IecType[Any] | None = None
+
+    @property
+    def tree(self) -> Unit:
+        """Its syntax tree."""
+        tree = self._tree
+        if isinstance(tree, LibraryUnit):
+            tree = self._tree = tree.file.unit(tree.number)
+        return tree
+
+    @property
+    def is_used(self) -> bool:
+        """Whether its syntax tree was needed; of units of the user it always is."""
+        return not isinstance(self._tree, LibraryUnit)
+
+    @property
+    def is_interface(self) -> bool:
+        """Whether it is an interface; of a library that is not parsed, too."""
+        tree = self._tree
+        if isinstance(tree, LibraryUnit):
+            return tree.file.outlines[tree.number].kind == Interface.__name__
+        return isinstance(tree, Interface)
+
+    @property
+    def at(self) -> int:
+        """Where it begins in its source; in a library that is not parsed, too."""
+        tree = self._tree
+        return tree.file.outlines[tree.number].at if isinstance(tree, LibraryUnit) else tree.at
 
 
 Declared: TypeAlias = tuple[VarBlock, Declaration]
@@ -143,8 +181,8 @@ class Scopes:
     def __init__(self) -> None:
         self.faults: dict[Diagnostic, None] = {}
         self.entries: dict[str, DeclaredUnit] = {}
-        self.globals: dict[str, list[tuple[Scope, Declared]]] = {}
-        """Variables that need no list in front, by name in lower case."""
+        self.globals: dict[str, list[DeclaredUnit]] = {}
+        """Lists by the variables that need no list in front, in lower case."""
         self.loose_values: dict[str, list[DeclaredUnit]] = {}
         """Enumerations by the values that need no type in front."""
         self._list_properties: dict[str, list[DeclaredUnit]] = {}
@@ -161,14 +199,34 @@ class Scopes:
         """Take in the units of sources. What a library declares gives way to the user's own."""
         for parsed in sources:
             for unit in parsed.units:
-                self._add(unit, parsed.source, "", is_library)
+                self._add_unit(unit, parsed.source, "", is_library)
 
-    def _add(self, unit: Unit, source: Source, space: str, is_library: bool) -> None:
-        name = f"{space}.{unit.name}" if space else unit.name
+    def add_files(self, files: Iterable[LibraryFile]) -> None:
+        """Take in the units of libraries that come with achse, without parsing them."""
+        for file in files:
+            for number, outline in enumerate(file.outlines):
+                if outline.kind == Namespace.__name__:
+                    self._add_unit(file.unit(number), file.source, "", True)
+                else:
+                    self._add(outline, LibraryUnit(file, number), file.source, "", True)
+
+    def _add_unit(self, unit: Unit, source: Source, space: str, is_library: bool) -> None:
         if isinstance(unit, Namespace):
+            name = f"{space}.{unit.name}" if space else unit.name
             for inner in unit.units:
-                self._add(inner, source, name, is_library)
-            return
+                self._add_unit(inner, source, name, is_library)
+        else:
+            self._add(outline_of(unit), unit, source, space, is_library)
+
+    def _add(
+        self,
+        unit: UnitOutline,
+        tree: Unit | LibraryUnit,
+        source: Source,
+        space: str,
+        is_library: bool,
+    ) -> None:
+        name = f"{space}.{unit.name}" if space else unit.name
         key = name.lower()
         known = self.entries.get(key)
         library = _library_of(source) if is_library else ""
@@ -186,25 +244,19 @@ class Scopes:
         elif unit.name.startswith("__"):
             self.report(source, unit.at, "names with two underscores in front are reserved")
             return
-        entry = DeclaredUnit(name, unit, source, space or library, is_library)
+        entry = DeclaredUnit(name, tree, source, space or library, is_library)
         self.entries[name.lower()] = entry
         if library:
             own = self._of_libraries.setdefault(library.lower(), {})
             own[key] = entry
             if source.namespace:
                 self._of_libraries.setdefault(source.namespace.lower(), own)
-        attributes = unit.note.attributes
-        if attributes and "qualified_only" in {key.lower() for key, _ in attributes}:
-            return
-        if isinstance(unit, GlobalList):
-            scope = self.scope(entry)
-            for key, declared in scope.variables.items():
-                self.globals.setdefault(key, []).append((scope, declared))
-            for part in unit.parts:
-                self._list_properties.setdefault(part.name.lower(), []).append(entry)
-        elif isinstance(unit, TypeDeclaration) and isinstance(unit.type, EnumOf):
-            for value in unit.type.values:
-                self.loose_values.setdefault(value.name.lower(), []).append(entry)
+        for key in unit.variables:
+            self.globals.setdefault(key, []).append(entry)
+        for key in unit.properties:
+            self._list_properties.setdefault(key, []).append(entry)
+        for key in unit.values:
+            self.loose_values.setdefault(key, []).append(entry)
 
     def find(self, name: str, space: str = "") -> DeclaredUnit | None:
         """The unit of a name as seen from a name space. Names of libraries in front of it that
@@ -245,24 +297,23 @@ class Scopes:
 
     def _seen(
         self,
-        found: Sequence[T],
-        owner: Callable[[T], Scope | DeclaredUnit],
+        found: Sequence[DeclaredUnit],
         key: str,
         space: str,
-    ) -> Sequence[T]:
+    ) -> Sequence[DeclaredUnit]:
         """Of things with one name, those that the name alone means in a name space.
 
         Whatever else has the name (variable, value, property, unit) hides those farther away.
         """
         if not found:
             return found
-        spaces = [scope.space for scope, _ in self.globals.get(key, ())]
+        spaces = [item.space for item in self.globals.get(key, ())]
         spaces += [item.space for item in self.loose_values.get(key, ())]
         spaces += [item.space for item in self._list_properties.get(key, ())]
         if (unit := self.find(key, space)) is not None:
             spaces.append(unit.space)
         nearest = min(self._distance(other, space) for other in spaces)
-        return [item for item in found if self._distance(owner(item).space, space) == nearest]
+        return [item for item in found if self._distance(item.space, space) == nearest]
 
     def _distance(self, other: str, space: str) -> int:
         """0 for the name space itself; from a library other libraries are next, from the project
@@ -275,15 +326,17 @@ class Scopes:
 
     def global_variables(self, key: str, space: str) -> Sequence[tuple[Scope, Declared]]:
         """The variables of lists that a name alone means, seen from a name space."""
-        return self._seen(self.globals.get(key, ()), lambda item: item[0], key, space)
+        lists = self._seen(self.globals.get(key, ()), key, space)
+        scopes = map(self.scope, lists)
+        return [(scope, scope.variables[key]) for scope in scopes]
 
     def values_of_enumerations(self, key: str, space: str) -> Sequence[DeclaredUnit]:
         """The enumerations of which a value is meant by its name alone, seen from a name space."""
-        return self._seen(self.loose_values.get(key, ()), lambda item: item, key, space)
+        return self._seen(self.loose_values.get(key, ()), key, space)
 
     def lists_with_property(self, key: str, space: str) -> Sequence[DeclaredUnit]:
         """The variable lists of which a property is meant by its name alone."""
-        return self._seen(self._list_properties.get(key, ()), lambda item: item, key, space)
+        return self._seen(self._list_properties.get(key, ()), key, space)
 
     @property
     def asked(self) -> Iterable[Scope]:

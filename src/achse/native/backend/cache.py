@@ -1,4 +1,4 @@
-"""Object files in the user's cache: made once, loaded by later processes.
+"""Object files and lists in the user's cache: made once, loaded by later processes.
 
 A file's name ends with a digest of all that its content follows from: what has changed is another
 file, and a stale one is never used. ACHSE_CACHE_DIR moves the cache. Files that were not used for
@@ -63,7 +63,7 @@ class ObjectCache:
             return None
         why = _distrusted(self.path.parent) or _distrusted(self.path)
         if why:
-            log.warning("machine code in the cache is made again, not loaded: %s", why)
+            log.warning("a file in the cache is made again, not loaded: %s", why)
             return None
         try:
             content = self.path.read_bytes()

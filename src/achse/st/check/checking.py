@@ -42,7 +42,6 @@ from achse.st.units import (
     Function,
     FunctionBlock,
     GlobalList,
-    Interface,
     Method,
     Program,
     Property,
@@ -386,13 +385,19 @@ class Checking:
         return tuple(methods.values())
 
     def _interfaces(self) -> dict[str, TypedInterface]:
+        """The interfaces that are used, and those that they extend."""
         found = {}
-        for key, entry in self.names.scopes.entries.items():
-            if not isinstance(entry.tree, Interface):
+        bases_of = self.blocks.bases_of_interface
+        every = [
+            (key, entry) for key, entry in self.names.scopes.entries.items() if entry.is_interface
+        ]
+        _ = [list(bases_of(entry)) for _, entry in every if entry.is_used]  # uses them, too
+        for key, entry in every:
+            if not entry.is_used:
                 continue
             methods: dict[str, str] = {}
-            bases = list(self.blocks.bases_of_interface(entry))
-            if any(entry in self.blocks.bases_of_interface(base) for base in bases):
+            bases = list(bases_of(entry))
+            if any(entry in bases_of(base) for base in bases):
                 self.fault(entry.source, entry.tree.at, f"interface {entry.name} extends itself")
             for owner in (*bases, entry):
                 for name, part in self.blocks.own_parts(owner).items():

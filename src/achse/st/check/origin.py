@@ -21,7 +21,7 @@ def origin_of(names: Resolver, given: Iterable[type[StaticRecord]]) -> str:
     for source in sources.values():
         found.update(source.digest)
     # Which of their parts count can depend on names that were defined for the parser.
-    found.update(" ".join(f"{name}:{entry.tree.at}" for name, entry in entries.items()).encode())
+    found.update(" ".join(f"{name}:{entry.at}" for name, entry in entries.items()).encode())
     for owner, name, value in names.constants.known():
         found.update(f"{owner} {name} {value!r}\0".encode("utf-8", "surrogatepass"))
     for name, type in names.given.handed_in.items():

@@ -168,7 +168,8 @@ class Meanings:
         if found is not None:
             return True, found
         if declared := self._scopes.globals.get(key):
-            return True, (declared[0][1][1].type, declared[0][0])
+            scope_of_list = self._scopes.scope(declared[0])
+            return True, (scope_of_list.variables[key][1].type, scope_of_list)
         if key in self.types:
             return True, self.types[key]
         with suppress(Unexpected, Failed, IecError):
