@@ -18,7 +18,7 @@ from achse.iec.errors import (
     IecValueError,
     shown,
 )
-from achse.iec.types import Buffer, IecType
+from achse.iec.types import CHUNK, Buffer, IecType, put_zeros
 
 __all__ = ["Array", "ArrayType", "Bounds"]
 
@@ -81,6 +81,28 @@ class ArrayType(IecType[list[Any]], Generic[V]):
     @cached_property
     def default(self) -> bytes:
         return self.element.default * self.count
+
+    @cached_property
+    def starts_at_zero(self) -> bool:
+        if "default" in self.__dict__:  # its declaration may have an initial value
+            return not any(self.default)
+        return not self.count or self.element.starts_at_zero
+
+    def put_default(self, buffer: Buffer, offset: int) -> None:
+        if self.size <= CHUNK or "default" in self.__dict__:
+            super().put_default(buffer, offset)
+        elif self.starts_at_zero:
+            put_zeros(buffer, offset, self.size)
+        elif self.element.size > CHUNK:
+            for place in range(offset, offset + self.size, self.element.size):
+                self.element.put_default(buffer, place)
+        else:
+            several = CHUNK // self.element.size
+            image = self.element.default * several
+            for number in range(0, self.count, several):
+                part = image[: (self.count - number) * self.element.size]
+                start = offset + number * self.element.size
+                buffer[start : start + len(part)] = part
 
     @cached_property
     def _codec(self) -> struct.Struct:

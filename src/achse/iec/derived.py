@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from achse.iec.elementary import DWORD, LWORD, IntegerType
 from achse.iec.errors import DeclarationError, IecValueError
-from achse.iec.types import Adst, Buffer, IecType, no_attributes
+from achse.iec.types import CHUNK, Adst, Buffer, IecType, no_attributes
 
 __all__ = [
     "AliasType",
@@ -52,6 +52,18 @@ class AliasType(IecType[V]):
     @cached_property
     def default(self) -> bytes:
         return self.base.default
+
+    @cached_property
+    def starts_at_zero(self) -> bool:
+        if self.size <= CHUNK or "default" in self.__dict__:  # a declaration has initial values
+            return not any(self.default)
+        return self.base.starts_at_zero
+
+    def put_default(self, buffer: Buffer, offset: int) -> None:
+        if self.size <= CHUNK or "default" in self.__dict__:
+            super().put_default(buffer, offset)
+        else:
+            self.base.put_default(buffer, offset)
 
     def encode(self, value: object) -> bytes:
         return self.base.encode(value)

@@ -30,7 +30,7 @@ from achse.iec.layout import (
     sequential,
 )
 from achse.iec.methods import Method, Property
-from achse.iec.types import Adst, Buffer, IecType, no_attributes
+from achse.iec.types import CHUNK, Adst, Buffer, IecType, no_attributes, put_zeros
 from achse.iec.variables import Place, Variable
 
 __all__ = [
@@ -246,7 +246,7 @@ class StructType(IecType[R], Generic[R]):
         memory = bytearray(self.size)
         for member in self.fields:
             # In a union only what is said counts, not the zeros of the members beside it.
-            if member.initial is None and member.type.default == bytes(member.type.size):
+            if member.initial is None and member.type.starts_at_zero:
                 continue
             data = member.initial_bytes()
             if member.bit is not None:
@@ -254,6 +254,30 @@ class StructType(IecType[R], Generic[R]):
             else:
                 memory[member.offset : member.offset + member.type.size] = data
         return bytes(memory)
+
+    @cached_property
+    def starts_at_zero(self) -> bool:
+        if "default" in self.__dict__:  # its declaration may have an initial value
+            return not any(self.default)
+        return all(
+            member.type.starts_at_zero
+            if member.initial is None
+            else not any(member.initial_bytes())
+            for member in self.fields
+        )
+
+    def put_default(self, buffer: Buffer, offset: int) -> None:
+        if self.size <= CHUNK or "default" in self.__dict__:
+            super().put_default(buffer, offset)
+            return
+        put_zeros(buffer, offset, self.size)
+        for member in self.fields:
+            if member.initial is None and member.type.starts_at_zero:
+                continue
+            if member.bit is not None:
+                buffer[offset + member.offset] |= member.initial_bytes()[0] << member.bit
+            else:
+                member.put_initial(buffer, offset + member.offset)
 
     def encode(self, value: object) -> bytes:
         """A record of this type, or a mapping; members it leaves out start as declared."""

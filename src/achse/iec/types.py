@@ -12,7 +12,16 @@ from typing import Any, Generic, TypeAlias, TypeVar
 
 from achse.iec.errors import DeclarationError, IecDecodeError, IecValueError
 
-__all__ = ["DEEPEST_TYPE", "Adst", "Buffer", "IecType", "derived_guid", "no_attributes"]
+__all__ = [
+    "CHUNK",
+    "DEEPEST_TYPE",
+    "Adst",
+    "Buffer",
+    "IecType",
+    "derived_guid",
+    "no_attributes",
+    "put_zeros",
+]
 
 V = TypeVar("V")
 
@@ -52,6 +61,19 @@ class Adst(IntEnum):
 def derived_guid(description: str) -> bytes:
     """16 bytes that are the same for the same description, in any process."""
     return hashlib.blake2b(description.encode(), digest_size=16).digest()
+
+
+CHUNK = 1 << 16
+"""Bytes of a type up to which its default is written as a whole."""
+
+_ZEROS = bytes(CHUNK)
+
+
+def put_zeros(buffer: Buffer, offset: int, size: int) -> None:
+    """Write `size` zeros at `offset`, without as many in memory."""
+    for start in range(offset, offset + size, CHUNK):
+        length = min(CHUNK, offset + size - start)
+        buffer[start : start + length] = _ZEROS[:length]
 
 
 class IecType(Generic[V]):
@@ -103,6 +125,16 @@ class IecType(Generic[V]):
     def default(self) -> bytes:
         """The bytes of a variable declared without an initial value."""
         return bytes(self.size)
+
+    @cached_property
+    def starts_at_zero(self) -> bool:
+        """True only if all bytes of `default` are zero."""
+        return not any(self.default)
+
+    def put_default(self, buffer: Buffer, offset: int) -> None:
+        """Write `default` at `offset`; large types do so without a copy of it in memory."""
+        data = self.default
+        buffer[offset : offset + len(data)] = data
 
     def describe(self) -> str:
         """The whole definition in words: equal for equal types, and what the GUID is made of."""

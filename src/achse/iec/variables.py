@@ -252,6 +252,14 @@ class Variable(Generic[G, S]):
         except IecValueError as error:
             raise DeclarationError(f"initial value of {self.name}: {error}") from None
 
+    def put_initial(self, buffer: Buffer, offset: int) -> None:
+        """Write the bytes the variable starts with. Raises `DeclarationError`."""
+        if self.initial is None:
+            self.type.put_default(buffer, offset)
+        else:
+            data = self.initial_bytes()
+            buffer[offset : offset + len(data)] = data
+
     def fetch(self, buffer: Buffer, base: int) -> Any:
         """The value in the record that starts at `base`."""
         if self.bit is not None:

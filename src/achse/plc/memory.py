@@ -254,6 +254,12 @@ class Region:
         self._check(offset, len(content))
         self.data[offset : offset + len(content)] = content
 
+    def put_initial(self, offset: int, variable: Variable[Any, Any]) -> None:
+        """Put the initial value of `variable` at `offset`. Raises MemoryRangeError unless all of
+        it fits, and DeclarationError."""
+        self._check(offset, variable.type.size)
+        variable.put_initial(self.data, offset)
+
     def read_bits(self, number: int, count: int) -> bytes:
         """`count` bits from bit `number` (byte · 8 + bit), one byte 0 or 1 for each."""
         self._check_bits(number, count)

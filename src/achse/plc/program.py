@@ -123,11 +123,10 @@ class PlacedUnit:
         name = f"{self.name}.{variable.name}"
         self.variables.append(PlacedVariable(name, variable, area, offset, bit))
         region = self._memory[area]
-        initial = variable.initial_bytes()
         if bit is None:
-            region.write(offset, initial)
+            region.put_initial(offset, variable)
         else:
-            region.write_bits(offset * 8 + bit, initial)
+            region.write_bits(offset * 8 + bit, variable.initial_bytes())
         type = variable.type
         if _is_spared(variable):
             region.keep(offset, type.size)
@@ -186,7 +185,7 @@ def place_statics(units: Iterable[PlacedUnit], memory: Memory) -> list[PlacedVar
         for variable in found.members:
             if not variable.in_memory and variable not in memory.statics:
                 offset = data.allocate(variable.type.size, variable.type.alignment)
-                data.write(offset, variable.initial_bytes())
+                data.put_initial(offset, variable)
                 if _is_spared(variable):
                     data.keep(offset, variable.type.size)
                 memory.statics[variable] = Place(data.data, offset)
