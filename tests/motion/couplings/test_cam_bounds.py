@@ -171,6 +171,14 @@ def test_change_at_a_place_of_the_cam_is_due_on_the_way_over_it(
         assert found[0] == 0
 
 
+@pytest.mark.parametrize("place", [-35.0, 10.0, 60.0, 95.0])
+@pytest.mark.parametrize("cycle", [-2, 0, 3])
+def test_cyclic_cam_begins_where_its_master_stands(place: float, cycle: int) -> None:
+    at = OFFSET + SCALING * (place + 100.0 * cycle)
+    for way in (0.0, 1.0, -1.0):
+        assert due(rows(cyclic=True), layer(CHANGE_BEGIN, AT_CAM, place), at, at + way) == (1, at)
+
+
 def test_cam_that_begins_unscaled_lies_at_the_positions_of_its_master() -> None:
     it = layer(CHANGE_BEGIN, AT_CAM, 40.0)
     it.next_master_type = CamScaling.OFF

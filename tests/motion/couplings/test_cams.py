@@ -448,8 +448,10 @@ def test_a_change_for_one_cycle_is_taken_back_at_the_next(line: Line) -> None:
     change = CamDemand(slave_scaling=4.0, activation=CamActivation.NEXT_CYCLE_ONCE)
     assert commands.change_cam_scaling(line.slave, change) == 0
     expected = {100.0: 2.0, 450.0: 4.0, 800.0: 2.0, 1200.0: 2.0}
+    line.table(LIFTING, table_id=1)
     for master, factor in expected.items():
         assert line.to(master) == pytest.approx(factor * at_hill(master), abs=1e-9)
+        assert [line.nc.tables.user_count(n) for n in (1, 7)] == [0, 1]
     assert not line.has(StateBit.CAM_SCALING_PENDING)
 
 
@@ -529,3 +531,46 @@ def test_a_linear_cam_in_place_of_a_cyclic_one_begins_in_no_cycle(line: Line) ->
     here = line.slave.set_position
     assert line.to(1800.0) == pytest.approx(here + 10.0, abs=1e-9)
     assert line.slave.cams[0].cam_position == 1800.0
+
+
+def test_a_linear_cam_keeps_its_end_from_the_first_cycle_on(line: Line) -> None:
+    """Also where a further cycle of it would be, if it was cyclic."""
+    line.table(LIFTING, MONOTONIC_LINEAR)
+    line.put(line.master, 450.0)
+    line.put(line.slave, 100.0)
+    assert line.couple() == 0
+    line.nc.cycle(2)
+    assert (line.slave.set_position, line.slave.cams[0].cam_position) == (100.0, 450.0)
+
+
+def test_an_absolute_cam_beside_a_relative_one_leaves_the_slave_where_it_is(line: Line) -> None:
+    line.table(LIFTING)
+    line.put(line.slave, 30.0)
+    assert line.couple(slave_type=SEVERAL, slave_absolute=0) == 0
+    line.nc.cycle()
+    assert line.couple(slave_type=SEVERAL) == 0
+    line.nc.cycle()
+    assert line.slave.set_position == 30.0
+    assert line.to(90.0) == 90.0
+
+
+def test_an_exchange_that_keeps_the_place_in_the_cam_stays_absolute(line: Line) -> None:
+    line.table(LIFTING)
+    assert line.couple() == 0
+    line.to(90.0)
+    keeps: Any = {"master_type": CamScaling.AUTO_OFFSET, "master_scaling": 2.0}
+    assert line.couple(**keeps, master_absolute=0) == 0
+    line.nc.cycle()
+    assert commands.change_cam_scaling(line.slave, CamDemand(**keeps)) == 0
+    assert line.couple(master_absolute=0, slave_absolute=0) == 0
+    refused = commands.change_cam_scaling(line.slave, CamDemand(**keeps))
+    assert refused == NcError.SCALING_MODE
+
+
+def test_a_cam_waits_for_a_master_that_turns_behind_its_place(line: Line) -> None:
+    """The way of each cycle counts, not that from where the cam was asked for."""
+    line.table(LIFTING)
+    back: Any = {"activation": CamActivation.MASTER_AXIS_POSITION_NEGATIVE, "position": 50.0}
+    assert line.couple(slave_absolute=0, master_absolute=0, **back) == 0
+    assert line.to(100.0) == 0.0
+    assert line.to(5.0) == pytest.approx(-45.0 * 70.0 / 270.0)

@@ -215,7 +215,7 @@ def planned(
             slave_reference = before - slave_offset - slave_scaling * value
     if layer.next_slave_type == CamScaling.AUTO_OFFSET and (not fresh or layer.next_slave_absolute):
         stays = before
-        if not runs and _alone(ax):
+        if _alone(ax):
             stays = ax.set_position
         slave_offset = stays - slave_reference - slave_scaling * value
     part = slave_reference + slave_offset + slave_scaling * value
@@ -255,13 +255,10 @@ def change(ax: AxisFields, rows: NcRows, layer: CamFields, at: float) -> None:
     if layer.next_kind == CHANGE_REMOVE:
         ax.slave_base += part_at(rows, layer, _cam_position(layer, at))[0]
         layer.table = 0
-        layer.part = 0.0
     else:
-        if layer.next_kind == CHANGE_BEGIN and layer.next_slave_absolute and _alone(ax):
-            after = planned(ax, rows, layer, at)
+        after = planned(ax, rows, layer, at)
+        if layer.next_slave_absolute and _alone(ax):
             ax.slave_base = 0.0
-        else:
-            after = planned(ax, rows, layer, at)
         if layer.next_kind != CHANGE_SCALING:
             layer.table = layer.next_table
             layer.cam = layer.next_cam
@@ -293,7 +290,6 @@ def change(ax: AxisFields, rows: NcRows, layer: CamFields, at: float) -> None:
         layer.next_slave_scaling = slave_scaling
         layer.next_returns = 1
         return
-    layer.next_returns = 0
     layer.next_kind = CHANGE_NOTHING
     layer.next_table = 0
 
@@ -385,7 +381,7 @@ def law_after(
     s, v, a = law_now(ax, rows, number)
     if layer.next_kind == CHANGE_REMOVE:
         return s + _part(rows, layer, at), v, a
-    if layer.next_kind == CHANGE_BEGIN and _alone(ax):
+    if _alone(ax):
         s = 0.0 if layer.next_slave_absolute else ax.set_position
     after = planned(ax, rows, layer, at)
     cam = layer.cam if layer.next_kind == CHANGE_SCALING else layer.next_cam
