@@ -184,6 +184,21 @@ def test_an_image_large_enough_for_the_sources(folder: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux tells in KiB what a process takes")
+@pytest.mark.parametrize(("checks", "after"), [(True, 0), (False, 5)])
+def test_unchecked_bounds_let_an_index_reach_the_next_variable(
+    folder: Path, checks: bool, after: int
+) -> None:
+    (folder / "index.st").write_text(
+        "PROGRAM MAIN VAR a : ARRAY[0..1] OF INT; after : INT; i : INT := 2; END_VAR"
+        " a[i] := 5; END_PROGRAM"
+    )
+    key = "" if checks else "check_bounds = false\n"
+    station = _station(folder, f'[[plc]]\nsources = "index.st"\n{key}')
+    station.advance(0.01)
+    assert station.plcs[851].instance("MAIN")["after"] == after
+    assert (station.plcs[851].fault is not None) is checks
+
+
 def test_areas_that_share_a_large_range_take_memory_where_something_is(folder: Path) -> None:
     import resource
 

@@ -237,6 +237,9 @@ class PlcConfig(ConfigTable):
     floating_point_exceptions: bool = True
     """The task option of that name: a REAL divided by 0, the root of -1 stop the program; if off
     they are infinity and NaN."""
+    check_bounds: bool = True
+    """Whether an index outside of its array stops the program; if not, it reads or writes the
+    neighbouring bytes, as on a target without CheckBounds. Outside of PLC memory it stops."""
     code: Literal["auto", "machine", "plain"] = "auto"
     """`machine` needs llvmlite (achse[fast]); `auto` takes it where it is there. What programs do
     is the same."""

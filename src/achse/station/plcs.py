@@ -149,7 +149,9 @@ class PlcSource:
         if self.config.code == CodeForm.MACHINE.value and not compiler_installed():
             raise ConfigError(needs_extra(f"{self.key}.code: machine", "fast"))
         system = system_info_list([Task()], app_name="", project_name="", port=0, timestamp=0)
-        project = check(declared.declarations, given=[system])
+        project = check(
+            declared.declarations, given=[system], check_bounds=self.config.check_bounds
+        )
         for fault in project.faults[:_SHOWN_FAULTS]:
             log.warning("%s: %s", self.key, fault)
         if len(project.faults) > _SHOWN_FAULTS:

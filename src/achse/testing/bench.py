@@ -55,6 +55,7 @@ def plc_unit(
     defines: Defines = (),
     cycle_time: float = 0.01,
     floating_point_exceptions: bool = True,
+    check_bounds: bool = True,
 ) -> "PlcUnit":
     """Function block, function or program `name` of a project, with nothing else running.
 
@@ -62,6 +63,7 @@ def plc_unit(
     looked at. `init` are the arguments of FB_init: numbers, booleans and texts; anything else is
     Structured Text in a string that begins with `=`. `behaviour`: Python classes that replace
     blocks of their name, as in station.toml. `cycle_time`: seconds, above 0.
+    `floating_point_exceptions` and `check_bounds` are the keys of `[[plc]]`.
 
     What needs the router (ADSREAD, FB_FileOpen, …) answers nobody here: test that in a station.
     Raises `SourceError` for what cannot be read, or has errors, and for a name that is not there.
@@ -86,7 +88,7 @@ def plc_unit(
     declared = declare([bench], libraries=[*found, *given], further=types)
     return PlcUnit(
         unit.name,
-        _runtime(declared, behaviour, cycle_time, floating_point_exceptions),
+        _runtime(declared, behaviour, cycle_time, floating_point_exceptions, check_bounds),
         is_function=isinstance(unit, Function),
         is_program=isinstance(unit, Program),
         parameters=parameters,
@@ -372,10 +374,11 @@ def _runtime(
     behaviour: Iterable[type],
     cycle_time: float,
     floating_point_exceptions: bool,
+    check_bounds: bool,
 ) -> PlcRuntime:
     cycle_ns = round(cycle_time * 1e9)
     system = system_info_list([Task()], app_name="", project_name="", port=0, timestamp=0)
-    project = check(declared, given=[system])
+    project = check(declared, given=[system], check_bounds=check_bounds)
     if project.faults:
         raise SourceError(list(project.faults))
     units = [

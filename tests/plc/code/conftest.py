@@ -102,7 +102,7 @@ class Bench:
 
 
 @lru_cache(64)
-def _checked(text: str) -> tuple[Declarations, TypedProject]:
+def _checked(text: str, check_bounds: bool = True) -> tuple[Declarations, TypedProject]:
     """What the front end makes of a source: a PLC and its twin, and the next one, share it."""
     source = Source(text, "test.st")
     parsed = parse(source, name="GVL")
@@ -110,7 +110,7 @@ def _checked(text: str) -> tuple[Declarations, TypedProject]:
         parsed = parse(source, name="GVL", defines=DeclaredFacts({}, parsed, [parsed]))
     project = declare([parsed])
     system = system_info_list([Task()], app_name="", project_name="", port=0, timestamp=0)
-    return project, check(project, given=[system])
+    return project, check(project, given=[system], check_bounds=check_bounds)
 
 
 class Ran:
@@ -121,9 +121,15 @@ class Ran:
     """
 
     def __init__(
-        self, text: str, form: CodeForm = BEST, *, has_twin: bool = True, **options: Any
+        self,
+        text: str,
+        form: CodeForm = BEST,
+        *,
+        has_twin: bool = True,
+        check_bounds: bool = True,
+        **options: Any,
     ) -> None:
-        project, self.typed = _checked(text)
+        project, self.typed = _checked(text, check_bounds)
         assert not self.typed.faults, "\n".join(map(str, self.typed.faults))
         programs = list(project.programs.values())
         self.task = Task("PlcTask", 10_000_000, [programs[0]])
@@ -132,7 +138,7 @@ class Ran:
         self.name = programs[0].__iec__.name
         self.twin: Ran | None = None
         if form is CodeForm.MACHINE and has_twin and "services" not in options:
-            self.twin = Ran(text, CodeForm.PLAIN, **options)
+            self.twin = Ran(text, CodeForm.PLAIN, check_bounds=check_bounds, **options)
             self._compare(self.twin)
 
     @property

@@ -58,6 +58,38 @@ def test_an_index_outside_is_arraybounds_with_its_line(run: Run, index: int) -> 
     assert ran["a"] == [0, 0, 0]
 
 
+def test_an_unchecked_index_reaches_the_neighbouring_bytes(run: Run) -> None:
+    ran = run(
+        "PROGRAM MAIN VAR before : INT := 7; a : ARRAY[1..3] OF INT; after : INT; i : INT := 4;"
+        " x : INT; END_VAR a[i] := 5; i := 0; x := a[i]; END_PROGRAM",
+        check_bounds=False,
+    )
+    assert (ran["before"], ran["a"], ran["after"], ran["x"]) == (7, [0, 0, 0], 5, 7)
+
+
+def test_an_unchecked_index_of_an_open_array_counts_from_its_first(run: Run) -> None:
+    ran = run(
+        "FUNCTION put : INT VAR_IN_OUT a : ARRAY[*] OF INT; END_VAR VAR_INPUT i : INT; END_VAR"
+        " a[i] := 5; END_FUNCTION\n"
+        "PROGRAM MAIN VAR before : INT; a : ARRAY[3..5] OF INT; after : INT; END_VAR"
+        " put(a, 2); put(a, 4); put(a, 6); END_PROGRAM",
+        check_bounds=False,
+    )
+    assert (ran["before"], ran["a"], ran["after"]) == (5, [0, 5, 0], 5)
+
+
+@pytest.mark.parametrize("index", ["-30000", "16#7FFFFFFF", "16#7FFFFFFFFFFFFF"])
+def test_an_unchecked_index_outside_of_plc_memory_is_an_access_violation(
+    run: Run, index: str
+) -> None:
+    ran = run(
+        "PROGRAM MAIN\nVAR a : ARRAY[1..3] OF LREAL; i : LINT; END_VAR\n"
+        f"i := {index};\na[i] := 1;\nEND_PROGRAM",
+        check_bounds=False,
+    )
+    assert (ran.stopped.name, ran.stopped.line) == ("ACCESS_VIOLATION", 4)
+
+
 @pytest.mark.parametrize("address", ["0", "16#10", "16#FFFFFFFFFFFFFFFF", "16#8000000000000000"])
 @pytest.mark.parametrize("type", ["BYTE", "INT", "LREAL", "STRING", "ARRAY[0..9] OF LINT"])
 def test_a_wild_pointer_is_an_access_violation(run: Run, address: str, type: str) -> None:

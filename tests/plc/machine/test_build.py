@@ -18,10 +18,11 @@ TEXT = (
 )
 
 
-def _ran(text: str, *, exceptions: bool = True) -> PlcRuntime:
+def _ran(text: str, *, exceptions: bool = True, check_bounds: bool = True) -> PlcRuntime:
     project = declare([parse(Source(text, "test.st"), name="GVL")])
     task = Task("PlcTask", 10_000_000, [project.programs["main"]])
-    bodies = Bodies(check(project), form=CodeForm.MACHINE, exceptions=exceptions)
+    typed = check(project, check_bounds=check_bounds)
+    bodies = Bodies(typed, form=CodeForm.MACHINE, exceptions=exceptions)
     plc = PlcRuntime([task], project.units, bodies=bodies)
     plc.run_due(20_000_000)
     return plc
@@ -38,8 +39,9 @@ def test_the_cache(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     assert first.memory.digest() == again.memory.digest()
     assert again.instance("MAIN")["s"] == "4"
     _ran(TEXT, exceptions=False)
+    _ran(TEXT, check_bounds=False)
     _ran(TEXT.replace("+ 2", "+ 3"))
     _ran(TEXT.replace("x : INT", "x : DINT"))
-    assert len(list((tmp_path / "cache").iterdir())) == 4
+    assert len(list((tmp_path / "cache").iterdir())) == 5
     kept[0].write_bytes(b"nonsense")
     assert _ran(TEXT).memory.digest() == first.memory.digest()

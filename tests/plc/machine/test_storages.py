@@ -2,11 +2,14 @@
 
 import random
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 
 from achse.plc.code.execution import CodeForm
+from achse.plc.code.faults import ExceptionCode
+from achse.plc.memory import Area
+from achse.plc.runtime import PlcState
 
 Run = Callable[..., Any]
 
@@ -100,3 +103,95 @@ def test_random_pointers_do_in_machine_code_what_they_do_in_plain_code(
     )
     assert ran.plc.failure == ""
     assert 0x51 in ran["k"]
+
+
+_ELEMENTS = {
+    "BOOL": (1, "TRUE"), "BYTE": (1, "171"), "INT": (2, "-2"), "DWORD": (4, "16#89ABCDEF"),
+    "LINT": (8, "-3"), "REAL": (4, "1.5"), "LREAL": (8, "-2.5"), "STRING(5)": (6, "'abcd'"),
+    "WSTRING(2)": (6, '"xy"'), "R": (8, ""), "ARRAY[0..2] OF INT": (6, ""),
+}  # fmt: skip
+"""Element types of drawn arrays: size in bytes, and a value to write."""
+
+
+class _Array(NamedTuple):
+    size: int
+    stride: int
+    first: int
+    last: int
+
+
+def _program_of_accesses(dice: random.Random, count: int) -> tuple[str, list[_Array]]:
+    """A program that reads or writes element `i` of array `which`, or tells its address."""
+    declared: dict[str, str] = dict.fromkeys(("global", "struct", "block", "program", "call"), "")
+    branches = dict.fromkeys(("block", "program", "call"), "")
+    kept = ""
+    arrays = []
+    for number in range(count):
+        type = dice.choice(list(_ELEMENTS))
+        size, value = _ELEMENTS[type]
+        place = dice.choice(list(declared))
+        first = dice.choice([-3, 0, 1, 70])
+        last = first + dice.randrange(4)
+        columns = dice.choice([0, 0, 2])
+        bounds = f"{first}..{last}" + f", 1..{columns}" * bool(columns)
+        declared[place] += f"a{number} : ARRAY[{bounds}] OF {type}; "
+        path = {"struct": "GVL.outer.inner.", "global": "GVL."}.get(place, "")
+        index = "GVL.i" + ", 2" * bool(columns)
+        element = f"{path}a{number}[{index}]"
+        kept += f"x{number} : {type}; "
+        act = f"GVL.x{number} := {element};"
+        if dice.random() < 0.5:
+            act = f"{element} := {value or f'GVL.x{number}'};"
+        here = place if place in branches else dice.choice(list(branches))
+        branches[here] += (
+            f"{number}: IF GVL.looks THEN GVL.place := ADR({element}); ELSE {act} END_IF\n"
+        )
+        arrays.append(_Array(size, size * (columns or 1), first, last))
+    body = {place: f"CASE GVL.which OF\n{lines}99: ; END_CASE" for place, lines in branches.items()}
+    text = (
+        "TYPE R : STRUCT a : INT; b : DINT; END_STRUCT END_TYPE\n"
+        f"TYPE Inner : STRUCT pad : BYTE; {declared['struct']} END_STRUCT END_TYPE\n"
+        "TYPE Outer : STRUCT pad : INT; inner : Inner; END_STRUCT END_TYPE\n"
+        "VAR_GLOBAL which : INT := 99; looks : BOOL; i : LINT; place : LWORD; outer : Outer;\n"
+        f"{declared['global']}{kept} END_VAR\n"
+        f"FUNCTION fc : INT VAR pad : BYTE; {declared['call']} END_VAR\n{body['call']}"
+        f" END_FUNCTION\nFUNCTION_BLOCK F VAR {declared['block']} END_VAR\n{body['block']}"
+        f" END_FUNCTION_BLOCK\nPROGRAM MAIN VAR f : F; {declared['program']} END_VAR\n"
+        f"{body['program']} f(); fc(); END_PROGRAM\n"
+    )
+    return text, arrays
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_unchecked_index_reaches_plc_memory_and_nothing_else(run: Run, seed: int) -> None:
+    """In both forms: any type, bounds, place, index, read and write."""
+    dice = random.Random(seed)
+    text, arrays = _program_of_accesses(dice, 12)
+    ran = run(text, check_bounds=False)
+    plc = ran.plc
+    start = {area: plc.memory[area].snapshot() for area in Area}
+
+    def cycle(which: int, index: int, *, looks: bool) -> None:
+        for area in Area:
+            plc.memory[area].restore(start[area])
+        unit = plc.instance("GVL")
+        unit["which"], unit["i"], unit["looks"] = which, index, looks
+        ran.cycle()
+
+    for _ in range(25):
+        which = dice.randrange(len(arrays))
+        array = arrays[which]
+        distance = dice.choice([1, 2, 5, 100, 10_000, 1 << 20, 1 << 40])
+        index = dice.choice([array.first - distance, array.last + distance, array.first])
+        cycle(which, array.first, looks=True)
+        address = plc.instance("GVL")["place"] + (index - array.first) * array.stride
+        there = plc.memory.at(address)
+        fits = there is not None and there[1] + array.size <= len(there[0])
+        cycle(which, index, looks=False)
+        if plc.state is PlcState.EXCEPTION:
+            assert not fits
+            assert ran.stopped.code == ExceptionCode.ACCESS_VIOLATION
+            plc.reset()
+            plc.run()
+        else:
+            assert fits

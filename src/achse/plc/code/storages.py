@@ -166,7 +166,7 @@ class Storages:
 
     def _place(self, where: _Where, code: str) -> tuple[str, str] | None:
         """View and index for numbers of a format, if all of them are at multiples of its size."""
-        if not where.view:
+        if not where.view or where.unbounded:
             return None
         size = {"b": 1, "h": 2, "i": 4, "q": 8, "f": 4, "d": 8}[code.lower()]
         aligned = where.offset % size == 0 and (not where.base or where.alignment % size == 0)

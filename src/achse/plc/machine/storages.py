@@ -207,11 +207,8 @@ class MachineStorages:
             if isinstance(step.first, Known) and isinstance(step.index, Known) and _is_within(step):
                 continue
             index = b.convert(of.number(step.index), I64)
-            if step.last is None:
-                found.append((index, step.stride))
-                continue
             first = b.convert(of.number(step.first), I64)
-            if not _never_outside(step):
+            if step.last is not None and not _never_outside(step):
                 last = b.convert(of.number(step.last), I64)
                 self._check(index, first, last)
             found.append((index, step.stride))

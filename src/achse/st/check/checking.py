@@ -55,14 +55,20 @@ _SLOT = 50_000
 _SLOT_OF_CONSTANTS = 49_990
 
 
-def check(declarations: Declarations, *, given: Iterable[type[StaticRecord]] = ()) -> TypedProject:
+def check(
+    declarations: Declarations,
+    *,
+    given: Iterable[type[StaticRecord]] = (),
+    check_bounds: bool = True,
+) -> TypedProject:
     """The typed form of all that a project declares, with every fault and warning.
 
-    `given` are programs and variable lists that the runtime declares in Python. Raises nothing:
-    what is at fault is told, and left out.
+    `given` are programs and variable lists that the runtime declares in Python. Without
+    `check_bounds` an index that is not constant has no bounds. Raises nothing: what is at fault is
+    told, and left out.
     """
     with collection_paused():  # the typed form has no cycles
-        return Checking(declarations.names, given).project()
+        return Checking(declarations.names, given, check_bounds=check_bounds).project()
 
 
 class _Checked(NamedTuple):
@@ -77,8 +83,15 @@ class _Checked(NamedTuple):
 class Checking:
     """What all routines of a project share while they are checked."""
 
-    def __init__(self, names: Resolver, given: Iterable[type[StaticRecord]] = ()) -> None:
+    def __init__(
+        self,
+        names: Resolver,
+        given: Iterable[type[StaticRecord]] = (),
+        *,
+        check_bounds: bool = True,
+    ) -> None:
         self.names = names
+        self.check_bounds = check_bounds
         self.routines = Routines(names)
         self.blocks = Blocks(names)
         self.life = Life(self)
@@ -200,7 +213,7 @@ class Checking:
             tuple(faults),
             tuple(sorted(self._warnings, key=lambda one: one.location)),
             self._left_out,
-            origin_of(self.names, self.given_units.values()),
+            origin_of(self.names, self.given_units.values(), check_bounds=self.check_bounds),
         )
 
     def _statics_of_blocks(self) -> Iterator[StaticBase]:

@@ -401,7 +401,7 @@ class Paths:
                 continue
             first, last = Known(bounds.first, DINT, place), Known(bounds.last, DINT, place)
             checked = self._body.checks.bounds(index, first, last, place)
-            steps.append(IndexStep(checked, first, last, stride, place))
+            steps.append(self._step(checked, first, last, stride, place))
         if written and len(written) == len(indices):
             name = f"{name}[{','.join(written)}]"
         storage = replaced(
@@ -414,6 +414,14 @@ class Paths:
         )
         self._body.mark_addressed(storage)
         return read(storage, type.element, at)
+
+    def _step(
+        self, index: TypedValue, first: TypedValue, last: TypedValue, stride: int, at: int
+    ) -> IndexStep:
+        """The step of an index between bounds, which count if the project checks them."""
+        return IndexStep(
+            index, first, last if self._body.checking.check_bounds else None, stride, at
+        )
 
     def _open_element(
         self, whole: TypedOperand, indices: list[tuple[TypedValue, int]], at: int
@@ -430,7 +438,7 @@ class Paths:
             lower, upper = whole.bounds[2 * number : 2 * number + 2]
             checked = self._body.checks.bounds(index, lower, upper, place)
             if count == 1:
-                step = IndexStep(checked, lower, upper, size, place)
+                step = self._step(checked, lower, upper, size, place)
                 storage = replaced(outer, steps=(*outer.steps, step), at=at)
                 return read(storage, whole.type, at)
             inside = _dint(Operator.SUB, checked, lower, place)
@@ -451,7 +459,7 @@ class Paths:
             )
             last = _dint(Operator.MUL, last, span, at)
         last = _dint(Operator.SUB, last, Known(1, DINT, at), at)
-        step = IndexStep(position, first, last, size, at)
+        step = self._step(position, first, last, size, at)
         return read(replaced(outer, steps=(*outer.steps, step), at=at), whole.type, at)
 
     def _pointed_element(
@@ -489,7 +497,7 @@ class Paths:
             storage = replaced(outer, offset=offset, type=element, at=at)
         else:
             first, last = Known(0, DINT, place), Known(type.length, DINT, place)
-            step = IndexStep(value, first, last, type.unit, place)
+            step = self._step(value, first, last, type.unit, place)
             storage = replaced(outer, steps=(*outer.steps, step), type=element, at=at)
         self._body.mark_addressed(storage)
         return TypedOperand(Read(storage, element, at), element, storage)

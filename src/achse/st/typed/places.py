@@ -113,7 +113,8 @@ class IndexStep:
 
     `first` and `last` are values because an `ARRAY [*]` has its bounds in hidden variables; of
     all others they are `Known`. An index outside is ARRAYBOUNDS 16#101.
-    `last` is None for `pointer[i]`, which has no bounds.
+    `last` is None for `pointer[i]`, which has no bounds, and if the project does not check them:
+    the step then leads to whatever is there, and outside of PLC memory to ACCESS_VIOLATION.
     """
 
     index: "TypedValue"
