@@ -35,6 +35,7 @@ _WARNINGS = {
     BusEventKind.EMERGENCY,
     BusEventKind.RING_OPEN,
     BusEventKind.CLOCK,
+    BusEventKind.REFERENCE,
 }
 
 

@@ -450,6 +450,10 @@ def test_time_of_the_reference_clock_is_taken_if_a_slave_wrote_it() -> None:
         assert (first.adp, first.ado, len(first.data)) == (station or 0, 0x0910, 8)
         cyclic.receive(back(frame, {0: (data, counter)}))
         assert (cyclic.reference_ns, cyclic.away) == (expected, False)
+        assert cyclic.reference_lost is (is_known and not counter)
+        first = EthercatFrame.decode(cyclic.frames()[0]).datagrams[0]
+        carries = is_known and counter
+        assert first.command == (DatagramCommand.FRMW if carries else DatagramCommand.NOP)
     without = made(box(8, 0))
     without.set_reference(0x1002)
     assert len(EthercatFrame.decode(without.frames()[0]).datagrams) == 2

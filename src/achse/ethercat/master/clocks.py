@@ -24,9 +24,12 @@ __all__ = [
     "correct_offset",
     "difference_of",
     "measure_clocks",
+    "restart_loop",
     "settle_drift",
+    "shift_clock",
     "start_sync",
     "stop_sync",
+    "write_delay",
 ]
 
 _LEAD_NS = 100_000_000
@@ -106,28 +109,30 @@ class ClockWatch:
 
 
 def measure_clocks(
-    slaves: Sequence[BusSlave], newcomers: Collection[int] | None = None
+    slaves: Sequence[BusSlave],
+    newcomers: Collection[int] | None = None,
+    before: int | None = None,
 ) -> Steps[int | None]:
     """Set delay and offset of each slave with a clock; the station of the reference, None: none.
 
     `slaves` are all that frames pass, in their order. With `newcomers` (stations) only these are
-    set, to the time that the reference has now: the clocks of the others run on.
+    set, to the time that the others have now: the clocks of the others run on. Their delays change
+    only if the reference is another one than `before`.
     """
     clocks = [slave for slave in slaves if slave.facts.has_clock]
     if not clocks:
         return None
     reference = clocks[0].station
     latch = Datagram.at(DatagramCommand.BWR, 0, Register.RECEIVE_TIME_PORT_0, bytes(4))
-    time = Datagram.at(DatagramCommand.FPRD, reference, Register.SYSTEM_TIME, bytes(8))
+    settled = [] if newcomers is None else [s for s in clocks if s.station not in newcomers]
+    keeper = settled[0] if settled else clocks[0]
+    time = Datagram.at(DatagramCommand.FPRD, keeper.station, Register.SYSTEM_TIME, bytes(8))
     latched = yield Trip((latch, time), tries=1)
     if latched.datagrams[0].counter < len(clocks):
         raise FrameLost(
             f"receive times: {latched.datagrams[0].counter} slaves latched,"
             f" {len(clocks)} have clocks"
         )
-    start = latched.now_ns
-    if newcomers is not None and reference not in newcomers:
-        start = int.from_bytes(latched.datagrams[1].data, "little")
     times: list[Sequence[int] | None] = [None] * len(slaves)
     unit: dict[int, int] = {}
     for number, slave in enumerate(slaves):
@@ -136,12 +141,29 @@ def measure_clocks(
             *ports, unit[slave.station] = _TIMES.unpack(data)
             times[number] = ports
     delays = propagation_delays(build_tree([each.facts.dl_status for each in slaves]), times)
-    first = slaves.index(clocks[0])
+    first = delays[slaves.index(clocks[0])]
+    start = latched.now_ns
+    if settled:  # the frame passes the keeper later than the reference
+        start = int.from_bytes(latched.datagrams[1].data, "little")
+        start -= max(delays[slaves.index(keeper)] - first, 0)
+    base = clocks[0].facts.delay_ns if settled and reference == before else 0
     for number, slave in enumerate(slaves):
-        if slave.facts.has_clock and (newcomers is None or slave.station in newcomers):
-            slave.facts.delay_ns = max(delays[number] - delays[first], 0)
-            yield from _set_clock(slave, start + slave.facts.delay_ns - unit[slave.station])
+        if not slave.facts.has_clock:
+            continue
+        delay = max(delays[number] - first, 0)
+        if slave not in settled:
+            yield from _set_clock(slave, start + delay - unit[slave.station], delay)
+        elif reference == before:
+            continue
+        else:
+            yield from write_delay(slave.station, delay)
+        slave.facts.delay_ns = base + delay
     return reference
+
+
+def write_delay(station: int, delay_ns: int) -> Steps[None]:
+    """Set the propagation delay from the reference to a slave."""
+    yield from write(station, Register.SYSTEM_TIME_DELAY, delay_ns.to_bytes(4, "little"))
 
 
 def settle_drift(reference: int, telegrams: int) -> Steps[None]:
@@ -157,25 +179,30 @@ def settle_drift(reference: int, telegrams: int) -> Steps[None]:
         yield Pause(_BURST_NS)
 
 
-def _set_clock(slave: BusSlave, offset_ns: int) -> Steps[None]:
-    station, delay = slave.station, slave.facts.delay_ns
+def _set_clock(slave: BusSlave, offset_ns: int, delay_ns: int) -> Steps[None]:
     offset = (offset_ns & _U64).to_bytes(8, "little")
-    yield from write(station, Register.SYSTEM_TIME_OFFSET, offset)
-    yield from write(station, Register.SYSTEM_TIME_DELAY, delay.to_bytes(4, "little"))
-    yield from _restart_loop(station)
+    yield from write(slave.station, Register.SYSTEM_TIME_OFFSET, offset)
+    yield from write_delay(slave.station, delay_ns)
+    yield from restart_loop(slave.station)
 
 
-def _restart_loop(station: int) -> Steps[None]:
+def restart_loop(station: int) -> Steps[None]:
+    """Let the time loop of a slave forget how fast its clock runs."""
     speed = Register.SPEED_COUNTER_START
     yield from write(station, speed, speed.default.to_bytes(2, "little"))
 
 
 def correct_offset(slave: BusSlave) -> Steps[None]:
     """Take `slave.clock_difference_ns` out of the offset: the time loop alone takes minutes."""
+    yield from shift_clock(slave, -slave.clock_difference_ns)
+    yield from restart_loop(slave.station)
+
+
+def shift_clock(slave: BusSlave, by_ns: int) -> Steps[None]:
+    """Add to the offset of a clock: its time is another at once."""
     offset = yield from read_number(slave.station, Register.SYSTEM_TIME_OFFSET)
-    offset = offset - slave.clock_difference_ns & _U64
+    offset = offset + by_ns & _U64
     yield from write(slave.station, Register.SYSTEM_TIME_OFFSET, offset.to_bytes(8, "little"))
-    yield from _restart_loop(slave.station)
 
 
 def difference_of(number: int) -> int:

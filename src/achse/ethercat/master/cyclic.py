@@ -38,7 +38,7 @@ _ROOM = MAX_FRAME - _FIRST
 _FRAME_MISSING = 0x8000
 """Bit of the state words: the whole frame."""
 _MAX_BITS = 15
-_BRD = int(DatagramCommand.BRD)
+_BRD, _FRMW = int(DatagramCommand.BRD), int(DatagramCommand.FRMW)
 
 _LOOK_NS = 5_000_000
 """How often the mailbox states travel: so long may a slave's own message wait."""
@@ -215,6 +215,8 @@ class CyclicExchange:
         """AL status of all slaves, by OR."""
         self.reference_ns = 0
         """System time of the reference clock when the frame passed it."""
+        self.reference_lost = False
+        """A frame came back without the time of the reference: the next ones carry none."""
         self.mailbox_bits = b""
         self._cycle = 0
         self._look_cycles = max(_LOOK_NS // image.bus.cycle_ns, 1)
@@ -299,6 +301,10 @@ class CyclicExchange:
 
     def set_reference(self, station: int | None) -> None:
         """The slave whose time goes to all others, None for none."""
+        self.reference_lost = False
+        self._carry_time(station)
+
+    def _carry_time(self, station: int | None) -> None:
         if self._clock is None:
             return
         command = DatagramCommand.NOP if station is None else DatagramCommand.FRMW
@@ -393,8 +399,12 @@ class CyclicExchange:
             self.mailbox_bits = packet[at : at + self._bits.length]
         if self._clock is not None and frame is frames[0]:
             at = self._clock.at + _HEADER
-            if packet[at + 8] or packet[at + 9]:
-                (self.reference_ns,) = _U64.unpack_from(packet, at)
+            (time_ns,) = _U64.unpack_from(packet, at)
+            if time_ns and (packet[at + 8] or packet[at + 9]):
+                self.reference_ns = time_ns
+            elif packet[at - _HEADER] == _FRMW:  # others would follow a time of 0
+                self.reference_lost = True
+                self._carry_time(None)
 
     def _take_some(self, frame: _Template, packet: bytes) -> None:
         """Take over the inputs of datagrams with the right counter."""

@@ -29,6 +29,7 @@ class BusEventKind(Enum):
     RING_CLOSED = "ring is closed"
     CLOCK = "clocks are too far apart"
     CLOCK_BACK = "clocks are together again"
+    REFERENCE = "reference clock has changed"
 
 
 class BusEvent(NamedTuple):

@@ -32,6 +32,7 @@ from achse.ethercat.master.inspection import (
     set_station,
 )
 from achse.ethercat.master.redundancy import Redundancy
+from achse.ethercat.master.reference_clock import ReferenceClock
 from achse.ethercat.master.states import report_of
 from achse.ethercat.master.steps import Pause, Steps, broadcast_read, now, write
 from achse.ethercat.master.traffic import AcyclicTraffic, BusJob
@@ -84,8 +85,6 @@ class Supervision:
         """Slaves that frames pass, configured or not."""
         self.strangers: list[tuple[int, int, int, int]] = []
         """Identities of slaves found that are not in the configuration."""
-        self.reference: int | None = None
-        """Station of the reference clock."""
         self.searched = False
         """Slaves were looked for, and found or not."""
         self.changes = 0
@@ -95,6 +94,7 @@ class Supervision:
         self._bring_up = bring_up
         self._tell = tell
         self._redundancy = redundancy
+        self._clock = ReferenceClock(slaves, cyclic, bus.cycle_ns, tell, redundancy)
         self._ring: tuple[int | None, bool, bool] = None, False, False
         """Where the ring is open; whether the copies of each adapter are missing."""
         self._opening = ""
@@ -114,6 +114,11 @@ class Supervision:
         self._lost_before = 0
 
     @property
+    def reference(self) -> int | None:
+        """Station of the reference clock, None for none."""
+        return self._clock.station
+
+    @property
     def quiet_until_ns(self) -> int:
         """Until when nothing is looked at, if the cyclic frames stay as they are; 0: at once."""
         cyclic = self._cyclic
@@ -122,8 +127,9 @@ class Supervision:
             (
                 *(self._urgent, self._leads, self._collecting, seen != self._seen),
                 *(cyclic.counters.lost > self._lost_before, any(cyclic.mailbox_bits)),
+                cyclic.reference_lost,
             )
-            != (False, {}, set(), False, False, False)
+            != (False, {}, set(), False, False, False, False)
             or self._opening
             or self.opening
         ):
@@ -220,10 +226,10 @@ class Supervision:
         self.link = True
         self._tell(BusEventKind.LINK_BACK, None, count, f"{count} slaves found")
         present = [each for each in self.slaves if each.present]
-        self.reference = yield from self._measure(present)
-        if self.reference is not None and any(each.configuration.clock for each in present):
-            yield from settle_drift(self.reference, self.bus.drift_telegrams)
-        self._cyclic.set_reference(self.reference)
+        reference = yield from self._measure(present)
+        if reference is not None and any(each.configuration.clock for each in present):
+            yield from settle_drift(reference, self.bus.drift_telegrams)
+        self._clock.appoint(reference)
         self.cyclic_on = True
         self._urgent = True
 
@@ -275,6 +281,7 @@ class Supervision:
                 self._urgent
                 or seen != self._seen
                 or lost > self._lost_before
+                or cyclic.reference_lost
                 or time >= self._look_due
             ):
                 self._urgent = False
@@ -284,7 +291,8 @@ class Supervision:
                 yield from self._look()
             if time >= self._clocks_due and self.reference is not None:
                 yield from self._watch_clocks()
-                self._clocks_due = time + (_CLOCKS_NS if self._clocks.calm else _CLOCKS_SOON_NS)
+                calm = self._clocks.calm and not self._clock.doubted
+                self._clocks_due = time + (_CLOCKS_NS if calm else _CLOCKS_SOON_NS)
             if time >= self._counters_due:
                 self._counters_due = time + _COUNTERS_NS
                 yield from self._read_counters()
@@ -303,6 +311,7 @@ class Supervision:
                 self._lose(slave)
             elif slave.present and slave.position not in self._leads:
                 self._judge(slave, data)
+        yield from self._clock.update()
         _, self.found = yield from broadcast_read(Register.AL_STATUS, 2)
         answering = sum(data is not None for data in reports)
         if self.found > answering + len(self.strangers) or any(
@@ -313,9 +322,7 @@ class Supervision:
 
     def _watch_clocks(self) -> Steps[None]:
         """Read how far clocks are from the reference: of all at once, of each if one is far."""
-        far, _ = yield from broadcast_read(
-            Register.SYSTEM_TIME_DIFFERENCE, Register.SYSTEM_TIME_DIFFERENCE.size
-        )
+        far = yield from self._clock.watch()
         if self._clocks.calm and bound_of(far) <= self._clocks.limit_ns:
             return
         yield from self._read_clocks()
@@ -441,21 +448,7 @@ class Supervision:
         elif opening != self._opening:
             self._tell(BusEventKind.RING_OPEN, None, ring[0] or 0, opening)
         self._opening = opening
-        split = ring[0]
-        present = [each for each in self.slaves if each.present]
-        first = len(present) if split is None else split
-        parts = present[:first], present[first:]
-        references = [next((each for each in part if each.facts.has_clock), None) for part in parts]
-        lead = references[0] or references[1]
-        self.reference = None if lead is None else lead.station
-        self._cyclic.set_reference(self.reference)
-        redundancy.reference = None if references[1] is None else references[1].station
-        for part, reference in zip(parts, references, strict=True):
-            for slave in part:
-                if reference is not None and slave.facts.has_clock:
-                    delay = max(slave.facts.delay_ns - reference.facts.delay_ns, 0)
-                    data = delay.to_bytes(4, "little")
-                    yield from write(slave.station, Register.SYSTEM_TIME_DELAY, data)
+        yield from self._clock.divide()
 
     # slaves that come
 
@@ -486,8 +479,7 @@ class Supervision:
             )
             if dl_status[0] is not None:
                 each.facts.dl_status = int.from_bytes(dl_status[0], "little")
-        self.reference = yield from measure_clocks(present, newcomers)
-        self._cyclic.set_reference(self.reference)
+        yield from self._clock.admit(present, newcomers)
         for each in present:
             if each.station in newcomers:
                 self._tell(BusEventKind.SLAVE_BACK, each, each.position, f"{each.name} is back")
