@@ -63,7 +63,7 @@ def test_a_station_is_started_waited_for_and_stopped(config: Path, folder: Path)
     assert json.loads((config.parent / "kept.json").read_text())["nc"]
     assert detached_stations() == []
     assert not list(folder.glob("*.json"))
-    assert "no detached station runs" in _cli("stop", exit_code=1).stderr
+    assert f"no detached station runs: no records in {folder}" in _cli("stop", exit_code=1).stderr
 
 
 def test_of_several_the_name_is_needed_or_all(config: Path) -> None:
@@ -72,7 +72,7 @@ def test_of_several_the_name_is_needed_or_all(config: Path) -> None:
     told = _cli("stop", exit_code=1).stderr
     assert "which one?" in told
     assert told.count("Cell at 127.0.0.1:") == 2
-    assert "which one?" in _cli("stop", "Cell", exit_code=1).stderr
+    assert "which one? say its process id" in _cli("stop", "Cell", exit_code=1).stderr
     stopped = json.loads(_cli("stop", "--all", "--json").stdout)
     assert [each["name"] for each in stopped] == ["Cell", "Cell"]
     assert _cli("stop", "--all").stdout == "no detached station runs\n"
@@ -106,6 +106,33 @@ def test_old_logs_go(folder: Path) -> None:
 def test_what_is_not_a_record_harms_nobody(folder: Path) -> None:
     (runtime_folder() / "detached-1.json").write_text("{not json")
     assert detached_stations() == []
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="PID namespaces are Linux")
+def test_a_station_in_a_container_is_stopped_by_its_own_process_id(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its record has the process id that the container gave it: here that is another process."""
+    here = str(Path("/proc/self/ns/pid").readlink())
+    signalled: list[int] = []
+    monkeypatch.setattr(os, "kill", lambda pid, number: signalled.append(pid))
+    monkeypatch.setattr("achse.cli.detached._pid_namespace", lambda: "pid:[1]")
+    STATION._replace(pid=os.getpid(), pid_namespace=here).terminate()
+    assert signalled == [os.getpid()]
+    with pytest.raises(ProcessLookupError, match=r"no process 7 in pid:\[2\] is visible here"):
+        STATION._replace(pid_namespace="pid:[2]").terminate()
+    assert signalled == [os.getpid()]
+
+
+def test_a_station_in_a_container_that_is_out_of_sight_is_not_signalled(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("ACHSE_DETACHED", str(runtime_folder()))
+    monkeypatch.setattr("achse.cli.detached._pid_namespace", lambda: "pid:[2]")
+    with recorded("Cell", "127.0.0.1", 1, "1.1.1.1.1.1"):
+        monkeypatch.setattr("achse.cli.detached._pid_namespace", lambda: "pid:[1]")
+        told = _cli("stop", "Cell", exit_code=1).stderr
+    assert "runs in another container: stop it there" in told
 
 
 @pytest.mark.parametrize("word", ["cell", "127.0.0.1:48898", "48898", "5.1.1.1.1.1", "7"])

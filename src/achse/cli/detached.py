@@ -61,6 +61,8 @@ class DetachedStation(NamedTuple):
     tcp_port: int
     net_id: str
     log: str
+    pid_namespace: str = ""
+    """PID namespace that `pid` counts in, `pid:[4026531836]`; empty where there are none."""
 
     @property
     def address(self) -> str:
@@ -75,6 +77,36 @@ class DetachedStation(NamedTuple):
 
     def __str__(self) -> str:
         return f"{self.name} at {self.address}, process {self.pid}"
+
+    def terminate(self) -> None:
+        """Ask the process to end. Raises `ProcessLookupError` if it is not visible from here."""
+        own = _pid_namespace()
+        if self.pid_namespace in ("", own):
+            os.kill(self.pid, signal.SIGTERM)
+        else:
+            os.kill(self._pid_here(), signal.SIGTERM)
+
+    def _pid_here(self) -> int:
+        """The process id in our PID namespace of a station in a container, which is below ours."""
+        for process in Path("/proc").glob("[0-9]*"):
+            try:
+                if str((process / "ns" / "pid").readlink()) != self.pid_namespace:
+                    continue
+                status = (process / "status").read_text(encoding="utf-8", errors="replace")
+            except OSError:  # it has ended, or is another user's
+                continue
+            numbers = next(line for line in status.splitlines() if line.startswith("NSpid:"))
+            if int(numbers.split()[-1]) == self.pid:
+                return int(process.name)
+        raise ProcessLookupError(f"no process {self.pid} in {self.pid_namespace} is visible here")
+
+
+def _pid_namespace() -> str:
+    """The PID namespace of this process; empty where there are none."""
+    try:
+        return str(Path("/proc/self/ns/pid").readlink())
+    except OSError:
+        return ""
 
 
 def register(app: typer.Typer) -> None:
@@ -128,7 +160,8 @@ def recorded(name: str, host: str, tcp_port: int, net_id: str) -> Iterator[None]
         yield
         return
     log = str(_log_of(Path(folder), os.getpid()))
-    station = DetachedStation(os.getpid(), name, host, tcp_port, net_id, log)
+    pid = os.getpid()
+    station = DetachedStation(pid, name, host, tcp_port, net_id, log, _pid_namespace())
     file = _record_of(Path(folder), station.pid)
     being_made = file.with_suffix(".new")
     with being_made.open("w", encoding="utf-8") as record:
@@ -319,8 +352,11 @@ def stop(
         raise typer.BadParameter("either a station or --all", param_hint="--all")
     stations = detached_stations() if every else [_only(which)]
     for station in stations:
-        with contextlib.suppress(ProcessLookupError):
-            os.kill(station.pid, signal.SIGTERM)
+        try:
+            station.terminate()
+        except ProcessLookupError:
+            if station.pid_namespace != _pid_namespace():
+                fail(f"{station}, runs in another container: stop it there", name="NOT_OURS")
     end = time.monotonic() + timeout
     while left := [each for each in detached_stations() if each in stations]:
         if time.monotonic() > end:
@@ -343,9 +379,10 @@ def _only(which: str | None) -> DetachedStation:
     if len(found) == 1:
         return found[0]
     listed = "; ".join(map(str, stations)) or "none"
-    said = f"no detached station {which!r}; there are: {listed}"
+    folder = runtime_folder()
+    said = f"no detached station {which!r}; there are: {listed} (records in {folder})"
     if found:
-        said = f"which one? say its address, or --all: {listed}"
+        said = f"which one? say its process id, or --all: {'; '.join(map(str, found))}"
     elif which is None:
-        said = "no detached station runs (`achse run --detach` starts one)"
+        said = f"no detached station runs: no records in {folder} (`achse run --detach` starts one)"
     return fail(said, name="NOT_FOUND")
