@@ -45,6 +45,13 @@ def test_samples_are_on_the_path() -> None:
             assert (x - 10.0) ** 2 + (y - 10.0) ** 2 == pytest.approx(100.0, abs=1e-6)
 
 
+def test_kept_jerk_takes_longer_where_the_curvature_jumps() -> None:
+    path = commands("G1 X10 F6000\nG3 X20 Y10 I0 J10\nG1 Y30")
+    taken = [run_commands(path, LIMIT, (0.0,) * 8, keep_jerk=keep) for keep in (False, True)]
+    assert taken[1].seconds > 1.2 * taken[0].seconds
+    assert taken[1].feed_length == taken[0].feed_length
+
+
 def test_a_full_table_waits() -> None:
     text = "F6000\n" + "\n".join(f"G1 X{n * 0.01:.3f}" for n in range(1, 400))
     took = timed(text)

@@ -44,6 +44,10 @@ Acceleration = Annotated[
     float, typer.Option("--acceleration", "-a", min=1e-3, help="Of each axis, mm/s².")
 ]
 Jerk = Annotated[float, typer.Option("--jerk", "-j", min=1e-3, help="Of each axis, mm/s³.")]
+KeepJerk = Annotated[
+    bool,
+    typer.Option("--keep-jerk", help="Keep the jerk where the curvature jumps: keep_jerk = true."),
+]
 
 
 Blocks = Annotated[
@@ -164,6 +168,7 @@ def plot(
     velocity: Velocity = 500.0,
     acceleration: Acceleration = 5000.0,
     jerk: Jerk = 100000.0,
+    keep_jerk: KeepJerk = False,
     tools: Tools = None,
     offsets: Offsets = None,
     subroutines: Subroutines = None,
@@ -184,7 +189,7 @@ def plot(
     if programmed or not moves:
         picture = draw_moves(moves, view=view, title=file.name)
     else:
-        took = _timed(report, velocity, acceleration, jerk, record=True)
+        took = _timed(report, velocity, acceleration, jerk, keep_jerk, record=True)
         title = f"{file.name}, {took.seconds:.3f} s"
         picture = draw_velocities(took.samples, view=view, title=title)
     target = out or file.with_suffix(".svg")
@@ -201,6 +206,7 @@ def how_long(
     velocity: Velocity = 500.0,
     acceleration: Acceleration = 5000.0,
     jerk: Jerk = 100000.0,
+    keep_jerk: KeepJerk = False,
     tools: Tools = None,
     offsets: Offsets = None,
     subroutines: Subroutines = None,
@@ -213,7 +219,7 @@ def how_long(
     Handshakes of M functions are not in it: the PLC decides how long they take.
     """
     report = _report(file, _machine(file, tools, offsets, subroutines, skip), blocks)
-    took = _timed(report, velocity, acceleration, jerk)
+    took = _timed(report, velocity, acceleration, jerk, keep_jerk)
     if in_json:
         print_json(
             {
@@ -240,6 +246,7 @@ def _timed(
     velocity: float,
     acceleration: float,
     jerk: float,
+    keep_jerk: bool,
     *,
     record: bool = False,
 ) -> "ProgramTime":
@@ -248,6 +255,7 @@ def _timed(
 
     try:
         limit = PathLimits(velocity, acceleration, jerk)
-        return run_commands(report.commands, limit, (0.0,) * 8, record=record)
+        start = (0.0,) * 8
+        return run_commands(report.commands, limit, start, keep_jerk=keep_jerk, record=record)
     except PathError as fault:
         fail(str(fault))

@@ -59,9 +59,16 @@ class ProgramTime:
 
 
 class _Run:
-    def __init__(self, limits: Sequence[PathLimits], start: Sequence[float], record: bool) -> None:
+    def __init__(
+        self,
+        limits: Sequence[PathLimits],
+        start: Sequence[float],
+        *,
+        keep_jerk: bool,
+        record: bool,
+    ) -> None:
         self.limits = limits
-        self.settings = ProgramSettings(PathParameters(c0=0.0))
+        self.settings = ProgramSettings(PathParameters(c0=0.0, keep_jerk=keep_jerk))
         path = self.settings.path
         self.planner = PathPlanner(limits, start, cycle_time=CYCLE_TIME, parameters=path)
         self.record = record
@@ -126,13 +133,15 @@ def run_commands(
     limit: PathLimits,
     start: Sequence[float],
     *,
+    keep_jerk: bool = False,
     record: bool = False,
 ) -> ProgramTime:
     """Run the commands on eight axes with the same limits; `record` keeps each cycle's sample.
 
+    `keep_jerk` as in `PathParameters`.
     `start` is where X, Y, Z and Q1..Q5 are. PathError for a move that cannot be planned.
     """
-    run = _Run([limit] * 8, start, record)
+    run = _Run([limit] * 8, start, keep_jerk=keep_jerk, record=record)
     for command in commands:
         if isinstance(command, LineMove | ArcMove):
             run.move(command)
