@@ -18,13 +18,11 @@ __all__ = ["channel"]
 
 _PARAMETERS, _STATES, _FUNCTIONS, _CYCLIC = 0x2000, 0x2100, 0x2200, 0x2300
 _GROUP_FUNCTIONS, _GROUP_STATES = 0x3200, 0x3100
-_PLACE, _PLACE_FORM = 0x8000_0002, struct.Struct("<4I3d260s")
 _RING0_STATES = 0x1100
 _CHANNEL_IDS = 0x31
 _LONGEST_LIST = 1020
 _INTERPRETER = 2
 _LINE = 256
-_FAULT = 1
 
 channel = typer.Typer(no_args_is_help=True, help="Run part programs on the channels of the NC.")
 
@@ -86,21 +84,22 @@ async def _place(client: "Client", id: int) -> dict[str, Any] | None:
     None on other controllers too: the row is of achse alone.
     """
     from achse.ams import DeviceError
+    from achse.codes.program_place import FAULT, OFFSET, ProgramPlace
 
     try:
-        data = await client.read_raw(_STATES + id, _PLACE, _PLACE_FORM.size)
+        data = await client.read_raw(_STATES + id, OFFSET, ProgramPlace.size())
     except DeviceError:
         return None
-    kind, line, block, counter, x, y, z, name = _PLACE_FORM.unpack(data)
-    if not kind:
+    place = ProgramPlace.decode(data)
+    if not place.kind:
         return None
     return {
-        "kind": "fault" if kind == _FAULT else "found",
-        "file": name.split(b"\0", 1)[0].decode("cp1252", "replace"),
-        "line": line,
-        "block": block,
-        "counter": counter,
-        "position": [x, y, z],
+        "kind": "fault" if place.kind == FAULT else "found",
+        "file": place.file,
+        "line": place.line,
+        "block": place.block,
+        "counter": place.counter,
+        "position": list(place.position),
     }
 
 

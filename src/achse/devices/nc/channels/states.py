@@ -5,7 +5,8 @@ from collections.abc import Callable
 from typing import Any
 
 from achse.ams import DeviceError
-from achse.codes import NcError
+from achse.codes import NcError, program_place
+from achse.codes.program_place import ProgramPlace
 from achse.devices.nc.channels.binding import LineText, of_interpreter, show_program
 from achse.devices.nc.layouts import UINT32
 from achse.motion.channels.channel import NcChannel
@@ -67,9 +68,10 @@ def _rotation(channel: ProgramChannel) -> tuple[float, ...]:
 def _place(channel: ProgramChannel) -> tuple[Any, ...]:
     place = channel.place
     if place is None:
-        return 0, 0, 0, 0, 0.0, 0.0, 0.0, b""
-    origin, name = place.origin, place.origin.program.encode("cp1252", "replace")[:259]
-    return place.kind, origin.line, origin.block, origin.counter, *place.position, name
+        return ProgramPlace(0).fields
+    origin = place.origin
+    number = origin.line, origin.block, origin.counter
+    return ProgramPlace(place.kind, *number, place.position, origin.program).fields
 
 
 class _PlannedPart:
@@ -148,7 +150,7 @@ PROGRAM_STATES = (
         _readout(_rotation),
     ),
     Service(
-        *(0x8000_0002, "program_place", READ, Layout("<4I3d260s")),
+        *(program_place.OFFSET, "program_place", READ, Layout(program_place.FORMAT)),
         "1 block at fault, 2 found block, 0 none; line, N word, counter; X, Y, Z in mm: at a fault "
         "where the axes stopped, of a found block where they have to be; file",
         read=lambda channel: _place(of_interpreter(channel)),

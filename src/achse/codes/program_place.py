@@ -1,0 +1,47 @@
+"""A place in a part program, the row `program_place` of a channel: a row of achse alone."""
+
+import struct
+from typing import NamedTuple
+
+__all__ = ["FAULT", "FORMAT", "OFFSET", "ProgramPlace"]
+
+OFFSET = 0x8000_0002
+"""Index offset in the group of a channel's states."""
+
+FORMAT = "<4I3d260s"
+FAULT = 1
+
+_FORM = struct.Struct(FORMAT)
+_LONGEST_NAME = 259
+
+
+class ProgramPlace(NamedTuple):
+    """The block at fault, or the one that a search found."""
+
+    kind: int
+    """0: none, FAULT: block at fault, 2: found block."""
+    line: int = 0
+    block: int = 0
+    """N word."""
+    counter: int = 0
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """X, Y, Z in mm: at a fault where the axes stopped, of a found block where they have to be."""
+    file: str = ""
+
+    @property
+    def fields(self) -> tuple[int, int, int, int, float, float, float, bytes]:
+        """Return the values in the order of FORMAT."""
+        name = self.file.encode("cp1252", "replace")[:_LONGEST_NAME]
+        return self.kind, self.line, self.block, self.counter, *self.position, name
+
+    @classmethod
+    def decode(cls, data: bytes) -> "ProgramPlace":
+        """Return the place in the bytes of the row. Raises `struct.error` for another length."""
+        kind, line, block, counter, x, y, z, name = _FORM.unpack(data)
+        file = name.split(b"\0", 1)[0].decode("cp1252", "replace")
+        return cls(kind, line, block, counter, (x, y, z), file)
+
+    @staticmethod
+    def size() -> int:
+        """Return the bytes of the row."""
+        return _FORM.size
