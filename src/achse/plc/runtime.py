@@ -427,6 +427,8 @@ class PlcRuntime:
             )
             self._in_change("FB_reinit after", partial(self.bodies.reinit, moves))
             self._tell_bodies(previous)
+        if previous is not None and previous is not self.bodies:
+            previous.close()
         for task, first in firsts.items():
             task.first_cycle = first
             self._info.show_task(self._indices[task], task)
@@ -465,6 +467,7 @@ class PlcRuntime:
         self._settle(previous, keeps_statics=True)
         self.bind_tasks()
         self._tell_bodies(previous)
+        previous.close()
 
     def on_online_change(self, listener: Callable[[], None]) -> None:
         """Call `listener` after each online change from now on."""

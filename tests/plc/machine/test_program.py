@@ -7,8 +7,10 @@ from typing import Any
 
 import pytest
 
+from achse.plc.bodies import Bodies
 from achse.plc.code.execution import CodeForm
 from achse.plc.machine import program
+from tests.plc.code.conftest import _checked
 
 Run = Callable[..., Any]
 
@@ -118,6 +120,37 @@ def test_programs_that_ended_are_unloaded_though_python_does_not_search(
     finally:
         gc.enable()
     assert most <= 5
+
+
+@pytest.mark.parametrize("moves", [False, True])
+def test_programs_that_an_online_change_replaces_are_unloaded_at_once(
+    run: Run, form: CodeForm, moves: bool
+) -> None:
+    """By bodies alone, and with variables that move; nothing searches for garbage."""
+    if form is CodeForm.PLAIN:
+        pytest.skip("plain code is objects of Python, which it counts")
+    ran = run(MIXED, has_twin=False)
+    unloaded = []
+    gc.disable()
+    try:
+        for number in range(6):
+            machine = ran.plc.bodies.execution.machine
+            unloaded += [weakref.ref(machine), weakref.ref(machine._code._engine)]
+            del machine
+            more = f"VAR_GLOBAL g{number} : LINT; END_VAR\n" if moves else ""
+            project, typed = _checked(
+                more + MIXED.replace("PROGRAM MAIN", f"// {number}\nPROGRAM MAIN")
+            )
+            programs = {ran.task.name: list(project.programs.values())[:1]}
+            bodies = Bodies(typed, form=form)
+            ran.plc.online_change(project.units, programs, bodies=bodies)
+            ran.cycle()
+            del bodies
+        left = [each() for each in unloaded]
+    finally:
+        gc.enable()
+    assert left == [None] * len(unloaded)
+    assert program._PROGRAMS._number <= program._MOST_UNSEARCHED
 
 
 def test_a_search_by_python_itself_begins_the_count_again(monkeypatch: pytest.MonkeyPatch) -> None:

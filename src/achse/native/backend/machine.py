@@ -145,6 +145,19 @@ class MachineCode:
             self._connect(name, signature, given[name])
 
     @property
+    def is_running(self) -> bool:
+        """True while a function that descends has been called and has not returned."""
+        return bool(self._depth) and self._depth[0] != self._deepest
+
+    def close(self) -> None:
+        """Give the callbacks back: nothing may call the code any more.
+
+        LLVM unloads it then after the last function and view of words, without a search for
+        garbage: callbacks and code refer to each other.
+        """
+        self._loaded.callbacks.clear()
+
+    @property
     def notes(self) -> bytes:
         """What the front end wrote into the module."""
         place = self._engine.get_global_value_address(NOTES[1:])
@@ -279,7 +292,8 @@ class MachineCode:
         pointer = _prototype_of(signature.c_types)(call)
         self._loaded.callbacks.append(pointer)
         place = self._engine.get_global_value_address(f"callback.{name}")
-        address = ctypes.cast(pointer, ctypes.c_void_p).value
+        # `ctypes.cast` would let the pointer refer to itself
+        address = ctypes.c_void_p.from_address(ctypes.addressof(pointer)).value
         ctypes.c_void_p.from_address(place).value = address
 
 

@@ -341,6 +341,16 @@ class Execution:
         if self.machine is not None:
             self.machine.release()
 
+    def close(self) -> None:
+        """Drop what code and its surroundings refer to each other by: others run instead."""
+        self.release()
+        if self.machine is not None:
+            self.machine.close()
+            self.machine = None
+        self.namespace.clear()
+        self._tables.clear()
+        self._overrides.clear()
+
     def refuel(self) -> None:
         """A new cycle: the whole budget, and no frame left from before."""
         self._fuel[0] = self.budget

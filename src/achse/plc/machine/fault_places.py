@@ -99,7 +99,10 @@ class FaultPlaces:
         for number in trail:
             site = self[number]
             trace = _traced(routines[site.routine], site.at, trace)
-        return failure.with_traceback(trace)
+        try:
+            return failure.with_traceback(trace)
+        finally:
+            del failure, trace  # this frame is in the traceback: they would refer to each other
 
 
 def _fault(kind: FaultKind, first: int, second: int, budget: int) -> PlcFault:
@@ -148,7 +151,10 @@ _MEANINGS: Mapping[FaultKind, tuple[int, str]] = {
 def _traced(routine: Routine, at: int, inner: TracebackType | None) -> TracebackType:
     """A traceback that begins at a place of Structured Text and goes on with another."""
     frame = _frame(routine, routine.locate(at).line)
-    return TracebackType(inner, frame, frame.f_lasti, frame.f_lineno)
+    try:
+        return TracebackType(inner, frame, frame.f_lasti, frame.f_lineno)
+    finally:
+        del frame  # it knows its callers: this one is among them
 
 
 def _frame(routine: Routine, line: int) -> FrameType:
@@ -161,13 +167,16 @@ def _frame(routine: Routine, line: int) -> FrameType:
     made: CodeType = compile(tree, routine.source.path, "exec")
     made = made.replace(co_name=routine.name, co_qualname=routine.name)
     try:
-        exec(made, {"here": _HereError()})
+        exec(made, {"here": _HereError})
     except _HereError as here:
         trace = here.__traceback__
         while trace is not None and trace.tb_frame.f_code is not made:
             trace = trace.tb_next
-        if trace is not None:
-            return trace.tb_frame
+        try:
+            if trace is not None:
+                return trace.tb_frame
+        finally:
+            del trace
     raise AssertionError("it raises, there")
 
 

@@ -53,10 +53,11 @@ class MachineHost:
 
 
 class _LoadedPrograms:
-    """Programs loaded since Python last searched all objects for garbage.
+    """Programs loaded since Python last searched all objects for garbage, but those closed.
 
     Behind the few objects of a program are megabytes that Python does not count: areas, machine
-    code, tables of LLVM. Without a search of our own, 40 programs that have ended stay in memory.
+    code, tables of LLVM. Who replaces a program closes it. Of whole stations that are dropped,
+    40 programs would stay in memory without a search of our own.
     """
 
     def __init__(self) -> None:
@@ -72,6 +73,10 @@ class _LoadedPrograms:
         if self._number > _MOST_UNSEARCHED:
             self._number = 0
             gc.collect()
+
+    def closed(self) -> None:
+        """A program is unloaded without a search."""
+        self._number = max(self._number - 1, 0)
 
 
 _MOST_UNSEARCHED = 16
@@ -135,6 +140,17 @@ class MachineProgram:
         for number in range(len(self._areas)):
             self._areas[number] = 0
 
+    def close(self) -> None:
+        """Unload the program when the last of its functions is dropped; none runs any more.
+
+        One that runs at this moment is left to Python's search.
+        """
+        self.release()
+        if self._code.is_running:
+            return
+        self._code.close()
+        _PROGRAMS.closed()
+
     # Python calls machine code ---------------------------------------------------------------
 
     @property
@@ -179,8 +195,14 @@ class MachineProgram:
         if not self._fault[0]:
             return
         self.frames[0] = top
-        failure, places = self._code.caught()
-        raise self.notes.sites.failure(failure, places, self._routines, self._host.budget)
+        raise self._failure()
+
+    def _failure(self) -> BaseException:
+        """The exception of the fault that there is.
+
+        No variable has it here: the frames are in its traceback, and would refer to it.
+        """
+        return self.notes.sites.failure(*self._code.caught(), self._routines, self._host.budget)
 
     def _with_block(self, entry: int, signature: RoutineSignature) -> Callable[..., Any]:
         names = [f"v_{part.name.lower()}" for part in signature.inputs]
@@ -270,18 +292,17 @@ class MachineProgram:
 
     def _caught(self) -> int:
         """What `__TRY` caught: its code. What it may not catch goes on."""
-        failure, places = self._code.caught()
-        failure = self.notes.sites.failure(failure, places, self._routines, self._host.budget)
-        if not isinstance(failure, CATCHABLE):
-            raise failure
-        self._host.caught(failure)
-        return code_of(failure)
+        failure = self._failure()
+        try:
+            if not isinstance(failure, CATCHABLE):
+                raise failure
+            self._host.caught(failure)
+            return code_of(failure)
+        finally:
+            del failure
 
     def _hold(self) -> None:
-        failure, places = self._code.caught()
-        self._held.append(
-            self.notes.sites.failure(failure, places, self._routines, self._host.budget)
-        )
+        self._held.append(self._failure())
 
     def _again(self) -> None:
         raise self._held.pop()
