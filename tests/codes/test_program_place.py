@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.codes.program_place import FORMAT, ProgramPlace
+from achse.codes.program_place import FORMAT, ProgramPlaceRow
 
 NUMBER = st.integers(0, 2**32 - 1)
 WAY = st.floats(allow_nan=False)
@@ -16,17 +16,17 @@ WAY = st.floats(allow_nan=False)
 def test_a_place_comes_back_from_its_bytes(
     kind: int, line: int, block: int, counter: int, at: tuple[float, float, float], file: str
 ) -> None:
-    place = ProgramPlace(kind, line, block, counter, at, file)
+    place = ProgramPlaceRow(kind, line, block, counter, at, file)
     data = struct.pack(FORMAT, *place.fields)
-    assert len(data) == ProgramPlace.size()
-    assert ProgramPlace.decode(data) == place
+    assert len(data) == ProgramPlaceRow.size()
+    assert ProgramPlaceRow.decode(data) == place
 
 
 def test_a_long_name_is_cut_with_its_end() -> None:
-    data = struct.pack(FORMAT, *ProgramPlace(1, file="x" * 300).fields)
-    assert ProgramPlace.decode(data).file == "x" * 259
+    data = struct.pack(FORMAT, *ProgramPlaceRow(1, file="x" * 300).fields)
+    assert ProgramPlaceRow.decode(data).file == "x" * 259
 
 
 def test_another_length_is_refused() -> None:
     with pytest.raises(struct.error):
-        ProgramPlace.decode(bytes(7))
+        ProgramPlaceRow.decode(bytes(7))

@@ -84,13 +84,13 @@ async def _place(client: "Client", id: int) -> dict[str, Any] | None:
     None on other controllers too: the row is of achse alone.
     """
     from achse.ams import DeviceError
-    from achse.codes.program_place import FAULT, OFFSET, ProgramPlace
+    from achse.codes.program_place import FAULT, OFFSET, ProgramPlaceRow
 
     try:
-        data = await client.read_raw(_STATES + id, OFFSET, ProgramPlace.size())
+        data = await client.read_raw(_STATES + id, OFFSET, ProgramPlaceRow.size())
     except DeviceError:
         return None
-    place = ProgramPlace.decode(data)
+    place = ProgramPlaceRow.decode(data)
     if not place.kind:
         return None
     return {

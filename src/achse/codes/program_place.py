@@ -3,7 +3,7 @@
 import struct
 from typing import NamedTuple
 
-__all__ = ["FAULT", "FORMAT", "OFFSET", "ProgramPlace"]
+__all__ = ["FAULT", "FORMAT", "OFFSET", "ProgramPlaceRow"]
 
 OFFSET = 0x8000_0002
 """Index offset in the group of a channel's states."""
@@ -15,7 +15,7 @@ _FORM = struct.Struct(FORMAT)
 _LONGEST_NAME = 259
 
 
-class ProgramPlace(NamedTuple):
+class ProgramPlaceRow(NamedTuple):
     """The block at fault, or the one that a search found."""
 
     kind: int
@@ -35,7 +35,7 @@ class ProgramPlace(NamedTuple):
         return self.kind, self.line, self.block, self.counter, *self.position, name
 
     @classmethod
-    def decode(cls, data: bytes) -> "ProgramPlace":
+    def decode(cls, data: bytes) -> "ProgramPlaceRow":
         """Return the place in the bytes of the row. Raises `struct.error` for another length."""
         kind, line, block, counter, x, y, z, name = _FORM.unpack(data)
         file = name.split(b"\0", 1)[0].decode("cp1252", "replace")

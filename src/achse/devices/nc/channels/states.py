@@ -6,7 +6,7 @@ from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import NcError, program_place
-from achse.codes.program_place import ProgramPlace
+from achse.codes.program_place import ProgramPlaceRow
 from achse.devices.nc.channels.binding import LineText, of_interpreter, show_program
 from achse.devices.nc.layouts import UINT32
 from achse.motion.channels.channel import NcChannel
@@ -68,10 +68,10 @@ def _rotation(channel: ProgramChannel) -> tuple[float, ...]:
 def _place(channel: ProgramChannel) -> tuple[Any, ...]:
     place = channel.place
     if place is None:
-        return ProgramPlace(0).fields
+        return ProgramPlaceRow(0).fields
     origin = place.origin
     number = origin.line, origin.block, origin.counter
-    return ProgramPlace(place.kind, *number, place.position, origin.program).fields
+    return ProgramPlaceRow(place.kind, *number, place.position, origin.program).fields
 
 
 class _PlannedPart:
