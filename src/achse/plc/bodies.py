@@ -112,12 +112,6 @@ class Bodies:
             self.execution.release()
         self._records.clear()
 
-    def close(self) -> None:
-        """Free the code: other bodies have taken over."""
-        self.release()
-        if self.execution is not None:
-            self.execution.close()
-
     def resume(self) -> None:
         """Go on in the same memory, which may have grown."""
         self._running().renew()
@@ -144,7 +138,6 @@ class Bodies:
         self._variables = list(variables)
         if self._services is not None:
             self._services.forget()
-        before = self.execution
         self.execution = Execution(
             self.project,
             memory,
@@ -160,8 +153,6 @@ class Bodies:
             cached=True,
         )
         memory.let_invoke(self._invoked)
-        if before is not None:
-            before.close()
 
     def _builtin_bodies(self) -> Mapping[str, Callable[..., Any]]:
         """The built-in routines that the project uses."""

@@ -150,6 +150,7 @@ class PlcRuntime:
 
     def _settle(self, previous: "Bodies | None", *, keeps_statics: bool = False) -> None:
         assert self.bodies is not None
+        replaced = self.bodies.execution
         self.bodies.guard = self._guarded
         self.bodies.settle(
             self.memory,
@@ -159,6 +160,8 @@ class PlcRuntime:
             after=previous,
             keeps_statics=keeps_statics,
         )
+        if replaced is not None:
+            replaced.close()
 
     def unit(self, declared: type[U]) -> U:
         """The instance of a program or variable list. KeyError if the PLC has none."""
@@ -427,11 +430,15 @@ class PlcRuntime:
             )
             self._in_change("FB_reinit after", partial(self.bodies.reinit, moves))
             self._tell_bodies(previous)
-        if previous is not None and previous is not self.bodies:
-            previous.close()
+        self._close(previous)
         for task, first in firsts.items():
             task.first_cycle = first
             self._info.show_task(self._indices[task], task)
+
+    def _close(self, previous: "Bodies | None") -> None:
+        """Free the code of bodies that others have replaced."""
+        if previous is not None and previous is not self.bodies and previous.execution is not None:
+            previous.execution.close()
 
     def _is_of_bodies_only(
         self,
@@ -467,7 +474,7 @@ class PlcRuntime:
         self._settle(previous, keeps_statics=True)
         self.bind_tasks()
         self._tell_bodies(previous)
-        previous.close()
+        self._close(previous)
 
     def on_online_change(self, listener: Callable[[], None]) -> None:
         """Call `listener` after each online change from now on."""
