@@ -1,4 +1,7 @@
-"""A place in a part program, the row `program_place` of a channel: a row of achse alone."""
+"""A place in a part program, the row `program_place` of a channel: a row of achse alone.
+
+Source: a choice of ours (decision 0121).
+"""
 
 import struct
 from typing import NamedTuple
