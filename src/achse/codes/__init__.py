@@ -6,7 +6,7 @@ from achse.codes.ethercat import AlState, AlStatus, ErrorLight
 from achse.codes.files import FileRefusal, FoeError
 from achse.codes.groups import PlcGroup, ReservedGroup
 from achse.codes.lookup import code_of
-from achse.codes.nc import NcError
+from achse.codes.nc.errors import NcError
 from achse.codes.sdo import AbortCode, SdoAbort
 
 __all__ = [

@@ -4,7 +4,7 @@ The anchors are made when the site is built (`achse docs build`), from the same 
 """
 
 from achse.codes.ads import ReturnCode
-from achse.codes.nc import NcError
+from achse.codes.nc.errors import NcError
 
 __all__ = ["SITE", "code_link", "library_link", "on_site", "service_link"]
 

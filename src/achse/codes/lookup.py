@@ -1,7 +1,7 @@
 """The name and text of a code that travels, whichever table has it."""
 
 from achse.codes.ads import ReturnCode
-from achse.codes.nc import NcError
+from achse.codes.nc.errors import NcError
 
 __all__ = ["code_of"]
 
