@@ -1,0 +1,18 @@
+"""Enumerations of parameters and states are those that the motion core works with."""
+
+from enum import IntEnum
+
+import pytest
+
+from achse.codes.nc import choices
+from achse.motion import states
+
+KINDS: list[type[IntEnum]] = [getattr(choices, name) for name in choices.__all__]
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+def test_numbers_and_names_are_those_of_the_motion_core(kind: type[IntEnum]) -> None:
+    theirs: type[IntEnum] = getattr(states, kind.__name__)
+    assert [(each.value, each.name) for each in kind] == [
+        (each.value, each.name) for each in theirs
+    ]
