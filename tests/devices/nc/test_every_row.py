@@ -11,8 +11,8 @@ import pytest
 import achse
 from achse.ams import DeviceError
 from achse.codes import NcError, ReturnCode
+from achse.codes.nc.unserved import OF_CHANNELS_AND_GROUPS
 from achse.devices.nc import channels, groups
-from achse.devices.nc.unserved import OF_CHANNELS_AND_GROUPS
 from achse.server import READ, READ_WRITE, WRITE, Service
 
 OF_THE_PLC_LIBRARY = range(0x4B00, 0x4C00)
