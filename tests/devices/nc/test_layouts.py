@@ -8,10 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from achse.codes.nc.table import named_rows
 from achse.devices.nc.axis_structures import NC_TO_PLC_TC2, NC_TO_PLC_TC3, PLC_TO_NC
 from achse.devices.nc.layouts import (
     INT32,
     NO_DATA,
+    NOTHING,
     ONLINE_TC2,
     ONLINE_TC3,
     UINT8,
@@ -20,7 +22,8 @@ from achse.devices.nc.layouts import (
     AxisStructure,
     Integer,
     Text,
-    request,
+    codec_of,
+    codecs_of,
 )
 from achse.motion import Axis, AxisParameters, Nc, commands
 from achse.native.backend import compiler_installed
@@ -216,28 +219,38 @@ def test_a_structure_must_have_room_for_its_fields() -> None:
         AxisStructure("S", (("I", "axis_id"), ("d", "set_position")), aligned=False, size=8)
 
 
-@pytest.mark.parametrize(
-    ("fields", "sizes"),
-    [
-        ({"deceleration": "d", "jerk": "d"}, [16]),
-        ({"position_type": "I", "position": "d"}, [12, 16]),
-        ({"a": "I", "b": "I", "c": "d"}, [16]),
-        ({"start_type": "I", "end_position": "d", "velocity": "d"}, [20, 24]),
-    ],
-)
-def test_requests_have_a_packed_and_an_aligned_form(
-    fields: dict[str, str], sizes: list[int]
-) -> None:
-    assert [layout.size for layout in request(**fields)] == sizes
-
-
 def test_both_forms_of_a_request_mean_the_same() -> None:
-    packed, aligned = request(kind="I", position="d", flag="H", velocity="d")
+    row = named_rows(0x4200)["start"]._replace(
+        layout="{kind:UINT32; position:REAL64; flag:UINT16; velocity:REAL64}"
+    )
+    packed, aligned = map(codec_of, row.layouts)
     values = (5, 1.5, 1, -2.5)
     assert packed.encode(values) == struct.pack("<IdHd", *values)
     assert aligned.encode(values) == struct.pack("<I4xdH6xd", *values)
     assert packed.decode(packed.encode(values)) == aligned.decode(aligned.encode(values)) == values
     assert packed.decode(packed.encode(values)).velocity == -2.5
+
+
+@pytest.mark.parametrize(
+    ("layout", "value", "data"),
+    [
+        ("REAL64", 1.5, struct.pack("<d", 1.5)),
+        ("UINT16", 0x1_0002, b"\2\0"),
+        ("STRING[4]", "abcd", b"abc\0"),
+        ("STRING[n]", "abcd", b"abcd\0"),
+        ("UINT32[n]", (1, 2), struct.pack("<II", 1, 2)),
+        ("{2 UINT32; 4 unused; REAL64}", (1, 2, 0.5), struct.pack("<II4xd", 1, 2, 0.5)),
+    ],
+)
+def test_layouts_of_rows_have_codecs(layout: str, value: Any, data: bytes) -> None:
+    assert codec_of(layout).encode(value) == data
+    assert codecs_of((layout,)) is codec_of(layout)
+
+
+def test_no_data_beside_longer_forms_has_no_length() -> None:
+    alone, beside = codecs_of(("VOID",)), codecs_of(("VOID", "REAL64"))
+    assert alone is NO_DATA
+    assert beside == (NOTHING, codec_of("REAL64"))
 
 
 @pytest.mark.parametrize(

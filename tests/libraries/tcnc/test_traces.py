@@ -1,11 +1,11 @@
 """The same motion by services, by TcNC and by Tc2_MC2: set points that are equal bit by bit."""
 
+import struct
 from typing import Any
 
 import pytest
 
 from achse.devices.nc import NcDevice
-from achse.devices.nc.layouts import request
 from achse.station import Station
 from tests.libraries.tcnc.conftest import Bench
 
@@ -46,11 +46,9 @@ def test_the_same_motion_by_service_and_by_block(
 ) -> None:
     """The service from outside goes to axis 2, the block's to axis 1: all else is the same."""
     on: Bench = bench(b=block)
-    names = [f"v{n}" for n in range(len(values))]
-    codes = {3: "Idd", 9: "IddIdIdId"}[len(values)]
-    layout = request(**dict(zip(names, codes, strict=True)))[1]
     (device,) = (each for each in on.station.devices if isinstance(each, NcDevice))
-    device.write(0x4202, offset, layout.encode(values))
+    form = {3: "<I4xdd", 9: "<I4xddI4xdI4xdI4xd"}[len(values)]
+    device.write(0x4202, offset, struct.pack(form, *values))
     by_service = _begins(_trace(on.station, 2, 1200))
     start = {} if block == "AXFNC" else {"START": True}
     on.set("b", AXID=1, **inputs, **start)
@@ -79,8 +77,7 @@ def test_a_coupling_by_service_and_by_block(
     on.set("c", AXID=2, MASTERID=1, CPLMODE=mode, CPLON=True, **values)
     on.call(3)
     assert on.shown("c") == (False, False, 0)
-    couple = request(a="I", b="I", c="I", d="I", e="d", f="d", g="d", h="d")[0]
-    device.write(0x4203, 0x40, couple.encode((mode, 1, 0, 0, *parameters)))
+    device.write(0x4203, 0x40, struct.pack("<4I4d", mode, 1, 0, 0, *parameters))
     for slave in ("toNc2", "toNc3"):
         on.main[slave]["fAxisModeLReal"] = 2.0  # ratio of type 15
     on.set("a", AXID=1, MODE=1, TARGPOS=100.0, VELOCITY=80.0, START=True)

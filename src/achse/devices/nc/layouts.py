@@ -7,16 +7,19 @@ served: a request is understood by its length, an answer has the form whose leng
 import re
 import struct
 from collections import namedtuple
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache, partial
 from operator import attrgetter, itemgetter
 from typing import Any
 
+from achse.codes.nc import structures
+from achse.codes.nc.row import struct_of
+from achse.codes.nc.structures import StructureMember
 from achse.motion import Axis
 from achse.motion.parts import AxisPart
 from achse.motion.record import FIELDS
 from achse.native.memory import MemoryCell, gather
-from achse.server import Codec, Layout
+from achse.server import Codec, Layout, Repeated
 
 __all__ = [
     "INT32",
@@ -32,8 +35,12 @@ __all__ = [
     "UINT64",
     "AxisStructure",
     "Integer",
+    "LineText",
     "OfAxis",
     "Text",
+    "codec_of",
+    "codecs_of",
+    "fields_of",
     "request",
 ]
 
@@ -93,6 +100,19 @@ class OfAxis:
         return self._codec.decode(data)
 
 
+class LineText:
+    """A text of any length, with NUL at its end, in cp1252."""
+
+    name = "STRING[n]"
+    size: int | None = None
+
+    def encode(self, value: str) -> bytes:
+        return value.encode("cp1252", "replace") + b"\0"
+
+    def decode(self, data: bytes) -> str:
+        return data.split(b"\0", 1)[0].decode("cp1252", "replace")
+
+
 class _NoData:
     """Functions without data; some clients send a byte all the same, which is passed over."""
 
@@ -118,7 +138,63 @@ class _Nothing(_NoData):
 NOTHING = _Nothing()
 
 
-def _aligned(codes: list[str]) -> str:
+_CODECS: dict[str, Codec] = {
+    "REAL64": REAL64,
+    "STRING[n]": LineText(),
+    **{codec.name: codec for codec in (INT32, INT64, UINT8, UINT16, UINT32, UINT64)},
+}
+
+
+@cache
+def codec_of(layout: str) -> Codec:
+    """The codec of one layout of a row; structures with named fields are named tuples.
+
+    Raises ValueError for a layout that only a codec of its own can have.
+    """
+    known = _CODECS.get(layout)
+    if known is not None:
+        return known
+    if layout.endswith("[n]"):
+        return Repeated(codec_of(layout.removesuffix("[n]")))
+    form, names = struct_of(layout)
+    if layout.startswith("STRING["):
+        return Text(struct.calcsize(form))
+    return Layout(form, namedtuple("Request", names) if names else None)
+
+
+def codecs_of(layouts: Sequence[str]) -> Codec | tuple[Codec, ...]:
+    """The codec of a value, or one for each of its layouts."""
+    if len(layouts) == 1:
+        return NO_DATA if layouts[0] == "VOID" else codec_of(layouts[0])
+    return tuple(NOTHING if each == "VOID" else codec_of(each) for each in layouts)
+
+
+def request(**fields: str) -> tuple[Layout, ...]:
+    """Layouts of a request with these fields (name = `struct` code); values are tuples."""
+    record = namedtuple("Request", fields)  # type: ignore[misc]
+    codes = list(fields.values())
+    forms = dict.fromkeys(("".join(codes), _aligned(codes)))
+    return tuple(Layout("<" + form, record) for form in forms)
+
+
+_MEMBER_CODES = {"DWORD": "I", "UDINT": "I", "DINT": "i", "LREAL": "d", "UINT": "H"}
+_MEMBER_SIZES = {"BOOL": 1, "BYTE": 1, "USINT": 1, "UINT": 2, "LREAL": 8}
+
+
+def fields_of(members: Iterable[StructureMember]) -> tuple[tuple[str, str], ...]:
+    """`struct` code and record field of each member; bytes without value for those without."""
+    return tuple(
+        (
+            _MEMBER_CODES[member.type]
+            if member.field
+            else f"{_MEMBER_SIZES.get(member.type, 4) * member.elements}x",
+            member.field,
+        )
+        for member in members
+    )
+
+
+def _aligned(codes: Sequence[str]) -> str:
     """`struct` codes with the gaps that put each field on a multiple of its size."""
     end = 0
     placed = ""
@@ -128,17 +204,6 @@ def _aligned(codes: list[str]) -> str:
         placed += f"{gap}x" * bool(gap) + code
         end += gap + width
     return placed
-
-
-def request(**fields: str) -> tuple[Layout, ...]:
-    """Layouts of a request with these fields (name = `struct` code); values are tuples.
-
-    Two layouts, packed and aligned, where alignment leaves gaps (the reserved words of 002).
-    """
-    record = namedtuple("Request", fields)  # type: ignore[misc]
-    codes = list(fields.values())
-    forms = dict.fromkeys(("".join(codes), _aligned(codes)))
-    return tuple(Layout("<" + form, record) for form in forms)
 
 
 class AxisStructure:
@@ -219,36 +284,6 @@ def _copied(code: str, place: MemoryCell | None) -> str:
     return code if place is None else f"{struct.calcsize('<' + code)}s"
 
 
-_ONLINE = (
-    ("i", "error_code"),
-    ("d", "actual_position"),
-    ("d", "actual_position_modulo"),
-    ("d", "set_position"),
-    ("d", "set_position_modulo"),
-    ("d", "actual_velocity"),
-    ("d", "set_velocity"),
-    ("I", "velocity_override"),
-    ("d", "following_error"),
-    ("d", "following_error_peak_negative"),
-    ("d", "following_error_peak_positive"),
-    ("d", "controller_output_percent"),
-    ("d", "drive_output_percent"),
-    ("I", "state_dword"),
-    ("I", "control_dword"),
-    ("I", "coupling_state"),
-    ("I", "active_control_loop"),
-)
-
-_ONLINE_SINCE_TC3 = (
-    ("d", "actual_acceleration"),
-    ("d", "set_acceleration"),
-    ("d", "set_jerk"),
-    ("d", "set_torque"),
-    ("d", "drive_actual_torque"),
-    ("d", "set_torque_derivative"),
-    ("d", "set_torque_offset"),
-)
-
 _NAME = "NCAXISSTATE_ONLINESTRUCT"
-ONLINE_TC2 = AxisStructure(_NAME, _ONLINE, aligned=False, size=112)
-ONLINE_TC3 = AxisStructure(_NAME, _ONLINE + _ONLINE_SINCE_TC3, aligned=True, size=256)
+ONLINE_TC2 = AxisStructure(_NAME, fields_of(structures.ONLINE_TC2), aligned=False, size=112)
+ONLINE_TC3 = AxisStructure(_NAME, fields_of(structures.ONLINE_TC3), aligned=True, size=256)
