@@ -6,7 +6,8 @@ from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import NcError, ReturnCode
-from achse.devices.nc.layouts import request
+from achse.codes.nc.table import named_rows
+from achse.devices.nc.rows import bound
 from achse.devices.nc.table_places import (
     Numbers,
     TablePlace,
@@ -18,9 +19,10 @@ from achse.devices.nc.table_places import (
 from achse.motion.tables import MOTION_POINT, Table
 from achse.motion.tables.function import values_at
 from achse.motion.tables.table import PointActivation
-from achse.server import READ, READ_WRITE, WRITE, Service
 
 __all__ = ["MOTION_FUNCTIONS"]
+
+_ROWS = named_rows(0xA000)
 
 
 def _of_points(place: TablePlace) -> Table:
@@ -132,34 +134,19 @@ _MOST_ROWS = 4096
 """Rows of one answer; who wants more asks again from there on."""
 
 
-_ANY_START = 0x0100_0000
-"""Offsets of rows and columns: the first is added."""
-
 MOTION_FUNCTIONS = (
-    Service(
-        0x1A, "online_change_activation", READ | WRITE,
-        request(
-            activation_type="I", activation_position="d", master_scaling_type="I",
-            slave_scaling_type="I",
-        ),
-        "when changed points of a motion function become active where slaves follow it",
-        read=_read_online_change, write=_write_online_change,
+    bound(_ROWS["online_change_activation"], read=_read_online_change, write=_write_online_change),
+    bound(_ROWS["motion_function_points"], exchange=_read_point_cloud, response=Numbers()),
+    bound(
+        _ROWS["motion_function_rows"],
+        codec=_Points(),
+        read=_read_point_rows,
+        write=_write_point_rows,
     ),
-    Service(
-        0x22, "motion_function_points", READ_WRITE,
-        request(consistent="H", select_mask="H", start_position="d", step_width="d"),
-        "a motion function row by row: master position, and what the mask selects of position,"
-        " velocity, acceleration and jerk; up to 4096 rows of one consistent state",
-        exchange=_read_point_cloud, response=Numbers(),
+    bound(
+        _ROWS["motion_function_columns"],
+        codec=_Points(),
+        read=_read_point_columns,
+        write=_write_point_columns,
     ),
-    Service(
-        5 * _ANY_START, "motion_function_rows", READ | WRITE, _Points(),
-        "whole rows of points from one on, counted from 0",
-        read=_read_point_rows, write=_write_point_rows, count=_ANY_START,
-    ),
-    Service(
-        6 * _ANY_START, "motion_function_columns", READ | WRITE, _Points(),
-        "whole columns of points from one on, counted from 0",
-        read=_read_point_columns, write=_write_point_columns, count=_ANY_START,
-    ),
-)  # fmt: skip
+)

@@ -5,15 +5,15 @@ Ids above 255 are at the group 0x000nA000 + low byte, n being id // 256.
 
 import struct
 from array import array
-from collections import namedtuple
 from collections.abc import Callable, Iterator, Sequence
 from enum import IntEnum
 from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import NcError
-from achse.devices.nc.layouts import INT32, NO_DATA, REAL64, UINT32, Text, request
+from achse.codes.nc.table import named_rows
 from achse.devices.nc.motion_functions import MOTION_FUNCTIONS
+from achse.devices.nc.rows import bound
 from achse.devices.nc.table_places import (
     Numbers,
     TablePlace,
@@ -23,19 +23,24 @@ from achse.devices.nc.table_places import (
     check_whole,
 )
 from achse.motion import Nc
-from achse.motion.states import TableSubType, TableType
+from achse.motion.states import TableType
 from achse.motion.tables import HIGHEST_TABLE_ID, Table
 from achse.motion.tables.search import Crossing
 from achse.motion.tables.survey import VALUES
 from achse.motion.tables.table import TableScaling
-from achse.server import READ, READ_WRITE, WRITE, IndexGroup, Layout, ObjectGroup, Service
+from achse.server import IndexGroup, ObjectGroup
 
 __all__ = [
     "TABLE_FUNCTIONS",
+    "TABLE_GROUPS",
     "TABLE_PARAMETERS",
     "TABLE_STATES",
     "table_groups",
 ]
+
+_PARAMETERS = named_rows(0xA000)
+_STATES = named_rows(0xA100)
+_FUNCTIONS = named_rows(0xA200)
 
 
 def _step_width(place: TablePlace) -> float:
@@ -251,132 +256,63 @@ def _search(place: TablePlace, asked: Any) -> tuple[float, ...]:
 _FARTHEST = 1e12
 _LARGEST_SCALING = 1e6
 
-_ANY_START = 0x0100_0000
-"""Offsets of rows and columns: the first is added."""
 
 TABLE_PARAMETERS = (
     *MOTION_FUNCTIONS,
-    Service(0x01, "table_id", READ, UINT32, "id of the table", "1", field="table.table_id"),
-    Service(0x02, "table_name", READ, Text(31), "name", field="table.table_name"),
-    Service(
-        0x03, "table_sub_type", READ, UINT32, "distances of the places", "1",
-        field="table.table_sub_type", choices=TableSubType,
-    ),
-    Service(
-        0x04, "table_main_type", READ, UINT32, "what the table is for", "1",
-        field="table.table_main_type", choices=TableType,
-    ),
-    Service(0x10, "row_count", READ, UINT32, "rows", "1", field="table.row_count"),
-    Service(0x11, "column_count", READ, UINT32, "columns", "1", field="table.column_count"),
-    Service(0x12, "element_count", READ, UINT32, "numbers", "1", field="table.element_count"),
-    Service(
-        0x13, "step_width", READ, REAL64, "distance of places in an equidistant table",
-        read=_step_width,
-    ),
-    Service(
-        0x14, "master_period", READ, REAL64, "from the first place to the last of a cyclic table",
-        read=_master_period,
-    ),
-    Service(
-        0x15, "slave_stroke", READ, REAL64, "from the first value to the last of a cyclic table",
-        read=_slave_stroke,
-    ),
-    Service(
-        0x20, "single_value", READ | WRITE, request(row="I", column="I", value="d"),
-        "one number, row and column counted from 0; a read gives that written last",
-        read=_read_value, write=_write_value,
+    bound(_PARAMETERS["table_id"], field="table.table_id"),
+    bound(_PARAMETERS["table_name"], field="table.table_name"),
+    bound(_PARAMETERS["table_sub_type"], field="table.table_sub_type"),
+    bound(_PARAMETERS["table_main_type"], field="table.table_main_type"),
+    bound(_PARAMETERS["row_count"], field="table.row_count"),
+    bound(_PARAMETERS["column_count"], field="table.column_count"),
+    bound(_PARAMETERS["element_count"], field="table.element_count"),
+    bound(_PARAMETERS["step_width"], read=_step_width),
+    bound(_PARAMETERS["master_period"], read=_master_period),
+    bound(_PARAMETERS["slave_stroke"], read=_slave_stroke),
+    bound(
+        _PARAMETERS["single_value"],
+        read=_read_value,
+        write=_write_value,
         code=NcError.TABLE_PARAMETER.number,
     ),
-    Service(
-        0x21, "slave_position_at_master", READ_WRITE, REAL64,
-        "value at a place, points joined by straight lines", exchange=_value, response=REAL64,
+    bound(_PARAMETERS["slave_position_at_master"], exchange=_value),
+    bound(_PARAMETERS["slave_values_at_master"], exchange=_values),
+    bound(_PARAMETERS["master_position_at_slave"], exchange=_search),
+    bound(
+        _PARAMETERS["characteristic_values"],
+        codec=_Characteristic(),
+        read=_nominal_values,
+        write=_set_nominal_velocity,
     ),
-    Service(
-        0x23, "slave_values_at_master", READ_WRITE, REAL64,
-        "value at a place, and its first two derivatives", exchange=_values,
-        response=Layout("<ddd"),
+    bound(
+        _PARAMETERS["characteristic_values_at_velocity"],
+        codec=_Characteristic(),
+        exchange=_characteristic_values,
+        response=_Characteristic(),
     ),
-    Service(
-        0x24, "master_position_at_slave", READ_WRITE,
-        Layout(
-            "<12d",
-            namedtuple(
-                "Request",
-                "slave_position master_start_position slave_offset slave_scaling master_offset "
-                "master_scaling master_accuracy reserved1 reserved2 reserved3 reserved4 reserved5",
-            ),
-        ),
-        "the nearest master positions where the slave is at a position: below and above the start",
-        exchange=_search, response=Layout("<2I6d40x"),
-    ),
-    Service(
-        0x50, "characteristic_values", READ | WRITE, _Characteristic(),
-        "extremes and means of the slave's motion at the master velocity that was written, else 1",
-        read=_nominal_values, write=_set_nominal_velocity,
-    ),
-    Service(
-        0x50, "characteristic_values_at_velocity", READ_WRITE, _Characteristic(),
-        "the same at a master velocity, the first number of the request",
-        exchange=_characteristic_values, response=_Characteristic(),
-    ),
-    Service(
-        0x115, "set_scaling", WRITE,
-        request(
-            original_weight="d", master_offset="d", master_scaling="d", slave_offset="d",
-            slave_scaling="d", range_low="d", range_high="d",
-        ),
-        "read a monotonic table by offset + scaling · number, within a range of its places",
-        write=_scale,
-    ),
-    Service(
-        _ANY_START, "rows", READ | WRITE, Numbers(), "whole rows from one on, counted from 0",
-        read=_read_rows, write=_write_rows, count=_ANY_START,
-    ),
-    Service(
-        2 * _ANY_START, "columns", READ | WRITE, Numbers(),
-        "whole columns from one on, counted from 0",
-        read=_read_columns, write=_write_columns, count=_ANY_START,
-    ),
-)  # fmt: skip
-
-TABLE_STATES = (
-    Service(
-        0x0A,
-        "user_count",
-        READ,
-        INT32,
-        "drives and slaves that use the table",
-        "1",
-        field="user_count",
-    ),
+    bound(_PARAMETERS["set_scaling"], write=_scale),
+    bound(_PARAMETERS["rows"], codec=Numbers(), read=_read_rows, write=_write_rows),
+    bound(_PARAMETERS["columns"], codec=Numbers(), read=_read_columns, write=_write_columns),
 )
 
-_DIMENSIONS = request(table_type="I", row_count="I", column_count="I")
+TABLE_STATES = (bound(_STATES["user_count"], field="user_count"),)
+
 
 TABLE_FUNCTIONS = (
-    Service(
-        0x1_0000, "create_cam_table", WRITE, _DIMENSIONS,
-        "make a cam table, types 1..4: master positions, slave positions",
-        write=_creates(TableType.CAMMING),
-    ),
-    Service(
-        0x1_0010, "create_motion_function_table", WRITE, _DIMENSIONS,
-        "make the table of a motion function, types 3 and 4: points and laws between them",
-        write=_creates(TableType.MOTION_FUNCTION),
-    ),
-    Service(
-        0x1_0001, "create_characteristic_table", WRITE,
-        _DIMENSIONS,
-        "make a table of a characteristic, types 1 and 3: velocity, output, each of the full one",
-        write=_creates(TableType.CHARACTERISTIC),
-    ),
-    Service(0x2_0000, "delete_table", WRITE, NO_DATA, "forget the table", write=_delete),
-    Service(
-        0x3_0000, "initialize_table", WRITE, NO_DATA,
-        "see whether the points are a function, which is done where they are used too",
-        write=_initialise,
-    ),
-)  # fmt: skip
+    bound(_FUNCTIONS["create_cam_table"], write=_creates(TableType.CAMMING)),
+    bound(_FUNCTIONS["create_motion_function_table"], write=_creates(TableType.MOTION_FUNCTION)),
+    bound(_FUNCTIONS["create_characteristic_table"], write=_creates(TableType.CHARACTERISTIC)),
+    bound(_FUNCTIONS["delete_table"], write=_delete),
+    bound(_FUNCTIONS["initialize_table"], write=_initialise),
+)
+
+
+TABLE_GROUPS = (
+    (0xA000, TABLE_PARAMETERS),
+    (0xA100, TABLE_STATES),
+    (0xA200, TABLE_FUNCTIONS),
+)
+"""Index group + id, rows."""
 
 
 def table_groups(nc: Nc) -> Iterator[IndexGroup]:
@@ -385,9 +321,5 @@ def table_groups(nc: Nc) -> Iterator[IndexGroup]:
     def place(table_id: int) -> TablePlace:
         return TablePlace(nc.tables, table_id)
 
-    for base, rows in (
-        (0xA000, TABLE_PARAMETERS),
-        (0xA100, TABLE_STATES),
-        (0xA200, TABLE_FUNCTIONS),
-    ):
+    for base, rows in TABLE_GROUPS:
         yield ObjectGroup(base, HIGHEST_TABLE_ID, place, rows, kind=TablePlace)
