@@ -5,7 +5,8 @@ from typing import Any
 import pytest
 
 from achse.ams import DeviceError
-from achse.devices.nc.channels.binding import LineText, of_interpreter
+from achse.devices.nc.channels.binding import of_interpreter
+from achse.devices.nc.layouts import LineText
 
 
 def test_who_has_an_interpreter(groups: Any) -> None:

@@ -7,7 +7,8 @@ import struct
 
 from achse.ams import DeviceError
 from achse.codes import NcError, ReturnCode
-from achse.devices.nc.channels.binding import LineText, of_interpreter, show_program
+from achse.codes.nc.table import named_rows
+from achse.devices.nc.channels.binding import of_interpreter, show_program
 from achse.devices.nc.channels.structures import (
     CHANNEL_TO_PLC_TC2,
     CHANNEL_TO_PLC_TC3,
@@ -16,14 +17,15 @@ from achse.devices.nc.channels.structures import (
     ChannelFromPlc,
 )
 from achse.devices.nc.layouts import REAL64
+from achse.devices.nc.rows import bound
 from achse.gcode.errors import WordRefused
 from achse.gcode.registers import REGISTERS, Registers
 from achse.motion.channels.channel import NcChannel
-from achse.server import READ, WRITE, Repeated, Service
+from achse.server import Repeated
 
 __all__ = ["PROGRAM_CYCLIC"]
 
-_DISPLAYS = 9
+_ROWS = named_rows(0x2300)
 
 
 def _take(channel: NcChannel, values: ChannelFromPlc) -> None:
@@ -59,38 +61,23 @@ def _set_registers(channel: NcChannel, number: int, values: tuple[float, ...]) -
 _FORMS = PLC_TO_CHANNEL_TC3, PLC_TO_CHANNEL_TC2
 
 PROGRAM_CYCLIC = (
-    Service(
-        *(0x00, "plc_to_nc_structure", READ, _FORMS, "cyclic structure from the PLC"),
-        read=of_interpreter,
-    ),
-    Service(
-        *(0x00, "plc_to_nc_written", WRITE, _FORMS),
-        "the same written: its skip mask and granted M function count",
-        write=_take,
-        code=NcError.REQUEST_PARAMETER.number,
+    bound(_ROWS["plc_to_nc_structure"], codec=_FORMS, read=of_interpreter),
+    bound(
+        _ROWS["plc_to_nc_written"], codec=_FORMS, write=_take, code=NcError.REQUEST_PARAMETER.number
     ),
     show_program(
-        *(0x01, LineText(), "interpreter_program_display", "line that was interpreted last"),
+        _ROWS["interpreter_program_display"],
         lambda channel: channel.line_at(channel.interpreter_index),
     ),
-    Service(
-        *(0x80, "nc_to_plc_structure", READ, (CHANNEL_TO_PLC_TC3, CHANNEL_TO_PLC_TC2)),
-        "cyclic structure to the PLC",
+    bound(
+        _ROWS["nc_to_plc_structure"],
+        codec=(CHANNEL_TO_PLC_TC3, CHANNEL_TO_PLC_TC2),
         read=of_interpreter,
     ),
-    Service(
-        *(0x1000_0000, "r_parameter", READ | WRITE, _RegistersFrom(REAL64)),
-        *("R parameter by its number, and those behind it as far as the length goes", "1"),
-        read=_registers,
-        write=_set_registers,
-        count=REGISTERS,
+    bound(
+        _ROWS["r_parameter"], codec=_RegistersFrom(REAL64), read=_registers, write=_set_registers
     ),
-    Service(
-        *(0x2000_0001, "group_program_display", READ, LineText()),
-        "line that the path of a group is on",
-        read=lambda channel, index: _path_line(channel, index),
-        count=_DISPLAYS,
-    ),
+    bound(_ROWS["group_program_display"], read=lambda channel, index: _path_line(channel, index)),
 )
 
 

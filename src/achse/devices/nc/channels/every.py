@@ -1,78 +1,56 @@
 """What every channel has: who it is, its groups, reset, stop, overrides."""
 
 from collections.abc import Callable
-from typing import Any
 
 from achse.codes import NcError
+from achse.codes.nc.row import NcRow
+from achse.codes.nc.table import named_rows
 from achse.devices.nc.functions.calling import carry_out
-from achse.devices.nc.layouts import INT32, NO_DATA, UINT32, Text
+from achse.devices.nc.rows import bound
 from achse.motion.channels.channel import NcChannel
-from achse.motion.groups.group import FULL_OVERRIDE
-from achse.server import READ, WRITE, Codec, Repeated, Service
+from achse.server import Service
 
 __all__ = ["EVERY_CYCLIC", "EVERY_FUNCTION", "EVERY_PARAMETER", "EVERY_STATE"]
 
-
-def _row(
-    offset: int, codec: Codec, name: str, description: str, read: Callable[[NcChannel], Any]
-) -> Service:
-    return Service(offset, name, READ, codec, description, "1", read=read)
-
-
-def _function(
-    offset: int, name: str, call: Callable[[NcChannel], int], description: str
-) -> Service:
-    return Service(
-        *(offset, name, WRITE, NO_DATA, description),
-        write=lambda channel, _: carry_out(call(channel)),
-    )
+_PARAMETERS = named_rows(0x2000)
+_STATES = named_rows(0x2100)
+_FUNCTIONS = named_rows(0x2200)
+_CYCLIC = named_rows(0x2300)
 
 
-def _override(offset: int, name: str, field: str, description: str) -> Service:
-    return Service(
-        *(offset, name, READ | WRITE, UINT32, description, "%"),
+def _function(row: NcRow, call: Callable[[NcChannel], int]) -> Service:
+    return bound(row, write=lambda channel, _: carry_out(call(channel)))
+
+
+def _override(row: NcRow, field: str) -> Service:
+    return bound(
+        row,
         read=lambda channel: getattr(channel, field),
         write=lambda channel, value: setattr(channel, field, value),
-        minimum=0,
-        maximum=FULL_OVERRIDE,
         code=NcError.OVERRIDE_INVALID.number,
     )
 
 
 EVERY_PARAMETER = (
-    _row(0x01, UINT32, "channel_id", "id of the channel", lambda channel: channel.channel_id),
-    _row(0x02, Text(31), "channel_name", "name of the channel", lambda channel: channel.name),
-    _row(0x03, UINT32, "channel_type", "type of the channel", lambda channel: channel.type),
-    _row(
-        *(0x04, UINT32, "interpreter_type", "type of the interpreter, 0 = none"),
-        lambda channel: channel.interpreter_type,
-    ),
-    _row(
-        *(0x21, UINT32, "group_id", "id of the first of its groups, 0 = none"),
-        lambda channel: next(iter(channel.group_ids), 0),
-    ),
+    bound(_PARAMETERS["channel_id"], read=lambda channel: channel.channel_id),
+    bound(_PARAMETERS["channel_name"], read=lambda channel: channel.name),
+    bound(_PARAMETERS["channel_type"], read=lambda channel: channel.type),
+    bound(_PARAMETERS["interpreter_type"], read=lambda channel: channel.interpreter_type),
+    bound(_PARAMETERS["group_id"], read=lambda channel: next(iter(channel.group_ids), 0)),
 )
 
 EVERY_STATE = (
-    _row(0x01, INT32, "error_code", "error of the channel", lambda channel: channel.error_code),
-    _row(
-        *(0x02, UINT32, "group_count", "number of its groups"),
-        lambda channel: len(channel.group_ids),
-    ),
-    _row(
-        *(0x100, Repeated(UINT32), "axis_ids", "ids of its axes"),
-        lambda channel: channel.axis_ids,
-    ),
+    bound(_STATES["error_code"], read=lambda channel: channel.error_code),
+    bound(_STATES["group_count"], read=lambda channel: len(channel.group_ids)),
+    bound(_STATES["axis_ids"], read=lambda channel: channel.axis_ids),
 )
 
 EVERY_FUNCTION = (
-    _function(0x10, "reset", lambda channel: channel.reset(), "reset its groups"),
-    _function(0x11, "stop", lambda channel: channel.stop(), "stop its groups"),
+    _function(_FUNCTIONS["reset"], lambda channel: channel.reset()),
+    _function(_FUNCTIONS["stop"], lambda channel: channel.stop()),
 )
 
 EVERY_CYCLIC = (
-    _override(0x02, "channel_velocity_override", "override", "velocity override of its groups"),
-    _override(
-        *(0x03, "spindle_velocity_override", "spindle_override"), "velocity override of the spindle"
-    ),
+    _override(_CYCLIC["channel_velocity_override"], "override"),
+    _override(_CYCLIC["spindle_velocity_override"], "spindle_override"),
 )

@@ -1,18 +1,16 @@
 """Functions of a channel with an interpreter, 0x2200 + ID (002 §6.4.2.3)."""
 
 from achse.codes import NcError
-from achse.devices.nc.channels.binding import LineText, channel_function
-from achse.devices.nc.layouts import NO_DATA, UINT16, UINT32, request
+from achse.codes.nc.row import NcRow
+from achse.codes.nc.table import named_rows
+from achse.devices.nc.channels.binding import channel_function
 from achse.motion.channels.program_channel import ProgramChannel
 from achse.motion.channels.technology import M_FUNCTIONS
-from achse.server import Codec, Layout, Service
+from achse.server import Service
 
 __all__ = ["PROGRAM_FUNCTIONS"]
 
-_NAME = LineText()
-_SNAPSHOT = Layout("<32sI")
-_RETRACE = Layout("<II8d")
-_SEARCH = request(mode="I", dry_run="I", wanted="I", reserved="I", percent="d")
+_ROWS = named_rows(0x2200)
 
 
 def _text(name: bytes) -> str:
@@ -60,70 +58,36 @@ def _reset_fast(channel: ProgramChannel, number: int) -> int:
     return channel.reset_fast(number)
 
 
-def _plain(offset: int, name: str, call: object, description: str) -> Service:
-    return channel_function(offset, name, call, NO_DATA, description)  # type: ignore[arg-type]
-
-
-def _files(offset: int, name: str, method: str, description: str) -> Service:
-    return _plain(offset, name, lambda channel: getattr(channel.files, method)(), description)
+def _files(row: NcRow, method: str) -> Service:
+    return channel_function(row, lambda channel: getattr(channel.files, method)())
 
 
 _FORWARD, _BACKWARD = 1, 2
-_CODECS: tuple[Codec, ...] = (UINT16, UINT32)
 
 PROGRAM_FUNCTIONS = (
+    channel_function(_ROWS["load_program_by_number"], ProgramChannel.load_number),
+    channel_function(_ROWS["start_interpreter"], ProgramChannel.start),
+    channel_function(_ROWS["load_program_by_name"], ProgramChannel.load),
+    channel_function(_ROWS["set_interpreter_operation_mode"], ProgramChannel.set_operation_mode),
     channel_function(
-        *(0x01, "load_program_by_number", ProgramChannel.load_number, UINT32),
-        "load the program <number>.nc",
-    ),
-    _plain(0x02, "start_interpreter", ProgramChannel.start, "start, or go on with a single block"),
-    channel_function(
-        *(0x04, "load_program_by_name", ProgramChannel.load, _NAME),
-        "load a program of the channel's folder",
-    ),
-    channel_function(
-        *(0x05, "set_interpreter_operation_mode", ProgramChannel.set_operation_mode, _CODECS),
-        "0, single blocks of the path (1) or of the interpreter (0x4000)",
-    ),
-    channel_function(
-        *(0x06, "set_subroutine_path"),
+        _ROWS["set_subroutine_path"],
         lambda channel, name: channel.files.store.set_subroutine_path(name),
-        *(_NAME, "folder in which subroutines are searched first; empty: none"),
     ),
-    _plain(0x12, "retry", ProgramChannel.retry, "after a fault, run the block at fault again"),
-    _plain(0x13, "skip", ProgramChannel.skip, "after a fault, go on behind the block at fault"),
-    channel_function(
-        *(0x14, "enable_retrace", _retrace, _RETRACE),
-        "after an emergency stop, follow the path forward (1) or back (2); entry 0, 8 positions",
-    ),
-    _plain(0x15, "disable_retrace", _end_retrace, "go forward again, and on with the program"),
-    channel_function(
-        *(0x18, "enable_block_search", _search, _SEARCH),
-        "begin the next start with a search for a block",
-    ),
-    _plain(
-        *(0x19, "step_on_after_block_search", ProgramChannel.step_on_after_search),
-        "go on with the found block, where the axes are to be",
-    ),
-    _files(0x20, "save_zero_offsets", "save_shifts", "write zero shifts into their file"),
-    _files(0x21, "load_zero_offsets", "load_shifts", "read zero shifts from their file"),
-    _files(0x22, "save_tool_compensations", "save_tools", "write tools into their file"),
-    _files(0x23, "load_tool_compensations", "load_tools", "read tools from their file"),
-    channel_function(
-        *(0x24, "save_interpreter_snapshot", _save, _SNAPSHOT),
-        "write R parameters (1), zero shifts (2), tools (4) into a file",
-    ),
-    channel_function(
-        *(0x25, "load_interpreter_snapshot", _load, _SNAPSHOT), "read them from a file"
-    ),
-    _plain(0x26, "clear_tool_parameters", _clear_tools, "all tools are 0"),
-    _plain(0x27, "clear_zero_offsets", _clear_shifts, "all zero shifts are 0"),
-    _plain(0x30, "go_ahead", ProgramChannel.go_ahead, "go on behind @717"),
-    _plain(
-        *(0x40, "delete_distance_to_go", ProgramChannel.delete_distance_to_go),
-        "end a move with DelDTG where it is",
-    ),
-    channel_function(
-        *(0x60, "reset_fast_m_function", _reset_fast, UINT16), "clear the bit of a fast M function"
-    ),
+    channel_function(_ROWS["retry"], ProgramChannel.retry),
+    channel_function(_ROWS["skip"], ProgramChannel.skip),
+    channel_function(_ROWS["enable_retrace"], _retrace),
+    channel_function(_ROWS["disable_retrace"], _end_retrace),
+    channel_function(_ROWS["enable_block_search"], _search),
+    channel_function(_ROWS["step_on_after_block_search"], ProgramChannel.step_on_after_search),
+    _files(_ROWS["save_zero_offsets"], "save_shifts"),
+    _files(_ROWS["load_zero_offsets"], "load_shifts"),
+    _files(_ROWS["save_tool_compensations"], "save_tools"),
+    _files(_ROWS["load_tool_compensations"], "load_tools"),
+    channel_function(_ROWS["save_interpreter_snapshot"], _save),
+    channel_function(_ROWS["load_interpreter_snapshot"], _load),
+    channel_function(_ROWS["clear_tool_parameters"], _clear_tools),
+    channel_function(_ROWS["clear_zero_offsets"], _clear_shifts),
+    channel_function(_ROWS["go_ahead"], ProgramChannel.go_ahead),
+    channel_function(_ROWS["delete_distance_to_go"], ProgramChannel.delete_distance_to_go),
+    channel_function(_ROWS["reset_fast_m_function"], _reset_fast),
 )

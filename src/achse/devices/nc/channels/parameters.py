@@ -5,8 +5,15 @@ from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import NcError, ReturnCode
-from achse.devices.nc.channels.binding import of_interpreter, program_value, show_program
-from achse.devices.nc.layouts import REAL64, UINT16, UINT32
+from achse.codes.nc.row import NcRow
+from achse.codes.nc.table import named_rows, rows_of
+from achse.devices.nc.channels.binding import (
+    of_interpreter,
+    only_interpreters,
+    program_value,
+    show_program,
+)
+from achse.devices.nc.rows import bound
 from achse.gcode.compensation import BottleneckMode
 from achse.gcode.mfunctions import MAX_CLEARED, NO_RULE
 from achse.gcode.offsets import ZeroShift
@@ -14,16 +21,16 @@ from achse.gcode.tool_table import ToolParameter
 from achse.motion.channels.channel import NcChannel
 from achse.motion.channels.program_channel import LOAD_BUFFER, ProgramChannel
 from achse.motion.channels.technology import M_FUNCTIONS
-from achse.server import READ, READ_WRITE, WRITE, Layout, Repeated, Service
+from achse.server import Service
 
 __all__ = ["PROGRAM_PARAMETERS"]
 
-_TOOLS = 50
-"""Tools that have rows; programs reach 255."""
+_ROWS = named_rows(0x2000)
+_ZERO_OFFSETS = [row for row in rows_of(0x2000) if row.name == "zero_offset"]
+
 
 _TOOL_STEP = 0x100
 _TOOL_PARAMETERS = 14
-_BALLS = 9
 
 _NO_M = -1
 """An empty place in the list of M functions that one clears."""
@@ -42,7 +49,7 @@ def _m_rules(channel: NcChannel, request: tuple[int, int]) -> list[tuple[int, ..
     return found
 
 
-def _shift_row(axis: int) -> Service:
+def _shift_service(axis: int, row: NcRow) -> Service:
     """0x00010K0L: K is the axis from 1 on, L the entry."""
 
     def read(channel: NcChannel, index: int) -> float:
@@ -51,43 +58,29 @@ def _shift_row(axis: int) -> Service:
     def write(channel: NcChannel, index: int, value: float) -> None:
         of_interpreter(channel).data.shifts[ZeroShift(index + 1), axis] = value
 
-    return Service(
-        *(0x1_0001 + 0x100 * (axis + 1), "zero_offset", READ | WRITE, REAL64),
-        f"zero shift of {'XYZ'[axis]}: G54 fine, coarse, G55 …, G58, G59",
-        "e.g. mm",
-        read=read,
-        write=write,
-        count=len(ZeroShift),
-    )
+    return bound(row, read=read, write=write)
 
 
-def _tool_row(
-    offset: int, name: str, codec: Any, description: str, parameter: Callable[[int], int | None]
-) -> Service:
+def _tool_service(row: NcRow, parameter: Callable[[int], int | None]) -> Service:
     """0x000xww00 + n: ww is the tool; `parameter` of the low byte, None if there is none."""
 
     def place(channel: NcChannel, index: int) -> tuple[Any, int]:
         found = parameter(index % _TOOL_STEP)
         data = of_interpreter(channel).data
         if found is None:
-            raise DeviceError(ReturnCode.INVALID_OFFSET, f"{name} {index % _TOOL_STEP}")
+            raise DeviceError(ReturnCode.INVALID_OFFSET, f"{row.name} {index % _TOOL_STEP}")
         return data.tools[index // _TOOL_STEP + 1], found
 
     def read(channel: NcChannel, index: int) -> float:
         tool, number = place(channel, index)
         value = tool[number]
-        return value if codec is REAL64 else int(value)
+        return value if row.layout == "REAL64" else int(value)
 
     def write(channel: NcChannel, index: int, value: float) -> None:
         tool, number = place(channel, index)
         tool[number] = float(value)
 
-    return Service(
-        *(offset, name, READ | WRITE, codec, description),
-        read=read,
-        write=write,
-        count=_TOOLS * _TOOL_STEP,
-    )
+    return bound(row, read=read, write=write)
 
 
 def _only(parameter: int) -> Callable[[int], int | None]:
@@ -106,125 +99,51 @@ def _set_ball(channel: NcChannel, index: int, radius: float) -> None:
     of_interpreter(channel).tolerance_balls[index] = radius
 
 
-def _offsets(offset: int, name: str, field: str, what: str) -> Service:
-    return program_value(
-        *(offset, Repeated(UINT32), name, f"up to four group states, shown as {what}", field)
-    )
-
-
 def _number(channel: ProgramChannel) -> int:
     return channel.program_number
 
 
-def _set_offsets(name: str, row: Service) -> Service:
+def _offsets(row: NcRow, field: str) -> Service:
+    """Up to four group states that the cyclic interface shows."""
+
     def write(channel: NcChannel, values: tuple[int, ...]) -> None:
         if len(values) != 4:
             raise DeviceError(ReturnCode.INVALID_SIZE, "four offsets")
-        setattr(of_interpreter(channel), name, values)
+        setattr(of_interpreter(channel), field, values)
 
-    return Service(
-        *(row.offset, row.name, row.access, row.codec, row.description),
-        read=row.read,
+    return bound(
+        row,
+        read=lambda channel: getattr(of_interpreter(channel), field),
         write=write,
-        guard=row.guard,
+        guard=only_interpreters,
     )
 
 
 PROGRAM_PARAMETERS = (
-    show_program(
-        *(0x05, UINT32, "program_load_buffer_size", "longest program, bytes"),
-        lambda channel: LOAD_BUFFER,
-    ),
-    show_program(0x06, UINT32, "program_number", "number of the program, 0 by name", _number),
-    program_value(
-        *(0x07, UINT32, "load_log_mode", "log while loading: 1 source, 2 compiled too"),
-        "load_log_mode",
-        minimum=0,
-        maximum=2,
-    ),
-    program_value(
-        *(0x08, UINT32, "trace_mode", "log while running: 1 line numbers, 2 source lines"),
-        "trace_mode",
-        minimum=0,
-        maximum=2,
-    ),
-    program_value(
-        *(0x0A, UINT32, "feeder_log_enable", "log every command of the feeder"),
-        "feeder_log_enable",
-        minimum=0,
-        maximum=1,
-    ),
-    program_value(
-        *(0x0B, UINT32, "nc_logger_level", "messages of the channel: 0 errors, 1 all"),
-        "nc_logger_level",
-        minimum=0,
-        maximum=1,
-    ),
-    Service(
-        *(0x10, "m_function_rules", READ_WRITE, Layout("<II")),
-        "rule mask and cleared M functions, -1 = none, from a number on",
-        exchange=_m_rules,
-        response=Repeated(Layout("<B10i")),
-    ),
-    program_value(
-        *(0x12, REAL64, "g70_factor", "mm for a length of 1 behind G70", "data.inch"),
-        minimum=1e-9,
-        maximum=1e9,
-    ),
-    program_value(
-        *(0x13, REAL64, "g71_factor", "mm for a length of 1 behind G71", "data.metric"),
-        minimum=1e-9,
-        maximum=1e9,
-    ),
-    program_value(
-        *(0x15, (UINT16, UINT32), "default_g_code_enable", "run the default G-code first"),
-        "default_g_code",
-        minimum=0,
-        maximum=1,
-    ),
-    program_value(
-        *(0x50, UINT32, "bottleneck_reaction", "0 error, 1 notice and repair, 2 notice"),
-        "data.bottleneck.mode",
-        choices=BottleneckMode,
-    ),
-    program_value(
-        *(0x51, UINT32, "bottleneck_look_ahead", "elements that are looked at together"),
-        "data.bottleneck.look_ahead",
-        minimum=1,
-        maximum=24,
-    ),
-    program_value(
-        *(0x53, UINT32, "interpolation_rule_readout_enable", "states 0x13 … 0x15 are shown"),
-        "readout",
-        minimum=0,
-        maximum=1,
-    ),
-    program_value(
-        *(0x54, UINT32, "retrace_enable", "the path of the next start is kept for a way back"),
-        "retrace_enable",
-        minimum=0,
-        maximum=1,
-    ),
-    _set_offsets(
-        "whole_offsets",
-        _offsets(0x55, "cyclic_interface_uint32_offsets", "whole_offsets", "IntParams"),
-    ),
-    _set_offsets(
-        "real_offsets",
-        _offsets(0x56, "cyclic_interface_real64_offsets", "real_offsets", "DoubleParams"),
-    ),
-    *(_shift_row(axis) for axis in range(3)),
-    _tool_row(0x2_0100, "tool_number", UINT16, "number of tool ww", _only(ToolParameter.NUMBER)),
-    _tool_row(0x3_0100, "tool_type", UINT16, "type of tool ww", _only(ToolParameter.TYPE)),
-    _tool_row(0x4_0101, "tool_parameter", REAL64, "parameter nn of tool ww", _numbered),
-    Service(
-        *(0x5_0001, "tolerance_ball_radius", READ | WRITE, REAL64),
-        "radius in which auxiliary axes of group gg may leave the path",
-        "e.g. mm",
+    show_program(_ROWS["program_load_buffer_size"], lambda channel: LOAD_BUFFER),
+    show_program(_ROWS["program_number"], _number),
+    program_value(_ROWS["load_log_mode"], "load_log_mode"),
+    program_value(_ROWS["trace_mode"], "trace_mode"),
+    program_value(_ROWS["feeder_log_enable"], "feeder_log_enable"),
+    program_value(_ROWS["nc_logger_level"], "nc_logger_level"),
+    bound(_ROWS["m_function_rules"], exchange=_m_rules),
+    program_value(_ROWS["g70_factor"], "data.inch"),
+    program_value(_ROWS["g71_factor"], "data.metric"),
+    program_value(_ROWS["default_g_code_enable"], "default_g_code"),
+    program_value(_ROWS["bottleneck_reaction"], "data.bottleneck.mode", choices=BottleneckMode),
+    program_value(_ROWS["bottleneck_look_ahead"], "data.bottleneck.look_ahead"),
+    program_value(_ROWS["interpolation_rule_readout_enable"], "readout"),
+    program_value(_ROWS["retrace_enable"], "retrace_enable"),
+    _offsets(_ROWS["cyclic_interface_uint32_offsets"], "whole_offsets"),
+    _offsets(_ROWS["cyclic_interface_real64_offsets"], "real_offsets"),
+    *map(_shift_service, range(3), _ZERO_OFFSETS),
+    _tool_service(_ROWS["tool_number"], _only(ToolParameter.NUMBER)),
+    _tool_service(_ROWS["tool_type"], _only(ToolParameter.TYPE)),
+    _tool_service(_ROWS["tool_parameter"], _numbered),
+    bound(
+        _ROWS["tolerance_ball_radius"],
         read=_ball,
         write=_set_ball,
-        minimum=0.0,
         code=NcError.NCI_TOLERANCE_SPHERE.number,
-        count=_BALLS,
     ),
 )

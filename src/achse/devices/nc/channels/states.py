@@ -5,21 +5,21 @@ from collections.abc import Callable
 from typing import Any
 
 from achse.ams import DeviceError
-from achse.codes import NcError, program_place
+from achse.codes import NcError
+from achse.codes.nc.table import named_rows
 from achse.codes.program_place import ProgramPlaceRow
-from achse.devices.nc.channels.binding import LineText, of_interpreter, show_program
-from achse.devices.nc.layouts import UINT32
+from achse.devices.nc.channels.binding import of_interpreter, show_program
+from achse.devices.nc.rows import bound
 from achse.motion.channels.channel import NcChannel
 from achse.motion.channels.planned_path import PlanState
 from achse.motion.channels.program_channel import ProgramChannel
 from achse.motion.channels.states import InterpreterState
-from achse.server import READ, READ_WRITE, Layout, Service
 
 __all__ = ["PROGRAM_STATES"]
 
-_FROM_PATH, _FROM_INTERPRETER, _FROM_ERROR = 1, 2, 3
+_ROWS = named_rows(0x2100)
 
-_LINE = LineText()
+_FROM_PATH, _FROM_INTERPRETER, _FROM_ERROR = 1, 2, 3
 
 
 def _line(channel: NcChannel, index: int) -> str:
@@ -103,66 +103,21 @@ _NO_POINTS = 0xFFFF_FFFF
 
 
 PROGRAM_STATES = (
-    show_program(
-        *(0x03, UINT32, "interpreter_state", "what the interpreter does"),
-        lambda channel: channel.state,
-    ),
-    show_program(
-        *(0x04, UINT32, "interpreter_operation_mode", "0, or which single blocks"),
-        lambda channel: channel.operation_mode,
-    ),
-    show_program(
-        *(0x05, UINT32, "loaded_program_number", "number of the loaded program, 0 by name"),
-        lambda channel: channel.program_number,
-    ),
-    show_program(
-        *(0x07, _LINE, "loaded_program_name", "name of the loaded program"),
-        lambda channel: channel.program_name,
-    ),
-    show_program(
-        *(0x08, UINT32, "interpreter_simulation_mode", "0: it cannot be switched on"),
-        lambda channel: 0,
-    ),
-    show_program(
-        *(0x10, UINT32, "text_index", "offset of the block at fault in the program's file"),
-        lambda channel: channel.text_index,
-    ),
-    Service(
-        *(0x11, "program_line", READ_WRITE, UINT32, "line of the program at a text index"),
-        exchange=_line,
-        response=_LINE,
-    ),
-    show_program(
-        *(0x12, Layout("<II260s"), "current_program_info"),
-        "1 path, 2 interpreter, 3 fault; offset of the block; file",
-        _program_info,
-    ),
-    show_program(
-        *(0x13, Layout("<18I"), "active_g_code", "a word per modal group, while 0x53 is 1"),
-        _readout(_words),
-    ),
-    show_program(
-        *(0x14, Layout("<II9d"), "active_zero_offsets", "counter, 0, G54…G57, G58, G59"),
-        _readout(_shifts),
-    ),
-    show_program(
-        *(0x15, Layout("<II3d"), "active_rotation", "counter, 0, angles about X, Y, Z"),
-        _readout(_rotation),
-    ),
-    Service(
-        *(program_place.OFFSET, "program_place", READ, Layout(program_place.FORMAT)),
-        "1 block at fault, 2 found block, 0 none; line, N word, counter; X, Y, Z in mm: at a fault "
-        "where the axes stopped, of a found block where they have to be; file",
-        read=lambda channel: _place(of_interpreter(channel)),
-        source="achse",
-    ),
-    Service(
-        *(0x8000_0001, "planned_path", READ_WRITE, UINT32),
-        "path that the loaded program takes, 256 points from one on; -1: no points. Which plan, 0 "
-        "there is more, 1 whole, 2 cut, 3 program error; points; block that the path is on",
-        "mm",
+    show_program(_ROWS["interpreter_state"], lambda channel: channel.state),
+    show_program(_ROWS["interpreter_operation_mode"], lambda channel: channel.operation_mode),
+    show_program(_ROWS["loaded_program_number"], lambda channel: channel.program_number),
+    show_program(_ROWS["loaded_program_name"], lambda channel: channel.program_name),
+    show_program(_ROWS["interpreter_simulation_mode"], lambda channel: 0),
+    show_program(_ROWS["text_index"], lambda channel: channel.text_index),
+    bound(_ROWS["program_line"], exchange=_line),
+    show_program(_ROWS["current_program_info"], _program_info),
+    show_program(_ROWS["active_g_code"], _readout(_words)),
+    show_program(_ROWS["active_zero_offsets"], _readout(_shifts)),
+    show_program(_ROWS["active_rotation"], _readout(_rotation)),
+    bound(_ROWS["program_place"], read=lambda channel: _place(of_interpreter(channel))),
+    bound(
+        _ROWS["planned_path"],
         exchange=lambda channel, first: (of_interpreter(channel), first),
         response=_PlannedPart(),
-        source="achse",
     ),
 )
