@@ -1,16 +1,19 @@
 """How group rows refer to groups: by attribute, and for some kinds of group alone."""
 
 from collections.abc import Callable
+from enum import IntEnum
 from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import NcError, ReturnCode
+from achse.codes.nc.row import NcRow
 from achse.devices.nc.functions.calling import carry_out
+from achse.devices.nc.rows import bound
 from achse.motion import Axis, Nc
 from achse.motion.groups.group import AxisGroup
 from achse.motion.groups.ptp import PtpGroup
 from achse.motion.path import PathError
-from achse.server import READ, WRITE, Codec, Service
+from achse.server import Codec, Service
 
 __all__ = ["AnyGroup", "GroupFinder", "group_function", "group_of", "set_value", "show"]
 
@@ -56,35 +59,19 @@ def _checked(kinds: tuple[type, ...], function: Callable[..., Any]) -> Callable[
 
 
 def show(
-    offset: int,
-    codec: Codec | tuple[Codec, ...],
-    name: str,
-    description: str,
+    row: NcRow,
     read: Callable[..., Any],
     *kinds: type,
-    unit: str = "1",
-    count: int = 1,
-    symbol: str = "",
+    codec: Codec | tuple[Codec, ...] | None = None,
 ) -> Service:
-    """A row that shows a value, of groups of these kinds alone if there are any."""
-    get = _checked(kinds, read) if kinds else read
-    return Service(
-        *(offset, name, READ, codec, description, unit), read=get, count=count, symbol=symbol
-    )
+    """The service that shows a value, of groups of these kinds alone if there are any."""
+    return bound(row, codec=codec, read=_checked(kinds, read) if kinds else read)
 
 
 def set_value(
-    offset: int,
-    codec: Codec | tuple[Codec, ...],
-    error: NcError,
-    name: str,
-    description: str,
-    field: str,
-    *kinds: type,
-    unit: str = "1",
-    **limits: Any,
+    row: NcRow, error: NcError, field: str, *kinds: type, choices: type[IntEnum] | None = None
 ) -> Service:
-    """A row that shows and sets an attribute of groups of these kinds."""
+    """The service that shows and sets an attribute of groups of these kinds."""
 
     def read(group: AnyGroup) -> Any:
         return getattr(group, field)
@@ -97,31 +84,20 @@ def set_value(
 
     if kinds:
         read, write = _checked(kinds, read), _checked(kinds, write)
-    return Service(
-        *(offset, name, READ | WRITE, codec, description, unit),
+    return bound(
+        row,
         read=read,
         write=write,
         code=error.number,
         guard=_checked(kinds, lambda group: None) if kinds else None,
-        **limits,
+        choices=choices,
     )
 
 
-def group_function(
-    offset: int,
-    name: str,
-    call: Callable[..., int],
-    codec: Codec | tuple[Codec, ...],
-    description: str,
-    *kinds: type,
-) -> Service:
-    """A row that is written with the arguments of `call`, a function of groups of these kinds."""
+def group_function(row: NcRow, call: Callable[..., int], *kinds: type) -> Service:
+    """The service that is written with the arguments of `call`, a function of groups."""
 
     def write(group: AnyGroup, data: Any) -> None:
         carry_out(call(group, *data) if isinstance(data, tuple) else call(group, data))
 
-    return Service(
-        *(offset, name, WRITE, codec, description),
-        write=_checked(kinds, write) if kinds else write,
-        non_finite=True,
-    )
+    return bound(row, write=_checked(kinds, write) if kinds else write, non_finite=True)

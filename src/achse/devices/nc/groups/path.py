@@ -3,132 +3,79 @@
 from typing import Any
 
 from achse.codes import NcError
+from achse.codes.nc.row import NcRow
+from achse.codes.nc.table import named_rows
 from achse.devices.nc.groups.binding import set_value, show
-from achse.devices.nc.layouts import INT32, REAL64, UINT16, UINT32
 from achse.motion.channels.program_channel import ProgramChannel
 from achse.motion.channels.states import InterpreterState
 from achse.motion.groups.path_group import MAIN_AXES, PLACES, PathGroup
-from achse.motion.path import PathOverride, ReductionMethod
+from achse.motion.path import PathOverride
 from achse.server import Layout, Service
 
 __all__ = ["PATH_PARAMETERS", "PATH_STATES"]
 
-
-def _real(
-    offset: int, error: NcError, name: str, field: str, doc: str, unit: str, most: float
-) -> Service:
-    return set_value(
-        *(offset, REAL64, error, name, doc, field, PathGroup),
-        unit=unit,
-        minimum=0.0,
-        maximum=most,
-    )
+_PARAMETERS = named_rows(0x3000)
+_STATES = named_rows(0x3100)
 
 
-def _flag(offset: int, codecs: Any, name: str, field: str, doc: str) -> Service:
-    error = NcError.GROUP_PARAMETER
-    return set_value(*(offset, codecs, error, name, doc, field, PathGroup), minimum=0, maximum=1)
+def _flag(row: NcRow, field: str) -> Service:
+    return set_value(row, NcError.GROUP_PARAMETER, field, PathGroup)
 
-
-_AUXILIARY = PLACES - MAIN_AXES
 
 _REDUCTION = NcError.NCI_VELOCITY_REDUCTION
 _ANGLE = NcError.NCI_CRITICAL_ANGLE
 
 PATH_PARAMETERS = (
     set_value(
-        *(0x500, INT32, NcError.NCI_CURVE_REDUCTION, "velocity_reduction_method"),
-        *("how corners reduce the velocity: 0 Coulomb, 1 cosine, 2 jump", "reduction_method"),
+        _PARAMETERS["velocity_reduction_method"],
+        NcError.NCI_CURVE_REDUCTION,
+        "reduction_method",
         PathGroup,
-        minimum=ReductionMethod.COULOMB,
-        maximum=ReductionMethod.VELO_JUMP,  # 3 is not released
-    ),
-    _real(
-        *(0x501, _REDUCTION, "velocity_reduction_factor_c0", "reduction_factor_c0"),
-        *("part of the velocity that corners leave", "1", 1.0),
-    ),
-    _real(
-        *(0x502, _REDUCTION, "velocity_reduction_factor_c1", "reduction_factor_c1"),
-        *("part of it where the curvature jumps", "1", 1.0),
-    ),
-    _real(
-        *(0x503, _ANGLE, "critical_angle_low", "critical_angle_low"),
-        *("smallest angle of a corner that reduces the velocity", "degree", 180.0),
-    ),
-    _real(
-        *(0x504, _ANGLE, "critical_angle_high", "critical_angle_high"),
-        *("angle of a corner from which it is reduced as far as it goes", "degree", 180.0),
-    ),
-    _real(
-        *(0x505, NcError.NCI_MINIMUM_VELOCITY, "min_path_velocity", "min_path_velocity"),
-        *("velocity that transitions keep", "mm/s", 1e6),
-    ),
-    _real(
-        *(0x507, _REDUCTION, "velocity_reduction_factor_c2", "reduction_factor_c2"),
-        *("part of the velocity where the curvature is continuous", "1", 1.0),
-    ),
-    _flag(
-        *(0x508, (UINT16, UINT32), "total_remaining_path_enable", "total_remaining_path_enable"),
-        "state 0x522 is calculated",
-    ),
-    _flag(
-        *(0x509, UINT16, "soft_limit_monitoring_enable", "soft_limit_monitoring_enable"),
-        "soft limits of X, Y and Z are looked at before a segment is taken",
     ),
     set_value(
-        *(0x50A, UINT32, NcError.GROUP_OVERRIDE_TYPE, "override_type"),
-        "what 100 % is: 0 reduced velocity, 1 programmed one, 2 reduced, above 100 % too",
-        *("override_type", PathGroup),
+        _PARAMETERS["velocity_reduction_factor_c0"], _REDUCTION, "reduction_factor_c0", PathGroup
+    ),
+    set_value(
+        _PARAMETERS["velocity_reduction_factor_c1"], _REDUCTION, "reduction_factor_c1", PathGroup
+    ),
+    set_value(_PARAMETERS["critical_angle_low"], _ANGLE, "critical_angle_low", PathGroup),
+    set_value(_PARAMETERS["critical_angle_high"], _ANGLE, "critical_angle_high", PathGroup),
+    set_value(
+        _PARAMETERS["min_path_velocity"],
+        NcError.NCI_MINIMUM_VELOCITY,
+        "min_path_velocity",
+        PathGroup,
+    ),
+    set_value(
+        _PARAMETERS["velocity_reduction_factor_c2"], _REDUCTION, "reduction_factor_c2", PathGroup
+    ),
+    _flag(_PARAMETERS["total_remaining_path_enable"], "total_remaining_path_enable"),
+    _flag(_PARAMETERS["soft_limit_monitoring_enable"], "soft_limit_monitoring_enable"),
+    set_value(
+        _PARAMETERS["override_type"],
+        NcError.GROUP_OVERRIDE_TYPE,
+        "override_type",
+        PathGroup,
         choices=PathOverride,
     ),
-    _flag(
-        *(0x50B, UINT16, "override_above_100_enable", "override_above_full"),
-        "the override may be above 100 %",
-    ),
-    show(
-        *(0x50C, UINT32, "nci_saf_table_size", "segments that the table of the path holds"),
-        lambda group: group.table_size,
-        PathGroup,
-    ),
+    _flag(_PARAMETERS["override_above_100_enable"], "override_above_full"),
+    show(_PARAMETERS["nci_saf_table_size"], lambda group: group.table_size, PathGroup),
     set_value(
-        *(0x514, UINT32, NcError.GROUP_PARAMETER, "max_commands_per_cycle"),
-        *("segments that go over to the set-point task in a cycle", "max_commands_per_cycle"),
+        _PARAMETERS["max_commands_per_cycle"],
+        NcError.GROUP_PARAMETER,
+        "max_commands_per_cycle",
         PathGroup,
-        minimum=1,
-        maximum=20,
     ),
 )
 
 
-_SYMBOLS = {
-    "set_path_remaining_length": "SetPathRemLength",
-    "set_path_length": "SetPathLength",
-    "set_path_velocity": "SetPathVelo",
-    "set_path_acceleration": "SetPathAcc",
-    "set_path_acceleration_abs": "SetPathAbsAcc",
-    "set_path_end_velocity_max": "SetPathVeloEnd",
-    "set_path_velocity_max": "SetPathVeloMax",
-    "set_path_stop_distance": "SetPathStopDist",
-    "set_path_safety_distance": "SetPathSecurityDist",
-    "set_path_override": "SetPathOverride",
-    "actual_path_velocity_abs": "ActPathAbsVelo",
-    "actual_path_acceleration": "ActPathAcc",
-    "actual_path_acceleration_abs": "ActPathAbsAcc",
-    "path_error_tangential": "PathDiffTangential",
-    "path_error_orthogonal": "PathDiffOrthogonal",
-}
-"""Symbols as 002 prints them."""
-
-
-def _path(offset: int, name: str, field: str, doc: str, unit: str = "e.g. mm") -> Service:
+def _path(row: NcRow, field: str) -> Service:
     """A value of the path that the group shows."""
 
     def read(group: PathGroup) -> float:
         return float(getattr(group.view, field))
 
-    return show(
-        *(offset, REAL64, name, doc, read, PathGroup), unit=unit, symbol=_SYMBOLS.get(name, "")
-    )
+    return show(row, read, PathGroup)
 
 
 def _block(group: PathGroup) -> int:
@@ -196,143 +143,45 @@ class _Searched:
         return self._layout.decode(data)
 
 
-_SPEED, _RAMP = "e.g. mm/s", "e.g. mm/s²"
-
 PATH_STATES = (
+    show(_STATES["block_number"], _block, PathGroup),
+    _path(_STATES["set_path_remaining_length"], "remaining"),
+    _path(_STATES["set_path_length"], "done"),
+    _path(_STATES["set_path_velocity"], "velocity"),
+    _path(_STATES["set_path_acceleration"], "acceleration"),
+    _path(_STATES["set_path_acceleration_abs"], "acceleration_abs"),
+    _path(_STATES["set_path_end_velocity_max"], "end_velocity_max"),
+    _path(_STATES["set_path_velocity_max"], "velocity_max"),
+    _path(_STATES["set_path_stop_distance"], "stop_distance"),
+    _path(_STATES["set_path_safety_distance"], "safety_distance"),
+    show(_STATES["set_path_segment_change"], lambda group: float(group.segment_change), PathGroup),
+    _path(_STATES["set_path_override"], "override_percent"),
+    _path(_STATES["actual_path_velocity_abs"], "actual_velocity"),
+    _path(_STATES["actual_path_acceleration"], "actual_acceleration"),
+    _path(_STATES["actual_path_acceleration_abs"], "actual_acceleration_abs"),
+    _path(_STATES["path_error_tangential"], "tangential_error"),
+    _path(_STATES["path_error_orthogonal"], "orthogonal_error"),
+    _path(_STATES["set_path_length_normalized"], "done_normalized"),
+    show(_STATES["partial_segment_change"], lambda group: 0.0, PathGroup),
+    _path(_STATES["total_remaining_path_length"], "total_remaining"),
+    _path(_STATES["programmed_segment_velocity"], "programmed_velocity"),
+    show(_STATES["path_length_since_program_start"], lambda group: group.way, PathGroup),
     show(
-        0x0D,
-        UINT32,
-        "block_number",
-        "N word of the present block",
-        _block,
-        PathGroup,
-        symbol="BlockNumber",
-    ),
-    _path(0x500, "set_path_remaining_length", "remaining", "way to the end of the segment"),
-    _path(0x501, "set_path_length", "done", "way since the beginning of the segment"),
-    _path(0x502, "set_path_velocity", "velocity", "velocity on the path", _SPEED),
-    _path(0x503, "set_path_acceleration", "acceleration", "acceleration on the path", _RAMP),
-    _path(
-        *(0x504, "set_path_acceleration_abs", "acceleration_abs"),
-        *("size of the acceleration of X, Y and Z", _RAMP),
-    ),
-    _path(
-        *(0x505, "set_path_end_velocity_max", "end_velocity_max"),
-        *("velocity that the end of the segment allows", _SPEED),
-    ),
-    _path(
-        *(0x506, "set_path_velocity_max", "velocity_max"),
-        *("velocity that the segment allows", _SPEED),
-    ),
-    _path(0x507, "set_path_stop_distance", "stop_distance", "way until the path would rest"),
-    _path(
-        *(0x508, "set_path_safety_distance", "safety_distance"),
-        "what the stop distance leaves of the segment",
+        _STATES["target_position_main_axes"], lambda group: group.view.target[:MAIN_AXES], PathGroup
     ),
     show(
-        *(0x509, REAL64, "set_path_segment_change", "1 where a segment begins"),
-        lambda group: float(group.segment_change),
-        PathGroup,
-        symbol="SetPathSegmentChange",
-    ),
-    _path(0x50A, "set_path_override", "override_percent", "override of the path", "%"),
-    _path(
-        *(0x511, "actual_path_velocity_abs", "actual_velocity"),
-        *("size of the actual velocity of X, Y and Z", _SPEED),
-    ),
-    _path(
-        *(0x512, "actual_path_acceleration", "actual_acceleration"),
-        *("actual acceleration along the path", _RAMP),
-    ),
-    _path(
-        *(0x513, "actual_path_acceleration_abs", "actual_acceleration_abs"),
-        *("size of the actual acceleration of X, Y and Z", _RAMP),
-    ),
-    _path(
-        *(0x514, "path_error_tangential", "tangential_error"),
-        "what the axes are behind along the path, negative if ahead",
-    ),
-    _path(0x515, "path_error_orthogonal", "orthogonal_error", "what they are beside the path"),
-    _path(
-        *(0x520, "set_path_length_normalized", "done_normalized"),
-        *("share of the segment that is done", "1"),
-    ),
-    show(
-        *(0x521, REAL64, "partial_segment_change", "0: auxiliary axes have no tolerance ball"),
-        lambda group: 0.0,
-        PathGroup,
-    ),
-    _path(
-        *(0x522, "total_remaining_path_length", "total_remaining"),
-        "way to the end of the segments so far, while parameter 0x508 is 1",
-    ),
-    _path(
-        *(0x523, "programmed_segment_velocity", "programmed_velocity"),
-        *("programmed velocity of the segment", _SPEED),
-    ),
-    show(
-        *(0x524, REAL64, "path_length_since_program_start", "way since the program began"),
-        lambda group: group.way,
-        PathGroup,
-        unit="e.g. mm",
-    ),
-    show(
-        *(0x530, Layout("<3d"), "target_position_main_axes", "where the segment ends: X, Y, Z"),
-        lambda group: group.view.target[:MAIN_AXES],
-        PathGroup,
-        unit="e.g. mm",
-    ),
-    show(
-        *(0x531, Layout("<5d"), "target_position_auxiliary_axes", "where it ends: Q1 … Q5"),
+        _STATES["target_position_auxiliary_axes"],
         lambda group: group.view.target[MAIN_AXES:],
         PathGroup,
-        unit="e.g. mm",
     ),
+    show(_STATES["path_preview"], lambda group: group, PathGroup, codec=_Preview()),
+    show(_STATES["inside_tolerance_ball_auxiliary"], lambda group, index: 0.0, PathGroup),
+    show(_STATES["set_positions"], lambda group: group.view.set_positions, PathGroup),
+    show(_STATES["actual_positions"], lambda group: group.view.actual_positions, PathGroup),
+    show(_STATES["position_differences"], lambda group: group.view.differences, PathGroup),
+    show(_STATES["axis_ids_3d"], lambda group: tuple(group.ids[:MAIN_AXES]), PathGroup),
     show(
-        *(0x532, _Preview(), "path_preview"),
-        "time, 0; 11 times length (first: what is left), N word, H, number of the segment, 0",
-        lambda group: group,
-        PathGroup,
+        _STATES["block_search_data"], _searched, PathGroup, codec=(_Searched(0), _Searched(PLACES))
     ),
-    show(
-        *(0x541, REAL64, "inside_tolerance_ball_auxiliary", "0: there is no tolerance ball"),
-        lambda group, index: 0.0,
-        PathGroup,
-        count=_AUXILIARY,
-    ),
-    show(
-        *(0x546, Layout("<8d"), "set_positions", "set positions of X, Y, Z, Q1 … Q5"),
-        lambda group: group.view.set_positions,
-        PathGroup,
-        unit="e.g. mm",
-    ),
-    show(
-        *(0x547, Layout("<8d"), "actual_positions", "actual positions of X, Y, Z, Q1 … Q5"),
-        lambda group: group.view.actual_positions,
-        PathGroup,
-        unit="e.g. mm",
-    ),
-    show(
-        *(0x548, Layout("<8d"), "position_differences", "set less actual positions"),
-        lambda group: group.view.differences,
-        PathGroup,
-        unit="e.g. mm",
-    ),
-    show(
-        *(0x550, Layout("<3I"), "axis_ids_3d", "ids of X, Y and Z, 0 = none"),
-        lambda group: tuple(group.ids[:MAIN_AXES]),
-        PathGroup,
-    ),
-    show(
-        *(0x556, (_Searched(0), _Searched(PLACES)), "block_search_data"),
-        "found or present block: rest in %, N word, counter; then the positions of its begin",
-        _searched,
-        PathGroup,
-    ),
-    show(
-        *(0x561, REAL64, "tolerance_ball_error_auxiliary", "0: there is no tolerance ball"),
-        lambda group, index: 0.0,
-        PathGroup,
-        count=_AUXILIARY,
-    ),
+    show(_STATES["tolerance_ball_error_auxiliary"], lambda group, index: 0.0, PathGroup),
 )
