@@ -3,7 +3,7 @@
 Source: 002 §6.4.4.3.
 """
 
-from achse.devices.nc.functions.couplings import COUPLINGS, COUPLINGS_OF_GROUP
+from achse.devices.nc.functions.couplings import COUPLINGS
 from achse.devices.nc.functions.external import EXTERNAL
 from achse.devices.nc.functions.groups import GROUPS
 from achse.devices.nc.functions.homing import HOMING
@@ -17,7 +17,7 @@ from achse.devices.nc.functions.stops import STOPS
 from achse.devices.nc.functions.superposition import SUPERPOSITION
 from achse.devices.nc.functions.switches import SWITCHES
 
-__all__ = ["AXIS_FUNCTIONS", "COUPLINGS_OF_GROUP", "ENCODER_FUNCTIONS"]
+__all__ = ["AXIS_FUNCTIONS", "ENCODER_FUNCTIONS"]
 
 AXIS_FUNCTIONS = (
     *SWITCHES,

@@ -4,8 +4,10 @@ from collections.abc import Callable
 from typing import Any
 
 from achse.ams import DeviceError
+from achse.codes.nc.row import NcRow
+from achse.devices.nc.rows import bound
 from achse.motion import Axis, CommandState
-from achse.server import WRITE, Codec, Service
+from achse.server import Service
 
 __all__ = ["carry_out", "function", "numbered"]
 
@@ -24,24 +26,11 @@ def numbered(axis: Axis, code: int) -> tuple[int, int]:
     return number, axis.set_command_state if active else CommandState.BUFFERED
 
 
-def function(
-    offset: int,
-    name: str,
-    call: Callable[..., int],
-    codec: Codec | tuple[Codec, ...],
-    description: str,
-) -> Service:
-    """A row that is written with the arguments of `call`, an axis command."""
+def function(row: NcRow, call: Callable[..., int]) -> Service:
+    """The service that is written with the arguments of `call`, an axis command."""
 
     def write(axis: Axis, data: Any) -> None:
         carry_out(call(axis, *data) if isinstance(data, tuple) else call(axis, data))
 
-    return Service(
-        offset,
-        name,
-        WRITE,
-        codec,
-        description,
-        write=write,
-        non_finite=True,  # the command says what is wrong with a number, by an NC code
-    )
+    # the command says what is wrong with a number, by an NC code
+    return bound(row, write=write, non_finite=True)

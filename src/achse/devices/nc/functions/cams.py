@@ -1,12 +1,12 @@
 """Couplings by tables, 0x4200 + ID:0x43 … 0x4D (002 §6.4.4.3), and what they show (§6.4.4.2)."""
 
-from collections import namedtuple
 from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import NcError, ReturnCode
+from achse.codes.nc.table import named_rows
 from achse.devices.nc.functions.calling import carry_out, function
-from achse.devices.nc.layouts import NOTHING, REAL64, UINT32, request
+from achse.devices.nc.rows import bound
 from achse.motion import Axis, commands
 from achse.motion.commands import CamDemand
 from achse.motion.couplings.cams import names_of, part_at, seen_master
@@ -15,35 +15,11 @@ from achse.motion.record import CamFields
 from achse.motion.states import CAM_COUPLINGS, SlaveType
 from achse.motion.tables import Table
 from achse.motion.tables.memory import BEGIN, PERIOD, STROKE, cam_values
-from achse.server import READ_WRITE, WRITE, Codec, Layout, Service
 
-__all__ = ["CAMS", "CAM_STATES", "SCALE_SLAVE"]
+__all__ = ["CAMS", "CAM_STATES"]
 
-_COUPLE_BY_TABLE = request(
-    slave_type="I", master_axis_id="I", master_subindex="I", slave_subindex="I",
-    slave_offset="d", master_offset="d", slave_absolute="I", master_absolute="I",
-    table_id="I", table_count="H", profile_table_count="H",
-    **{f"table_id{n}": "I" for n in range(1, 9)},
-)  # fmt: skip
-_SOLO = {
-    "slave_type": "I", "master_axis_id": "I", "master_subindex": "I", "slave_subindex": "I",
-    "table_id": "I", "interpolation_type": "I", "slave_offset": "d", "master_offset": "d",
-    "slave_scaling": "d", "master_scaling": "d", "slave_absolute": "I", "master_absolute": "I",
-    "activation_type": "I", "activation_position": "d", "master_scaling_type": "I",
-    "slave_scaling_type": "I",
-}  # fmt: skip
-_SEVERAL = {
-    "cam_operation_mode": "I", "reference_table_id": "I",
-    **{f"reserved{n}": "Q" for n in range(2, 15)},
-}  # fmt: skip
-_CHANGE = {
-    "activation_type": "I", "activation_position": "d", "master_scaling_type": "I",
-    "slave_scaling_type": "I", "master_offset": "d", "slave_offset": "d",
-    "master_scaling": "d", "slave_scaling": "d",
-}  # fmt: skip
-_OFFSETS = {"slave_offset": "d", "master_offset": "d"}
-_SCALINGS = {"slave_scaling": "d", "master_scaling": "d"}
-_CORRECTION = {"table_id": "I", "activation_position": "d"}
+_FUNCTIONS = named_rows(0x4200)
+_STATES = named_rows(0x4100)
 
 
 def _refuse_places(asked: Any) -> None:
@@ -124,89 +100,21 @@ def _last_correction(axis: Axis, table_id: int) -> float:
     return found
 
 
-SCALE_SLAVE = function(
-    0x49, "set_slave_table_scaling", commands.scale_slave, REAL64,
-    "new scaling of the slave positions of the first cam, at once",
-)  # fmt: skip
+SCALE_SLAVE = function(_FUNCTIONS["set_slave_table_scaling"], commands.scale_slave)
 
 CAMS = (
-    Service(
-        0x43, "change_table_coupling_offsets", WRITE,
-        (
-            *request(**_OFFSETS),
-            *request(**_OFFSETS, **_SCALINGS),
-            *request(**_OFFSETS, **_SCALINGS, activation_position="d"),
-        ),
-        "new offsets of the first cam, and scalings, at once or at a master position",
-        write=_change_offsets, non_finite=True,
-    ),
-    Service(
-        0x45, "couple_table", WRITE, _COUPLE_BY_TABLE,
-        "let a standing axis follow a table; of a solo table the count is the interpolation",
-        write=_couple_by_table, non_finite=True,
-    ),
-    Service(
-        0x46, "activate_correction_table", WRITE, (UINT32, *request(**_CORRECTION)),
-        "run a table once beside others, from now or from a master position on; its stroke remains",
-        write=_correct, non_finite=True,
-    ),
-    function(
-        0x47, "deactivate_profile_table", commands.end_profile, UINT32,
-        "take a table out at the end of its cycle",
-    ),
-    Service(
-        0x48, "last_correction_offset", READ_WRITE, UINT32,
-        "what a correction table has added, by its id", "mm", exchange=_last_correction,
-        response=Layout("<f"),
-    ),
+    bound(_FUNCTIONS["change_table_coupling_offsets"], write=_change_offsets, non_finite=True),
+    bound(_FUNCTIONS["couple_table"], write=_couple_by_table, non_finite=True),
+    bound(_FUNCTIONS["activate_correction_table"], write=_correct, non_finite=True),
+    function(_FUNCTIONS["deactivate_profile_table"], commands.end_profile),
+    bound(_FUNCTIONS["last_correction_offset"], exchange=_last_correction),
     SCALE_SLAVE,
-    Service(
-        0x4A, "couple_solo_table", WRITE, (*request(**_SOLO), *request(**_SOLO, **_SEVERAL)),
-        "let a standing axis follow a table, or change to another; by the long form one of several",
-        write=_couple, non_finite=True,
-    ),
-    Service(
-        0x4D, "change_table_scaling", WRITE,
-        (*request(**_CHANGE), *request(**_CHANGE, table_id="I", reserved2="I")),
-        "new scalings and offsets of a cam at work, when the activation says so",
-        write=_change_scaling, non_finite=True,
-    ),
-)  # fmt: skip
-
-
-_PLACES: tuple[Codec, ...] = (
-    NOTHING,
-    REAL64,
-    *request(table_id="I", reserved1="I", master_position="d"),
+    bound(_FUNCTIONS["couple_solo_table"], write=_couple, non_finite=True),
+    bound(_FUNCTIONS["change_table_scaling"], write=_change_scaling, non_finite=True),
 )
+
 
 _FARTHEST = 1e12
-
-_INFO = Layout(
-    "<6I6d2I10dI92x",
-    namedtuple(
-        "CamCouplingInfo",
-        "table_id main_type sub_type interpolation_type row_count column_count "
-        "master_cam_start_position slave_cam_start_position raw_master_period raw_slave_stroke "
-        "master_axis_coupling_position slave_axis_coupling_position master_absolute "
-        "slave_absolute master_offset slave_offset master_scaling slave_scaling "
-        "sum_of_slave_strokes sum_of_superposition_distance actual_master_axis_position "
-        "actual_slave_axis_position actual_master_cam_position actual_slave_cam_position "
-        "slave_state_dword",
-    ),
-)
-"""Its packing is our choice: each field at a multiple of its size, zeros to 256 bytes."""
-
-_INFO_OF_SEVERAL = Layout(
-    "<4I9d8x",
-    namedtuple(
-        "MultiCamInfo",
-        "table_id layer main_type sub_type master_offset slave_offset master_scaling "
-        "slave_scaling actual_master_cam_position actual_slave_cam_position "
-        "sum_of_slave_strokes master_reference slave_reference",
-    ),
-)
-"""No manual prints a field of it: these are ours."""
 
 
 def _layer(axis: Axis, table_id: int) -> tuple[int, CamFields, Table]:
@@ -267,14 +175,6 @@ def _info_of_several(axis: Axis, table_id: int) -> tuple[float, ...]:
 
 
 CAM_STATES = (
-    Service(
-        0x27, "table_coupling_info", READ_WRITE, _PLACES,
-        "how the slave follows its table, now or at a master position", exchange=_info,
-        response=_INFO,
-    ),
-    Service(
-        0x28, "multi_table_coupling_info", READ_WRITE, UINT32,
-        "how a slave follows one of its tables, by its id", exchange=_info_of_several,
-        response=_INFO_OF_SEVERAL,
-    ),
-)  # fmt: skip
+    bound(_STATES["table_coupling_info"], exchange=_info),
+    bound(_STATES["multi_table_coupling_info"], exchange=_info_of_several),
+)

@@ -6,16 +6,15 @@ Latches are activated and let go without data for the first of them, with four f
 
 from functools import partial
 
+from achse.codes.nc.table import named_rows
 from achse.devices.nc.functions.calling import function
-from achse.devices.nc.functions.positions import POSITION_REQUEST
-from achse.devices.nc.layouts import NO_DATA, NOTHING, REAL64
 from achse.motion import commands
 from achse.motion.parts import AxisEncoder
-from achse.server import Layout
 
 __all__ = ["ENCODER_FUNCTIONS"]
 
-_FOUR_FLAGS = Layout("<4I")
+_ROWS = named_rows(0x5200)
+
 
 _PROBE_AND_EDGE = 2
 
@@ -27,53 +26,11 @@ def _deactivate(encoder: AxisEncoder, *data: int) -> int:
 
 
 ENCODER_FUNCTIONS = (
-    function(
-        0x1A,
-        "set_actual_position",
-        commands.set_actual_position,
-        POSITION_REQUEST,
-        "give the present position another value",
-    ),
-    function(
-        0x1B,
-        "reinitialize_actual_position",
-        commands.reinitialize_actual_position,
-        NO_DATA,
-        "take an absolute position from the hardware again",
-    ),
-    function(
-        0x200,
-        "activate_touch_probe",
-        commands.activate_touch_probe,
-        Layout("<4I8x"),
-        "have a touch probe wait for an edge: unit, edge, mode, source",
-    ),
-    function(
-        0x201,
-        "activate_latch_rising",
-        partial(commands.activate_latch, falling=False),
-        (NOTHING, _FOUR_FLAGS),
-        "have latches wait for a rising edge",
-    ),
-    function(
-        0x202,
-        "activate_latch_falling",
-        partial(commands.activate_latch, falling=True),
-        (NOTHING, _FOUR_FLAGS),
-        "have latches wait for a falling edge",
-    ),
-    function(
-        0x205,
-        "deactivate_touch_probe",
-        _deactivate,
-        (NOTHING, _FOUR_FLAGS, Layout("<2I16x")),
-        "have a touch probe, or latches, wait no longer",
-    ),
-    function(
-        0x210,
-        "set_latch_event",
-        commands.set_latch_event,
-        REAL64,
-        "let the first latch latch this position; simulated encoders",
-    ),
+    function(_ROWS["set_actual_position"], commands.set_actual_position),
+    function(_ROWS["reinitialize_actual_position"], commands.reinitialize_actual_position),
+    function(_ROWS["activate_touch_probe"], commands.activate_touch_probe),
+    function(_ROWS["activate_latch_rising"], partial(commands.activate_latch, falling=False)),
+    function(_ROWS["activate_latch_falling"], partial(commands.activate_latch, falling=True)),
+    function(_ROWS["deactivate_touch_probe"], _deactivate),
+    function(_ROWS["set_latch_event"], commands.set_latch_event),
 )

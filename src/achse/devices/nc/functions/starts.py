@@ -3,12 +3,14 @@
 from collections.abc import Callable
 from typing import Any
 
+from achse.codes.nc.table import named_rows
 from achse.devices.nc.functions.calling import function, numbered
-from achse.devices.nc.layouts import NO_DATA, request
+from achse.devices.nc.rows import bound
 from achse.motion import Axis, commands
-from achse.server import READ_WRITE, Layout, Service
 
-__all__ = ["STARTS", "UNIVERSAL_START"]
+__all__ = ["STARTS"]
+
+_ROWS = named_rows(0x4200)
 
 
 def _with_defaults(call: Callable[..., int]) -> Callable[..., int]:
@@ -33,71 +35,13 @@ def _universal_start(axis: Axis, arguments: Any) -> tuple[int, int]:
     return numbered(axis, commands.universal_start(axis, start_type, *others))
 
 
-_POSITION = request(position_type="I", position="d")
-_DYNAMICS = (
-    *request(acceleration="d", deceleration="d", jerk="d"),
-    *request(acceleration="d", deceleration="d"),
-)
-_START = request(start_type="I", end_position="d", velocity="d")
-
-_NEW_END_POSITION = request(
-    command_type="I", position_type="I", position="d", velocity="d", switch_position="d"
-)
-
-_OWN_DYNAMICS = {
-    "use_default_acceleration": "I", "acceleration": "d",
-    "use_default_deceleration": "I", "deceleration": "d",
-    "use_default_jerk": "I", "jerk": "d",
-}  # fmt: skip
-
-_START_EXTENDED = request(start_type="I", end_position="d", velocity="d", **_OWN_DYNAMICS)
-
-_START_SPECIAL = request(
-    start_type="I", end_position="d", start_velocity="d",
-    velocity_change_position="d", end_velocity="d", **_OWN_DYNAMICS,
-)  # fmt: skip
-
-UNIVERSAL_START = request(
-    start_type="I", control_mask="I", end_position="d", velocity="d",
-    acceleration="d", deceleration="d", jerk="d",
-    buffer_mode="I", blending_position="d",
-    segment_start_velocity="d", segment_end_velocity="d",
-)  # fmt: skip
-
 STARTS = (
-    function(0x11, "new_end_position", commands.new_end_position, _POSITION, "change the target"),
-    function(
-        0x12,
-        "new_end_position_and_velocity",
-        commands.new_end_position_and_velocity,
-        _NEW_END_POSITION,
-        "change target, velocity or both, at once or from a switch position on; 14: reached there",
-    ),
-    function(0x15, "new_dynamics", commands.new_dynamics, _DYNAMICS, "change the dynamics"),
-    Service(
-        0x16,
-        "universal_axis_start",
-        READ_WRITE,
-        UNIVERSAL_START,
-        "start, stop or halt with buffer mode; answers command number and state",
-        exchange=_universal_start,
-        response=Layout("<HH"),
-        non_finite=True,
-    ),
-    function(0x29, "freeze_override", commands.freeze_override, NO_DATA, "take the override now"),
-    function(0x20, "start", commands.start, _START, "start with the axis defaults"),
-    function(
-        0x21,
-        "start_extended",
-        _with_defaults(commands.start),
-        _START_EXTENDED,
-        "start with own dynamics",
-    ),
-    function(
-        0x22,
-        "start_special",
-        _with_defaults(commands.start_special),
-        _START_SPECIAL,
-        "start with a second velocity from a position on",
-    ),
+    function(_ROWS["new_end_position"], commands.new_end_position),
+    function(_ROWS["new_end_position_and_velocity"], commands.new_end_position_and_velocity),
+    function(_ROWS["new_dynamics"], commands.new_dynamics),
+    bound(_ROWS["universal_axis_start"], exchange=_universal_start, non_finite=True),
+    function(_ROWS["freeze_override"], commands.freeze_override),
+    function(_ROWS["start"], commands.start),
+    function(_ROWS["start_extended"], _with_defaults(commands.start)),
+    function(_ROWS["start_special"], _with_defaults(commands.start_special)),
 )
