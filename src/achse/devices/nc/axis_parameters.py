@@ -5,20 +5,23 @@ from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import NcError
-from achse.devices.nc.binding import parameter, per_element, shown
-from achse.devices.nc.controller import CONTROLLER_VIEWS
-from achse.devices.nc.drive import DRIVE_VIEWS
-from achse.devices.nc.encoder import ENCODER_VIEWS
+from achse.codes.nc.row import NcRow
+from achse.codes.nc.table import named_rows, rows_of
+from achse.devices.nc.controller import CONTROLLER_PARAMETERS
+from achse.devices.nc.drive import DRIVE_PARAMETERS
+from achse.devices.nc.encoder import ENCODER_PARAMETERS
 from achse.devices.nc.groups.every import OWNERS_OF_AXIS
-from achse.devices.nc.layouts import REAL64, UINT16, UINT32, OfAxis, Text
+from achse.devices.nc.layouts import OfAxis
 from achse.devices.nc.parameter_set import LongParameterSet, ShortParameterSet
+from achse.devices.nc.rows import at_axis, bound, parameter, per_element, shown
 from achse.motion import Axis
-from achse.server import READ, Layout, Service
+from achse.server import Layout, Service
 
 __all__ = ["AXIS_PARAMETERS"]
 
+_ROWS = named_rows(0x4000)
+
 MOST_ELEMENTS = 9
-USER_DATA_STATES = (0, 0x1_0012, 0x1_0014, 0x1_0017)
 
 
 def _ids(axis: Axis) -> tuple[int, ...]:
@@ -41,81 +44,64 @@ def _hardware_extended(axis: Axis) -> tuple[Any, ...]:
     return *axis.hardware_address, *drive_part, *encoder_part, axis.axis_id, axis.axis_type, 0, 0
 
 
-def _text(offset: int, name: str, size: int, attribute: str, description: str) -> Service:
-    return Service(offset, name, READ, Text(size), description, read=attrgetter(attribute))
-
-
-def _optional(offset: int, error: int, name: str, least: float) -> Service:
+def _optional(row: NcRow, error: int, least: float) -> Service:
     """A parameter that is 0, not given, or at least `least`."""
 
     def write(axis: Axis, value: float) -> None:
         if 0.0 < value < least:
-            raise DeviceError(error, f"{name} = {value:g}, expected 0 or at least {least:g}")
-        setattr(axis, name, value)
+            raise DeviceError(error, f"{row.name} = {value:g}, expected 0 or at least {least:g}")
+        setattr(axis, row.name, value)
 
-    return parameter(offset, REAL64, error, name, write=write)
+    return parameter(row, error, write=write)
 
 
 _OWN = (
-    shown(0x01, UINT32, "axis_id"),
-    _text(0x02, "axis_name", 31, "name", "axis name"),
-    shown(0x03, UINT32, "axis_type"),
-    Service(
-        0x04, "saf_cycle_time", READ, UINT32, "cycle time of the axis", "µs",
-        read=lambda axis: axis.cycle_ns // 1000,
-    ),
-    _text(0x05, "physical_unit", 11, "unit", "position unit"),
-    parameter(
-        0x06, REAL64, NcError.AXIS_HOMING_VELOCITY_TOWARDS_CAM, "homing_velocity_towards_cam"
-    ),
-    parameter(0x07, REAL64, NcError.AXIS_HOMING_VELOCITY_OFF_CAM, "homing_velocity_off_cam"),
-    parameter(0x08, REAL64, NcError.AXIS_JOG_VELOCITY_SLOW, "jog_velocity_slow"),
-    parameter(0x09, REAL64, NcError.AXIS_JOG_VELOCITY_FAST, "jog_velocity_fast"),
-    parameter(0x0A, REAL64, NcError.AXIS_RAPID_VELOCITY, "rapid_traverse_velocity"),
-    parameter(
-        0x0F, UINT16, NcError.AXIS_POSITION_WINDOW_MONITORING, "position_range_monitoring_enable"
-    ),
-    parameter(0x10, REAL64, NcError.AXIS_POSITION_WINDOW, "position_range_window"),
-    parameter(0x11, UINT16, NcError.AXIS_MOTION_MONITORING, "motion_monitoring_enable"),
-    parameter(0x12, REAL64, NcError.AXIS_MOTION_MONITORING_TIME, "motion_monitoring_time"),
-    parameter(0x13, UINT16, NcError.AXIS_LOOP, "loop_enable"),
-    parameter(0x14, REAL64, NcError.AXIS_LOOP_DISTANCE, "loop_distance"),
-    parameter(
-        0x15, UINT16, NcError.AXIS_TARGET_WINDOW_MONITORING, "target_position_monitoring_enable"
-    ),
-    parameter(0x16, REAL64, NcError.AXIS_TARGET_WINDOW, "target_position_window"),
-    parameter(0x17, REAL64, NcError.AXIS_TARGET_WINDOW_TIME, "target_position_monitoring_time"),
-    parameter(0x18, REAL64, NcError.REQUEST_PARAMETER, "pulse_distance_positive"),
-    parameter(0x19, REAL64, NcError.REQUEST_PARAMETER, "pulse_distance_negative"),
-    parameter(0x1A, UINT32, NcError.REQUEST_PARAMETER, "error_reaction_mode"),
-    parameter(0x1B, REAL64, NcError.REQUEST_PARAMETER, "error_reaction_delay"),
-    parameter(0x1C, UINT16, NcError.REQUEST_PARAMETER, "couple_slaves_by_actual_values"),
-    _optional(0x1D, NcError.AXIS_ACCELERATION, "fading_acceleration", 0.01),
-    parameter(0x1E, UINT32, NcError.REQUEST_PARAMETER, "fast_axis_stop_signal_type"),
-    parameter(0x20, UINT16, NcError.REQUEST_PARAMETER, "allow_slave_motion_commands"),
-    parameter(
-        0x21, UINT16, NcError.REQUEST_PARAMETER, "allow_motion_commands_with_external_setpoint"
-    ),
-    parameter(0x26, UINT32, NcError.AXIS_UNIT_INTERPRETATION, "unit_interpretation"),
-    parameter(0x27, REAL64, NcError.AXIS_MAX_VELOCITY, "max_velocity"),
-    parameter(0x28, REAL64, NcError.AXIS_MOTION_MONITORING_WINDOW, "motion_monitoring_window"),
-    parameter(0x29, UINT16, NcError.AXIS_PEH_MONITORING, "peh_monitoring_enable"),
-    parameter(0x2A, REAL64, NcError.AXIS_PEH_TIME, "peh_monitoring_time"),
-    parameter(0x2B, UINT16, NcError.REQUEST_PARAMETER, "backlash_compensation_enable"),
-    parameter(0x2C, REAL64, NcError.REQUEST_PARAMETER, "backlash"),
-    shown(0x30, UINT16, "persistent_data_enable"),
-    Service(
-        0x31, "hardware_ams_address", READ,
-        (
+    shown(_ROWS["axis_id"]),
+    bound(_ROWS["axis_name"], read=attrgetter("name")),
+    shown(_ROWS["axis_type"]),
+    bound(_ROWS["saf_cycle_time"], read=lambda axis: axis.cycle_ns // 1000),
+    bound(_ROWS["physical_unit"], read=attrgetter("unit")),
+    parameter(_ROWS["homing_velocity_towards_cam"], NcError.AXIS_HOMING_VELOCITY_TOWARDS_CAM),
+    parameter(_ROWS["homing_velocity_off_cam"], NcError.AXIS_HOMING_VELOCITY_OFF_CAM),
+    parameter(_ROWS["jog_velocity_slow"], NcError.AXIS_JOG_VELOCITY_SLOW),
+    parameter(_ROWS["jog_velocity_fast"], NcError.AXIS_JOG_VELOCITY_FAST),
+    parameter(_ROWS["rapid_traverse_velocity"], NcError.AXIS_RAPID_VELOCITY),
+    parameter(_ROWS["position_range_monitoring_enable"], NcError.AXIS_POSITION_WINDOW_MONITORING),
+    parameter(_ROWS["position_range_window"], NcError.AXIS_POSITION_WINDOW),
+    parameter(_ROWS["motion_monitoring_enable"], NcError.AXIS_MOTION_MONITORING),
+    parameter(_ROWS["motion_monitoring_time"], NcError.AXIS_MOTION_MONITORING_TIME),
+    parameter(_ROWS["loop_enable"], NcError.AXIS_LOOP),
+    parameter(_ROWS["loop_distance"], NcError.AXIS_LOOP_DISTANCE),
+    parameter(_ROWS["target_position_monitoring_enable"], NcError.AXIS_TARGET_WINDOW_MONITORING),
+    parameter(_ROWS["target_position_window"], NcError.AXIS_TARGET_WINDOW),
+    parameter(_ROWS["target_position_monitoring_time"], NcError.AXIS_TARGET_WINDOW_TIME),
+    parameter(_ROWS["pulse_distance_positive"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["pulse_distance_negative"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["error_reaction_mode"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["error_reaction_delay"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["couple_slaves_by_actual_values"], NcError.REQUEST_PARAMETER),
+    _optional(_ROWS["fading_acceleration"], NcError.AXIS_ACCELERATION, 0.01),
+    parameter(_ROWS["fast_axis_stop_signal_type"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["allow_slave_motion_commands"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["allow_motion_commands_with_external_setpoint"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["unit_interpretation"], NcError.AXIS_UNIT_INTERPRETATION),
+    parameter(_ROWS["max_velocity"], NcError.AXIS_MAX_VELOCITY),
+    parameter(_ROWS["motion_monitoring_window"], NcError.AXIS_MOTION_MONITORING_WINDOW),
+    parameter(_ROWS["peh_monitoring_enable"], NcError.AXIS_PEH_MONITORING),
+    parameter(_ROWS["peh_monitoring_time"], NcError.AXIS_PEH_TIME),
+    parameter(_ROWS["backlash_compensation_enable"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["backlash"], NcError.REQUEST_PARAMETER),
+    shown(_ROWS["persistent_data_enable"]),
+    bound(
+        _ROWS["hardware_ams_address"],
+        codec=(
             OfAxis(Layout("<6sHH"), _hardware),
             OfAxis(Layout("<6sHH2x3I3I2I2I12x"), _hardware_extended),
         ),
-        "AMS address of the hardware; the long form has ids and types too",
         read=lambda axis: axis,
     ),
-    Service(
-        0x33, "application_request", READ, Layout("<HHII1012x"),
-        "request bit, type, command number and version of a request to the application",
+    bound(
+        _ROWS["application_request"],
         read=lambda axis: (
             axis.application_request,
             axis.application_request_type,
@@ -124,60 +110,44 @@ _OWN = (
         ),
     ),
     *OWNERS_OF_AXIS,
-    Service(
-        0x57, "encoder_count", READ, UINT32, "number of encoders", "1",
-        read=lambda axis: len(axis.encoder_ids),
-    ),
-    Service(
-        0x58, "controller_count", READ, UINT32, "number of controllers", "1",
-        read=lambda axis: len(axis.controller_ids),
-    ),
-    Service(
-        0x59, "drive_count", READ, UINT32, "number of drives", "1",
-        read=lambda axis: len(axis.drive_ids),
-    ),
-    Service(
-        0x5A, "subelement_ids", READ, Layout("<27I"),
-        "ids of 9 encoders, 9 controllers, 9 drives, 0 = none", "1", read=_ids,
-    ),
-    parameter(0xF1, REAL64, NcError.AXIS_ACCELERATION, "max_acceleration"),
-    parameter(0xF2, REAL64, NcError.AXIS_DECELERATION, "max_deceleration"),
-    parameter(0x101, REAL64, NcError.AXIS_ACCELERATION, "default_acceleration"),
-    parameter(0x102, REAL64, NcError.AXIS_DECELERATION, "default_deceleration"),
-    parameter(0x103, REAL64, NcError.AXIS_JERK, "default_jerk"),
-    parameter(
-        0x104, REAL64, NcError.AXIS_POSITION_VELOCITY_DELAY, "setpoint_velocity_position_delay"
-    ),
-    parameter(0x105, UINT32, NcError.AXIS_OVERRIDE_TYPE, "override_type"),
-    parameter(0x106, REAL64, NcError.REQUEST_PARAMETER, "max_velocity_jump"),
-    parameter(0x107, UINT16, NcError.REQUEST_PARAMETER, "auxiliary_axis_limiting_enable"),
-    parameter(0x108, REAL64, NcError.REQUEST_PARAMETER, "auxiliary_axis_tolerance_ball"),
-    parameter(0x109, REAL64, NcError.REQUEST_PARAMETER, "auxiliary_axis_max_position_deviation"),
-    _optional(0x10A, NcError.AXIS_ACCELERATION, "fast_axis_stop_acceleration", 0.01),
-    _optional(0x10B, NcError.AXIS_DECELERATION, "fast_axis_stop_deceleration", 0.01),
-    _optional(0x10C, NcError.AXIS_JERK, "fast_axis_stop_jerk", 0.1),
-    parameter(
-        0x10D, UINT32, NcError.REQUEST_PARAMETER, "user_data_state_offset", choices=USER_DATA_STATES
-    ),
-    parameter(0x201, UINT32, NcError.REQUEST_PARAMETER, "stepper_operation_mode"),
-    parameter(0x202, REAL64, NcError.REQUEST_PARAMETER, "stepper_step_scaling"),
-    parameter(0x203, REAL64, NcError.REQUEST_PARAMETER, "stepper_min_velocity"),
-    parameter(0x204, UINT32, NcError.REQUEST_PARAMETER, "stepper_steps_per_velocity_level"),
-    parameter(0x301, REAL64, NcError.REQUEST_PARAMETER, "creep_distance_positive"),
-    parameter(0x302, REAL64, NcError.REQUEST_PARAMETER, "creep_distance_negative"),
-    parameter(0x303, REAL64, NcError.REQUEST_PARAMETER, "brake_distance_positive"),
-    parameter(0x304, REAL64, NcError.REQUEST_PARAMETER, "brake_distance_negative"),
-    parameter(0x305, REAL64, NcError.REQUEST_PARAMETER, "brake_delay_positive"),
-    parameter(0x306, REAL64, NcError.REQUEST_PARAMETER, "brake_delay_negative"),
-    parameter(0x307, REAL64, NcError.REQUEST_PARAMETER, "rapid_to_creep_switch_time"),
-    parameter(0x308, REAL64, NcError.REQUEST_PARAMETER, "creep_distance_stop"),
-    parameter(0x309, REAL64, NcError.REQUEST_PARAMETER, "brake_release_delay"),
-    parameter(0x30A, REAL64, NcError.REQUEST_PARAMETER, "pulse_time_positive"),
-    parameter(0x30B, REAL64, NcError.REQUEST_PARAMETER, "pulse_time_negative"),
-    *ENCODER_VIEWS["parameters"],
-    *CONTROLLER_VIEWS["parameters"],
-    *DRIVE_VIEWS["parameters"],
-)  # fmt: skip
+    bound(_ROWS["encoder_count"], read=lambda axis: len(axis.encoder_ids)),
+    bound(_ROWS["controller_count"], read=lambda axis: len(axis.controller_ids)),
+    bound(_ROWS["drive_count"], read=lambda axis: len(axis.drive_ids)),
+    bound(_ROWS["subelement_ids"], read=_ids),
+    parameter(_ROWS["max_acceleration"], NcError.AXIS_ACCELERATION),
+    parameter(_ROWS["max_deceleration"], NcError.AXIS_DECELERATION),
+    parameter(_ROWS["default_acceleration"], NcError.AXIS_ACCELERATION),
+    parameter(_ROWS["default_deceleration"], NcError.AXIS_DECELERATION),
+    parameter(_ROWS["default_jerk"], NcError.AXIS_JERK),
+    parameter(_ROWS["setpoint_velocity_position_delay"], NcError.AXIS_POSITION_VELOCITY_DELAY),
+    parameter(_ROWS["override_type"], NcError.AXIS_OVERRIDE_TYPE),
+    parameter(_ROWS["max_velocity_jump"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["auxiliary_axis_limiting_enable"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["auxiliary_axis_tolerance_ball"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["auxiliary_axis_max_position_deviation"], NcError.REQUEST_PARAMETER),
+    _optional(_ROWS["fast_axis_stop_acceleration"], NcError.AXIS_ACCELERATION, 0.01),
+    _optional(_ROWS["fast_axis_stop_deceleration"], NcError.AXIS_DECELERATION, 0.01),
+    _optional(_ROWS["fast_axis_stop_jerk"], NcError.AXIS_JERK, 0.1),
+    parameter(_ROWS["user_data_state_offset"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["stepper_operation_mode"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["stepper_step_scaling"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["stepper_min_velocity"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["stepper_steps_per_velocity_level"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["creep_distance_positive"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["creep_distance_negative"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["brake_distance_positive"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["brake_distance_negative"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["brake_delay_positive"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["brake_delay_negative"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["rapid_to_creep_switch_time"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["creep_distance_stop"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["brake_release_delay"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["pulse_time_positive"], NcError.REQUEST_PARAMETER),
+    parameter(_ROWS["pulse_time_negative"], NcError.REQUEST_PARAMETER),
+    *at_axis("encoder_", rows_of(0x4000), ENCODER_PARAMETERS),
+    *at_axis("controller_", rows_of(0x4000), CONTROLLER_PARAMETERS),
+    *at_axis("drive_", rows_of(0x4000), DRIVE_PARAMETERS),
+)
 
 _IN_THE_STRUCTURE = tuple(
     row
@@ -189,15 +159,12 @@ _IN_THE_STRUCTURE = tuple(
 
 AXIS_PARAMETERS = (
     *per_element(
-        Service(
-            0x00,
-            "axis_parameter_structure",
-            READ,
-            (
+        bound(
+            _ROWS["axis_parameter_structure"],
+            codec=(
                 ShortParameterSet(_IN_THE_STRUCTURE),
                 LongParameterSet(_OWN),
             ),
-            "all parameters of the axis, TwinCAT 2 or 3 by length",
             read=lambda axis: axis,
         )
     ),

@@ -3,34 +3,24 @@
 Source: 002 §6.4.4.2.
 """
 
-from collections import namedtuple
 from collections.abc import Callable
+from dataclasses import replace
 from operator import attrgetter
 from typing import NamedTuple
 
 from achse.ams import DeviceError
 from achse.codes import NcError
-from achse.devices.nc.binding import (
-    in_sub_range,
-    parameter,
-    per_element,
-    sample_of_reals,
-    shown,
-)
-from achse.devices.nc.controller import CONTROLLER_VIEWS
-from achse.devices.nc.drive import DRIVE_VIEWS
-from achse.devices.nc.encoder import ENCODER_VIEWS
+from achse.codes.nc.table import named_rows, rows_of
+from achse.devices.nc.controller import CONTROLLER_STATES
+from achse.devices.nc.drive import DRIVE_STATES
+from achse.devices.nc.encoder import ENCODER_STATES
 from achse.devices.nc.functions.cams import CAM_STATES
 from achse.devices.nc.layouts import (
-    INT32,
     ONLINE_TC2,
     ONLINE_TC3,
-    REAL64,
-    UINT16,
-    UINT32,
     OfAxis,
-    request,
 )
+from achse.devices.nc.rows import at_axis, bound, parameter, per_element, sample_of_reals, shown
 from achse.motion import Axis, commands
 from achse.motion.couplings.characteristic import (
     CHARACTERISTIC_VALUES,
@@ -39,41 +29,26 @@ from achse.motion.couplings.characteristic import (
 )
 from achse.motion.record import MASTERS
 from achse.motion.states import SlaveType
-from achse.server import READ, READ_WRITE, WRITE, Layout, Service
+from achse.server import Layout
 
 __all__ = ["AXIS_STATES"]
 
-_ONLINE = Service(
-    0x00,
-    "axis_online_structure",
-    READ,
-    (ONLINE_TC2, ONLINE_TC3),
-    "online data of the axis, TwinCAT 2 or 3 by length",
-    read=lambda axis: axis,
+_ROWS = named_rows(0x4100)
+
+_ONLINE = bound(
+    _ROWS["axis_online_structure"], codec=(ONLINE_TC2, ONLINE_TC3), read=lambda axis: axis
 )
 
 
-_REMAINING = Service(
-    0x14,
-    "remaining_time_and_distance",
-    READ,
-    Layout("<dd"),
-    "until the set point arrives: time, distance",
-    "s, mm",
+_REMAINING = bound(
+    _ROWS["remaining_time_and_distance"],
     read=attrgetter("remaining_time", "remaining_distance"),
     sample=sample_of_reals("remaining_time", "remaining_distance"),
 )
 
 
-_STOP_INFORMATION = Service(
-    0x18,
-    "stop_information",
-    READ_WRITE,
-    request(deceleration="d", jerk="d"),
-    "distance and time of a stop begun now; 0 is the value of the running command",
-    "mm, s",
-    exchange=lambda axis, ramp: commands.stop_information(axis, *ramp),
-    response=Layout("<dd"),
+_STOP_INFORMATION = bound(
+    _ROWS["stop_information"], exchange=lambda axis, ramp: commands.stop_information(axis, *ramp)
 )
 
 
@@ -102,68 +77,49 @@ def _feed(*targets: str) -> Callable[[Axis, tuple[float, ...]], None]:
 
 
 _FED_DYNAMICS = (
-    "external_set_velocity", "external_set_acceleration", "external_set_direction",
+    "external_set_velocity",
+    "external_set_acceleration",
+    "external_set_direction",
     "external_set_jerk",
-)  # fmt: skip
+)
 _FED_TORQUE = ("external_set_torque", "external_set_torque_derivative")
 
 _SET_POINT_STRUCTURES = (
-    Service(
-        0x60,
-        "setpoint_structure",
-        READ | WRITE,
-        (
+    bound(
+        _ROWS["setpoint_structure"],
+        codec=(
             _set_points(*_POSITION, *_DYNAMICS),
             _set_points(*_POSITION, *_DYNAMICS, "set_torque"),
             _set_points(*_POSITION, *_DYNAMICS, *_TORQUE),
         ),
-        "set position, velocity, acceleration, direction, jerk; longer forms with torque",
         read=lambda axis: axis,
         write=_feed("external_set_position", *_FED_DYNAMICS, *_FED_TORQUE),
     ),
-    Service(
-        0x61,
-        "dynamic_setpoint_structure",
-        READ | WRITE,
-        (
+    bound(
+        _ROWS["dynamic_setpoint_structure"],
+        codec=(
             _set_points(*_DYNAMICS),
             _set_points(*_DYNAMICS, "set_torque"),
             _set_points(*_DYNAMICS, *_TORQUE),
         ),
-        "set velocity, acceleration, direction, jerk; longer forms with torque",
         read=lambda axis: axis,
         write=_feed(*_FED_DYNAMICS, *_FED_TORQUE),
     ),
-    Service(
-        0x62,
-        "torque_setpoint_structure",
-        READ | WRITE,
-        _set_points(*_TORQUE),
-        "set torque and its derivative",
+    bound(
+        _ROWS["torque_setpoint_structure"],
+        codec=_set_points(*_TORQUE),
         read=lambda axis: axis,
         write=_feed(*_FED_TORQUE),
     ),
 )
 
-_OPERATION_MODE = Service(
-    0x63,
-    "drive_operation_mode",
-    READ_WRITE,
-    Layout("<II"),
-    "operation mode of the drive",
-    exchange=lambda axis, _: (axis.drive_operation_mode,),
-    response=Layout("<i4x", namedtuple("OperationMode", "mode")),
+_OPERATION_MODE = bound(
+    _ROWS["drive_operation_mode"], exchange=lambda axis, _: (axis.drive_operation_mode,)
 )
 
 
-_COUPLING_PARAMETERS = Service(
-    0x22,
-    "coupling_parameters",
-    READ,
-    Layout("<4d"),
-    "parameters of the coupling, 0 without one; the first is the gear ratio of a linear one",
-    "1",
-    read=lambda axis: tuple(axis.coupling_parameter),
+_COUPLING_PARAMETERS = bound(
+    _ROWS["coupling_parameters"], read=lambda axis: tuple(axis.coupling_parameter)
 )
 
 
@@ -189,13 +145,8 @@ def _ratio_to(axis: Axis, n: int) -> _RatioTo:
     return _RatioTo(axis, n)
 
 
-_GEAR_RATIO = Service(
-    0x12,
-    "set_gear_ratio",
-    READ,
-    REAL64,
-    "gear ratio in force, 0 = not coupled; of several masters, that to master n",
-    "1",
+_GEAR_RATIO = bound(
+    _ROWS["set_gear_ratio"],
     read=attrgetter("value"),
     element=_ratio_to,
     sample=lambda ratio, length: (
@@ -209,64 +160,58 @@ def _characteristic(axis: Axis) -> tuple[float, ...]:
     return tuple(characteristic_of(course)) if course else (0.0,) * CHARACTERISTIC_VALUES
 
 
-_SYNCHRONISING = Service(
-    0x26,
-    "sync_profile_characteristic_values",
-    READ,
-    Layout(f"<{CHARACTERISTIC_VALUES}d"),
-    "way on which a slave synchronises: begin, end, extremes and means; 0 of other axes",
-    "1",
-    read=_characteristic,
-)
+_SYNCHRONISING = bound(_ROWS["sync_profile_characteristic_values"], read=_characteristic)
+
+_REINITIALIZATION = replace(shown(_ROWS["encoder_reinitialization_state"]), offset=0x18)
+"""The axis alone shows it, among the services of the encoder."""
 
 AXIS_STATES = (
     _GEAR_RATIO,
     *per_element(
         _ONLINE,
-        shown(0x09, UINT32, "set_cycle_counter"),
-        shown(0x0A, REAL64, "set_position", symbol="SetPos"),
-        shown(0x0B, REAL64, "set_position_modulo", symbol="SetPosModulo"),
-        shown(0x0C, INT32, "set_modulo_turns"),
-        shown(0x0D, REAL64, "set_direction"),
-        shown(0x0E, REAL64, "set_velocity", symbol="SetVelo"),
-        shown(0x0F, REAL64, "set_acceleration", symbol="SetAcc"),
-        shown(0x10, REAL64, "set_jerk", symbol="SetJerk"),
-        shown(0x11, REAL64, "set_torque", symbol="SetTorque"),
-        shown(0x13, REAL64, "target_position"),
+        shown(_ROWS["set_cycle_counter"]),
+        shown(_ROWS["set_position"]),
+        shown(_ROWS["set_position_modulo"]),
+        shown(_ROWS["set_modulo_turns"]),
+        shown(_ROWS["set_direction"]),
+        shown(_ROWS["set_velocity"]),
+        shown(_ROWS["set_acceleration"]),
+        shown(_ROWS["set_jerk"]),
+        shown(_ROWS["set_torque"]),
+        shown(_ROWS["target_position"]),
         _REMAINING,
-        shown(0x15, UINT32, "set_command_number", symbol="CmdNo"),
-        shown(0x16, REAL64, "last_positioning_time"),
-        shown(0x17, REAL64, "set_velocity_override"),
-        shown(0x1A, REAL64, "uncorrected_set_position", "set_position"),
-        shown(0x1D, REAL64, "uncorrected_set_direction", "set_direction"),
-        shown(0x1E, REAL64, "uncorrected_set_velocity", "set_velocity"),
-        shown(0x1F, REAL64, "uncorrected_set_acceleration", "set_acceleration"),
+        shown(_ROWS["set_command_number"]),
+        shown(_ROWS["last_positioning_time"]),
+        shown(_ROWS["set_velocity_override"]),
+        shown(_ROWS["uncorrected_set_position"], "set_position"),
+        shown(_ROWS["uncorrected_set_direction"], "set_direction"),
+        shown(_ROWS["uncorrected_set_velocity"], "set_velocity"),
+        shown(_ROWS["uncorrected_set_acceleration"], "set_acceleration"),
         *_SET_POINT_STRUCTURES,
     ),
-    shown(0x01, UINT32, "error_code", symbol="ErrState"),
+    shown(_ROWS["error_code"]),
     _STOP_INFORMATION,
-    shown(0x20, UINT32, "coupling_state"),
-    shown(0x21, UINT32, "coupling_table_index"),
+    shown(_ROWS["coupling_state"]),
+    shown(_ROWS["coupling_table_index"]),
     _COUPLING_PARAMETERS,
-    shown(0x23, REAL64, "gear_ratio", "set_gear_ratio"),
-    shown(0x24, UINT32, "active_control_loop"),
-    shown(0x25, UINT16, "external_setpoint_active"),
+    shown(_ROWS["gear_ratio"], "set_gear_ratio"),
+    shown(_ROWS["active_control_loop"]),
+    shown(_ROWS["external_setpoint_active"]),
     *CAM_STATES,
     _SYNCHRONISING,
-    shown(0x29, UINT32, "delayed_error_code"),
-    shown(0x2A, REAL64, "fading_position_difference"),
-    shown(0x2B, REAL64, "fading_relative_velocity"),
-    shown(0x2C, REAL64, "fading_relative_acceleration"),
-    shown(0x2D, UINT32, "initialize_command_counter"),
-    shown(0x2E, UINT32, "reset_command_counter"),
-    shown(0x30, REAL64, "set_torque_derivative"),
-    parameter(0x31, REAL64, NcError.REQUEST_PARAMETER, "set_torque_offset", symbol="TorqueOffset"),
-    shown(0x40, UINT32, "setpoint_correction_counter"),
-    shown(0x50, UINT32, "set_motion_phase"),
-    shown(0x51, UINT16, "axis_disabled"),
+    shown(_ROWS["delayed_error_code"]),
+    shown(_ROWS["fading_position_difference"]),
+    shown(_ROWS["fading_relative_velocity"]),
+    shown(_ROWS["fading_relative_acceleration"]),
+    shown(_ROWS["initialize_command_counter"]),
+    shown(_ROWS["reset_command_counter"]),
+    shown(_ROWS["set_torque_derivative"]),
+    parameter(_ROWS["set_torque_offset"], NcError.REQUEST_PARAMETER),
+    shown(_ROWS["setpoint_correction_counter"]),
+    shown(_ROWS["set_motion_phase"]),
+    shown(_ROWS["axis_disabled"]),
     _OPERATION_MODE,
-    *ENCODER_VIEWS["states"],
-    *in_sub_range("encoder_", (shown(0x18, UINT32, "encoder_reinitialization_state"),)),
-    *CONTROLLER_VIEWS["states"],
-    *DRIVE_VIEWS["states"],
+    *at_axis("encoder_", rows_of(0x4100), (*ENCODER_STATES, _REINITIALIZATION)),
+    *at_axis("controller_", rows_of(0x4100), CONTROLLER_STATES),
+    *at_axis("drive_", rows_of(0x4100), DRIVE_STATES),
 )
