@@ -9,20 +9,23 @@ from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import NcError
-from achse.devices.nc import binding
-from achse.devices.nc.binding import error_state, in_sub_range, not_while_enabled
-from achse.devices.nc.layouts import INT32, REAL64, UINT8, UINT16, UINT32, Text
+from achse.codes.nc.table import named_rows
+from achse.devices.nc import rows
+from achse.devices.nc.rows import bound, error_state, not_while_enabled
 from achse.devices.nc.table_places import answered
 from achse.motion.parts import AxisDrive
 from achse.motion.record import DRIVE_DELAY
 from achse.motion.states import AxisType, ControlBit, OutputFilter
 from achse.motion.tables import HIGHEST_TABLE_ID
-from achse.server import READ, READ_WRITE, WRITE, Service
 
-__all__ = ["DRIVE_FUNCTIONS", "DRIVE_PARAMETERS", "DRIVE_STATES", "DRIVE_VIEWS"]
+__all__ = ["DRIVE_FUNCTIONS", "DRIVE_PARAMETERS", "DRIVE_STATES"]
 
-parameter = partial(binding.parameter, prefix="drive_")
-shown = partial(binding.shown, prefix="drive_")
+_PARAMETERS = named_rows(0x7000)
+_STATES = named_rows(0x7100)
+_FUNCTIONS = named_rows(0x7200)
+
+parameter = partial(rows.parameter, prefix="drive_")
+shown = partial(rows.shown, prefix="drive_")
 
 FULL_OUTPUT_VOLTS = 10.0
 """Output of 100 % at an analog drive."""
@@ -80,71 +83,72 @@ def _set_interpolation(drive: AxisDrive, interpolation: int) -> None:
 
 
 DRIVE_PARAMETERS = (
-    Service(0x01, "drive_id", READ, UINT32, "id of the drive", "1", read=_id),
-    Service(0x02, "drive_name", READ, Text(31), "name", read=attrgetter("name")),
-    shown(0x03, UINT32, "drive_type"),
-    parameter(0x04, UINT32, NcError.DRIVE_ADDRESS_INPUT, "input_address_offset"),
-    parameter(0x05, UINT32, NcError.DRIVE_ADDRESS_OUTPUT, "output_address_offset"),
-    parameter(
-        0x06, UINT16, NcError.DRIVE_MOTOR_POLARITY, "motor_polarity", guard=not_while_enabled
-    ),
-    parameter(0x0A, UINT32, NcError.DRIVE_MODE, "drive_mode"),
-    parameter(0x0B, REAL64, NcError.DRIVE_OUTPUT_LIMITS, "output_limit_min"),
-    parameter(0x0C, REAL64, NcError.DRIVE_OUTPUT_LIMITS, "output_limit_max"),
-    shown(0x0D, UINT32, "output_mask"),
-    parameter(0x10, UINT32, NcError.REQUEST_PARAMETER, "control_dword", "drive_control_dword"),
-    parameter(0x11, UINT32, NcError.REQUEST_PARAMETER, "reset_counter"),
-    parameter(0x20, UINT32, NcError.DEAD_TIME_COMPENSATION, "dead_time_compensation_mode"),
-    parameter(0x21, UINT32, NcError.DEAD_TIME_COMPENSATION, "dead_time_compensation_control"),
-    parameter(0x22, INT32, NcError.DEAD_TIME_COMPENSATION, "dead_time_compensation_shift"),
-    parameter(0x31, REAL64, NcError.DRIVE_ACTUAL_TORQUE_SCALING, "actual_torque_scaling"),
-    parameter(0x32, REAL64, NcError.REQUEST_PARAMETER, "actual_torque_filter_time"),
-    parameter(0x33, REAL64, NcError.REQUEST_PARAMETER, "actual_torque_derivative_filter_time"),
-    parameter(0x101, REAL64, NcError.DRIVE_REFERENCE_VELOCITY, "reference_velocity"),
-    parameter(0x102, REAL64, NcError.DRIVE_REFERENCE_OUTPUT, "reference_output"),
-    Service(
-        0x103, "velocity_at_full_output", READ, REAL64, "velocity at 100 % output", "mm/s",
+    bound(_PARAMETERS["drive_id"], read=_id),
+    bound(_PARAMETERS["drive_name"], read=attrgetter("name")),
+    shown(_PARAMETERS["drive_type"]),
+    parameter(_PARAMETERS["input_address_offset"], NcError.DRIVE_ADDRESS_INPUT),
+    parameter(_PARAMETERS["output_address_offset"], NcError.DRIVE_ADDRESS_OUTPUT),
+    parameter(_PARAMETERS["motor_polarity"], NcError.DRIVE_MOTOR_POLARITY, guard=not_while_enabled),
+    parameter(_PARAMETERS["drive_mode"], NcError.DRIVE_MODE),
+    parameter(_PARAMETERS["output_limit_min"], NcError.DRIVE_OUTPUT_LIMITS),
+    parameter(_PARAMETERS["output_limit_max"], NcError.DRIVE_OUTPUT_LIMITS),
+    shown(_PARAMETERS["output_mask"]),
+    parameter(_PARAMETERS["control_dword"], NcError.REQUEST_PARAMETER, "drive_control_dword"),
+    parameter(_PARAMETERS["reset_counter"], NcError.REQUEST_PARAMETER),
+    parameter(_PARAMETERS["dead_time_compensation_mode"], NcError.DEAD_TIME_COMPENSATION),
+    parameter(_PARAMETERS["dead_time_compensation_control"], NcError.DEAD_TIME_COMPENSATION),
+    parameter(_PARAMETERS["dead_time_compensation_shift"], NcError.DEAD_TIME_COMPENSATION),
+    parameter(_PARAMETERS["actual_torque_scaling"], NcError.DRIVE_ACTUAL_TORQUE_SCALING),
+    parameter(_PARAMETERS["actual_torque_filter_time"], NcError.REQUEST_PARAMETER),
+    parameter(_PARAMETERS["actual_torque_derivative_filter_time"], NcError.REQUEST_PARAMETER),
+    parameter(_PARAMETERS["reference_velocity"], NcError.DRIVE_REFERENCE_VELOCITY),
+    parameter(_PARAMETERS["reference_output"], NcError.DRIVE_REFERENCE_OUTPUT),
+    bound(
+        _PARAMETERS["velocity_at_full_output"],
         read=lambda drive: drive.reference_velocity / drive.reference_output,
     ),
-    parameter(0x104, REAL64, NcError.DRIVE_DRIFT_COMPENSATION, "velocity_offset"),
-    parameter(0x105, REAL64, NcError.DRIVE_VELOCITY_SCALING, "velocity_scaling"),
-    parameter(0x106, UINT32, NcError.REQUEST_PARAMETER, "dsc_kpc"),
-    parameter(0x107, REAL64, NcError.REQUEST_PARAMETER, "dsc_xerr_scaling"),
-    parameter(0x109, REAL64, NcError.DRIVE_POSITION_SCALING, "position_scaling"),
-    parameter(0x10A, REAL64, NcError.DRIVE_ACCELERATION_SCALING, "acceleration_scaling"),
-    parameter(0x10B, REAL64, NcError.DRIVE_TORQUE_SCALING, "torque_offset_scaling"),
-    parameter(0x10C, REAL64, NcError.DRIVE_TORQUE_SCALING, "set_torque_scaling"),
+    parameter(_PARAMETERS["velocity_offset"], NcError.DRIVE_DRIFT_COMPENSATION),
+    parameter(_PARAMETERS["velocity_scaling"], NcError.DRIVE_VELOCITY_SCALING),
+    parameter(_PARAMETERS["dsc_kpc"], NcError.REQUEST_PARAMETER),
+    parameter(_PARAMETERS["dsc_xerr_scaling"], NcError.REQUEST_PARAMETER),
+    parameter(_PARAMETERS["position_scaling"], NcError.DRIVE_POSITION_SCALING),
+    parameter(_PARAMETERS["acceleration_scaling"], NcError.DRIVE_ACCELERATION_SCALING),
+    parameter(_PARAMETERS["torque_offset_scaling"], NcError.DRIVE_TORQUE_SCALING),
+    parameter(_PARAMETERS["set_torque_scaling"], NcError.DRIVE_TORQUE_SCALING),
     parameter(
-        0x10D, REAL64, NcError.REQUEST_PARAMETER, "velocity_output_delay",
+        _PARAMETERS["velocity_output_delay"],
+        NcError.REQUEST_PARAMETER,
         write=_set_time("drive_velocity_output_delay"),
     ),
-    parameter(0x10E, REAL64, NcError.REQUEST_PARAMETER, "acceleration_output_delay"),
-    parameter(0x10F, REAL64, NcError.REQUEST_PARAMETER, "torque_output_delay"),
-    parameter(0x110, UINT32, NcError.REQUEST_PARAMETER, "output_filter_type"),
+    parameter(_PARAMETERS["acceleration_output_delay"], NcError.REQUEST_PARAMETER),
+    parameter(_PARAMETERS["torque_output_delay"], NcError.REQUEST_PARAMETER),
+    parameter(_PARAMETERS["output_filter_type"], NcError.REQUEST_PARAMETER),
     parameter(
-        0x111, REAL64, NcError.REQUEST_PARAMETER,
-        "output_filter_time", write=_set_time("drive_output_filter_time")
+        _PARAMETERS["output_filter_time"],
+        NcError.REQUEST_PARAMETER,
+        write=_set_time("drive_output_filter_time"),
     ),
-    parameter(0x112, UINT32, NcError.REQUEST_PARAMETER, "output_filter_order"),
-    parameter(0x120, UINT32, NcError.REQUEST_PARAMETER, "table_id", write=_set_table),
+    parameter(_PARAMETERS["output_filter_order"], NcError.REQUEST_PARAMETER),
+    parameter(_PARAMETERS["table_id"], NcError.REQUEST_PARAMETER, write=_set_table),
     parameter(
-        0x121, UINT32, NcError.TABLE_INTERPOLATION_TYPE,
-        "table_interpolation_type", write=_set_interpolation
+        _PARAMETERS["table_interpolation_type"],
+        NcError.TABLE_INTERPOLATION_TYPE,
+        write=_set_interpolation,
     ),
-    parameter(0x122, REAL64, NcError.REQUEST_PARAMETER, "output_offset"),
-    parameter(0x151, REAL64, NcError.DRIVE_QUADRANT_COMPENSATION, "quadrant_compensation_factor"),
-    parameter(0x152, REAL64, NcError.DRIVE_VELOCITY_REFERENCE_POINT, "velocity_reference_point"),
-    parameter(0x153, REAL64, NcError.DRIVE_OUTPUT_REFERENCE_POINT, "output_reference_point"),
-    parameter(0x301, UINT8, NcError.REQUEST_PARAMETER, "stepper_mask_cycle1"),
-    parameter(0x302, UINT8, NcError.REQUEST_PARAMETER, "stepper_mask_cycle2"),
-    parameter(0x303, UINT8, NcError.REQUEST_PARAMETER, "stepper_mask_cycle3"),
-    parameter(0x304, UINT8, NcError.REQUEST_PARAMETER, "stepper_mask_cycle4"),
-    parameter(0x305, UINT8, NcError.REQUEST_PARAMETER, "stepper_mask_cycle5"),
-    parameter(0x306, UINT8, NcError.REQUEST_PARAMETER, "stepper_mask_cycle6"),
-    parameter(0x307, UINT8, NcError.REQUEST_PARAMETER, "stepper_mask_cycle7"),
-    parameter(0x308, UINT8, NcError.REQUEST_PARAMETER, "stepper_mask_cycle8"),
-    parameter(0x310, UINT8, NcError.REQUEST_PARAMETER, "stepper_mask_holding_current"),
-)  # fmt: skip
+    parameter(_PARAMETERS["output_offset"], NcError.REQUEST_PARAMETER),
+    parameter(_PARAMETERS["quadrant_compensation_factor"], NcError.DRIVE_QUADRANT_COMPENSATION),
+    parameter(_PARAMETERS["velocity_reference_point"], NcError.DRIVE_VELOCITY_REFERENCE_POINT),
+    parameter(_PARAMETERS["output_reference_point"], NcError.DRIVE_OUTPUT_REFERENCE_POINT),
+    parameter(_PARAMETERS["stepper_mask_cycle1"], NcError.REQUEST_PARAMETER),
+    parameter(_PARAMETERS["stepper_mask_cycle2"], NcError.REQUEST_PARAMETER),
+    parameter(_PARAMETERS["stepper_mask_cycle3"], NcError.REQUEST_PARAMETER),
+    parameter(_PARAMETERS["stepper_mask_cycle4"], NcError.REQUEST_PARAMETER),
+    parameter(_PARAMETERS["stepper_mask_cycle5"], NcError.REQUEST_PARAMETER),
+    parameter(_PARAMETERS["stepper_mask_cycle6"], NcError.REQUEST_PARAMETER),
+    parameter(_PARAMETERS["stepper_mask_cycle7"], NcError.REQUEST_PARAMETER),
+    parameter(_PARAMETERS["stepper_mask_cycle8"], NcError.REQUEST_PARAMETER),
+    parameter(_PARAMETERS["stepper_mask_holding_current"], NcError.REQUEST_PARAMETER),
+)
 
 
 def _nonlinear(drive: AxisDrive) -> float:
@@ -190,62 +194,22 @@ def _digital_input(drive: AxisDrive, number: int) -> int:
 
 
 DRIVE_STATES = (
-    error_state(0x4600, "error code of the drive"),
-    shown(0x02, REAL64, "output_absolute", "drive_output", symbol="DriveOutput"),
-    shown(0x03, REAL64, "output_percent"),
-    Service(
-        0x04, "output_volt", READ, REAL64, "total output", "V",
-        read=lambda drive: _volts(drive.output_percent),
-    ),
-    shown(0x05, REAL64, "output_peak_negative"),
-    shown(0x06, REAL64, "output_peak_positive"),
-    shown(0x07, REAL64, "actual_torque", symbol="ActTorque"),
-    shown(0x08, REAL64, "actual_torque_derivative"),
-    shown(0x0C, REAL64, "dead_time_position_correction"),
-    Service(
-        0x0D, "dead_time_total_shift", READ, REAL64, "dead time that is compensated", "s",
-        read=_shift,
-    ),
-    Service(
-        0x13, "output_percent_nonlinear", READ, REAL64, "total output after the characteristic",
-        "%", read=_nonlinear,
-    ),
-    Service(
-        0x14, "output_volt_nonlinear", READ, REAL64, "total output after the characteristic",
-        "V", read=lambda drive: _volts(_nonlinear(drive)),
-    ),
-    Service(
-        0x11A, "filtered_set_position", READ, REAL64, "set position after the output filter",
-        "mm", read=_filtered_position,
-    ),
-    Service(
-        0x11E, "filtered_set_velocity", READ, REAL64, "set velocity after the output filter",
-        "mm/s", read=_filtered_velocity,
-    ),
-    Service(
-        0x11F, "filtered_set_acceleration", READ, REAL64,
-        "set acceleration after the output filter", "mm/s²", read=_filtered_acceleration,
-    ),
-    Service(
-        0x200, "digital_input_state", READ_WRITE, UINT32, "state of digital input 1..8",
-        exchange=_digital_input, response=UINT32,
-    ),
-)  # fmt: skip
+    error_state(_STATES["error_state"], 0x4600),
+    shown(_STATES["output_absolute"], "drive_output"),
+    shown(_STATES["output_percent"]),
+    bound(_STATES["output_volt"], read=lambda drive: _volts(drive.output_percent)),
+    shown(_STATES["output_peak_negative"]),
+    shown(_STATES["output_peak_positive"]),
+    shown(_STATES["actual_torque"]),
+    shown(_STATES["actual_torque_derivative"]),
+    shown(_STATES["dead_time_position_correction"]),
+    bound(_STATES["dead_time_total_shift"], read=_shift),
+    bound(_STATES["output_percent_nonlinear"], read=_nonlinear),
+    bound(_STATES["output_volt_nonlinear"], read=lambda drive: _volts(_nonlinear(drive))),
+    bound(_STATES["filtered_set_position"], read=_filtered_position),
+    bound(_STATES["filtered_set_velocity"], read=_filtered_velocity),
+    bound(_STATES["filtered_set_acceleration"], read=_filtered_acceleration),
+    bound(_STATES["digital_input_state"], exchange=_digital_input),
+)
 
-DRIVE_FUNCTIONS = (
-    Service(
-        0x102, "remove_characteristic_table", WRITE, UINT32,
-        "take the characteristic table out of the drive, and delete it",
-        write=_remove_table,
-    ),
-)  # fmt: skip
-
-_NOT_AT_THE_AXIS = {0x20, 0x21, 0x22}
-"""002 prints scaling and filter of torque and the output filters at the drive only, but the PLC
-library reads and writes them at the axis (MC_AxisParameter 1081 … 1093)."""
-
-DRIVE_VIEWS = {
-    "parameters": tuple(in_sub_range("drive_", DRIVE_PARAMETERS, without=_NOT_AT_THE_AXIS)),
-    "states": tuple(in_sub_range("drive_", DRIVE_STATES, without={0x0C, 0x0D, 0x200})),
-}
-"""The rows as the axis shows them."""
+DRIVE_FUNCTIONS = (bound(_FUNCTIONS["remove_characteristic_table"], write=_remove_table),)

@@ -8,19 +8,20 @@ from operator import attrgetter
 
 from achse.ams import DeviceError
 from achse.codes import NcError
-from achse.devices.nc import binding
-from achse.devices.nc.binding import error_state, in_sub_range, not_while_enabled
-from achse.devices.nc.layouts import INT32, INT64, REAL64, UINT16, UINT32, Text
+from achse.codes.nc.table import named_rows
+from achse.devices.nc import rows
+from achse.devices.nc.rows import bound, error_state, not_while_enabled
 from achse.devices.nc.touch_probe import TOUCH_PROBE
-from achse.motion.machine.record import PARAMETERS as MACHINE_PARAMETERS
 from achse.motion.parts import AxisEncoder
 from achse.motion.record import POSITION_HISTORY
-from achse.server import READ, WRITE, Layout, Repeated, Service
 
-__all__ = ["ENCODER_PARAMETERS", "ENCODER_STATES", "ENCODER_VIEWS"]
+__all__ = ["ENCODER_PARAMETERS", "ENCODER_STATES"]
 
-parameter = partial(binding.parameter, prefix="encoder_")
-shown = partial(binding.shown, prefix="encoder_")
+_PARAMETERS = named_rows(0x5000)
+_STATES = named_rows(0x5100)
+
+parameter = partial(rows.parameter, prefix="encoder_")
+shown = partial(rows.shown, prefix="encoder_")
 scaling = partial(parameter, guard=not_while_enabled)
 """A parameter that scales position or direction."""
 
@@ -73,87 +74,67 @@ def _set_tolerance_window(encoder: AxisEncoder, window: float) -> None:
     encoder.modulo_tolerance_window = window
 
 
-_, NOISE = MACHINE_PARAMETERS["encoder_simulation_noise_scaling"]
-
 ENCODER_PARAMETERS = (
-    Service(0x01, "encoder_id", READ, UINT32, "id of the encoder", "1", read=_id),
-    Service(0x02, "encoder_name", READ, Text(31), "name", read=attrgetter("name")),
-    shown(0x03, UINT32, "encoder_type"),
-    parameter(0x04, UINT32, NcError.ENCODER_ADDRESS_INPUT, "input_address_offset"),
-    parameter(0x05, UINT32, NcError.ENCODER_ADDRESS_OUTPUT, "output_address_offset"),
-    scaling(0x06, REAL64, NcError.ENCODER_SCALING_FACTOR, "scaling_factor", write=_set_factor),
-    scaling(0x07, REAL64, NcError.ENCODER_POSITION_OFFSET, "position_offset"),
-    scaling(0x08, UINT16, NcError.ENCODER_COUNT_DIRECTION, "count_direction"),
-    parameter(0x09, REAL64, NcError.ENCODER_MODULO_FACTOR, "modulo_factor"),
-    parameter(0x0A, UINT32, NcError.ENCODER_MODE, "encoder_mode"),
-    parameter(0x0B, UINT16, NcError.ENCODER_SOFT_LIMIT_MIN_ENABLE, "soft_limit_min_enable"),
-    parameter(0x0C, UINT16, NcError.ENCODER_SOFT_LIMIT_MAX_ENABLE, "soft_limit_max_enable"),
-    parameter(0x0D, REAL64, NcError.ENCODER_SOFT_LIMIT_MIN, "soft_limit_min"),
-    parameter(0x0E, REAL64, NcError.ENCODER_SOFT_LIMIT_MAX, "soft_limit_max"),
-    parameter(0x0F, UINT32, NcError.ENCODER_EVALUATION_DIRECTION, "evaluation_direction"),
-    parameter(0x10, REAL64, NcError.ENCODER_POSITION_FILTER_TIME, "position_filter_time"),
-    parameter(0x11, REAL64, NcError.ENCODER_VELOCITY_FILTER_TIME, "velocity_filter_time"),
-    parameter(0x12, REAL64, NcError.ENCODER_ACCELERATION_FILTER_TIME, "acceleration_filter_time"),
-    scaling(0x15, UINT32, NcError.ENCODER_RAW_MASK, "encoder_mask"),
+    bound(_PARAMETERS["encoder_id"], read=_id),
+    bound(_PARAMETERS["encoder_name"], read=attrgetter("name")),
+    shown(_PARAMETERS["encoder_type"]),
+    parameter(_PARAMETERS["input_address_offset"], NcError.ENCODER_ADDRESS_INPUT),
+    parameter(_PARAMETERS["output_address_offset"], NcError.ENCODER_ADDRESS_OUTPUT),
+    scaling(_PARAMETERS["scaling_factor"], NcError.ENCODER_SCALING_FACTOR, write=_set_factor),
+    scaling(_PARAMETERS["position_offset"], NcError.ENCODER_POSITION_OFFSET),
+    scaling(_PARAMETERS["count_direction"], NcError.ENCODER_COUNT_DIRECTION),
+    parameter(_PARAMETERS["modulo_factor"], NcError.ENCODER_MODULO_FACTOR),
+    parameter(_PARAMETERS["encoder_mode"], NcError.ENCODER_MODE),
+    parameter(_PARAMETERS["soft_limit_min_enable"], NcError.ENCODER_SOFT_LIMIT_MIN_ENABLE),
+    parameter(_PARAMETERS["soft_limit_max_enable"], NcError.ENCODER_SOFT_LIMIT_MAX_ENABLE),
+    parameter(_PARAMETERS["soft_limit_min"], NcError.ENCODER_SOFT_LIMIT_MIN),
+    parameter(_PARAMETERS["soft_limit_max"], NcError.ENCODER_SOFT_LIMIT_MAX),
+    parameter(_PARAMETERS["evaluation_direction"], NcError.ENCODER_EVALUATION_DIRECTION),
+    parameter(_PARAMETERS["position_filter_time"], NcError.ENCODER_POSITION_FILTER_TIME),
+    parameter(_PARAMETERS["velocity_filter_time"], NcError.ENCODER_VELOCITY_FILTER_TIME),
+    parameter(_PARAMETERS["acceleration_filter_time"], NcError.ENCODER_ACCELERATION_FILTER_TIME),
+    scaling(_PARAMETERS["encoder_mask"], NcError.ENCODER_RAW_MASK),
     parameter(
-        0x16, UINT16, NcError.ENCODER_POSITION_CORRECTION, "actual_position_correction_enable"
+        _PARAMETERS["actual_position_correction_enable"], NcError.ENCODER_POSITION_CORRECTION
     ),
     parameter(
-        0x17,
-        REAL64,
+        _PARAMETERS["actual_position_correction_filter_time"],
         NcError.ENCODER_POSITION_CORRECTION_FILTER,
-        "actual_position_correction_filter_time",
     ),
-    parameter(0x18, UINT32, NcError.ENCODER_RAW_MASK, "raw_value_filter_mask"),
-    scaling(0x19, UINT32, NcError.ENCODER_REFERENCE_SYSTEM, "reference_system"),
+    parameter(_PARAMETERS["raw_value_filter_mask"], NcError.ENCODER_RAW_MASK),
+    scaling(_PARAMETERS["reference_system"], NcError.ENCODER_REFERENCE_SYSTEM),
     parameter(
-        0x1B,
-        REAL64,
+        _PARAMETERS["modulo_tolerance_window"],
         NcError.ENCODER_MODULO_TOLERANCE_WINDOW,
-        "modulo_tolerance_window",
         write=_set_tolerance_window,
     ),
-    shown(0x1C, UINT32, "sign_interpretation"),
-    shown(0x1D, UINT16, "is_absolute"),
-    parameter(0x20, UINT32, NcError.DEAD_TIME_COMPENSATION, "dead_time_compensation_mode"),
-    parameter(0x21, UINT32, NcError.DEAD_TIME_COMPENSATION, "dead_time_compensation_control"),
-    parameter(0x22, INT32, NcError.DEAD_TIME_COMPENSATION, "dead_time_compensation_shift"),
+    shown(_PARAMETERS["sign_interpretation"]),
+    shown(_PARAMETERS["is_absolute"]),
+    parameter(_PARAMETERS["dead_time_compensation_mode"], NcError.DEAD_TIME_COMPENSATION),
+    parameter(_PARAMETERS["dead_time_compensation_control"], NcError.DEAD_TIME_COMPENSATION),
+    parameter(_PARAMETERS["dead_time_compensation_shift"], NcError.DEAD_TIME_COMPENSATION),
+    scaling(_PARAMETERS["scaling_numerator"], NcError.ENCODER_SCALING_FACTOR, write=_set_numerator),
     scaling(
-        0x23, REAL64, NcError.ENCODER_SCALING_FACTOR, "scaling_numerator", write=_set_numerator
+        _PARAMETERS["scaling_denominator"], NcError.ENCODER_SCALING_FACTOR, write=_set_denominator
     ),
-    scaling(
-        0x24, REAL64, NcError.ENCODER_SCALING_FACTOR, "scaling_denominator", write=_set_denominator
-    ),
-    Service(
-        0x25,
-        "scaling_factor_components",
-        READ | WRITE,
-        Layout("<dd"),
-        "numerator and denominator of the scaling factor",
-        "mm/INC, 1",
+    bound(
+        _PARAMETERS["scaling_factor_components"],
         read=attrgetter("encoder_scaling_numerator", "encoder_scaling_denominator"),
         write=_set_components,
         code=NcError.ENCODER_SCALING_FACTOR.number,
         guard=not_while_enabled,
     ),
-    parameter(0x30, UINT32, NcError.REQUEST_PARAMETER, "control_dword", "encoder_control_dword"),
-    parameter(0x101, UINT16, NcError.ENCODER_CAM_SEARCH_DIRECTION, "homing_cam_search_inverse"),
-    parameter(0x102, UINT16, NcError.ENCODER_SYNC_SEARCH_DIRECTION, "sync_pulse_search_inverse"),
-    parameter(0x103, REAL64, NcError.ENCODER_REFERENCE_POSITION, "reference_position"),
-    parameter(0x106, UINT16, NcError.ENCODER_EXTERNAL_SYNC_PULSE, "external_sync_pulse"),
-    parameter(0x107, UINT32, NcError.ENCODER_REFERENCE_MODE, "reference_mode"),
-    parameter(0x108, UINT32, NcError.ENCODER_HOMING_MASK, "encoder_sub_mask", write=_set_sub_mask),
-    parameter(0x109, UINT32, NcError.ENCODER_REFERENCE_MODE, "homing_sensor_source"),
-    Service(
-        0x110,
-        "simulation_noise_scaling",
-        READ | WRITE,
-        REAL64,
-        NOISE.doc,
-        NOISE.unit,
+    parameter(_PARAMETERS["control_dword"], NcError.REQUEST_PARAMETER, "encoder_control_dword"),
+    parameter(_PARAMETERS["homing_cam_search_inverse"], NcError.ENCODER_CAM_SEARCH_DIRECTION),
+    parameter(_PARAMETERS["sync_pulse_search_inverse"], NcError.ENCODER_SYNC_SEARCH_DIRECTION),
+    parameter(_PARAMETERS["reference_position"], NcError.ENCODER_REFERENCE_POSITION),
+    parameter(_PARAMETERS["external_sync_pulse"], NcError.ENCODER_EXTERNAL_SYNC_PULSE),
+    parameter(_PARAMETERS["reference_mode"], NcError.ENCODER_REFERENCE_MODE),
+    parameter(_PARAMETERS["encoder_sub_mask"], NcError.ENCODER_HOMING_MASK, write=_set_sub_mask),
+    parameter(_PARAMETERS["homing_sensor_source"], NcError.ENCODER_REFERENCE_MODE),
+    bound(
+        _PARAMETERS["simulation_noise_scaling"],
         field="encoder_simulation_noise_scaling",
-        minimum=NOISE.least,
-        maximum=NOISE.most,
         code=NcError.REQUEST_PARAMETER.number,
     ),
 )
@@ -191,65 +172,28 @@ def _history(encoder: AxisEncoder) -> list[tuple[int, float]]:
 
 
 ENCODER_STATES = (
-    error_state(0x4400, "error code of the encoder"),
-    shown(0x02, REAL64, "actual_position", symbol="ActPos"),
-    shown(0x03, REAL64, "actual_position_modulo", symbol="ActPosModulo"),
-    shown(0x04, INT32, "actual_modulo_turns"),
-    shown(0x05, REAL64, "actual_velocity", symbol="ActVelo"),
-    shown(0x06, REAL64, "actual_acceleration", symbol="ActAcc"),
-    shown(0x07, INT32, "hardware_increments"),
-    shown(0x08, INT64, "software_increments"),
-    Service(
-        0x09, "homed_flag", READ | WRITE, UINT16, "the axis is homed", "1",
-        field="homed",
-        minimum=0, maximum=1, code=NcError.ENCODER_HOMED_FLAG,
-    ),
-    shown(0x0A, REAL64, "position_correction"),
-    Service(
-        0x0B, "actual_position_uncorrected", READ, REAL64,
-        "actual position without the position correction", "mm", read=_uncorrected,
-    ),
-    shown(0x0C, REAL64, "dead_time_position_correction"),
-    Service(
-        0x0D, "dead_time_total_shift", READ, REAL64, "dead time that is compensated", "s",
-        read=_shift,
-    ),
-    Service(
-        0x0E, "modulo_reduction_offset", READ, REAL64, "from the position to its modulo part",
-        "mm", read=_reduction,
-    ),
-    Service(
-        0x10, "actual_velocity_uncorrected", READ, REAL64,
-        "actual velocity without that of the position correction", "mm/s",
-        read=_uncorrected_velocity,
-    ),
-    shown(0x12, REAL64, "actual_position_unfiltered"),
-    shown(0x13, REAL64, "actual_position_filtered"),
-    Service(
-        0x14, "drive_actual_velocity", READ, REAL64, "velocity as the drive itself knows it",
-        "mm/s", read=attrgetter("owner.drive_actual_velocity"),
-    ),
-    shown(0x15, REAL64, "actual_velocity_unfiltered"),
-    Service(
-        0x16, "actual_position_buffer", READ, Repeated(Layout("<I4xd")),
-        "the last actual positions with time stamps, oldest first", "ns, mm", read=_history,
-    ),
-    shown(0x17, REAL64, "set_position_offset"),
+    error_state(_STATES["error_state"], 0x4400),
+    shown(_STATES["actual_position"]),
+    shown(_STATES["actual_position_modulo"]),
+    shown(_STATES["actual_modulo_turns"]),
+    shown(_STATES["actual_velocity"]),
+    shown(_STATES["actual_acceleration"]),
+    shown(_STATES["hardware_increments"]),
+    shown(_STATES["software_increments"]),
+    bound(_STATES["homed_flag"], field="homed", code=NcError.ENCODER_HOMED_FLAG),
+    shown(_STATES["position_correction"]),
+    bound(_STATES["actual_position_uncorrected"], read=_uncorrected),
+    shown(_STATES["dead_time_position_correction"]),
+    bound(_STATES["dead_time_total_shift"], read=_shift),
+    bound(_STATES["modulo_reduction_offset"], read=_reduction),
+    bound(_STATES["actual_velocity_uncorrected"], read=_uncorrected_velocity),
+    shown(_STATES["actual_position_unfiltered"]),
+    shown(_STATES["actual_position_filtered"]),
+    bound(_STATES["drive_actual_velocity"], read=attrgetter("owner.drive_actual_velocity")),
+    shown(_STATES["actual_velocity_unfiltered"]),
+    bound(_STATES["actual_position_buffer"], read=_history),
+    shown(_STATES["set_position_offset"]),
     *TOUCH_PROBE,
-)  # fmt: skip
+)
 
-_NOT_AT_THE_AXIS = {0x18, 0x20, 0x21, 0x22, 0x109}
-_STATES_NOT_AT_THE_AXIS = {
-    0x01, 0x0C, 0x0D, 0x0E, 0x13, 0x16,
-    *range(0x200, 0x214),
-}  # fmt: skip
-
-ENCODER_VIEWS = {
-    "parameters": tuple(
-        in_sub_range("encoder_", ENCODER_PARAMETERS, without=_NOT_AT_THE_AXIS, read_only={0x15})
-    ),
-    "states": tuple(
-        in_sub_range("encoder_", ENCODER_STATES, without=_STATES_NOT_AT_THE_AXIS, read_only={0x09})
-    ),
-}
 """The rows as the axis shows them."""

@@ -11,12 +11,18 @@ from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
+from achse.codes.nc.row import NcRow
+from achse.codes.nc.table import named_rows
+from achse.devices.nc.rows import bound
 from achse.devices.nc.terminals import note_output, shown_input
 from achse.motion.parts import AxisDrive, AxisEncoder, AxisPart
 from achse.motion.states import DISCRETE_DRIVES, AxisType
-from achse.server import READ, WRITE, Layout, Service
+from achse.server import Service
 
 __all__ = ["DRIVE_CYCLIC", "DRIVE_IO", "ENCODER_CYCLIC", "ENCODER_IO"]
+
+_ENCODER = named_rows(0x5300)
+_DRIVE = named_rows(0x7300)
 
 SHORT_IO_SIZE = 12
 IO_SIZE = 40
@@ -207,27 +213,12 @@ def _write_bits(field: str) -> Callable[[Any, tuple[int, int, int]], None]:
     return write
 
 
-def _output(codecs: tuple[_Output, ...], field: str, description: str) -> Service:
-    return Service(
-        0x00,
-        "output_structure",
-        READ | WRITE,
-        codecs,
-        description,
-        read=lambda part: part,
-        write=_write(field),
-    )
+def _output(row: NcRow, codecs: tuple[_Output, ...], field: str) -> Service:
+    return bound(row, codec=codecs, read=lambda part: part, write=_write(field))
 
 
-def _bits(field: str) -> Service:
-    return Service(
-        0x01,
-        "output_structure_bit_access",
-        WRITE,
-        Layout("<III"),
-        "byte offset, bits to change, their values: writes single bits of the output structure",
-        write=_write_bits(field),
-    )
+def _bits(row: NcRow, field: str) -> Service:
+    return bound(row, write=_write_bits(field))
 
 
 _ENCODER_OUT = (
@@ -241,29 +232,27 @@ _DRIVE_OUTPUTS = (
 )
 
 
-def _input(
-    codecs: tuple[_EncoderInput | _EncoderInputLong | _DriveInput, ...], what: str
-) -> Service:
-    return Service(0x80, "input_structure", READ, codecs, what, read=lambda part: part)
+def _input(row: NcRow, *codecs: _EncoderInput | _EncoderInputLong | _DriveInput) -> Service:
+    return bound(row, codec=codecs, read=lambda part: part)
 
 
 ENCODER_IO = (
-    _output(_ENCODER_OUT, "encoder_output_image", "outputs of the encoder"),
-    _input((_EncoderInput(),), "inputs of the encoder"),
+    _output(_ENCODER["output_structure"], _ENCODER_OUT, "encoder_output_image"),
+    _input(_ENCODER["input_structure"], _EncoderInput()),
 )
-"""As the part shows them."""
+"""As the axis shows them."""
 
 ENCODER_CYCLIC = (
     _output(
-        (*_ENCODER_OUT, _ENCODER_OUTPUT_LONG), "encoder_output_image", "outputs of the encoder"
+        _ENCODER["output_structure"], (*_ENCODER_OUT, _ENCODER_OUTPUT_LONG), "encoder_output_image"
     ),
-    _bits("encoder_output_image"),
-    _input((_EncoderInput(), _EncoderInputLong()), "inputs of the encoder"),
+    _bits(_ENCODER["output_structure_bit_access"], "encoder_output_image"),
+    _input(_ENCODER["input_structure"], _EncoderInput(), _EncoderInputLong()),
 )
 
 DRIVE_IO = (
-    _output(_DRIVE_OUTPUTS, "drive_output_image", "outputs of the drive"),
-    _input((_DriveInput(),), "inputs of the drive"),
+    _output(_DRIVE["output_structure"], _DRIVE_OUTPUTS, "drive_output_image"),
+    _input(_DRIVE["input_structure"], _DriveInput()),
 )
 
-DRIVE_CYCLIC = (*DRIVE_IO, _bits("drive_output_image"))
+DRIVE_CYCLIC = (*DRIVE_IO, _bits(_DRIVE["output_structure_bit_access"], "drive_output_image"))

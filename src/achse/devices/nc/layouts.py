@@ -41,7 +41,6 @@ __all__ = [
     "codec_of",
     "codecs_of",
     "fields_of",
-    "request",
 ]
 
 
@@ -167,14 +166,6 @@ def codecs_of(layouts: Sequence[str]) -> Codec | tuple[Codec, ...]:
     if len(layouts) == 1:
         return NO_DATA if layouts[0] == "VOID" else codec_of(layouts[0])
     return tuple(NOTHING if each == "VOID" else codec_of(each) for each in layouts)
-
-
-def request(**fields: str) -> tuple[Layout, ...]:
-    """Layouts of a request with these fields (name = `struct` code); values are tuples."""
-    record = namedtuple("Request", fields)  # type: ignore[misc]
-    codes = list(fields.values())
-    forms = dict.fromkeys(("".join(codes), _aligned(codes)))
-    return tuple(Layout("<" + form, record) for form in forms)
 
 
 _MEMBER_CODES = {"DWORD": "I", "UDINT": "I", "DINT": "i", "LREAL": "d", "UINT": "H"}

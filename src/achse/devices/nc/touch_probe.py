@@ -11,15 +11,20 @@ from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import NcError
-from achse.devices.nc import binding
-from achse.devices.nc.layouts import REAL64, UINT16, UINT32, UINT64, OfAxis
+from achse.codes.nc.row import NcRow
+from achse.codes.nc.table import named_rows
+from achse.devices.nc import rows
+from achse.devices.nc.layouts import REAL64, OfAxis, codec_of
+from achse.devices.nc.rows import bound
 from achse.motion.parts import AxisEncoder
 from achse.motion.record import TOUCH_PROBES
-from achse.server import READ, READ_WRITE, Layout, Service
+from achse.server import Layout, Service
 
 __all__ = ["TOUCH_PROBE"]
 
-shown = partial(binding.shown, prefix="encoder_")
+_ROWS = named_rows(0x5100)
+
+shown = partial(rows.shown, prefix="encoder_")
 
 
 def _state(encoder: AxisEncoder, unit: int) -> tuple[float, ...]:
@@ -56,83 +61,39 @@ def _input(number: int) -> Callable[[AxisEncoder], int]:
     return lambda encoder: encoder.owner.drive.io.state8 >> (number - 1) & 1
 
 
-def _flags(
-    offset: int, name: str, four: str, read: Callable[[AxisEncoder], Any], doc: str
-) -> Service:
-    return Service(
-        offset,
-        name,
-        READ,
-        (OfAxis(UINT16, lambda encoder: int(any(read(encoder)))), OfAxis(Layout(four), read)),
-        doc,
-        "1",
+def _flags(row: NcRow, read: Callable[[AxisEncoder], Any]) -> Service:
+    of_first, of_four = row.layouts
+    return bound(
+        row,
+        codec=(
+            OfAxis(codec_of(of_first), lambda encoder: int(any(read(encoder)))),
+            OfAxis(codec_of(of_four), read),
+        ),
         read=lambda encoder: encoder,
     )
 
 
 TOUCH_PROBE = (
-    shown(0x101, REAL64, "latch_activation_difference"),
-    Service(
-        0x200,
-        "touch_probe_state",
-        READ_WRITE,
-        Layout("<I20x"),
-        "state of touch probe 1..4: both edges",
-        exchange=_state,
-        response=Layout("<IIdI4xIIdI20x"),
-    ),
-    _flags(
-        0x201,
-        "latch_active",
-        "<4I",
-        lambda encoder: _either(encoder.probe_active),
-        "an external latch is active",
-    ),
-    _flags(
-        0x202,
-        "latch_valid",
-        "<4I",
-        lambda encoder: _either(encoder.probe_valid),
-        "an external latch value has become valid",
-    ),
-    shown(0x203, UINT32, "latch_hardware_increments"),
-    shown(0x204, UINT64, "latch_software_increments"),
-    Service(
-        0x205,
-        "latch_position",
-        READ,
-        (
+    shown(_ROWS["latch_activation_difference"]),
+    bound(_ROWS["touch_probe_state"], exchange=_state),
+    _flags(_ROWS["latch_active"], lambda encoder: _either(encoder.probe_active)),
+    _flags(_ROWS["latch_valid"], lambda encoder: _either(encoder.probe_valid)),
+    shown(_ROWS["latch_hardware_increments"]),
+    shown(_ROWS["latch_software_increments"]),
+    bound(
+        _ROWS["latch_position"],
+        codec=(
             OfAxis(REAL64, attrgetter("latch_position")),
             OfAxis(Layout("<4d"), _positions),
         ),
-        "latched position, or those of four probes",
-        "mm",
         read=lambda encoder: encoder,
     ),
-    shown(0x206, UINT32, "latch_hardware_increment_difference"),
-    shown(0x207, UINT64, "latch_software_increment_difference"),
-    shown(0x208, REAL64, "latch_position_difference"),
-    _flags(
-        0x210,
-        "latch_rising_edge_active",
-        "<4H",
-        lambda encoder: encoder.probe_active[:TOUCH_PROBES],
-        "an external latch waits for a rising edge",
-    ),
-    _flags(
-        0x211,
-        "latch_falling_edge_active",
-        "<4H",
-        lambda encoder: encoder.probe_active[TOUCH_PROBES:],
-        "an external latch waits for a falling edge",
-    ),
-    Service(
-        0x212, "touch_probe1_input_state", READ, UINT16, "input of touch probe 1", "1",
-        read=_input(1),
-    ),
-    Service(
-        0x213, "touch_probe2_input_state", READ, UINT16, "input of touch probe 2", "1",
-        read=_input(2),
-    ),
-)  # fmt: skip
+    shown(_ROWS["latch_hardware_increment_difference"]),
+    shown(_ROWS["latch_software_increment_difference"]),
+    shown(_ROWS["latch_position_difference"]),
+    _flags(_ROWS["latch_rising_edge_active"], lambda encoder: encoder.probe_active[:TOUCH_PROBES]),
+    _flags(_ROWS["latch_falling_edge_active"], lambda encoder: encoder.probe_active[TOUCH_PROBES:]),
+    bound(_ROWS["touch_probe1_input_state"], read=_input(1)),
+    bound(_ROWS["touch_probe2_input_state"], read=_input(2)),
+)
 """Digital inputs 1 and 2 of the drive are the inputs of touch probe 1 and 2."""
