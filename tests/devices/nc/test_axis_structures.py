@@ -2,12 +2,18 @@
 
 from collections.abc import Callable
 
+import pytest
+
+from achse.client.nc.services import NcLayout
+from achse.codes.nc.structures import NC_TO_PLC_STRUCTURE, ONLINE_STRUCTURE
 from achse.devices.nc.axis_structures import (
+    NC_TO_PLC_TC2,
     NC_TO_PLC_TC3,
     NCTOPLC_AXIS_REF,
     PLC_TO_NC,
     PLCTONC_AXIS_REF,
 )
+from achse.devices.nc.layouts import ONLINE_TC2, ONLINE_TC3, AxisStructure
 from achse.iec import iec_type
 from achse.motion import Axis, AxisParameters, Nc
 
@@ -56,3 +62,21 @@ def test_the_structure_from_the_plc_writes() -> None:
     }  # fmt: skip
     value = PLCTONC_AXIS_REF({member: n for n, member in enumerate(fields, 1)})
     assert PLC_TO_NC.decode(bytes(value)) == {name: n for n, name in enumerate(fields.values(), 1)}
+
+
+@pytest.mark.parametrize(
+    ("known", "layout"),
+    [
+        (NC_TO_PLC_TC2, NC_TO_PLC_STRUCTURE.split(" or ")[0]),
+        (NC_TO_PLC_TC3, NC_TO_PLC_STRUCTURE.split(" or ")[1]),
+        (ONLINE_TC2, ONLINE_STRUCTURE.split(" or ")[0]),
+        (ONLINE_TC3, ONLINE_STRUCTURE.split(" or ")[1]),
+    ],
+)
+def test_clients_read_the_values_that_the_axis_shows(known: AxisStructure, layout: str) -> None:
+    axis = Nc(2_000_000, [AxisParameters(7)], compiled=False).axis(7)
+    axis.control_dword, axis.velocity_override, axis.set_position = 7, 500_000, 12.5
+    data = known.encode(axis)
+    theirs, ours = known.decode(data), NcLayout(layout).decode(data)
+    assert ours == {field: theirs[field] for field in ours}
+    assert theirs.keys() == ours.keys()

@@ -1,7 +1,6 @@
-"""What the client knows of an axis' services: place, layout, unit, range and meaning of each.
+"""Services of an axis as a client uses them: place, layout, unit, range and meaning of each.
 
-The table beside this module is made from the rows of the NC device, which is above the client;
-a test compares them. Source: 002 §6.4.4.
+They are the rows of `achse.codes.nc`, which the NC device serves too. Source: 002 §6.4.4.
 """
 
 import difflib
@@ -11,11 +10,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
-from importlib.resources import files
+from operator import attrgetter
 from types import MappingProxyType
 from typing import Any
 
 from achse.ams import DecodeError
+from achse.codes.nc.row import RW, WRITE, NcRow, struct_of
+from achse.codes.nc.table import named_rows, rows_of
 
 __all__ = [
     "AXIS_IDS",
@@ -43,17 +44,14 @@ AXIS_IDS = "axis_ids"
 _ELEMENT_STEP = 20
 """Sub-element n of an axis is at 0x00n0_0000 + offset: so many bits up."""
 
+_OF_BOTH_VERSIONS = ("axis_online_structure", "nc_to_plc_structure")
+"""Structures that a target of TwinCAT 2 shows in a shorter form: the length tells which."""
+
 _FEW = 8
 """Names that a hint lists at most."""
 
 _FIRST_OF_ELEMENTS = 0x1_0000
 """Offset of the first service of an encoder; those of the axis itself come before."""
-
-_CODES = {
-    "UINT8": "B", "UINT16": "H", "UINT32": "I", "UINT64": "Q",
-    "INT8": "b", "INT16": "h", "INT32": "i", "INT64": "q",
-    "REAL32": "f", "REAL64": "d", "BOOL": "?",
-}  # fmt: skip
 
 
 class UnknownService(LookupError):
@@ -68,25 +66,11 @@ class NcLayout:
 
     def __init__(self, text: str) -> None:
         self.text = text
-        inner = text.removeprefix("{").removesuffix("}")
-        self._single = inner == text
+        self._single = not text.startswith("{")
         self._is_text = text.startswith("STRING[")
-        self.names: tuple[str, ...] = ()
-        form, names = "<", []
-        for part in inner.split("; "):
-            name, _, kind = part.rpartition(":")
-            if kind.endswith(" unused"):
-                form += f"{kind.removesuffix(' unused')}x"
-                continue
-            if kind == "VOID":
-                continue
-            sized = re.fullmatch(r"(?:BYTE|STRING)\[(\d+)\]", kind)
-            form += f"{sized[1]}s" if sized else _CODES[kind]
-            names.append(name)
-        self._count = len(names)
-        if all(names):
-            self.names = tuple(names)
+        form, self.names = struct_of(text)
         self._struct = struct.Struct(form)
+        self._count = len(self._struct.unpack(bytes(self._struct.size)))
 
     def __repr__(self) -> str:
         return f"NcLayout({self.text!r})"
@@ -185,38 +169,31 @@ class NcService:
 @cache
 def services() -> Mapping[int, Mapping[str, NcService]]:
     """All services: by index group of axis 0, and by name."""
-    lines = (files("achse.client.nc") / "services.tsv").read_text(encoding="utf-8").splitlines()
-    found: dict[int, dict[str, NcService]] = {}
-    for line in lines[1:]:
-        row = _service(line.split("\t"))
-        found.setdefault(row.group, {})[row.name] = row
+    ids = named_rows(RING0_STATES)[AXIS_IDS]
+    found = {RING0_STATES: {AXIS_IDS: _service(RING0_STATES, ids)}}
+    for group in (PARAMETERS, STATES, FUNCTIONS, CYCLIC):
+        rows = sorted(rows_of(group), key=attrgetter("offset"))
+        found[group] = {row.name: _service(group, row) for row in rows}
     return MappingProxyType(found)
 
 
-def _service(cells: Sequence[str]) -> NcService:
-    group, offset, access, name, per_element, layout, answer, unit, range_, choices, doc = cells
-    texts = [] if layout.endswith("[n]") else layout.split(" or ")
+def _service(group: int, row: NcRow) -> NcService:
+    several = row.name in _OF_BOTH_VERSIONS
+    texts = () if row.layout.endswith("[n]") else row.layouts if several else row.layouts[-1:]
+    choices = row.choices if isinstance(row.choices, type) else None
     return NcService(
-        int(group, 16),
-        int(offset, 16),
-        access,
-        name,
-        bool(per_element),
+        group,
+        row.offset,
+        row.access,
+        row.name,
+        row.per_element,
         tuple(map(NcLayout, texts)),
-        NcLayout(answer) if answer else None,
-        unit,
-        range_,
-        _choices(choices),
-        doc,
+        NcLayout(row.answers[-1]) if row.answer else None,
+        "" if row.unit == "1" else row.unit,
+        row.range_text if row.access in (WRITE, RW) and choices is None else "",
+        choices,
+        row.meaning,
     )
-
-
-def _choices(text: str) -> type[IntEnum] | None:
-    if not text:
-        return None
-    name, *members = text.split()
-    pairs = (member.split("=") for member in members)
-    return IntEnum(name, {word: int(number) for number, word in pairs})  # type: ignore[return-value]
 
 
 def named(groups: Sequence[int], name: str) -> NcService:
