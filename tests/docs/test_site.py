@@ -10,6 +10,7 @@ import pytest
 
 from achse.codes import NcError, ReturnCode
 from achse.codes.links import code_link, library_link, service_link
+from achse.site.hooks import generated_pages
 from achse.st.standard import standard_libraries
 from achse.st.units import Function, FunctionBlock
 from achse.station import Station
@@ -46,6 +47,13 @@ def test_pictures_are_made_by_the_run(site: Path) -> None:
     shown = (site / "explanation" / "life-of-a-move" / "index.html").read_text(encoding="utf-8")
     assert "pictures/profile.svg" in shown
     assert "<svg" in (site / "pictures" / "terminal.svg").read_text(encoding="utf-8")
+
+
+def test_each_page_made_from_rows_is_built(site: Path) -> None:
+    pages = generated_pages()
+    assert len(pages) > 40
+    built = [site / name.removesuffix(".md") / "index.html" for name in pages]
+    assert [str(page) for page in built if not page.is_file()] == []
 
 
 def test_each_code_service_and_block_has_its_anchor(site: Path) -> None:

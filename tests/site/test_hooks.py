@@ -1,8 +1,10 @@
 """What MkDocs is told: anchors of rows, links within the repository."""
 
+from pathlib import Path
+
 import pytest
 
-from achse.site.hooks import anchored, relinked
+from achse.site.hooks import ROOT, anchored, generated_pages, relinked
 
 
 @pytest.mark.parametrize(
@@ -44,3 +46,18 @@ KNOWN = {"index.md", "how-to/a.md", "how-to/b.md", "examples/drives/README.md", 
 )
 def test_links_lead_to_pages_of_the_site(text: str, uri: str, found: str) -> None:
     assert relinked(text, uri, KNOWN) == found
+
+
+def test_pages_made_from_rows_replace_those_that_were_written(tmp_path: Path) -> None:
+    pytest.importorskip("mkdocs", reason="needs the extra docs")
+    from mkdocs.config import load_config
+    from mkdocs.structure.files import File, Files
+
+    config = load_config(str(ROOT / "mkdocs.yml"), site_dir=str(tmp_path / "site"))
+    (tmp_path / "reference").mkdir()
+    (tmp_path / "reference" / "nc-errors.md").write_text("# Old\n")
+    old = File("reference/nc-errors.md", str(tmp_path), config.site_dir, use_directory_urls=True)
+    files = config.plugins.on_files(Files([old]), config=config)
+    texts = {file.src_uri: file.content_string for file in files if file.is_documentation_page()}
+    assert texts["reference/nc-errors.md"].startswith("# NC error codes")
+    assert texts.keys() >= generated_pages().keys()

@@ -8,11 +8,12 @@ import typer
 from achse.cli.failure import fail
 from achse.cli.output import print_json, print_table
 from achse.cli.target import Json
+from achse.site.objects import access_text, object_cells, pdo_text
 
 if TYPE_CHECKING:
     from achse.drive.objects import ObjectRow
 
-__all__ = ["entry_of", "line_of", "register"]
+__all__ = ["entry_of", "register"]
 
 _SHOWN = 3
 _SHORTEST = 3
@@ -51,21 +52,8 @@ def list_rows(
         print_json([_facts(row) for row in rows])
         return
     lines = [("index", "type", "access", "pdo", "default", "unit", "name")]
-    lines += [line_of(row) for row in rows]
+    lines += [object_cells(row) for row in rows]
     print_table(lines, right=frozenset({4}))
-
-
-def line_of(row: "ObjectRow") -> tuple[str, str, str, str, str, str, str]:
-    """Index, type, access, PDO mappability, default, unit and name of an entry."""
-    return (
-        f"{row.index:04X}:{row.subindex:02X}",
-        row.type.name,
-        _access(row),
-        _pdo(row),
-        format(row.default, "g") if isinstance(row.default, float) else str(row.default),
-        row.unit,
-        row.name,
-    )
 
 
 def show(
@@ -146,22 +134,14 @@ def _number(text: str, most: int, entry: str) -> int:
     return int(digits, 16)
 
 
-def _access(row: "ObjectRow") -> str:
-    return row.access.name.lower().replace("_preop", " in PreOp")
-
-
-def _pdo(row: "ObjectRow") -> str:
-    return "Rx Tx" if row.receivable else "Tx" if row.pdo else ""
-
-
 def _facts(row: "ObjectRow") -> dict[str, Any]:
     return {
         "index": f"0x{row.index:04X}",
         "subindex": row.subindex,
         "name": row.name,
         "type": row.type.name,
-        "access": _access(row),
-        "pdo": _pdo(row).split(),
+        "access": access_text(row),
+        "pdo": pdo_text(row).split(),
         "default": row.default,
         "minimum": row.least,
         "maximum": row.most,

@@ -4,6 +4,8 @@
   links to files that are not pages become their names.
 - Each row of a reference page has an anchor: its code (`0x4655`), its index group and offset
   (`0x4101-0xA`), or its name (`MC_Power`): see `achse.codes.links`.
+- Pages of reference/ and the coverage of the NC are made now, from the rows
+  (`achse.site.reference`); what `achse docs` has written into docs/ gives way to them.
 - Pictures are made now, in virtual time (`achse.site.pictures`), and stand where a page has
   `<!-- picture: NAME -->`.
 
@@ -18,7 +20,7 @@ from typing import Any
 
 from achse.site.pictures import PICTURES
 
-__all__ = ["PAGES", "anchored", "on_files", "on_page_markdown", "relinked"]
+__all__ = ["PAGES", "anchored", "generated_pages", "on_files", "on_page_markdown", "relinked"]
 
 ROOT = Path(__file__).parents[3]
 
@@ -47,12 +49,26 @@ def _pages() -> dict[str, str]:
     return PAGES | examples
 
 
+@cache
+def generated_pages() -> dict[str, str]:
+    """Return the text of each page that is made from the rows, by its place in the site."""
+    from achse.site.reference import reference_pages
+    from achse.station import Station
+
+    return dict(reference_pages(Station.demo().devices))
+
+
 def on_files(files: Any, *, config: Any) -> Any:
-    """Add pages from outside docs/, and the pictures."""
+    """Add pages from outside docs/, those made from the rows, and the pictures."""
     from mkdocs.structure.files import File
 
     for path, uri in _pages().items():
         text = (ROOT / path).read_text(encoding="utf-8")
+        files.append(File.generated(config, uri, content=text))
+    for uri, text in generated_pages().items():
+        written = files.get_file_from_path(uri)
+        if written is not None:
+            files.remove(written)
         files.append(File.generated(config, uri, content=text))
     for name, make in PICTURES.items():
         files.append(File.generated(config, f"pictures/{name}.svg", content=make()))

@@ -1,6 +1,6 @@
 """What the manual lists and no row serves, and parameters without effect: each with its reason.
 
-With the rows themselves this is the coverage page, `docs/coverage/nc.md`. Source: 002 §6.4.
+With the rows themselves this is the page coverage/nc.md of the site. Source: 002 §6.4.
 """
 
 from collections.abc import Iterable, Iterator
