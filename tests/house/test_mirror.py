@@ -2,7 +2,11 @@
 
 from pathlib import Path
 
-TABLES = {Path("src/achse/codes/nc/rows"), Path("src/achse/motion/fields")}
+TABLES = {
+    Path("src/achse/codes/nc/error_texts"),
+    Path("src/achse/codes/nc/rows"),
+    Path("src/achse/motion/fields"),
+}
 """Folders of declarations; the test of the module that puts them together walks them all."""
 
 OF_THE_PROJECT = {"house", "docs", "interop", "benchmarks", "fuzz", "libraries", "replay", "rules"}

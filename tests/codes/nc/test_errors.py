@@ -1,8 +1,12 @@
 """The NC error table."""
 
+import subprocess
+import sys
+
 import pytest
 
 from achse.codes import NcError, ReturnCode
+from achse.codes.nc.error_texts import axes, general, groups, tables
 
 
 def test_each_error_has_a_number_in_the_range_and_a_meaning() -> None:
@@ -48,3 +52,18 @@ def test_numbers_without_a_row_are_none(number: int) -> None:
 
 def test_the_number_space_is_shared_with_ads() -> None:
     assert not {error.number for error in NcError} & {code.number for code in ReturnCode}
+
+
+def test_each_error_has_one_text_and_each_text_an_error() -> None:
+    names = [name for table in (axes, general, groups, tables) for name in table.TEXTS]
+    assert sorted(names) == sorted(NcError.__members__)
+
+
+def test_texts_are_imported_when_they_are_needed() -> None:
+    code = (
+        "import sys; from achse.codes import NcError\n"
+        "loaded = lambda: 'achse.codes.nc.error_texts' in sys.modules\n"
+        "print(loaded(), NcError.AXIS_ID.text, loaded())"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "False Axis id out of range. True\n"
