@@ -64,3 +64,8 @@ def test_no_cell_breaks_the_table(pages: dict[str, str]) -> None:
         table = [line for line in text.splitlines() if line.startswith("|")]
         widths = {line.replace("\\|", "").count("|") for line in table}
         assert len(widths) <= 1, name
+
+
+def test_coverage_names_the_clause_of_each_service(pages: dict[str, str]) -> None:
+    line = "| 0x4000 | 0x00000027 | R W | `max_velocity` | 002 §6.4.4.1 | served |"
+    assert line in pages["coverage/nc.md"].splitlines()

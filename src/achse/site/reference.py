@@ -16,6 +16,7 @@ __all__ = ["ALL_PAGES", "library_rows", "reference_pages"]
 def reference_pages(devices: Iterable["Device"]) -> Iterator[tuple[str, str]]:
     """Path and Markdown text of each page: one per device, the codes, what is covered."""
     from achse.codes import NcError, ReturnCode
+    from achse.codes.nc.table import GROUPS
     from achse.devices.nc import NcDevice
     from achse.devices.nc.coverage import coverage
 
@@ -35,6 +36,7 @@ def reference_pages(devices: Iterable["Device"]) -> Iterator[tuple[str, str]]:
                     f"0x{service.index_offset:08X}",
                     service.access,
                     f"`{service.name}`",
+                    GROUPS[service.index_group].clause,
                     _text(service.answer),
                 )
                 for service in coverage(device.services.describe())
@@ -207,7 +209,7 @@ OBJECTS = (
 )
 OBJECT_COLUMNS = ("index", "type", "access", "pdo", "default", "unit", "name", "meaning")
 
-COVERAGE_COLUMNS = ("index group", "offset", "access", "name", "answer")
+COVERAGE_COLUMNS = ("index group", "offset", "access", "name", "clause", "answer")
 
 
 def _page(
