@@ -19,7 +19,7 @@ from achse.motion import Axis
 from achse.motion.parts import AxisPart
 from achse.motion.record import FIELDS, PART_OF
 from achse.motion.states import ControlBit
-from achse.native.memory import MemoryCell
+from achse.native.memory import ComputedCell, MemoryCell
 from achse.server import READ, READ_WRITE, WRITE, Codec, Service
 
 __all__ = [
@@ -83,7 +83,11 @@ def shown(row: NcRow, field: str = "", *, prefix: str = "") -> Service:
     return bound(row, field=field, sample=_sample(field, codec_of(row.layout)))
 
 
-def _sample(name: str, codec: Codec) -> Callable[[Axis | AxisPart, int], MemoryCell | None] | None:
+Place = Callable[[Axis | AxisPart, int], MemoryCell | ComputedCell | None]
+"""Finds where so many bytes of a value lie; None where only a function reads it."""
+
+
+def _sample(name: str, codec: Codec) -> Place | None:
     """Finds the place of a value in its record, if it is there as it is shown."""
     row = FIELDS[name]
     if row.length or not (codec is REAL64 if row.is_real else isinstance(codec, Integer)):
@@ -91,7 +95,7 @@ def _sample(name: str, codec: Codec) -> Callable[[Axis | AxisPart, int], MemoryC
     return lambda axis, length: axis.place_of(name, min(length, codec.size or 0))
 
 
-def sample_of_reals(*names: str) -> Callable[[Axis | AxisPart, int], MemoryCell | None] | None:
+def sample_of_reals(*names: str) -> Place | None:
     """The same of fields that are shown one behind the other as REAL64."""
     found = [PART_OF[name] for name in names]
     part, first = found[0]
