@@ -4,12 +4,12 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from achse.site.pictures import PICTURES, _samples
+from achse.site.pictures import PICTURES, _histories, _samples
 
 
 @pytest.mark.parametrize("name", PICTURES)
 def test_a_picture_is_svg(name: str) -> None:
-    if name == "profile":
+    if name in ("profile", "ledger"):
         pytest.importorskip("matplotlib")
     drawn = PICTURES[name]()
     assert ET.fromstring(drawn).tag.endswith("svg")
@@ -25,3 +25,10 @@ def test_the_profile_ends_where_it_must() -> None:
     assert velocity[-1] == pytest.approx(0.0, abs=1e-9)
     assert max(velocity) == pytest.approx(50.0)
     assert max(map(abs, acceleration)) <= 500.0 + 1e-9
+
+
+def test_the_ledger_shows_each_work_with_its_newest_figure() -> None:
+    pytest.importorskip("matplotlib")
+    drawn = PICTURES["ledger"]()
+    for work, history in _histories().items():
+        assert f"{work}  {history[-1][1]:,}" in drawn

@@ -13,6 +13,7 @@ from typing import Any
 
 __all__ = ["PICTURES"]
 
+_LEDGER = Path(__file__).parents[3] / "benchmarks" / "ledger" / "figures.tsv"
 _STEP = 0.002
 _PROGRAM = """PROGRAM MAIN
 VAR
@@ -97,5 +98,62 @@ def _terminal() -> str:
     return re.sub(r"@font-face \{.*?\}", "", drawn, flags=re.DOTALL)  # they are on a foreign host
 
 
-PICTURES: Mapping[str, Callable[[], str]] = {"profile": _profile, "terminal": _terminal}
+def _ledger() -> str:
+    """Instructions of the ledger's works over its commits, as a ratio to their first line."""
+    import matplotlib
+
+    matplotlib.use("svg")
+    from matplotlib import pyplot
+
+    histories = _histories()
+    commits = list(dict.fromkeys(commit for each in histories.values() for commit, _ in each))
+    with matplotlib.rc_context({"svg.hashsalt": "achse", "svg.fonttype": "none"}):
+        height = 1.2 + 0.25 * len(histories)
+        figure, panel = pyplot.subplots(figsize=(8, height), layout="constrained")
+        for row, history in enumerate(histories.values()):
+            ratios = [count / history[0][1] for _, count in history]
+            panel.plot(ratios, [row] * len(ratios), color="0.7", linewidth=1.0, zorder=1)
+        for number, commit in enumerate(commits):
+            points = [
+                (count / history[0][1], row)
+                for row, history in enumerate(histories.values())
+                for each, count in history
+                if each == commit
+            ]
+            shade = pyplot.get_cmap("viridis_r")((number + 1) / len(commits))
+            ratios, rows = ([point[axis] for point in points] for axis in (0, 1))
+            panel.scatter(ratios, rows, s=25, color=shade, label=commit, zorder=2)
+        panel.set_yticks(
+            range(len(histories)), [f"{name}  {h[-1][1]:,}" for name, h in histories.items()]
+        )
+        panel.invert_yaxis()
+        panel.set_xscale("log")
+        ticks = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5)
+        panel.set_xticks(ticks, [f"{tick:g}" for tick in ticks], minor=False)
+        panel.set_xlabel("instructions, first line = 1; the newest figure is beside the name")
+        panel.grid(alpha=0.3)
+        panel.legend(title="commit", loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=6)
+        out = io.StringIO()
+        figure.savefig(out, format="svg", metadata={"Date": None})
+        pyplot.close(figure)
+    return out.getvalue()
+
+
+def _histories() -> dict[str, list[tuple[str, int]]]:
+    """Commit and instructions of each work, oldest first, of the build with the newest line."""
+    text = _LEDGER.read_text(encoding="utf-8").splitlines()
+    rows = [dict(zip(text[0].split("\t"), line.split("\t"), strict=True)) for line in text[1:]]
+    histories: dict[str, list[tuple[str, int]]] = {}
+    for row in rows:
+        if row["build"] == rows[-1]["build"]:
+            entry = row["commit"], int(row["instructions"])
+            histories.setdefault(row["work"], []).append(entry)
+    return histories
+
+
+PICTURES: Mapping[str, Callable[[], str]] = {
+    "profile": _profile,
+    "terminal": _terminal,
+    "ledger": _ledger,
+}
 """By name, what makes its SVG."""
