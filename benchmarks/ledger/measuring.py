@@ -21,7 +21,15 @@ from typing import NamedTuple
 from counting import is_supported
 from works import WORKS, Work
 
-__all__ = ["Figures", "LedgerUnavailable", "Outcome", "check_available", "measure", "outcomes"]
+__all__ = [
+    "Figures",
+    "LedgerUnavailable",
+    "Outcome",
+    "check_available",
+    "groups_of",
+    "measure",
+    "outcomes",
+]
 
 ROOT = Path(__file__).parents[2]
 _DUMP = re.compile(r"^desc: Trigger: Client Request: (.+?)$.*?^totals: (\d+)$", re.M | re.S)
@@ -53,16 +61,26 @@ def check_available() -> None:
 def measure(works: Sequence[Work] = WORKS, source: Path = ROOT) -> dict[str, Outcome]:
     """Return the outcome of works by name, for the tree at `source`."""
     check_available()
-    warm = [work for work in works if work.repetitions]
-    cold = [[work] for work in works if not work.repetitions]
-    groups = [*reversed(cold), *([warm] if warm else [])]  # the longest first
+    groups = groups_of(works)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         runner = _Runner(folder, _environment(source))
-        runner.run("native", works)  # fills the caches
+        runner.run("native", [work for group in groups for work in group])  # fills the caches
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             found = dict(pair for each in pool.map(runner.count, groups) for pair in each.items())
     return {work.name: found[work.name] for work in works}
+
+
+def groups_of(works: Iterable[Work]) -> list[list[Work]]:
+    """Return the works of each process, the longest first.
+
+    Warm works always run together: CPython specialises byte code for all of them, so that one
+    alone takes up to 10 % less.
+    """
+    chosen = list(works)
+    cold = [[work] for work in reversed(chosen) if not work.repetitions]
+    warm = [work for work in WORKS if work.repetitions]
+    return [*cold, warm] if any(work.repetitions for work in chosen) else cold
 
 
 def outcomes(

@@ -151,6 +151,16 @@ def test_this_build_names_its_parts(ledger: Callable[[str], Any], tmp_path: Path
     assert ledger("builds").Build.parse(build.line()).parts == build.parts
 
 
+def test_warm_works_are_measured_together(ledger: Callable[[str], Any]) -> None:
+    """Byte code specialised for one alone is cheaper."""
+    works, groups_of = ledger("works").WORKS, ledger("measuring").groups_of
+    warm = [work for work in works if work.repetitions]
+    cold = [work for work in works if not work.repetitions]
+    assert groups_of(warm[:1]) == [warm]
+    assert groups_of(cold[:2]) == [[cold[1]], [cold[0]]]
+    assert sorted(map(len, groups_of(works))) == [*[1] * len(cold), len(warm)]
+
+
 def test_figures_are_the_difference_of_two_runs(ledger: Callable[[str], Any]) -> None:
     work, measuring = ledger("works").Work, ledger("measuring")
     warm, cold, lacking = work("a", "", "m:a", 10), work("b", "", "m:b"), work("c", "", "m:c", 5)
