@@ -38,3 +38,12 @@ def test_help_is_light(arguments: str) -> None:
     )
     unwanted = _loaded_by(statement) & (HEAVY | THE_HOUSE - {"achse.cli"})
     assert unwanted == set()
+
+
+def test_a_station_loads_only_what_it_has() -> None:
+    """Neither bus nor Structured Text: no EtherCAT, no drives, no front end."""
+    statement = "from achse.station.station import DEMO, Station\nStation.load(DEMO)"
+    loaded = _loaded_by(statement)
+    rooms = ("achse.st.", "achse.ethercat", "achse.drive")
+    front_end = {"achse.st.collection", "achse.st.tasks"}
+    assert {name for name in loaded if name.startswith(rooms)} == front_end

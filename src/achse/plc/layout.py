@@ -4,11 +4,13 @@ These are pointers (references and interfaces, too) and the headers of function 
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from achse.iec import ArrayType, IecType, InterfaceType, PointerType, StructType, resolved
 from achse.iec.structs import RecordKind
-from achse.st.typed.project import Routine, TypedBlock
+
+if TYPE_CHECKING:
+    from achse.st.typed.project import Routine, TypedBlock
 
 __all__ = [
     "KnownPointers",
@@ -97,7 +99,7 @@ def headers_within(type: IecType[Any], offset: int = 0) -> Iterator[tuple[int, S
             yield from headers_within(type.element, offset + index * type.element.size)
 
 
-def frame_image(routine: Routine, blocks: Mapping[str, TypedBlock]) -> bytes:
+def frame_image(routine: "Routine", blocks: "Mapping[str, TypedBlock]") -> bytes:
     """Return the bytes that a frame begins with, the headers of its function blocks included.
 
     A block that is passed by value, or is a result, is not created: it gets its header only here.

@@ -14,7 +14,6 @@ from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
 from achse.plc.program import PlacedUnit, PlacedVariable
-from achse.st.typed.places import UnitBase
 
 __all__ = ["Moves", "is_alike", "is_not_copied", "is_renewed", "layouts", "unit_variable"]
 
@@ -88,6 +87,8 @@ def _unit(name: str) -> str:
 
 def unit_variable(node: object) -> str:
     """The variable that a statement of `create`, `exit` or `reinit` is about; empty without one."""
+    from achse.st.typed.places import UnitBase  # not needed without Structured Text
+
     if isinstance(node, UnitBase):
         return f"{node.unit}.{node.variable.name}".lower()
     if isinstance(node, tuple):

@@ -15,7 +15,6 @@ from achse.devices.system import StationControl, SystemDevice
 from achse.server import Device
 from achse.st.collection import collection_paused
 from achse.station.building import Building, Ground, Parts
-from achse.station.buses import make_buses
 from achse.station.camshaft import make_camshafts
 from achse.station.config import ConfigError, StationConfig
 from achse.station.modbus import make_modbus
@@ -23,9 +22,26 @@ from achse.station.nc import make_nc
 from achse.station.plc_part import make_plcs
 from achse.station.scope import make_scope
 from achse.station.signals import make_signals
-from achse.station.terminals import make_terminals
 
 __all__ = ["PARTS", "assemble", "idle", "permanent"]
+
+
+def make_buses(building: Building) -> None:
+    """The buses with drives, without which no EtherCAT is loaded. Raises ConfigError."""
+    if building.ground.config.drive:
+        from achse.station import buses
+
+        buses.make_buses(building)
+
+
+def make_terminals(building: Building) -> None:
+    """The terminals, and the buses without drives. Raises ConfigError."""
+    config = building.ground.config
+    if config.bus or config.terminal:
+        from achse.station import terminals
+
+        terminals.make_terminals(building)
+
 
 PARTS: tuple[Callable[[Building], None], ...] = (
     make_nc,

@@ -15,15 +15,15 @@ from achse.motion import Nc
 from achse.motion.servo import ProcessEntry, ServoError, ServoLink, ServoOptions, Servos, ServoView
 from achse.motion.servo.optional import DriveParts
 from achse.station.building import Building
-from achse.station.bus_config import DriveConfig
+from achse.station.bus_config import DriveConfig, drives_of
 from achse.station.bus_parts import attach_buses, make_bus, served_bus, terminals_on
 from achse.station.bus_plan import BusPlan
-from achse.station.config import ConfigError, StationConfig
+from achse.station.config import ConfigError
 from achse.station.ethercat_bus import EthercatBus
 from achse.station.interface_bus import InterfaceBus
 from achse.station.kernel_cycles import KernelCycles
 
-__all__ = ["AxisBus", "BusPlace", "DriveBus", "DriveSlave", "drives_of", "make_buses"]
+__all__ = ["AxisBus", "BusPlace", "DriveBus", "DriveSlave", "make_buses"]
 
 
 class BusPlace(Protocol):
@@ -98,26 +98,6 @@ class DriveBus(Protocol):
 
     def digest(self) -> bytes:
         """What of the bus is state of the station."""
-
-
-def drives_of(config: StationConfig) -> dict[int, DriveConfig]:
-    """The drive of each axis that has one, by axis id. Raises ConfigError."""
-    ids = {axis.name.casefold(): axis.id for axis in config.axis}
-    found: dict[int, DriveConfig] = {}
-    buses = [bus.name for bus in config.bus]
-    for number, drive in enumerate(config.drive, 1):
-        key = f"drive[{number}]"
-        axis = drive.axis if isinstance(drive.axis, int) else ids.get(drive.axis.casefold(), 0)
-        if axis not in ids.values():
-            raise ConfigError(f"{key}.axis: expected an axis of the NC, got {drive.axis!r}")
-        if axis in found:
-            raise ConfigError(f"{key}.axis: axis {axis} has a drive already")
-        if not buses:
-            raise ConfigError(f"{key}: expected a table [[bus]] for the drives")
-        if drive.bus not in buses and (drive.bus is not None or len(buses) > 1):
-            raise ConfigError(f"{key}.bus: expected one of {', '.join(buses)}, got {drive.bus!r}")
-        found[axis] = drive
-    return found
 
 
 class AxisBus:

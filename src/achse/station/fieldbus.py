@@ -4,10 +4,12 @@ import gc
 import os
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from achse.ethercat import Segment
-from achse.station.ring_ends import RingEnds
 from achse.transport.ethernet import Answer, Link, UdpLink
+
+if TYPE_CHECKING:
+    from achse.ethercat import Segment
 
 __all__ = ["DRIVE_PRIORITY", "MASTER_PRIORITY", "answer_promptly", "run_first", "serve_segment"]
 
@@ -52,7 +54,7 @@ def run_first(priority: int) -> bool:
 
 
 def serve_segment(
-    segment: Segment,
+    segment: "Segment",
     link: Link,
     running: Callable[[], bool],
     between: Callable[[], None] | None = None,
@@ -63,6 +65,8 @@ def serve_segment(
     machine cannot keep up, it falls behind rather than let a master wait. `between` is called about
     every 5 ms, after an answer. When the link was down, the segment opens again with it.
     """
+    from achse.station.ring_ends import RingEnds
+
     answer: Answer = segment.process
     if isinstance(link, UdpLink):
         answer = segment.process_payload

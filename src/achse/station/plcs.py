@@ -21,7 +21,7 @@ from achse.plc.behaviour import with_behaviour
 from achse.plc.memory import SPARSE
 from achse.plc.system_info import system_info_list
 from achse.st.collection import collection_paused
-from achse.st.symbolfiles import FileTask, read_symbol_file
+from achse.st.tasks import FileTask
 from achse.station.config import ConfigError, PlcConfig, TaskConfig
 
 if TYPE_CHECKING:
@@ -303,6 +303,8 @@ class PlcSource:
                 declarations,
             )
         if config.symbols is not None:
+            from achse.st.symbolfiles import read_symbol_file  # few need it
+
             path = self.base / config.symbols
             try:
                 data = path.read_bytes()

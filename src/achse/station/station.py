@@ -13,15 +13,13 @@ import time
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from achse.ams import AdsState
 from achse.devices.scope import ScopeDevice
 from achse.devices.station import SERVICE_PORT, StationService
 from achse.devices.system import SystemDevice
-from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal
 from achse.faults.active import Faults
-from achse.faults.drive_list import DriveFaults
 from achse.faults.fault import FaultError
 from achse.motion import Nc
 from achse.plc import PlcRuntime
@@ -33,14 +31,11 @@ from achse.server import Device, Usage
 from achse.station.agenda import Agenda
 from achse.station.assembly import assemble, idle, permanent
 from achse.station.building import Ground, Parts
-from achse.station.buses import AxisBus
 from achse.station.clock import StationClock
 from achse.station.collection import collect_remains
 from achse.station.config import ConfigError, StationConfig, load
 from achse.station.cycle import Cycle, Phase
-from achse.station.ethercat_bus import EthercatBus
 from achse.station.fieldbus import MASTER_PRIORITY, run_first
-from achse.station.interface_bus import InterfaceBus
 from achse.station.metrics import MetricsPort
 from achse.station.nc import velocity_warnings
 from achse.station.network import Network, RouteFile
@@ -54,6 +49,13 @@ from achse.station.starvation import OrdinaryProcess, StarvationGuard
 from achse.station.state_requests import StateRequests
 from achse.station.statistics import statistics
 from achse.transport.tcp import TcpListener
+
+if TYPE_CHECKING:
+    from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal
+    from achse.faults.drive_list import DriveFaults
+    from achse.station.buses import AxisBus
+    from achse.station.ethercat_bus import EthercatBus
+    from achse.station.interface_bus import InterfaceBus
 
 __all__ = ["RunningStation", "Station"]
 
@@ -394,7 +396,7 @@ class Station:
         return {number: plc.online_changes for number, plc in self.plcs.items()}
 
     @property
-    def drive_faults(self) -> Sequence[DriveFaults | None]:
+    def drive_faults(self) -> "Sequence[DriveFaults | None]":
         """What goes wrong with the drives of each bus; None for drives in another process.
 
         A restart builds the buses again: their faults are over then.
@@ -477,8 +479,8 @@ class Station:
         `strict` and without `let_everybody_in` (None: as the configuration says), and for a bus on
         an interface at another `speed` than 1 or 0.
         """
-        for name, bus in self.fieldbuses.items():
-            if isinstance(bus, InterfaceBus) and speed not in (0, 1):
+        for name, bus in self._on_interfaces().items():
+            if speed not in (0, 1):
                 raise ConfigError(
                     f"bus {name}: slaves on {bus.interface} need speed 1, got {speed:g}"
                 )
@@ -516,9 +518,17 @@ class Station:
             self._system.files.close_all()
             self.listeners = tuple(each for each in self.listeners if each not in opened)
 
+    def _on_interfaces(self) -> "Mapping[str, InterfaceBus]":
+        """The buses whose slaves are on an interface, by name."""
+        if not self.fieldbuses:
+            return {}
+        from achse.station.interface_bus import InterfaceBus  # a station has no bus, or few
+
+        return {name: b for name, b in self.fieldbuses.items() if isinstance(b, InterfaceBus)}
+
     def _promptly(self) -> StarvationGuard | None:
         """Run before other programs, if a bus on an interface asks for it and the system allows."""
-        buses = (bus for bus in self.fieldbuses.values() if isinstance(bus, InterfaceBus))
+        buses = self._on_interfaces().values()
         if any(bus.plan.bus.real_time for bus in buses) and run_first(MASTER_PRIORITY):
             return StarvationGuard(MASTER_PRIORITY, "cycles of the station", OrdinaryProcess())
         return None

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 from achse.codes import PlcGroup, ReservedGroup
 from achse.iec.arrays import ArrayType
@@ -15,6 +15,7 @@ from achse.iec.symbols import SymbolEntry, SymbolFlag, fold
 from achse.iec.types import IecType
 from achse.iec.typetable import TypeTable
 from achse.iec.variables import Address, Variable
+from achse.st.tasks import FileTask
 
 __all__ = [
     "MEMORY_GROUPS",
@@ -42,17 +43,6 @@ MEMORY_GROUPS: Mapping[int, tuple[str, bool]] = {
 
 SYSTEM_LIST = "twincat_systeminfovarlist"
 """Every PLC makes this list for itself, so that what it tells of its tasks is true."""
-
-
-class FileTask(NamedTuple):
-    """A task; `programs` only if the file tells."""
-
-    name: str
-    cycle_ns: int = 10_000_000
-    priority: int = 20
-    programs: tuple[str, ...] = ()
-    watchdog_cycles: int = 0
-    port: int = 0
 
 
 @dataclass(frozen=True, slots=True)
