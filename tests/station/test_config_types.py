@@ -1,6 +1,8 @@
 """Durations and addresses of a configuration, and what editors are told of them."""
 
 import re
+import subprocess
+import sys
 from typing import Any
 
 import pytest
@@ -37,3 +39,19 @@ def test_a_net_id() -> None:
     assert re.fullmatch(adapter.json_schema()["pattern"], "5.1.2.3.1.1")
     with pytest.raises(ValidationError):
         adapter.validate_python("5.1.2.3")
+
+
+def test_a_configuration_is_read_without_a_search_for_plugins() -> None:
+    code = """
+import os
+from importlib import metadata
+searches = []
+metadata.distributions = lambda *arguments, **options: searches.append(options) or iter(())
+before = dict(os.environ)
+from achse.station.station import DEMO, Station
+Station.load(DEMO)
+assert dict(os.environ) == before
+print(len(searches))
+"""
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (run.stdout.strip(), run.stderr) == ("0", "")

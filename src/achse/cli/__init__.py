@@ -58,8 +58,6 @@ def _commands(words: list[str]) -> "Typer":
         from achse.cli import run
         from achse.cli.root import new_root
 
-        # no plugin has to do with a station.toml, and looking for some reads all that is installed
-        os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
         app = new_root()
         run.register(app)
         return app

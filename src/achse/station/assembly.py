@@ -26,7 +26,7 @@ from achse.station.signals import make_signals
 __all__ = ["PARTS", "assemble", "idle", "permanent"]
 
 
-def make_buses(building: Building) -> None:
+def _make_buses(building: Building) -> None:
     """The buses with drives, without which no EtherCAT is loaded. Raises ConfigError."""
     if building.ground.config.drive:
         from achse.station import buses
@@ -34,7 +34,7 @@ def make_buses(building: Building) -> None:
         buses.make_buses(building)
 
 
-def make_terminals(building: Building) -> None:
+def _make_terminals(building: Building) -> None:
     """The terminals, and the buses without drives. Raises ConfigError."""
     config = building.ground.config
     if config.bus or config.terminal:
@@ -45,9 +45,9 @@ def make_terminals(building: Building) -> None:
 
 PARTS: tuple[Callable[[Building], None], ...] = (
     make_nc,
-    make_buses,
+    _make_buses,
     make_plcs,
-    make_terminals,
+    _make_terminals,
     make_signals,
     make_camshafts,
     make_scope,

@@ -161,7 +161,7 @@ class DriveConfig(ConfigTable):
     """Leave the drive's process data as they are: write neither mapping nor assignment."""
     start: Sequence[StartCommandConfig] = ()
     homing: DriveHomingConfig | None = None
-    machine: DriveMachineConfig = DriveMachineConfig()
+    machine: DriveMachineConfig = DriveMachineConfig.model_construct()
     dead_time: DurationNs | None = None
     """From a set value to the actual value that shows it. By default it is measured (csp), or two
     and a half cycles."""

@@ -31,6 +31,7 @@ from achse.station.config_types import (
     ConfiguredRights,
     DurationNs,
     MomentNs,
+    without_plugins,
 )
 from achse.station.documents import check_depth, parse_toml
 from achse.station.group_config import ChannelConfig, GroupConfig
@@ -361,15 +362,15 @@ class StationConfig(ConfigTable):
     """A whole station."""
 
     name: str = "achse"
-    router: RouterConfig = RouterConfig()
-    system: SystemConfig = SystemConfig()
-    secure: SecureConfig = SecureConfig()
+    router: RouterConfig = RouterConfig.model_construct()
+    system: SystemConfig = SystemConfig.model_construct()
+    secure: SecureConfig = SecureConfig.model_construct()
     mqtt: Sequence[MqttConfig] = ()
-    metrics: MetricsConfig = MetricsConfig()
-    web: WebConfig = WebConfig()
+    metrics: MetricsConfig = MetricsConfig.model_construct()
+    web: WebConfig = WebConfig.model_construct()
     route: Sequence[RouteConfig] = ()
     serial: Sequence[SerialConfig] = ()
-    nc: NcConfig = NcConfig()
+    nc: NcConfig = NcConfig.model_construct()
     plc: Sequence[PlcConfig] = ()
     table: Sequence[TableConfig] = ()
     axis: Sequence[AxisConfig] = ()
@@ -380,10 +381,10 @@ class StationConfig(ConfigTable):
     group: Sequence[GroupConfig] = ()
     fault: Sequence[FaultConfig] = ()
     signal: Sequence[SignalConfig] = ()
-    scope: ScopeConfig = ScopeConfig()
+    scope: ScopeConfig = ScopeConfig.model_construct()
     modbus: ModbusConfig | None = None
     camshaft: Sequence[CamshaftConfig] = Field(default=(), max_length=4)
-    limits: LimitsConfig = LimitsConfig()
+    limits: LimitsConfig = LimitsConfig.model_construct()
 
     @model_validator(mode="after")
     def _distinct(self) -> "StationConfig":
@@ -421,7 +422,8 @@ def parse(document: dict[str, Any], source: str) -> StationConfig:
     except ValueError as fault:
         raise ConfigError(f"{source}: {fault}") from None
     try:
-        return StationConfig.model_validate(document)
+        with without_plugins():
+            return StationConfig.model_validate(document)
     except ValidationError as failure:
         lines = [f"{source}: {_told(error)}" for error in failure.errors()]
         raise ConfigError("\n".join(lines)) from None

@@ -1,6 +1,8 @@
 """What the tables of a station.toml are made of: durations, addresses, the base of all tables."""
 
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from decimal import Decimal
 from typing import Annotated, Literal
 
@@ -25,12 +27,30 @@ __all__ = [
     "ConfiguredRights",
     "DurationNs",
     "MomentNs",
+    "without_plugins",
 ]
 
 
 class ConfigError(ValueError):
     """A configuration cannot be used. One line per fault: file, key, expectation, what came."""
 
+
+@contextmanager
+def without_plugins() -> Iterator[None]:
+    """Let pydantic make validators without its plug-ins: none has to do with a station.toml, and
+    the search for them reads about all packages that are installed."""
+    before = os.environ.get(_PLUGINS)
+    os.environ[_PLUGINS] = "__all__"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[_PLUGINS]
+        else:
+            os.environ[_PLUGINS] = before
+
+
+_PLUGINS = "PYDANTIC_DISABLE_PLUGINS"
 
 _LONGEST_NS = 3_600_000_000_000
 """An hour: no cycle is longer."""

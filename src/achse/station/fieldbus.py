@@ -3,15 +3,24 @@
 import gc
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from achse.transport.ethernet import Answer, Link, UdpLink
 
 if TYPE_CHECKING:
     from achse.ethercat import Segment
+    from achse.station.ethercat_bus import EthercatBus
+    from achse.station.interface_bus import InterfaceBus
 
-__all__ = ["DRIVE_PRIORITY", "MASTER_PRIORITY", "answer_promptly", "run_first", "serve_segment"]
+__all__ = [
+    "DRIVE_PRIORITY",
+    "MASTER_PRIORITY",
+    "answer_promptly",
+    "on_interfaces",
+    "run_first",
+    "serve_segment",
+]
 
 _IDLE_S = 0.005
 """Without frames, time passes in steps of this length."""
@@ -51,6 +60,17 @@ def run_first(priority: int) -> bool:
     except OSError:
         return False
     return True
+
+
+def on_interfaces(
+    buses: "Mapping[str, EthercatBus | InterfaceBus]",
+) -> "Mapping[str, InterfaceBus]":
+    """Return the buses whose slaves are on an interface, by name."""
+    if not buses:
+        return {}
+    from achse.station.interface_bus import InterfaceBus  # without a bus nothing of it is loaded
+
+    return {name: bus for name, bus in buses.items() if isinstance(bus, InterfaceBus)}
 
 
 def serve_segment(

@@ -35,7 +35,7 @@ from achse.station.clock import StationClock
 from achse.station.collection import collect_remains
 from achse.station.config import ConfigError, StationConfig, load
 from achse.station.cycle import Cycle, Phase
-from achse.station.fieldbus import MASTER_PRIORITY, run_first
+from achse.station.fieldbus import MASTER_PRIORITY, on_interfaces, run_first
 from achse.station.metrics import MetricsPort
 from achse.station.nc import velocity_warnings
 from achse.station.network import Network, RouteFile
@@ -479,11 +479,10 @@ class Station:
         `strict` and without `let_everybody_in` (None: as the configuration says), and for a bus on
         an interface at another `speed` than 1 or 0.
         """
-        for name, bus in self._on_interfaces().items():
+        for name, bus in on_interfaces(self.fieldbuses).items():
             if speed not in (0, 1):
-                raise ConfigError(
-                    f"bus {name}: slaves on {bus.interface} need speed 1, got {speed:g}"
-                )
+                where = f"bus {name}: slaves on {bus.interface}"
+                raise ConfigError(f"{where} need speed 1, got {speed:g}")
         if speed == 1:
             self.clock.align()
         network = Network(self.config, self.router, self._system.version, self._base)
@@ -518,17 +517,9 @@ class Station:
             self._system.files.close_all()
             self.listeners = tuple(each for each in self.listeners if each not in opened)
 
-    def _on_interfaces(self) -> "Mapping[str, InterfaceBus]":
-        """The buses whose slaves are on an interface, by name."""
-        if not self.fieldbuses:
-            return {}
-        from achse.station.interface_bus import InterfaceBus  # a station has no bus, or few
-
-        return {name: b for name, b in self.fieldbuses.items() if isinstance(b, InterfaceBus)}
-
     def _promptly(self) -> StarvationGuard | None:
         """Run before other programs, if a bus on an interface asks for it and the system allows."""
-        buses = self._on_interfaces().values()
+        buses = on_interfaces(self.fieldbuses).values()
         if any(bus.plan.bus.real_time for bus in buses) and run_first(MASTER_PRIORITY):
             return StarvationGuard(MASTER_PRIORITY, "cycles of the station", OrdinaryProcess())
         return None
