@@ -585,3 +585,10 @@ def test_a_member_is_bound_by_ref_too() -> None:
 def test_ref_binds_references_only() -> None:
     text = REFERRING + "VAR_GLOBAL a : ST := (x REF= b); b : INT; END_VAR"
     assert messages(text) == ["1:91 REF= binds a reference, not a INT"]
+
+
+def test_missing_types_are_listed_in_one_order_whatever_their_case() -> None:
+    text = "PROGRAM P VAR a : ST_b; b : St_B; c : st_a; END_VAR END_PROGRAM"
+    with pytest.raises(SourceError) as refusal:
+        declare([parse(text)])
+    assert refusal.value.hint.splitlines()[0] == "missing types: st_a, ST_b, St_B"

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 __all__ = ["collection_paused"]
 
-_MANY = 200_000
+_MANY = 50_000
 """New objects from which on they are made old before the next search for garbage."""
 
 
@@ -15,7 +15,9 @@ def collection_paused() -> Iterator[None]:
     """Meanwhile Python looks for no cycles of garbage: with 100,000 variables in the making, all
     of them kept, that search takes as long as the rest. Afterwards they count as old, so that the
     next search does not begin with them."""
-    was_on = gc.isenabled()
+    if not gc.isenabled():
+        yield
+        return
     gc.disable()
     try:
         yield
@@ -24,5 +26,4 @@ def collection_paused() -> Iterator[None]:
         if gc.get_count()[0] > _MANY and not gc.get_freeze_count():
             gc.freeze()
             gc.unfreeze()
-        if was_on:
-            gc.enable()
+        gc.enable()

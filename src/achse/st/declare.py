@@ -136,7 +136,7 @@ def examine(
 
 
 def _hint(unknown: Iterable[str]) -> str:
-    names = sorted(unknown, key=str.lower)
+    names = sorted(unknown, key=lambda name: (name.lower(), name))
     if not names:
         return ""
     return f"missing types: {', '.join(names)}\n{_HINT}" if len(names) > 1 else _HINT
