@@ -16,6 +16,9 @@ _YOUNG = 100_000
 """New objects until Python looks for garbage: a start makes about as many, and keeps them."""
 
 
+_ALONE = {"run": "achse.cli.run", "check": "achse.cli.check", "test": "achse.cli.unit_tests"}
+"""Commands that are started often, with their modules."""
+
 _FULL = (errno.ENOSPC, errno.EIO, getattr(errno, "EDQUOT", errno.ENOSPC), errno.EFBIG)
 """Why stdout takes no more: a full disk, or a terminal that has gone."""
 
@@ -53,13 +56,15 @@ def main() -> None:
 
 
 def _commands(words: list[str]) -> "Typer":
-    """The commands; for `achse run` this one alone, as the others would delay each start."""
-    if words[:1] == ["run"]:
-        from achse.cli import run
+    """The commands; one of `_ALONE` without the others, which would delay each start."""
+    module = _ALONE.get(words[0]) if words else None
+    if module is not None:
+        from importlib import import_module
+
         from achse.cli.root import new_root
 
         app = new_root()
-        run.register(app)
+        import_module(module).register(app)
         return app
     from achse.cli.app import app as every_command
 

@@ -7,7 +7,6 @@ import typer
 
 from achse.cli.failure import fail
 from achse.cli.output import print_json
-from achse.cli.run import check_configuration
 from achse.cli.target import Json
 
 if TYPE_CHECKING:
@@ -57,6 +56,8 @@ def check(
     if is_project:
         _check_project(file, library or [], define or [], warnings, in_json)
     else:
+        from achse.cli.run import check_configuration  # brings asyncio along
+
         check_configuration(file, in_json)
     if machine and not in_json:
         _tell_plain(file, library or [], is_project)
