@@ -1,5 +1,6 @@
 """Which files a project has, and what is in one."""
 
+import gc
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -13,10 +14,12 @@ from achse.st.files import (
     files_below,
     parse_file,
     project_file,
+    read_sources,
     source_files,
     symbol_files,
 )
-from achse.st.source import SourceError
+from achse.st.parser import Parsed, parse
+from achse.st.source import Source, SourceError
 from achse.st.units import Program
 from achse.st.xml import Element
 
@@ -175,3 +178,40 @@ def test_elements_of_ladder_bodies_are_not_made(
     assert isinstance(unit, Program)
     assert unit.body is None
     assert made == ["TcPlcObject", "POU", "Declaration", "Implementation", "NWL", "LineIds"]
+
+
+def test_a_file_that_a_project_holds_is_parsed_again_only_after_a_change(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parsed: list[str] = []
+
+    def noted(source: Source, **options: Any) -> Parsed:
+        parsed.append(source.path)
+        return parse(source, **options)
+
+    monkeypatch.setattr("achse.st.files.parse", noted)
+    files = [tmp_path / f"{number}.st" for number in range(3)]
+    for file in files:
+        file.write_text(f"{{IF defined (X)}}VAR_GLOBAL n{file.stem} : INT; END_VAR{{END_IF}}")
+    first = read_sources(tmp_path, ("X",), [])[0]
+    assert parsed == ["0.st", "1.st", "2.st"]
+    first[0].source.library = "Lib"
+    parsed.clear()
+    files[1].write_text("VAR_GLOBAL m : INT; END_VAR")
+    second = read_sources(tmp_path, ("X",), [])[0]
+    assert parsed == ["1.st"]
+    assert [one.units is other.units for one, other in zip(first, second, strict=True)] == [
+        True,
+        False,
+        True,
+    ]
+    assert second[0].source is not first[0].source
+    assert second[0].source.library == ""
+    parsed.clear()
+    read_sources(tmp_path, ("Y",), [])
+    assert parsed == ["0.st", "1.st", "2.st"]  # other defines
+    parsed.clear()
+    del first, second
+    gc.collect()
+    read_sources(tmp_path, ("X",), [])
+    assert parsed == ["0.st", "1.st", "2.st"]  # nothing outlives its projects

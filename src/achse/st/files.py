@@ -9,11 +9,13 @@ Source: files of TwinCAT 3 projects, seen in public projects.
 """
 
 import codecs
+import hashlib
 import os
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from urllib.parse import unquote
+from weakref import WeakValueDictionary
 
 from achse.st.envelope import WITHOUT_TEXT, TaskDeclaration, parse_envelope, read_task
 from achse.st.facts import DeclaredFacts
@@ -246,11 +248,43 @@ def _without_case(path: Path) -> Path:
 def parse_file(file: Path, name: str = "", *, defines: Defines = ()) -> Parsed:
     """Read one source file; `name` is what its faults call it.
 
-    The VAR_GLOBAL blocks of an `.st` make a list with the name of the file. Raises
-    `SourceError` if the file cannot be read or is not XML where it should be.
+    The VAR_GLOBAL blocks of an `.st` make a list with the name of the file. While a project holds
+    the syntax trees of a file, the same content is not parsed again. Raises `SourceError` if the
+    file cannot be read or is not XML where it should be.
     """
     name = name or file.name
     data = content_of(file, name)
+    if not isinstance(defines, Iterable):  # what other files declare
+        return _parsed(file, name, data, defines)
+    pairs = defines.items() if isinstance(defines, Mapping) else dict.fromkeys(defines).items()
+    key = (name, file.name, hashlib.sha256(data).digest(), frozenset(pairs))
+    earlier = _held.get(key)
+    if earlier is None:
+        parsed = _parsed(file, name, data, defines)
+    else:
+        parsed = earlier.parsed_again()
+    parsed.source.content = _Content(parsed)
+    _held[key] = parsed.source.content
+    return parsed
+
+
+class _Content:
+    """Syntax trees and faults of a file, held by the sources of projects that have them."""
+
+    def __init__(self, parsed: Parsed) -> None:
+        source = parsed.source
+        self._text, self._path, self._pieces = source.text, source.path, source.pieces
+        self._units, self._faults = parsed.units, parsed.faults
+
+    def parsed_again(self) -> Parsed:
+        """Return the same with a source of its own, which other libraries may be named in."""
+        return Parsed(Source(self._text, self._path, self._pieces), self._units, self._faults)
+
+
+_held: WeakValueDictionary[tuple[object, ...], _Content] = WeakValueDictionary()
+
+
+def _parsed(file: Path, name: str, data: bytes, defines: Defines) -> Parsed:
     if file.suffix.lower() == ".st":
         return parse(Source(_text(data), name), name=file.stem, defines=defines)
     return parse_envelope(parse_xml(data, name, skip=WITHOUT_TEXT), name, defines)

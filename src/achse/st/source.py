@@ -92,13 +92,15 @@ class Source:
         """The library that a source is from: its title."""
         self.namespace = ""
         """What a project writes before names of the library, if that is not its title."""
-        self._pieces = tuple(pieces) or (SourceSegment(0, 1, 1),)
-        self._starts = [piece.start for piece in self._pieces]
+        self.content: object = None
+        """Lives as long as the source: what else was made of the same text."""
+        self.pieces = tuple(pieces) or (SourceSegment(0, 1, 1),)
+        self._starts = [piece.start for piece in self.pieces]
 
     def locate(self, offset: int) -> Location:
         """The place of an offset."""
         offset = max(0, min(offset, len(self.text)))
-        piece = self._pieces[max(0, bisect_right(self._starts, offset) - 1)]
+        piece = self.pieces[max(0, bisect_right(self._starts, offset) - 1)]
         here = bisect_left(self._breaks, offset)
         breaks = here - bisect_left(self._breaks, piece.start)
         if breaks == 0:
@@ -120,7 +122,7 @@ class Source:
         """The whole line an offset is in, as far as its piece goes."""
         offset = max(0, min(offset, len(self.text)))
         index = max(0, bisect_right(self._starts, offset) - 1)
-        first = self._pieces[index].start
+        first = self.pieces[index].start
         last = self._starts[index + 1] if index + 1 < len(self._starts) else len(self.text)
         start = self.text.rfind("\n", first, offset) + 1 or first
         end = self.text.find("\n", offset, last)
