@@ -42,10 +42,10 @@ def until_ready(*arguments: str) -> float:
 
 CASES: dict[str, tuple[Callable[[], float], float | None]] = {
     "bare interpreter": (lambda: until_exit("-c", "pass"), None),
-    "import achse": (lambda: until_exit("-c", "import achse"), 80),
-    "achse --help": (lambda: until_exit("-m", "achse", "--help"), 250),
-    "station ready, without llvmlite": (lambda: until_ready("-c", WITHOUT_LLVMLITE), 500),
-    "station ready, as installed": (lambda: until_ready("-m", "achse"), 800),
+    "import achse": (lambda: until_exit("-c", "import achse"), 30),
+    "achse --help": (lambda: until_exit("-m", "achse", "--help"), 200),
+    "station ready, without llvmlite": (lambda: until_ready("-c", WITHOUT_LLVMLITE), 400),
+    "station ready, as installed": (lambda: until_ready("-m", "achse"), 500),
 }
 """What is measured and its budget in ms."""
 
