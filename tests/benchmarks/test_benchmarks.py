@@ -45,6 +45,7 @@ SHORT: dict[str, tuple[list[str], str]] = {
     "st_run.py": (["20", "0.05"], rf"plain +{NUMBER} ns per statement"),
     "st_parse.py": (["1000"], rf"lexer +{NUMBER} lines/s"),
     "sweeps.py": (["8", "1"], r"digests equal"),
+    "soak.py": (["0.01"], r"digests equal"),
     "symbols_upload.py": (["500"], r"pyads get_all_symbols .*, 502 symbols"),
     "test_times.py": (["tests/ams/test_states.py"], rf"{NUMBER} s  the 1 quick files of this run"),
     "users_file.py": (["1"], rf"achse_station, 15 lines +{NUMBER} s, processor +{NUMBER} s"),
