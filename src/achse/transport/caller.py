@@ -14,11 +14,11 @@ log = logging.getLogger("achse.client")
 
 
 class Caller:
-    """What a client sends and gets over one connection to a router.
+    """Protocol of a client over one connection to a router, without a socket.
 
-    Frames of one turn are gathered: the one who has the line writes what `take` gives at its end,
-    and calls `receive` with what came. `received` gets each frame, `granted` the address that the
-    router gives to who asked by `port_request`.
+    Frames of one turn of the loop are gathered: the owner of the line writes the bytes that `take`
+    returns at the end of the turn, and passes incoming bytes to `receive`. `received` is called
+    with each frame, `granted` with the address that the router assigns on `port_request`.
     """
 
     def __init__(
@@ -32,7 +32,7 @@ class Caller:
         self.address = AmsAddress(bytes(8))
         """Ours, once it is known."""
         self.peer_net_id = NetId("127.0.0.1.1.1")
-        """That of the router at the far end."""
+        """NetId of the router at the far end."""
 
     def receive(self, data: bytes) -> None:
         """Take bytes as they come. Raises DecodeError for what is not AMS/TCP: it is over then."""
@@ -53,7 +53,7 @@ class Caller:
             log.info("router note %s", message.data.hex())
 
     def port_request(self) -> bytes:
-        """What asks the router for a port of our own."""
+        """Return the packet that requests a port of our own from the router."""
         self._waits = True
         return TcpMessage(TcpCommand.PORT_CONNECT, bytes(2)).encode_tcp()
 
@@ -64,12 +64,12 @@ class Caller:
         return len(out) == 1
 
     def take(self) -> bytes:
-        """What is gathered, to be sent."""
+        """Return the gathered frames as bytes to send."""
         out, self._out = self._out, []
         return out[0] if len(out) == 1 else b"".join(out)
 
     def last_words(self) -> bytes:
-        """What is gathered, and what gives the port back."""
+        """Return the gathered frames, followed by the packet that closes our port."""
         data = self.take()
         if self._registered:
             self._registered = False

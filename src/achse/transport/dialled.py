@@ -14,10 +14,10 @@ __all__ = ["DialOwner", "DialledPeer"]
 
 
 class DialOwner(PeerOwner, Protocol):
-    """Who dialled, and for which route."""
+    """Owner of a connection that it dialled, and the route for which it did."""
 
     strict: bool
-    """Whether those without a route are refused."""
+    """True if senders without a route are refused."""
 
     @property
     def route(self) -> Route: ...
@@ -56,7 +56,7 @@ class DialledPeer(Peer):
 
 
 def _same_proof(route: Route, dialled: Route) -> bool:
-    """Whether the certificate that the far end has shown is that of this route as well."""
+    """Return True if `route` names the certificate that the far end of `dialled` has shown."""
     if route.tls is None or dialled.tls is None:
         return False
     return bool(dialled.tls.fingerprint) and route.tls.fingerprint == dialled.tls.fingerprint

@@ -40,7 +40,7 @@ _SPIN_S = 0.0002
 """For so long a frame is asked for again and again; going to sleep costs some 30 µs."""
 
 Answer = Callable[[bytes], bytes | None]
-"""What comes back for a packet, None for nothing."""
+"""Function that returns the answer to a packet, or None for no answer."""
 
 
 class LinkError(Exception):
@@ -48,7 +48,7 @@ class LinkError(Exception):
 
 
 class Link(Protocol):
-    """Where packets come from and answers go to."""
+    """Source of packets that are answered over the same link."""
 
     def exchange(self, answer: Answer, timeout_s: float) -> bool:
         """Answer one packet; False if none came within `timeout_s`."""
@@ -56,7 +56,7 @@ class Link(Protocol):
 
     @property
     def losses(self) -> int:
-        """How often the way to the other side went down."""
+        """Number of times that the link to the other side went down."""
         ...
 
     def fileno(self) -> int:
@@ -71,9 +71,9 @@ class _Socket:
 
     _socket: socket.socket
     _timeout: float | None = None
-    """What the socket was told last."""
+    """Timeout that is set on the socket, s; None before the first one."""
     losses = 0
-    """How often the interface went down; UDP does not tell."""
+    """Number of times that the interface went down; UDP does not report it."""
 
     def fileno(self) -> int:
         """The file descriptor that is readable when a packet waits."""
@@ -85,9 +85,10 @@ class _Socket:
 
 
 def _claimed(interface: str, ethertype: int) -> socket.socket | None:
-    """What says that an interface is served, as long as it is open; None if another one is.
+    """Return a socket that claims the interface while it is open; None if it is claimed already.
 
-    It is a name in the network's own name space (Linux), which goes with its process.
+    The claim is a name in the abstract socket name space of the network (Linux), which disappears
+    with its process.
     """
     claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
     try:
@@ -155,7 +156,7 @@ class EthernetLink(_Socket):
 
     @property
     def arrived_ns(self) -> int:
-        """When the frame received last arrived, by the clock of `time.time_ns`; else now."""
+        """Arrival time of the frame received last, by the clock of `time.time_ns`; else now."""
         try:
             ioctl(self._socket, _ARRIVAL, self._stamp)
         except OSError:

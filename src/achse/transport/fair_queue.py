@@ -31,7 +31,7 @@ class Worker(Protocol):
 
 
 class FairQueue:
-    """Who is served when; `clock` gives seconds."""
+    """Schedule that serves the hosts in turns; `clock` returns seconds."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self.clock = clock

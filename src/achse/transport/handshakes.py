@@ -37,7 +37,7 @@ class ShakingClient(Protocol):
 
 
 class Handshakes:
-    """Those under way; `later(seconds, function)` has a function called then."""
+    """Handshakes under way; `later(seconds, function)` calls a function after so many seconds."""
 
     def __init__(
         self,
@@ -53,7 +53,7 @@ class Handshakes:
         self._free_at = 0.0
         self._due = False
         self.ended = 0
-        """Those that gave way to others."""
+        """Number of handshakes that were closed to make room for others."""
 
     def __len__(self) -> int:
         return sum(map(len, self._under_way.values()))

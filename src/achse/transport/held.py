@@ -1,4 +1,4 @@
-"""What all connections hold for their peers: one running sum, one limit."""
+"""Bytes that all connections buffer for their peers: one running sum, one limit."""
 
 from typing import Protocol
 

@@ -42,7 +42,7 @@ class HostNames:
         self._look_up = look_up
         self._loop: asyncio.AbstractEventLoop
         self._asked: dict[str, float] = {}
-        """When a name was asked for last, loop time."""
+        """Time of the last look-up of each name, loop time in s."""
         self._found: dict[str, asyncio.Event] = {}
         self._queue: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         self._thread: threading.Thread | None = None

@@ -1,4 +1,4 @@
-"""Whether a network interface has a link: a cable with something alive at its other end."""
+"""Link state of a network interface: a cable with an active device at its other end."""
 
 import array
 import errno

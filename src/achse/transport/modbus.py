@@ -25,7 +25,7 @@ _PATIENCE = 1.0
 
 
 class ModbusAnswerError(Exception):
-    """What came back is not Modbus."""
+    """Raised for an answer that is not Modbus."""
 
 
 class ModbusBusyError(Exception):
@@ -33,7 +33,7 @@ class ModbusBusyError(Exception):
 
 
 class ModbusPeer(NamedTuple):
-    """Where a device is: `host` is an IP address or a name."""
+    """Address of a device: `host` is an IP address or a name."""
 
     host: str
     port: int = 502

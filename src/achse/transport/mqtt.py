@@ -37,7 +37,7 @@ __all__ = [
 log = logging.getLogger("achse.mqtt")
 
 MQTT_SCHEMES = ("mqtt://", "mqtts://")
-"""What the name of a network begins with where a host may stand."""
+"""Prefixes that mark the name of a network in a place that also accepts a host."""
 
 _PORT, _TLS_PORT = 1883, 8883
 _FIRST_PAUSE, _LONGEST_PAUSE = 0.1, 5.0
@@ -200,7 +200,7 @@ class MqttSettings:
 
 
 class MqttUser(Protocol):
-    """Who uses a network; called in the loop."""
+    """User of a network; its methods are called in the loop."""
 
     def joined(self) -> None:
         """We are online: what is sent now goes."""
@@ -227,14 +227,14 @@ Session = Callable[..., AbstractAsyncContextManager[Any]]
 
 
 def _decrypted(client: Any) -> bool:
-    """Whether TLS has bytes that are read already: the system does not tell of them."""
+    """Return True if TLS buffers bytes that it has read: the socket does not report them."""
     pending = getattr(client.socket(), "pending", None)
     return pending is not None and pending() > 0
 
 
 @contextlib.contextmanager
 def _together(sock: Any) -> Iterator[None]:
-    """What is written meanwhile goes in as few packets as it fits into, where the system can."""
+    """Send the bytes that are written inside in as few packets as possible (TCP_CORK, Linux)."""
     option = getattr(socket, "TCP_CORK", None)
     if option is None:
         yield
@@ -355,7 +355,7 @@ class MqttNetwork:
         self.partners: dict[NetId, RouterNote] = {}
         """Routers that are online, ours not among them."""
         self._full = False
-        """Whether the log was told that there are too many routers."""
+        """True once the log has reported too many routers."""
         self._session = session or _session()
         self._context = None if settings.tls is None else settings.tls.context()
         self._note = replace(note, online=True)
@@ -499,7 +499,7 @@ class MqttNetwork:
 
     @property
     def online(self) -> bool:
-        """Whether what is sent now goes."""
+        """True while the broker is connected, so that messages are sent at once."""
         return self._connected is not None
 
     @property
@@ -551,7 +551,7 @@ class MqttNetwork:
 
 @dataclass(frozen=True, slots=True)
 class _Will:
-    """What aiomqtt takes for a last will, by its fields."""
+    """Last will with the fields that aiomqtt expects."""
 
     topic: str
     payload: bytes

@@ -77,7 +77,8 @@ class _MqttLine:
     abort = close
 
     def pause_reading(self) -> None:
-        """What comes is kept by the peer: messages of others come by the same connection."""
+        """Do nothing: the connection carries other partners too, so the peer buffers its own
+        bytes."""
 
     def resume_reading(self) -> None: ...
 
@@ -150,7 +151,7 @@ class MqttRoutes:
 
     @property
     def partners(self) -> dict[NetId, RouterNote]:
-        """Who is online, and what they say of themselves."""
+        """Routers that are online, each with its info message."""
         return self.network.partners
 
     # of the network ---------------------------------------------------------------------------

@@ -43,7 +43,7 @@ class Outbox:
 
     @property
     def due(self) -> float | None:
-        """When `release` has something to do next; None if nothing is held back."""
+        """Time of the next call of `release`; None if no notification is held back."""
         return self._held[0][0] if self._held else None
 
     def release(self, now: float) -> None:

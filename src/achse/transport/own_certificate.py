@@ -1,4 +1,4 @@
-"""Who we are by certificate: a key and a self-signed certificate, made once and kept.
+"""Own certificate of a station or client: a key and a self-signed certificate, created once.
 
 Needs the extra `secure`, to make one and to read names out of one.
 """

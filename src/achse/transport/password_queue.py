@@ -35,7 +35,7 @@ _PACE = 0.2
 
 
 class _Host:
-    """What is known of a host."""
+    """Record of a host: its wrong passwords and its waiting time."""
 
     __slots__ = ("last_wrong", "not_before", "right", "wrong")
 
@@ -71,7 +71,8 @@ class PasswordQueue(Generic[T]):
         return True
 
     def _rank(self, host: str) -> float:
-        """How little a host is to be trusted: -1 it knew the password, else its wrong ones."""
+        """Return the distrust of a host: -1 after a right password, else its number of wrong
+        ones."""
         known = self._hosts.get(host)
         return 0 if known is None else -1 if known.right else known.wrong
 

@@ -66,7 +66,7 @@ _LINGER = 5.0
 
 
 class PeerOwner(Protocol):
-    """Who accepted or dialled a connection, and its limits."""
+    """Owner of connections that it accepted or dialled, with their limits."""
 
     router: Router
     max_length: int
@@ -79,7 +79,7 @@ class PeerOwner(Protocol):
     def loop(self) -> Turns: ...
 
     def serves_ports(self, host: str) -> bool:
-        """Whether a peer at `host` may register ports here."""
+        """Return True if a peer at `host` may register ports here."""
         ...
 
     def opened(self, peer: "Peer") -> None:
@@ -104,7 +104,7 @@ class Peer:
     """Answer to requests that are unanswered when the line ends; None: their clients time out."""
 
     _unchanged = True
-    """Whether frames come and go as they are."""
+    """True if frames are passed on without changes to their addresses."""
 
     def __init__(self, owner: PeerOwner) -> None:
         self.owner = owner
@@ -123,11 +123,11 @@ class Peer:
         self._flush_due = False
         self._receiving = False
         self._events: Iterator[Event] = iter(())
-        """What came and waits to be done."""
+        """Received events that are not processed yet."""
         self._undone = 0
         """Bytes of that at most."""
         self._late: list[bytes] = []
-        """What a line brings that was told to pause."""
+        """Chunks that the line delivers after it was paused."""
         self._paused = False
         self.cut_off = False
         """True once the peer was closed because it took too much room."""
@@ -316,11 +316,11 @@ class Peer:
         return True
 
     def _admission(self, net_id: bytes) -> Admission:
-        """Whether frames from there may come by this connection."""
+        """Return the admission of frames from `net_id` over this connection."""
         return self._router.routes.admission(net_id, self.peer_host)
 
     def _rights_of(self, net_id: bytes, admission: Admission) -> Right:
-        """What frames from there may, admitted so."""
+        """Return the rights of frames from `net_id` with this admission."""
         return self._router.routes.rights(net_id, admission)
 
     def judge_again(self, route: Route) -> None:
@@ -531,7 +531,7 @@ class Peer:
         return self.backlog + self._out.held_size + self._stream.pending + self._undone
 
     def count(self) -> None:
-        """What is kept may have changed."""
+        """Update the send-buffer budget after a change of the buffered bytes."""
         held = self.held
         if held != self._counted:
             self._counted = held

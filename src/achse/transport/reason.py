@@ -1,4 +1,4 @@
-"""Why a socket did not open, in the words of the operating system."""
+"""Reason of a failed socket call, in the words of the operating system."""
 
 import os
 

@@ -38,7 +38,7 @@ class _Readable(Protocol):
 
 
 class _Way(NamedTuple):
-    """Where a request leads, and what its answer begins with."""
+    """Destination of a repeated request, and the start of its answer."""
 
     changes: int
     groups: Mapping[int, _Readable]
@@ -112,7 +112,7 @@ class RepeatedReads:
         noted[key] = None if first else self._way(key, source)
 
     def _way(self, key: bytes, source: bytes) -> _Way | None:
-        """Where a request leads that is a Read of somebody here; None for any other."""
+        """Return the destination of a request that reads a local device; None for any other."""
         command, size = TCP_HEADER.unpack_from(key)
         if command or size != AMS_HEADER.size + READ.size:
             return None

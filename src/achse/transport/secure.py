@@ -72,7 +72,7 @@ class SecureError(ConnectionError):
 
 
 class _Line(asyncio.Transport):
-    """What the protocol above takes for its TCP transport."""
+    """Transport of the protocol above TLS, in place of its TCP transport."""
 
     def __init__(self, channel: "SecureChannel", tcp: asyncio.Transport) -> None:
         super().__init__()
@@ -108,14 +108,14 @@ class _Line(asyncio.Transport):
 
 
 class SecureChannel(asyncio.Protocol):
-    """What both ends share. `inner` gets its line once the connect blocks are exchanged."""
+    """Common part of both ends. `inner` gets its line after the exchange of connect blocks."""
 
     def __init__(self, inner: asyncio.Protocol, max_length: int) -> None:
         self._inner = inner
         self._in = SecureFrames(max_length)
         self._out = TcpFrames()
         self._plain = bytearray()
-        """What came before `inner` had its line."""
+        """Plain bytes that are received before `inner` has its line."""
         self._tls: Tls | None = None
         self._tcp: asyncio.Transport | None = None
         self._timer: asyncio.TimerHandle | None = None
@@ -258,8 +258,8 @@ class SecureChannel(asyncio.Protocol):
 
 
 Judge = Callable[[ConnectBlock, Tls, str], "asyncio.Future[SecureRefusal] | SecureRefusal"]
-"""Who decides of a client: its block, what TLS knows of it, its address. A future where a password
-is checked."""
+"""Access policy: returns the verdict on a client by its connect block, TLS state and address; a
+future while a password is checked."""
 
 
 class SecureServer(SecureChannel):
@@ -364,13 +364,13 @@ class SecureServer(SecureChannel):
 
 @dataclass(frozen=True)
 class Credentials:
-    """What a client of Secure ADS shows, and what it demands.
+    """Credentials of a client of Secure ADS, and its demands on the server.
 
-    - `tls`: certificate, authority, pre-shared key; `kind`: which of them;
-    - `fingerprint`: that the server must show (64 hex digits) with `SELF_SIGNED`; "" takes any at
-      a first contact, never without `user`;
+    - `tls`: certificate, authority, pre-shared key; `kind`: which of them is used;
+    - `fingerprint`: of the server's certificate (64 hex digits), demanded with `SELF_SIGNED`; ""
+      accepts any server at a first contact, never without `user`;
     - `ignore_name`: with `SHARED_CA`, the server's certificate may be for another name;
-    - `user`, `password`: of a first contact, by which the server gets to know our certificate;
+    - `user`, `password`: for a first contact, by which the server learns our certificate;
     - `host`: our name.
     """
 
@@ -406,9 +406,9 @@ class SecureClient(SecureChannel):
         self.opened: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self.opened.add_done_callback(self._given_up)
         self.fingerprint = ""
-        """What the server showed."""
+        """Fingerprint of the server's certificate; empty if the server has shown none."""
         self.answer: ConnectBlock | None = None
-        """What the server said of itself."""
+        """Connect block of the server; None before it is received."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
@@ -444,7 +444,7 @@ class SecureClient(SecureChannel):
             self.opened.set_result(None)
 
     def _check(self, tls: Tls) -> None:
-        """Whether this is the one we want. Raises TlsError."""
+        """Raise TlsError if the server is not the one that the credentials demand."""
         wanted = self._credentials
         self.fingerprint = fingerprint_of(tls.certificate) if tls.certificate else ""
         if wanted.kind is TlsKind.SELF_SIGNED:

@@ -33,7 +33,7 @@ log = logging.getLogger("achse.secure")
 
 
 class _Proof(NamedTuple):
-    """How a client has shown who it is."""
+    """Proof by which a client has shown its identity."""
 
     fingerprint: str = ""
     """Of its certificate."""
@@ -44,17 +44,18 @@ class _Proof(NamedTuple):
 
     @classmethod
     def of(cls, tls: Tls) -> "_Proof":
-        """What the handshake has shown."""
+        """Return the proof that the TLS handshake provides."""
         if not tls.certificate:
             return cls(identity=tls.identity)
         names = names_of(tls.certificate) if tls.trusted else frozenset[str]()
         return cls(fingerprint_of(tls.certificate), names)
 
     def is_for(self, route: Route, router: Router, host: str) -> bool:
-        """Whether it proves, to one who comes from `host`, to be the other side of this route.
+        """Return True if the proof, shown from `host`, identifies the other side of this route.
 
-        Of a route with a fingerprint that alone counts. Those of an authority, and of keys, are
-        many: then it must be the route's name or key, or come from where the route leads.
+        For a route with a fingerprint only the fingerprint counts. An authority or a key may have
+        several clients: then the route's name or key must match, or `host` must be the host of the
+        route.
         """
         tls = route.tls
         if tls is not None and tls.fingerprint:
@@ -79,12 +80,12 @@ class _SecurePeer(Peer):
         self._proof = _Proof()
 
     def know(self, net_id: NetId, proof: "_Proof") -> None:
-        """Who it is, and how it showed that."""
+        """Store the client's NetId, and its proof."""
         self._net_id, self._proof = bytes(net_id), proof
 
     @property
     def net_id(self) -> bytes:
-        """Who it said it is; empty before it was let in."""
+        """NetId that the client has named; empty before the client is admitted."""
         return self._net_id
 
     def _admission(self, net_id: bytes) -> Admission:
@@ -149,7 +150,8 @@ class SecureListener(TcpListener):
         await super().open(host, port)
 
     def _changed(self, old: Route | None, new: Route | None) -> None:
-        """Who came by a route that is gone, or lets in another, or gives less, comes again."""
+        """Close the connections that depend on a route that changed, so that the clients connect
+        again."""
         if old is None or (new is not None and _lets_in(old) == _lets_in(new)):
             return
         net_id = bytes(old.net_id)
@@ -189,7 +191,7 @@ class SecureListener(TcpListener):
         peer.abort()
 
     def untold(self, host: str) -> int | None:
-        """How many refusals of a host the log was not told of; None if it is too early to tell."""
+        """Return the number of unlogged refusals of a host; None if it is too early to log one."""
         until, others = self._told.get(host, (0.0, 0))
         now = self.loop.time()
         if now < until:
@@ -215,7 +217,7 @@ class SecureListener(TcpListener):
         return verdict
 
     def _verdict(self, block: ConnectBlock, tls: Tls, host: str) -> SecureRefusal | None:
-        """What is decided at once; None where a password is to be checked."""
+        """Return the verdict on a client; None if it depends on the check of a password."""
         if block.version != 1:
             return SecureRefusal.VERSION
         if self.router.is_local(bytes(block.net_id)) or not any(block.net_id[:4]):
@@ -237,7 +239,7 @@ class SecureListener(TcpListener):
         return SecureRefusal.NONE
 
     def _is_of_another(self, block: ConnectBlock, tls: Tls, host: str) -> bool:
-        """Whether the NetId has a route by Secure ADS to somebody else."""
+        """Return True if the NetId has a route by Secure ADS to another client."""
         route = self.router.routes.to(bytes(block.net_id))
         if route is None or route.tls is None:
             return False
@@ -281,7 +283,7 @@ class SecureListener(TcpListener):
 
 
 def _lets_in(route: Route) -> tuple[object, ...]:
-    """What of a route says who comes by it, and what they may."""
+    """Return the fields of a route that decide about a client's admission and rights."""
     return bytes(route.net_id), route.host, route.tls, route.rights, route.one_way
 
 

@@ -1,4 +1,4 @@
-"""What each sender of one connection may."""
+"""Rights of each sender of one connection."""
 
 import logging
 

@@ -1,4 +1,4 @@
-"""Who sends by one connection."""
+"""Senders of one connection."""
 
 from collections.abc import Iterator
 

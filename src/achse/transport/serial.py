@@ -22,7 +22,7 @@ log = logging.getLogger("achse.serial")
 _HEADER = 32
 
 _INVOKE_ID = slice(28, 32)
-"""Where a packet has it."""
+"""Position of the invoke id in a packet."""
 
 _STREAM_HEAD = 8
 """Length and number of stamps."""
@@ -148,7 +148,7 @@ class SerialCarrier:
 
     @staticmethod
     def _answers(response: Frame, packet: bytes | None) -> bool:
-        """Whether this is the answer to the request that the packet carries."""
+        """Return True if `response` answers the request that the packet carries."""
         if packet is None or packet[_INVOKE_ID] != response.invoke_id.to_bytes(4, "little"):
             return False
         asked = Frame.decode(packet)
@@ -159,7 +159,7 @@ class SerialCarrier:
         )
 
     def _is_late(self, response: Frame) -> bool:
-        """Whether its request has been answered here with 0x745."""
+        """Return True if the request of `response` has been answered here with 0x745."""
         key = (response.target, response.source, response.invoke_id)
         return bool(self._failed) and self._failed.pop(key, key) is None
 
@@ -240,7 +240,7 @@ def _with_data(frame: Frame, data: bytes) -> Frame:
 
 
 def _asks_for_too_much(frame: Frame) -> bool:
-    """Whether a subscription is asked for whose samples fit no serial frame."""
+    """Return True if `frame` subscribes to samples that are too long for a serial frame."""
     if frame.command != Command.ADD_NOTIFICATION or frame.is_response:
         return False
     try:

@@ -15,15 +15,15 @@ from achse.extras import needs_extra
 __all__ = ["SCHEME", "Parity", "SerialPort", "SerialPortError", "open_serial_port"]
 
 SCHEME = "serial:"
-"""What the name of a serial port begins with where a host could stand, too."""
+"""Prefix that marks the name of a serial port in a place that also accepts a host."""
 
 Parity = Literal["none", "even", "odd"]
 
 _BAUD_LIMIT = 4_000_000
 
 _ATTEMPTS, _AGAIN = 10, 0.05
-"""How often a port is tried that somebody has, and seconds in between: we may have closed it just
-now, which takes a while."""
+"""Number of attempts to open a busy port, and seconds between them: we may have closed it just now,
+which takes a while."""
 
 
 class SerialPortError(ValueError):

@@ -63,7 +63,7 @@ class ServedSerialPorts:
 
     @property
     def connected(self) -> int:
-        """How many of the ports are open now."""
+        """Number of ports that are open now."""
         return len(self._open)
 
     async def start(self) -> None:
@@ -147,7 +147,7 @@ class _SerialPeer(Peer):
 
 
 class _Connection(asyncio.Protocol):
-    """What asyncio tells of one port, handed on."""
+    """Protocol of one port: passes the events of asyncio to its peer."""
 
     def __init__(self, owner: ServedSerialPorts, peer: Peer, served: ServedPort) -> None:
         self._owner = owner

@@ -141,7 +141,7 @@ class TcpListener:
                 peer.judge_again(route)
 
     def _connection(self) -> asyncio.Protocol:
-        """What takes a connection that came in."""
+        """Return the protocol of a new incoming connection."""
         return TcpConnection(Peer(self))
 
     async def close(self) -> None:

@@ -31,7 +31,7 @@ __all__ = [
 log = logging.getLogger("achse.secure")
 
 HAS_PSK = bool(getattr(ssl, "HAS_PSK", False))
-"""Whether this Python knows pre-shared keys: 3.13 and later."""
+"""True if this Python supports pre-shared keys: 3.13 and later."""
 
 _CERTIFICATE_SUITES = (
     "ECDHE-RSA-AES256-GCM-SHA384:ECDHE-RSA-AES128-GCM-SHA256"
@@ -59,9 +59,9 @@ class Tls(Protocol):
 
     established: bool
     certificate: bytes
-    """That of the far end, DER; empty if it showed none."""
+    """Certificate of the far end, DER; empty if it showed none."""
     trusted: bool
-    """Whether the far end proved that it belongs here: by our CA, or by a pre-shared key."""
+    """True if the far end is authenticated by our CA, or by a pre-shared key."""
 
     @property
     def identity(self) -> str:
@@ -77,7 +77,7 @@ class Tls(Protocol):
         ...
 
     def outgoing(self) -> bytes:
-        """What is to be written to the wire."""
+        """Return the bytes to write to the wire."""
         ...
 
     def end(self) -> None:
@@ -153,7 +153,7 @@ class _StandardTls:
 
 
 def _told(fault: Exception) -> str:
-    """What OpenSSL says, without its file and line."""
+    """Return the message of OpenSSL, without its file and line."""
     reason = getattr(fault, "reason", None)
     text = getattr(fault, "verify_message", None) or (reason or str(fault)).replace("_", " ")
     return str(text).lower()
@@ -274,17 +274,17 @@ def offered_suites(data: bytes) -> frozenset[int] | None:
 
 
 class ServerTls:
-    """What a server shows and takes.
+    """Credentials that a server shows, and that it accepts from clients.
 
-    - `identity`: its certificate; `ca`: a file (PEM) with whose certificates it takes clients, less
-      those on lists of revoked ones in the same file;
-    - `keys`: pre-shared keys by identity, as `pre_shared_key` makes them; `key_names_matter`:
-      whether upper and lower case of an identity differ.
+    - `identity`: its certificate; `ca`: a file (PEM) with authorities whose client certificates are
+      accepted, except those on revocation lists in the same file;
+    - `keys`: pre-shared keys by identity, as `pre_shared_key` makes them; `key_names_matter`: True
+      if upper and lower case of an identity differ.
 
-    Any client certificate is let through the handshake: the one who uses this decides by
-    `certificate` and `trusted`. Files that are replaced hold from the next client on; if they
-    cannot be used the log says so, and those from before stay. Raises TlsError, CertificateError
-    for what cannot be used.
+    Any client certificate passes the handshake: the caller decides by `certificate` and `trusted`.
+    A replaced file applies from the next client on; if it cannot be used, the log reports it and
+    the previous certificates stay in use. Raises TlsError, CertificateError for unusable files or
+    keys.
     """
 
     def __init__(
@@ -304,7 +304,7 @@ class ServerTls:
         self._by_key = _ServedKeys(keys, key_names_matter) if keys else None
 
     def _stamps(self) -> tuple[object, ...]:
-        """What changes when a file is replaced."""
+        """Return values that change when a file is replaced."""
         files = (self.identity.certificate, self.identity.key, self._ca)
         found: list[object] = []
         for file in files:
@@ -384,7 +384,7 @@ def _certificate_context(identity: OwnCertificate, ca: Path | None) -> Any:
 
 
 def _has_revoked(ca: Path) -> bool:
-    """Whether the file of an authority has a list of revoked certificates as well."""
+    """Return True if the file of an authority also contains a revocation list."""
     return b"-----BEGIN X509 CRL-----" in ca.read_bytes()
 
 
@@ -434,13 +434,13 @@ def _only_keys(context: ssl.SSLContext) -> None:
 
 @dataclass(frozen=True)
 class ClientTls:
-    """What a client shows and takes.
+    """Credentials that a client shows, and that it accepts from the server.
 
     - `identity`: its certificate, if it has one;
-    - `ca`: a file (PEM): the server's certificate must come from there;
+    - `ca`: a file (PEM) with the authority that must have signed the server's certificate;
     - `psk`: identity and key, instead of certificates (Python 3.13).
 
-    Without `ca` any certificate is let through the handshake: the one who uses this compares it.
+    Without `ca` any certificate passes the handshake: the caller compares it.
     """
 
     identity: OwnCertificate | None = None

@@ -204,7 +204,7 @@ def _wish(request: DiscoveryPacket) -> str:
 
 
 def _sender(request: DiscoveryPacket, addr: Peer) -> dict[str, str]:
-    """Who asked, for the log."""
+    """Return the sender of a request as fields of a log record."""
     return {"client": str(request.source.net_id), "peer": f"{addr[0]}:{addr[1]}"}
 
 

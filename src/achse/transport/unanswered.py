@@ -37,7 +37,7 @@ class Unanswered:
             self._asked.pop((target, source, invoke_id), None)
 
     def fail(self, net_id: bytes) -> list[Frame]:
-        """What was asked of a router that is offline, answered with 0x7; it is kept no longer."""
+        """Remove the requests to a router that is offline, and return their answers with 0x7."""
         gone = [key for key in self._asked if key[1][:6] == net_id]
         asked = [self._asked.pop(key) for key in gone]
         return [each.reply(error=ReturnCode.TARGET_MACHINE_NOT_FOUND.number) for each in asked]

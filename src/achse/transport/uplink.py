@@ -143,7 +143,7 @@ class Uplink:
             self._dial(self)
 
     def make_peer(self) -> Peer:
-        """What takes the line that was dialled."""
+        """Return the peer for the line that was dialled."""
         nat = self.route.nat_net_id
         return DialledPeer(self) if nat is None else NatPeer(self, self.route.net_id, nat)
 

@@ -119,7 +119,7 @@ class Uplinks:
             uplink.failed(str(failure))
 
     def _protocol(self, uplink: Uplink, host: str) -> Callable[[], asyncio.Protocol]:
-        """What takes the connection. Raises ValueError, ConnectionError."""
+        """Return a factory of the connection's protocol. Raises ValueError, ConnectionError."""
         if uplink.route.tls is None:
             return lambda: TcpConnection(uplink.make_peer())
         if self._credentials is None:
@@ -131,9 +131,10 @@ class Uplinks:
         )
 
     def _may_leave_by_it(self, host: str) -> bool:
-        """Whether a connection to `host` can come from the address at which we listen.
+        """Return True if a connection to `host` can begin at the address at which we listen.
 
-        The other side knows us by it; but from a loopback address only such ones can be reached.
+        The other side knows us by this address; only loopback addresses can be reached from a
+        loopback address.
         """
         try:
             ours, theirs = ipaddress.ip_address(self.local_host), ipaddress.ip_address(host)
