@@ -57,7 +57,7 @@ ERROR_PADDING = {
     Command.DELETE_NOTIFICATION: b"",
     Command.READ_WRITE: bytes(4),
 }
-"""What follows the result in an error response, so that the layout is complete."""
+"""Padding after the result in an error response, so that the layout is complete."""
 
 
 def _expect(data: bytes, size: int, what: str) -> None:

@@ -56,7 +56,7 @@ _TEMPORARY = 1
 
 
 class DiscoveryService(IntEnum):
-    """What a datagram asks for; its answer has bit 31 as well."""
+    """Service that a datagram requests; its answer has bit 31 as well."""
 
     INFO = 1
     ADD_ROUTE = 6
@@ -64,7 +64,7 @@ class DiscoveryService(IntEnum):
 
 
 class Tag(IntEnum):
-    """What a tag holds."""
+    """Content of a tag."""
 
     STATUS = 1
     PASSWORD = 2
@@ -182,7 +182,7 @@ class OsVersion(NamedTuple):
 
 
 class RouterInfo(NamedTuple):
-    """What a router tells about itself."""
+    """Description that a router returns to a search."""
 
     net_id: NetId
     host_name: str
@@ -206,7 +206,8 @@ class RouterInfo(NamedTuple):
 
     @classmethod
     def decode(cls, answer: DiscoveryPacket) -> "RouterInfo":
-        """What an answer tells; tags it lacks, or has in another size, stay empty."""
+        """Return the description in an answer; tags that are missing or have a wrong size stay
+        empty."""
         version = answer.tag(Tag.VERSION) or b""
         major, minor, build = _VERSION.unpack(version) if len(version) == 4 else (0, 0, 0)
         os_data = answer.tag(Tag.OS_VERSION) or b""
@@ -256,7 +257,7 @@ class RouteRequest(NamedTuple):
 
     @classmethod
     def decode(cls, request: DiscoveryPacket) -> "RouteRequest":
-        """What a request says, in whatever order."""
+        """Return the route request in a datagram; its tags may be in any order."""
         return cls(
             request.text(Tag.ROUTE_NAME),
             request.net_id(),

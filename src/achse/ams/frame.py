@@ -31,7 +31,7 @@ _TCP_AND_AMS = struct.Struct("<HI8s8sHHIII")
 
 
 class TcpCommand(IntEnum):
-    """What an AMS/TCP packet is. The manuals print the field as reserved, 0."""
+    """Kind of an AMS/TCP packet. The manuals print the field as reserved, 0."""
 
     AMS = 0x0000
     PORT_CLOSE = 0x0001
@@ -173,7 +173,8 @@ class Frame:
 
     @property
     def sender(self) -> dict[str, str]:
-        """Who sent it, for the log: `client` is its AMS address, `peer` host and port if known."""
+        """Sender as fields of a log record: `client` is its AMS address, `peer` host and port if
+        known."""
         return {
             "client": str(AmsAddress(self.source)),
             "peer": getattr(self.origin, "peer", ""),

@@ -23,7 +23,7 @@ _YES = ("true", "1")
 
 @dataclass(frozen=True, slots=True)
 class RouterNote:
-    """What a router publishes of itself at `<network>/<NetId>/info`, and as its last will."""
+    """Info message of a router at `<network>/<NetId>/info`, also used as its last will."""
 
     online: bool
     name: str = ""
@@ -50,7 +50,7 @@ class RouterNote:
 
     @classmethod
     def decode(cls, data: bytes) -> "RouterNote":
-        """What a foreign router says; an empty message says that it is gone. Raises DecodeError."""
+        """Decode an info message; an empty message means offline. Raises DecodeError."""
         if not data:
             return cls(online=False)
         if len(data) > _LONGEST_NOTE or b"<!DOCTYPE" in data:
@@ -87,28 +87,28 @@ class MqttTopics:
             )
 
     def info(self, net_id: NetId) -> str:
-        """Where a router tells of itself; retained."""
+        """Return the topic of a router's info message, which is retained."""
         return f"{self.network}/{net_id}/info"
 
     def requests(self, net_id: NetId) -> str:
-        """Where a router is asked."""
+        """Return the topic for requests to a router."""
         return f"{self.network}/{net_id}/ams"
 
     def answers(self, net_id: NetId) -> str:
-        """Where what goes back to an asker is sent: responses, and notifications too."""
+        """Return the topic for responses and notifications to a client."""
         return f"{self.network}/{net_id}/ams/res"
 
     @property
     def all_infos(self) -> str:
-        """What to subscribe to learn of all routers."""
+        """Topic filter for the info messages of all routers."""
         return f"{self.network}/+/info"
 
     def ours(self, net_id: NetId) -> str:
-        """What to subscribe to get requests and answers."""
+        """Return the topic filter for our requests and answers."""
         return f"{self.network}/{net_id}/ams/#"
 
     def teller(self, topic: str) -> NetId | None:
-        """Whose info message comes by this topic; None if it is not one."""
+        """Return the NetId of the router whose info topic this is; None for any other topic."""
         rest = topic.removeprefix(self.network + "/")
         if rest == topic or not rest.endswith("/info"):
             return None

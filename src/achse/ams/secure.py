@@ -46,10 +46,10 @@ _HOST_SIZE = 32
 _TEXT = "cp1252"
 _TCP_HEADER = struct.Struct("<HI")
 _DATA_LENGTH = struct.Struct("<20xI")
-"""Where the AMS header says how long its data are; public notes say 24, which is the error code."""
+"""Position of the data length in an AMS header; public notes name 24, which is the error code."""
 
 _SHIFTED_LENGTH = struct.Struct("<26xI")
-"""Where it says so in a frame that has its TCP header all the same."""
+"""Position of the data length in a frame that has its TCP header all the same."""
 
 _HEADER = 32
 
@@ -88,11 +88,11 @@ class SecureRefusal(IntEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConnectBlock:
-    """What each side says first.
+    """First message of each side.
 
-    - `net_id`, `host`: who says it; of the host name 32 bytes go.
-    - `user`, `password`: of a first contact, at most 255 bytes each and 448 together, cp1252.
-    - `refusal`: of an answer; a number that the enum does not have is kept as it came.
+    - `net_id`, `host`: of the sender; the host name is cut to 32 bytes.
+    - `user`, `password`: for a first contact, at most 255 bytes each and 448 together, cp1252.
+    - `refusal`: in an answer; a number that the enum lacks is kept unchanged.
     """
 
     net_id: NetId
@@ -181,7 +181,7 @@ class SecureFrames:
         return len(self._pending)
 
     def receive(self, data: bytes) -> bytes:
-        """What `data` adds, as AMS/TCP has it."""
+        """Decode `data` and return the bytes to add to the AMS/TCP stream."""
         pending, out, position = self._pending, [], 0
         pending += data
         while True:

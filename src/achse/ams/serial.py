@@ -20,7 +20,7 @@ MAX_PACKET = 255
 """Bytes of the longest AMS packet, header included (000 §4.1); how to split one is not public."""
 
 SENDINGS = 3
-"""How often a frame is sent before it is given up."""
+"""Number of times that a frame is sent before the sender drops it."""
 
 REPEAT_TIME = 0.5
 """Seconds, after the last bit has left, within which an acknowledge must come at 38400 baud or
@@ -58,7 +58,7 @@ def crc16(data: bytes | bytearray) -> int:
 
 
 class FrameKind(Enum):
-    """What a frame is, by its first two bytes (000 §4.1)."""
+    """Kind of a frame, by its first two bytes (000 §4.1)."""
 
     DATA = b"\x01\xa5"
     ACKNOWLEDGE = b"\x01\x5a"
@@ -117,14 +117,14 @@ class SerialEnd:
         self.sent = self.received = self.repeated = self.spoiled = 0
         """Packets acknowledged and passed on, frames sent again, frames and bytes of no use."""
         self.resets = 0
-        """How often the other end began again."""
+        """Number of resets by the other end."""
         self.full = False
         """Set it while nothing new can be taken: only repeated packets are acknowledged then."""
         self._queue: deque[bytes] = deque()
         self._queued = 0
         self._out = bytearray()
         self._free_at = 0.0
-        """When the last bit that was taken has left."""
+        """Time at which the last bit of the bytes passed out by `take` is on the line."""
         self._fragment = random.randrange(256) if first is None else first
         self._begins = True
         """A reset is due before the next new frame."""
@@ -206,7 +206,7 @@ class SerialEnd:
 
     @property
     def deadline(self) -> float | None:
-        """When `due` wants to be called; None while nothing is waited for."""
+        """Time of the next call of `due`; None if there is nothing to wait for."""
         gap = self._came_at + GAP if self._came else None
         if gap is None or self._repeat_at is None:
             return self._repeat_at if gap is None else gap
@@ -275,7 +275,7 @@ class SerialEnd:
         return packets
 
     def _take(self, frame: SerialFrame, now: float) -> bool:
-        """Whether a good frame brings a packet that is to be passed on."""
+        """Accept a good frame; True if it brings a packet to pass on."""
         if frame.kind is FrameKind.RESET:
             self.resets += 1
             self._expected = None

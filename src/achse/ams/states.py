@@ -34,7 +34,7 @@ class AdsState(IntEnum):
 
 
 class TransmissionMode(IntEnum):
-    """When a notification sends a sample (ADSTRANSMODE)."""
+    """Condition for the samples of a notification (ADSTRANSMODE)."""
 
     NONE = 0
     CLIENT_CYCLE = 1

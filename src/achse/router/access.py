@@ -23,7 +23,7 @@ _KEY_SIZE = 32
 
 
 class PasswordHash(NamedTuple):
-    """What is kept of a password."""
+    """Scrypt hash of a password, with its parameters and salt."""
 
     cost: int
     block: int
@@ -56,7 +56,7 @@ class PasswordHash(NamedTuple):
         return f"scrypt:{self.cost}:{self.block}:{self.parallel}:{salt}:{key}"
 
     def matches(self, password: str) -> bool:
-        """Whether `password` is the one; takes as long for a wrong one."""
+        """Return True if `password` is right; takes as long for a wrong one."""
         return hmac.compare_digest(
             self.key,
             hashlib.scrypt(
@@ -96,11 +96,12 @@ class Users:
         return bool(self._hashes)
 
     def rights(self, user: str) -> Right:
-        """What the routes may that this user adds."""
+        """Return the rights of the routes that this user adds."""
         return self._rights.get(user.casefold(), ALL_RIGHTS)
 
     def check(self, user: str, password: str) -> bool:
-        """Whether this is a user with that password. Takes some 40 ms: not on the loop."""
+        """Return True if the user exists and has that password. Takes some 40 ms: not on the
+        loop."""
         hashed = self._hashes.get(user.casefold())
         # An unknown user takes as long as a wrong password.
         matches = (hashed or self._nobody).matches(password)

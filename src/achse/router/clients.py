@@ -1,4 +1,4 @@
-"""Who asks through a router, by whatever way, and how much each of them asked for."""
+"""Clients of a router over all connections, with the number of their requests and errors."""
 
 from collections.abc import Iterator
 

@@ -17,7 +17,7 @@ class Rate:
         self._since: int | None = None
 
     def take(self, now: int) -> bool:
-        """Whether one more may go at `now`."""
+        """Consume one permit at `now`, ns; False if none is left."""
         if self._since is not None and now > self._since:
             self._left = min(self._full, self._left + (now - self._since) * self._per_second)
         self._since = now
@@ -49,7 +49,7 @@ class Rates:
         self._each: dict[Hashable, Rate] = {}
 
     def take(self, key: Hashable, now: int) -> bool:
-        """Whether one more of `key` may go at `now`."""
+        """Consume one permit of `key` at `now`, ns; False if none is left."""
         rate = self._each.pop(key, None) or Rate(self._per_second, self._at_once)
         self._each[key] = rate
         if len(self._each) > self._most:

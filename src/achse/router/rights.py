@@ -17,7 +17,7 @@ __all__ = ["ALL_RIGHTS", "NO_RIGHTS", "Right", "needed_rights", "rights_named"]
 
 
 class Right(Flag):
-    """What a client may."""
+    """Rights of a client."""
 
     READ = 1
     """Read values, states, symbols; subscribe."""
@@ -50,7 +50,7 @@ _READS = NAMED | {
     ReservedGroup.SUM_ADD_NOTIFICATION,
     ReservedGroup.SUM_DELETE_NOTIFICATION,
 }
-"""What ReadWrite asks in order to read."""
+"""Index groups of ReadWrite requests that only read."""
 
 _ALWAYS: Mapping[int, Right] = {
     Command.READ_DEVICE_INFO: Right.READ,
@@ -82,7 +82,7 @@ def rights_named(names: Iterable[str]) -> Right:
 
 
 def needed_rights(frame: Frame) -> Right:
-    """What the sender of a request needs. What nobody knows needs all of them."""
+    """Return the rights that the sender of a request needs; all of them for an unknown request."""
     command, data = frame.command, frame.data
     if command in _ALWAYS:
         return _ALWAYS[command]

@@ -67,14 +67,14 @@ class Router:
         self._learned: dict[bytes, dict[Endpoint, None]] = {}
         self._close_listeners: list[Callable[[AmsAddress], None]] = []
         self._way_listeners: dict[WayListener, WayUser | None] = {}
-        """What to call when a connection ends, with what returns True for a connection in use."""
+        """Listeners for the end of a connection, each with a predicate for connections in use."""
         self._gate: Gate | None = None
         self._watcher: Watcher | None = None
         self._attended = False
         """True while there is a gate or a watcher."""
         self._next_port = FIRST_CLIENT_PORT
         self.asking = Clients()
-        """Who asks, and how much."""
+        """Clients of the router, with the number of their requests and errors."""
         self.lost_frames = 0
         """Responses and notifications nobody was there for."""
         self.denied = 0
@@ -210,13 +210,13 @@ class Router:
             self.asking.forget(source)
 
     def way_to(self, client: bytes) -> Endpoint | None:
-        """Where the client of this address is, or was seen last; None if it is unknown."""
+        """Return the endpoint over which this client was seen last; None if it is unknown."""
         ways = self._learned.get(client)
         return next(reversed(ways)) if ways else self._local.get(client)
 
     @property
     def clients(self) -> int:
-        """How many addresses of clients elsewhere are known."""
+        """Number of known client addresses that are not local."""
         return len(self._learned)
 
     def reaches(self, address: bytes) -> bool:
@@ -305,7 +305,7 @@ class Router:
         self._attended = watcher is not None or self._gate is not None
 
     def _beyond(self, frame: Frame) -> Endpoint | None:
-        """Where a frame goes that is for no local port."""
+        """Return the endpoint for a frame to a port that is not local; None if there is none."""
         backwards = frame.is_response or frame.command == Command.NOTIFICATION
         origin = frame.origin
         # What nobody here has asked for and comes from elsewhere could go in circles for ever.

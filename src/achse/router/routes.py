@@ -42,13 +42,13 @@ class RouteFlags(IntFlag):
 
     TEMPORARY = 0x01
     STATIC = 0x20
-    """What the engineering sets in every route it adds."""
+    """Flag that the engineering sets in every route it adds."""
     ONE_WAY = 0x80
     NAT = 0x100
 
 
 class Admission(Enum):
-    """How a sender stands to the routes here."""
+    """Relation of a sender to the routes here."""
 
     ROUTED = "routed"
     ONE_WAY = "one way"
@@ -56,7 +56,7 @@ class Admission(Enum):
 
 
 class TlsKind(Enum):
-    """How the two ends of Secure ADS know each other."""
+    """Authentication method of the two ends of Secure ADS."""
 
     SELF_SIGNED = "self_signed"
     """By the fingerprint of the other's certificate."""
@@ -68,7 +68,7 @@ class TlsKind(Enum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RouteTls:
-    """That a route goes by Secure ADS.
+    """Secure ADS settings of a route.
 
     - `fingerprint`: of the other side's certificate, 64 hex digits; with `SELF_SIGNED` only;
     - `ignore_name`: with `SHARED_CA`, its certificate may be for another name;
@@ -156,9 +156,9 @@ class Route:
         return None if _address(named) else named.casefold()
 
     def comes_from(self, host: str, located: Iterable[str] = ()) -> bool:
-        """Whether a connection from the address `host` may be this route's other side.
+        """Return True if a connection from the address `host` may be this route's other side.
 
-        `located`: the addresses that `host_name` has, if the route is by name.
+        `located`: the addresses of `host_name`, if the route is by name.
         """
         sender = _address(host)
         addresses = located if self.host_name else (self.endpoint()[0],)
@@ -192,7 +192,7 @@ class RouteTable:
         self.keep: Callable[[Sequence[Route]], None] = _not_kept
         self.look_up: Callable[[str], None] = _not_looked_up
         self.rights_of_others: Right = ALL_RIGHTS
-        """What those may who have no route, where they get in."""
+        """Rights of admitted senders without a route."""
         self._own = frozenset(own)
         self._by_name: dict[str, Route] = {}
         self._by_net_id: dict[bytes, Route] = {}
@@ -225,7 +225,7 @@ class RouteTable:
         return self._by_net_id.get(net_id)
 
     def is_fixed(self, route: Route) -> bool:
-        """Whether the route is always there."""
+        """Return True if the route is fixed by the configuration."""
         return route.name.casefold() in self._fixed
 
     def add(self, route: Route, *, fixed: bool = False) -> None:
@@ -296,20 +296,21 @@ class RouteTable:
         self._located[host_name.casefold()] = frozenset(addresses)
 
     def _addresses(self, route: Route) -> frozenset[str]:
-        """Those of its host name, as far as they are known."""
+        """Return the known addresses of the route's host name."""
         return self._located.get(route.host_name or "", frozenset())
 
     def comes_from(self, route: Route, host: str) -> bool:
-        """Whether the address `host` is where this route leads; if not, its name is looked up."""
+        """Return True if the route leads to the address `host`; if not, its name is looked up
+        again."""
         found = route.comes_from(host, self._addresses(route))
         if not found and route.host_name:
             self.look_up(route.host_name)
         return found
 
     def admission(self, net_id: bytes, host: str) -> Admission:
-        """How frames that say they come from `net_id` and come from the address `host` stand.
+        """Return the admission of frames from `net_id` that come by plain AMS/TCP from `host`.
 
-        By plain AMS/TCP, that is: the other side of a route by Secure ADS does not come so.
+        The other side of a route by Secure ADS does not use plain AMS/TCP, so it is unknown here.
         """
         route = self._by_net_id.get(net_id)
         if route is None or route.tls is not None:
@@ -321,7 +322,7 @@ class RouteTable:
         return Admission.ONE_WAY if route.one_way else Admission.ROUTED
 
     def rights(self, net_id: bytes, admission: Admission) -> Right:
-        """What a sender may that has been admitted so."""
+        """Return the rights of a sender with this admission."""
         if admission is Admission.ONE_WAY:
             return NO_RIGHTS
         route = self._by_net_id.get(net_id) if admission is Admission.ROUTED else None
