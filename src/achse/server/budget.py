@@ -35,7 +35,7 @@ _BEHIND_NS = 10_000_000
 """A station that is this late takes fewer samples."""
 
 _TOLD_NS = 60_000_000_000
-"""How often it is told that somebody asks for too much."""
+"""Least time between two warnings about clients that request too many samples, ns."""
 
 
 Order = list[tuple[int, int, object]]
@@ -43,9 +43,9 @@ Order = list[tuple[int, int, object]]
 
 
 class _Owner:
-    """Who waits for samples, or has waited: a connection, or a host with its connections.
+    """Owner of waiting samples: a connection, or a host with its connections.
 
-    `served` is what it got, counted from what the others had got when it came.
+    `served` is the number of samples it got, counted from the level of the others when it came.
     """
 
     def __init__(self, served: int) -> None:
@@ -62,7 +62,7 @@ class _Line(_Owner):
 
     @property
     def next_cost(self) -> int:
-        """That of the beat whose turn is next."""
+        """Cost of the next beat."""
         return self.beats[0][1].cost
 
 
@@ -74,18 +74,19 @@ class _Host(_Owner):
         self.lines: dict[object, _Line] = {}
         self.order: Order = []
         self.level = 0
-        """What the line that was served last had got before."""
+        """Samples that the last served connection had got before its turn."""
 
     @property
     def next_cost(self) -> int:
-        """That of the beat whose turn is next."""
+        """Cost of the next beat."""
         return self.lines[self.order[0][2]].next_cost
 
 
 class SampleBudget:
-    """What may be sampled, in samples; see `Beat.cost` for what counts as how many.
+    """Budget for sampling, in samples; see `Beat.cost` for the cost of each value.
 
-    `per_second` is what comes in a second, a fiftieth of it may be used at once.
+    `per_second` is the number of samples that the budget gains in a second; a fiftieth of it may be
+    used at once.
     """
 
     def __init__(self, per_second: int) -> None:

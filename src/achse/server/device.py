@@ -51,7 +51,7 @@ _NO_RESPONSE = 0x0002
 
 
 class DeviceRouter(Protocol):
-    """What a device needs of the router it is attached to."""
+    """Part of the router that a device needs."""
 
     def register(self, port: int, endpoint: Endpoint) -> AmsAddress: ...
 
@@ -140,7 +140,8 @@ class Device:
         self.services = ServiceTable(SumCommands(single, self).groups(), single)
         self._groups = self.services.by_index
         self.readable_groups: Mapping[int, IndexGroup] | None = self._groups
-        """Who answers a Read of each index group: a transport may ask there, without a frame."""
+        """Index groups that answer a Read: a transport may read from them directly, without a
+        frame."""
         self._in_sums = single.by_index
         self._direct_codes = direct_codes or {}
         self._router: DeviceRouter | None = None
@@ -160,7 +161,8 @@ class Device:
 
     @property
     def address(self) -> AmsAddress:
-        """Where the device was attached first."""
+        """Address at which the device was attached first. Raises LookupError if it is attached to
+        no router."""
         if not self.addresses:
             raise LookupError(f"{self.name} is attached to no router")
         return self.addresses[0]

@@ -1,4 +1,4 @@
-"""How much one client may hold of a device, and all clients together of a station."""
+"""Limits on the resources of a device for one client, and of a station for all clients together."""
 
 from dataclasses import dataclass
 

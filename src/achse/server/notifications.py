@@ -46,7 +46,7 @@ _FREED_AT_ONCE = 1000
 
 
 class Sender(Protocol):
-    """What notifications need of the router."""
+    """Part of the router that notifications need."""
 
     def deliver(self, frame: Frame) -> bool: ...
 
@@ -120,7 +120,7 @@ class Notifications:
         self._waiting: dict[Channel, None] = {}
         """Channels with stamps that their client does not take yet."""
         self.due_ns: float = math.inf
-        """When `tick` has something to do next, or before; in its time."""
+        """Time before which `tick` has nothing to do, ns; infinite if nothing is due."""
         self._sequence = 0
         self._next_handle = 1
         self._warned: set[bytes] = set()
@@ -142,7 +142,7 @@ class Notifications:
         return self._clients
 
     def held_by(self, client: bytes) -> int:
-        """How many subscriptions a client holds."""
+        """Return the number of subscriptions of a client."""
         holding = self._clients.get(client)
         return 0 if holding is None else holding.count
 
@@ -553,7 +553,7 @@ class Notifications:
         self.dropped += channel.dropped - lost
 
     def _is_back(self, channel: Channel) -> bool:
-        """Whether a client to whom no way led is there again: its samples go on."""
+        """Return True if a client that was unreachable is reachable again: its samples go on."""
         if channel.over:
             return False
         assert self.sender is not None

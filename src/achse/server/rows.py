@@ -35,7 +35,7 @@ __all__ = [
 
 
 class Access(Flag):
-    """Which ADS commands a row answers."""
+    """ADS commands that a row answers."""
 
     READ = auto()
     WRITE = auto()
@@ -182,7 +182,7 @@ Codecs = Codec | tuple[Codec, ...]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RowFacts:
-    """What docs, CLI and tests print of one row; `last_*` close a range, inclusive."""
+    """Printable fields of one row, for docs, CLI and tests; `last_*` close a range, inclusive."""
 
     index_group: int
     last_index_group: int
@@ -315,7 +315,7 @@ class Service:
         return f"{low}..{high}"
 
     def facts(self, first_group: int, last_group: int) -> RowFacts:
-        """What there is to print about this row in the groups `first_group` … `last_group`."""
+        """Return the printable fields of this row in the groups `first_group` … `last_group`."""
         return RowFacts(
             index_group=first_group,
             last_index_group=last_group,

@@ -1,10 +1,10 @@
-"""What a notification is made of: subscription, beat, pulse, batch and channel.
+"""Parts of a notification: subscription, beat, pulse, batch and channel.
 
 A `Beat` is all subscriptions of one client that share cycle, task and largest delay, in two
-`Series`: those sent always and those sent on change. They are sampled together, whenever they came,
-so that one frame carries them all. A `Pulse` is the beats of all clients that share cycle and
-phase, so that one entry in the schedule stands for thousands of subscriptions; samples go to a
-`Batch`, which holds them up to the largest delay; a `Channel` is the way to one client.
+`Series`: one sent always and one sent on change. They are sampled together, whenever they came, so
+that one frame carries them all. A `Pulse` is the beats of all clients that share cycle and phase,
+so that one entry in the schedule stands for thousands of subscriptions; samples go to a `Batch`,
+which buffers them up to the largest delay; a `Channel` is the connection to one client.
 
 Source: 000 §3.2.3.6 … 8.
 """
@@ -67,7 +67,7 @@ class NotificationHandle:
         self.cost = (1 if lies else _CALL_COST) + length // _BYTES_OF_ONE
         """See `Beat.cost`."""
         self.beat: Beat | None = None
-        """When it is sampled; None if nothing more will come."""
+        """Beat that samples the subscription; None if no more samples come."""
 
     @property
     def reader(self) -> Callable[[], bytes | None]:
@@ -136,7 +136,7 @@ class Channel:
 
     @property
     def reader(self) -> dict[str, str]:
-        """Who it is, for the log; see `Frame.sender`."""
+        """Client as fields of a log record; see `Frame.sender`."""
         client = str(AmsAddress(self.client)) if self.client else ""
         return {"client": client, "peer": getattr(self.via, "peer", "")}
 
@@ -198,9 +198,9 @@ class Batch:
         self.max_delay = max_delay
         self.subscriptions = 0
         self.beats: dict[tuple[int, int], Beat] = {}
-        """Those that take further subscriptions, by cycle and the task's."""
+        """Beats that accept further subscriptions, by cycle and phase of the task."""
         self.full: dict[Beat, None] = {}
-        """Those that do not."""
+        """Beats that accept no further subscriptions."""
         self.count = 0
         """Samples of this moment, whose bytes are `parts`: header and data of each."""
         self.parts: list[bytes] = []
@@ -371,7 +371,7 @@ class Beat:
 
     @property
     def samples(self) -> int:
-        """How many subscriptions it has."""
+        """Number of subscriptions of the beat."""
         return len(self.cyclic.subscriptions) + len(self.on_change.subscriptions)
 
     def add(self, subscription: NotificationHandle, *, on_change: bool) -> None:
@@ -420,7 +420,7 @@ class Pulse:
         self.key = key
         self.cycle = key[0]
         self.cost = 0
-        """That of all its beats."""
+        """Cost of all beats together."""
         self.beats: dict[Beat, None] = {}
 
 

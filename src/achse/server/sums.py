@@ -32,7 +32,7 @@ _WORD = struct.Struct("<I")
 
 
 class NotificationTarget(Protocol):
-    """Where the parts of 0xF085 and 0xF086 go."""
+    """Target of the parts of 0xF085 and 0xF086."""
 
     def add_notification(self, request: AddNotificationRequest, client: bytes) -> int: ...
 
@@ -277,7 +277,7 @@ def _expect_room(size: int, read_length: int) -> None:
 
 
 def _room(size: int, read_length: int) -> int:
-    """What is left for data after `size` bytes of results."""
+    """Return the number of bytes left for data after `size` bytes of results."""
     _expect_room(size, read_length)
     return min(read_length, MAX_ANSWER) - size
 

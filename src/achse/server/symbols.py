@@ -92,9 +92,9 @@ class TableSizes:
 
 
 class SymbolSource(Protocol):
-    """What a device knows about its symbols.
+    """Symbols of a device, as the device provides them.
 
-    Anyone who changes the table raises `version` and calls `Device.symbols_changed()`.
+    A device that changes the table raises `version` and calls `Device.symbols_changed()`.
     """
 
     @property
@@ -372,7 +372,7 @@ class SymbolServices:
 
 
 def _handle_and_type(handle: int, symbol: ResolvedSymbol) -> bytes:
-    """What a client gets that asks for more than the handle: size, ADST id, name of the type."""
+    """Return the long answer to a handle request: handle, size, ADST id, name of the type."""
     entry = symbol.entry()
     size, adst = _ENTRY_SIZE.unpack_from(entry)
     name, type_name = _ENTRY_NAMES.unpack_from(entry)

@@ -19,7 +19,7 @@ Reader = Callable[[], bytes]
 
 
 _ELEMENTS = 0x00F0_0000
-"""Where a sub-element's number is in an offset."""
+"""Bits of an offset that contain the number of a sub-element."""
 
 
 class IndexGroup:
@@ -133,7 +133,7 @@ class _RowGroup(IndexGroup):
         raise DeviceError(ReturnCode.INVALID_OFFSET, f"0x{group:X}:0x{offset:X}")
 
     def _arguments(self, row: Service, group: int, number: int) -> tuple[Any, ...]:
-        """What the functions of `row` get."""
+        """Return the arguments for the functions of `row`."""
         target = self.target(group)
         if row.element is not None:
             return (row.element(target, number),)

@@ -1,4 +1,4 @@
-"""What all clients hold of all devices together: the limits `all_…` are for the sum."""
+"""Usage of all devices by all clients together: the limits `all_…` apply to the sum."""
 
 from collections import OrderedDict
 from collections.abc import Iterable
@@ -32,7 +32,7 @@ class AbandonedHandles(Protocol):
 
 
 class Usage:
-    """What clients hold of all devices that share this."""
+    """Resources of all devices that share this object, as used by their clients."""
 
     def __init__(self, limits: ClientLimits) -> None:
         self.handles = 0
