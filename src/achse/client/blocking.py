@@ -237,7 +237,7 @@ class Subscription:
 
     @property
     def interruptions(self) -> int:
-        """How often it had to be set up again."""
+        """Number of times that the subscription had to be set up again."""
         return self._inner.interruptions
 
     def __enter__(self) -> Self:

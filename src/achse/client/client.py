@@ -57,7 +57,7 @@ class Client(Target):
 
 
 class Connecting:
-    """What `connect` gives: `async with` it, or `await` it and `close` the client yourself."""
+    """Result of `connect`: `async with` it, or `await` it and `close` the client yourself."""
 
     def __init__(
         self,
@@ -95,7 +95,7 @@ class Connecting:
         return Client(session, address, self._timeout, {}, self._watch_symbols)
 
     def __getattr__(self, name: str) -> Any:
-        """What somebody asks of the client who has none yet."""
+        """Raise AttributeError; for a name of `Client`, explain that it is not connected yet."""
         if hasattr(Client, name):
             raise AttributeError(
                 f"{name}: not connected yet: `async with achse.connect(…) as client:`, or await it;"

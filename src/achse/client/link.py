@@ -125,7 +125,7 @@ class Dialer(Protocol):
 
     @property
     def peer(self) -> str:
-        """Where it dials, for messages."""
+        """Address that the dialer dials, for messages."""
         ...
 
     async def open(self, user: LinkUser) -> ClientLink:
@@ -146,7 +146,7 @@ class TcpLink(asyncio.Protocol):
         self._transport: asyncio.Transport | None = None
         self._failure = ""
         self.heard = False
-        """Whether anything came from the far end."""
+        """True once the far end has sent anything."""
         self.when_mute: Callable[[], object] | None = None
         """Called if the far end closes without having sent anything."""
 
@@ -328,11 +328,11 @@ class TcpDialer:
         return (self.host, self.port)
 
     def _may_ask(self, link: TcpLink) -> bool:
-        """Whether the peer may have a port service: it is on this host and was not lost by it."""
+        """Return True if a port may be requested: the peer is local and may offer the service."""
         return _is_loopback(link) and self._peer_key not in _without_service
 
     def _ask_again(self) -> None:
-        """Who ends a link without a word may be a router that wants its port asked for."""
+        """Forget that the peer lacks the service: a router closes links without a port request."""
         _without_service.pop(self._peer_key, None)
 
     async def _open_directly(self, asked: TcpLink, user: LinkUser) -> TcpLink:

@@ -50,7 +50,7 @@ class MqttLink:
         self._gone: dict[NetId, None] = {}
         """Routers that say that they are offline."""
         self.came_late = False
-        """Whether the router to ask came after we had looked for it."""
+        """True if the router to query came online after the first search for it."""
 
     async def join(self, settings: MqttSettings, session: Session | None) -> None:
         """Enter the network; a broker that refuses is not asked again. Raises ConnectionLost."""
@@ -109,7 +109,7 @@ class MqttLink:
             self._lose(f"{net_id} has come")
 
     def left(self, net_id: NetId) -> None:
-        """Those who wait for an answer from there get one now."""
+        """Remove a router that is offline, and answer the requests that wait for it."""
         known = self.partners.pop(net_id, None) is not None
         self._gone[net_id] = None
         if len(self._gone) > _MOST_GONE:
@@ -231,7 +231,7 @@ class MqttDialer:
 async def routers_of(
     settings: MqttSettings, seconds: float = _LOOK_TIME, *, session: Session | None = None
 ) -> AsyncIterator[dict[NetId, RouterNote]]:
-    """Who is online in a network, after so many seconds of looking. Raises ConnectionLost."""
+    """Yield the online routers of a network, after a search of `seconds`. Raises ConnectionLost."""
     link = MqttLink(Onlooker(), MqttDialer(settings).source)
     await link.join(settings, session)
     try:

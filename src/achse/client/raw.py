@@ -30,7 +30,7 @@ _READ_WRITE = int(Command.READ_WRITE)
 Look = Callable[[int, bytes, Sequence[Outcome]], None]
 
 NOT_OFFERED = frozenset({ReturnCode.SERVICE_NOT_SUPPORTED.number, ReturnCode.INVALID_GROUP.number})
-"""How a device says that it has no such service: 0x701, or 0x702 for a group it does not know."""
+"""Errors of a device without the requested service: 0x701, or 0x702 for an unknown group."""
 
 
 AREAS = frozenset(
@@ -45,10 +45,10 @@ _RESPONSE_HEAD = 32 + 8
 """AMS header, result and length."""
 
 _SUM_HEAD = 16
-"""What a sum request has before its parts, beyond what a response has."""
+"""Bytes of a sum request before its parts, beyond those of a response."""
 
 STALE = frozenset({ReturnCode.SYMBOL_NOT_FOUND.number, ReturnCode.SYMBOL_VERSION_INVALID.number})
-"""What a symbol handle that is out of date is answered with: 0x710, 0x711."""
+"""Errors for a symbol handle that is out of date: 0x710, 0x711."""
 
 
 class DeviceInfo(NamedTuple):

@@ -21,7 +21,7 @@ __all__ = ["Requests", "Waiter", "describe_request"]
 
 
 class Waiter(Protocol):
-    """Who waits for an answer; an `asyncio.Future` is one."""
+    """Receiver of an answer; an `asyncio.Future` is one."""
 
     def done(self) -> bool:
         """True if nobody waits any more: answered or cancelled."""
@@ -103,7 +103,7 @@ class Requests:
 
 
 def describe_request(frame: Frame) -> str:
-    """What `frame` asks which device, in words for error messages."""
+    """Return the request in `frame` and its device in words, for error messages."""
     try:
         request = decode_request(frame)
     except DecodeError:

@@ -52,7 +52,7 @@ class ScopeRows(NamedTuple):
 
     deck: int
     size: int
-    """How many."""
+    """Number of rows."""
     first: int
     """Number of the first since the start."""
     rows: bytes
@@ -197,7 +197,7 @@ class RemoteScope:
                     await asyncio.sleep(_PAUSE)
 
     async def data(self) -> ScopeData:
-        """What there is now."""
+        """Return the samples that are recorded now."""
         facts = await self.facts()
         blocks = []
         for number, deck in enumerate(facts["decks"]):

@@ -62,5 +62,5 @@ class BlockingScope:
         return self._loop.run(self._inner.wait(within))
 
     def data(self) -> ScopeData:
-        """What there is now."""
+        """Return the samples that are recorded now."""
         return self._loop.run(self._inner.data())

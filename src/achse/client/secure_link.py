@@ -19,7 +19,7 @@ from achse.transport.tls import ClientTls
 __all__ = ["SECURE_SCHEME", "SecureDialer", "SecureTarget", "SecureTargetError", "own_folder"]
 
 SECURE_SCHEME = "secure://"
-"""What the name of a target begins with that is reached by Secure ADS."""
+"""Prefix of the name of a target that is reached by Secure ADS."""
 
 _SETTINGS = ("fingerprint", "ca", "certificates", "psk_identity", "psk_key", "ignore_name")
 
@@ -29,7 +29,7 @@ class SecureTargetError(ValueError):
 
 
 def own_folder() -> Path:
-    """Where our certificate is kept: ACHSE_CERTIFICATES, or `achse` in the user's configuration."""
+    """Return the folder of our certificate: ACHSE_CERTIFICATES, or `achse` in the user settings."""
     if named := os.environ.get("ACHSE_CERTIFICATES"):
         return Path(named)
     configured = os.environ.get("APPDATA") or os.environ.get("XDG_CONFIG_HOME")
@@ -114,7 +114,7 @@ class SecureTarget:
         return OwnCertificate.made(self.certificates or own_folder(), socket.gethostname())
 
     def credentials(self) -> Credentials:
-        """Who we are there. Raises CertificateError, OSError, TlsError."""
+        """Return our credentials for the target. Raises CertificateError, OSError, TlsError."""
         if self.psk_identity:
             key = pre_shared_key(self.psk_identity, self.psk_key)
             kind, tls = TlsKind.PSK, ClientTls(psk=(self.psk_identity, key))
@@ -143,7 +143,7 @@ class SecureDialer:
         self.target = target
         self.source = source
         self.fingerprint = ""
-        """What the target showed last."""
+        """Fingerprint that the target showed last; empty before the first link."""
 
     @property
     def peer(self) -> str:

@@ -17,7 +17,7 @@ __all__ = ["OUR_NET_ID", "SerialDialer", "SerialLink"]
 log = logging.getLogger("achse.client")
 
 OUR_NET_ID = NetId("127.0.0.1.1.2")
-"""Who we say we are where nobody can know us: on a serial line there are only two."""
+"""NetId of the client on a serial line: no router assigns one there, and it has only two ends."""
 
 
 class SerialLink(asyncio.Protocol):
@@ -25,7 +25,7 @@ class SerialLink(asyncio.Protocol):
 
     max_packet: int | None = MAX_PACKET
     peer_net_id = LOOPBACK_NET_ID
-    """That is what every router calls itself."""
+    """NetId that every router uses for itself."""
 
     def __init__(self, user: LinkUser, port: SerialPort, address: AmsAddress) -> None:
         self.address = address

@@ -43,7 +43,7 @@ __all__ = [
 log = logging.getLogger("achse.client")
 
 NOBODY_LISTENS = "; start a station with `achse run --detach`, or name another host and port"
-"""What to do where a connection is refused."""
+"""Advice for a connection that is refused."""
 
 _NOT_FOUND = (
     ReturnCode.TARGET_PORT_NOT_FOUND.number,
@@ -84,13 +84,13 @@ class Listener(Protocol):
 
 
 class Renewable(Protocol):
-    """What lives on a link and has to be set up again on the next one."""
+    """User of a link that has to be set up again on the next link."""
 
     @property
     def target(self) -> AmsAddress: ...
 
     def interrupt(self) -> None:
-        """What was set up is gone. Called at the loss, before anything new can happen."""
+        """Discard all that was set up; called at the loss, before anything new can happen."""
         ...
 
     def renew(self) -> None:
@@ -161,7 +161,7 @@ class Session:
         """NetId derived from the peer's IP address because the peer returned none."""
         self.requests = Requests()
         self.losses = 0
-        """How often the link was lost."""
+        """Number of times that the link was lost."""
         self._loop = asyncio.get_running_loop()
         self._link: ClientLink | None = None
         self._ready: ClientLink | None = None

@@ -246,7 +246,7 @@ class _Module:
         yield ""
 
     def _made(self, name: str, type: IecType[Any]) -> str:
-        """What makes the symbol of a type; `name` is its name in Python."""
+        """Return the expression that creates the symbol of a type; `name` is its name in Python."""
         real = resolved(type)
         block = self.blocks.get(real.name.lower())
         if block is not None:
@@ -260,7 +260,7 @@ class _Module:
         return f"Symbol(target, {name}, {hint})"
 
     def _is_callable(self, type: IecType[Any]) -> bool:
-        """Whether a type has methods, or something inside it has."""
+        """Return True if a type or one of its parts has methods."""
         real = resolved(type)
         if isinstance(real, ArrayType):
             return self._is_callable(real.element)

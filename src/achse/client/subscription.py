@@ -50,7 +50,7 @@ LONGEST_TIME = 429.4967295
 
 
 class VariableLocation(NamedTuple):
-    """Where a variable lies, how long it is and which type its bytes are."""
+    """Location of a variable, with its length in bytes and its type."""
 
     name: str
     group: int
@@ -87,7 +87,7 @@ class Sample(NamedTuple):
 
 
 class Timing(NamedTuple):
-    """When the target sends: mode, and cycle time and longest delay in 100 ns."""
+    """Send condition of the target: mode, and cycle time and largest delay in 100 ns."""
 
     mode: TransmissionMode
     max_delay: int
@@ -136,7 +136,7 @@ class Subscription:
         self.dropped = 0
         """Samples lost so far because nobody fetched them."""
         self.interruptions = 0
-        """How often it had to be set up again."""
+        """Number of times that the subscription had to be set up again."""
         self._target = target
         self._session = target.session
         self._locate = locate
@@ -277,7 +277,7 @@ class Subscription:
             await asyncio.sleep(pause)
 
     def symbols_changed(self) -> None:
-        """What was subscribed by name may lie elsewhere now."""
+        """Subscribe by name again: the variables may have moved."""
         if self._forget is not None:
             self.interrupt()
             self.renew()

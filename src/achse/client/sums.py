@@ -208,7 +208,10 @@ def sum_of(parts: Sequence[Part]) -> ReadWriteRequest:
 
 
 def unpack(parts: Sequence[Part], data: bytes) -> list[Outcome]:
-    """What the answer `data` to `sum_of(parts)` says of each; `DecodeError` if it does not fit."""
+    """Return the outcome of each part in the answer `data` to `sum_of(parts)`.
+
+    Raises `DecodeError` if the answer does not fit the parts.
+    """
     return _SUMS[type(parts[0])].unpack(parts, data)
 
 

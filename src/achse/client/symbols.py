@@ -1,8 +1,8 @@
-"""What a client knows of a device's symbols: where they lie, their types, their handles.
+"""Symbols of a device, as known to a client: their places, their types, their handles.
 
-Fetched when first asked for, what is asked in one turn of the loop together (entries 0xF009,
-types 0xF011, handles 0xF003), and shared by everything that talks to the same device. Forgotten
-when the link is lost or the device says that its symbols changed (0xF008).
+They are fetched at the first request, all requests of one turn of the loop together (entries
+0xF009, types 0xF011, handles 0xF003), and shared by all clients of the same device. They are
+dropped when the link is lost or the device reports that its symbols changed (0xF008).
 """
 
 import asyncio
@@ -292,7 +292,7 @@ class SymbolBook:
                     wish.place.set_exception(error)
 
     async def _hint(self, name: str) -> str:
-        """What may have been meant by a name that the device does not know."""
+        """Return a hint about the intended name, for a name that the device does not know."""
         hint = self._hints.get(name)
         if hint is None:
             listing = await self._listed_once()
@@ -474,7 +474,7 @@ class SymbolBook:
 
 
 def _decoded(read: Callable[P, T], *arguments: P.args, **options: P.kwargs) -> T:
-    """What `read` makes of bytes of the device; `DecodeError` if they are not what they should."""
+    """Return what `read` decodes from bytes of the device; `DecodeError` for invalid bytes."""
     try:
         return read(*arguments, **options)
     except (IecDecodeError, DeclarationError) as error:

@@ -45,10 +45,10 @@ __all__ = ["MethodResult", "SendWhen", "Target", "transmission_mode"]
 V = TypeVar("V")
 
 NC_PORT = 500
-"""Where the NC answers (002 §6.4)."""
+"""AMS port of the NC (002 §6.4)."""
 
 SendWhen = Literal["change", "cycle"] | TransmissionMode
-"""When a subscription sends: when the value changed, or each cycle."""
+"""Condition on which a subscription sends: a change of the value, or each cycle."""
 
 
 def transmission_mode(send: SendWhen) -> TransmissionMode:
@@ -61,7 +61,7 @@ def transmission_mode(send: SendWhen) -> TransmissionMode:
 
 
 class MethodResult(NamedTuple):
-    """What a method with outputs answers."""
+    """Result of a method with outputs."""
 
     value: Any
     """The return value, None if it has none."""

@@ -37,7 +37,7 @@ class TypedSample(NamedTuple, Generic[T]):
 
 
 class Callables:
-    """What has methods: a program, or a function block by its name."""
+    """Symbol with methods: a program, or a function block by its name."""
 
     def __init__(self, target: Target, name: str) -> None:
         self.target = target
