@@ -45,7 +45,7 @@ class ScopeChunk(NamedTuple):
 
     block: int
     size: int
-    """How many rows."""
+    """Number of rows."""
     first: int
     """Number of the first row since the start of the recording."""
     rows: bytes
@@ -83,7 +83,7 @@ def chunks_in(data: bytes, widths: Mapping[int, int]) -> Iterator[ScopeChunk]:
 
 
 def header_of(data: ScopeData) -> dict[str, Any]:
-    """What a file says before the samples."""
+    """Return the header of a file, which comes before the samples."""
     return {
         "name": data.name,
         "trigger_ns": data.trigger_ns,

@@ -27,7 +27,7 @@ class ScopeChannel:
     """One channel. Without `symbol`, `index_group` and `index_offset` say where the value is."""
 
     name: str
-    """How exports call it; unique within a scope."""
+    """Name of the channel in exports; unique within a scope."""
     symbol: str = ""
     index_group: int = 0
     index_offset: int = 0
@@ -39,7 +39,7 @@ class ScopeChannel:
     """0: the cycle of the task that has the value."""
     scale: float = 1.0
     offset: float = 0.0
-    """What is shown is `raw * scale + offset`."""
+    """Offset of the displayed value, which is `raw * scale + offset`."""
     unit: str = ""
     comment: str = ""
 

@@ -32,7 +32,7 @@ class ScopeBlock:
     channels: tuple[ScopeChannel, ...]
     types: tuple[ScopeType, ...]
     lengths: tuple[int, ...]
-    """How many of the rows each channel has."""
+    """Number of rows that each channel has."""
     rows: bytes | bytearray
     """Words of 8 bytes, little endian: all channels of the first row, of the second …"""
 
@@ -54,7 +54,7 @@ class ScopeTrack:
 
     block: ScopeBlock
     number: int
-    """Which of the block's channels."""
+    """Index of the channel in its block."""
     first_ns: int
     """Unix time of the first sample of the recording, from which times count."""
 
@@ -204,13 +204,13 @@ class ScopeData:
         return None if self.trigger_ns is None else (self.trigger_ns - self.begin_ns) / 1e9
 
     def _repr_html_(self) -> str:
-        """What a notebook shows."""
+        """Return the summary that a notebook shows."""
         from achse.scope.summary import html_of
 
         return html_of(self)
 
     def _repr_png_(self) -> bytes | None:
-        """What a console with pictures shows; needs matplotlib (`achse[plot]`)."""
+        """Return the picture that a graphical console shows; needs matplotlib (`achse[plot]`)."""
         from achse.scope.summary import png_of
 
         return png_of(self)

@@ -27,7 +27,7 @@ Read = Callable[[], bytes]
 
 
 class ScopeSource:
-    """Where a channel gets its values: `read` gives the bytes of one, again and again."""
+    """Source of a channel's values: `read` returns the bytes of one value at each call."""
 
     __slots__ = ("cycle_ns", "read", "type")
 
@@ -39,7 +39,7 @@ class ScopeSource:
 
     @property
     def in_memory(self) -> bool:
-        """Whether machine code can read it."""
+        """True if machine code can read the value."""
         return isinstance(self.read, MemoryCell)
 
 
@@ -53,13 +53,13 @@ class DeckChannel:
         self.type = source.type
         self.read: Read = source.read
         self.lost = ""
-        """Why no more samples come; empty while they do."""
+        """Reason why no more samples come; empty while they do."""
         self.length: int | None = None
-        """How many samples of the recording it has, once it is lost."""
+        """Number of samples in the recording, once the channel is lost."""
 
 
 def address_of(cell: MemoryCell) -> int:
-    """Where the value is, as long as its memory neither moves nor grows."""
+    """Return the address of a value, valid as long as its memory neither moves nor grows."""
     if cell.address:
         return cell.address
     with memoryview(cell.memory) as view:

@@ -1,7 +1,7 @@
-"""What a scope is to record: channels, record length, triggers; as an object, and as JSON.
+"""Definition of a scope: channels, record length, triggers; as an object, and as JSON.
 
-A file with the ending `.scp` is such a document in UTF-8. Those of the vendor's tools have another
-form that no manual tells; they are refused.
+A file with the ending `.scp` is such a document in UTF-8. Files of the vendor's tools have another
+format that no manual describes; they are refused.
 """
 
 import json
@@ -48,7 +48,7 @@ class ScopeDefinition:
     pretrigger: float = 0.0
     """Share of the length that is before the trigger, 0 to below 1."""
     combine: str = field(default="any")
-    """Whether `any` trigger is enough, or `all` must fire in the same sample."""
+    """Combination of the triggers: `any` is enough, or `all` must fire in the same sample."""
 
     def with_length(self, seconds: float) -> "ScopeDefinition":
         """The same with another record length. Raises ScopeError."""

@@ -15,14 +15,14 @@ __all__ = ["KERNEL", "SAMPLED", "WATCHED", "SampledChannel", "WatchedChannel", "
 
 
 class SampledChannel:
-    """Where the value of a channel is."""
+    """Place of a channel's value: word, first bit in the word, and the bits that count."""
 
     place: int = 0
     """The word with its first bit."""
     shift: int = 0
-    """Where in that word."""
+    """Position of the first bit in that word."""
     spills: int = 0
-    """Whether it goes on in the next word."""
+    """1 if the value continues in the next word, else 0."""
     mask: int = 0
     """The bits that count."""
 
@@ -31,7 +31,7 @@ class WatchedChannel:
     """A trigger: the band of keys, how keys are made, and what was in the sample before."""
 
     channel: int = 0
-    """Which of the row."""
+    """Index of the channel in the row."""
     sign: int = 0
     flip: int = 0
     turn: int = 0
@@ -43,7 +43,7 @@ class WatchedChannel:
     inverted: int = 0
     event: int = 0
     state: int = -1
-    """Whether the condition was true; -1 unknown."""
+    """Result of the condition in the sample before: 0, 1, or -1 if unknown."""
 
 
 SAMPLED = lay_out("SampledChannel", [SampledChannel], Slot)
@@ -79,7 +79,7 @@ def take_sample(
 
 
 def _fires(trigger: WatchedChannel, word: int) -> int:
-    """Whether a trigger fires with this sample; the state is that of this sample afterwards."""
+    """Return 1 if a trigger fires with this sample, else 0; `trigger.state` is updated."""
     key = (word ^ trigger.sign) - trigger.sign
     if key < 0:
         key = key ^ trigger.flip

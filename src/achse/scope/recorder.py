@@ -18,7 +18,7 @@ __all__ = ["Recorder", "ScopeState"]
 
 
 class ScopeState(IntEnum):
-    """What a scope does."""
+    """State of a scope."""
 
     OFFLINE = 0
     RECORDING = 1
@@ -42,19 +42,19 @@ class Recorder:
         self.definition = definition
         self.state = ScopeState.OFFLINE
         self.trigger_ns: int | None = None
-        """When the trigger was."""
+        """Time of the trigger, ns; None before it."""
         self.begin_ns: int | None = None
-        """When the recording was started."""
+        """Time of the start of the recording, ns; None before it."""
         self.due_ns: float = math.inf
-        """When the next sample is to be taken; infinite for never."""
+        """Time of the next sample, ns; infinite for never."""
         self._bind = bind
         self.compiled = compiled
-        """Whether machine code takes the samples."""
+        """True if machine code takes the samples."""
         self._tick_ns = tick_ns
         self.decks: tuple[Deck, ...] = ()
         self._chosen: list[tuple[ScopeChannel, ScopeSource, int]] = []
         self._stale = False
-        """Whether symbols may be elsewhere since they were found."""
+        """True if symbols may have moved since the channels were bound."""
         self._find()
 
     def _find(self) -> None:
@@ -212,7 +212,7 @@ class Recorder:
 
     @property
     def newest_ns(self) -> int:
-        """When the newest sample was taken; without samples the start, 0 before it."""
+        """Time of the newest sample, ns; without samples the start, 0 before it."""
         taken = [deck.due_ns - deck.step_ns for deck in self.decks if deck.count]
         return max(taken, default=self.begin_ns or 0)
 

@@ -29,7 +29,7 @@ class ScopeGroup(IntEnum):
 
 
 class ScopeCommand(StrEnum):
-    """What a ReadWrite to `SCOPES` at a number may say."""
+    """Command in a ReadWrite to `SCOPES` at a scope's number."""
 
     START = "start"
     STOP = "stop"
@@ -40,4 +40,4 @@ class ScopeCommand(StrEnum):
 
 
 SAMPLES_REQUEST = struct.Struct("<IQ")
-"""Which deck, and the number of the first row; the answer is a chunk (`achse.scope.binary`)."""
+"""Numbers of the deck and of the first row; the answer is a chunk (`achse.scope.binary`)."""

@@ -13,7 +13,7 @@ _SHOWN_SAMPLES = 2_000_000
 
 
 def summary(data: "ScopeData") -> list[dict[str, Any]]:
-    """What each channel has: samples, sample time in s, least, greatest and last value."""
+    """Return a row for each channel: samples, sample time in s, least, greatest and last value."""
     rows = []
     for track in data.tracks:
         values = [value for value in track.values if not math.isnan(value)]

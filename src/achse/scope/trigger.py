@@ -24,7 +24,7 @@ __all__ = [
 
 
 class TriggerEvent(IntEnum):
-    """When a condition fires."""
+    """Sample in which a condition fires."""
 
     HOLDS = 0
     """In each sample in which it is true."""
@@ -39,11 +39,11 @@ class TriggerKind:
     """One kind of trigger."""
 
     bounds: int
-    """How many numbers it takes: 1 a level, 2 a window."""
+    """Number of bounds: 1 for a level, 2 for a window."""
     from_first: bool
-    """Whether the first bound is the lower end of the band; else the band ends there."""
+    """True if the band begins at the first bound; else the band ends there."""
     inverted: bool
-    """Whether values outside the band count."""
+    """True if the condition is true for values outside the band."""
     event: TriggerEvent
     meaning: str
 
@@ -59,7 +59,7 @@ TRIGGER_KINDS: dict[str, TriggerKind] = {
     "inside": TriggerKind(2, True, False, TriggerEvent.HOLDS, "is in LOW … HIGH"),
     "outside": TriggerKind(2, True, True, TriggerEvent.HOLDS, "is not in LOW … HIGH"),
 }
-"""What triggers there are; bounds belong to the window."""
+"""Kinds of triggers by name; bounds belong to the window."""
 
 _BOOL_LEVEL = 0.5
 """The level where none is given: an edge of a BOOL."""
@@ -93,7 +93,7 @@ class ScopeTrigger:
         return " ".join((self.channel, self.kind, *(f"{bound:g}" for bound in self.bounds)))
 
     def band(self, type: ScopeType) -> TriggerBand:
-        """What the trigger means for values of that type."""
+        """Return the band of the trigger for values of this type."""
         kind = TRIGGER_KINDS[self.kind]
         low, high = type.keys
         if kind.from_first:

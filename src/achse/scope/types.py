@@ -17,7 +17,7 @@ _LEAST, _MOST = -(1 << 63), (1 << 63) - 1
 
 
 class ScopeError(ValueError):
-    """What was asked of a scope cannot be done: names the key, what was expected and what came."""
+    """Error in a request to a scope: the key, the expected value and the value that came."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,12 +24,12 @@ Progress = Callable[[int, int], object]
 
 @dataclass(frozen=True)
 class Sweep:
-    """What a sweep has found.
+    """Result of a sweep.
 
     - `rows`: one for each run, in order: `run`, parameters, `seed`, results, `error`, `seconds`;
-    - `digest`: SHA-256 of the rows without their times: equal wherever and in whatever order they
-      ran;
-    - `seconds`: that it took; `workers`: how many there were at the end.
+    - `digest`: SHA-256 of the rows without their times: equal on any computer and in any order of
+      the runs;
+    - `seconds`: duration of the sweep; `workers`: number of workers at its end.
     """
 
     rows: Sequence[Row]
@@ -114,7 +114,7 @@ def _played(
     workers: int | None,
     scheduler: str | None,
 ) -> Iterator[tuple[int, Iterator[list[Row]]]]:
-    """How many workers there are, and the rows of runs piece by piece."""
+    """Yield the number of workers, and an iterator over the rows of runs, piece by piece."""
     if workers == 0 and scheduler is None:
         yield 1, (play(scenario, piece, longest) for piece in _cut(runs, 1))
         return

@@ -24,9 +24,9 @@ class RunTooLong(BaseException):
 
 @contextlib.contextmanager
 def within(seconds: float | None, *, own_process: bool = False) -> Iterator[None]:
-    """What is done inside has so many seconds; raises RunTooLong in it. None: any time.
+    """Limit the block inside to `seconds` by raising RunTooLong in it; None sets no limit.
 
-    A run that does not end by this takes its process with it, if that is its `own_process`.
+    A run that does not end by the exception takes its process with it, if it has its `own_process`.
     """
     if seconds is None:
         yield

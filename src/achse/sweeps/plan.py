@@ -1,4 +1,4 @@
-"""What is to be run: the values of each parameter, the seeds, and every combination in order."""
+"""Plan of a sweep: the values of each parameter, the seeds, and every combination in order."""
 
 import itertools
 import math

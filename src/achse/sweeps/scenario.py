@@ -24,7 +24,7 @@ _LONGEST_ERROR = 500
 
 _LONGEST_TEXT = 1 << 20
 _MOST_RESULTS = 1000
-"""What a run may give: all rows are in memory at the end."""
+"""Largest number of results of a run: all rows are in memory at the end."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Scenario:
 
     @property
     def fingerprint(self) -> str:
-        """What tells one scenario from another when a sweep is resumed."""
+        """Hash of name and source, by which a resumed sweep recognises its scenario."""
         return hashlib.sha256(f"{self.name}\n{self.source}".encode()).hexdigest()
 
 
@@ -130,7 +130,7 @@ def _told(fault: BaseException) -> str:
 
 
 def _results(found: Any, row: Row) -> Row:
-    """What a run gives, as plain numbers and texts. Raises SweepError."""
+    """Return the results of a run as plain numbers and texts. Raises SweepError."""
     if not isinstance(found, Mapping):
         raise SweepError(f"a run gives a dictionary of results, got {type(found).__name__}")
     if len(found) > _MOST_RESULTS:

@@ -94,7 +94,7 @@ class SweepStore:
 
 
 def _document(file: Path) -> Any:
-    """What a file holds; None if it is not there or not whole."""
+    """Return the content of a JSON file; None if the file is missing or incomplete."""
     try:
         return json.loads(file.read_text(encoding="utf-8"))
     except (FileNotFoundError, ValueError):

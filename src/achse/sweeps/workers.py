@@ -20,7 +20,7 @@ _DEATHS = 1
 """Workers that may die over one piece until it is suspected; then its runs are played apart."""
 
 _FORKED_WITH = ["distributed.nanny", "achse.station", "achse.client", "achse.sweeps"]
-"""What workers have imported from the beginning."""
+"""Modules that the fork server imports before it starts workers."""
 
 _SOMEBODY_WITHIN = 15
 """Seconds that a scheduler has to answer, and to have a worker."""
@@ -34,7 +34,7 @@ class Workers:
     def __init__(self, client: Any, count: int) -> None:
         self._client = client
         self.count = count
-        """How many workers there are."""
+        """Number of workers."""
 
     def play(
         self, scenario: Scenario, pieces: Sequence[Sequence[Run]], longest: float | None
