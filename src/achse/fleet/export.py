@@ -98,7 +98,7 @@ def _text(value: str) -> str:
 
 
 def _template_path(plan: FleetPlan) -> PurePosixPath:
-    """Where the template is, from the folder of the fleet.toml."""
+    """Return the path of the template, relative to the folder of the fleet.toml."""
     folder = plan.file.resolve().parent
     template = plan.template.resolve()
     if not template.is_relative_to(folder):
@@ -110,7 +110,7 @@ def _template_path(plan: FleetPlan) -> PurePosixPath:
 
 
 def _needs_broker(plan: FleetPlan) -> bool:
-    """Whether the broker of the file is on this computer, where containers do not see it."""
+    """Return True if the file's broker is on this computer, so that containers cannot reach it."""
     host = plan.config.mqtt.broker
     try:
         return ipaddress.ip_address(host).is_loopback

@@ -1,4 +1,4 @@
-"""Where a key of a TOML document is, as the parser of Python's library does not tell it."""
+"""Line numbers of keys in a TOML document, which the parser of Python's library does not report."""
 
 import tomllib
 from collections.abc import Sequence

@@ -15,7 +15,7 @@ __all__ = ["OrderError", "OrderPort", "give_order"]
 _HOST = "127.0.0.1"
 _LONGEST = 16 * 1024 * 1024
 _FIRST_WORDS_S = 5.0
-"""Who connects has so long to say what is wanted."""
+"""Time that a connection has to send its order, s."""
 
 Carry = Callable[[str, Mapping[str, Any]], Awaitable[Any]]
 

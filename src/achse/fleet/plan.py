@@ -44,7 +44,7 @@ class OverrideConfig(BaseModel):
     )
 
     number: Numbers
-    """Which one, 1 and up, or several: `"3-7"`."""
+    """Number of the station, 1 and up, or several: `"3-7"`."""
     name: str | None = Field(default=None, min_length=1, max_length=63)
     net_id: ConfiguredNetId | None = None
     speed: Annotated[FiniteFloat, Field(gt=0)] | None = None
@@ -186,10 +186,10 @@ class FleetPlan:
     def _attempt(
         self, station: FleetStation, alone: bool, make: Callable[[dict[str, Any], str], _Made]
     ) -> _Made:
-        """What `make` makes of the document of a station.
+        """Return the result of `make` for the document of a station.
 
-        If it cannot, its ConfigError is about the first [[station]] with which it could not, or
-        about the template.
+        If `make` fails, its ConfigError names the first [[station]] with which it failed, or the
+        template.
         """
         places = station.overrides
         try:

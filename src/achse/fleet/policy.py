@@ -1,4 +1,4 @@
-"""How often what ended is started again."""
+"""Restart policy of the processes of a fleet: number of restarts, and pauses between them."""
 
 __all__ = ["RestartPolicy"]
 

@@ -127,7 +127,7 @@ class FleetSupervisor:
 
     @property
     def stopping(self) -> bool:
-        """Whether `stop` was called."""
+        """True once `stop` was called."""
         return self._stopping.is_set()
 
     async def ready(self) -> None:

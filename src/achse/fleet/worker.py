@@ -30,7 +30,7 @@ def pin(core: int | None) -> bool:
 
 
 def memory_bytes() -> int | None:
-    """What this process has in memory now (Linux); None elsewhere."""
+    """Return the memory of this process, bytes (Linux); None elsewhere."""
     try:
         with open("/proc/self/statm", encoding="ascii") as figures:
             return int(figures.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")

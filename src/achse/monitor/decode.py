@@ -39,7 +39,7 @@ _AREAS = frozenset(
 
 
 class _Watched(NamedTuple):
-    """What a subscription is about: the symbol if it is one, else the name of the service."""
+    """Subject of a subscription: the symbol if it is one, else the name of the service."""
 
     symbol: str
     service: str
@@ -115,7 +115,7 @@ class Decoder:
         """By client, device and notification handle."""
 
     def see(self, capture: Captured) -> Iterator[Exchange]:
-        """What `capture` completes."""
+        """Yield the exchanges that `capture` completes."""
         try:
             frame = capture.frame
         except DecodeError:
@@ -286,7 +286,7 @@ class Decoder:
                 self.names.learn(device).learn_table(request.source, group, offset, data)
 
     def _value(self, device: bytes, group: int, symbol: str, data: bytes, layout: str) -> str:
-        """What was read, written or sampled, as people read it."""
+        """Return the text for a value that was read, written or sampled."""
         if group == ReservedGroup.SYMBOL_HANDLE_BY_NAME:
             return f"handle 0x{int.from_bytes(data[:4], 'little'):X}"
         if group in (ReservedGroup.SYMBOL_ENTRY_BY_NAME, ReservedGroup.TYPE_ENTRY_BY_NAME):

@@ -1,4 +1,4 @@
-"""What numbers on the wire are called and mean: services by the rows, symbols by what passed."""
+"""Names for the numbers on the wire: services by their rows, symbols by the observed traffic."""
 
 import re
 import struct
@@ -21,7 +21,7 @@ _FORMATS = {
 }  # fmt: skip
 _LONGEST_DUMP = 32
 _PLC_PORTS = frozenset((801, 811, 821, 831, *range(850, 900)))
-"""Where PLC runtimes of TwinCAT 2 and 3 are; all offer what that at 851 does."""
+"""AMS ports of PLC runtimes of TwinCAT 2 and 3; all of them offer the services of port 851."""
 
 _NOTHING = KnownSymbols()
 
@@ -58,7 +58,7 @@ class Names:
     # symbols ---------------------------------------------------------------------------------
 
     def symbols(self, device: bytes) -> KnownSymbols:
-        """What is known of a device's symbols; what is learned of one never seen is lost."""
+        """Return the known symbols of a device; to add symbols to them, use `learn`."""
         return self._symbols.get(device, _NOTHING)
 
     def learn(self, device: bytes) -> KnownSymbols:

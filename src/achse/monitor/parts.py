@@ -1,4 +1,4 @@
-"""What a request asks for: one part, or the parts of a sum command with the outcome of each."""
+"""Parts of a request: one part, or the parts of a sum command with the outcome of each."""
 
 import struct
 from collections.abc import Sequence

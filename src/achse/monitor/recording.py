@@ -33,7 +33,7 @@ __all__ = ["Key", "RecordedDevice", "Recording", "differences", "symbol_name"]
 
 
 class Key(NamedTuple):
-    """What a part asks for: `name` instead of a handle, or the data of a ReadWrite."""
+    """Identity of a part: `name` replaces a handle, or is the data of a ReadWrite."""
 
     command: Command
     group: int
@@ -42,7 +42,7 @@ class Key(NamedTuple):
 
 
 class RecordedDevice:
-    """What one AMS port answered."""
+    """Recorded answers of one AMS port."""
 
     def __init__(self, port: int) -> None:
         self.port = port
@@ -58,7 +58,7 @@ class RecordedDevice:
         """By handle: the symbol."""
 
     def key(self, part: Part) -> Key:
-        """What `part` asks for."""
+        """Return the key of `part`."""
         if isinstance(part, DeleteNotificationRequest):
             return Key(Command.DELETE_NOTIFICATION, 0, 0, b"")
         group, offset = part.index_group, part.index_offset
@@ -187,11 +187,11 @@ class Recording:
 def differences(
     first: Recording, second: Recording, rows: Mapping[int, Sequence[RowFacts]] | None = None
 ) -> Iterator[str]:
-    """What the two targets answered differently, a line each.
+    """Yield the differences between the answers of two targets, a line each.
 
-    Compared are, by device and by what was asked for, the values and errors in their order; how
-    often the last of them was repeated does not count, and neither do times. `rows` name the
-    services, see `Names`; types that only one of the clients asked for serve both.
+    Values and errors are compared in their order, by device and by request; the number of
+    repetitions of the last one does not count, and neither do times. `rows` provide the names of
+    services, see `Names`; a type that only one of the clients requested is used for both.
     """
     one_names, two_names = (_learned(recording, rows or {}) for recording in (first, second))
     for port in {*first.devices, *second.devices}:

@@ -1,7 +1,7 @@
-"""What is known of the symbols of one device, told by the tables, entries and handles that pass.
+"""Known symbols of one device, learned from the tables, entries and handles in the traffic.
 
-Nothing here asks: anyone who uploads a table, asks for an entry or a handle, or reads the symbol
-version tells the monitor as well.
+The monitor sends no requests: it learns when any client uploads a table, requests an entry or a
+handle, or reads the symbol version.
 """
 
 import struct
