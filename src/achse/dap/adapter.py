@@ -54,7 +54,7 @@ class _Refused(Exception):
 
 
 class _Reference(NamedTuple):
-    """What the editor knows by a number: a scope of a call, or the parts of a variable."""
+    """Reference that the editor has as a number: a scope of a call, or the parts of a variable."""
 
     call: int
     scope: str = ""
@@ -72,7 +72,7 @@ class Adapter:
         self._references: dict[int, _Reference] = {}
         self._library_sources: dict[int, str] = {}
         self._client_paths: dict[str, str] = {}
-        """How the editor calls a file, by the file's real path."""
+        """Editor's path of a file, by the file's real path."""
         self._tasks: list[str] = []
         self._reported = 0
         """The number of the last stop that the editor knows of."""
@@ -108,7 +108,7 @@ class Adapter:
             "terminate": self._disconnect,
         }
         self._after: list[Callable[[], Awaitable[None]]] = []
-        """What is done once the answer is on its way."""
+        """Actions to run after the answer is sent."""
 
     # messages --------------------------------------------------------------------------------
 

@@ -24,7 +24,7 @@ class DebugLink:
         self._plc = plc
 
     async def ask(self, do: str, /, **fields: Any) -> Any:
-        """What the service answers. Raises `DebugRefused`, and AdsError for the connection."""
+        """Return the service's answer. Raises `DebugRefused`, and AdsError for the connection."""
         request = json.dumps({"do": do, **fields}).encode()
         answer = await self._client.read_write_raw(DEBUG, self._plc, _LONGEST, request)
         found = json.loads(answer)
@@ -33,6 +33,6 @@ class DebugLink:
         return found
 
     async def state(self) -> dict[str, Any]:
-        """What the PLC does now."""
+        """Return the state of the PLC."""
         found: dict[str, Any] = await self.ask("state")
         return found

@@ -16,7 +16,7 @@ _FIELD = re.compile(rb"([A-Za-z-]+):(.*)", re.DOTALL)
 
 
 class DapFrameError(Exception):
-    """What came is not a frame, and where the next one begins is not known."""
+    """Raised for bytes that are not a frame, so that the start of the next frame is unknown."""
 
 
 def encode_frame(message: dict[str, Any]) -> bytes:

@@ -1,4 +1,4 @@
-"""Where editors reach the adapter: standard streams, or a TCP port."""
+"""Endpoints of the adapter for editors: standard streams, or a TCP port."""
 
 import asyncio
 import contextlib

@@ -1,4 +1,4 @@
-"""What an editor debugs: a station that the adapter runs itself, or one that runs already."""
+"""Target of an editor: a station that the adapter runs itself, or one that runs already."""
 
 import asyncio
 from collections.abc import Mapping
@@ -32,7 +32,7 @@ class Target:
         self._station: Station | None = None
         self.link: DebugLink
         self.message = ""
-        """What to tell the user once it runs."""
+        """Message for the user once the station runs."""
         self.ended: asyncio.Event = asyncio.Event()
 
     async def open(self) -> None:

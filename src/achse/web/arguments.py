@@ -89,7 +89,7 @@ class Arguments:
         return list(dict.fromkeys(value))
 
     def value(self, name: str) -> Any:
-        """Whatever is there. CallError without it."""
+        """Return the value as it was sent, of any type. Raises CallError without it."""
         if name not in self.fields:
             raise CallError(f"{name}: expected a value")
         return self.fields[name]

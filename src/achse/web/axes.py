@@ -39,7 +39,7 @@ _LOOK_AGAIN = 5.0
 
 
 class AxisDesk:
-    """What pages see of the axes of a target, and do with them."""
+    """Handlers of page calls about the axes of a target."""
 
     def __init__(self, watched: WatchedTarget) -> None:
         self._watched = watched

@@ -62,7 +62,7 @@ def drive_state(statusword: int) -> str:
 
 
 class BusDesk:
-    """What pages ask about buses and drives."""
+    """Handlers of page calls about buses and drives."""
 
     def __init__(self, watched: WatchedTarget) -> None:
         self._watched = watched
@@ -79,7 +79,7 @@ class BusDesk:
         return masters
 
     async def there(self) -> bool:
-        """Whether the target has a bus."""
+        """Return True if the target has a bus."""
         try:
             return bool(await self._masters())
         except (AdsError, ValueError, struct.error):
@@ -234,7 +234,7 @@ class BusDesk:
 
 
 async def _maybe(reading: Awaitable[bytes], form: str) -> tuple[Any, ...] | None:
-    """What was read, taken apart; None where the target has no such service."""
+    """Return the unpacked data of a read; None if the target has no such service."""
     try:
         data = await reading
     except DeviceError:

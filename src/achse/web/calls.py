@@ -30,11 +30,11 @@ class PageCall(NamedTuple):
     do: Callable[..., Awaitable[Any]]
     needs: Right = Right.READ
     of_page: bool = False
-    """Whether it is about the page that asks: that comes before the arguments."""
+    """True if the call is about the calling page, which is then passed before the arguments."""
 
 
 class Desks(NamedTuple):
-    """What answers calls about one target."""
+    """Handlers of page calls about one target."""
 
     axes: AxisDesk
     parameters: ParameterDesk
@@ -118,7 +118,7 @@ def calls_of(watched: WatchedTarget, desks: Desks) -> dict[str, PageCall]:
 
 
 def topics_of(desks: Desks) -> dict[str, Topic]:
-    """What can be watched, by name."""
+    """Return the topics that pages can watch, by name."""
     return {
         "axes": Topic(desks.axes.watch_axes),
         "axis": Topic(desks.axes.watch_axis),

@@ -25,7 +25,7 @@ SECURITY_HEADERS = {
 
 
 def is_own_computer(host: str) -> bool:
-    """Whether only this computer reaches a listener at that address."""
+    """Return True if only this computer can reach a listener at that address."""
     try:
         return ipaddress.ip_address(host.partition("%")[0]).is_loopback
     except ValueError:
@@ -33,10 +33,11 @@ def is_own_computer(host: str) -> bool:
 
 
 class Door:
-    """Who gets in.
+    """Access guard for HTTP requests.
 
-    Without a token only addresses and names of this computer are taken as Host: a page elsewhere
-    whose name is made to lead here has its own name there. With a token that is what counts.
+    Without a token only addresses and names of this computer are accepted as Host: a foreign page
+    whose name resolves to this computer sends its own name there. With a token only the token
+    counts.
     """
 
     def __init__(self, token: str, port: int) -> None:
@@ -51,11 +52,11 @@ class Door:
 
     @property
     def locked(self) -> bool:
-        """Whether a token is needed."""
+        """True if a token is needed."""
         return bool(self._token)
 
     def is_right(self, token: str) -> bool:
-        """Whether that is the token."""
+        """Return True if `token` is the right one."""
         return hmac.compare_digest(token.encode(), self._token.encode())
 
     def refusal(
@@ -90,7 +91,7 @@ class Door:
 
 
 def _same(origin: str, host: str) -> bool:
-    """Whether a page of that origin came from that host and port."""
+    """Return True if a page of that origin came from that host and port."""
     try:
         parts = urlsplit(origin)
     except ValueError:

@@ -135,7 +135,7 @@ def _key(row: ObjectRow) -> str:
 
 
 def _writable(row: ObjectRow, sent: set[int]) -> bool:
-    """What comes with each frame is the master's."""
+    """Return True if pages may write the object; only the master writes the objects in `sent`."""
     return row.writable and row.key not in sent
 
 

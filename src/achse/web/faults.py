@@ -21,11 +21,11 @@ _FAULTS = 0xFA01
 _BUS = "Which bus of the station, counted from 1."
 
 _OF_DRIVE = re.compile(r"bus (\d{1,4}): (\d{1,9})")
-"""How pages know a fault of drives; one of the station has its number alone."""
+"""Pattern for the key of a drive fault on pages; the key of a station fault is its number."""
 
 
 class FaultDesk:
-    """What pages ask about faults: of the station, and of the drives on its own buses."""
+    """Handlers of page calls about faults: of the station, and of the drives on its own buses."""
 
     def __init__(self, watched: WatchedTarget) -> None:
         self._watched = watched

@@ -36,9 +36,9 @@ class Topic(NamedTuple):
     run: "Callable[[Feed, Arguments], Awaitable[None]]"
     """Shows values until it is cancelled."""
     lines: bool = False
-    """Whether each thing shown counts (a log), not only the newest (a state)."""
+    """True if each value counts (a log), not only the newest (a state)."""
     needs: Right = Right.READ
-    """What the station must allow, also where pages may only look."""
+    """Right that the station must grant, even to pages that may only look."""
 
 
 class Feed:
@@ -56,7 +56,7 @@ class Feed:
 
     @property
     def watchers(self) -> int:
-        """How many watch."""
+        """Number of pages that watch."""
         return len(self._watchers)
 
     def add(self, outbox: PageOutbox, watch: int) -> None:

@@ -14,7 +14,7 @@ HELD_FOR = 0.75
 
 
 class JogKey(NamedTuple):
-    """How an axis is jogged."""
+    """Direction and velocity of jogging by a key."""
 
     positive: bool
     fast: bool

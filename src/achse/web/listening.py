@@ -30,7 +30,7 @@ class BoundedHttp(H11Protocol):
 
     _timer: asyncio.TimerHandle | None = None
     waits_since: float | None = None
-    """When it began to wait for a request, s; None while there is an answer under way."""
+    """Time since which the connection waits for a request, s; None while an answer is under way."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """A connection came; of too many the one ends that has asked nothing for longest."""
@@ -52,7 +52,7 @@ class BoundedHttp(H11Protocol):
         self.transport.abort()
 
     def data_received(self, data: bytes) -> None:
-        """What came; a whole request gives time for its answer."""
+        """Process received bytes; a complete request starts the time limit of its answer."""
         super().data_received(data)
         if self._timer is not None and self.conn.their_state in (h11.DONE, h11.MUST_CLOSE):
             self.waits_since = None

@@ -1,7 +1,7 @@
-"""What waits to be sent to one page: bounded, whatever the page does.
+"""Send queue of one page: bounded, even if the page does not read.
 
-Answers wait in order; of a state only the newest value is kept; of lines and blocks of samples the
-oldest go first, and the page is told how many.
+Answers wait in order; of a state only the newest value is kept. Of lines and blocks of samples the
+oldest are dropped first, and their number is reported to the page.
 """
 
 import asyncio

@@ -18,7 +18,7 @@ _STATE_WITHIN = 1.0
 
 
 class OverviewDesk:
-    """What the first page shows."""
+    """Handlers of page calls of the overview, the first page."""
 
     def __init__(self, watched: WatchedTarget, faults: FaultDesk) -> None:
         self._watched = watched

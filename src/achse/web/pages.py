@@ -19,7 +19,7 @@ _TYPES = {
     ".txt": "text/plain; charset=utf-8",
     ".md": "text/plain; charset=utf-8",
 }
-"""What is served, by the ending of its name."""
+"""Content types of the files that are served, by the ending of the name."""
 
 
 class Page(NamedTuple):
@@ -32,7 +32,7 @@ class Page(NamedTuple):
     packed: bytes
     """The same by gzip."""
     written: int
-    """When the file was changed, ns; another time means that it is read again."""
+    """Modification time of the file, ns; the file is read again when it changes."""
 
 
 class Pages:

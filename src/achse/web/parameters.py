@@ -65,7 +65,7 @@ def _found(axis: RemoteAxis, key: str) -> AxisValue:
 
 
 def _number(each: AxisValue, value: float | str) -> float | str:
-    """What was typed, as the kind of number that the parameter is."""
+    """Return the entered value in the type of the parameter. Raises CallError."""
     layout = each.service.layout.text
     if isinstance(value, str):
         choices = each.service.choices

@@ -54,14 +54,14 @@ class SampleRows(NamedTuple):
     begin_ns: int
     """Unix time of the first."""
     size: int
-    """How many."""
+    """Number of rows."""
     rows: bytes
     gap: bool
-    """Whether rows are missing before these."""
+    """True if rows are missing before these."""
 
 
 class SampleTaker(Protocol):
-    """Who gets the rows of a sampler."""
+    """Receiver of the rows of a sampler."""
 
     def take(self, sampler: "ScopeFeed", rows: SampleRows) -> None:
         """New rows."""
@@ -166,7 +166,7 @@ class ScopeFeed:
 
     @property
     def over(self) -> bool:
-        """Whether it has ended; one that is about to begin has not."""
+        """True once it has ended, or was closed; False before it begins."""
         return self._closed or (self._task is not None and self._task.done())
 
     async def _run(self, source: "Callable[[ScopeFeed], AsyncIterator[SampleRows]]") -> None:
@@ -205,7 +205,7 @@ class ScopeFeed:
             self._kept_bytes -= len(self._kept.popleft().rows)
 
     def data(self, name: str) -> ScopeData:
-        """What is kept, since the last gap."""
+        """Return the buffered rows since the last gap as a recording with this name."""
         if not self._kept:
             return ScopeData(name, ())
         rows = b"".join(each.rows for each in self._kept)

@@ -20,7 +20,7 @@ class SceneDesk:
         self._file = file
 
     async def there(self) -> bool:
-        """Whether a file was named."""
+        """Return True if a scene file was named."""
         return self._file is not None
 
     async def scene(self, given: Arguments) -> Any:

@@ -96,7 +96,7 @@ class PageScope:
 
 
 class ScopeDesk:
-    """What pages ask about scopes."""
+    """Handlers of page calls about scopes."""
 
     def __init__(self, watched: WatchedTarget, symbols: SymbolDesk) -> None:
         self._watched = watched
@@ -112,7 +112,7 @@ class ScopeDesk:
 
     @property
     def samplers(self) -> int:
-        """How many run."""
+        """Number of samplers that run."""
         return len(self._samplers)
 
     # what there is -----------------------------------------------------------------------------

@@ -68,12 +68,12 @@ class WebServer:
 
     @property
     def open_pages(self) -> frozenset[Viewer]:
-        """Those that are open."""
+        """Pages that are open now."""
         return frozenset(self._viewers)
 
     @property
     def viewers(self) -> int:
-        """How many pages are open."""
+        """Number of open pages."""
         return len(self._viewers)
 
     @property

@@ -1,4 +1,4 @@
-"""What a web server of a station is told: where it listens, who may do what, how many may look."""
+"""Settings of a station's web server: address, rights of the pages, number of pages."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,7 +33,7 @@ class WebSettings:
     read_only: bool = False
     """Pages may look, and change nothing."""
     viewers: int = VIEWERS
-    """How many pages may be open; more are refused."""
+    """Largest number of open pages; further ones are refused."""
     scene: Path | None = None
     """A JSON file that describes the machine for its picture."""
 

@@ -192,7 +192,7 @@ def _may_be_written(entry: SymbolEntry) -> bool:
 
 
 class SymbolDesk:
-    """What pages ask about symbols."""
+    """Handlers of page calls about symbols."""
 
     def __init__(self, watched: WatchedTarget) -> None:
         self._watched = watched

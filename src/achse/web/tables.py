@@ -96,7 +96,7 @@ class ChannelDesk:
         self._paths: dict[int, deque[tuple[float, float, float, int]]] = {}
 
     async def there(self) -> bool:
-        """Whether the NC has a channel with an interpreter."""
+        """Return True if the NC has a channel with an interpreter."""
         try:
             return bool(await self.channels(Arguments({})))
         except AdsError:
@@ -161,7 +161,7 @@ class ChannelDesk:
         return {"points": [list(point) for point in self._paths.get(id, ())]}
 
     async def _plan_now(self, id: int) -> dict[str, int] | None:
-        """Which plan there is, its points, the block that the path is on; None: not told."""
+        """Return number, points and current block of the plan; None without that service."""
         try:
             head, _ = await self._plan_from(id, _NO_POINTS)
         except DeviceError:

@@ -87,7 +87,7 @@ class TrafficDesk:
 
 
 class _Filter:
-    """Which exchanges are shown."""
+    """Filter for the exchanges that a page shows."""
 
     def __init__(self, given: Arguments) -> None:
         self._errors = given.flag("errors")

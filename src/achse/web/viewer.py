@@ -24,14 +24,14 @@ _CALLS_AT_ONCE = 16
 """Calls of a page under way; the next one is read when one of them is done."""
 
 _WATCHES = 64
-"""What one page may watch at once."""
+"""Largest number of watches of one page."""
 
 _ANSWER_WITHIN = 60.0
 """Seconds that a call may take."""
 
 
 OpenScope = tuple[Callable[[], Awaitable[None]], Callable[[str], ScopeData]]
-"""How a scope of a page ends, and what it has recorded, by the name that it is to have."""
+"""Functions of an open scope: one ends it, one returns its recording under the given name."""
 
 
 class Wire(Protocol):

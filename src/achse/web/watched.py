@@ -54,7 +54,7 @@ class WatchedTarget:
 
     @property
     def may_change(self) -> bool:
-        """Whether pages may write."""
+        """True if pages may write."""
         return bool(self.rights & Right.WRITE)
 
     def device(self, port: int) -> Target:
@@ -114,7 +114,7 @@ class WatchedTarget:
         return figures
 
     async def is_there(self, port: int) -> bool:
-        """Whether a device answers at a port."""
+        """Return True if a device answers at a port."""
         try:
             await self.device(port).within(_LOOK_WITHIN).state()
         except AdsError:
@@ -122,7 +122,7 @@ class WatchedTarget:
         return True
 
     async def has_scopes(self) -> bool:
-        """Whether it is an achse station with scopes: other targets have no such service."""
+        """Return True if the target is an achse station with scopes; others lack the service."""
         if self._has_scopes is None:
             try:
                 await scopes_of(self.client)
@@ -133,7 +133,7 @@ class WatchedTarget:
         return self._has_scopes
 
     async def features(self) -> list[str]:
-        """What the target offers, by the names of pages and calls."""
+        """Return the names of the pages and calls that the target offers."""
         ports = (NC_PORT, PLC_PORT, STATION_PORT, SCOPE_PORT, LOGGER_PORT, IO_PORT)
         found = await asyncio.gather(*map(self.is_there, ports))
         there = dict(zip(ports, found, strict=True))
@@ -166,7 +166,7 @@ class WatchedTarget:
         return frozenset(() if link is None else (bytes(link.address),))
 
     async def hello(self, given: Arguments) -> dict[str, Any]:
-        """Who is there."""
+        """Call `hello`: version of achse, name and time of the target, rights of the page."""
         from achse import __version__
 
         time = speed = None
