@@ -36,7 +36,7 @@ POINTS = 4000
 
 _ENDINGS = ("png", "svg", "pdf")
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7")
-"""Those of Okabe and Ito, which everybody can tell apart."""
+"""Colours of Okabe and Ito, which colour-blind people can distinguish too."""
 _STYLES = ("-", "--", "-.", ":")
 _WIDTH, _HEIGHT = 8.0, 1.8
 """Inches: of a picture, and of each of its areas."""
@@ -55,7 +55,7 @@ class PictureError(ValueError):
 
 
 class Recorded(Protocol):
-    """What a scope has recorded, as `achse.scope.data.ScopeData`."""
+    """Recording of a scope, as `achse.scope.data.ScopeData`."""
 
     @property
     def name(self) -> str: ...
@@ -84,7 +84,7 @@ class Moment(Protocol):
 
 
 class Demanded(Protocol):
-    """What a cam wants of its slave, as `achse.client.nc.TableValues`."""
+    """Demand of a cam on its slave, as `achse.client.nc.TableValues`."""
 
     @property
     def position(self) -> float: ...
@@ -95,7 +95,7 @@ class Demanded(Protocol):
 
 
 class PathMoment(Protocol):
-    """Where a path is, in mm, and how fast, as `achse.gcode.drawing.PathSample`."""
+    """Position on a path, mm, and velocity there, as `achse.gcode.drawing.PathSample`."""
 
     @property
     def at(self) -> Any: ...
@@ -108,7 +108,7 @@ class Picture:
 
     def __init__(self, figure: Any) -> None:
         self.figure = figure
-        """That of matplotlib, to go on with."""
+        """Figure of matplotlib, for further changes."""
 
     def __repr__(self) -> str:
         return f"<Picture of {len(self.figure.axes)} areas: show it in a notebook, or save it>"
@@ -210,7 +210,7 @@ def cam(rows: Sequence[Sequence[float]], demands: Iterable[tuple[float, Demanded
 
 
 class Quantity(NamedTuple):
-    """What a cam demands of its slave: position, velocity or the like."""
+    """Quantity that a cam demands of its slave: position, velocity or the like."""
 
     name: str
     values: Sequence[float]

@@ -1,4 +1,4 @@
-"""What people test with: a station in a fixture, fakes, clocks and conformance checks.
+"""Tools for tests with achse: a station in a fixture, fakes, clocks and conformance checks.
 
 With achse installed, every pytest run has the fixture `achse_station`; see `plugin`. Names are
 loaded when they are first used: the plugin costs a test run nothing until a test asks for it.

@@ -1,4 +1,4 @@
-"""What an axis of an NC has to keep, checked by any ADS client: ours, or a controller's.
+"""Conformance rules for an axis of an NC, checked by any ADS client: ours, or a controller's.
 
 Sources: 002 §6.4.4.1 to §6.4.4.4; bits of the status double word 004 §5.1.1.
 """
@@ -170,7 +170,7 @@ class _Check:
         return 0
 
     def refusals(self) -> Iterator[str]:
-        """What does not exist is refused, and has its code where the manual names one."""
+        """Check the refusals of missing axes and offsets, wrong sizes and read-only rows."""
         client = self._client
         base = AXIS_GROUPS[0][0]
         missing = next(
@@ -208,7 +208,7 @@ class _Check:
         self.until(lambda: bool(self.state() & StateBit.OPERATIONAL), _PATIENCE_S)
 
     def until(self, done: Callable[[], bool], seconds: float) -> bool:
-        """Whether it happens in time."""
+        """Wait for `done()`, at most `seconds`; return its last result."""
         for _ in range(math.ceil(seconds / _SAMPLE_S)):
             if done():
                 return True

@@ -96,11 +96,11 @@ def plc_unit(
 
 
 class PlcUnit:
-    """What `plc_unit` gives. Its variables are attributes, capitals do not count.
+    """Unit under test, as `plc_unit` returns it: its variables are attributes, in any case.
 
-    Inputs and in/outs keep what is assigned until it is assigned again; every variable can be read
-    and written, those of blocks inside too: `press.fbDown.ET`. Methods are called, with their
-    inputs by name or in order: `press.Start(target=5.0)`. The result of a function is `result`.
+    Inputs and in/outs keep an assigned value until the next assignment. Every variable can be read
+    and written, also inside a block: `press.fbDown.ET`. Methods are called with their inputs by
+    name or in order: `press.Start(target=5.0)`. The result of a function is `result`.
     """
 
     def __init__(

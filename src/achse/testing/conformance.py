@@ -1,4 +1,4 @@
-"""What every device and every transport has to keep, checked from outside."""
+"""Conformance rules for every device and every transport, checked from outside."""
 
 import asyncio
 import struct
@@ -24,7 +24,7 @@ _OFTEN = 256
 
 
 class ConformanceError(AssertionError):
-    """What was checked does not keep a rule; one line per fault."""
+    """Violation of one or more rules; one line per violation."""
 
 
 class _Client:

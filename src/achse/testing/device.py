@@ -120,7 +120,7 @@ class FakeDevice(PlcDevice):
         size: int = 1,
         command: Command | None = None,
     ) -> None:
-        """What happens to the next `count` requests (of one command, if given), in this order.
+        """Disturb the next `count` requests (of one command, if given), in this order.
 
         "no_reply", "wrong_invoke_id", "truncate" (the answer lacks its last `size` bytes), "error"
         (`code` in the result), "router_error" (`code` in the header).

@@ -1,4 +1,4 @@
-"""What a drive of the manual has to keep, checked from its master's side.
+"""Conformance rules for a drive of the manual, checked from its master's side.
 
 Sources: 001 §2.4, 2.5, 2.6.1, 2.8, 2.10.1, §3.1, §3.2.1.
 """
@@ -124,7 +124,7 @@ class _Check:
     # objects
 
     def _refusal(self, index: int, subindex: int, data: bytes | None) -> AbortCode | None:
-        """What a read (without `data`) or a write is refused with."""
+        """Return the abort code of a read (without `data`) or a write; None if it succeeds."""
         try:
             if data is None:
                 self._drive.read(index, subindex)

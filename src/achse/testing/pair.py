@@ -13,7 +13,7 @@ class LinkEnd:
     def __init__(self) -> None:
         self.received: list[Event] = []
         self.failure: DecodeError | None = None
-        """Why this end can take no more."""
+        """Error after which this end accepts no more bytes; None before."""
         self.is_open = True
         self.wire = bytearray()
         """Bytes on their way to this end."""

@@ -55,7 +55,7 @@ class PlcTest(pytest.Item):
         return _shown(excinfo) or str(super().repr_failure(excinfo, style))
 
     def reportinfo(self) -> tuple[Path, int | None, str]:
-        """Where TEST is."""
+        """Return the place of TEST in the sources."""
         place = self.test.place
         if place is None:
             return self.path, None, self.name
@@ -63,7 +63,7 @@ class PlcTest(pytest.Item):
 
 
 class PlcRun(pytest.Item):
-    """What went wrong with a run as a whole."""
+    """Item for a problem with a run as a whole."""
 
     def __init__(self, *, run: TestRun, **settings: Any) -> None:
         super().__init__(**settings)
@@ -74,7 +74,7 @@ class PlcRun(pytest.Item):
         raise PlcTestFailure(_line(self._run.problem_place, self._run.problem))
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> str:
-        """What is wrong, without a traceback."""
+        """Return the problem of the run, without a traceback."""
         return _shown(excinfo) or str(super().repr_failure(excinfo, style))
 
     def reportinfo(self) -> tuple[Path, int | None, str]:

@@ -70,14 +70,15 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 _IN_ORDER, _BY_NAME = ("config", "time", "axis"), ("host", "tcp_port")
-"""What the marker takes."""
+"""Arguments of the marker: in order or by name, and by name only."""
 
 
 @pytest.fixture
 def achse_config() -> Any:
-    """What `achse_station` runs: a path, a StationConfig, or a function that makes a Station.
+    """Return the configuration of `achse_station`: None for the demo station.
 
-    None is the demo station. Override this in your conftest.py.
+    Override this in your conftest.py to return a path, a StationConfig, or a function that makes a
+    Station.
     """
     return None
 
@@ -134,7 +135,10 @@ def achse_axis(request: pytest.FixtureRequest, achse_nc: "RemoteNc") -> "RemoteA
 
 
 def _marked(request: pytest.FixtureRequest) -> dict[str, Any]:
-    """What the markers of a test say, the nearest first; pytest.UsageError for what none takes."""
+    """Return the arguments of a test's markers; pytest.UsageError for unknown ones.
+
+    The marker nearest to the test has precedence.
+    """
     said: dict[str, Any] = {}
     for marker in reversed(list(request.node.iter_markers(MARKER))):
         unknown = sorted(marker.kwargs.keys() - {*_IN_ORDER, *_BY_NAME})

@@ -231,7 +231,7 @@ class PysoemReach:
         self._master = master
         self._slave = master.slaves[position]
         self.emergencies: list[Any] = []
-        """What pysoem was told while it waited for answers."""
+        """Emergencies that pysoem reported while it waited for answers."""
         self._slave.add_emergency_callback(self.emergencies.append)
         self.cycle_s = cycle_s
 
