@@ -30,7 +30,7 @@ class Faults:
         self._site = Site(station, self.later, self._finish)
 
     def __iter__(self) -> Iterator[ActiveFault]:
-        """Those that wait or are at work."""
+        """Iterate over the faults that are waiting or active."""
         return iter(tuple(self._faults.values()))
 
     def __len__(self) -> int:

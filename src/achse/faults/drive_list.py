@@ -26,7 +26,7 @@ class ActiveDriveFault:
     """`waiting`, `active`, `over`."""
     ends_ns: int = ENDLESS
     undos: dict[Slave | None, Callable[[], None]] = dataclasses.field(default_factory=dict)
-    """What ends it, for each slave that it hits; None is the segment."""
+    """Function that ends the fault, for each slave that it hits; None is the segment."""
     left: Callable[[], int] | None = None
     """Frames still to be hit."""
 
@@ -53,7 +53,7 @@ class DriveFaults:
         self._last = 0
 
     def __iter__(self) -> Iterator[ActiveDriveFault]:
-        """Those that wait or are at work."""
+        """Iterate over the faults that are waiting or active."""
         self.tick()
         return iter(tuple(self._faults.values()))
 

@@ -62,17 +62,17 @@ class DriveFault(LastingFault):
 
     @property
     def meaning(self) -> object:
-        """What `code` stands for, None without one."""
+        """Object that `code` stands for; None without a code."""
         return None
 
     @property
     def place(self) -> tuple[str, object]:
-        """What it acts on: of several faults there, the latest holds."""
+        """Key of the disturbed object: of several faults with one key, the latest is effective."""
         return (self.kind, self.meaning)
 
     @property
     def effect(self) -> tuple[object, ...]:
-        """What it does there: two faults of one effect are one."""
+        """Key of the effect: two faults with one key are the same fault."""
         fields = type(self).model_fields.keys() - _NO_EFFECT
         return (self.kind, self.meaning, *(getattr(self, name) for name in sorted(fields)))
 

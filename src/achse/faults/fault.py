@@ -1,4 +1,4 @@
-"""What a fault is: fields that are checked, a begin and an end; and a family of kinds of faults."""
+"""Base of all faults: checked fields, a begin and an end; and families of kinds of faults."""
 
 import inspect
 import math
@@ -33,7 +33,7 @@ MOST_FAULTS = 256
 """Of one list: each frame and each cycle looks at all of them, and clients add them."""
 
 Undo = Callable[[], None]
-"""What ends a fault."""
+"""Function that ends a fault."""
 
 
 class FaultError(ValueError):
@@ -118,7 +118,7 @@ class Fault(BaseModel):
     """Station time at which it begins, s; empty: now."""
 
     def fields(self) -> dict[str, Any]:
-        """What was given, as JSON and TOML have it; the kind first."""
+        """Return the kind, and the fields that differ from their defaults, for JSON and TOML."""
         given = {
             name: value
             for name, field in type(self).model_fields.items()
@@ -181,7 +181,7 @@ class FaultKinds(Generic[F]):
         return iter(self.kinds)
 
     def description(self, kind: str) -> str:
-        """What happens."""
+        """Return the first paragraph of a kind's docstring, which describes its effect."""
         paragraph = (inspect.getdoc(self.kinds[kind]) or "").partition("\n\n")[0]
         return paragraph.replace("\n", " ")
 
@@ -306,10 +306,10 @@ class ActiveFault:
         self._count = None if counted is None else counted.count
         self.undo: Undo | None = None
         self.planned: Callable[[], None] | None = None
-        """What is on the agenda of the station for it: its begin or its end."""
+        """Timer in the station's queue for the fault: its begin or its end."""
 
     def take(self) -> bool:
-        """Whether the frame that was selected now is hit."""
+        """Count the frame that was selected now; True if the fault hits it."""
         if self.state != "active":
             return False
         self._seen += 1

@@ -31,7 +31,7 @@ __all__ = [
 ]
 
 _ALONE_S = 0.1
-"""How late a frame arrives that waits to be overtaken and is not."""
+"""Delay of a frame that waits to be overtaken and is not, s."""
 
 
 class _FrameKind(FrameFault, StationFault):

@@ -25,7 +25,7 @@ _KEPT_BYTES = 16 * 1024 * 1024
 """Frames that wait because of faults, all together; beyond, frames go on at once."""
 
 _FRAME_BYTES = 512
-"""What a frame takes beside its data."""
+"""Bytes of a buffered frame beside its data."""
 
 Later = Callable[[float, Callable[[], None]], None]
 Onward = Callable[[Frame], bool]
@@ -106,7 +106,7 @@ class FrameGate:
         return onward(frame)
 
     def _take(self, entries: list["_Entry"], selects: Callable[[Selection], bool]) -> list["_Hit"]:
-        """Those of the faults that hit this frame."""
+        """Return the faults that hit this frame, and end those that are used up."""
         found = [entry for entry in entries if selects(entry.selection)]
         hits = [_Hit(entry.active, entry.fault) for entry in found if entry.active.take()][-_HITS:]
         for hit in hits:
@@ -124,7 +124,7 @@ class FrameFault(RequestFault):
 
     @property
     def on_answer(self) -> bool:
-        """Whether it hits the answer of a request that was selected."""
+        """True if the fault hits the answer to a selected request."""
         return True
 
     @abstractmethod
@@ -144,7 +144,7 @@ class _Hit(NamedTuple):
 
 
 def _exchange(frame: Frame) -> tuple[Any, ...]:
-    """What a request and its answer have in common."""
+    """Return the key that a request and its answer have in common."""
     if frame.is_response:
         return (frame.target, frame.source, frame.command, frame.invoke_id, id(frame.via))
     return (frame.source, frame.target, frame.command, frame.invoke_id, id(frame.origin))

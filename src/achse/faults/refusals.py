@@ -16,7 +16,7 @@ Place = tuple[Device, int]
 
 
 class Refusals:
-    """What is refused at present."""
+    """Refusals that are active, by index group of a device."""
 
     def __init__(self) -> None:
         self._groups: dict[Place, _RefusingGroup] = {}

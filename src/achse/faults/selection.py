@@ -1,4 +1,4 @@
-"""Which requests a fault means: whose, at which device, of which service or variable."""
+"""Selection of the requests that a fault hits: by client, device, service or variable."""
 
 import struct
 from collections.abc import Callable
@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 COMMANDS = {command.name.lower(): command for command in Command}
-"""What `command` may name."""
+"""Commands by the names that the field `command` accepts."""
 
 _PLACE = struct.Struct("<II")
 _WITH_PLACE = frozenset((Command.READ, Command.WRITE, Command.READ_WRITE, Command.ADD_NOTIFICATION))
@@ -76,7 +76,7 @@ class RequestFault(CountedFault):
         raise FaultError(f"symbol: no device of the station has {self.symbol!r}")
 
     def selection(self, target: FaultyStation) -> "Selection":
-        """What is hit at the station as it is now; raises FaultError."""
+        """Return the selection of requests at the station as it is now; raises FaultError."""
         found = self.found_symbol(target) if self.symbol else None
         return Selection(self, None if found is None else _Touch(*found))
 
@@ -101,7 +101,7 @@ def devices_at(port: int | None, target: FaultyStation) -> list[Device]:
 
 
 def client_test(client: str) -> Callable[[bytes, str], bool]:
-    """Whether an AMS address and the host it came from are the client that a fault names."""
+    """Return a test for an AMS address and its host: True for the client that a fault names."""
     if not client:
         return lambda address, host: True
     try:
@@ -116,7 +116,7 @@ def client_test(client: str) -> Callable[[bytes, str], bool]:
 
 
 class _Touch:
-    """Whether a request reads or writes one variable: by name, by handle or by address."""
+    """Test for requests that read or write one variable: by name, by handle or by address."""
 
     def __init__(self, device: Device, symbol: ResolvedSymbol) -> None:
         assert device.symbols is not None
@@ -144,7 +144,7 @@ class _Touch:
 
 
 class Selection:
-    """Which requests a fault means."""
+    """Selection of the requests that a fault hits."""
 
     def __init__(self, fault: RequestFault, touch: _Touch | None) -> None:
         self.command = COMMANDS[fault.command] if fault.command else None

@@ -1,4 +1,4 @@
-"""Where faults of a station act: its frames, its services, its settings."""
+"""Site of a station's faults: its frames, its services, its settings."""
 
 from collections.abc import Callable, Collection
 from typing import NamedTuple
@@ -15,7 +15,7 @@ __all__ = ["Setting", "Site", "StationFault"]
 
 
 class Setting(NamedTuple):
-    """How a fault wants the station to be as long as it lasts."""
+    """Settings of the station that a fault demands while it lasts."""
 
     strict: bool = False
     """One TCP connection per remote host."""

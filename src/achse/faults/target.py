@@ -1,4 +1,4 @@
-"""What faults need of the station that they hit."""
+"""Interface of the station that faults need."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
@@ -28,7 +28,7 @@ class FaultyStation(Protocol):
 
     @property
     def strict(self) -> bool:
-        """Whether the listeners take one connection per remote host without any fault."""
+        """True if the listeners accept one connection per remote host even without a fault."""
         ...
 
     def at(self, due_ns: int, action: Callable[[], None]) -> None:

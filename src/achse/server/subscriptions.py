@@ -198,7 +198,7 @@ class Batch:
         self.max_delay = max_delay
         self.subscriptions = 0
         self.beats: dict[tuple[int, int], Beat] = {}
-        """Beats that accept further subscriptions, by cycle and phase of the task."""
+        """Beats that accept further subscriptions, by their cycle and the task's, ns."""
         self.full: dict[Beat, None] = {}
         """Beats that accept no further subscriptions."""
         self.count = 0

@@ -1,4 +1,4 @@
-"""Where TcUnit is on this computer."""
+"""Search for TcUnit on this computer."""
 
 import os
 import re
@@ -73,7 +73,7 @@ def find_tcunit(
 
 
 def has_tcunit(path: Path) -> bool:
-    """Whether the sources at a path declare FB_TestSuite."""
+    """Return True if the sources at a path declare FB_TestSuite."""
     return any(_SUITE.search(text) for _, text in _sources(path, only="fb_testsuite"))
 
 

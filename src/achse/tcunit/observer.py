@@ -1,4 +1,4 @@
-"""What happens in TcUnit while it runs: which test begins where, which assertion fails where."""
+"""Observer of a running TcUnit: the place of each test, and of each assertion that fails."""
 
 import sys
 from collections.abc import Mapping, Set
@@ -14,7 +14,7 @@ _TESTS = ("test", "test_ordered")
 """Functions that begin a test: the name is the first input."""
 
 _FORMATTER = "fb_adsassertmessageformatter.logassertfailure"
-"""What every failed assertion calls: Expected, Actual, Message, TestInstancePath."""
+"""Routine that every failed assertion calls: Expected, Actual, Message, TestInstancePath."""
 
 _MOST_FAILURES = 1000
 """Of one test; an assertion in a test that does not end fails in each cycle."""
@@ -27,7 +27,7 @@ class Observer:
     def __init__(self, bodies: Bodies, own: Set[str]) -> None:
         self._paths = bodies.paths
         self.places: dict[tuple[str, str], CodePlace] = {}
-        """Where TEST is, by the block of the suite and the name of the test, in lower case."""
+        """Place of each TEST, by the block of the suite and the name of the test, in lower case."""
         self.failures: dict[tuple[str, str], list[Failure]] = {}
         """By the path of the suite and the name of the test, in lower case."""
         execution = bodies.execution

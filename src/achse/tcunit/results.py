@@ -1,4 +1,4 @@
-"""What a run of unit tests gives."""
+"""Results of a run of unit tests."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ __all__ = ["CodePlace", "Failure", "Suite", "TestOutcome", "TestRun", "UnitTest"
 
 
 class TestOutcome(Enum):
-    """How a test ended."""
+    """Outcome of a test."""
 
     __test__ = False
 
@@ -39,7 +39,7 @@ class Failure:
     expected: str = ""
     actual: str = ""
     place: CodePlace | None = None
-    """Where the assertion is."""
+    """Place of the assertion; None if it is unknown."""
 
     def __str__(self) -> str:
         values = f"expected {self.expected}, got {self.actual}" if self.has_values else ""
@@ -55,7 +55,7 @@ class UnitTest:
     """One test."""
 
     suite: str
-    """Where its suite is: `PRG_TEST.fbMathTests`."""
+    """Path of its suite: `PRG_TEST.fbMathTests`."""
     name: str
     outcome: TestOutcome
     duration: float = 0.0
@@ -64,7 +64,7 @@ class UnitTest:
     failures: Sequence[Failure] = ()
     """Every assertion that failed, in order."""
     place: CodePlace | None = None
-    """Where TEST('name') is."""
+    """Place of TEST('name'); None if it is unknown."""
 
     __test__ = False
 
@@ -92,7 +92,7 @@ class TestRun:
     problem: str = ""
     problem_place: CodePlace | None = None
     notes: Sequence[str] = field(default=())
-    """What else is worth to know."""
+    """Further notes for the user."""
 
     __test__ = False
 
@@ -101,12 +101,12 @@ class TestRun:
             yield from suite.tests
 
     def count(self, outcome: TestOutcome) -> int:
-        """How many tests ended so."""
+        """Return the number of tests with this outcome."""
         return sum(test.outcome is outcome for test in self)
 
     @property
     def is_good(self) -> bool:
-        """Whether there are tests, and all of them passed or are disabled."""
+        """True if there are tests, and all of them passed or are disabled."""
         return not self.problem and any(True for _ in self) and all(test.is_good for test in self)
 
     def __str__(self) -> str:

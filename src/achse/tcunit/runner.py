@@ -120,7 +120,7 @@ class _Bench:
         return TestRun(suites, duration, problem)
 
     def _until_the_end(self, limit: float, timeout: float) -> str:
-        """What kept tests from ending; empty if all ended."""
+        """Run until all tests have ended; return the reason if they do not, else an empty text."""
         station = self.station
         step = min(tests.plc.tasks[0].cycle_ns for tests in self._plcs) / 1e9
         began = time.monotonic()
@@ -207,7 +207,7 @@ class _PlcTests:
 
     @property
     def is_started(self) -> bool:
-        """Whether RUN was called; TcUnit's time of the start is 0 in the very first cycle."""
+        """True once RUN was called; TcUnit's time of the start is 0 in the very first cycle."""
         return any(self._value(suite, "StartedAt", 0) for suite in self._records())
 
     def place(self, path: str, line: int) -> CodePlace | None:
@@ -268,7 +268,7 @@ class _PlcTests:
         )
 
     def _place_of(self, block: StructType[Any] | None, name: str) -> CodePlace | None:
-        """Where TEST is; in a base, where several blocks share it."""
+        """Return the place of TEST in the block, or in one of its bases; None if it is unknown."""
         while block is not None:
             found = self._observer.places.get((block.name.lower(), name.lower()))
             if found is not None:
