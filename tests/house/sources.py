@@ -37,6 +37,9 @@ class Module:
     """Public classes and type aliases, those within `if` included."""
 
     strings: list[str] = field(default_factory=list)
+    docstrings: list[tuple[int, str]] = field(default_factory=list)
+    """Line and text of each, also behind assignments."""
+
     functions: list[NamedFunction] = field(default_factory=list)
     attributes: set[tuple[str, str]] = field(default_factory=set)
     """Owner and name: `time.monotonic` and `at.time.monotonic` are both (time, monotonic)."""
@@ -58,6 +61,9 @@ def read_module(text: str) -> Module:
         if isinstance(node, ast.Constant):
             if isinstance(node.value, str):
                 module.strings.append(node.value)
+        elif isinstance(node, ast.Expr):
+            if isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+                module.docstrings.append((node.lineno, node.value.value.strip()))
         elif isinstance(node, ast.Attribute):
             owner = node.value
             name = owner.attr if isinstance(owner, ast.Attribute) else getattr(owner, "id", "")
