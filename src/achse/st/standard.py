@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from functools import cache, cached_property
 from typing import Any
 
-from achse import __version__, libraries
+from achse import libraries
 from achse.native.backend.cache import ObjectCache
 from achse.st import cursor, declarations, lexer, outlines, parser, pragmas, tree, units
 from achse.st.outlines import UnitOutline, outline_of
@@ -81,13 +81,13 @@ def standard_libraries() -> Sequence[Parsed]:
 
 def _digest(sources: Sequence[Source]) -> str:
     """What the list of all units follows from: the texts, and what reads them."""
-    digest = hashlib.blake2b(f"{__version__} {sys.version}".encode(), digest_size=10)
+    digest = hashlib.blake2b(sys.version.encode(), digest_size=10)
     for module in _READERS:
         try:
             facts = os.stat(str(module.__file__))
             digest.update(f" {module.__name__} {facts.st_size} {facts.st_mtime_ns}".encode())
-        except OSError:  # in a zip, which has one version only
-            continue
+        except OSError:  # in a zip
+            digest.update(f" {module.__file__}".encode())
     for source in sources:
         digest.update(source.digest)
     return digest.hexdigest()
