@@ -1,4 +1,7 @@
-"""Tasks as files declare them."""
+"""Tasks as files declare them.
+
+Source: `.TcTTO` files of public projects.
+"""
 
 from typing import NamedTuple
 
