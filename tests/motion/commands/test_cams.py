@@ -427,3 +427,124 @@ def test_correction_waits_for_its_place_and_tells_what_it_added() -> None:
     layer.table, layer.part = 10, 0.5
     assert commands.last_correction(axis, 10) == 0.5
     assert commands.last_correction(axis, 7) is None
+
+
+ADD, EXCHANGE, REMOVE = CamOperation.ADDITIVE, CamOperation.EXCHANGE, CamOperation.REMOVE
+
+
+def test_slave_of_one_cam_couples_whatever_the_operation() -> None:
+    nc = build()
+    assert couple(nc, 10, 1, EXCHANGE) == 0
+    assert nc.axis(2).cam_count == 1
+
+
+def test_cam_may_begin_beside_its_master_if_the_slave_is_not_fixed() -> None:
+    beside: dict[str, Any] = {"activation": CamActivation.AS_SOON_AS_POSSIBLE, "master_offset": 9.0}
+    for free in ({"slave_absolute": 0}, {"slave_type": CamScaling.AUTO_OFFSET}):
+        assert couple(build(), **beside, **free) == 0
+    assert couple(build(), **beside) == NcError.TABLE_MASTER_BELOW
+
+
+def test_range_of_a_cam_is_in_the_positions_of_a_renamed_master() -> None:
+    nc = build()
+    assert commands.couple(nc.axis(3), 1, 1, 0, 0, 1.0) == 0
+    nc.cycle()
+    shift_setpoint(nc.axis(1), 90.0)
+    nc.cycle()
+    begins: dict[str, Any] = {"activation": CamActivation.AS_SOON_AS_POSSIBLE}
+    assert couple(nc, master_offset=91.0, **begins) == NcError.TABLE_MASTER_BELOW
+    assert couple(nc, master_offset=80.0, **begins) == 0
+
+
+def test_further_cams_count_all_that_are_at_work() -> None:
+    nc = build()
+    for _ in range(2):
+        assert couple(nc, 11, slave_absolute=0) == 0
+        nc.cycle()
+    assert commands.universal_start(nc.axis(1), 1, 90.0, 100.0) == 0
+    nc.cycle(2000)
+    slave = nc.axis(2)
+    assert slave.set_position == pytest.approx(60.0)
+    assert couple(nc, 11, slave_absolute=0) == 0
+    nc.cycle()
+    assert slave.set_position == pytest.approx(60.0)
+    assert (slave.cam_count, slave.master_count) == (3, 1)
+
+
+@pytest.mark.parametrize(
+    ("master", "operation", "demand", "error"),
+    [
+        (9, ADD, {}, NcError.ADDRESS_MASTER_AXIS),
+        (9, EXCHANGE, {}, NcError.ADDRESS_MASTER_AXIS),
+        (1, ADD, {"activation": 3, "master_absolute": 0}, NcError.ONLINE_CHANGE_MODE),
+        (1, ADD, {"slave_offset": 100.0}, NcError.TABLE_SLAVE_RANGE),
+        (3, ADD, {"slave_offset": 100.0}, NcError.TABLE_SLAVE_RANGE),
+        (3, ADD, {"slave_absolute": 0}, 0x4FFF),
+        (1, REMOVE, {"activation": CamActivation.OFF}, NcError.ONLINE_CHANGE_MODE),
+    ],
+)
+def test_change_of_several_cams_is_refused_and_changes_nothing(
+    master: int, operation: int, demand: dict[str, Any], error: int
+) -> None:
+    nc = build()
+    assert couple(nc, 11) == couple(nc, 11) == 0
+    if error == 0x4FFF:
+        commands.set_external_error(nc.axis(3), error)
+    nc.cycle()
+    before = nc.digest()
+    assert couple(nc, 11, master, operation, 7, **demand) == error
+    assert nc.digest() == before
+
+
+def test_slave_follows_four_masters_at_most() -> None:
+    """A cam that is taken out leaves its master followed."""
+    nc = Nc(2_000_000, [AxisParameters(n, values=VALUES) for n in range(1, 7)])
+    table = nc.tables.create(7, TableType.CAMMING, 3, 2, 2)
+    nc.tables.write(table, 0, [0.0, 0.0, 360.0, 100.0])
+    nc.cycle(3)
+    for master in (1, 3, 4, 5):
+        assert couple(nc, 11, master) == 0
+    nc.cycle()
+    assert couple(nc, 11, 1, REMOVE) == 0
+    nc.cycle()
+    assert nc.axis(2).master_count == 4
+    assert couple(nc, 11, 6) == NcError.TOO_MANY_TABLES
+    assert couple(nc, 11, 5) == 0
+
+
+def test_last_cam_stays_while_another_waits_to_go() -> None:
+    nc = build()
+    assert couple(nc, 11) == couple(nc, 11, table_id=10) == 0
+    nc.cycle()
+    assert commands.end_profile(nc.axis(2), 10) == 0
+    assert couple(nc, 11, 1, REMOVE) == NcError.DECOUPLING_NOT_POSSIBLE
+
+
+def test_scaling_of_a_relative_cam_is_changed_by_its_user() -> None:
+    nc = build()
+    assert couple(nc, master_absolute=0) == 0
+    assert commands.change_cam_scaling(nc.axis(2), CamDemand(7, slave_scaling=2.0)) == 0
+    assert commands.change_cam_offsets(nc.axis(2), 0.0, 0.0, 1.0, 1.0, 0.0) == 0
+    nc.cycle()
+    assert nc.axis(2).cams[0].slave_scaling == 1.0
+
+
+def test_correction_is_checked_and_begins_at_any_place() -> None:
+    nc = build()
+    axis = nc.axis(2)
+    assert couple(nc, 11) == 0
+    assert commands.follow_correction(axis, 10, nan) == NcError.SLAVE_COUPLING_PARAMETER
+    assert commands.follow_correction(axis, 0) == NcError.TABLE_NOT_FOUND
+    assert commands.follow_correction(axis, 10, 0.0) == 0
+    assert commands.last_correction(axis, 10) == 0.0
+
+
+def test_correction_that_runs_again_takes_its_own_place() -> None:
+    """By the master of the first cam, whichever row that is in."""
+    nc = build()
+    axis = nc.axis(2)
+    assert couple(nc, 11, 3) == 0
+    for _ in range(5):
+        assert commands.follow_correction(axis, 10) == 0
+        nc.cycle()
+    assert (axis.cam_count, axis.master_count, nc.axis(1).coupling_state) == (2, 1, 0)

@@ -18,6 +18,7 @@ from achse.motion.couplings.cams import (
     CHANGE_SCALING,
     due,
     jump_of,
+    law_after,
     law_now,
     part_at,
     show_waiting,
@@ -334,17 +335,26 @@ def test_change_makes_references_offsets_and_scalings(
 ) -> None:
     """At 88 the cam at work is at 40 and adds 37; the slave is at 20."""
     it = layer(CHANGE_NOTHING)
-    it.next_kind, it.next_cam = kind, cam
+    it.next_kind, it.next_cam, it.next_table = kind, cam, 2
     it.table = int(kind != CHANGE_BEGIN)
     it.slave_reference, it.slave_offset, it.slave_scaling = 3.0, 4.0, 2.0
     it.next_master_type, it.next_slave_type = master, slave_type
     it.next_master_offset, it.next_master_scaling = 15.0, scaling
     it.next_slave_offset, it.next_slave_scaling = 1.0, 3.0
     it.next_master_absolute, it.next_slave_absolute = absolute
-    ax: Any = SimpleNamespace(set_position=20.0, cam_count=1, cams=[it])
-    assert cams.planned(ax, rows(cyclic=True), it, 88.0) == expected
+    ax: Any = SimpleNamespace(
+        set_position=20.0, slave_base=20.0, cam_count=1, cams=[it], coupling=1, master=[0],
+        phasing_position=0.0, phasing_velocity=0.0, phasing_acceleration=0.0,
+    )  # fmt: skip
+    both = rows(cyclic=True)
+    lead: Any = both.axes[0]
+    lead.lead_position, lead.lead_velocity, lead.lead_acceleration = 89.0, 6.0, 4.0
+    assert cams.planned(ax, both, it, 88.0) == expected
     jump = expected[-1] - (37.0 if it.table else 20.0 if absolute[1] else 0.0)
-    assert jump_of(ax, rows(cyclic=True), it, 88.0) == jump
+    assert jump_of(ax, both, it, 88.0) == jump
+    foreseen = law_after(ax, both, 0, it, 88.0)
+    cams.change(ax, both, it, 88.0)
+    assert law_now(ax, both, -1) == pytest.approx(foreseen, abs=1e-9)
 
 
 def test_cam_that_begins_beside_others_stays_where_nothing_is_added() -> None:
@@ -358,6 +368,26 @@ def test_cam_that_begins_beside_others_stays_where_nothing_is_added() -> None:
 def test_cam_that_goes_makes_no_jump() -> None:
     it = layer(CHANGE_REMOVE)
     assert jump_of(SimpleNamespace(), rows(cyclic=True), it, 50.0) == 0.0  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("superposed", "at_work"), [(10.0, 4.0), (40.0, 2.0), (-100.0, 2.0)])
+def test_change_waits_while_it_would_lead_beyond_a_soft_limit(
+    superposed: float, at_work: float
+) -> None:
+    """The limits, -50 and 60, are those of the set position with what is superposed."""
+    nc = Nc(2_000_000, [AxisParameters(1)])
+    ax = nc.axis(1)
+    both, it = rows(cyclic=True), layer(CHANGE_SCALING)
+    it.slave_offset, it.next_slave_scaling = 2.0, 1.0
+    it.slave_scaling, it.next_master_scaling, it.next_master_type = 1.0, SCALING, OFF
+    lead: Any = both.axes[0]
+    lead.lead_position = it.seen = OFFSET + SCALING * 70.0
+    ax.cams[0], ax.cam_count, ax.set_position = it, 1, 32.0
+    ax.coupled_offset, ax.max_velocity, ax.drive.reference_velocity = superposed, 1e4, 1e4
+    ax.limited, ax.limit_low, ax.limit_high = 1, -50.0, 60.0
+    it.next_slave_offset = 4.0 if superposed > 0.0 else 0.0
+    cams.carry_out(ax, both, 0.002)
+    assert it.slave_offset == at_work
 
 
 def test_cycles_of_a_cam_are_counted_up_to_1e15() -> None:

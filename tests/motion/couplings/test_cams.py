@@ -452,6 +452,7 @@ def test_a_change_for_one_cycle_is_taken_back_at_the_next(line: Line) -> None:
     for master, factor in expected.items():
         assert line.to(master) == pytest.approx(factor * at_hill(master), abs=1e-9)
         assert [line.nc.tables.user_count(n) for n in (1, 7)] == [0, 1]
+        assert line.slave.cams[0].next_returns in (0, 1)
     assert not line.has(StateBit.CAM_SCALING_PENDING)
 
 
@@ -541,6 +542,7 @@ def test_a_linear_cam_keeps_its_end_from_the_first_cycle_on(line: Line) -> None:
     assert line.couple() == 0
     line.nc.cycle(2)
     assert (line.slave.set_position, line.slave.cams[0].cam_position) == (100.0, 450.0)
+    assert (line.slave.set_velocity, line.slave.set_acceleration, line.slave.set_jerk) == (0, 0, 0)
 
 
 def test_an_absolute_cam_beside_a_relative_one_leaves_the_slave_where_it_is(line: Line) -> None:

@@ -15,7 +15,6 @@ from achse.motion.couplings.cams import (
     CHANGE_NOTHING,
     CHANGE_REMOVE,
     CHANGE_SCALING,
-    base,
     names_of,
     seen_master,
 )
@@ -222,7 +221,6 @@ def _begin(
     for n, layer in enumerate(slave.cams):
         _take(layer, CAM.plain() if n else begun[0])
     slave.cam_count = 1
-    base(slave, slave.rows)
     _carry_out(slave, slave.cams[0])
     return OK
 
@@ -442,7 +440,7 @@ def change_cam_offsets(slave: Axis, slave_offset: float, master_offset: float, *
     if layer is None:
         return _why_no_layer(slave, 0)
     slave_scaling, master_scaling = more[:2] or (layer.slave_scaling, layer.master_scaling)
-    if more and 0.0 in more[:2]:
+    if 0.0 in more[:2]:
         return NcError.SLAVE_COUPLING_PARAMETER
     demand = CamDemand(
         slave_offset=slave_offset,
@@ -515,8 +513,7 @@ def end_profile(slave: Axis, table_id: int) -> int:
 
 def last_correction(slave: Axis, table_id: int) -> float | None:
     """What a correction table that runs or has run has added so far (0x48); None: none has."""
-    if slave.coupling == SlaveType.MULTI_TABULAR:
-        for layer in slave.cams[: slave.cam_count]:
-            if layer.table == table_id and layer.once:
-                return layer.part
+    for layer in slave.cams[: slave.cam_count]:
+        if layer.table == table_id and layer.once:
+            return layer.part
     return None

@@ -403,30 +403,24 @@ def why_not_jump(ax: AxisFields, jump: float) -> int:
     return 0 if abs(jump) <= most else NcError.TABLE_SLAVE_RANGE
 
 
-def _carry_out_one(ax: AxisFields, rows: NcRows, number: int, layer: CamFields, dt: float) -> int:
-    """Carry out what a layer waits for if it is time and the slave can follow; else it waits on.
-
-    Return 1 if it is carried out.
-    """
+def _carry_out_one(ax: AxisFields, rows: NcRows, number: int, layer: CamFields, dt: float) -> None:
+    """Carry out what a layer waits for if it is time and the slave can follow; else it waits on."""
     is_due, at = due(rows, layer, layer.seen, seen_master(ax, rows, layer))
     if is_due == 0 or why_not_jump(ax, jump_of(ax, rows, layer, at)):
-        return 0
+        return
     s, v, a = law_after(ax, rows, number, layer, at)
     if why_not_step(ax, s - ax.set_position, s + ax.coupled_offset, v, a, dt):
-        return 0
+        return
     change(ax, rows, layer, at)
-    return 1
+    show_waiting(ax)
 
 
 def carry_out(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """Carry out the changes whose time has come; the others wait on."""
-    changed = 0
     for n in range(ax.cam_count):
         layer = ax.cams[n]
         if layer.next_kind:
-            changed += _carry_out_one(ax, rows, n, layer, dt)
-    if changed:
-        show_waiting(ax)
+            _carry_out_one(ax, rows, n, layer, dt)
 
 
 def show_waiting(ax: AxisFields) -> None:
