@@ -555,3 +555,37 @@ def test_kernels_are_told_when_changed_points_need_more_memory(nc: Nc) -> None:
         tables.change_online(table, PointActivation(CamActivation.NEXT_CYCLE))
         tables.write_points(table, 1, packed(points[1]))
     assert told == [len(tables.cams.numbers)]
+
+
+def test_points_for_one_cycle_return_unless_that_is_deleted(nc: Nc) -> None:
+    tables, master, slave = nc.tables, nc.axis(1), nc.axis(2)
+    table = tables.create(8, TableType.MOTION_FUNCTION, TableSubType.MONOTONIC_CYCLIC, 3, 1)
+
+    def points(*places: tuple[float, float]) -> bytes:
+        return packed(*((n, 5, 0, 1, 0, *each, 0.0, 0.0, 0.0) for n, each in enumerate(places)))
+
+    def write(activation: CamActivation, value: float) -> None:
+        tables.change_online(table, PointActivation(activation))
+        tables.write_points(table, 0, points((0.0, 0.0), (4.0, value), (9.0, 9.0)))
+
+    def at(place: float) -> float:
+        assert commands.start(master, 1, place, 300.0) == 0
+        nc.cycle(600)
+        assert master.set_position == place
+        return slave.set_position
+
+    master.velocity_override = 1_000_000
+    slave.position_range_window = 50.0
+    write(CamActivation.INSTANTANEOUS, 3.0)
+    absolute = CamDemand(8, slave_absolute=1, master_absolute=1)
+    assert commands.couple_by_cam(slave, 13, 1, absolute) == 0
+    write(CamActivation.NEXT_CYCLE_ONCE, 4.0)
+    assert (at(4.0), at(13.0)) == (3.0, 13.0)
+    refuses(NcError.ACTIVATION_PENDING, write, CamActivation.NEXT_CYCLE, 5.0)
+    write(CamActivation.INSTANTANEOUS, 5.0)
+    nc.cycle()
+    assert (slave.set_position, at(22.0)) == (14.0, 21.0)
+    write(CamActivation.NEXT_CYCLE_ONCE, 6.0)
+    assert at(31.0) == 33.0
+    write(CamActivation.DELETE_QUEUED, 6.0)
+    assert (at(40.0), tables.user_count(8)) == (42.0, 1)
