@@ -193,7 +193,8 @@ def test_deleted_table_leaves_no_cam_behind(nc: Nc) -> None:
     tables = nc.tables
     tables.cam(7, 0)
     tables.delete(7)
-    tables.write(tables.create(7, TableType.CAMMING, 3, 2, 2), 0, [0.0, 0.0, 10.0, 20.0])
+    steep = [(0.0, 0.0), (10.0, 20.0)]
+    tables.add_configured(TableParameters(7, steep, "cam", main_type=TableType.CAMMING))
     below, _ = tables.nearest(tables.find(7), 10.0, 9.0)
     assert below is not None
     assert below.position == pytest.approx(5.0)
@@ -584,6 +585,7 @@ def test_points_for_one_cycle_return_unless_that_is_deleted(nc: Nc) -> None:
     refuses(NcError.ACTIVATION_PENDING, write, CamActivation.NEXT_CYCLE, 5.0)
     write(CamActivation.INSTANTANEOUS, 5.0)
     nc.cycle()
+    tables.cam(7, 0)  # in memory that is free again
     assert (slave.set_position, at(22.0)) == (14.0, 21.0)
     write(CamActivation.NEXT_CYCLE_ONCE, 6.0)
     assert at(31.0) == 33.0

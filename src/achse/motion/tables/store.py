@@ -342,13 +342,11 @@ class Tables:
         finally:
             if self.cams.arguments != before:
                 self.laid_out()
-        for axis in self._axes():
-            for layer in axis.cams if axis.coupling else ():
-                if (layer.table, layer.interpolation) == key:
-                    self._change_points(axis, layer, table.online, place)
+        for layer in running:
+            self._change_points(layer, table.online, place)
 
     @staticmethod
-    def _change_points(axis: Any, layer: Any, online: PointActivation, place: int) -> None:
+    def _change_points(layer: Any, online: PointActivation, place: int) -> None:
         """Let a layer go on with other points of its motion function, when they are to be active.
 
         Offsets and scalings stay what they are unless they follow by themselves.
@@ -406,14 +404,8 @@ class Tables:
         if key not in self._blocks:
             table.checked()
             before = self.cams.arguments
-            begin = self.cams.take(block_size(table))
-            self._blocks[key] = begin
-            try:
-                write_block(table, interpolation, self.cams.numbers, begin, 0, table.row_count)
-            except TableError:
-                del self._blocks[key]
-                self.cams.keep(self._blocks.values())
-                raise
+            begin = self._blocks[key] = self.cams.take(block_size(table))
+            write_block(table, interpolation, self.cams.numbers, begin, 0, table.row_count)
             if self.cams.arguments != before:
                 self.laid_out()
         return self._newest.get(key, self._blocks[key])
