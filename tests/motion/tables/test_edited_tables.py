@@ -20,6 +20,7 @@ def build() -> Nc:
     nc = Nc(2_000_000, [AxisParameters(n, values=values) for n in (1, 2, 3)], compiled=False)
     for table_id in (7, 8):
         nc.tables.write(nc.tables.create(table_id, TableType.CAMMING, 3, 4, 2), 0, RISING)
+    nc.tables.write(nc.tables.find(8), 5, [66.0])
     for table_id in (5, 6):
         cyclic = TableSubType.MONOTONIC_CYCLIC
         table = nc.tables.create(table_id, TableType.MOTION_FUNCTION, cyclic, 2, 1)
@@ -118,7 +119,7 @@ def test_function_that_waits_to_begin_has_the_newest_points() -> None:
     follow(nc, 3, 10, 8, 90.0)
     change(nc, 5, 11.0)
     move(nc, 120.0)
-    assert nc.axis(3).set_position == pytest.approx(40.0)
+    assert nc.axis(3).set_position == pytest.approx(42.0)
 
 
 def test_change_of_scaling_waits_while_points_change() -> None:

@@ -274,6 +274,7 @@ def test_refused_cam_takes_no_memory(nc: Nc) -> None:
     table = tables.create(8, TableType.CAMMING, 3, 4, 2)
     tables.write(table, 0, [0.0, 0.0, 0.0, 1.0])
     refuses(NcError.TABLE_NOT_MONOTONIC, tables.cam, 8, 0)
+    refuses(NcError.TABLE_NOT_MONOTONIC, tables.nearest, table, 0.5, 0.0)
     first = tables.cam(7, 0)
     assert first == tables.cam(7, 2)
 
