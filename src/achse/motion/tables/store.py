@@ -233,8 +233,6 @@ class Tables:
             return
         self._forget_blocks()
         kept = [key for key in mine if key in self._blocks]
-        if kept:
-            table.checked()
         for key in kept:
             if table.of_points:
                 self._renew(table, key)
