@@ -37,7 +37,7 @@ WITHOUT_MODULE: dict[str, str] = {
     "tests/motion/couplings/test_every_law.py": "all laws, chains and the kernel, at random",
     "tests/motion/couplings/test_life.py": "masters, laws, superposition and errors together",
     "tests/motion/couplings/test_refused.py": "every coupling and its refusals, at random",
-    "tests/motion/tables/test_edited_tables.py": "tables, slaves of several and the cycle, at an edit",
+    "tests/motion/tables/test_edited_tables.py": "tables, slaves and the cycle, at an edit",
     "tests/motion/test_fast_path.py": "which axes take the fast path of a cycle, and which rest",
     "tests/motion/test_supervision_bounds.py": "each bound of what supervises an axis",
     "tests/motion/groups/test_singular_places.py": "group, laws and axes at singular places",
