@@ -35,7 +35,7 @@ class Bank:
 
     def __init__(self, size: int) -> None:
         self.turn = 0
-        """How often steps were done; what is postponed since then is postponed in this turn."""
+        """Number of steps done; work postponed since the last step is postponed in this turn."""
         self.rows = Rows(LAYOUT, size)
         self._taken = 0
         self._postponed_records: list[CompiledRecord] = []
@@ -84,7 +84,7 @@ class CompiledRecord(RowView, _Fields):
         self.bank = bank
         self.attend = attend
         self.mapped = False
-        """Whether the kernel knows the mapping of the process data."""
+        """True if the kernel knows the mapping of the process data."""
         self.row[:] = pack(LAYOUT, DriveSlots())
 
     def map(self, received: ProcessData, sent: ProcessData) -> None:

@@ -69,7 +69,7 @@ _LASTING = (
     "encoder_clear_command",
     "commands",
 )
-"""What a reset of the drive leaves as it is: the world around it."""
+"""Record fields that a reset of the drive keeps: the drive's environment."""
 
 _STATES = tuple(PowerState)
 
@@ -211,7 +211,7 @@ class Drive:
 
     @property
     def storing(self) -> bool:
-        """Whether 1010h stores at this moment."""
+        """True while 1010h stores."""
         return self._storing_ns > 0
 
     def save(self) -> None:
@@ -233,7 +233,7 @@ class Drive:
 
     @property
     def bootstrap(self) -> bool:
-        """Whether the drive has the state Bootstrap; that of the manual has not."""
+        """True if the drive has the state Bootstrap; the drive of the manual does not."""
         return self.firmware.bootstrap
 
     @property
@@ -243,7 +243,7 @@ class Drive:
 
     @property
     def programming(self) -> tuple[int, int] | None:
-        """How many bytes of the firmware are programmed, of how many; None while nothing is."""
+        """Number of firmware bytes programmed, and of all; None while nothing is programmed."""
         return self.firmware.programming
 
     def read_file(self, name: str, password: int) -> bytes:

@@ -34,7 +34,7 @@ class Firmware:
         self.password = password
         self.bootstrap = bootstrap
         self.written = 0
-        """How often another one was programmed."""
+        """Number of times that other firmware was programmed."""
         self._new = b""
         self._left_ns = 0
 
@@ -56,7 +56,7 @@ class Firmware:
 
     @property
     def programming(self) -> tuple[int, int] | None:
-        """How many bytes are programmed, of how many; None while nothing is."""
+        """Number of bytes programmed, and of all; None while nothing is programmed."""
         if not self._new:
             return None
         return len(self._new) - -(-self._left_ns // _NS_PER_BYTE), len(self._new)

@@ -30,7 +30,7 @@ __all__ = [
 
 
 _LARGEST_TORQUE = 32_767.0
-"""What torque objects of 16 bits can show, ‰."""
+"""Largest value of 16-bit torque objects, ‰."""
 
 
 class MachineError(ValueError):
@@ -46,7 +46,7 @@ class MotorKind(IntEnum):
 
 
 class EncoderKind(IntEnum):
-    """What the encoder knows after power-on."""
+    """Kind of encoder, by the position that it knows after power-on."""
 
     INCREMENTAL = 0
     SINGLE_TURN = 1
@@ -67,12 +67,12 @@ class Motor:
     torque_time: float = 0.4e-3
     """Time constant of the torque loop, s."""
     overload_time: float = 10.0
-    """How long the motor bears twice its rated torque, s."""
+    """Time that the motor bears twice its rated torque, s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """What hangs on the motor shaft, referred to it."""
+    """Load on the motor shaft, referred to the shaft."""
 
     inertia: float = 0.56e-4
     coulomb: float = 0.02
@@ -94,7 +94,7 @@ class Encoder:
     index_offset: int = 0
     index_width: int = 32
     turns: int = 65536
-    """What a multi-turn encoder can count."""
+    """Number of turns that a multi-turn encoder can count."""
     dual_loop: bool = False
     scale_ratio: float = 1.0
     """Dual loop: counts of the external scale per count of the inner encoder."""
@@ -110,7 +110,7 @@ class Switches:
     positive_limit: float | None = None
     positive_stop: float | None = None
     probe: tuple[float, float] | None = None
-    """Where the signal EXT-PROBE1 is on."""
+    """Range of positions in which the signal EXT-PROBE1 is on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +126,7 @@ class Mechanics:
     outputs: tuple[OutputFunction, ...] = ()
     """Status outputs assigned to O1, O2, ... in this order."""
     position: float = 0.0
-    """Where the machine is at the start, inc."""
+    """Position of the machine at the start, inc."""
 
     def __post_init__(self) -> None:
         positive = {
@@ -246,7 +246,8 @@ def scale(machine: Mechanics, d: DriveFields) -> None:
 
 
 def power_up(machine: Mechanics, d: DriveFields, cleared_turns: int) -> None:
-    """What the encoder says after power-on: count 0, the count within a turn, or turns and count.
+    """Set the encoder to its reading after power-on: count 0, the count within a turn, or turns and
+    count.
 
     `cleared_turns` is the turn of the machine at which the multi-turn counter was cleared.
     """

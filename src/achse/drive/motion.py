@@ -137,7 +137,7 @@ def _enabled(d: DriveFields, dt: float) -> None:
 
 
 def _blocked(limits: int, wish: float) -> int:
-    """Whether a switch that is on is in this direction."""
+    """Return 1 if a limit switch in the direction of `wish` is on, else 0."""
     blocked = POSITIVE_LIMIT if wish > 0.0 else NEGATIVE_LIMIT
     return 1 if wish != 0.0 and limits & blocked else 0
 

@@ -34,7 +34,7 @@ _TWO_PI = 2.0 * math.pi
 
 
 def prepare(d: DriveFields, dt: float) -> None:
-    """What depends on the step time only."""
+    """Set the fields that depend on the step time only; `dt` in s."""
     d.step_time = dt
     d.substeps = max(1, math.ceil(dt / PART - 1e-9))
     d.torque_response = 1.0 - math.exp(-dt / d.substeps / d.torque_time)
@@ -191,7 +191,7 @@ def move(d: DriveFields, dt: float) -> None:
 
 
 def _rests(d: DriveFields) -> bool:
-    """Whether a motor without torque stays where it is."""
+    """Return True if a motor without torque stays at its position."""
     load = d.gravity + d.external_load
     return d.brake_engaged | d.jammed != 0 or -d.coulomb <= load <= d.coulomb
 

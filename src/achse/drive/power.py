@@ -52,7 +52,7 @@ class PowerState(IntEnum):
 
 
 class PowerEvent(IntEnum):
-    """What can move the state: commands of the controlword and events of the drive."""
+    """Events that can change the state: commands of the controlword and events of the drive."""
 
     NONE = 0
     SHUTDOWN = 1
@@ -178,7 +178,7 @@ _PREOP = int(AlState.PREOP)
 
 
 def supply_ready(d: DriveFields) -> bool:
-    """Whether the motor can be powered: main power is there and STO is not active."""
+    """Return True if the motor can be powered: main power is on and STO is not active."""
     return d.main_power != 0 and (d.safety_1 != 0 or d.safety_2 != 0)
 
 

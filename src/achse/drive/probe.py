@@ -27,7 +27,7 @@ def to_inc(d: DriveFields, position: float) -> int:
 
 
 def index_crossed(d: DriveFields) -> float:
-    """Where the motor met the edge of an index pulse first in this cycle; -1e300 if it did not."""
+    """Return the position of the first index edge passed in this cycle; -1e300 without one."""
     before = math.floor((d.previous_position - d.index_offset) / d.index_pitch)
     after = math.floor((d.motor_position - d.index_offset) / d.index_pitch)
     if after > before:

@@ -136,7 +136,7 @@ def velocity_reached(d: DriveFields, target: float, dt: float) -> int:
 
 
 def standing_still(d: DriveFields) -> int:
-    """Whether the speed is 0 as far as the drive can see."""
+    """Return 1 if the speed is 0 as far as the drive can see, else 0."""
     return 1 if abs(d.motor_velocity) <= d.standstill else 0
 
 

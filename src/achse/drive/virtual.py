@@ -21,7 +21,7 @@ _START = 0x10
 
 
 class DriveTimeout(TimeoutError):
-    """What was waited for did not come in the time allowed."""
+    """Time-out while waiting for a condition of the drive."""
 
 
 class VirtualDrive(Drive):

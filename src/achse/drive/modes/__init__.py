@@ -51,7 +51,7 @@ SUPPORTED_MODES = sum(1 << mode - 1 for mode in Mode if mode)
 
 
 class ModeForm(Protocol):
-    """What every mode module offers."""
+    """Interface of every mode module."""
 
     def enter(self, d: DriveFields) -> None: ...
     def command(self, d: DriveFields, dt: float) -> None: ...

@@ -31,7 +31,7 @@ __all__ = [
 
 
 class HomingSwitch(IntEnum):
-    """What is searched before the index pulse; the values are bits of 60FDh."""
+    """Switch searched before the index pulse; the values are bits of 60FDh."""
 
     NONE = 0
     NEGATIVE_LIMIT = 1
@@ -146,7 +146,7 @@ def start(d: DriveFields) -> None:
 
 
 def _assigned(d: DriveFields, switch: int, forward: int) -> bool:
-    """Whether the inputs the method needs are there (table 3.2.4.4)."""
+    """Return True if the inputs that the method needs are assigned (table 3.2.4.4)."""
     if switch == 0:
         return True
     limit = d.positive_limit_assigned if forward > 0 else d.negative_limit_assigned
@@ -246,7 +246,7 @@ def _search(d: DriveFields) -> None:
 
 
 def _limit(d: DriveFields, direction: int) -> bool:
-    """Whether the limit switch in this direction is on."""
+    """Return True if the limit switch in this direction is on."""
     return d.digital_inputs & (2 if direction > 0 else 1) != 0
 
 

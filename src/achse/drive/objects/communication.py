@@ -51,14 +51,14 @@ DEFAULT_MAPPINGS = {
         *(0x60770010, 0x60B90010, 0x60BA0020, 0x60FD0020),
     ),
 }
-"""What the mapping objects hold by default (001 §3.1.1)."""
+"""Default values of the mapping objects (001 §3.1.1)."""
 
 CIA402_MAPPINGS = {
     0x1600: (0x60400010, 0x607A0020, 0x60FF0020, 0x60710010, 0x60600008),
     0x1A00: (0x60410010, 0x60640020, 0x606C0020, 0x60770010, 0x60610008, 0x60F40020, 0x603F0010),
 }
-"""What masters expect that know CiA 402 and not this drive: set points and actual values of all
-cyclic modes in the first PDOs."""
+"""Mappings that masters expect of any CiA 402 drive: set points and actual values of all cyclic
+modes in the first PDOs."""
 
 _U8, _U16, _U32 = DataType.U8, DataType.U16, DataType.U32
 

@@ -30,7 +30,7 @@ MISSING_SUBINDEX = AbortCode.NO_OBJECT
 
 
 def is_unsupported(index: int) -> bool:
-    """Whether the manual states the index as not supported."""
+    """Return True if the manual states the index as not supported."""
     return any(index in indices for indices in UNSUPPORTED)
 
 

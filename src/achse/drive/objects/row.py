@@ -19,7 +19,7 @@ __all__ = ["DriveView", "EntryAccess", "ObjectRow", "PdoTable"]
 
 
 class EntryAccess(IntEnum):
-    """Who may write an entry; the values are access words of SDO information."""
+    """Write access to an entry; the values are access words of SDO information."""
 
     RO = 0x0007
     RW = 0x003F
@@ -34,7 +34,7 @@ class PdoTable(Protocol):
 
 
 class DriveView(Protocol):
-    """What rows see of the drive they belong to."""
+    """Interface of the drive to the rows of its dictionary."""
 
     @property
     def record(self) -> DriveFields: ...
