@@ -1,4 +1,5 @@
-"""What sits behind a slave controller: objects, process data, a local cycle, and a say in states.
+"""Interface of a device behind a slave controller: objects, process data, local cycle, state
+checks.
 
 A device implements this by structure; it imports nothing of EtherCAT. The codes both sides need
 (`AlState`, `AlStatus`, `AbortCode`, `SdoAbort`) are in `achse.codes`.
@@ -51,7 +52,7 @@ class ObjectAccess(IntFlag):
 
 
 class Identity(Protocol):
-    """Who the device is (object 1018h), each a u32."""
+    """Identity of the device (object 1018h), each number a u32."""
 
     @property
     def vendor_id(self) -> int: ...
@@ -179,8 +180,8 @@ class MessagingApplication(Protocol):
 
     @property
     def services(self) -> Mapping[int, Callable[[bytes], Iterable[bytes] | int]]:
-        """What answers a message, by protocol: its data to the data of the replies, or the detail
-        of a mailbox error. It raises nothing."""
+        """Message handlers by protocol: each maps request data to the data of the replies, or to
+        the detail of a mailbox error. Handlers raise nothing."""
         ...
 
     def take_message(self) -> tuple[int, bytes] | None:
@@ -207,7 +208,8 @@ class FileApplication(Protocol):
 
     @property
     def programming(self) -> tuple[int, int] | None:
-        """How much of the file written last is in its place, of how much; None: it is."""
+        """Progress of programming the file written last: bytes in place, and of all; None when
+        complete."""
         ...
 
     def read_file(self, name: str, password: int) -> bytes:

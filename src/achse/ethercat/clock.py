@@ -88,7 +88,7 @@ class DistributedClock:
 
     @property
     def drift_ppb(self) -> int:
-        """How much faster the local time runs, in 10⁻⁹."""
+        """Drift of the local time, 10⁻⁹; above 0 it runs fast."""
         return self._drift_ppb
 
     @drift_ppb.setter

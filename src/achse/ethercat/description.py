@@ -1,4 +1,4 @@
-"""What masters and configurators want to know of a slave: the source of SII image and ESI file.
+"""Description of a slave for masters and configurators: the source of SII image and ESI file.
 
 Source: 001 §2.2; ETG.2000 and ETG.2010 for what a description has.
 """
@@ -39,7 +39,7 @@ _BITS = {1: 0x01, 2: 0x02, 4: 0x08, 5: 0x10, 15: 0x20}
 
 
 class MailboxBit(IntFlag):
-    """What a mailbox speaks, word 0x1C of an EEPROM."""
+    """Protocols that a mailbox supports, word 0x1C of an EEPROM."""
 
     AOE = 0x01
     EOE = 0x02
@@ -98,7 +98,7 @@ LAYOUT = SyncManagerLayout(
 
 @dataclass(frozen=True)
 class OperationMode:
-    """How a slave can be synchronised; `assign_activate` is the word for 0x0980."""
+    """Synchronization mode of a slave; `assign_activate` is the word for 0x0980."""
 
     name: str
     description: str

@@ -26,7 +26,7 @@ _OF_BITS = {1: DataType.BOOL, 8: DataType.U8, 16: DataType.U16, 32: DataType.U32
 
 @dataclass(frozen=True)
 class DictionaryIdentity:
-    """Who made the slave, and which one it is; by default nobody's."""
+    """Identity of a slave with a dictionary; by default of no vendor."""
 
     vendor_id: int = 0
     product_code: int = 0x10_0B

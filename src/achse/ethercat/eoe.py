@@ -39,13 +39,13 @@ _TIME_SIZE = 4
 _IP = struct.Struct("<B3x6s4s4s4s4s32s")
 _FILTERS, _MASKS = 16, 4
 _MOST_FILTERS, _MOST_MASKS = 15, 3
-"""What the counts have room for."""
+"""Most filters and masks that the counts of a message can state."""
 _NO_BROADCASTS = 0x80
 _MASKS_AT = 4
 
 
 class EoeType(IntEnum):
-    """What a message is."""
+    """Type of an EoE message."""
 
     FRAGMENT = 0
     TIME_STAMP = 1
@@ -60,7 +60,7 @@ class EoeType(IntEnum):
 
 
 class EoeResult(IntEnum):
-    """What a slave says to a setting."""
+    """Result code with which a slave answers a setting."""
 
     SUCCESS = 0x0000
     UNSPECIFIED_ERROR = 0x0001

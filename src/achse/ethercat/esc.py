@@ -46,7 +46,8 @@ _PORTS = 0b00_00_11_11
 _DL_CONTROL, _STATION, _SYSTEM_TIME = (
     int(each) for each in (Register.DL_CONTROL, Register.STATION_ADDRESS, Register.SYSTEM_TIME)
 )
-"""What each datagram asks for; numbers, since looking up a member takes longer than the rest."""
+"""Registers that each datagram reads; numbers, since looking up a member takes longer than the
+rest."""
 
 _LOOP_CONTROL, _ALIAS_USE = _DL_CONTROL + 1, _DL_CONTROL + 3
 """Bytes of DL control: what the ports do, whether the alias is in use."""
@@ -57,7 +58,8 @@ _ID_LOADED = 0x0020
 
 _Action: TypeAlias = "Callable[[Esc, int, int], None]"
 _ACTIONS: dict[Register, _Action] = {}
-"""What happens when a register was written, from its first to its last byte that was."""
+"""Actions after a register was written, by register; arguments are the first and the last byte
+written."""
 
 
 def _when_written(*registers: Register) -> Callable[[_Action], _Action]:
@@ -100,7 +102,7 @@ class Esc:
         self.watchdog_ns = 0
         """Process data watchdog time, 0 = off."""
         self.pdi_watchdog_ns = 0
-        """How long the device may do nothing, 0 = for ever."""
+        """Longest time without an access of the device, ns; 0 = unlimited."""
         self.pdi_access = PdiAccess(self)
         self._alias = alias
         self.ram_end = RAM_BASE + 1024 * ram_kib
@@ -188,12 +190,13 @@ class Esc:
         return bytes(self.memory[address:end])
 
     def holds_message(self, number: int) -> bool:
-        """Whether a mailbox is full, as the master reads it in the SyncManager's status."""
+        """Return True if a mailbox is full, as the master reads it in the SyncManager's status."""
         self.pdi.looked_at(number)
         return self.sync_managers[number].full
 
     def rests(self, address: int, length: int) -> bool:
-        """Whether these are registers that memory has: nothing makes them when they are read."""
+        """Return True if these registers are read from memory as stored: no register is refreshed
+        on reading."""
         blocks = range(address >> 4, address + length + 15 >> 4)
         return address + length <= RAM_BASE and self._refreshers.keys().isdisjoint(blocks)
 
@@ -293,7 +296,8 @@ class Esc:
     # registers that act when written
 
     def _rows(self) -> list[tuple[int, int, Callable[[int, int], None]]]:
-        """What the master may write, ascending: first address, end, and what then happens."""
+        """Return the ranges that the master may write, ascending: first address, end, action after
+        writing."""
         rows = [
             (int(row), row.end, _ACTIONS[row].__get__(self) if row in _ACTIONS else _plain)
             for row in Register
@@ -560,7 +564,7 @@ class Esc:
         return Register.STATION_ALIAS.get(self.memory)
 
     def answers_to(self, station: int) -> bool:
-        """Whether a configured address means this slave: its own, or its alias if in use."""
+        """Return True if a configured address means this slave: its own, or its alias if in use."""
         return self.station == station or bool(
             self.memory[_ALIAS_USE] & 1 and self.alias == station
         )

@@ -66,7 +66,8 @@ class Fmmu(NamedTuple):
         return bool(self.active & 1 and self.direction & _WRITE)
 
     def transfer(self, address: int, length: int) -> Transfer | None:
-        """What a datagram of `length` bytes at the logical `address` exchanges."""
+        """Return the overlap with a datagram of `length` bytes at the logical `address`, None
+        without overlap."""
         first = self.logical * 8 + self.start_bit
         last = (self.logical + self.length - 1) * 8 + self.stop_bit + 1
         begin = max(first, address * 8)

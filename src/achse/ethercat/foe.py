@@ -19,7 +19,7 @@ _MAILBOX_HEADER = 6
 
 
 class FoeOperation(IntEnum):
-    """What a message is."""
+    """Operation code of an FoE message."""
 
     READ = 1
     WRITE = 2

@@ -49,7 +49,7 @@ class FrameError(Exception):
 
 
 class Addressing(IntEnum):
-    """How a command finds its slaves."""
+    """Addressing mode of a command."""
 
     NONE = 0
     POSITION = 1
@@ -141,7 +141,8 @@ class Datagram:
 
 
 def payload_offset(packet: bytes | bytearray) -> int | None:
-    """Where the EtherCAT header begins in an Ethernet frame (14, with a VLAN tag 18), or None."""
+    """Return the offset of the EtherCAT header in an Ethernet frame (14, with a VLAN tag 18), or
+    None."""
     kind = packet[12:14]
     if kind == _ETHERCAT:
         return 14
@@ -151,7 +152,7 @@ def payload_offset(packet: bytes | bytearray) -> int | None:
 
 
 def datagram_offsets(packet: bytes | bytearray, start: int) -> list[int]:
-    """Where each datagram begins in `packet`, whose EtherCAT header is at `start`.
+    """Return the offset of each datagram in `packet`, whose EtherCAT header is at `start`.
 
     Each datagram tells its length and whether another follows; the length in the EtherCAT header is
     not looked at, as slaves do not (recorded traffic: TwinCAT sends frames whose header counts a

@@ -16,7 +16,7 @@ from achse.ethercat.logical import Plan
 __all__ = ["WORDS", "FramePlan", "FrameStep", "PlannedDatagram", "exchange", "gather_registers"]
 
 FrameStep = Callable[[bytes, bytearray], None]
-"""What one or more datagrams do: it is given the frame that came, and changes that on its way."""
+"""Processing of one or more datagrams: reads the received frame, changes the passing frame."""
 
 _HEADER, _COUNTER = 10, 2
 
@@ -33,7 +33,7 @@ class PlannedDatagram(NamedTuple):
 
     @property
     def data(self) -> int:
-        """Where the data begin."""
+        """Offset of the data in the frame."""
         return self.offset + _HEADER
 
     @property
@@ -72,7 +72,7 @@ class FramePlan:
         self.steps = steps
 
     def fits(self, frame: bytes) -> bool:
-        """Whether a frame of the same length has these datagrams."""
+        """Return True if a frame, which has the planned length, has these datagrams."""
         return int.from_bytes(frame, "little") & self._mask == self._value
 
 

@@ -26,7 +26,7 @@ _Parts = tuple[Esc, list[Transfer], list[Transfer]]
 
 
 class Plan:
-    """What a logical datagram does at all slaves of a segment.
+    """Effect of a logical datagram on all slaves of a segment.
 
     Whole buffers are exchanged by `takes` (outputs) and `gives` (inputs): function and part
     of the data; then the working counter goes up by `count`, whatever the buffers hold. `flags`
@@ -111,7 +111,7 @@ class Plan:
 
 
 def _increment(command: DatagramCommand, read: bool, wrote: bool) -> int:
-    """How far one slave moves the working counter (001 table 2.3.2.1)."""
+    """Return the working counter increment by one slave (001 table 2.3.2.1)."""
     return read + wrote * (2 if command.reads else 1)
 
 

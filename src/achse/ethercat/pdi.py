@@ -79,7 +79,7 @@ class PdiAccess:
 
     @property
     def request(self) -> AlEvent:
-        """What has happened, through the AL event mask: what the interrupt line shows."""
+        """Pending events that pass the AL event mask, as on the interrupt line."""
         mask = Register.AL_EVENT_MASK.get(self._esc.memory)
         return AlEvent(self._esc.al_event_request & mask)
 

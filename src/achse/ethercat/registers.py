@@ -27,7 +27,7 @@ RAM_BASE = 0x1000
 """Below are registers, from here process data memory."""
 
 FMMUS, SYNC_MANAGERS, RAM_KIB = 3, 4, 8
-"""What the controller of the drive has (001 §2.2); the manual is silent about its memory."""
+"""Resources of the drive's controller (001 §2.2); the manual does not state its memory."""
 
 
 class Register(IntEnum):
@@ -72,15 +72,15 @@ class Register(IntEnum):
         memory[self.place] = value.to_bytes(self.size, "little")
 
     TYPE = (0x0000, 1, "type", False, 0x11)
-    """What controller it is; 0x11 is an ET1100 (§6.1.1)."""
+    """Type of the controller; 0x11 is an ET1100 (§6.1.1)."""
     REVISION = (0x0001, 1, "revision")
     """Revision of the controller (§6.1.1)."""
     BUILD = (0x0002, 2, "build", False, 2)
     """Build of the controller (§6.1.1)."""
     FMMU_COUNT = (0x0004, 1, "FMMUs supported")
-    """How many FMMUs it has (§6.1.1)."""
+    """Number of FMMUs of the controller (§6.1.1)."""
     SYNC_MANAGER_COUNT = (0x0005, 1, "SyncManagers supported")
-    """How many SyncManagers it has (§6.1.1)."""
+    """Number of SyncManagers of the controller (§6.1.1)."""
     RAM_SIZE = (0x0006, 1, "RAM size", False, 8)
     """Process data memory in KiB (§6.1.1)."""
     PORT_DESCRIPTOR = (0x0007, 1, "port descriptor")
@@ -110,9 +110,9 @@ class Register(IntEnum):
     AL_STATUS = (0x0130, 2, "AL status", False, 1)
     """The state of the slave; 4: error, 5: identification shown (§6.1.5, R3)."""
     AL_STATUS_CODE = (0x0134, 2, "AL status code")
-    """Why it is in error, see `AlStatus` (§6.1.5, R6)."""
+    """Reason of the error in AL status, see `AlStatus` (§6.1.5, R6)."""
     LIGHT_OVERRIDE = (0x0138, 2, "RUN and ERR light override", True)
-    """What the RUN and ERR lights show instead of the state."""
+    """Pattern that the RUN and ERR lights show instead of the state."""
     PDI_CONTROL = (0x0140, 1, "PDI control")
     """Kind of the interface to the device; from EEPROM word 0 (§6.1.5, R7)."""
     ESC_CONFIGURATION = (0x0141, 1, "ESC configuration")
@@ -120,9 +120,9 @@ class Register(IntEnum):
     PDI_CONFIGURATION = (0x0150, 4, "PDI configuration")
     """The interface to the device; from EEPROM words 1 and 3 (§6.1.5, R8)."""
     ECAT_EVENT_MASK = (0x0200, 2, "ECAT event mask", True)
-    """Which events reach the frames (§6.1.6)."""
+    """Events that reach the frames (§6.1.6)."""
     AL_EVENT_MASK = (0x0204, 4, "AL event mask")
-    """Which events reach the device, see `AlEvent` (§6.1.6)."""
+    """Events that reach the device, see `AlEvent` (§6.1.6)."""
     ECAT_EVENT_REQUEST = (0x0210, 2, "ECAT event request")
     """Events for the master: latch, DL status, AL status, messages (§6.1.6)."""
     AL_EVENT_REQUEST = (0x0220, 4, "AL event request")
@@ -136,9 +136,9 @@ class Register(IntEnum):
     WATCHDOG_DIVIDER = (0x0400, 2, "watchdog divider", True, 0x09C2)
     """Watchdogs count units of (divider + 2) * 40 ns; 100 µs at first (§6.3.1)."""
     PDI_WATCHDOG = (0x0410, 2, "PDI watchdog time", True, 1000)
-    """How long the device may do nothing, 0 for ever (§6.3.2)."""
+    """Longest time without an access of the device, 0 = unlimited (§6.3.2)."""
     PROCESS_WATCHDOG = (0x0420, 2, "process data watchdog time", True, 1000)
-    """How long outputs may be missing, 0 for ever (§6.3.3)."""
+    """Longest time without outputs, 0 = unlimited (§6.3.3)."""
     PROCESS_WATCHDOG_STATUS = (0x0440, 2, "process data watchdog status", False, 1)
     """Bit 0: outputs come in time (§6.3.4)."""
     WATCHDOG_COUNTERS = (0x0442, 2, "watchdog counters", True)
@@ -156,7 +156,7 @@ class Register(IntEnum):
     SYSTEM_TIME = (0x0910, 8, "system time", True)
     """The local copy; a write feeds the time loop and sets nothing (§6.8, table 60)."""
     RECEIVE_TIME_UNIT = (0x0918, 8, "receive time processing unit")
-    """When the frame passed the processing unit, latched with port 0 (§6.8, table 60)."""
+    """Time at which the frame passed the processing unit, latched with port 0 (§6.8, table 60)."""
     SYSTEM_TIME_OFFSET = (0x0920, 8, "system time offset", True)
     """From local to system time (§6.8, table 60)."""
     SYSTEM_TIME_DELAY = (0x0928, 4, "system time delay", True)
@@ -170,7 +170,7 @@ class Register(IntEnum):
     FILTER_DEPTHS = (0x0934, 2, "filter depths", True, 0x0C00)
     """Of system time difference, then of speed counter (§6.8, table 60)."""
     CYCLIC_UNIT_CONTROL = (0x0980, 1, "cyclic unit control", True)
-    """Who sets SYNC0, SYNC1 and the latches: master or PDI (§6.8)."""
+    """Control of SYNC0, SYNC1 and the latches: by the master or by the PDI (§6.8)."""
     ACTIVATION = (0x0981, 1, "activation", True)
     """Bit 0: cyclic operation, 1: SYNC0, 2: SYNC1 (§6.8, table 61, P1)."""
     PULSE_LENGTH = (0x0982, 2, "SYNC pulse length")
@@ -178,9 +178,9 @@ class Register(IntEnum):
     SYNC_STATUS = (0x098E, 2, "SYNC0 and SYNC1 status")
     """A byte each; the device reads them to acknowledge (§6.8, table 61)."""
     START_TIME = (0x0990, 8, "start time of cyclic operation", True)
-    """When SYNC0 begins; read, the next one (§6.8, table 61, P4)."""
+    """Start time of SYNC0; read, the time of the next SYNC0 (§6.8, table 61, P4)."""
     NEXT_SYNC1 = (0x0998, 8, "next SYNC1 pulse")
-    """When SYNC1 comes next (§6.8, table 61)."""
+    """Time of the next SYNC1 (§6.8, table 61)."""
     SYNC0_CYCLE = (0x09A0, 4, "SYNC0 cycle time", True)
     """In ns (§6.8, table 61, P5)."""
     SYNC1_CYCLE = (0x09A4, 4, "SYNC1 cycle time", True)

@@ -34,11 +34,11 @@ class RingSegment(Segment):
         self._end_whole = True
         """The cable at the second adapter."""
         self._adapters = [True, True]
-        """Whether the adapters themselves have a link."""
+        """Link state of each adapter, True with a link."""
         self._closed = False
         """The frame goes all the way round."""
         self._returns = False
-        """What the second adapter sends comes to a slave."""
+        """True if frames of the second adapter reach a slave."""
         self._far: list[Slave] = []
         self._far_plans: dict[tuple[int, int, int], Plan] = {}
         self._far_frame_plans: dict[tuple[int, int], FramePlan] = {}
@@ -47,7 +47,7 @@ class RingSegment(Segment):
 
     @property
     def parts(self) -> tuple[int, int]:
-        """How many slaves process the frames of each adapter."""
+        """Number of slaves that process the frames of each adapter."""
         return len(self._order), len(self._far)
 
     @property
@@ -75,7 +75,7 @@ class RingSegment(Segment):
         return self._slaves[cable]
 
     def connect(self, adapter: int, linked: bool) -> None:
-        """Whether an adapter (0, 1) has a link; without it the cable there is as good as cut."""
+        """Set the link state of an adapter (0, 1); without a link its cable counts as cut."""
         if self._adapters[adapter] == linked:
             return
         self._adapters[adapter] = linked
@@ -136,7 +136,7 @@ class RingSegment(Segment):
         self._far_stations.clear()
 
     def _route(self) -> None:
-        """Which slaves each adapter reaches, and when frames pass them."""
+        """Update which slaves each adapter reaches, and when frames pass them."""
         places = self._places
         last = len(places) - 1
         linked = [place.whole for place in places]

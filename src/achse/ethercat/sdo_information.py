@@ -101,7 +101,7 @@ class SdoInformation:
 
 
 def _values(entry: ObjectEntry, wanted: int) -> tuple[int, bytes]:
-    """Which of the wanted values there are, and their bytes."""
+    """Return the bits of the wanted values that the entry has, and their bytes."""
     info = wanted & _ALWAYS
     values = b""
     for bit, value in (

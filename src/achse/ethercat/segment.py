@@ -57,7 +57,7 @@ _LRD, _LRW, _BRD = (
 
 @dataclass(slots=True)
 class Counters:
-    """What went through a segment."""
+    """Counters of the frames in a segment."""
 
     frames: int = 0
     malformed: int = 0
@@ -79,7 +79,7 @@ class Disturbance:
 
 
 class _Place:
-    """Where a slave is in the tree."""
+    """Position of a slave in the tree."""
 
     __slots__ = ("children", "parent", "port", "slave", "whole")
 
@@ -115,7 +115,7 @@ class Segment:
         self._frame_plans: dict[tuple[int, int], FramePlan] = {}
         """By length, and where the EtherCAT header begins."""
         self._remaps = 0
-        """How often plans were thrown away."""
+        """Number of times that plans were dropped."""
         self._stations: dict[int, list[Slave]] = {}
         self._irq = 0
         self._endless = False

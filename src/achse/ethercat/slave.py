@@ -32,7 +32,7 @@ _LEAST_MAILBOX = 34
 """Shortest mailbox in which the services work."""
 
 _OUTPUTS_WITHIN_NS = 100_000_000
-"""How long a request for Op waits for the first outputs."""
+"""Longest time that a request for Op waits for the first outputs."""
 
 _BOOT_SERVICES = frozenset((MailboxProtocol.FOE,))
 _NEVER = 1 << 62
@@ -82,7 +82,7 @@ class Slave:
         self._timer_due = self._local_cycle_ns
         self._sync0_due = _NEVER
         self.due_ns = self._timer_due
-        """When `advance` has something to do."""
+        """Time at which `advance` has something to do."""
         self.esc = Esc(self, sii or build_sii(describe(application, layout)), alias=alias)
         self._time = self.esc.time
         self.esc.power_up()
@@ -438,7 +438,7 @@ class Slave:
                 self._fall(code)
 
     def steps_by(self, cycle_ns: int) -> bool:
-        """Whether process data each `cycle_ns` and the step of SYNC0 are all that happens now."""
+        """Return True if only process data each `cycle_ns` and the step of SYNC0 happen now."""
         clock, mailbox_in = self.esc.clock, self.esc.sync_managers[_MAILBOX_IN]
         return (
             *(self.state, self.error, self._hung, self._message),
@@ -455,7 +455,7 @@ class Slave:
         self.due_ns = self._sync0_due = self.esc.clock.sync0(elapsed_ns + ahead_ns) or _NEVER
 
     def _plan_steps(self) -> None:
-        """When the next local cycle begins: by SYNC0 once it has come, else by the timer."""
+        """Schedule the next local cycle: by SYNC0 once it has come, else by the timer."""
         sync0 = self.esc.clock.sync0_due_ns
         if sync0 is not None:
             self._sync0_due = sync0
@@ -493,4 +493,4 @@ _CHECKS: Mapping[Transition, Callable[[Slave], AlStatus]] = {
     Transition.PS: Slave._check_safe_op,
     Transition.SO: Slave._check_sync0,
 }
-"""What the slave itself checks before it asks the application."""
+"""Checks of the slave itself before it calls the application, by transition."""

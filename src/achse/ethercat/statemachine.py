@@ -64,13 +64,14 @@ TRANSITIONS: Mapping[tuple[AlState, AlState], Transition | AlStatus] = {
     (_O, _S): Transition.OS,
     (_O, _O): AlStatus.NO_ERROR,
 }
-"""What a request does in a state: a transition, nothing (NO_ERROR), or an AL status code.
+"""Response to a state request, by current and requested state: a transition, nothing (NO_ERROR), or
+an AL status code.
 
 A slave without Bootstrap refuses `IB` with 0x0013, as the drive of the manual does."""
 
 
 def request(state: AlState, number: int) -> Transition | AlStatus:
-    """What asking for state `number` (0..15) means in `state`."""
+    """Return the response to a request for state `number` (0..15) in `state`."""
     try:
         return TRANSITIONS[state, AlState(number)]
     except ValueError:
@@ -78,7 +79,7 @@ def request(state: AlState, number: int) -> Transition | AlStatus:
 
 
 class Light(Enum):
-    """How the RUN light shows the state (001 table 2.9.2.1)."""
+    """Pattern of the RUN light in each state (001 table 2.9.2.1)."""
 
     OFF = _I
     BLINKING = _P

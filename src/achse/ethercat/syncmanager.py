@@ -62,9 +62,9 @@ class SyncManager:
         self.on_taken = on_taken
         self.locked = True
         self.source: Callable[[], bytes] | None = None
-        """Where a buffer to the master takes its newest content from."""
+        """Source of the newest content of a buffer to the master."""
         self.sink: Callable[[bytes], None] | None = None
-        """Who takes whole buffers of logical datagrams, past `complete`; events do not show."""
+        """Receiver of whole buffers of logical datagrams, instead of `complete`; sets no events."""
         self.repeat_request = self.repeat_acknowledge = False
         self.configure(bytes(8))
 
@@ -116,7 +116,7 @@ class SyncManager:
     # the master's side
 
     def accepts(self, write: bool) -> bool:
-        """Whether the master may write or read now."""
+        """Return True if the master may write or read now."""
         if self.locked or write != self.to_application:
             return False
         return self.buffered or self.full != write

@@ -39,7 +39,7 @@ _VOLTS = 10.0
 
 
 class Terminal:
-    """What terminals share: a dictionary, a fixed mapping, outputs that fall to 0 outside Op.
+    """Base of terminals: a dictionary, a fixed mapping, outputs that fall to 0 outside Op.
 
     `output_image` are the outputs that the master wrote last, `input_image` what it reads.
     """
@@ -168,7 +168,7 @@ class DigitalTerminal(Terminal):
         self.input_image = bits.to_bytes(self.input_size, "little")
 
     def output(self, channel: int) -> bool:
-        """Whether an output is on; IndexError for a channel that is not there."""
+        """Return True if an output is on; IndexError for a channel that does not exist."""
         if not 0 <= channel < self.outputs:
             raise IndexError(f"outputs 0 to {self.outputs - 1}, got {channel}")
         return bool(int.from_bytes(self.output_image, "little") >> channel & 1)
@@ -207,7 +207,8 @@ class AnalogTerminal(Terminal):
         self._words = [(AnalogStatus(0), 0)] * inputs
 
     def set_voltage(self, channel: int, volts: float) -> None:
-        """What is at an input, in V; beyond ±10 V it says so. IndexError, ValueError."""
+        """Set the voltage at an input, V; beyond ±10 V the status reports it. IndexError,
+        ValueError."""
         if not 0 <= channel < self.inputs:
             raise IndexError(f"inputs 0 to {self.inputs - 1}, got {channel}")
         if volts != volts:  # not a number
@@ -225,7 +226,7 @@ class AnalogTerminal(Terminal):
         )
 
     def voltage(self, channel: int) -> float:
-        """What an output gives, in V; IndexError for a channel that is not there."""
+        """Return the voltage of an output, V; IndexError for a channel that does not exist."""
         if not 0 <= channel < self.outputs:
             raise IndexError(f"outputs 0 to {self.outputs - 1}, got {channel}")
         data = self.output_image[2 * channel : 2 * channel + 2]

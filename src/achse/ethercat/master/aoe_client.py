@@ -21,12 +21,12 @@ _RESPONSE = 0x01
 
 
 def is_packet(data: bytes) -> bool:
-    """Whether bytes are one whole AMS packet."""
+    """Return True if the bytes are one whole AMS packet."""
     return len(data) >= _HEADER and int.from_bytes(data[_LENGTH], "little") == len(data) - _HEADER
 
 
 def is_request(data: bytes) -> bool:
-    """Whether a whole packet asks for something."""
+    """Return True if the bytes are one whole AMS packet that is a request."""
     return is_packet(data) and not data[_FLAGS] & _RESPONSE
 
 

@@ -47,7 +47,8 @@ _RESTART = {
     AlStatus.PLL: AlState.PREOP,
     AlStatus.RESTARTED: AlState.INIT,
 }
-"""Where to begin again after an AL status code; others go on from where the slave is."""
+"""State to restart from after an AL status code; after other codes the slave continues from its
+state."""
 
 _HOPELESS = {
     AlStatus.UNKNOWN_STATE,
@@ -172,7 +173,7 @@ class BringUp:
         yield from stop_sync_if(slave)
 
     def _prepare(self, slave: BusSlave, state: AlState, target: AlState) -> Steps[None]:
-        """What has to be there before a slave goes to `target`."""
+        """Do the work that a slave needs before the transition from `state` to `target`."""
         if (state, target) == (AlState.INIT, AlState.PREOP):
             yield from self._open_mailbox(slave)
             yield from slave.eeprom.hand_over()

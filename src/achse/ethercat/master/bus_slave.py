@@ -28,7 +28,7 @@ _BYTES_ONLY, _CLOCK, _WIDE_CLOCK, _NO_LOGICAL_READ_WRITE = 1 << 0, 1 << 2, 1 << 
 
 @dataclass
 class SlaveFacts:
-    """What was read of the controller: counts of FMMUs and SyncManagers, features, DL status.
+    """Facts read from the controller: counts of FMMUs and SyncManagers, features, DL status.
 
     `identity` is vendor, product, revision, serial number.
     """
@@ -110,15 +110,15 @@ class BusSlave:
         self.failed_command = False
         """A start command was refused."""
         self.abnormal_changes = 0
-        """How often it left its state by itself."""
+        """Number of state changes that the master did not request."""
         self.losses = 0
-        """How often it stopped answering."""
+        """Number of times that the slave stopped answering."""
         self.clock_difference_ns = 0
         self.output_shift_ns = 0
         """From the cycle in which outputs are computed to SYNC0, when they act."""
         self.reads_mailbox_bit = False
         self.last_trouble = ""
-        """Why it does not reach its state, empty if it does."""
+        """Reason why the slave does not reach its state, empty if it does."""
         self._owners = tuple({id(each): each for each in owners if each is not None}.values())
         self.eeprom = EepromClient(station)
         self.mailbox: MailboxClient | None = None

@@ -51,7 +51,7 @@ _CLASSES_US = (1, 2, 5, 10, 20, 50, 100, 200, 500)
 
 
 class ClockDeviation:
-    """How far clocks are from the reference, in classes; counts while `active`."""
+    """Histogram of the clocks' deviation from the reference; counts while `active`."""
 
     def __init__(self) -> None:
         self.active = False
@@ -79,7 +79,7 @@ class ClockDeviation:
 
 
 class ClockWatch:
-    """Which clocks are further than `limit_ns` from the reference.
+    """Detection of clocks further than `limit_ns` from the reference.
 
     One is apart after three readings in a row that say so, and no longer after one that does not.
     """
@@ -211,7 +211,8 @@ def difference_of(number: int) -> int:
 
 
 def bound_of(data: bytes) -> int:
-    """What no slave is further away than, in ns, of register 0x092C of all slaves by OR."""
+    """Return the upper bound of the clocks' deviation, ns, from register 0x092C of all slaves by
+    OR."""
     return int.from_bytes(data, "little") & ~_SIGN
 
 

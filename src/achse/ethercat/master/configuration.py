@@ -1,4 +1,4 @@
-"""What a bus should be: its slaves with their process data, mailboxes, clocks and start commands.
+"""Target configuration of a bus: slaves, process data, mailboxes, clocks and start commands.
 
 A configuration comes from descriptions (our own slaves), SII images, ESI or ENI files, or a scan;
 the master compares the bus with it and brings the slaves up by it.
@@ -42,7 +42,7 @@ _RX_PDO, _TX_PDO = 0x1600, 0x1A00
 
 @dataclass(frozen=True)
 class StateTimes:
-    """How long each way of the state machine and each message may take, in ns."""
+    """Time-outs of each state transition and each message, ns."""
 
     preop_ns: int = 3_000 * _MS
     safeop_op_ns: int = 10_000 * _MS
@@ -73,7 +73,7 @@ class InitCommand:
 
 @dataclass(frozen=True)
 class ClockConfiguration:
-    """How the slave's SYNC signals run.
+    """Timing of the slave's SYNC signals.
 
     `cycle0_ns` 0 takes the bus cycle. `shift_ns` is from the frame's cycle to SYNC0; None takes
     half a cycle. `cycle1_ns` is what register 0x09A4 gets.
@@ -118,7 +118,7 @@ class SlaveConfiguration:
     boot_in: SyncManagerArea | None = None
     coe: bool = False
     protocols: int = 0
-    """What its mailbox speaks, as the bits of an EEPROM: `MailboxBit`."""
+    """Protocols that the mailbox supports, as the bits of an EEPROM: `MailboxBit`."""
     complete_access: bool = False
     mailbox_pieces: bool = False
     sync_managers: tuple[ProcessSyncManager, ...] = ()

@@ -23,7 +23,7 @@ _STATES = struct.Struct("<HH")
 _HEADER = 10
 _COUNTER = 2
 _FIRST = 16
-"""Where the first datagram begins."""
+"""Offset of the first datagram in a frame."""
 
 _LENGTH_AT = 14
 _COMMANDS = 1 << 12
@@ -41,7 +41,7 @@ _MAX_BITS = 15
 _BRD, _FRMW = int(DatagramCommand.BRD), int(DatagramCommand.FRMW)
 
 _LOOK_NS = 5_000_000
-"""How often the mailbox states travel: so long may a slave's own message wait."""
+"""Period of reading the mailbox states; the longest time that a slave's own message waits."""
 
 
 @dataclass(slots=True)
@@ -158,7 +158,8 @@ class _Template:
         return bytes(frame)
 
     def same(self, packet: bytes, number: int) -> bool:
-        """Whether a packet has the datagrams that were sent; slaves change data and positions."""
+        """Return True if a packet has the datagrams that were sent; slaves change data and
+        positions."""
         if len(packet) < self.length:
             return False
         if self.length < len(self.buffer):
@@ -166,7 +167,7 @@ class _Template:
         return number & self._fixed == self._sent
 
     def right(self, number: int) -> bool:
-        """Whether all process data have the right counters."""
+        """Return True if all process data have the expected working counters."""
         mask, values = self._rights
         return number & mask == values
 

@@ -1,4 +1,4 @@
-"""What can go wrong between master and slave, each with what was asked and what came.
+"""Errors between master and slave, each with the request and the answer.
 
 Source: ETG.1000.4 §6 (working counter), §6.1.5 (AL status); 001 §2.6 for mailbox errors.
 """

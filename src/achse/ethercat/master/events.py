@@ -1,4 +1,4 @@
-"""What happened on the bus, for logs, NC and PLC.
+"""Events on the bus, for logs, NC and PLC.
 
 Source: ETG.1510 for what a master counts; 001 §2.6 for emergencies.
 """

@@ -23,13 +23,13 @@ _HEAD = struct.Struct("<BxI")
 _MAILBOX_HEADER = 6
 _BUSY_NS = 10_000_000
 _MOST_BUSY = 6_000
-"""How often a slave may say that it is busy with one packet."""
+"""Most consecutive busy answers of a slave to one packet."""
 
 
 @dataclass
 class FoeProgress:
-    """How far a file is: `done` bytes of `whole` (0: not known), and for a device that is busy its
-    own `busy_done` of `busy_whole` (0: it does not tell) and words."""
+    """Progress of a file transfer: `done` bytes of `whole` (0: not known), and for a device that is
+    busy its own `busy_done` of `busy_whole` (0: not reported) and text."""
 
     done: int = 0
     whole: int = 0

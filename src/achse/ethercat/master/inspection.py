@@ -1,4 +1,4 @@
-"""What is on the bus: counting, addressing, identity and features of the slaves found.
+"""Inspection of the bus: count, addresses, identity and features of its slaves.
 
 Source: ETG.1000.4 §6.1; ETG.2010 words 8 to 15.
 """
@@ -52,7 +52,7 @@ _PER_TRIP = 40
 
 
 def count_slaves() -> Steps[int]:
-    """How many slaves frames pass: two counts have to agree."""
+    """Return the number of slaves that frames pass: two counts have to agree."""
     before = -1
     while True:
         _, count = yield from broadcast_read(Register.AL_STATUS, 2)
@@ -123,7 +123,8 @@ def identify(station: int) -> Steps[tuple[int, int, int, int]]:
 def same_device(
     slave: SlaveConfiguration, identity: tuple[int, int, int, int], revision: bool = False
 ) -> bool:
-    """Whether a slave is the configured one; numbers that are 0 there are not compared."""
+    """Return True if a slave is the configured one; configured numbers that are 0 are not
+    compared."""
     wanted = (slave.vendor_id, slave.product_code, slave.revision_number, slave.serial_number)
     compared = (True, True, revision, True)
     return all(
@@ -137,7 +138,8 @@ def match(
     identities: Sequence[tuple[int, int, int, int]],
     revision: bool = False,
 ) -> list[int | None]:
-    """Which configured slave each found one is, None: another; optional ones may be missing.
+    """Return the index of the configured slave for each identity, None: another; optional ones may
+    be missing.
 
     Where none fits, the next one that is not optional is taken to be at that place.
     """

@@ -30,7 +30,7 @@ __all__ = ["Master"]
 _FRAME_TIMEOUT_NS = 5_000_000
 _MAX_EVENTS = 4096
 _INDEX_AT = 17
-"""Where the index of the first datagram is in an Ethernet frame."""
+"""Offset of the first datagram's index in an Ethernet frame."""
 _LEAST_FRAME = 28
 
 T = TypeVar("T")
@@ -52,7 +52,7 @@ class Master:
         """Is told each event at once, besides `take_events`."""
         self.now_ns = 0
         self.counters_since_ns = 0
-        """When the frames were counted from 0."""
+        """Time since which the counters count frames, ns."""
         self._events: deque[BusEvent] = deque(maxlen=_MAX_EVENTS)
         self.slaves = tuple(
             BusSlave(

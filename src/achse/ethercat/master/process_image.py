@@ -46,7 +46,8 @@ _FULL_BIT = 3
 
 @dataclass(frozen=True, slots=True)
 class EntryPlace:
-    """Where an entry is in the `outputs` or `inputs` of its slave; `bit` counts from there."""
+    """Position of an entry in the `outputs` or `inputs` of its slave; `bit` counts from their
+    start."""
 
     index: int
     subindex: int

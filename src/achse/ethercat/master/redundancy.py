@@ -84,7 +84,7 @@ class Redundancy:
 
     @property
     def cut_off(self) -> tuple[bool, bool]:
-        """Which adapter gets none of its copies back."""
+        """True for each adapter whose frame copies do not come back."""
         return self.missing[0] >= SURE, self.missing[1] >= SURE
 
     @property
@@ -97,7 +97,7 @@ class Redundancy:
         return self.cut_off[number] or (self.turned and number == 1)
 
     def copies(self, frame: bytes) -> tuple[bytes, bytes]:
-        """What the first and the second adapter send."""
+        """Return the frames that the first and the second adapter send."""
         second = bytearray(frame)
         second[_SOURCE_END] = frame[_SOURCE_END] ^ 1
         for at in datagram_offsets(frame, _HEAD):
@@ -224,7 +224,8 @@ def _number(frame: bytes, at: int) -> int:
 
 
 def _together(ours: bytes, theirs: bytes, counter: int, command: int) -> bytes:
-    """What both parts of the slaves read; time is that of the first part, if it has a clock."""
+    """Return the merged data of both parts of the slaves; time is from the first part, if it has a
+    clock."""
     if not counter:
         return theirs
     if command in _TIME:

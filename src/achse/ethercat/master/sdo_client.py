@@ -207,7 +207,7 @@ class SdoClient:
         return [each for (each,) in struct.iter_unpack("<H", numbers)]
 
     def object_information(self, index: int) -> Steps[ObjectInformation]:
-        """What the slave says of an object."""
+        """Read the description of an object from the slave."""
         data = yield from self._inform(_OBJECT, index.to_bytes(2, "little"))
         if len(data) < 6:
             raise WrongAnswer(f"{index:04X}: a description has 6 bytes at least, got {len(data)}")
@@ -217,7 +217,8 @@ class SdoClient:
     def entry_information(
         self, index: int, subindex: int, info: int = 7
     ) -> Steps[EntryInformation]:
-        """What the slave says of an entry; `info` asks for values behind, by bit."""
+        """Read the description of an entry from the slave; `info` selects additional values by
+        bit."""
         request = struct.pack("<HBB", index, subindex, info)
         data = yield from self._inform(_ENTRY, request)
         if len(data) < 10:

@@ -43,7 +43,7 @@ _KNOWN = frozenset(SiiCategory)
 
 
 class SiiUse(IntEnum):
-    """What a SyncManager is for."""
+    """Use of a SyncManager."""
 
     NONE = 0
     MAILBOX_OUT = 1
@@ -76,7 +76,7 @@ class SiiMode:
 
 @dataclass
 class SiiContent:
-    """What an image says. `valid` is False if the checksum of the configuration is wrong."""
+    """Content of an SII image. `valid` is False if the checksum of the configuration is wrong."""
 
     valid: bool = False
     alias: int = 0
@@ -101,7 +101,7 @@ class SiiContent:
     tx_pdos: list[Pdo] = field(default_factory=list)
     modes: list[SiiMode] = field(default_factory=list)
     damage: str = ""
-    """Where the image breaks off, empty if it does not."""
+    """Description of the place where the image breaks off, empty if it is complete."""
 
     @property
     def has_coe(self) -> bool:
@@ -119,7 +119,7 @@ class SiiContent:
 
 
 def read_sii(image: bytes) -> SiiContent:
-    """What the image says; never fails."""
+    """Return the content of an SII image; never fails."""
     content = SiiContent()
     if len(image) < _HEAD:
         content.damage = f"{len(image)} bytes, the head has {_HEAD}"

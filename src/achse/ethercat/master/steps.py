@@ -31,7 +31,7 @@ __all__ = [
 ]
 
 TRIES = 3
-"""How often a lost datagram is sent, as SOEM and IgH do."""
+"""Number of times that a lost datagram is sent, as in SOEM and IgH."""
 
 _C = DatagramCommand
 T = TypeVar("T")

@@ -44,10 +44,10 @@ Tell = Callable[[BusEventKind, BusSlave | None, int, str], None]
 """Reports an event: kind, slave, number, text."""
 
 _LOOK_NS = 100_000_000
-"""How often states are read while the cyclic frames show nothing unusual."""
+"""Period of reading states while the cyclic frames show nothing unusual."""
 _COUNTERS_NS = 1_000_000_000
 _CLOCKS_NS, _CLOCKS_SOON_NS = 100_000_000, 10_000_000
-"""How often clocks are read, and how often once one is far from the reference."""
+"""Period of reading clocks, and the shorter one while a clock is far from the reference."""
 _RETRY_NS = 100_000_000
 _STEADY_NS, _FALLS = 10_000_000_000, 3
 """A slave whose synchronisation is lost so often, each time within so long of Op, has failed."""
@@ -88,7 +88,7 @@ class Supervision:
         self.searched = False
         """Slaves were looked for, and found or not."""
         self.changes = 0
-        """How often slaves came or went."""
+        """Number of times that slaves came or went."""
         self._cyclic = cyclic
         self._traffic = traffic
         self._bring_up = bring_up
@@ -96,7 +96,7 @@ class Supervision:
         self._redundancy = redundancy
         self._clock = ReferenceClock(slaves, cyclic, bus.cycle_ns, tell, redundancy)
         self._ring: tuple[int | None, bool, bool] = None, False, False
-        """Where the ring is open; whether the copies of each adapter are missing."""
+        """Position at which the ring is open; per adapter, True if its copies are missing."""
         self._opening = ""
         self.deviation = ClockDeviation()
         self._clocks = ClockWatch(bus.clock_window_ns)
@@ -338,7 +338,7 @@ class Supervision:
                 self._tell(kind, slave, slave.clock_difference_ns, text)
 
     def _read_clocks(self) -> Steps[None]:
-        """How far each clock is from the reference."""
+        """Read the deviation of each clock from the reference."""
         clocks = [each for each in self.slaves if each.present and each.facts.has_clock]
         differences = yield from scattered_reads(
             [each.station for each in clocks],
@@ -487,7 +487,7 @@ class Supervision:
                 self._lead(each, fresh=True)
 
     def _identify(self, position: int, missing: Sequence[BusSlave]) -> Steps[BusSlave | None]:
-        """Which of the missing slaves is at a position; it gets its address."""
+        """Return the missing slave that is at a position, and set its address."""
         spare = self.bus.spare_stations(MAX_SLAVES) + position
         yield from set_station(position, spare)
         facts = yield from inspect(spare)

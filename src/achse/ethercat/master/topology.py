@@ -21,7 +21,8 @@ _U32 = 0xFFFF_FFFF
 
 @dataclass
 class PlaceOnBus:
-    """Where a slave is: the position and port of its parent (None: the master), its open ports."""
+    """Position of a slave in the tree: its open ports, parent (None: the master) and parent's
+    port."""
 
     open_ports: tuple[int, ...]
     parent: int | None = None

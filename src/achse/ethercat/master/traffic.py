@@ -100,7 +100,8 @@ class _Flight:
 
 
 def same_request(sent: Datagram, came: Datagram) -> bool:
-    """Whether `came` can be what was sent: slaves change ADP, data and counter only."""
+    """Return True if `came` can be the answer to `sent`: slaves change ADP, data and counter
+    only."""
     if sent.command != came.command or len(sent.data) != len(came.data) or came.circulating:
         return False
     command = _COMMANDS.get(sent.command)
@@ -155,7 +156,7 @@ class AcyclicTraffic:
 
     @property
     def due_ns(self) -> int | None:
-        """When `frames` has something to do, None without requests; 0: now."""
+        """Time at which `frames` has something to do, ns; None without requests, 0: now."""
         if self._fresh or (self._ready and len(self._away) < self.window):
             return 0
         times = [sent + self.timeout_ns for sent, _ in self._away.values()]

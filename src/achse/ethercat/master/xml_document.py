@@ -86,5 +86,5 @@ def number_of(text: str, name: str) -> int:
 
 
 def flag(element: Element | None, name: str) -> bool:
-    """Whether an attribute is on."""
+    """Return True if an attribute is "1" or "true"."""
     return element is not None and element.get(name, "0").strip().lower() in ("1", "true")
