@@ -410,7 +410,7 @@ class _WordByWord:
 
 
 _OTHER_DIALECTS = {"20": "; inches are G70", "21": "; millimetres are G71"}
-"""What other controls call so, and its word here."""
+"""Hints for G codes of other controls: the word of this control for the same function."""
 
 
 def _fill_cache() -> None:

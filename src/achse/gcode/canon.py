@@ -46,7 +46,8 @@ PathPoint: TypeAlias = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where in the program a command comes from. All commands of one block share one origin."""
+    """Place in the program that a command comes from. All commands of one block share one
+    origin."""
 
     program: str
     """Name of the file or of the subroutine's file; empty for a text without one."""
@@ -57,7 +58,7 @@ class Origin:
     block: int
     """Number of the N word, 0 without one (cyclic structure, `block no`)."""
     counter: int
-    """How many blocks ran up to this one, loops counted each time (block search by counter)."""
+    """Number of blocks run up to this one, loops counted each time (block search by counter)."""
 
 
 class PathPlane(Enum):
@@ -82,7 +83,8 @@ class LineMove:
 
     origin: Origin
     start: PathPoint
-    """Where the program is before; the first move of a program begins at the start positions."""
+    """Position of the program before the move; the first move of a program begins at the start
+    positions."""
     end: PathPoint
     auxiliary: tuple[float, ...]
     """Positions of Q1..Q5 at the end, mm or the axis' own unit. Always five."""
@@ -229,7 +231,7 @@ class TechnologyWord:
 
 
 class PathParameter(Enum):
-    """What a `PathSetting` sets; the values are named in order."""
+    """Parameter of a `PathSetting`; each value names its numbers in order."""
 
     VERTEX_SMOOTHING = "type 0..5, subtype 0..3, radius mm; type or radius 0 is off"
     SPLINE_SMOOTHING = "radius mm"
@@ -263,7 +265,7 @@ class HomeAxis:
 
 
 class StopKind(Enum):
-    """What releases a decoder stop."""
+    """Condition that releases a decoder stop."""
 
     EMPTY = "@714: nothing is left to do: all before is carried out"
     RESCAN = "@716, G74: the same, then the positions of the axes are read again"

@@ -28,7 +28,7 @@ _AT_ONCE = 1000
 
 @dataclass
 class ProgramReport:
-    """What a check found. `commands` are those up to the first error of the run."""
+    """Result of a check. `commands` are the commands up to the first error."""
 
     errors: list[GcodeError] = field(default_factory=list)
     commands: list[Canonical] = field(default_factory=list)
@@ -41,7 +41,7 @@ class ProgramReport:
 
     @property
     def why_no_end(self) -> str:
-        """Why a program without errors has not ended; empty if it has."""
+        """Reason why a program without errors has not ended; empty if it has."""
         if self.ended or self.errors:
             return ""
         if self.loop is not None:
@@ -72,7 +72,7 @@ def check_program(
 
 
 def check_lines(program: PartProgram, data: MachineData | None = None) -> list[GcodeError]:
-    """What is wrong with lines, whether they ever run or not."""
+    """Return the errors of all lines, even of lines that never run."""
     errors = []
     case: AtCall | None = None
     for line in range(len(program)):

@@ -129,7 +129,7 @@ class CutterCompensation:
         self.held: list[_Beside | ContourElement | Canonical] = []
         """In the order of the path: moved elements, moves of other axes, other commands."""
         self.at: PlanePoint | None = None
-        """Where the cutter's centre is behind all that came out."""
+        """Position of the cutter's centre after all elements passed on."""
         self.moved = False
         """Did an element come behind the selecting line?"""
 
@@ -336,7 +336,8 @@ class CutterCompensation:
     # what comes out
 
     def _release(self, everything: bool = False) -> Iterator[ContourElement | Canonical]:
-        """What is final, in its order; `look_ahead` elements stay with detection, else one."""
+        """Yield the final elements in their order; `look_ahead` elements stay with detection, else
+        one."""
         if not everything:
             yield from self._check(self._last())
         keep = 0
@@ -466,7 +467,7 @@ class CutterCompensation:
 
 
 def _crossings(a: _Beside, b: _Beside) -> list[PlanePoint]:
-    """Where two elements cross, both made endless."""
+    """Return the intersections of two elements, both extended without end."""
     if not a.sense and not b.sense:
         turn = a.way[0] * b.way[1] - a.way[1] * b.way[0]
         if abs(turn) <= _NEAR:

@@ -9,7 +9,7 @@ __all__ = ["ContourElement", "MoveFacts"]
 
 @dataclass(frozen=True, slots=True)
 class MoveFacts:
-    """What a block says of its move beside the geometry. Velocities in mm/s."""
+    """Properties of a block's move beside the geometry. Velocities in mm/s."""
 
     origin: Origin
     auxiliary: tuple[float, ...]

@@ -29,7 +29,7 @@ _TILT = radians(30.0)
 
 @dataclass(frozen=True, slots=True)
 class PathSample:
-    """Where the path is at one moment, and how fast."""
+    """Position and velocity on the path at one moment."""
 
     at: PathPoint
     velocity: float

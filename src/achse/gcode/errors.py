@@ -1,4 +1,4 @@
-"""What is wrong with a part program: where, which word, which documented code."""
+"""Errors of a part program: place, word, documented code."""
 
 from achse.codes import NcError
 

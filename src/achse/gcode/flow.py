@@ -1,4 +1,4 @@
-"""Where a program goes on: jumps, cases, loops, subroutines, and the arithmetic of @ commands.
+"""Control flow of a program: jumps, cases, loops, subroutines, and the arithmetic of @ commands.
 
 Source: tcnci, jumps, loops, subroutine techniques. Loops test at their top: while the condition
 holds, the next block runs, else the block behind the loop; the program itself jumps back and
@@ -42,7 +42,7 @@ class ProgramPlace:
     label: int = 0
     """Line at which its subroutine begins."""
     repeats: int = 1
-    """How often it runs from here on, this time included."""
+    """Number of runs from here on, this run included."""
 
 
 class LoopWatch:
@@ -210,7 +210,8 @@ class Flow:
 
     @staticmethod
     def _finite(value: float, operand: AtOperand) -> float:
-        """What a snapshot file or a formula gave may be NaN or infinite."""
+        """Return the value; raise `WordRefused` if a snapshot file or a formula gave NaN or
+        infinity."""
         if isfinite(value):
             return value
         word = f"{operand.letter}{operand.value:g}"

@@ -17,7 +17,7 @@ from achse.gcode.registers import Registers
 __all__ = ["FUNCTIONS", "Arithmetical", "FormulaTerm", "parse_formula"]
 
 MAX_NESTING = 20
-"""How deep functions may be inside one another."""
+"""Deepest nesting of functions."""
 
 
 def _arc(function: Callable[[float], float]) -> Callable[[float], float]:

@@ -38,7 +38,7 @@ def _cos_sin(angle: float) -> tuple[float, float]:
 
 @dataclass(frozen=True, slots=True)
 class WorkFrame:
-    """Where the workpiece is. All lengths in mm."""
+    """Position and rotation of the workpiece. All lengths in mm."""
 
     shift: PathPoint = _ORIGIN
     turn: _Matrix = UNTURNED

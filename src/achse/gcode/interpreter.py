@@ -63,7 +63,7 @@ _STOPS = {
 
 
 class RunState(Enum):
-    """What the interpreter does."""
+    """State of the interpreter."""
 
     RUNNING = "there is more: call `advance` again"
     DECODER_STOP = "it waits for `go_ahead`, see `stop`"

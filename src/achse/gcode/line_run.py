@@ -27,7 +27,7 @@ class LineRun:
     first_line: int
     """Line of the program, from 0, that the first one is in; the others follow it."""
     start: PathPoint
-    """Where the first line begins."""
+    """Position at which the first line begins."""
     ends: Sequence[PathPoint]
     """Positions of X, Y, Z at the end of each line, mm, those of the axes."""
     auxiliary: tuple[float, ...]
@@ -37,13 +37,13 @@ class LineRun:
     counter: int = 0
     """Blocks that ran up to the first one (`Origin.counter`)."""
     taken: int = field(default=0, compare=False)
-    """How many lines of it are on their way."""
+    """Number of its lines passed on for execution."""
 
     def __len__(self) -> int:
         return len(self.ends)
 
     def origin(self, number: int) -> Origin:
-        """Where a line comes from; `number` counts from 0."""
+        """Return the origin of a line; `number` counts from 0."""
         line = self.first_line + number
         program = self.program
         word = program.block(line).number

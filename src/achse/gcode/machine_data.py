@@ -1,4 +1,4 @@
-"""What a channel has beside the program, and hands to the interpreter."""
+"""Data of a channel beside the program, for the interpreter."""
 
 from dataclasses import dataclass, field
 
@@ -14,7 +14,7 @@ __all__ = ["MachineData"]
 
 @dataclass
 class MachineData:
-    """What a channel has beside the program. All of it may be shared with others and change."""
+    """Data of a channel beside the program. Other channels may share and change it."""
 
     registers: Registers = field(default_factory=Registers)
     shifts: ZeroShifts = field(default_factory=ZeroShifts)

@@ -45,11 +45,11 @@ class MRuleBit(IntFlag):
 
 @dataclass(frozen=True, slots=True)
 class MRule:
-    """What one M function does."""
+    """Rule of one M function."""
 
     handshake: Handshake = Handshake.NONE
     fast: Handshake = Handshake.NONE
-    """When its bit is set: never, before or after the move of its block."""
+    """Time at which its bit is set: never, before or after the move of its block."""
     auto_reset: bool = False
     """The bit goes out by itself at the end of the block."""
     clears: tuple[int, ...] = ()

@@ -61,7 +61,8 @@ class ModalState:
         self.rotation = (angles[0], angles[1], angles[2])
 
     def frame(self, shifts: ZeroShifts, tools: ToolTable) -> WorkFrame:
-        """Where the workpiece is with all that is active."""
+        """Return the frame of the workpiece with all active shifts, rotations, mirrors and tool
+        lengths."""
         total = self.zero_shift(shifts)
         angles = self.rotation
         signs = [-1.0 if mirrored else 1.0 for mirrored in self.mirror]

@@ -68,7 +68,7 @@ class PathMaker:
         self.modal = modal
         self.frame = frame
         self.axes = positions
-        """Where the axes are behind all moves so far."""
+        """Positions of the axes after all moves so far."""
         self.auxiliary = list(auxiliary)
         self.work = frame.to_work(positions)
         """The same in coordinates of the workpiece, without cutter compensation."""
@@ -248,7 +248,7 @@ class PathMaker:
         return LineRun(program, line, start, points, tuple(self.auxiliary), velocity)
 
     def _target(self, values: Mapping[str, float | None]) -> PathPoint:
-        """Where the block ends, in coordinates of the workpiece."""
+        """Return the end of the block, in coordinates of the workpiece."""
         programmed, stale = self.programmed, self.stale
         target = list(self.work)
         if values.get("ANG") is not None:

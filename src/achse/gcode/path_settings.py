@@ -14,7 +14,7 @@ _MAIN_AXES = 3
 
 
 def refused_call(call: HashCall, message: str) -> WordRefused:
-    """What is wrong with a command in # #."""
+    """Return the refusal of a command in # #."""
     return WordRefused(NcError.PROGRAM_SYNTAX_RUNNING, message, call.name)
 
 

@@ -17,7 +17,7 @@ _PLANES = {17: PathPlane.XY, 18: PathPlane.ZX, 19: PathPlane.YZ}
 
 @dataclass(frozen=True, slots=True)
 class Preparation:
-    """What the words of a block say; None where they say nothing."""
+    """Preparation by the words of a block; None where no word sets a value."""
 
     motion: int | None = None
     in_space: bool = False

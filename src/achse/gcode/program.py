@@ -36,7 +36,7 @@ _NOTHING = re.compile(r"[ \t;\r]*(?:\([^()\n]*\)?[ \t;\r]*)*")
 
 _UTF8_MARK = b"\xef\xbb\xbf"
 _TAIL = frozenset(b"\0\x1a")
-"""What fills or ends files of some systems (end of file of CP/M and DOS)."""
+"""Padding or end-of-file bytes of some systems (CP/M and DOS)."""
 _PADDING = re.compile(r"(?<![^\n])[\0 \t]++|(?<![\0 \t])[\0 \t]++(?=\r*+(?:\n|\Z))")
 _RETURNS = re.compile(r"(?<!\r)\r++(?!\n)")
 _WIDE_MARKS = (b"\xff\xfe", b"\xfe\xff")
@@ -44,7 +44,8 @@ _FIRST_BYTES = 64
 
 
 def _has_wide_characters(data: bytes) -> bool:
-    """Whether each character has more than one byte: by its mark, or every second byte is 0."""
+    """Return True if each character has more than one byte: by its mark, or every second byte is
+    0."""
     if data.startswith(_WIDE_MARKS):
         return True
     first = data.lstrip(b"\0")[:_FIRST_BYTES]
@@ -61,7 +62,7 @@ def _separated(text: str) -> str:
 
 
 def _ends(line: str) -> bool:
-    """Whether a program or subroutine ends with this line; not by what a comment says."""
+    """Return True if a program or subroutine ends with this line; comments do not count."""
     if "(" in line:
         line = re.sub(r"\([^()]*\)?", " ", line)
     return _ENDS.search(line) is not None
@@ -141,7 +142,7 @@ class PartProgram:
         return self.text[start : start + len(self.lines[line])]
 
     def error(self, line: int, refused: WordRefused) -> GcodeError:
-        """What is refused, with its place."""
+        """Return the error for refused input, with its place in the program."""
         line = min(line, len(self.lines) - 1)
         return GcodeError(
             refused.code,
@@ -165,7 +166,8 @@ class PartProgram:
         )
 
     def column(self, line: int, word: str) -> int:
-        """Where a word is in its line, from 0; the line's first character if it is not found."""
+        """Return the column of a word in its line, from 0; the line's first character if it is not
+        found."""
         text = self.lines[line]
         first = len(text) - len(text.lstrip())
         if not word:

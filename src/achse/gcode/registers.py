@@ -13,7 +13,8 @@ OWN_REGISTERS = 900
 REGISTERS = 1000
 """R900..R999 exist once for all channels."""
 STACK_DEPTH = 1000
-"""How many values @40 and @41 may save; the number is not printed, ours: each parameter once."""
+"""Number of values that @40 and @41 may save; the manual states none, so each parameter fits
+once."""
 
 
 def shared_registers() -> list[float]:

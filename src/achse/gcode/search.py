@@ -24,7 +24,7 @@ __all__ = ["BlockSearch", "DryRun", "SearchFound", "SearchMode"]
 
 
 class SearchMode(IntEnum):
-    """What `BlockSearch.wanted` counts."""
+    """Meaning of `BlockSearch.wanted`."""
 
     DISABLED = 0
     BLOCK_NUMBER = 1
@@ -32,7 +32,7 @@ class SearchMode(IntEnum):
 
 
 class DryRun(IntEnum):
-    """What is left out on the way to the block; R parameters are always worked out."""
+    """Commands left out on the way to the block; R parameters are always calculated."""
 
     DISABLED = 0
     SKIP_ALL = 1
@@ -42,18 +42,18 @@ class DryRun(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class SearchFound:
-    """Where the axes have to be before the rest of the program begins."""
+    """Position of the axes required before the rest of the program begins."""
 
     origin: Origin
     position: PathPoint
     """X, Y, Z in mm."""
     remaining: float
-    """What is left of the block's path, percent."""
+    """Rest of the block's path, percent."""
 
 
 @dataclass(slots=True)
 class BlockSearch:
-    """Which block, and how; `percent` of its path is passed over, 0..100."""
+    """Block to search for, and the dry run to it; `percent` of its path is passed over, 0..100."""
 
     mode: SearchMode
     wanted: int
@@ -118,7 +118,7 @@ class BlockSearch:
 
 
 def _cut(move: LineMove | ArcMove, share: float) -> tuple[LineMove | ArcMove, PathPoint]:
-    """What is left of a move behind this share of it, and where that begins."""
+    """Return the rest of a move behind this share of it, and the start of the rest."""
     from dataclasses import replace
 
     start = move.start if share == 0.0 else move.at(share)

@@ -160,7 +160,8 @@ class AtCommand:
     form: AtForm
     meaning: str
     relation: str = ""
-    """How the two values have to be for a jump, or to stay in a loop; the arithmetic otherwise."""
+    """Relation of the two values required for a jump, or to stay in a loop; the operation in
+    arithmetic."""
 
 
 _JUMPS = (
