@@ -28,7 +28,7 @@ __all__ = ["CamController", "CamEncoder"]
 
 
 class CamEncoder(NamedTuple):
-    """What the encoder of a controller is."""
+    """Parameters of a controller's encoder."""
 
     increments: float = 4096.0
     """Of a turn of the shaft, above 0."""
@@ -121,7 +121,7 @@ class CamController:
 
     @property
     def works(self) -> bool:
-        """Whether anything depends on its cycles: a cam has a type, or something is monitored."""
+        """True if anything depends on its cycles: a cam has a type, or something is monitored."""
         record = self.record
         return bool(
             self.configured_cams
@@ -133,7 +133,7 @@ class CamController:
 
     @property
     def configured_cams(self) -> int:
-        """How many cams have a type."""
+        """Number of cams that have a type."""
         return sum(cam.type != CamType.NONE for cam in self.cams)
 
     def digest(self) -> bytes:
@@ -181,7 +181,7 @@ class CamController:
             self._used[:] = [each for each in self.cams if each.type != CamType.NONE]
 
     def _forget(self, cam: Any) -> None:
-        """What another type of the cam did before."""
+        """Clear the state that another type of the cam left."""
         for name in ("known", "stroke", "latched", "remaining_ns", "on", "brake_enabled"):
             setattr(cam, name, 0)
 

@@ -19,7 +19,7 @@ _DWORD = 0xFFFF_FFFF
 _TENTH_MS = 100_000
 _MS = 1_000_000
 _SLIP = 1e-3
-"""What rounding can make of a movement, and far more, in 0.1 degree."""
+"""Largest difference that counts as rounding, with ample margin, 0.1 degree."""
 
 
 def run_controller(
@@ -287,7 +287,7 @@ def _see_place(c: CamControllerFields, cam: CamStateFields) -> None:
 
 
 def _see_stroke(cam: CamStateFields) -> None:
-    """Which stroke it is for the cam."""
+    """Update the stroke number of the cam."""
     if not cam.turned and cam.moved != 0.0:
         cam.way = _begin_way(cam.way, cam.moved)
         cam.turned = 1
@@ -314,8 +314,8 @@ def _inside(cam: CamStateFields) -> bool:
 
 
 def _passes(cam: CamStateFields) -> bool:
-    """Whether the start was reached in this cycle, in the direction in which the shaft runs, and in
-    a stroke in which the cam acts.
+    """Return True if the cam's start was passed in this cycle, in the running direction of the
+    shaft, and in a stroke in which the cam acts.
 
     Between the very places of both cycles, so that a start that is met exactly counts once.
     """

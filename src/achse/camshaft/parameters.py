@@ -1,4 +1,4 @@
-"""What can be set and read of encoder, controller and cams: offsets, sizes, ranges (000 §5.5.2).
+"""Parameters of encoder, controller and cams: offsets, sizes, ranges (000 §5.5.2).
 
 Where the manual is silent the choices are in decision 0048: numbers of the encoder are INT32, and
 the complete sets have the layouts of `CAM_SET`, `CONTROLLER_SET` and `ENCODER_SET`.

@@ -46,7 +46,7 @@ class CamControllerFields:
     window: int = 10
     """Cycles over which the speed is measured."""
     and_mask_linked: int = 0
-    """Whether an AND mask of 0 in the inputs counts."""
+    """True if an AND mask of 0 in the inputs counts."""
 
     # inputs
     inputs: list[int] = [0] * len(CamInput)
@@ -60,7 +60,7 @@ class CamControllerFields:
     raw: int = 0
     angle: float = 0.0
     known: int = 0
-    """Whether there was a position."""
+    """True if there was a position."""
     last: float = 0.0
     """The position before."""
     sign: int = 1
@@ -68,9 +68,9 @@ class CamControllerFields:
     reference: int = 0
     """Zero point and offset of the cycle before."""
     fresh: int = 1
-    """Whether the angle begins with this cycle: nothing was passed."""
+    """True if the angle begins with this cycle: nothing was passed."""
     step: float = 0.0
-    """How far the shaft turned in this cycle."""
+    """Rotation of the shaft in this cycle, 0.1 degree."""
     speed: float = 0.0
     """0.1 degree per s."""
     speed_before: float = 0.0
@@ -83,7 +83,7 @@ class CamControllerFields:
     way: float = 0.0
     """From the 0° of the last stroke on."""
     turned: int = 0
-    """Whether the shaft has moved since `way` is known."""
+    """True if the shaft has moved since `way` is known."""
     strokes: int = 0
     """Begun in this cycle."""
     stopped_at: float = 0.0
@@ -115,17 +115,17 @@ class CamStateFields:
     cycles_on: int = 2
 
     known: int = 0
-    """Whether it was calculated in the cycle before."""
+    """True if the cam was calculated in the cycle before."""
     heading: int = 1
     """Direction, as far as the hysteresis lets it see."""
     back: float = 0.0
-    """How far the shaft is behind the place that the cam sees."""
+    """Distance of the shaft behind the place that the cam sees."""
     place: float = 0.0
     """The angle that counts for the cam, lead included."""
     before: float = 0.0
     """The same in the cycle before."""
     moved: float = 0.0
-    """How far that moved in this cycle."""
+    """Movement of `place` in this cycle."""
     way: float = 0.0
     turned: int = 0
     stroke: int = 0

@@ -239,7 +239,7 @@ class MethodEntry:
 
 @dataclass(frozen=True, slots=True)
 class EnumNote:
-    """What the extended part says of one enumeration value."""
+    """Comment and attributes of one enumeration value, from the extended part."""
 
     comment: str = ""
     attributes: Attributes = ()

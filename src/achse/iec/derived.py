@@ -112,7 +112,8 @@ class SubrangeType(AliasType[int]):
 
     @property
     def made_of(self) -> IecType[int]:
-        """What its entry names as its base: the nameless sub-range, and the base of that."""
+        """Type that its entry names as its base: the nameless sub-range, or for a nameless one the
+        integer type."""
         nameless = SubrangeType(self.integer, self.low, self.high)
         return self.integer if self.name == nameless.name else nameless
 

@@ -113,7 +113,7 @@ class EntryReader:
         return child
 
     def tail(self) -> bytes:
-        """What is left of the entry, unless it is the padding that `padded_entry` writes."""
+        """Return the rest of the entry, without the padding that `padded_entry` writes."""
         rest = self.take(self.left)
         padding = len(rest) < 8 and self.length % 8 == 0 and not any(rest)
         return b"" if padding else rest
@@ -152,7 +152,8 @@ def text_bytes(text: str, coding: Coding, what: str, longest: int = 0xFFFF) -> b
 
 
 def fitting(text: str, longest: int = 0xFFFF) -> str:
-    """What of a comment or attribute a table can hold: signs of cp1252, so many bytes."""
+    """Return the part of a comment or attribute that a table can store: `longest` characters of
+    cp1252."""
     if text.isascii() and len(text) <= longest:
         return text
     return text.encode("cp1252", "replace")[:longest].decode("cp1252", "replace")

@@ -30,7 +30,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class LayoutRules:
-    """What a target platform prescribes: largest alignment and size of a pointer, in bytes."""
+    """Layout rules of a target platform: largest alignment and size of a pointer, in bytes."""
 
     pack: int = 8
     pointer_size: int = 8
@@ -43,7 +43,7 @@ TC2_ARM = LayoutRules(pack=4, pointer_size=4)
 
 
 class Occupant(Protocol):
-    """What the layout needs to know of a member's type."""
+    """Interface of a member's type to the layout."""
 
     @property
     def size(self) -> int: ...

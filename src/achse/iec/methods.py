@@ -37,9 +37,9 @@ class Property:
     name: str
     type: IecType[Any]
     readable: bool = True
-    """Whether it has a GET."""
+    """True if it has a GET."""
     writable: bool = True
-    """Whether it has a SET."""
+    """True if it has a SET."""
     comment: str = ""
     attributes: Mapping[str, str] = field(default_factory=dict)
 

@@ -105,7 +105,7 @@ def _parse(text: str, find: Find, pointer_size: int, depth: int) -> IecType[Any]
 
 
 def _pointee(name: str, find: Find, pointer_size: int, depth: int) -> IecType[Any]:
-    """What a pointer points at; without content if nobody explains the name."""
+    """Return the type that a pointer points at; without content if its name is unknown."""
     try:
         return _parse(name, find, pointer_size, depth)
     except DeclarationError:

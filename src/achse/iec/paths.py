@@ -75,7 +75,7 @@ Step: TypeAlias = PathMember | PathIndex | Deref | Bit | PathMethod
 
 
 class ResolvedPath(NamedTuple):
-    """Where a path leads: a type at an offset.
+    """Target of a path: a type at an offset.
 
     `hops` are the pointers on the way: each is an offset, from the start or from what the
     pointer before it points at, where the address of what follows is found. `offset` counts
@@ -91,9 +91,10 @@ class ResolvedPath(NamedTuple):
     """The VAR_STAT variable on the way, if there is one: `offset` and `hops` count from it."""
     property: Property | None = None
     comment: str = ""
-    """That of the member where the path ends."""
+    """Comment of the member where the path ends."""
     attributes: Mapping[str, str] = no_attributes
-    """Those of the member where the path ends; of what is in it or behind it, how it is coded."""
+    """Attributes of the member where the path ends; for a part or target of the member only its
+    encoding."""
 
 
 _NAME = re.compile(r"[^\W\d]\w*")
@@ -292,7 +293,7 @@ def _pointee(location: ResolvedPath, type: PointerType) -> ResolvedPath:
 
 
 def dereferenced(location: ResolvedPath) -> ResolvedPath:
-    """Where a path leads that ends at a reference: to what it refers to, as in a program."""
+    """Return the target of a path, for a path that ends at a reference the reference's target."""
     while isinstance(type := resolved(location.type), ReferenceType):
         if len(location.hops) > _MOST_STEPS:
             raise IecPathError(f"{location.type.name} refers to itself")
@@ -301,7 +302,8 @@ def dereferenced(location: ResolvedPath) -> ResolvedPath:
 
 
 def _inherited(location: ResolvedPath) -> ResolvedPath:
-    """What holds for a part or target of a variable too: of its attributes, how it is coded."""
+    """Return the location without comment and attributes, except the encoding, for a part or
+    target."""
     kept = {key: text for key, text in location.attributes.items() if key.lower() == "tcencoding"}
     return location._replace(comment="", attributes=kept or no_attributes)
 

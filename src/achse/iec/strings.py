@@ -54,7 +54,7 @@ class StringType(IecType[str]):
         return text
 
     def _room(self, text: str) -> int:
-        """What a text takes of `length`."""
+        """Return the number of bytes of `length` that a text needs."""
         return len(text) if self.coding == "cp1252" else len(text.encode("utf-8", "replace"))
 
     def decode(self, data: bytes | Buffer) -> str:

@@ -52,7 +52,7 @@ _NOWHERE = MemberOffset(0)
 
 
 class RecordKind(Enum):
-    """What a record is."""
+    """Kind of a record."""
 
     STRUCT = "STRUCT"
     UNION = "UNION"
@@ -216,7 +216,7 @@ class StructType(IecType[R], Generic[R]):
         return found
 
     def has_member(self, name: str) -> bool:
-        """Whether there is a member of that name, without case."""
+        """Return True if a member has this name, without case."""
         return name.lower() in self._by_name
 
     @property

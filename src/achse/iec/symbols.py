@@ -308,7 +308,7 @@ class UploadInfo:
 
     @property
     def coding(self) -> Coding:
-        """How the texts of the tables are coded."""
+        """Encoding of the texts in the tables."""
         return "utf-8" if self.flags & UploadFlag.UTF8 else "cp1252"
 
 

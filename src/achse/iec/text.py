@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 __all__ = ["Coding", "decode_text", "decode_wide", "encode_text", "encode_wide"]
 
 Coding: TypeAlias = Literal["cp1252", "utf-8"]
-"""How 8-bit text is coded: cp1252, or UTF-8 (attribute `TcEncoding`, table flag 4)."""
+"""Encoding of 8-bit text: cp1252, or UTF-8 (attribute `TcEncoding`, table flag 4)."""
 
 # The five bytes cp1252 leaves open stand for the C1 controls of the same number, as on Windows,
 # so that any byte of a STRING becomes text and comes back as the same byte.

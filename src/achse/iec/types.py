@@ -84,11 +84,11 @@ class IecType(Generic[V]):
     """
 
     is_bit: bool = False
-    """Whether a member of this type takes one bit."""
+    """True if a member of this type takes one bit."""
     is_view: bool = False
-    """Whether `read` gives a view of the memory instead of a value."""
+    """True if `read` returns a view of the memory instead of a value."""
     depth: int = 1
-    """How many levels the type has, itself included; pointers are one."""
+    """Number of levels of the type, itself included; pointers count as one level."""
 
     def __init__(
         self,

@@ -54,7 +54,7 @@ class Section(Enum):
 
 
 class Address(NamedTuple):
-    """Where `AT` puts a variable: `%MD4`, `%IX0.3`, `%Q*`. The number is a byte offset."""
+    """Location of a variable by `AT`: `%MD4`, `%IX0.3`, `%Q*`. The number is a byte offset."""
 
     area: str
     """I inputs, Q outputs, M flags; in symbol files also R retain, D data."""
@@ -108,7 +108,7 @@ class PointedValue(NamedTuple):
 
 
 class StartContext(Protocol):
-    """What a start value sees: a PLC whose variables all have their place and static values."""
+    """Context of start values: a PLC whose variables all have their place and static values."""
 
     def variable(self, name: str) -> PointedValue:
         """The variable `MAIN.nCount` or, of VAR_STAT, `FB_Motor.nCount`. KeyError without one."""
@@ -186,11 +186,11 @@ class Variable(Generic[G, S]):
         self.initial = initial
         """The declared initial value; None for that of the type."""
         self.start_values = start_values
-        """What is put over it as soon as memory is laid out."""
+        """Start values written over the initial value as soon as memory is laid out."""
         self.name = name
         self.section = section
         self.in_memory = section is not Section.STATIC
-        """Whether each instance of the record has a value of it (VAR_STAT has one for all)."""
+        """True if each instance of the record has its own value (VAR_STAT has one for all)."""
         self.address = Address.parse(at) if isinstance(at, str) and at else at or None
         self.retain = retain
         self.persistent = persistent
@@ -204,7 +204,7 @@ class Variable(Generic[G, S]):
         self.bit = bit
         """Bit in that byte, if the type is BIT."""
         self.apart = False
-        """Whether the variable has its own `Place` (`AT`, RETAIN of a unit, VAR_STAT)."""
+        """True if the variable has its own `Place` (`AT`, RETAIN of a unit, VAR_STAT)."""
         self._is_placed = False
         self._shared: Place | None = None
         if isinstance(type, StringType) and type.unit == 1 and type.coding == "utf-8":
