@@ -1,4 +1,4 @@
-"""What is to happen at a station time: in the cycle as long as something is due, not else."""
+"""Actions at station times: a phase of the cycle as long as an action is pending."""
 
 import heapq
 import math

@@ -53,7 +53,7 @@ PARTS: tuple[Callable[[Building], None], ...] = (
     make_scope,
     make_modbus,
 )
-"""What a station can consist of; each looks at its section of the configuration."""
+"""Builders of a station's parts; each reads its section of the configuration."""
 
 ROUTER_PORT = 1
 LOGGER_PORT = 100

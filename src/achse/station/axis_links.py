@@ -49,7 +49,7 @@ class AxisVariable(NamedTuple):
     size: int
     to_plc: bool
     form: AxisStructure | None = None
-    """How the NC shows itself in it."""
+    """Form in which the NC writes the variable."""
 
 
 def _form(type: StructType[Any]) -> AxisStructure:
@@ -63,7 +63,7 @@ def _form(type: StructType[Any]) -> AxisStructure:
 
 
 def _direction(type: IecType[Any]) -> str | None:
-    """Which way a structure goes; None if it is none of an axis."""
+    """Return the prefix for the direction of a structure; None if it is no structure of an axis."""
     name = type.name.upper()
     for prefix in (_TO_PLC, _FROM_PLC):
         if name.startswith(prefix) and name.removeprefix(prefix) in _AXIS_TYPES:
@@ -83,7 +83,7 @@ def axis_variables(variables: Iterable[PlacedVariable]) -> list[AxisVariable]:
 
 
 def _is_axis_ref(type: StructType[Any]) -> bool:
-    """Whether it is AXIS_REF, or a block that extends it."""
+    """Return True if the type is AXIS_REF, or a block that extends it."""
     here: StructType[Any] | None = type
     while here is not None:
         if here.name.upper() == "AXIS_REF":
@@ -105,7 +105,7 @@ class _Shown:
 
     @property
     def by_machine_code(self) -> bool:
-        """Whether machine code makes all of it."""
+        """True if machine code writes the whole structure."""
         return self.at.form is NC_TO_PLC_TC3 and images_of(self.axis)
 
 
@@ -120,7 +120,7 @@ class _Taken:
         self.bytes = slice(at.offset, at.offset + size)
         self.nothing = bytes(size)
         self.last: bytes | bytearray = b""
-        """What went to the axis the last time, with its enables and its override."""
+        """Data last sent to the axis, with its enables and its override."""
         self.control = self.override = 0
 
     def hand_on(self, data: bytes | bytearray) -> None:
@@ -146,7 +146,7 @@ class AxisLinks:
         self._inputs: list[_Shown] = []
         self._images: AxisImages | None = None
         self._copies: list[tuple[Region, int, memoryview]] = []
-        """What machine code makes: where to, and the bytes."""
+        """Copies that machine code makes: target region, offset, and the bytes."""
         self._outputs: list[_Taken] = []
         self._refresh()
         plc.on_online_change(self._refresh)
@@ -193,9 +193,9 @@ class AxisLinks:
             link.region.write(link.offset, link.encode())
 
     def take(self) -> None:
-        """What the program wants goes to each axis; of a PLC that does not run, zeros.
+        """Apply the program's commands to each axis; of a PLC that does not run, zeros.
 
-        It goes again where somebody else gave the axis other enables or another override meanwhile.
+        Apply them again after another source changed the enables or the override of the axis.
         """
         runs = self._plc.state is PlcState.RUN
         for link in self._outputs:
@@ -291,7 +291,8 @@ def link_axes(
 def _link_mapped(
     places: _Places, axes: Sequence[AxisConfig], mapped: "Mapping[int, Sequence[AxisMapping]]"
 ) -> set[int]:
-    """What the solutions map, to the axis of that name, or else of that id; the ids linked."""
+    """Link the variables that the solutions map, to the axis of that name or else id; return the
+    ids linked."""
     by_name = {config.name.casefold(): config for config in axes}
     by_id = {config.id: config for config in axes}
     linked = set()

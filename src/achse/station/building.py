@@ -36,18 +36,18 @@ _SHORTEST_TICK_NS = 10_000
 
 
 class Ground(NamedTuple):
-    """What a station runs on, whatever it consists of."""
+    """Environment of a station, whatever parts it has."""
 
     config: StationConfig
     router: Router
     base: Path
-    """Where relative names in the configuration begin."""
+    """Folder that relative names in the configuration refer to."""
     clock: StationClock
     """The Unix time of the present cycle, and station time."""
     usage: Usage
-    """What clients hold of all devices together."""
+    """Resources that clients use at all devices together."""
     pace: Callable[[], Pace | None]
-    """How the station follows the wall clock; None in virtual time."""
+    """Returns the pace that follows the wall clock; None in virtual time."""
 
     def attach(self, device: Device, *ports: int) -> None:
         """Let a device answer at these ports, within the limits. Raises ConfigError."""
@@ -76,12 +76,12 @@ class Ground(NamedTuple):
 
 
 class Parts(NamedTuple):
-    """What a station consists of."""
+    """Parts of a station."""
 
     nc: Nc | None
     plcs: Mapping[int, PlcRuntime]
     sources: Mapping[int, PlcSource]
-    """Where the declarations of each PLC come from."""
+    """Source of the declarations of each PLC, by port."""
     devices: Sequence[Device]
     phases: Sequence[Phase]
     tick_ns: int
@@ -89,7 +89,7 @@ class Parts(NamedTuple):
     buses: "Sequence[AxisBus]" = ()
     terminals: "Mapping[str, DigitalTerminal | AnalogTerminal]" = MappingProxyType({})
     ends: Sequence[Callable[[], None]] = ()
-    """What is done when the station leaves these parts."""
+    """Functions to call when the station drops these parts."""
     fieldbuses: "Mapping[str, EthercatBus | InterfaceBus]" = MappingProxyType({})
     """The buses by name."""
 
@@ -101,7 +101,7 @@ class Building:
         self.ground = ground
         self.nc: Nc | None = None
         self.buses: list[AxisBus] = []
-        """Those that have drives of axes."""
+        """Buses that have drives of axes."""
         self.fieldbuses: dict[str, EthercatBus | InterfaceBus] = {}
         self.terminals: dict[str, DigitalTerminal | AnalogTerminal] = {}
         self.plcs: dict[int, PlcRuntime] = {}
@@ -162,7 +162,7 @@ class Building:
 
     @property
     def devices(self) -> Sequence[Device]:
-        """Those that stay, and those that were added so far."""
+        """Permanent devices, and the devices added so far."""
         return (*self._kept, *self._devices, *(each for some in self._attached for each in some))
 
     @property

@@ -109,12 +109,12 @@ class DriveMachineConfig(ConfigTable):
     kind: Literal["ac", "direct", "linear"] = "ac"
     encoder: Literal["incremental", "single_turn", "multi_turn"] = "incremental"
     home: tuple[FiniteFloat, FiniteFloat] | None = None
-    """Where the home switch is on."""
+    """Positions between which the home switch is on."""
     probe: tuple[FiniteFloat, FiniteFloat] | None = None
-    """Where the input of touch probe 1 is on."""
+    """Positions between which the input of touch probe 1 is on."""
     negative_limit: FiniteFloat | None = None
     positive_limit: FiniteFloat | None = None
-    """Where the limit switches are."""
+    """Positions of the limit switches."""
 
 
 class DriveConfig(ConfigTable):
@@ -130,7 +130,8 @@ class DriveConfig(ConfigTable):
     """Drives with the same word share a datagram: shorter frames, but where one of them fails the
     data of all are invalid. Default: each has its own."""
     mode: Literal["csp", "csv", "cst"] = "csp"
-    """What is sent: positions, velocities, or torques of a velocity loop in the station."""
+    """Set points sent to the drive: positions, velocities, or torques of a velocity loop in the
+    station."""
     resolution: int = Field(default=131_072, ge=1, le=0xFFFF_FFFF)
     """Increments of a motor turn (of a metre of a linear motor)."""
     gear: tuple[_Positive, _Positive] = (1.0, 1.0)

@@ -16,7 +16,7 @@ __all__ = ["TRIP_BOUNDS_NS", "BusLink", "FrameLink", "RoundTrips", "do_steps"]
 T = TypeVar("T")
 
 _TURN_S = 0.0005
-"""How long a request waits for a frame before it looks at the time again."""
+"""Longest wait of a request for a frame before it reads the time again, s."""
 _TIMEOUT_NS = 10_000_000
 
 TRIP_BOUNDS_NS = tuple(count * 10**power for power in range(4, 8) for count in (1, 2, 3, 5, 7))
@@ -24,11 +24,12 @@ TRIP_BOUNDS_NS = tuple(count * 10**power for power in range(4, 8) for count in (
 
 
 class FrameLink(Protocol):
-    """What sends and receives frames, as `achse.transport.ethernet.EthernetLink`."""
+    """Interface that sends and receives frames, as `achse.transport.ethernet.EthernetLink`."""
 
     @property
     def arrived_ns(self) -> int:
-        """When the frame that `receive` gave last arrived, by the clock of `time.time_ns`."""
+        """Arrival time of the frame that `receive` returned last, by the clock of
+        `time.time_ns`."""
 
     def send(self, frame: bytes) -> bool: ...
 
@@ -45,7 +46,7 @@ class RoundTrips:
     largest_ns: int = 0
     total_ns: int = 0
     classes: list[int] = field(default_factory=lambda: [0] * (len(TRIP_BOUNDS_NS) + 1))
-    """How many took so long, by `TRIP_BOUNDS_NS`; the last took longer."""
+    """Number of round trips in each class, by `TRIP_BOUNDS_NS`; the last class has no bound."""
 
     def add(self, ns: int) -> None:
         """Count one."""
@@ -112,7 +113,7 @@ class BusLink:
             link.send(frame)
 
     def take(self, now_ns: int) -> None:
-        """What has come since `send`; a station that catches up waits for it."""
+        """Process the frames that came since `send`; a station that catches up waits for them."""
         link, master = self._link, self.master
         cyclic = master.cyclic
         before = cyclic.away

@@ -1,4 +1,4 @@
-"""What buses of drives and of terminals have in common: the bus itself, its devices for ADS."""
+"""Common parts of buses of drives and of terminals: the bus itself, its devices for ADS."""
 
 from collections.abc import Sequence
 

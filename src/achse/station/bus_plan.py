@@ -1,4 +1,4 @@
-"""What a station has on a bus: a drive or a terminal at each place along the cable.
+"""Plan of a station's bus: a drive or a terminal at each place along the cable.
 
 A plan makes the configuration of the bus, from the virtual slaves of this process or from what a
 search found on a network interface.
@@ -139,7 +139,7 @@ class BusPlan:
         return self._bus(tuple(made)), faults
 
     def _expected(self, slot: BusSlot) -> SlaveConfiguration:
-        """What is there as long as nobody has seen it."""
+        """Return the configuration expected as long as the slave was not read."""
         device = slot.device
         if not isinstance(device, DriveConfig) or not device.own_mapping:
             return self._configured(slot, _virtual(slot))
@@ -186,7 +186,7 @@ def make_terminal(config: TerminalConfig) -> DigitalTerminal | AnalogTerminal:
 
 
 def _misfit(slot: BusSlot, slave: SlaveConfiguration) -> str:
-    """Why a slave cannot be what the station has there, empty if it can."""
+    """Return the reason why a slave does not fit the station's device there, empty if it fits."""
     sizes = [
         sum(slave.bits(each) for each in slave.sync_managers if each.output == output) + 7 >> 3
         for output in (False, True)

@@ -27,7 +27,7 @@ __all__ = ["AxisBus", "BusPlace", "DriveBus", "DriveSlave", "make_buses"]
 
 
 class BusPlace(Protocol):
-    """Where an entry is in the process data of a slave."""
+    """Position of an entry in the process data of a slave."""
 
     @property
     def bit(self) -> int: ...
@@ -48,7 +48,7 @@ class DriveSlave(Protocol):
 
     @property
     def last_trouble(self) -> str:
-        """Why it does not reach its state, empty if it does."""
+        """Reason why the slave does not reach its state, empty if it does."""
 
     @property
     def inputs(self) -> memoryview: ...
@@ -79,7 +79,7 @@ class DriveBus(Protocol):
 
     @property
     def trouble(self) -> str:
-        """What keeps the bus from working, empty if nothing does."""
+        """Reason why the bus does not work, empty if it works."""
 
     def take(self) -> None:
         """Take the inputs that came since the last cycle."""
@@ -97,7 +97,7 @@ class DriveBus(Protocol):
         """‰ for an increment a second² at drive `number`, 0 if nobody knows."""
 
     def digest(self) -> bytes:
-        """What of the bus is state of the station."""
+        """Return the hash of the bus state that belongs to the station's state."""
 
 
 class AxisBus:
@@ -180,7 +180,8 @@ class AxisBus:
         )
 
     def missing_condition(self, axis_id: int) -> str:
-        """What keeps an axis from being ready; empty if nothing does, or the axis is not here."""
+        """Return the reason why an axis is not ready; empty if it is ready, or is not on this
+        bus."""
         for number, (servo, slave, *_) in zip(self._drives, self._places, strict=True):
             if number != axis_id:
                 continue

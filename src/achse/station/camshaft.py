@@ -134,7 +134,8 @@ def _make(building: Building, number: int, config: CamshaftConfig) -> ServedCams
 
 
 class _Exchange:
-    """What a controller gets and sends each cycle; looked for again after an online change."""
+    """Process data of a controller in each cycle; the variables are located again after an online
+    change."""
 
     def __init__(
         self, building: Building, key: str, config: CamshaftConfig, controller: CamController
@@ -149,7 +150,7 @@ class _Exchange:
         self._failed = False
         names = (config.encoder, config.input_image, config.output_image)
         self.linked = any((*names, config.input, config.output))
-        """Whether PLC variables are part of it."""
+        """True if PLC variables are part of the exchange."""
         if self.linked:
             self._port = next(iter(building.plcs), 0) if config.plc is None else config.plc
             if self._port not in building.plc_devices:
@@ -292,7 +293,8 @@ def _number(key: str, symbol: PlcSymbol, reals: bool = False) -> Take:
 
 
 def _whole(key: str, given: IecType[Any]) -> Callable[[int], bytes]:
-    """What makes a variable's value of a word: the low bits. Raises ConfigError."""
+    """Return the function that makes a variable's value of a word: the low bits. Raises
+    ConfigError."""
     type = resolved(given)
     if isinstance(type, BoolType):
         return lambda value: b"\1" if value else b"\0"

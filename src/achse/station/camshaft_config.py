@@ -39,7 +39,7 @@ class CamConfig(ConfigTable):
     track: int = Field(default=0, ge=0, le=31)
     """The bit of the outputs."""
     dynamic: bool = False
-    """Whether it acts earlier by `dead_time`."""
+    """True if the cam acts earlier by `dead_time`."""
     dead_time: _TenthMs = 0
     """0.1 ms."""
     count: int = Field(default=1, ge=1, le=65_535)
@@ -71,9 +71,9 @@ class CamshaftConfig(ConfigTable):
     `encoder`, or from the input word `encoder` of its process image."""
 
     name: str = Field(default="", max_length=30)
-    """How its symbols begin; `Camshaft 1` and so on unless given."""
+    """Prefix of its symbols; `Camshaft 1` and so on unless given."""
     cycle: DurationNs | None = None
-    """How often it calculates; the NC's cycle with `axis`, else 1 ms, unless given."""
+    """Cycle time of its calculation; the NC's cycle with `axis`, else 1 ms, unless given."""
     axis: str | None = None
     """Name of the NC axis that turns the shaft."""
     units_per_turn: FiniteFloat | None = Field(default=None, gt=0)
@@ -109,8 +109,8 @@ class CamshaftConfig(ConfigTable):
     or_mask: _Mask = 0
     and_mask: _Mask = 0xFFFF_FFFF
     and_mask_input: bool = False
-    """Whether an AND mask of 0 in the process image switches all tracks off; it does if `input`
-    or `input_image` sets it."""
+    """True if an AND mask of 0 in the process image switches all tracks off; it does if `input` or
+    `input_image` sets it."""
     input: Mapping[str, str] = {}
     """Words of the process image that PLC variables set: word = "variable"."""
     output: Mapping[str, str] = {}
@@ -170,7 +170,7 @@ class CamshaftConfig(ConfigTable):
         return {name: int(getattr(self, name)) for name in names & set(type(self).model_fields)}
 
     def what_encoder(self) -> CamEncoder:
-        """What the encoder is."""
+        """Return the parameters of the encoder."""
         return CamEncoder(
             *(self.increments, self.encoder_range, self.largest_step, self.speed_window)
         )

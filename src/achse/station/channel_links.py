@@ -159,7 +159,7 @@ class ChannelLinks:
             link.show()
 
     def take(self) -> None:
-        """What the program wants goes to each channel; of a PLC that does not run, zeros."""
+        """Apply the program's commands to each channel; of a PLC that does not run, zeros."""
         runs = self._plc.state is PlcState.RUN
         for link in self._outputs:
             link.take(link.region.data[link.bytes] if runs else link.nothing)

@@ -91,12 +91,12 @@ class RouterConfig(ConfigTable):
     max_length: int = Field(default=64 * 1024 * 1024, ge=64)
     """Longest packet taken, bytes."""
     udp_port: int | None = Field(default=None, ge=0, le=65535)
-    """Where searches are answered; 0 takes a free one. Without this key 48899 if it is free, and
+    """Port that answers searches; 0 takes a free one. Without this key 48899 if it is free, and
     none if the TCP port is not 48898."""
     static_routes: str | None = None
     """A StaticRoutes.xml (relative to the station.toml): read at the start, kept up to date."""
     users: Mapping[str, ConfiguredHash] = {}
-    """Who may change routes by a UDP request with a password: name = "hash as `achse
+    """Users that may change routes by a UDP request with a password: name = "hash as `achse
     hash-password` prints it"."""
     routes_over_ads: bool = False
     """Let port 10000 change routes (groups 801 and 802). These requests carry no password: any
@@ -104,10 +104,10 @@ class RouterConfig(ConfigTable):
     let_everybody_in: bool = False
     """Listen beyond this computer without `strict`: any client may do anything."""
     rights: ConfiguredRights = ALL_RIGHT_NAMES
-    """What clients may that have no route, where they get in; programs on this computer with a
-    port of this router may everything."""
+    """Rights of clients that have no route, where they may connect; programs on this computer with
+    a port of this router have every right."""
     user_rights: Mapping[str, ConfiguredRights] = {}
-    """What the routes may that a user adds: name = ["read", …]; without it everything."""
+    """Rights of the routes that a user adds: name = ["read", …]; without it every right."""
     listen: Literal["plain", "secure", "both"] = "plain"
     """Plain AMS/TCP, Secure ADS as [secure] says, or both. With `secure` nothing listens at
     `tcp_port`, and searches are answered only if there is a `udp_port`."""
@@ -130,7 +130,7 @@ class RouteConfig(ConfigTable):
     tls: RouteTlsConfig | None = None
     """It goes by Secure ADS; the port is 8016 then."""
     rights: ConfiguredRights = ALL_RIGHT_NAMES
-    """What who comes from there may: `read`, `write`, `state`, `files`, `methods`."""
+    """Rights of clients that come over this route: `read`, `write`, `state`, `files`, `methods`."""
 
     @model_validator(mode="after")
     def _can_be(self) -> "RouteConfig":
@@ -185,10 +185,11 @@ class SystemConfig(ConfigTable):
     """A file (relative to the station.toml) in which persistent data of axes and PLCs outlive the
     program; without it they outlive restarts."""
     persistent_data_interval: MomentNs = 100_000_000
-    """How often a running station writes what has changed to a snapshot file beside that file, in
-    the computer's time: a station that is killed loses so much; 0: it writes at its end only."""
+    """Interval at which a running station writes changes to a snapshot file beside that file, in
+    the computer's time: a station that is killed loses at most the changes of one interval; 0: it
+    writes at its end only."""
     restart_time: MomentNs = 500_000_000
-    """How long a restart takes, or a change to CONFIG."""
+    """Duration of a restart, or of a change to CONFIG."""
     programs: Sequence[str] = ()
     """Programs of this computer that clients may start (group 500 of port 10000), with any
     arguments: absolute paths, `*` and `?` for any characters of a name. They run with the rights
@@ -231,15 +232,15 @@ class PlcConfig(ConfigTable):
     them only what is named counts. Of a folder with several projects those are taken that the
     `.plcproj` references by title."""
     unknown_types: Literal["refuse", "opaque"] = "refuse"
-    """What happens with types, constants and functions that `sources` name and nothing declares:
-    `opaque` makes stand-ins with what the sources use of them, which do nothing."""
+    """Handling of types, constants and functions that `sources` name and nothing declares: `opaque`
+    makes stubs with the members that the sources use, which do nothing."""
     execute: bool = True
-    """Whether the programs of `sources` run; if not, they are declared only."""
+    """True if the programs of `sources` run; if not, they are declared only."""
     floating_point_exceptions: bool = True
     """The task option of that name: a REAL divided by 0, the root of -1 stop the program; if off
     they are infinity and NaN."""
     check_bounds: bool = True
-    """Whether an index outside of its array stops the program; if not, it reads or writes the
+    """True if an index outside of its array stops the program; if not, it reads or writes the
     neighbouring bytes, as on a target without CheckBounds. Outside of PLC memory it stops."""
     code: Literal["auto", "machine", "plain"] = "auto"
     """`machine` needs llvmlite (achse[fast]); `auto` takes it where it is there. What programs do
@@ -321,8 +322,9 @@ class TableConfig(ConfigTable):
     """A file (relative to the station.toml) that has them instead, a line for each: CSV, or text
     with blanks or tabs between; the first line may say how many rows and columns follow."""
     boundary: Literal["by_type", "natural", "slopes", "periodic"] = "by_type"
-    """What the spline through a cam does at its ends: slopes of 0, or those of the other end where
-    the type is cyclic; no bend; `begin_slope` and `end_slope`; or those of the other end."""
+    """Boundary condition of the spline through a cam: slopes of 0, or where the type is cyclic the
+    slopes of the other end; no bend; `begin_slope` and `end_slope`; or the slopes of the other
+    end."""
     begin_slope: FiniteFloat = 0.0
     end_slope: FiniteFloat = 0.0
 
@@ -447,7 +449,7 @@ _EXPECTED = {
     "too_long": "expected at most {max_length} of them",
     "too_short": "expected at least {min_length} of them",
 }
-"""What a value has to be, by the kind of error that pydantic reports."""
+"""Description of a valid value, by the kind of error that pydantic reports."""
 
 
 def _told(error: "ErrorDetails") -> str:
@@ -488,7 +490,8 @@ def _told(error: "ErrorDetails") -> str:
 
 
 def _instead(key: str, known: list[str]) -> str:
-    """Which key may be meant; all of them where none is near and there are few."""
+    """Return a hint to the key that may be meant; to all keys where none is near and there are
+    few."""
     few = len(known) <= _FEW_KEYS
     return did_you_mean(key, known) or (f"; there are {', '.join(known)}" if few else "")
 
@@ -513,7 +516,7 @@ def _keys_of(place: Sequence[int | str]) -> list[str]:
 
 
 def _kind_of(model: type[BaseModel]) -> str | None:
-    """What `kind` says of a model that is one of several."""
+    """Return the value of `kind` for a model that is one of several."""
     kind = model.model_fields.get("kind")
     return next(iter(get_args(kind.annotation)), None) if kind is not None else None
 

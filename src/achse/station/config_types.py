@@ -1,4 +1,4 @@
-"""What the tables of a station.toml are made of: durations, addresses, the base of all tables."""
+"""Types for the tables of a station.toml: durations, addresses, the base of all tables."""
 
 import os
 from collections.abc import Iterator, Sequence
@@ -90,7 +90,7 @@ _SCHEMA_OF_DURATION = WithJsonSchema(
     },
     mode="validation",
 )
-"""What editors are told of it."""
+"""JSON schema of a duration, for editors."""
 
 DurationNs = Annotated[int, BeforeValidator(_duration_ns), Field(gt=0), _SCHEMA_OF_DURATION]
 MomentNs = Annotated[int, BeforeValidator(_duration_ns), Field(ge=0), _SCHEMA_OF_DURATION]

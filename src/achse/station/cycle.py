@@ -17,7 +17,7 @@ IDLE_TICK_NS = 1_000_000
 
 
 class PhasePlace(IntEnum):
-    """Where a phase is in the cycle. What is due at the same moment happens in this order."""
+    """Place of a phase in the cycle. Phases due at the same moment step in this order."""
 
     CHANGES = 0
     """Changes of the station's state: what the cycle consists of may be another afterwards."""
@@ -41,8 +41,8 @@ class Phase(ABC):
     place: PhasePlace
     name: str
     catches_up = False
-    """Whether a step does all cycles up to its moment at once. The cycle does not stop for such a
-    phase: it brings it up to date before something else happens. Of several, the first is meant."""
+    """True if a step does all cycles up to its moment at once. The cycle does not stop for such a
+    phase: it brings it up to date before another phase steps. Of several, the first counts."""
 
     @property
     @abstractmethod
@@ -93,7 +93,7 @@ class Cycle:
         self.tick_ns = tick_ns
         self.now_ns = 0
         self._done_ns = 0
-        """Where all steps of `now_ns` are done, the same as it."""
+        """Station time whose steps are all done; equal to `now_ns` after its steps."""
         self.phases: tuple[Phase, ...] = ()
         """In the order of their steps."""
         self._stops: tuple[Phase, ...] = ()
@@ -101,7 +101,7 @@ class Cycle:
         self._follower: Phase | None = None
         """The phase that catches up."""
         self._first: tuple[Phase, ...] = ()
-        """What comes before the follower, and so has to find it up to date."""
+        """Phases before the follower, which need it up to date."""
         self._halted = False
 
     def add(self, phase: Phase) -> None:

@@ -70,7 +70,7 @@ class EthercatBus:
         self.master = Master(plan.in_process(known))
         self.master.on_event = tell_event
         self.faults = DriveFaults(self.segment)
-        """What goes wrong on this bus."""
+        """Faults injected on this bus."""
         self._ring = Ring(self.master, self.segment)
         made = [self.master.slaves[sorted(places).index(place)] for place in places]
         self.slaves: Sequence[BusSlave] = made[: len(drives)]

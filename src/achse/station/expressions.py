@@ -18,7 +18,7 @@ _DEEPEST = 50
 """Parentheses within parentheses."""
 
 Value = Callable[[float], float]
-"""What a part of an expression is at a time in seconds."""
+"""Value of a part of an expression at a time in seconds."""
 
 
 class ExpressionError(ValueError):
@@ -94,7 +94,7 @@ _WORDS = {"and", "or", "not", "mod", "xor"}
 
 
 class Formula(NamedTuple):
-    """What was read: its value at a time in seconds, and the variables it names."""
+    """Parsed expression: its value at a time in seconds, and the variables it names."""
 
     value: Value
     names: tuple[str, ...]

@@ -61,7 +61,7 @@ class ChannelConfig(ConfigTable):
     id: int = Field(ge=1, le=255)
     name: str = Field(default="", max_length=30)
     type: Literal["interpreter", "fifo", "kinematic"] = "interpreter"
-    """What its groups are: a 3D group that part programs move, a FIFO, kinematics."""
+    """Kind of its groups: a 3D group that part programs move, a FIFO, kinematics."""
     programs: str | None = None
     """Folder of its part programs (relative to the station.toml)."""
     data: str | None = None
@@ -103,7 +103,7 @@ class GroupConfig(ConfigTable):
     length: int = Field(default=1000, ge=1, le=10_000)
     """Rows of a FIFO."""
     interpolation: Literal["linear", "four_point", "cubic_spline"] = "linear"
-    """What is between the rows of a FIFO."""
+    """Interpolation between the rows of a FIFO."""
     time_delta: DurationNs = 2_000_000
     """Time between the rows of a FIFO at 100 %."""
     table_size: int = Field(default=128, ge=128, le=1024)

@@ -36,9 +36,9 @@ _AGAIN_NS = 1_000_000_000
 """Until the interface is opened, or the bus is searched, once more."""
 _LOOK_NS = 100_000_000
 _TIMEOUT_NS = 20_000_000
-"""How long a frame of a search may be away."""
+"""Time after which a frame of a search counts as lost."""
 _TURN_NS = 250_000
-"""How long a search waits for a frame; a quarter of the cycle goes into that."""
+"""Longest wait of a search for a frame; a quarter of the cycle is used for that."""
 _SEARCH_PATIENCE_NS = 5_000_000
 """In a ring: how long one copy of a frame of a search waits for the other."""
 
@@ -85,9 +85,9 @@ class InterfaceBus:
         self._fault = self.trouble = f"{self._where} is not open yet"
         self.round_trips = RoundTrips()
         self.searches = 0
-        """How often slaves were found."""
+        """Number of searches that found slaves."""
         self.at_rest: Callable[[], bool] = lambda: True
-        """Whether nothing moves that a search would stop."""
+        """Returns True if nothing moves that a search would stop."""
         self._open_link, self._make_way = open_link, make_way
         self._clock, self._zero_ns = clock, clock()
         self._socket: BusSocket | None = None
@@ -97,7 +97,7 @@ class InterfaceBus:
         self._left: list[Master] = []
         self._renewals: list[Callable[[], None]] = []
         self.reference = ReferencePace(plan.cycle_ns)
-        """Where the frames are in the cycle of the reference clock."""
+        """Phase of the frames in the cycle of the reference clock."""
         self.steer: Callable[[int], None] | None = None
         """Lets the next cycles of the station begin later, ns; None: its pace is the computer's."""
         self._in_vain = False
@@ -157,7 +157,7 @@ class InterfaceBus:
         return self._clock() - self._zero_ns
 
     def take(self) -> None:
-        """What has come since the last cycle."""
+        """Process the frames that came since the last cycle."""
         if self._way is not None:
             self._way.take(self._link_ns())
             if self.steer is not None:
@@ -280,7 +280,7 @@ class InterfaceBus:
         self._tell("; ".join(faults))
 
     def _look(self) -> None:
-        """Whether the interface is still there, and no slave has come that is not known."""
+        """Check that the interface still exists, and that no unknown slave has come."""
         assert self._socket is not None
         if self._socket.gone:
             self._leave()

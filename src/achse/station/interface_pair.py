@@ -38,7 +38,7 @@ class InterfacePair(RedundantLink):
         self._open_link = open_link
         self._sockets: list[BusSocket | None] = [None, None]
         self._troubles = ["", ""]
-        """Why each is not open."""
+        """Reason why each interface is not open, empty if it is."""
         self._again_ns = 0
         self._open()
         if self.gone:
@@ -46,7 +46,7 @@ class InterfacePair(RedundantLink):
 
     @property
     def trouble(self) -> str:
-        """Why an interface is not open; empty if both are."""
+        """Reason why an interface is not open; empty if both are."""
         return "; ".join(filter(None, self._troubles))
 
     @property
@@ -92,7 +92,7 @@ class InterfacePair(RedundantLink):
 
 
 def _why(interface: str, failure: LinkError | OSError) -> str:
-    """Why it cannot be opened; a LinkError names the interface."""
+    """Return the reason why an interface cannot be opened; a LinkError names the interface."""
     return f"{interface}: {failure.strerror}" if isinstance(failure, OSError) else str(failure)
 
 

@@ -31,9 +31,10 @@ class KernelCycles:
         self._run: Callable[[int], int] | None = None
         self._arguments: tuple[Any, ...] = ()
         self.allowed = nc.compiled and bus.bank is not None and KERNEL.available and KERNEL.cached
-        """Whether its machine code is there (`achse warmup` compiles it); others may forbid it."""
+        """True if its machine code is cached (`achse warmup` compiles it); other parts may clear
+        it."""
         self.cycles = 0
-        """How many cycles were done by it so far."""
+        """Number of cycles that the machine code has done."""
         cycle_ns = bus.cycle_ns
         self._drive_cycles = -(-cycle_ns // LONGEST_CYCLE_NS)
         self._drive_dt = cycle_ns * 1e-9 / self._drive_cycles

@@ -64,7 +64,7 @@ class LimitsConfig(ConfigTable):
     all_table_numbers: int = Field(default=TableLimits().all_numbers, ge=0, le=MOST_NUMBERS)
     """Numbers of all tables that clients make (0x4A11 beyond)."""
     unreachable_time: DurationNs = _LIMITS.unreachable_ns
-    """How long handles and subscriptions of a client to whom no way leads count for it; then the
+    """Time for which handles and subscriptions of an unreachable client count for it; then the
     handles are abandoned, and the subscriptions end."""
 
     def limits(self) -> ClientLimits:

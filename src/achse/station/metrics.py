@@ -37,10 +37,10 @@ class _Figure(NamedTuple):
     name: str
     """Prometheus' name without `achse_`; counters get `_total` by themselves."""
     key: str
-    """That of `Station.statistics()`."""
+    """Key of the number in `Station.statistics()`."""
     meaning: str
     counts: bool = False
-    """Whether it only grows."""
+    """True if the number only grows."""
 
 
 _FIGURES = (

@@ -36,7 +36,8 @@ class ModbusConfig(ConfigTable):
         return self
 
     def find(self, address: str, port: int) -> tuple[str, int] | None:
-        """Where a device is that programs name so; None if it is not to be asked."""
+        """Return host and port of the device at an address of the program; None if it is not to be
+        contacted."""
         there = self.peers.get(f"{address}:{port}", self.peers.get(address))
         if there is not None:
             host, found = _place("peers", there)

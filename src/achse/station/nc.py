@@ -156,7 +156,7 @@ def _numbers(parameters: Mapping[str, Any], key: str) -> dict[str, float]:
 
 
 def _on_a_bus(drive: DriveConfig) -> dict[str, float]:
-    """What follows for an axis from its drive, unless the axis says otherwise."""
+    """Return the parameters that an axis takes from its drive, unless the axis sets them."""
     turned = int(drive.inverted)
     return {
         "encoder_type": EncoderType.MDP_513,

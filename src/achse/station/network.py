@@ -111,7 +111,7 @@ class RouteFile:
 
 
 async def is_reachable_from_outside(host: str) -> bool:
-    """Whether who listens at `host` can be reached from other computers.
+    """Return True if a listener at `host` can be reached from other computers.
 
     Raises OSError for a name without an address, UnicodeError for what cannot be a name.
     """
@@ -139,7 +139,7 @@ async def _check_own(host: str) -> None:
 
 
 def what_everybody_may(config: StationConfig, host: str) -> Sequence[str]:
-    """What a station that lets everybody in says at its start, line by line."""
+    """Return the warning lines for the start of a station that accepts every client."""
     may = [
         "read and write variables, parameters and process data, and move axes",
         "stop, restart and shut down the station",
@@ -192,14 +192,14 @@ class Network:
         self._names = HostNames(router.routes)
 
     def info(self) -> RouterInfo:
-        """What a search is told."""
+        """Return the answer to a search."""
         net_id = NetId(self._router.net_id)
         shown = "" if self.secure is None else self._identity.identity.fingerprint
         return RouterInfo(net_id, self._config.name, self._version, host_system(), shown)
 
     @property
     def listeners(self) -> tuple[TcpListener, ...]:
-        """Those of TCP, plain and secure."""
+        """Listeners of TCP, plain and secure."""
         return (self.listener,) if self.secure is None else (self.listener, self.secure)
 
     async def open(
@@ -280,7 +280,7 @@ class Network:
         await self.secure.open(host, self._config.secure.port)
 
     def _join_networks(self) -> None:
-        """Those over MQTT; a broker that is not there yet is dialled again and again."""
+        """Join the networks over MQTT; an unreachable broker is dialled again and again."""
         system = host_system()
         note = RouterNote(
             online=True,

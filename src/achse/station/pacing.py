@@ -56,9 +56,10 @@ class Pace:
         self._wall_per_tick = tick_ns / speed
         self.behind_ns = 0.0
         self.latest_ns = 0.0
-        """How late the latest tick began, in wall time, since the last reset."""
+        """Largest delay of a tick's begin, ns of wall time, since the last reset."""
         self.steps = [0] * (len(STEP_BOUNDS_NS) + 1)
-        """How many ticks took so long to compute, by `STEP_BOUNDS_NS`; the last took longer."""
+        """Number of ticks in each class of computing time, by `STEP_BOUNDS_NS`; the last class has
+        no bound."""
         self.computed_ns = 0
         """All of them together."""
         self.late_ticks = 0

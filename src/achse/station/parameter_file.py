@@ -17,7 +17,7 @@ class ParameterFileError(Exception):
 
 
 class ParameterFile:
-    """What several drives store; without a path it lasts as long as the program.
+    """Parameters that drives store; without a path they last as long as the program.
 
     The file is a table for each drive, by its number: `{"1": {"6072:00": 1500}}`.
     """

@@ -28,13 +28,13 @@ log = logging.getLogger("achse.station")
 
 
 class PersistentData:
-    """What is left of the axes, by id, and of PLCs, by port and variable; without
+    """Retained data of the axes, by id, and of PLCs, by port and variable; without
     `system.persistent_data` as long as the program.
 
     The file has a table for each axis: `{"nc": {"1": {"zeros": [0], "position": 0, "homed": 1}}}`,
     and for each PLC the type and bytes of its RETAIN and PERSISTENT variables, in hexadecimal
-    digits, with what the pointers in them lead to: offset, target, its type, offset in it. One
-    that is damaged is told, and put aside when another is written.
+    digits, with the targets of their pointers: offset, target, its type, offset in it. A damaged
+    file is reported, and put aside when another is written.
 
     It is written by `save`. What has changed since then is in a snapshot file beside it
     (`.snapshot`), which `save` removes: if there is one, it is the newer of both.

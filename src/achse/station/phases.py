@@ -13,7 +13,7 @@ from achse.station.pacing import NcTask, Pace
 __all__ = ["ChangePhase", "NcPhase", "NotificationPhase", "PlcLinks", "PlcPhase", "upkeep"]
 
 _SWEEP_NS = 1_000_000_000
-"""How often devices look for clients that are gone, about: a whole number of ticks."""
+"""Approximate interval at which devices look for clients that are gone: a whole number of ticks."""
 
 Plan = tuple[int, Callable[[], None]]
 """Station time in ns, and what happens then."""
@@ -27,7 +27,7 @@ class ChangePhase(Phase):
 
     def __init__(self) -> None:
         self.plans: Sequence[Plan] = ()
-        """What is to come; of one moment in this order."""
+        """Pending plans; plans of one moment run in this order."""
 
     def plan(self, *plans: Plan) -> None:
         """Plan these and nothing else."""
@@ -91,7 +91,7 @@ class PlcPhase(Phase):
 
     @property
     def due_ns(self) -> float:
-        """When the next cycle of any task is due."""
+        """Station time at which the next cycle of any task is due."""
         return self._plc.next_due_ns
 
     def step(self, now_ns: int) -> None:
@@ -108,7 +108,7 @@ class PlcPhase(Phase):
 
 
 class NotificationPhase(Phase):
-    """What devices have to tell their clients."""
+    """Phase that sends the devices' notifications to their clients."""
 
     place, name = PhasePlace.NOTIFICATIONS, "notifications"
 
@@ -130,7 +130,7 @@ class NotificationPhase(Phase):
 
     @property
     def due_ns(self) -> float:
-        """When the first sample of any device is due."""
+        """Station time at which the first sample of any device is due."""
         due = math.inf
         for notifications in self._notifications:  # half the time of min()
             if notifications.due_ns < due:

@@ -31,7 +31,7 @@ class PlacedStructure(NamedTuple):
 
 
 class NamedPlace(Protocol):
-    """What `find_place` looks among."""
+    """Interface of the places that `find_place` searches."""
 
     @property
     def name(self) -> str: ...

@@ -41,7 +41,7 @@ def make_plcs(building: Building) -> None:
 
 
 def _tell_logger_of_exceptions(building: Building, plc: PlcRuntime) -> None:
-    """Who subscribed to the logger is told why a PLC stopped; the log has it from the PLC."""
+    """Report the exception that stops a PLC to the logger's subscribers; the PLC itself logs it."""
     loggers = [
         device
         for device in building.devices

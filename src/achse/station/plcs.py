@@ -56,7 +56,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class _Declared:
-    """What sources or a symbol file declare."""
+    """Declarations of sources or of a symbol file."""
 
     units: Sequence[type[StaticRecord]] = ()
     types: Sequence[IecType[Any]] = ()
@@ -68,7 +68,7 @@ class _Declared:
 
 
 class PlcSource:
-    """Where the declarations of one `[[plc]]` come from.
+    """Source of the declarations of one `[[plc]]`.
 
     `key` names it in errors, `base` is where relative names begin, `services` are the library
     routines that need the station, `epoch()` is the Unix time at time 0. Everything raises
@@ -135,9 +135,9 @@ class PlcSource:
         return [each for each in found if each.plc.casefold() in own] or found
 
     def _bodies(self, declared: _Declared) -> "Bodies | None":
-        """What the sources do; None if there are none, or `execute` is off.
+        """Return the bodies of the sources; None if there are none, or `execute` is off.
 
-        What is at fault in a body is told in the log; that routine is left out.
+        A fault in a body is logged; its routine is left out.
         """
         if declared.declarations is None or not self.config.execute:
             return None
@@ -200,7 +200,7 @@ class PlcSource:
             raise ConfigError(f"{self.key}.sources: {SourceError(new)}")
 
     def files(self) -> Mapping[str, str]:
-        """Where the project's own source files are, by the names they have in faults."""
+        """Return the paths of the project's own source files, by the names they have in faults."""
         if self.config.sources is None:
             return {}
         from achse.st.files import source_files
@@ -243,7 +243,8 @@ class PlcSource:
     def _read(
         self,
     ) -> tuple[_Declared, list[FileTask], list[type[StaticRecord]], dict[str, list[type[Program]]]]:
-        """What is declared, the tasks, what no task calls, and the programs of each task."""
+        """Return the declarations, the tasks, the units that no task calls, and the programs of
+        each task."""
         config = self.config
         modules: dict[str, ModuleType] = {}
         declared = self._declared()
@@ -406,7 +407,7 @@ def _tasks(configured: Sequence[TaskConfig], declared: _Declared) -> list[FileTa
 
 
 def _sizes(units: Iterable[type[StaticRecord]]) -> dict[Area, int]:
-    """How large areas have to be for the variables that say where they lie."""
+    """Return the sizes of areas that the variables with an address in them need."""
     sizes = dict(DEFAULT_SIZES)
     for unit in units:
         for member in unit.__iec__.members:

@@ -12,7 +12,7 @@ __all__ = ["RedundantLink"]
 _INDEX_AT = 17
 """Of the first datagram, which is that of the frame."""
 _TURN_S = 0.00005
-"""How long one interface is listened to before the other."""
+"""Time of listening to one interface before the other, s."""
 
 
 class RedundantLink:
@@ -35,9 +35,9 @@ class RedundantLink:
         self.clock = clock
         self._whole: deque[bytes] = deque()
         self._sent_ns: dict[int, int] = {}
-        """When each frame was sent, by index; 256 at most."""
+        """Send time of each frame, by index; 256 at most."""
         self._last: FrameLink | None = None
-        """Where the last copy came."""
+        """Link at which the last copy came."""
         self.begin(redundancy, patience_ns)
 
     def begin(self, redundancy: Redundancy, patience_ns: int) -> None:
@@ -49,7 +49,7 @@ class RedundantLink:
 
     @property
     def arrived_ns(self) -> int:
-        """When the last copy arrived, by the clock of `time.time_ns`; 0: none has."""
+        """Arrival time of the last copy, by the clock of `time.time_ns`; 0 before the first."""
         return self._last.arrived_ns if self._last is not None else 0
 
     def send(self, frame: bytes) -> bool:

@@ -37,7 +37,7 @@ class ReferencePace:
 
     @property
     def drift_ppm(self) -> float:
-        """How much faster the computer's clock is than the reference, as learned."""
+        """Measured rate by which the computer's clock runs faster than the reference, ppm."""
         return 1e6 * self._rate / self.cycle_ns
 
     def take(self, reference_ns: int) -> int:

@@ -27,7 +27,7 @@ class RingEnd(Protocol):
 
 
 class Plug(Protocol):
-    """What is plugged in at an end, as `achse.transport.link_state.LinkState`."""
+    """Interface of the link at an end, as `achse.transport.link_state.LinkState`."""
 
     @property
     def up(self) -> bool: ...
@@ -58,10 +58,10 @@ class RingEnds:
         for end in self._ends:
             self._poll.register(end.fileno(), select.POLLIN)
         self._came = self._goes = 0
-        """Where the frame that is processed came in, and where it goes out."""
+        """End at which the processed frame came in, and end at which it leaves."""
 
     def process(self, frame: bytes) -> bytes | None:
-        """What comes out of the ring of the frame that `exchange` has received."""
+        """Return the frame that leaves the ring for the frame that `exchange` has received."""
         came = self._segment.process_from(self._came, frame)
         if came is None:
             return None
@@ -88,7 +88,7 @@ class RingEnds:
         return some
 
     def fileno(self) -> int:
-        """That of the first end."""
+        """Return the file descriptor of the first end."""
         return self._ends[0].fileno()
 
     def close(self) -> None:

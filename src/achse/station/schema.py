@@ -1,4 +1,4 @@
-"""What an editor is told of a station.toml: a JSON schema, made of the models that read it."""
+"""JSON schema of a station.toml for editors, made of the models that read it."""
 
 import ast
 import copy
@@ -21,10 +21,10 @@ from achse.station.nc import axis_keys
 __all__ = ["descriptions_of", "station_schema"]
 
 _DRAFT = "http://json-schema.org/draft-07/schema#"
-"""What editors of TOML know."""
+"""JSON schema draft that editors of TOML support."""
 
 _ELEMENTS = ("encoder_", "controller_", "drive_", "simulation_")
-"""How parameters of a further encoder, controller or drive begin."""
+"""Prefixes of the parameters of a further encoder, controller or drive."""
 
 
 def station_schema() -> dict[str, Any]:
@@ -52,7 +52,7 @@ def _station_schema() -> dict[str, Any]:
 
 
 def descriptions_of(model: type[BaseModel]) -> dict[str, str]:
-    """What the text under each key of a model says; nothing where there are no sources."""
+    """Return the text under each key of a model; nothing where there are no sources."""
     found: dict[str, str] = {}
     for each in reversed(model.__mro__):
         if issubclass(each, BaseModel) and each is not BaseModel:

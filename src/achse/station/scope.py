@@ -37,7 +37,7 @@ class ScopePhase(Phase):
 
     @property
     def due_ns(self) -> float:
-        """When the next sample of any scope is due."""
+        """Station time at which the next sample of any scope is due."""
         return self._scopes.due_ns
 
     def step(self, now_ns: int) -> None:
@@ -141,7 +141,7 @@ class StationScope:
 
     @property
     def state(self) -> ScopeState:
-        """What it does."""
+        """State of the recorder."""
         return self._scope.recorder.state
 
     @property
@@ -175,7 +175,7 @@ class StationScope:
         return self._scope.recorder.data(self._device.epoch_of(self._scope))
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: what there is now."""
+        """Return the HTML for a notebook: the data recorded so far."""
         return self.data()._repr_html_()
 
     def close(self) -> None:

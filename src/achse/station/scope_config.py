@@ -18,21 +18,21 @@ class ScopeChannelConfig(ConfigTable):
     """A channel as a table; one that needs only its name can be words."""
 
     name: str | None = None
-    """How exports call it; as its symbol unless given."""
+    """Name in exports; the symbol unless given."""
     symbol: str | None = None
     """A symbol of the device at `port`."""
     index_group: int | None = Field(default=None, ge=0, le=0xFFFF_FFFF)
     index_offset: int | None = Field(default=None, ge=0, le=0xFFFF_FFFF)
-    """Where the value is, without `symbol`."""
+    """Address of the value, without `symbol`."""
     port: int | None = Field(default=None, ge=1, le=65535)
     """AMS port of the device; the first PLC unless given, without one the NC."""
     type: str | None = None
     """BIT, INT8 … UINT64, REAL32, REAL64 or an IEC name; as the symbol or row says unless given."""
     sample_time: DurationNs | None = None
-    """How often; the cycle of its task unless given."""
+    """Sample time; the cycle of its task unless given."""
     scale: FiniteFloat = 1.0
     offset: FiniteFloat = 0.0
-    """What is shown is `raw * scale + offset`."""
+    """Scaling of the value shown: `raw * scale + offset`."""
     unit: str | None = None
     comment: str | None = None
 
@@ -53,7 +53,7 @@ class ScopeViewConfig(ConfigTable):
 
     name: str = "scope"
     record_length: DurationNs = 10_000_000_000
-    """How much the rings hold."""
+    """Time that the ring buffers hold."""
     pretrigger: float = Field(default=0.0, ge=0, lt=1)
     """Share of it that is before the trigger."""
     channels: Sequence[str | ScopeChannelConfig] = ()
@@ -62,9 +62,9 @@ class ScopeViewConfig(ConfigTable):
     triggers: Sequence[str] = ()
     """`CHANNEL rising LEVEL` and the like; see the how-to."""
     combine: Literal["any", "all"] = "any"
-    """Whether any trigger is enough, or all must fire in the same sample."""
+    """Combination of triggers: any trigger is enough, or all must fire in the same sample."""
     start: bool = False
-    """Whether it goes online with the station."""
+    """True if it goes online with the station."""
 
     @model_validator(mode="after")
     def _can_be(self) -> "ScopeViewConfig":
@@ -106,7 +106,7 @@ class ScopeConfig(ConfigTable):
     view: Sequence[ScopeViewConfig] = ()
 
     def limits(self) -> ScopeLimits:
-        """What scopes may take."""
+        """Return the limits of all scopes."""
         return ScopeLimits(
             self.memory, self.channels, self.scopes, self.scopes_per_client, self.time
         )

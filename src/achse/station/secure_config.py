@@ -27,7 +27,7 @@ class SecureConfig(ConfigTable):
     `folder`."""
     key: str | None = None
     folder: str = "certificates"
-    """Where a self-signed certificate is kept, relative to the station.toml."""
+    """Folder that keeps a self-signed certificate, relative to the station.toml."""
     ca: str | None = None
     """File (PEM) of the authority whose certificates are let in."""
     ignore_names: bool = False
@@ -62,7 +62,7 @@ class RouteTlsConfig(ConfigTable):
         return self
 
     def tls(self) -> RouteTls:
-        """What the router's table keeps; raises RouteError."""
+        """Return the TLS settings for the router's table; raises RouteError."""
         return RouteTls(
             kind=TlsKind(self.kind),
             fingerprint=self.fingerprint,
@@ -72,7 +72,8 @@ class RouteTlsConfig(ConfigTable):
 
 
 class StationIdentity:
-    """Who a station is on Secure ADS; its certificate is read, or made, when it is first needed."""
+    """Identity of a station on Secure ADS; its certificate is read, or made, when it is first
+    needed."""
 
     def __init__(self, config: SecureConfig, base: Path, name: str) -> None:
         self._config = config
@@ -105,7 +106,7 @@ class StationIdentity:
         return None if self._config.ca is None else self._base / self._config.ca
 
     def server(self) -> ServerTls:
-        """What the listener shows and takes. Raises ConfigError."""
+        """Return the certificate and the access policy of the listener. Raises ConfigError."""
         try:
             server = ServerTls(
                 self.identity,
@@ -119,7 +120,8 @@ class StationIdentity:
         return server
 
     def credentials(self, route: Route) -> Credentials:
-        """Who we are at the far end of a route. Raises ConfigError, RouteError."""
+        """Return the credentials of the station for the far end of a route. Raises ConfigError,
+        RouteError."""
         tls = route.tls
         assert tls is not None
         if tls.kind is TlsKind.PSK:

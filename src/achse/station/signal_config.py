@@ -23,7 +23,7 @@ __all__ = [
 
 
 class SignalSection(ConfigTable):
-    """What every signal has."""
+    """Keys of every signal."""
 
     symbol: str = Field(min_length=1)
     """The variable that it writes, as clients name it: `MAIN.fLevel`, `GVL.aValues[3]`, a number or
@@ -33,14 +33,14 @@ class SignalSection(ConfigTable):
 
 
 class PeriodicSignal(SignalSection):
-    """What comes again after a period."""
+    """Signal that repeats after a period."""
 
     period: DurationNs
-    """How long one turn takes."""
+    """Duration of one repetition."""
     amplitude: FiniteFloat = 1.0
-    """How far it goes from `offset`."""
+    """Largest distance of the signal from `offset`."""
     offset: FiniteFloat = 0.0
-    """What is added to it."""
+    """Value added to the signal."""
     phase: FiniteFloat = 0.0
     """Share of the period by which it is ahead: 0.25 makes a sine a cosine."""
 
@@ -70,7 +70,7 @@ class SquareSignal(PeriodicSignal):
 
     kind: Literal["square"]
     duty: float = Field(default=0.5, ge=0.0, le=1.0)
-    """That share."""
+    """Share of each period with `offset + amplitude`."""
 
 
 class CounterSignal(SignalSection):
@@ -78,9 +78,9 @@ class CounterSignal(SignalSection):
 
     kind: Literal["counter"]
     period: DurationNs | None = None
-    """How often it counts; each PLC cycle unless given."""
+    """Period of counting; each PLC cycle unless given."""
     first: int = 0
-    """What it begins with."""
+    """First value."""
     step: int = 1
     """By how much it grows; may be negative."""
     last: int | None = None
@@ -104,9 +104,9 @@ class NoiseSignal(SignalSection):
     distribution: Literal["uniform", "normal"] = "uniform"
     """Uniform within offset ± amplitude, or normal with amplitude as standard deviation."""
     period: DurationNs | None = None
-    """How long each number stays; a PLC cycle unless given."""
+    """Duration of each number; a PLC cycle unless given."""
     amplitude: FiniteFloat = 1.0
-    """How far it goes from `offset`."""
+    """Largest distance from `offset`, or the standard deviation."""
     offset: FiniteFloat = 0.0
     """The middle of it."""
 
@@ -131,7 +131,7 @@ class CsvSignal(SignalSection):
     amplitude: FiniteFloat = 1.0
     """By what the values are multiplied."""
     offset: FiniteFloat = 0.0
-    """What is added to them."""
+    """Value added to the values."""
 
     @model_validator(mode="after")
     def _has_one_time(self) -> "CsvSignal":
@@ -162,4 +162,4 @@ SignalConfig: TypeAlias = Annotated[
 """[[signal]]: a simulated signal."""
 
 SIGNAL_KINDS = ("sine", "ramp", "triangle", "square", "counter", "noise", "csv", "expression")
-"""What `kind` may be."""
+"""Valid values of `kind`."""

@@ -171,7 +171,7 @@ def _is_numeric(type: IecType[Any]) -> bool:
 
 
 def _encoder(type: IecType[Any], what: str) -> Callable[[float], bytes]:
-    """What makes a value of that type of a number: rounded, and kept within its range.
+    """Return the function that encodes a number as that type: rounded, and kept within its range.
 
     Counters that are too large begin again at the other end. Raises ConfigError.
     """

@@ -95,7 +95,7 @@ class Station:
             )
         self.config = config or StationConfig()
         self.cycle: Cycle = Cycle()
-        """What is done when; others may add phases of their own, which stay through restarts."""
+        """Cycle of the station; others may add phases of their own, which stay through restarts."""
         self.clock: StationClock = StationClock(self.cycle, epoch_ns)
         """Calling it returns the time stamp of the present cycle, Unix ns."""
         self._agenda = Agenda(self.cycle)
@@ -111,7 +111,7 @@ class Station:
             most=limits.taps,
         )
         self.usage = Usage(limits.limits())
-        """What clients hold of all devices together."""
+        """Resources that clients use at all devices together."""
         self.service = StationService(self, taps)
         self.service.limit(limits.limits())
         self._ground = Ground(
@@ -126,15 +126,15 @@ class Station:
         self.service.attach(self.router, SERVICE_PORT)
         self._requests = StateRequests(self)
         self._kept = (*permanent(self._ground, self._requests, lambda: self.devices), self.service)
-        """What stays through restarts, the system service first."""
+        """Devices that stay through restarts, the system service first."""
         self.pace: Pace | None = None
-        """How the running station keeps up with the wall clock; None in virtual time."""
+        """Pace by which the running station follows the wall clock; None in virtual time."""
         self._persistent = PersistentData(self.config, self._base)
         parts = assemble(self._ground, self._kept)
         self._persistent.load(parts.nc, parts.plcs, self.save)
         self.nc: Nc | None
         self.buses: Sequence[AxisBus]
-        """Those that have drives."""
+        """Buses that have drives."""
         self.fieldbuses: Mapping[str, EthercatBus | InterfaceBus]
         """All by name: their masters, slaves and figures."""
         self.terminals: Mapping[str, DigitalTerminal | AnalogTerminal] = {}
@@ -151,11 +151,11 @@ class Station:
         """Shut down: nothing answers any more."""
         self._on_end: Callable[[], None] | None = None
         self._owed_ns = 0
-        """What `advance` was asked for beyond whole ticks."""
+        """Time requested of `advance` beyond whole ticks."""
         self.listeners: Sequence[TcpListener] = ()
-        """Where the station listens while it is running."""
+        """Listeners of the running station."""
         self.faults = Faults(self)
-        """What is to go wrong, now and later."""
+        """Faults to inject, now and later."""
         for number, planned in enumerate(self.config.fault, 1):
             try:
                 self.faults.add(planned.fault())
@@ -397,18 +397,18 @@ class Station:
 
     @property
     def drive_faults(self) -> "Sequence[DriveFaults | None]":
-        """What goes wrong with the drives of each bus; None for drives in another process.
+        """Faults of the drives of each bus; None for drives in another process.
 
         A restart builds the buses again: their faults are over then.
         """
         return [bus.faults for bus in self.fieldbuses.values()]
 
     def missing_condition(self, axis_id: int) -> str:
-        """What keeps an axis on a bus from being ready for operation, empty if nothing does."""
+        """Return the reason why an axis on a bus is not ready for operation, empty if it is."""
         return next((told for bus in self.buses if (told := bus.missing_condition(axis_id))), "")
 
     def source_files(self, port: int) -> Mapping[str, str]:
-        """Where the files of a PLC's own sources are, by the names they have in faults."""
+        """Return the paths of a PLC's own source files, by the names they have in faults."""
         source = self._sources.get(port)
         return {} if source is None else source.files()
 
@@ -436,7 +436,7 @@ class Station:
 
     @property
     def strict(self) -> bool:
-        """Whether each remote host has one TCP connection, as the configuration says."""
+        """True if each remote host has one TCP connection, as the configuration says."""
         return self.config.router.strict
 
     def advance(self, seconds: float) -> None:
@@ -591,7 +591,7 @@ class RunningStation:
 
     @property
     def udp_port(self) -> int | None:
-        """Where searches are answered, None if they are not."""
+        """UDP port that answers searches, None without one."""
         discovery = self.network.discovery
         return None if discovery is None else discovery.port
 

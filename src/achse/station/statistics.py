@@ -24,7 +24,7 @@ MOST_CLIENTS = 200
 
 
 class CountedStation(Protocol):
-    """What the figures are about."""
+    """Interface of the station to its statistics."""
 
     devices: Sequence[Device]
     listeners: Sequence[TcpListener]
@@ -106,7 +106,7 @@ def statistics(station: CountedStation) -> dict[str, Any]:
 
 
 def _clients(station: CountedStation) -> list[tuple[bytes, ClientFigures | None]]:
-    """Who asks, by whatever way, or has subscribed."""
+    """Return the clients that send requests, by any connection, or have subscribed."""
     asking = station.router.asking
     found: list[tuple[bytes, ClientFigures | None]] = [(each, asking[each]) for each in asking]
     subscribed = {

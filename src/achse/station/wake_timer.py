@@ -44,7 +44,7 @@ class WakeTimer:
         self._reference = ctypes.byref(self._spec)
 
     def fileno(self) -> int:
-        """What is readable from the moment on."""
+        """Return the descriptor that is readable from the moment on."""
         return int(self._descriptor)
 
     def wake_at(self, moment_ns: int) -> None:

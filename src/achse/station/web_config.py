@@ -21,6 +21,6 @@ class WebConfig(ConfigTable):
     read_only: bool = False
     """Pages may look, and change nothing. Without it they may what `router.rights` says."""
     viewers: int = Field(default=64, ge=1, le=10_000)
-    """How many pages may be open."""
+    """Most pages open at once."""
     scene: Path | None = None
     """A JSON file that describes the machine for its picture."""

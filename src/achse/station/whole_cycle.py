@@ -27,7 +27,7 @@ _WORDS = LAYOUT.words
 
 
 class Strand:
-    """Where the process data of a drive are in the images."""
+    """Position of the process data of a drive in the images."""
 
     record: int = 0
     """Row of the drive."""
