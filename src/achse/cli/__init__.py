@@ -20,7 +20,7 @@ _ALONE = {"run": "achse.cli.run", "check": "achse.cli.check", "test": "achse.cli
 """Commands that are started often, with their modules."""
 
 _FULL = (errno.ENOSPC, errno.EIO, getattr(errno, "EDQUOT", errno.ENOSPC), errno.EFBIG)
-"""Why stdout takes no more: a full disk, or a terminal that has gone."""
+"""Error codes of a stdout that accepts no more: a full disk, or a closed terminal."""
 
 
 def main() -> None:
@@ -88,6 +88,6 @@ def open_standard_streams() -> None:
 
 
 def _write_anything(stream: TextIO) -> None:
-    """What the encoding does not have (`LC_ALL=C`, cp1252) is escaped, and ends nothing."""
+    """Escape characters that the encoding does not have (`LC_ALL=C`, cp1252) instead of raising."""
     if isinstance(stream, io.TextIOWrapper) and stream.writable() and stream.errors == "strict":
         stream.reconfigure(errors="backslashreplace")

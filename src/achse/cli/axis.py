@@ -40,14 +40,14 @@ SampleTime = Annotated[float, typer.Option(min=0.001, max=429, help="Between sam
 
 
 class Direction(StrEnum):
-    """Where an endless move goes."""
+    """Direction of an endless move."""
 
     POSITIVE = "+"
     NEGATIVE = "-"
 
 
 class Way(StrEnum):
-    """How a modulo position is reached."""
+    """Direction in which a modulo position is reached."""
 
     SHORTEST = "shortest"
     POSITIVE = "+"

@@ -139,7 +139,8 @@ async def _slaves(client: "Client", device: int) -> list[dict[str, Any]]:
 
 
 async def _trouble(master: "Target", station: int) -> list[str]:
-    """Why a slave did not reach its state, as achse's own masters say."""
+    """Return the reason why a slave did not reach its state, as achse's own masters report it;
+    empty without one."""
     from achse.ams import AdsError
 
     try:

@@ -141,7 +141,7 @@ async def _chosen(client: "Client", name: str | None) -> str:
 
 
 async def _state(client: "Client", name: str) -> dict[str, Any]:
-    """What a controller shows."""
+    """Read the state of a controller."""
     words = (
         *("raw", "angle", "actual_rate", "configured_cams", "cams"),
         *("io_errors", "encoder_error", "shaft_error", "rate_error"),

@@ -57,7 +57,7 @@ async def _chosen(client: "Client", wanted: int | None) -> int:
 
 
 async def _state(client: "Client", id: int) -> dict[str, Any]:
-    """What a channel does."""
+    """Read the state of a channel."""
     from achse.motion.channels.states import InterpreterState
 
     error = int.from_bytes(await client.read_raw(_STATES + id, 0x01, 4), "little", signed=True)
@@ -170,7 +170,7 @@ async def list_(client: "Client", in_json: Json = False) -> None:
 
 @client_command(channel, NC_PORT)
 async def state(client: "Client", number: Number = None, in_json: Json = False) -> None:
-    """What the interpreter does: program, line, M function that waits, error."""
+    """Show the state of the interpreter: program, line, M function that waits, error."""
     await _report(client, await _chosen(client, number), in_json)
 
 

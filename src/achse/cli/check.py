@@ -64,7 +64,8 @@ def check(
 
 
 def _tell_plain(file: Path, libraries: list[Path], is_project: bool) -> None:
-    """What of the PLCs stays plain Python beside machine code."""
+    """Print the routines of the PLCs that stay plain Python beside machine code, and the
+    reasons."""
     from achse.station import ConfigError, Station
     from achse.station.config import parse
 

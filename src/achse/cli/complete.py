@@ -26,7 +26,7 @@ _MOST = 200
 def _asked(
     context: Any, port: int, ask: Callable[[Any], Coroutine[Any, Any, list[str]]]
 ) -> list[str]:
-    """What the target of the command line answers, nothing if it does not."""
+    """Return the answer of the command line's target, empty if it does not answer."""
     import asyncio
 
     from achse.ams import NetId

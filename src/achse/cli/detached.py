@@ -71,7 +71,8 @@ class DetachedStation(NamedTuple):
         )
 
     def is_called(self, word: str) -> bool:
-        """Whether `word` is its name, its address, its TCP port, its NetId or its process id."""
+        """Return True if `word` is its name, its address, its TCP port, its NetId or its process
+        id."""
         names = (self.name.casefold(), self.address, str(self.tcp_port), self.net_id, str(self.pid))
         return word.casefold() in names
 
@@ -116,7 +117,8 @@ def register(app: typer.Typer) -> None:
 
 
 def runtime_folder() -> Path:
-    """Where the records are; made for this user alone if it is not there, or the command ends."""
+    """Return the folder of the records; it is made for this user alone if missing, or the command
+    ends."""
     chosen = os.environ.get("ACHSE_RUNTIME_DIR")
     base = os.environ.get("XDG_RUNTIME_DIR") or os.environ.get("LOCALAPPDATA")
     if chosen:
@@ -187,7 +189,7 @@ def _log_of(folder: Path, pid: int) -> Path:
 
 
 def detached_stations() -> list[DetachedStation]:
-    """Those that run, by process id; records of others are removed, and old logs."""
+    """Return the running stations, by process id; remove records of others, and old logs."""
     found = []
     folder = runtime_folder()
     for file in folder.glob(f"{_TAKEN}*.json"):
@@ -250,7 +252,7 @@ def _await_record(
 
 
 def own_session() -> dict[str, Any]:
-    """What lets a process go on when its terminal closes, and not hear that terminal's Ctrl-C."""
+    """Return the options for a process that survives its terminal and gets no Ctrl-C from it."""
     if sys.platform == "win32":
         flags = subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.DETACHED_PROCESS
         return {"creationflags": flags}

@@ -165,6 +165,6 @@ def _title(page: str) -> str:
 
 
 def _is_about(page: str, words: list[str]) -> bool:
-    """Whether a word of the title begins so."""
+    """Return True if a word of the title begins with one of the words."""
     title = _title(page).lower().split()
     return any(part.startswith(word.lower()) for part in title for word in words)

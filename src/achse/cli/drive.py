@@ -45,7 +45,7 @@ _TYPES = "linear, direct (direct drive) or ac (rotary AC servo)"
 
 
 class Preset(StrEnum):
-    """Whose habits a drive has."""
+    """Preset of a drive's behaviour."""
 
     MANUAL = "manual"
     CIA402 = "cia402"
@@ -301,7 +301,8 @@ drive_control.register(drive)
 
 
 def _link(interfaces: Sequence[str], udp: str | None) -> Callable[["Segment"], tuple["Link", str]]:
-    """What opens the link the options ask for, and says where it is."""
+    """Return the function that opens the link of the options, and returns the link and its
+    place."""
     from achse.transport.ethernet import EthernetLink, UdpLink
 
     if bool(interfaces) == (udp is not None):
@@ -357,7 +358,7 @@ def _address(text: str, option: str, default: int) -> tuple[str, int]:
 
 
 def _control(text: str) -> tuple[str, int] | None:
-    """Where the control service listens, None for nowhere."""
+    """Return host and port of the control service, None without one."""
     if text == "none":
         return None
     host, port = _address(text, "--control", 0)
@@ -441,7 +442,7 @@ def _drive(kind: str, preset: Preset, identity: IdentityName) -> "Drive":
 
 
 def _preset(preset: Preset) -> dict[str, Any]:
-    """What a preset says of a drive."""
+    """Return the drive's settings of a preset."""
     if preset is Preset.MANUAL:
         return {}
     from achse.drive.objects.communication import CIA402_MAPPINGS

@@ -24,7 +24,7 @@ _LONGEST = 1 << 20
 
 
 def _an_entry(text: str) -> str:
-    """What is not an entry is told before anybody is asked."""
+    """Return the text of an entry; report a wrong one before any request."""
     entry_of(text)
     return text
 

@@ -1,4 +1,4 @@
-"""What went wrong, told on stderr: a sentence, or with `--json` code, name and message."""
+"""Errors on stderr: a sentence, or with `--json` code, name and message."""
 
 import json
 import sys
@@ -26,7 +26,8 @@ _in_json = False
 
 
 def wants_json(words: Sequence[str]) -> bool:
-    """Whether a command line asks for JSON. Errors in the command line itself are told so too."""
+    """Return True if a command line asks for JSON, which holds for errors in the command line
+    itself too."""
     options = words[: words.index("--")] if "--" in words else words
     return "--json" in options
 
@@ -43,7 +44,7 @@ def errors_in_json(wanted: bool) -> Iterator[None]:
 
 
 def in_json() -> bool:
-    """Whether errors are objects now."""
+    """Return True if errors are printed as JSON objects."""
     return _in_json
 
 

@@ -108,7 +108,7 @@ def status(
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """How the stations of a fleet are doing."""
+    """Show the state of a fleet's stations."""
     record = the_fleet(which)
     if watch and not as_json and on_terminal():
         _watch(record)
@@ -139,7 +139,7 @@ def logs(
     lines: Annotated[int, typer.Option("--lines", "-n", min=1, help="The last so many.")] = 50,
     as_json: Json = False,
 ) -> None:
-    """What the processes of a fleet have logged, of its last run if it does not run."""
+    """Print the logs of a fleet's processes, of its last run if it does not run."""
     running = fleets()
     if not running and which is not None:
         files = sorted(fleet_logs(_name(which)).glob("*.log"))
@@ -304,7 +304,7 @@ def _plan(file: Path, broker: str | None) -> "FleetPlan":
 
 
 def _check(plan: "FleetPlan") -> None:
-    """Whether its stations can be, and the broker is there; what is not ends the command."""
+    """End the command if the stations are impossible, or the broker does not answer."""
     from importlib.util import find_spec
 
     from achse.fleet.supervisor import usable_cores
@@ -327,7 +327,7 @@ def _check(plan: "FleetPlan") -> None:
 
 
 async def _broker_fault(host: str, port: int) -> str:
-    """Why nobody can be reached there, or nothing."""
+    """Return the reason why the broker cannot be reached, empty if it can."""
     from achse.transport.reason import reason
 
     try:
@@ -388,7 +388,7 @@ async def _look_after(plan: "FleetPlan", broker: str | None) -> int:
 
 
 async def _carry(supervisor: "FleetSupervisor", order: str, told: Mapping[str, Any]) -> Any:
-    """What the other commands ask for."""
+    """Carry out the order of another command."""
     from achse.fleet.orders import OrderError
 
     stations = supervisor.plan.stations

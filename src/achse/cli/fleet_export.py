@@ -14,7 +14,7 @@ __all__ = ["ExportKind", "export"]
 
 
 class ExportKind(Enum):
-    """What is written."""
+    """Format of the export."""
 
     COMPOSE = "compose"
     KUBERNETES = "kubernetes"

@@ -31,7 +31,7 @@ class FleetRecord(NamedTuple):
     key: str
 
     def order(self, order: str, **details: Any) -> Any:
-        """What the supervisor answers; what it cannot do ends the command."""
+        """Return the supervisor's answer to an order; if it refuses, end the command."""
         import asyncio
 
         from achse.fleet.orders import OrderError, give_order
@@ -106,7 +106,7 @@ def until_gone(record: FleetRecord) -> Iterator[Callable[[], bool]]:
 
 
 def fleets() -> list[FleetRecord]:
-    """Those that run, by name; records of others are removed."""
+    """Return the running fleets, by name; remove records of others."""
     found = []
     for file in sorted(runtime_folder().glob(f"{_TAKEN}*.json")):
         try:

@@ -38,7 +38,7 @@ _ELSEWHERE = {
 
 _UsageError = cast(type[Exception], typer.BadParameter.__base__)
 _CommandError = cast(type[Exception], _UsageError.__base__)
-"""What the parser of the command line raises; Typer does not export it."""
+"""Base of the exceptions from the command line's parser; Typer does not export it."""
 
 
 class Front(TyperGroup):

@@ -42,7 +42,7 @@ _AT_LIMIT = 0.98
 
 @dataclass
 class ProgramTime:
-    """How a run went. Times in s, lengths in mm."""
+    """Statistics of a run. Times in s, lengths in mm."""
 
     seconds: float = 0.0
     dwell: float = 0.0

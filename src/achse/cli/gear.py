@@ -21,7 +21,7 @@ Master = Annotated[
 
 
 class Joined(StrEnum):
-    """How rows of a cam are joined."""
+    """Interpolation between the rows of a cam."""
 
     LINEAR = "linear"
     FOUR_POINTS = "four points"
@@ -30,7 +30,7 @@ class Joined(StrEnum):
 
 
 class Then(StrEnum):
-    """What a slave does that is let go in motion."""
+    """Behaviour of a slave that is decoupled in motion."""
 
     GO_ON = "go on"
     STOP = "stop"
@@ -48,7 +48,7 @@ def register(axis: typer.Typer) -> None:
 
 
 async def _report(client: "Client", name: str, in_json: bool, did: str) -> None:
-    """What the slave is now."""
+    """Print the state of the slave."""
     from achse.cli.nc import chosen
 
     [item] = await chosen(client, [name])

@@ -12,7 +12,7 @@ from achse.router.rate import Rates
 __all__ = ["LogWriter"]
 
 _LINES, _BYTES = 10_000, 1 << 22
-"""What may wait for the reader; lines beyond are dropped and counted."""
+"""Most lines and bytes that wait for the reader; lines beyond are dropped and counted."""
 
 _LONGEST = 1 << 14
 """Characters of one record; a longer one is cut."""
@@ -52,7 +52,7 @@ class LogWriter(logging.Handler):
         self._unread = self._left_out = 0
         """Dropped lines that were not told yet, by reason."""
         self._told = 0.0
-        """When it was last told that lines were left out."""
+        """Time of the last report that lines were left out."""
         self._writing = self._ended = False
         self._changed = threading.Condition()
         self._thread: threading.Thread | None = None

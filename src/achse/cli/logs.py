@@ -10,7 +10,7 @@ __all__ = ["LogFormat", "LogLevel", "set_up_logs"]
 
 
 class LogFormat(Enum):
-    """How a record is written."""
+    """Format of a log record."""
 
     TEXT = "text"
     JSON = "json"
@@ -26,7 +26,7 @@ class LogLevel(Enum):
 
 
 _WHO = ("client", "peer")
-"""What records about a client have beside their message: its AMS address; its host and port."""
+"""Fields of records about a client beside the message: its AMS address; its host and port."""
 
 
 class _Json(logging.Formatter):

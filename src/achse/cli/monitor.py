@@ -101,7 +101,7 @@ def monitor(
 
 
 class _Filter:
-    """Which exchanges are shown."""
+    """Filter of the exchanges to show."""
 
     def __init__(
         self,

@@ -35,11 +35,11 @@ LINE_EVERY = 5.0
 
 
 class Errand(Protocol):
-    """What an axis can be asked to do, and be followed at."""
+    """Command to an axis that can be followed."""
 
     @property
     def endless(self) -> bool:
-        """Whether there is no target that the way to it could be measured by."""
+        """True if no target exists to measure progress by."""
 
     async def begin(self, axis: NcAxis) -> "Judge":
         """Command it. Raises AdsError."""
@@ -64,7 +64,8 @@ class Order(NamedTuple):
 
 
 class Course(NamedTuple):
-    """How it went: it took `seconds`; `trouble` says why it was not done, None if it was."""
+    """Course of a command: it took `seconds`; `trouble` is the reason of its failure, None if it
+    was done."""
 
     trace: Trace
     target: float
@@ -154,7 +155,7 @@ async def follow(axis: NcAxis, errand: Errand, sample_time: float) -> Course:
 
 
 class Judge:
-    """What the samples of something commanded say: it goes on, is done, or is in trouble."""
+    """Evaluation of the samples of a command: it goes on, is done, or is in trouble."""
 
     def __init__(self, axis: NcAxis, target: float = 0.0) -> None:
         self.axis = axis
@@ -166,7 +167,7 @@ class Judge:
         self.interrupted = False
         """The axis was told to stop; coming to rest is the end."""
         self.began = 0.0
-        """When the command was last seen not yet active."""
+        """Time at which the command was last seen not yet active."""
         self.steps: list[tuple[float, str]] = []
 
     def see(self, seconds: float, values: Mapping[str, Any], *, before: bool = False) -> None:
@@ -178,7 +179,8 @@ class Judge:
         raise NotImplementedError
 
     def failure(self, values: Mapping[str, Any]) -> str | None:
-        """What ended it whatever it was: an error, or the stop after an interruption."""
+        """Return the reason that ends any command: an error, or the stop after an interruption;
+        else None."""
         here = f"{decimal(values['actual_position'])} {self.axis.unit}"
         if values["error_code"]:
             return f"{self.axis}: {describe_code(values['error_code'])} At {here}."
@@ -235,7 +237,7 @@ class Verdict(Judge):
 
 
 def _in_window(values: Mapping[str, Any]) -> bool:
-    """Whether the axis stands where it should, as far as the NC watches that."""
+    """Return True if the axis is in its target window, as far as the NC monitors one."""
     watched = values["operation_mode_and_cycle"]
     if watched & OperationModeBit.TARGET_POSITION_MONITORING:
         return bool(values["state_dword"] & StateBit.IN_TARGET_POSITION)

@@ -43,7 +43,7 @@ class PlcKind(StrEnum):
 
 
 class Server(StrEnum):
-    """Whose CI runs the tests."""
+    """CI server that runs the tests."""
 
     GITHUB = "github"
     GITLAB = "gitlab"
@@ -287,7 +287,7 @@ _EXAMPLES = {
     "sources": "plc",
     "symbols": "plc.tmc",
 }
-"""What keys without a default could say."""
+"""Example values of keys without a default."""
 
 
 def _wrapped(text: str) -> list[str]:

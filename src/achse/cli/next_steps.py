@@ -1,4 +1,4 @@
-"""What to do next with a station that has just started: three lines for a person at a terminal."""
+"""Next steps with a station that has just started: three lines for a person at a terminal."""
 
 import shlex
 from collections.abc import Sequence

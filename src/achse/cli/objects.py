@@ -108,7 +108,7 @@ def _named(text: str) -> tuple[int, int | None]:
 
 
 def _names(rows: "Iterable[ObjectRow]") -> list[str]:
-    """Those of the objects, and of the entries of records."""
+    """Return the names of the objects, and of the entries of records."""
     return list(
         dict.fromkeys(name for row in rows for name in (row.name.partition(":")[0], row.name))
     )

@@ -24,7 +24,7 @@ __all__ = [
 
 
 def on_terminal() -> bool:
-    """Whether a person looks at stdout."""
+    """Return True if stdout is a terminal."""
     return sys.stdout.isatty()
 
 

@@ -104,7 +104,7 @@ async def set_parameter(
 
 
 def _values(axis: "RemoteAxis", element: int) -> Iterator["AxisValue"]:
-    """What an axis shows as single values; structures repeat them.
+    """Yield the parameters of an axis as single values; structures repeat these.
 
     Beyond the first element these are those of its encoder, controller and drive.
     """

@@ -1,4 +1,4 @@
-"""What a process that serves stations asks of Python and of the system."""
+"""Settings of a process that serves stations: file limit and event loop."""
 
 import asyncio
 import contextlib

@@ -49,4 +49,4 @@ def _root(
         ),
     ] = False,
 ) -> None:
-    """What comes before the commands."""
+    """Handle the options before the command."""

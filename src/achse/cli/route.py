@@ -29,7 +29,7 @@ _MOST = 4096
 """No router has as many routes; a target that never comes to an end has made them up."""
 
 _END = (ReturnCode.NO_MORE_HANDLES.number, ReturnCode.NOT_FOUND.number)
-"""How a router says that there are no more routes."""
+"""Codes with which a router ends the list of routes."""
 
 route = typer.Typer(no_args_is_help=True, help="Routes of a router, ours or a real one.")
 
@@ -319,7 +319,7 @@ def hash_password(in_json: Json = False) -> None:
 
 
 def _password(prompt: str, *, twice: bool = False) -> str:
-    """What somebody types unseen, or the next line of a pipe."""
+    """Read a password that is typed without echo, or the next line of a pipe."""
     if sys.stdin.isatty():
         password: str = typer.prompt(prompt, hide_input=True, confirmation_prompt=twice)
     else:

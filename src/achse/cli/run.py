@@ -342,7 +342,7 @@ async def _until_ended(
 
 
 def _listens_at(running: "RunningStation") -> dict[str, str]:
-    """Where clients get in."""
+    """Return the addresses at which clients connect."""
     where = {}
     if running.tcp_port:
         where["tcp"] = _endpoint(running.host, running.tcp_port)

@@ -85,7 +85,7 @@ def scan(
 
 
 def _tell_network(text: str, seconds: float, in_json: bool) -> None:
-    """Who is online in a network over MQTT."""
+    """Print the routers that are online in a network over MQTT."""
     from achse.ams import AdsError
     from achse.client.mqtt_link import routers_of
     from achse.transport.mqtt import MqttError, MqttSettings

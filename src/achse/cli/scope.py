@@ -177,7 +177,7 @@ async def show(client: "Client", number: Number = 1, in_json: Json = False) -> N
 
 
 async def _recorded(remote: "RemoteScope") -> "ScopeData":
-    """What a scope has; without any samples the command ends."""
+    """Return the recorded data of a scope; without any samples the command ends."""
     with _numbered(remote.number):
         data = await remote.data()
     if not _samples(data):
@@ -219,7 +219,7 @@ async def _command(client: "Client", number: int, word: str, as_json: bool) -> N
 
 @contextlib.contextmanager
 def _numbered(number: int) -> Iterator[None]:
-    """What a station refuses is told with the number that was meant."""
+    """Report a refusal of the station with the scope's number, and end the command."""
     from achse.ams import DeviceError
     from achse.codes import ReturnCode
 
@@ -329,7 +329,7 @@ def _save(data: "ScopeData", file: Path) -> None:
 
 @contextlib.contextmanager
 def _told() -> Iterator[None]:
-    """What a scope refuses is a sentence."""
+    """Report a scope's refusal in a sentence, and end the command."""
     from achse.scope.types import ScopeError
 
     try:

@@ -47,7 +47,7 @@ def _thinned(track: "ScopeTrack") -> tuple[list[float], list[float]]:
 
 
 class ScopePicture:
-    """What is being recorded, as it comes; without a terminal nothing."""
+    """Live picture of a recording; nothing without a terminal."""
 
     def __init__(self, decks: list[dict[str, Any]], seconds: float | None, *, live: bool) -> None:
         self._decks = decks

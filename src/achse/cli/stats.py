@@ -59,7 +59,7 @@ async def stats(client: "Client", in_json: Json = False) -> None:
 
 
 def _print_clients(clients: list[dict[str, Any]]) -> None:
-    """Who asks, from where, how often, and how often in vain."""
+    """Print the clients with their origin, requests, errors and subscriptions."""
     columns = ("requests", "errors", "subscriptions")
     rows = [("client", "from", *columns)]
     for each in clients:

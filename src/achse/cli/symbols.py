@@ -22,10 +22,10 @@ PLC_PORT = 851
 LONGEST_ANSWER = 1 << 16
 
 _ROOTS = {".tmc": b"<TcModuleClass", ".tpy": b"<PlcProjectInfo"}
-"""How symbol files begin, by the ending of their names."""
+"""Beginning of symbol files, by the ending of their names."""
 
 _STUBS = b"written by `achse symbols stubs`"
-"""What modules of this command begin with."""
+"""Beginning of modules that this command writes."""
 
 _HEAD = 4096
 """Bytes at the begin of a file that tell what it is."""
@@ -270,7 +270,7 @@ def _of_running(port: int) -> "SymbolFile":
 
 
 def _of_origin(origin: Path) -> "SymbolFile":
-    """What sources or a symbol file declare."""
+    """Return the symbols that sources or a symbol file declare."""
     from achse.station import ConfigError
     from achse.station.config import PlcConfig
     from achse.station.plcs import PlcSource

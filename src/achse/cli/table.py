@@ -48,7 +48,7 @@ OfAxis = Annotated[
 
 
 def _offline(options: dict[str, Any]) -> bool:
-    """Whether a file is looked at, and no axis."""
+    """Return True if the command reads a file, not an axis."""
     return not options["source"].isdecimal() and not options["axis"]
 
 

@@ -1,4 +1,4 @@
-"""What a table demands of its slave: its curve, limits that it breaks, pictures of both."""
+"""Motion of a slave under a table: its curve, limits that it breaks, pictures of both."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,12 +24,13 @@ _UNITS = ("", "/s", "/s²", "/s³")
 _SAMPLES = 720
 _TABLE = 1
 _LEAST, _GREATEST = (12, 14, 16, 18), (21, 23, 25, 27)
-"""Where the extremes are in the characteristic values."""
+"""Positions of the extremes in the characteristic values."""
 
 
 @dataclass(frozen=True)
 class SlaveLimits:
-    """What the slave can do; None: it is not checked. Jerk and acceleration hold both ways."""
+    """Limits of the slave; None: not checked. Jerk and acceleration are limited in both
+    directions."""
 
     min_position: float | None = None
     max_position: float | None = None

@@ -18,7 +18,7 @@ COLUMNS = (
     "actual_velocity",
     "following_error",
 )
-"""What is kept of each sample, by record field."""
+"""Record fields kept of each sample."""
 
 TICKS_PER_SECOND = 10_000_000
 """A FILETIME counts 100 ns."""

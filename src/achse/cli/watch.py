@@ -19,7 +19,7 @@ Show = Callable[[Sample, dict[str, Any]], None]
 
 @contextlib.contextmanager
 def shown(axis: NcAxis, in_json: bool) -> Iterator[Show]:
-    """What to call with each sample and its fields."""
+    """Provide the function to call with each sample and its fields."""
     if in_json:
         yield lambda sample, values: print_json({"time": sample.time.isoformat(), **values})
     elif on_terminal():
