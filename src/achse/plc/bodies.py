@@ -85,12 +85,12 @@ class Bodies:
         return [] if self.execution is None else list(self.execution.placement.statics.values())
 
     def has_statics_of(self, other: "Bodies") -> bool:
-        """Whether VAR_STAT variables of functions and methods are declared alike."""
+        """Return True if VAR_STAT variables of functions and methods are declared alike."""
         return _static_rows(self.project) == _static_rows(other.project)
 
     @property
     def has_python(self) -> bool:
-        """Whether a Python class does what a block of the project does."""
+        """True if a Python class implements a block of the project."""
         return bool(self._python_bodies())
 
     @property
@@ -336,7 +336,8 @@ class Bodies:
             run.rest()
 
     def _instances_of(self, block: str) -> list[tuple[int, ...]]:
-        """Where instances of a block are; without one, a call without instance."""
+        """Return the call arguments for each instance of a block: its address; without a block one
+        call without arguments."""
         if not block:
             return [()]
         assert self._memory is not None
@@ -382,7 +383,7 @@ class Bodies:
                 )
 
     def _part(self, key: str, names: Collection[str], *flags: bool) -> None:
-        """What a routine of a unit does about some of its variables."""
+        """Run the statements of a unit's routine that concern some of its variables."""
         if not key or not names:
             return
         part = self._running().part(key, lambda statement: unit_variable(statement) in names)
@@ -401,7 +402,7 @@ class Bodies:
     # calls -----------------------------------------------------------------------------------
 
     def cycle_of(self, name: str) -> Callable[[], Any] | None:
-        """What a task calls of a program; None if it has no body."""
+        """Return the function that a task calls for a program; None if it has no body."""
         unit = self.project.units.get(name.lower())
         if unit is None or not unit.body or unit.body not in self.project.routines:
             return None
@@ -415,7 +416,7 @@ class Bodies:
             self._services.begin_cycle(self)
 
     def end_cycle(self) -> None:
-        """What the cycle had to tell outside may leave."""
+        """End the cycle, and let the services send its output."""
         self._running().rest()
         if self._services is not None:
             self._services.end_cycle()
@@ -451,8 +452,8 @@ class Bodies:
         return True
 
     def has(self, record: Record, name: str) -> bool:
-        """Whether Structured Text does a method of a block or program; `__getX`, `__setX` for
-        a property."""
+        """Return True if Structured Text implements a method of a block or program; `__getX`,
+        `__setX` for a property."""
         return self._routine(record, name) is not None
 
     def call(
@@ -538,7 +539,7 @@ def _taken(variable: Variable[Any, Any], value: Any) -> Any:
 
 
 def _start_values(routine: Routine) -> list[Any]:
-    """What the inputs of a routine start with."""
+    """Return the start values of a routine's inputs."""
     return [
         known_from(item.initial_bytes(), flat(item.type)).value for item in parameters_of(routine)
     ]
@@ -569,7 +570,7 @@ def _python_attribute(record: type[Record], name: str) -> str | None:
 
 
 def _answer(routine: Routine, given: Any) -> bytes:
-    """What a method gave, as bytes: the result, then the outputs."""
+    """Return the outcome of a method as bytes: the result, then the outputs."""
     outputs = outputs_of(routine)
     values = list(given) if outputs else [given]
     types = [None if routine.result is None else routine.result.type]

@@ -1,4 +1,4 @@
-"""What library routines without Structured Text do: Python functions by the key of the routine.
+"""Library routines without Structured Text: Python functions by the key of the routine.
 
 A function takes the values of its inputs and gives its result. A block takes its instance as a
 record, with attributes for inputs and outputs.
@@ -17,14 +17,14 @@ _UNIX_EPOCH = 116_444_736_000_000_000
 """1970 in steps of 100 ns since 1601."""
 
 _WRONG_ARGUMENTS = 0xFF
-"""What MEMCMP gives for a pointer that is 0, or for no bytes."""
+"""Result of MEMCMP for a pointer that is 0, or for no bytes."""
 
 _LONGEST_REAL = 510
 """Characters of a number as text."""
 
 
 class BuiltinContext(Protocol):
-    """What a built-in sees of the PLC it runs in."""
+    """Interface of the PLC to a built-in."""
 
     def load_bytes(self, address: int, size: int) -> bytes:
         """Raises ACCESS_VIOLATION where there is no memory."""

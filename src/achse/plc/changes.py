@@ -35,7 +35,8 @@ class TrialPlacement:
         return self._variables(self.units, self._statics)
 
     def is_like(self, units: Sequence[PlacedUnit], statics: Sequence[PlacedVariable]) -> bool:
-        """Whether a PLC has the same: variables at their places, types, start values, comments."""
+        """Return True if a PLC declares the same: variables at their places, types, start values,
+        comments."""
         own, theirs = self._variables(self.units, self._statics), self._variables(units, statics)
         if [_row(one) for one in own] != [_row(one) for one in theirs]:
             return False
@@ -51,7 +52,8 @@ class TrialPlacement:
         statics: Sequence[PlacedVariable],
         initial: Callable[[PlacedVariable], bytes],
     ) -> bool:
-        """Whether all variables start with the same; `initial` are those of the PLC."""
+        """Return True if all variables have the start values of the PLC; `initial` returns
+        those."""
         return all(
             self._start(mine) == initial(other)
             for mine, other in zip(
@@ -85,7 +87,7 @@ def _row(placed: PlacedVariable) -> Row:
 
 
 def _declared(variable: Variable[Any, Any]) -> Row:
-    """What is said of a variable beside its type."""
+    """Return the declaration of a variable beside its type."""
     return (
         variable.name,
         variable.section,

@@ -36,7 +36,7 @@ def _is_path(member: Any) -> bool:
 
 
 def _reflects(type: StructType[Any]) -> bool:
-    """Whether a block or one that it extends has the attribute."""
+    """Return True if a block, or one that it extends, has the attribute `reflection`."""
     here: StructType[Any] | None = type
     while here is not None:
         if "reflection" in {name.lower() for name in here.attributes}:
@@ -46,7 +46,7 @@ def _reflects(type: StructType[Any]) -> bool:
 
 
 def _asks(type: IecType[Any], known: dict[int, bool]) -> bool:
-    """Whether anything inside a type asks for a path."""
+    """Return True if a variable inside a type gets an instance path."""
     real = resolved(type)
     found = known.get(id(real))
     if found is None:

@@ -23,7 +23,7 @@ _DEEPEST = 256
 
 
 class JsonKind(IntEnum):
-    """What a value is."""
+    """Kind of a JSON value."""
 
     NULL = 0
     FALSE = 1
@@ -35,7 +35,7 @@ class JsonKind(IntEnum):
 
 
 class _Placing(IntEnum):
-    """Where a new value goes."""
+    """Placement of a new value."""
 
     MEMBER = 0
     PUSH = 1
@@ -54,7 +54,7 @@ class _Value:
         self.parent: _Value | None = None
         self.number = 0
         self.end = 0
-        """What a walk over an object or array ends with."""
+        """Number that ends a walk over an object or array."""
 
     def plain(self) -> Any:
         """The value as `json.dumps` takes it. Members of one name: the last counts."""
@@ -156,7 +156,7 @@ class JsonDocuments:
         return self._values.get(number)
 
     def items(self, number: int) -> list[_Value]:
-        """What is in an object or array; nothing in others."""
+        """Return the items of an object or array; empty for others."""
         value = self._values.get(number)
         return value.content if value is not None and _is_container(value) else []
 
@@ -173,7 +173,7 @@ class JsonDocuments:
         return items[0].number if items else self.last(number)
 
     def last(self, number: int) -> int:
-        """What a walk over an object or array ends with."""
+        """Return the number that ends a walk over an object or array."""
         value = self._values.get(number)
         return value.end if value is not None else 0
 

@@ -31,7 +31,7 @@ class Pointer(NamedTuple):
 
     @property
     def is_to_values(self) -> bool:
-        """Whether it leads to numbers of several bytes. Others may lead to records."""
+        """True if the pointer leads to numbers of several bytes. Others may lead to records."""
         if isinstance(self.type, InterfaceType):
             return False
         target = resolved(self.type.target)

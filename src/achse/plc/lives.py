@@ -19,7 +19,7 @@ __all__ = ["Moves", "is_alike", "is_not_copied", "is_renewed", "layouts", "unit_
 
 
 def is_alike(old: IecType[Any], new: IecType[Any]) -> bool:
-    """Whether values of one type are values of the other, byte by byte."""
+    """Return True if values of one type are values of the other, byte by byte."""
     return old.size == new.size and (old is new or old.guid == new.guid)
 
 
@@ -50,7 +50,7 @@ class Moves(NamedTuple):
 
     @classmethod
     def between(cls, before: Iterable[PlacedVariable], after: Iterable[PlacedVariable]) -> "Moves":
-        """What is different between two sets of declarations."""
+        """Return the difference between two sets of declarations."""
         old = {placed.name.lower(): placed for placed in before}
         new = {placed.name.lower(): placed for placed in after}
         changed = {
@@ -77,7 +77,7 @@ class Moves(NamedTuple):
 
     @property
     def again(self) -> frozenset[str]:
-        """Those that end and begin."""
+        """Variables whose instances end and begin."""
         return self.copied | self.renewed
 
 

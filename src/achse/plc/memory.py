@@ -31,7 +31,7 @@ class Area(Enum):
     STACK = "stack"
     """Frames of running calls, as far as their variables need an address."""
     HEAP = "heap"
-    """What `__NEW` made."""
+    """Memory that `__NEW` allocates."""
 
 
 _AREAS = tuple(Area)
@@ -121,7 +121,7 @@ def _sparse_zeros(size: int) -> Bytes:
 
 
 def _pieces(data: Buffer) -> Iterator[tuple[int, bytes]]:
-    """What is not zero, in chunks with their offsets."""
+    """Yield the chunks that are not zero, with their offsets."""
     for start in range(0, len(data), _CHUNK):
         piece = bytes(data[start : start + _CHUNK])
         if piece != _ZEROS[: len(piece)]:
@@ -218,7 +218,8 @@ class Region:
         self._initial = dict(_pieces(self.data))
 
     def initial(self, offset: int, length: int) -> bytes:
-        """What these bytes are after a reset. MemoryRangeError unless all of them exist."""
+        """Return the start values of these bytes after a reset. MemoryRangeError unless all of them
+        exist."""
         self._check(offset, length)
         found = bytearray(length)
         for start in range(offset // _CHUNK * _CHUNK, offset + length, _CHUNK):
@@ -343,11 +344,11 @@ class Memory:
         self.statics.clear()
 
     def address(self, area: Area, offset: int) -> int:
-        """What a pointer to that byte holds: never 0, and within 32 bits."""
+        """Return the value of a pointer to that byte: never 0, and within 32 bits."""
         return (_AREAS.index(area) + 1 << ADDRESS_BITS) + offset
 
     def at(self, address: int) -> tuple[Region, int] | None:
-        """Where a pointer points; None if it is not an address of a byte in any area."""
+        """Return the target of a pointer; None if it is not an address of a byte in any area."""
         number, offset = divmod(address, 1 << ADDRESS_BITS)
         if not 1 <= number <= len(_AREAS):
             return None
@@ -355,7 +356,7 @@ class Memory:
         return (region, offset) if offset < len(region) else None
 
     def address_of(self, buffer: Buffer, offset: int) -> int:
-        """What a pointer to a byte of an area holds, by the area's memory. KeyError."""
+        """Return the value of a pointer to a byte of an area, by the area's memory. KeyError."""
         for area, region in self.regions.items():
             if region.data is buffer:
                 return self.address(area, offset)

@@ -1,4 +1,4 @@
-"""What an online change keeps: values of variables, and Python attributes of their records.
+"""Values that an online change keeps: variables, and Python attributes of their records.
 
 Pointers, references and interfaces whose values are kept lead to the same variables as before,
 wherever these are now; they are 0 if these are gone. (The vendor does so for references and
@@ -127,13 +127,14 @@ class Past:
 
 @dataclass(frozen=True, slots=True)
 class Carried:
-    """What was copied, by the variable; what `__NEW` made has no name."""
+    """Copied memory, by the variable; memory from `__NEW` has no name."""
 
     past: Past
     memory: Memory
     moves: dict[str, list[_Move]]
     renewed: list[_Move]
-    """What starts again where it is now: pointers lead there, but nothing was copied."""
+    """Variables that start again at their new place: pointers lead there, but nothing was
+    copied."""
 
     def start_again(self, variables: Iterable[PlacedVariable]) -> None:
         """Let variables be as they are after a reset."""
@@ -164,7 +165,7 @@ class Carried:
 
 
 def _same_place(memory: Memory, old: PlacedVariable, new: PlacedVariable) -> Iterator[_Move]:
-    """Where a variable was and is, if pointers to it can lead there."""
+    """Yield the old and the new place of a variable, if pointers to it can lead there."""
     if old.bit is None and new.bit is None:
         before = memory.address(old.area, old.offset)
         after = memory.address(new.area, new.offset)
@@ -285,7 +286,7 @@ def _follow(
 
 
 def _is_within(ranges: Sequence[tuple[int, int]], address: int) -> bool:
-    """Whether an address is in one of the ranges, which are sorted and do not overlap."""
+    """Return True if an address is in one of the ranges, which are sorted and do not overlap."""
     found = bisect_right(ranges, (address, 1 << 64)) - 1
     return found >= 0 and address < ranges[found][0] + ranges[found][1]
 

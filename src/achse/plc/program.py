@@ -67,7 +67,7 @@ class PlacedUnit:
         self.variables: list[PlacedVariable] = []
         self._memory = memory
         self.base = 0
-        """Where in the data area its memory begins."""
+        """Offset of its memory in the data area."""
         self._places: dict[str, Place] = {}
         self._remanent: dict[IecType[Any], list[tuple[int, int]]] = {}
         """The retain and persistent parts of each type met, while memory is found."""
@@ -241,7 +241,8 @@ def _annotations(cls: type) -> Iterator[tuple[str, type | str]]:
 
 
 def _is_spared(variable: Variable[Any, Any]) -> bool:
-    """Whether a reset does not touch the variable: RETAIN, PERSISTENT or attribute `no_init`."""
+    """Return True if a reset does not touch the variable: RETAIN, PERSISTENT or attribute
+    `no_init`."""
     left_alone = any(name.lower() in ("no_init", "noinit") for name in variable.attributes)
     return variable.retain or variable.persistent or left_alone
 

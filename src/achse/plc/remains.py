@@ -80,7 +80,7 @@ def forget_made(plc: "PlcRuntime") -> None:
 
 
 def _address(memory: Memory, lead: Lead, targets: Mapping[str, PlacedVariable]) -> int | None:
-    """Where a pointer leads now."""
+    """Return the present address of a pointer's target; None if it is gone."""
     for area in IMAGES:
         if lead.target == area.value:
             inside = lead.offset < len(memory[area])

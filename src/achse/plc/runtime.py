@@ -45,7 +45,7 @@ _due = attrgetter("due_ns")
 
 
 class PlcState(Enum):
-    """What a PLC does."""
+    """State of a PLC."""
 
     RUN = "run"
     STOP = "stop"
@@ -106,7 +106,7 @@ class PlcRuntime:
         """The same as one line of the log: what was done, and what came of it."""
         self.bodies = bodies
         self.debugger: Debugger | None = None
-        """What stops its tasks at breakpoints; None while nobody debugs."""
+        """Debugger that stops its tasks at breakpoints; None while nobody debugs."""
         self._running: Task = tasks[0]
         self.warnings: tuple[str, ...] = ()
         """Initial values that only a running program would give, with file, line and column; none
@@ -198,7 +198,7 @@ class PlcRuntime:
 
     @property
     def next_due_ns(self) -> int:
-        """When the next cycle of any task is due."""
+        """Time at which the next cycle of any task is due."""
         return self._next.due_ns
 
     def run_due(self, now_ns: int) -> None:
@@ -291,7 +291,7 @@ class PlcRuntime:
 
     @property
     def is_held(self) -> bool:
-        """Whether a cycle stands still at a breakpoint; no task runs then."""
+        """True if a cycle is stopped at a breakpoint; no task runs then."""
         return self.debugger is not None and self.debugger.stop is not None
 
     def resume_cycle(self, task: Task) -> None:
@@ -446,7 +446,7 @@ class PlcRuntime:
         bodies: "Bodies",
         called: Mapping[Task, Sequence[type[Program]]],
     ) -> bool:
-        """Whether everything is declared as it is already, and no Python is involved."""
+        """Return True if all declarations are as before, and no Python is involved."""
         names = {
             task: [program.__iec__.name for program in programs]
             for task, programs in called.items()
@@ -569,7 +569,8 @@ class PlcRuntime:
             task.calls = [cycle for cycle in cycles if callable(cycle)]
 
     def _cycle_of(self, program: type[Program]) -> object:
-        """What a task calls of a program: what Python does, else its Structured Text."""
+        """Return the function that a task calls for a program: Python's, else its Structured
+        Text."""
         unit = self._by_class[program]
         own = getattr(unit.instance, "cycle", None)
         if callable(own) or self.bodies is None:

@@ -83,7 +83,8 @@ class _Start:
 
     @property
     def _is_whole(self) -> bool:
-        """Whether this is a start. Else values of one kind follow what they are made of."""
+        """True if this initializes values of all kinds. Else values of one kind follow the values
+        of their parts."""
         return self._of is IecType
 
     # one variable ----------------------------------------------------------------------------
@@ -122,7 +123,7 @@ class _Start:
                 self._begin(member, place, PointedValue(real, spot.address))
 
     def _put_again(self, spot: PointedValue, initial: object) -> None:
-        """What a declaration says counts over what the values of one kind start with."""
+        """Write the declared values again, over the start values of one kind."""
         real = resolved(spot.type)
         if not self._is_concerned(real):
             return
@@ -143,7 +144,7 @@ class _Start:
                 self._put_again(place, value)
 
     def _is_concerned(self, type: IecType[Any]) -> bool:
-        """Whether anything inside a type has a start value."""
+        """Return True if a member of a type has a start value."""
         real = resolved(type)
         found = self._concerned.get(id(real))
         if found is None:

@@ -58,7 +58,7 @@ class StaticLives:
         self._functions(key)(address, *_FLAGS, *values)
 
     def _put(self, placed: PlacedVariable, initial: Any) -> None:
-        """What a declaration says counts over what FB_init made."""
+        """Write the declared values over the values from FB_init."""
         region, type = self._memory[placed.area], placed.variable.type
         content = bytearray(region.read(placed.offset, type.size))
         type.initialise(content, 0, initial)

@@ -85,7 +85,7 @@ class SystemInfo:
         )
 
     def show_online_changes(self, count: int) -> None:
-        """How often the application was changed while it ran."""
+        """Write the number of online changes to the application's system information."""
         UDINT.codec.pack_into(self._data, self._online_changes, count & 0xFFFF_FFFF)
 
 

@@ -58,9 +58,9 @@ class Task:
         self.programs = tuple(programs)
         self.port = port
         self.calls: list[Callable[[], object]] = []
-        """What a cycle calls: the `cycle` methods of the program instances."""
+        """Functions that a cycle calls: the `cycle` methods of the program instances."""
         self.due_ns = cycle_ns
-        """When the next cycle is due; always a multiple of the cycle."""
+        """Time at which the next cycle is due; always a multiple of the cycle."""
         self.time_ns = 0
         """The due time of the present or last cycle."""
         self.cycle_count = 0
@@ -73,14 +73,14 @@ class Task:
         self.first_cycle = True
         """True until the first cycle after a start has ended."""
         self.last_exec_ns = 0
-        """How long the last cycle took; 0 without a stopwatch."""
+        """Duration of the last cycle; 0 without a stopwatch."""
 
         self.stretch = 1
         """Cycle times that a cycle takes; above 1 it exceeds, and those it covers are lost."""
 
     @property
     def exceeded(self) -> bool:
-        """Whether the last cycle took longer than the cycle time."""
+        """True if the last cycle took longer than the cycle time."""
         return self.last_exec_ns > self.cycle_ns
 
     def clear_counters(self) -> None:

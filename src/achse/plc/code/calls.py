@@ -39,17 +39,17 @@ _WITH_FRAME = frozenset(
 
 
 def parameters_of(routine: Routine) -> list[Variable[Any, Any]]:
-    """What a call hands over as values: inputs, and in/outs as addresses."""
+    """Return the parameters that a call passes as values: inputs, and in/outs as addresses."""
     return [item for item in routine.parameters if item.section is not Section.OUTPUT]
 
 
 def outputs_of(routine: Routine) -> list[Variable[Any, Any]]:
-    """What it gives back beside its result."""
+    """Return the outputs of a routine, without its result."""
     return [item for item in routine.parameters if item.section is Section.OUTPUT]
 
 
 class _Callee(NamedTuple):
-    """What CalleeBase is at the moment: the results of a call, or an instance."""
+    """Present referent of CalleeBase: the results of a call, or an instance."""
 
     routine: Routine
     results: str
@@ -257,7 +257,7 @@ class HeldAddress(NamedTuple):
 
 
 def is_plain(storage: Storage) -> bool:
-    """Whether the address of a storage can be written twice: nothing in it has an effect."""
+    """Return True if the address of a storage can be written twice: it has no side effect."""
     return not storage.steps and not isinstance(storage.base, PointerBase)
 
 

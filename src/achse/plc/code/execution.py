@@ -43,7 +43,7 @@ Listener = Callable[[tuple[Any, ...], Mapping[str, Any]], object]
 
 
 class CodeForm(Enum):
-    """What routines become."""
+    """Form of the emitted routines."""
 
     PLAIN = "plain"
     """Functions of Python."""
@@ -60,7 +60,7 @@ DEEPEST_CALLS = 2000
 """Calls inside each other, wherever the station itself is called from."""
 
 _CATCHES = 1000
-"""How many exceptions a program may catch in a cycle that does nothing else."""
+"""Most exceptions that a program may catch in a cycle that does nothing else."""
 
 _OVERFLOWS = 50
 """The same of stack overflows, which take long to unwind."""

@@ -109,7 +109,8 @@ class ExpressionWriter:
         return f"x{self._temporaries}"
 
     def base_index(self, base: str, size: int) -> str:
-        """Where the instance or frame begins, in units of that many bytes."""
+        """Return the expression for the begin of the instance or frame, in units of that many
+        bytes."""
         if base == "t":
             self.uses_instance = True
         self.bases.add((base, size))
@@ -123,7 +124,7 @@ class ExpressionWriter:
         raise AssertionError(f"{self.routine.name}: nothing in the frame at {offset}")
 
     def callee_storage(self, storage: Storage) -> Storage:
-        """What a storage of the callee is from here."""
+        """Return a storage of the callee as the caller addresses it."""
         return self.calls.storage_of(storage)
 
     # values ----------------------------------------------------------------------------------
@@ -486,7 +487,8 @@ class ExpressionWriter:
 
 
 def may_be_invalid(operator: Operator, operands: tuple[TypedValue, ...]) -> bool:
-    """Whether sums or products of reals in this expression can be NaN out of numbers."""
+    """Return True if sums or products of reals in this expression can be NaN for numbers as
+    operands."""
     if any(
         isinstance(one, Computed)
         and one.operator in _ARITHMETIC
@@ -506,7 +508,7 @@ def _may_be_zero(value: TypedValue) -> bool:
 
 
 def _is_finite(value: TypedValue) -> bool:
-    """Whether a real is a number whatever is in memory."""
+    """Return True if a real is a finite number, whatever is in memory."""
     if isinstance(value, Known):
         return isinstance(value.value, int | float) and math.isfinite(value.value)
     if isinstance(value, Converted):

@@ -61,7 +61,7 @@ class PlcFault(Exception):
 
 
 CATCHABLE = (PlcFault, IndexError, ZeroDivisionError, RecursionError, OverflowError, MemoryError)
-"""What `__TRY` catches: faults, and what Python raises at the place of one."""
+"""Exceptions that `__TRY` catches: faults, and Python's exceptions in their place."""
 
 
 def code_of(failure: BaseException) -> int:
@@ -81,12 +81,13 @@ _CODES: tuple[tuple[type[BaseException], ExceptionCode], ...] = (
     (MemoryError, ExceptionCode.OUT_OF_MEMORY),
     (OverflowError, ExceptionCode.FPU_OVERFLOW),
 )
-"""What else stops a program: an address outside all memory, a real divided by 0, and so on."""
+"""Codes of Python's exceptions that stop a program: an address outside all memory, a real divided
+by 0, and so on."""
 
 
 @dataclass(frozen=True, slots=True)
 class FaultReport:
-    """Why a program was stopped, and where."""
+    """Cause and place of a program's stop."""
 
     code: int
     message: str
@@ -109,7 +110,7 @@ class FaultReport:
 
 
 def report_of(failure: BaseException, paths: Iterable[str]) -> FaultReport:
-    """What an exception of a cycle says, with the innermost place in one of the sources."""
+    """Return the report of a cycle's exception, with the innermost place in one of the sources."""
     known = set(paths)
     routine, path, line = "", "", 0
     trace: TracebackType | None = failure.__traceback__

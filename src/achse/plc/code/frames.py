@@ -118,7 +118,7 @@ class Heap:
         self._merge()
 
     def covers(self, offset: int, size: int) -> bool:
-        """Whether all of these bytes are one block in use, or in one."""
+        """Return True if all of these bytes are in one block in use."""
         return any(
             start <= offset and offset + size <= start + room for start, room in self._used.items()
         )

@@ -13,7 +13,7 @@ __all__ = ["Linker", "LiveRecord", "Probe"]
 
 
 class LiveRecord(NamedTuple):
-    """What a record does in its life: keys of routines, empty where there is nothing to do."""
+    """Lifecycle of a record: keys of its routines, empty where none is needed."""
 
     create: str
     exit: str
@@ -41,7 +41,8 @@ class Probe(Protocol):
         ...
 
     def entry(self, routine: Routine) -> str:
-        """What a call begins with, once `f` is the offset of its frame; makes `call`."""
+        """Return the expression that a call begins with, once `f` is the offset of its frame; makes
+        `call`."""
         ...
 
 

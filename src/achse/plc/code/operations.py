@@ -1,4 +1,4 @@
-"""What emitted code calls to compute: rounding, division, shifts, mathematics.
+"""Arithmetic functions for emitted code: rounding, division, shifts, mathematics.
 
 Semantics: typed form, `Operator` and `Conversion`. Each pair of functions for reals is the task
 option "floating point exceptions": on, what is undefined stops the program; off, it is an

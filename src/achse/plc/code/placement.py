@@ -17,7 +17,7 @@ class MissingPlaceError(KeyError):
 
 
 class Spot(NamedTuple):
-    """Where a variable is; `bit` of those at a bit address."""
+    """Place of a variable; `bit` is set for a variable at a bit address."""
 
     area: Area
     offset: int
@@ -34,7 +34,7 @@ class Placement:
         """VAR_STAT variables of functions and methods, by name in lower case."""
 
     def spot(self, base: UnitBase | StaticBase | ImageBase) -> Spot:
-        """Where a base begins. Raises `MissingPlaceError`."""
+        """Return the begin of a base. Raises `MissingPlaceError`."""
         if isinstance(base, ImageBase):
             return Spot(_IMAGES[base.area], 0)
         if isinstance(base, StaticBase):

@@ -1,4 +1,5 @@
-"""What emitted code calls to reach memory by an address, or where a statement cannot stand."""
+"""Functions for emitted code that reach memory by an address, or replace a statement in an
+expression."""
 
 import struct
 from collections.abc import Callable

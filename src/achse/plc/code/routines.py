@@ -72,7 +72,7 @@ _WITH_PARAMETERS = frozenset(
 
 
 def _instance(head: SourceLines, routine: Routine, of: ExpressionWriter) -> None:
-    """Where the instance is: its views, and where it begins in them."""
+    """Write the lines that set up the instance: its views, and its begin in them."""
     if routine.this is None or not (
         of.instance_formats or any(base == "t" for base, _ in of.bases)
     ):

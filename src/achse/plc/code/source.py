@@ -8,7 +8,7 @@ __all__ = ["ATOM", "CodeExpression", "Precedence", "SourceLine", "SourceLines", 
 
 
 class Precedence:
-    """How tight operators of Python bind; a piece is put in parentheses where it must be."""
+    """Precedence of Python's operators; an expression gets parentheses where it needs them."""
 
     CHOICE = 5
     OR = 8

@@ -42,7 +42,7 @@ _DEEPEST = 12
 and its list may add some before the next one is asked."""
 
 JUMP_COST = 10
-"""What a jump takes of the budget: an exception of Python, as long as some loop passes."""
+"""Budget that a jump costs: an exception of Python, as long as some loop passes."""
 
 _WIDEST = 60
 """Levels of indentation in one Python function; Python takes 100."""
@@ -54,7 +54,7 @@ _COMPOUND = (Conditional, CaseSelection, CountedLoop, ConditionLoop, Protected)
 
 
 class _Leaves(IntEnum):
-    """What a piece of a routine that is a function of its own gives back."""
+    """Return code of a part of a routine that is a function of its own."""
 
     RETURN = 1
     EXIT = 2
@@ -68,13 +68,13 @@ class StatementWriter:
         self._of = expressions
         self._lines = lines
         self._loops: list[tuple[str, TypedStatement, int]] = []
-        """What EXIT and CONTINUE mean here: `plain` for Python's own, `raised` inside marks; and
-        the function that the loop is in."""
+        """Meaning of EXIT and CONTINUE here: `plain` for Python's own, `raised` inside marks; and
+        the function that contains the loop."""
         self._depth = 0
         self._function = 0
-        """How many functions of their own are around the present statement."""
+        """Nesting depth of own functions around the present statement."""
         self._leaves: set[_Leaves] = set()
-        """How the present one is left."""
+        """Ways to leave the present own function."""
         self.pieces: list[SourceLine] = []
         """The lines of those functions."""
 
@@ -318,7 +318,7 @@ class StatementWriter:
         self._depth -= 1
 
     def _advance(self, statement: TypedStatement) -> None:
-        """What is between a pass of a loop and the next."""
+        """Write the step between a pass of a loop and the next."""
         self._mark(statement)
         if isinstance(statement, CountedLoop):
             self.do(statement.advance)
@@ -453,7 +453,7 @@ class StatementWriter:
 
 
 def _has_marks(statements: TypedStatements) -> bool:
-    """Whether there are marks in the statements, outside of loops inside them."""
+    """Return True if there are marks in the statements, outside of loops inside them."""
     for one in statements:
         match one:
             case JumpMark():

@@ -58,7 +58,7 @@ def _spending(size: int, text: str) -> CodeExpression:
 
 @dataclass(slots=True)
 class _Where:
-    """What a storage comes to: a Python variable, a place in a view, or an address."""
+    """Location of a storage: a Python variable, a place in a view, or an address."""
 
     offset: int = 0
     bit: int | None = None
@@ -73,7 +73,7 @@ class _Where:
     area: int = 0
     """Address of the area, if `view` is one."""
     terms: tuple[tuple[CodeExpression, int], ...] = ()
-    """What index steps add: numbers and the bytes that each counts."""
+    """Offsets of index steps: numbers and the bytes that each counts."""
     unbounded: bool = False
 
 
@@ -216,7 +216,7 @@ class Storages:
         return self._address(self._where(storage))
 
     def read(self, storage: Storage) -> CodeExpression:
-        """What is in a storage."""
+        """Return the expression that reads a storage."""
         type = storage.type
         where = self._where(storage)
         if where.local is not None:

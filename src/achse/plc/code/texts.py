@@ -1,4 +1,4 @@
-"""What emitted code calls for texts: functions of strings, and texts to and from other values.
+"""Text functions for emitted code: functions of strings, and texts to and from other values.
 
 A text is its bytes without NUL; of a WSTRING they are UTF-16LE. Positions count from 1. The
 functions work on at most 255 characters, as those of the vendor do.

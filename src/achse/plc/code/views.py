@@ -76,6 +76,6 @@ class Views:
         yield from self._whole
 
     def namespace(self) -> dict[str, Any]:
-        """What emitted code sees: `D_h`, and `A_h` for the list of all areas."""
+        """Return the names for emitted code: `D_h`, and `A_h` for the list of all areas."""
         lists = {f"A_{code}": views for code, views in self.by_area.items()}
         return {**self.named, **lists}

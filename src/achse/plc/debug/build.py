@@ -23,7 +23,7 @@ class Mark(NamedTuple):
 
 
 class _Marks:
-    """What is put into the code, and what its numbers mean."""
+    """Marks in the code, by their numbers."""
 
     def __init__(self) -> None:
         self.marks: list[Mark | None] = [None]
@@ -80,7 +80,7 @@ class DebugBuild:
         self._execution.replace(self._before)
 
     def mark(self, number: int) -> Mark | None:
-        """What a number means; None for the head of a routine."""
+        """Return the mark of a number; None for the head of a routine."""
         return self._marks.marks[number]
 
     def routine(self, number: int) -> Routine:

@@ -26,11 +26,11 @@ _MOST_CALLS = 200
 
 
 class DebugError(Exception):
-    """What is asked for cannot be done now; the message says why."""
+    """Refusal of a request that is impossible now; the message states the reason."""
 
 
 class StepKind(Enum):
-    """How far a step goes."""
+    """End of a step."""
 
     INTO = "into"
     """To the next statement, in a called routine too."""
@@ -41,7 +41,7 @@ class StepKind(Enum):
 
 
 class StopReason(Enum):
-    """Why a cycle stands still."""
+    """Reason why a cycle is stopped."""
 
     BREAKPOINT = "breakpoint"
     STEP = "step"
@@ -62,7 +62,7 @@ class Breakpoint:
     hits_wanted: int = 0
     """Stop from this hit on; 0 and 1: from the first."""
     is_found: bool = False
-    """Whether there is a statement at the line or after it."""
+    """True if there is a statement at the line or after it."""
     found_path: str = ""
     found_line: int = 0
     message: str = ""
@@ -122,7 +122,7 @@ class Debugger:
             raise DebugError(f"{plc.name} runs no Structured Text")
         self.breakpoints: dict[int, Breakpoint] = {}
         self.stop: Stop | None = None
-        """Where a cycle stands still; None while all is running."""
+        """Place of a stopped cycle; None while all is running."""
         self.breaks_on_exceptions = True
         self.skips_libraries = True
         """Steps do not stop in libraries."""
@@ -204,7 +204,7 @@ class Debugger:
 
     @property
     def names(self) -> DebugNames:
-        """What can be named."""
+        """Names that expressions may use."""
         assert self._names is not None
         return self._names
 

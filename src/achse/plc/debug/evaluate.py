@@ -43,7 +43,7 @@ Value = DebugSpot | int | float | bool | str
 
 
 def evaluate(text: str, names: DebugNames, view: CallView | None) -> Value:
-    """What an expression is: a variable, or a value. Calls are not made.
+    """Return the value of an expression: a variable, or a value. Calls are not made.
 
     Raises `EvaluationError`.
     """
@@ -321,7 +321,7 @@ def _refuse(operator: str, value: object) -> NoReturn:
 
 
 def is_expandable(spot: DebugSpot) -> bool:
-    """Whether a variable has parts."""
+    """Return True if a variable has parts."""
     real = resolved(spot.type)
     if isinstance(real, InterfaceType):
         return False

@@ -1,4 +1,5 @@
-"""What names mean at a stop: variables of the call, its instance, its program, lists, in memory."""
+"""Resolution of names at a stop: variables of the call, its instance, its program, lists, in
+memory."""
 
 from collections.abc import Iterator, Mapping
 from functools import cached_property
@@ -69,7 +70,7 @@ class DebugSpot(NamedTuple):
 
 
 class DebugNames:
-    """What can be named in one PLC."""
+    """Names that can be resolved in one PLC."""
 
     def __init__(self, plc: "PlcRuntime") -> None:
         self._plc = plc
@@ -113,7 +114,7 @@ class DebugNames:
         return self.at("THIS^", view.routine.this, view.this)
 
     def at(self, name: str, type: IecType[Any], address: int) -> DebugSpot:
-        """What is at an address. Raises NotThere if no memory is there."""
+        """Return the variable at an address. Raises NotThere if no memory is there."""
         found = self._plc.memory.at(address) if address > 0 else None
         if found is None or found[1] + type.size > len(found[0].data):
             raise NotThere(f"{name}: no memory at address 16#{address:X}")
@@ -285,7 +286,7 @@ class DebugNames:
 
 
 def is_long(type: IecType[Any]) -> bool:
-    """Whether a value is better looked at part by part."""
+    """Return True if a value is better shown part by part."""
     real = resolved(type)
     if isinstance(real, StructType):
         return real.kind is not RecordKind.STRUCT or real.size > _LONGEST_TEXT

@@ -46,7 +46,7 @@ _MOST_PARAMETERS = 500
 
 
 class _Callee(NamedTuple):
-    """What CalleeBase is at the moment: the outputs of a call, or an instance."""
+    """Present referent of CalleeBase: the outputs of a call, or an instance."""
 
     outputs: dict[int, MachineValue]
     instance: Storage | None
@@ -272,6 +272,6 @@ class CallTranslator:
 
 
 def _like(signature: RoutineSignature) -> CallTarget:
-    """How a function of a table is called."""
+    """Return the call target for a table's function with this signature."""
     types = FunctionSignature(tuple(signature.parameters), tuple(signature.results))
     return CallTarget("", types, faults=True)

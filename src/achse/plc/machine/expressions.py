@@ -104,7 +104,7 @@ class ExpressionTranslator:
         self.builder = builder
         builder.place = lambda: self.site(FaultKind.CALL)
         self.at = routine.at
-        """Where in the source we are."""
+        """Present offset in the source."""
         self.this = Operand(U64, "%this")
         self.instance = Operand(ADDRESS, "%instance")
         self.frame = Operand(ADDRESS, "%frame")
@@ -138,7 +138,7 @@ class ExpressionTranslator:
         raise AssertionError(f"{self.routine.name}: nothing in the frame at {offset}")
 
     def area(self, area: Area) -> Operand:
-        """Where an area begins."""
+        """Return the address at which an area begins."""
         found = self.areas.get(area)
         if found is None:
             found = self.areas[area] = Operand(ADDRESS, f"%area.{area.name.lower()}")
@@ -553,14 +553,14 @@ _SHIFTS: dict[Operator, Callable[[FunctionBuilder], Callable[..., Operand]]] = {
 
 
 def _operands_of(value: MachineValue) -> list[Operand]:
-    """What of a value is in registers."""
+    """Return the operands of a value in registers."""
     if isinstance(value, MachineText):
         return [value.address, value.length]
     return [value.address] if isinstance(value, PackedBytes) else [value]
 
 
 def has_effect(value: TypedValue) -> bool:
-    """Whether evaluating a value may change memory."""
+    """Return True if evaluating a value may change memory."""
     if isinstance(value, _WITH_EFFECT):
         return True
     match value:

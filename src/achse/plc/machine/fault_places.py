@@ -16,7 +16,7 @@ __all__ = ["FaultKind", "FaultPlace", "FaultPlaces"]
 
 
 class FaultKind(IntEnum):
-    """What happens at a site."""
+    """Kind of fault at a site."""
 
     CALL = 0
     """A fault of what is called comes through."""

@@ -25,13 +25,14 @@ _POINTER_SIZE = 8
 
 @dataclass(slots=True)
 class ModuleNotes:
-    """What the runtime has to know of a module, beside its code."""
+    """Data of a module for the runtime, beside its code."""
 
     sites: FaultPlaces
     doors_in: dict[str, int] = field(default_factory=dict)
     """Translated routines and their places in the table of entries."""
     doors_out: list[tuple[str, str]] = field(default_factory=list)
-    """What Python does: key of the routine whose signature it is, and of the one that runs."""
+    """Routines that Python runs: key of the routine whose signature it is, and of the one that
+    runs."""
     outside: list[tuple[int, int]] = field(default_factory=list)
     """Nodes that Python does: number of the routine, and of the node in it."""
     texts: list[str] = field(default_factory=list)
@@ -45,7 +46,7 @@ class ModuleNotes:
 
     @classmethod
     def unpacked(cls, content: bytes) -> "ModuleNotes":
-        """What `packed` gave."""
+        """Return the notes from the output of `packed`."""
         sites, *rows = marshal.loads(content)
         return cls(FaultPlaces(sites), *rows)
 
@@ -87,7 +88,7 @@ class ProjectTranslator:
 
     @property
     def sites(self) -> FaultPlaces:
-        """Where faults may come from."""
+        """Sites that can raise faults."""
         return self.notes.sites
 
     def translated(self) -> ModuleBuilder:
@@ -116,7 +117,7 @@ class ProjectTranslator:
         return "it has no Structured Text" if routine.body is None else ""
 
     def _translate(self, routine: Routine, builder: FunctionBuilder) -> str:
-        """Why it stays plain; empty if it does not."""
+        """Translate a routine; return the reason why it stays plain, empty if it does not."""
         try:
             translate_routine(self, routine, self._numbers[routine.key], builder)
         except NotTranslatedError as why:
@@ -134,7 +135,7 @@ class ProjectTranslator:
         door_out(self, signature, builder, len(self.notes.doors_out) - 1)
 
     def _doors_in(self) -> None:
-        """What Python can call, in the table of entries."""
+        """Write the table of entries: the functions that Python can call."""
         entries: list[CallTarget] = []
         for key, target in self._functions.items():
             if key in self.notes.plain or key not in self.project.routines:
@@ -218,7 +219,7 @@ class ProjectTranslator:
         return number
 
     def spot(self, base: UnitBase | StaticBase | ImageBase) -> Spot:
-        """Where a variable is."""
+        """Return the place of a variable."""
         if not isinstance(base, UnitBase):
             return self.placement.spot(base)
         found = self._spots.get(id(base.variable))
@@ -231,9 +232,9 @@ class ProjectTranslator:
         return self._sizes[area]
 
     def address_of(self, area: Area) -> int:
-        """What a pointer to the begin of an area holds."""
+        """Return the value of a pointer to the begin of an area."""
         return self.placement.memory.address(area, 0)
 
     def area_row(self, area: Area) -> int:
-        """Where an area is in the table of areas, in bytes."""
+        """Return the offset of an area's row in the table of areas, bytes."""
         return (list(Area).index(area) + 1) * AREA_ROW

@@ -1,4 +1,4 @@
-"""What Python does for machine code: texts of numbers, names of enumerations, other codings."""
+"""Python's part of machine code: texts of numbers, names of enumerations, other encodings."""
 
 import struct
 from collections.abc import Callable, Iterator, Sequence
@@ -100,7 +100,7 @@ def _decoded(bits: int, type: IecType[Any]) -> Any:
 
 
 def maker_of(node: TypedValue) -> Callable[[int, bytes], bytes]:
-    """What makes the text of a node, of a word or of a text."""
+    """Return the function that makes the text of a node, from a word or a text."""
     if isinstance(node, EnumName):
         names, kind, text_type = dict(node.names), node.operand.type, node.type
         assert kind is not None
@@ -125,7 +125,7 @@ def maker_of(node: TypedValue) -> Callable[[int, bytes], bytes]:
 
 
 def reader_of(node: TypedValue) -> Callable[[bytes], int]:
-    """What reads the number of a node from a text, as a word."""
+    """Return the function that reads the number of a node from a text, as a word."""
     assert isinstance(node, Converted)
     source, target, read = node.operand.type, node.type, TEXTS["text_read"]
 

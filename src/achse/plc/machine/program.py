@@ -22,7 +22,7 @@ __all__ = ["MachineHost", "MachineProgram"]
 
 
 class MachineHost:
-    """What machine code needs of the PLC that it runs in."""
+    """Interface of the PLC to its machine code."""
 
     def __init__(
         self,
@@ -291,7 +291,7 @@ class MachineProgram:
         return door
 
     def _caught(self) -> int:
-        """What `__TRY` caught: its code. What it may not catch goes on."""
+        """Return the code of the exception that `__TRY` caught; raise one that it may not catch."""
         failure = self._failure()
         try:
             if not isinstance(failure, CATCHABLE):

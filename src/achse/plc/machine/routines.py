@@ -163,7 +163,8 @@ class _RoutineTranslator:
     # the end ---------------------------------------------------------------------------------
 
     def _results(self) -> list[Operand]:
-        """What the routine gives: texts, records and outputs are where the caller wants them."""
+        """Return the results in registers; texts, records and outputs are stored at the caller's
+        addresses."""
         of, b, signature = self._of, self._builder, self._signature
         rooms = list(self._rooms)
         found: list[Operand] = []

@@ -26,7 +26,7 @@ _WITH_PARAMETERS = frozenset(
 
 
 class PartKind(Enum):
-    """How a value goes over."""
+    """Form in which a value is passed."""
 
     NUMBER = "number"
     TEXT = "text"
@@ -59,7 +59,7 @@ class SignaturePart:
 
 @dataclass(frozen=True, slots=True)
 class RoutineSignature:
-    """What a routine takes and gives."""
+    """Parameters and results of a routine."""
 
     has_instance: bool
     inputs: tuple[SignaturePart, ...]
@@ -68,7 +68,7 @@ class RoutineSignature:
 
     @property
     def is_simple(self) -> bool:
-        """Whether the instance is all there is."""
+        """True if the instance is the only parameter, and nothing is returned."""
         return not self.inputs and self.result is None and not self.outputs
 
     @property

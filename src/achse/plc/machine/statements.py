@@ -41,13 +41,13 @@ _WIDEST = 64
 
 @dataclass(slots=True)
 class _Loop:
-    """What EXIT and CONTINUE mean."""
+    """Targets of EXIT and CONTINUE in a loop."""
 
     statement: TypedStatement
     head: Label
     end: Label
     finals: int
-    """How many FINALLY parts are around the loop."""
+    """Number of FINALLY parts around the loop."""
 
 
 @dataclass(slots=True)
@@ -233,7 +233,7 @@ class StatementTranslator:
         b.begin(end)
 
     def _advance(self, loop: _Loop) -> None:
-        """What is between a pass of a loop and the next."""
+        """Write the step between a pass of a loop and the next."""
         b, statement = self._of.builder, loop.statement
         if b.ended:
             return

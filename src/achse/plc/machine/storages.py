@@ -63,7 +63,7 @@ class OwnBytes:
 
 @dataclass(slots=True)
 class Shape:
-    """What a storage comes to, as far as nothing has to be computed for it."""
+    """Location of a storage, as far as it is known without computing."""
 
     storage: Storage
     offset: int
@@ -79,22 +79,22 @@ class Shape:
     is_frame: bool = False
     alignment: int = 8
     is_bounded: bool = True
-    """Whether all indexes have bounds that are constants."""
+    """True if all indexes have bounds that are constants."""
 
     @property
     def is_direct(self) -> bool:
-        """Whether it is reached without looking an address up."""
+        """True if it is reached without looking an address up."""
         return self.is_bounded and (self.area is not None or self.is_instance)
 
 
 @dataclass(slots=True)
 class Aim:
-    """Where a storage is, computed: a machine address that is good, or an address of the PLC."""
+    """Computed location of a storage: a valid machine address, or an address of the PLC."""
 
     base: Operand
     offset: int
     is_plc: bool = False
-    """Whether `base` is an address of the PLC, all in, not looked up yet."""
+    """True if `base` is the complete address of the PLC, not looked up yet."""
 
 
 class MachineStorages:
@@ -106,7 +106,7 @@ class MachineStorages:
     # what a storage is -----------------------------------------------------------------------
 
     def shape(self, storage: Storage) -> Shape:
-        """What is known before anything is computed."""
+        """Return the location of a storage, as far as it is known without computing."""
         of = self._of
         base = storage.base
         while isinstance(base, CalleeBase):
@@ -154,8 +154,8 @@ class MachineStorages:
         return found
 
     def comes_first(self, shape: Shape) -> bool:
-        """Whether, in an assignment of its own, the value is computed before the index, as in
-        plain code: that is so for numbers at their alignment."""
+        """Return True if, in an assignment of its own, the value is computed before the index, as
+        in plain code, which is the case for numbers at their alignment."""
         if not shape.is_direct or shape.bit is not None or not is_number(shape.storage.type):
             return False
         size = shape.storage.type.size
@@ -199,7 +199,8 @@ class MachineStorages:
         return of.builder.address(of.frame, base.variable.offset)
 
     def _terms(self, shape: Shape) -> list[tuple[Operand, int]]:
-        """What index steps add that is not in the offset of the shape: numbers and strides."""
+        """Return the offsets of index steps that the shape does not include: numbers and
+        strides."""
         of = self._of
         b = of.builder
         found: list[tuple[Operand, int]] = []
@@ -288,7 +289,7 @@ class MachineStorages:
     # reading ---------------------------------------------------------------------------------
 
     def read(self, storage: Storage) -> MachineValue:
-        """What is in a storage."""
+        """Return the value in a storage."""
         shape = self.shape(storage)
         if shape.own is not None:
             return self._read_own(shape.own)
@@ -482,7 +483,7 @@ def _signed(word: int) -> int:
 
 
 def _is_within(step: IndexStep) -> bool:
-    """Whether a constant index is in its bounds."""
+    """Return True if a constant index is in its bounds."""
     parts = (step.first, step.index, step.last)
     numbers = [part.value for part in parts if isinstance(part, Known)]
     if len(numbers) < len(parts):
@@ -495,7 +496,7 @@ def _is_within(step: IndexStep) -> bool:
 
 
 def _never_outside(step: IndexStep) -> bool:
-    """Whether the type of an index says that it is in its bounds."""
+    """Return True if the type of an index keeps it in its bounds."""
     assert step.last is not None
     if not isinstance(step.first, Known) or not isinstance(step.last, Known):
         return False

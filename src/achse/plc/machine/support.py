@@ -1,4 +1,4 @@
-"""What machine code calls: functions of its own module, and Python."""
+"""Support functions for machine code: functions of its own module, and Python."""
 
 from collections.abc import Mapping
 
@@ -25,9 +25,9 @@ from achse.plc.memory import ADDRESS_BITS, Area
 __all__ = ["AREA_WORDS", "CALLBACKS", "ENTRIES", "FRAME_WORDS", "INTERFACE", "Support"]
 
 AREA_WORDS = "areas"
-"""Where each area is and how long it is, by the number in addresses; of number 0 nothing is."""
+"""Table of areas: address and length, by the number in addresses; number 0 is empty."""
 FRAME_WORDS = "frames"
-"""How much of the frames is in use."""
+"""Size of the frames in use."""
 ENTRIES = "entries"
 """Table of what Python calls."""
 
@@ -104,7 +104,8 @@ class Support:
         return self._compares[unit]
 
     def _doors(self) -> None:
-        """What Python calls: a function of the table of entries, with one argument or none."""
+        """Write the functions that Python calls: a function of the table of entries, with one
+        argument or none."""
         for name, target in INTERFACE.functions.items():
             types = target.signature.parameters
             b = self._module.function(name, types, exported=True, faults=True)

@@ -123,7 +123,8 @@ class TextTranslator:
     def _range(
         self, text: MachineText, length: Operand, position: Operand, unit: int
     ) -> tuple[Operand, Operand, Operand]:
-        """Whether length and position select anything; where it begins and ends in the text."""
+        """Return a flag if length and position select anything, and begin and end of the selection
+        in the text."""
         b = self._of.builder
         first = b.compare(Relation.GREATER, position, self._number(0))
         some = b.bit_and(first, b.compare(Relation.GREATER, length, self._number(0)))

@@ -1,4 +1,4 @@
-"""What a value of the typed form is in machine code."""
+"""Representation of values of the typed form in machine code."""
 
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -48,7 +48,7 @@ class MachineText:
     length: Operand
     """I64, in bytes."""
     steady: bool = False
-    """Whether nothing can change the bytes before the statement ends."""
+    """True if nothing can change the bytes before the statement ends."""
 
 
 @dataclass(slots=True)
@@ -85,10 +85,10 @@ def machine_type(type: IecType[Any]) -> MachineType:
 
 
 def is_packed(type: IecType[Any]) -> bool:
-    """Whether values are all the bytes of a record or array."""
+    """Return True if values are all the bytes of a record or array."""
     return isinstance(type, StructType | ArrayType)
 
 
 def is_number(type: IecType[Any]) -> bool:
-    """Whether values are in a register."""
+    """Return True if values are in a register."""
     return not isinstance(type, StructType | ArrayType | StringType)
