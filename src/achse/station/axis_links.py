@@ -63,7 +63,7 @@ def _form(type: StructType[Any]) -> AxisStructure:
 
 
 def _direction(type: IecType[Any]) -> str | None:
-    """Return the prefix for the direction of a structure; None if it is no structure of an axis."""
+    """Return the prefix for the direction of an axis structure; None for other types."""
     name = type.name.upper()
     for prefix in (_TO_PLC, _FROM_PLC):
         if name.startswith(prefix) and name.removeprefix(prefix) in _AXIS_TYPES:
