@@ -96,7 +96,7 @@ class ProgramBlock:
     """Only numbers for X, Y, Z, nothing else: most lines of long programs."""
 
     def __bool__(self) -> bool:
-        """Is there anything to do?"""
+        """Return True if the block has anything to execute."""
         return bool(self.words or self.values or self.functions or self.assignments or self.call)
 
 

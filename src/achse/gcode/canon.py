@@ -160,7 +160,7 @@ class ArcMove:
 
     @property
     def clockwise(self) -> bool:
-        """Is it clockwise (G02) in its main plane? False in space."""
+        """True if the arc is clockwise (G02) in its main plane. False in space."""
         plane = self.plane
         return plane is not None and self.normal[plane.axes[2]] < 0.0
 
@@ -180,7 +180,7 @@ class DwellTime:
 
 
 class Handshake(IntEnum):
-    """Does an M function wait for the PLC, and when?"""
+    """Time at which an M function waits for the PLC, if at all."""
 
     NONE = 0
     BEFORE_MOVE = 1
@@ -302,7 +302,7 @@ class BottleneckNotice:
 
     origin: Origin
     repaired: bool
-    """Were the elements that do not fit left out?"""
+    """True if the elements that do not fit were left out."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,7 +35,7 @@ class ProgramReport:
     blocks: int = 0
     """Blocks that ran."""
     ended: bool = False
-    """Did the program end by itself?"""
+    """True if the program ended by itself."""
     loop: tuple[str, int, int] | None = None
     """A loop that cannot end by itself: program, the line that jumps back, the line it goes to."""
 

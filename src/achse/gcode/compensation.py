@@ -106,7 +106,7 @@ class _Beside:
 
     @property
     def reversed(self) -> bool:
-        """Is nothing left of it?"""
+        """True if nothing of the element is left: it ends before it begins."""
         return self.finish < self.begin - _NEAR
 
 
@@ -131,7 +131,7 @@ class CutterCompensation:
         self.at: PlanePoint | None = None
         """Position of the cutter's centre after all elements passed on."""
         self.moved = False
-        """Did an element come behind the selecting line?"""
+        """True if an element came behind the selecting line."""
 
     @property
     def held_origin(self) -> Origin | None:
@@ -305,7 +305,8 @@ class CutterCompensation:
         return WordRefused(NcError.TOOL_COMPENSATION_BOTTLENECK, message)
 
     def _check(self, following: _Beside | None) -> Iterator[ContourElement | Canonical]:
-        """Bottleneck detection: does the last final element cross one before its neighbour?"""
+        """Detect bottlenecks: intersections of the last final element with an element before its
+        neighbour."""
         if not self.bottleneck.active:
             return
         final = [item for item in self.held if isinstance(item, _Beside)]

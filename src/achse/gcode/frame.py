@@ -46,7 +46,7 @@ class WorkFrame:
     """1 or -1 for each axis."""
     tool: PathPoint = _ORIGIN
     plain: bool = field(init=False)
-    """Is there neither rotation nor mirror?"""
+    """True without rotation and mirror."""
 
     def __post_init__(self) -> None:
         plain = self.turn is UNTURNED and self.mirror == (1.0, 1.0, 1.0)
@@ -82,6 +82,6 @@ class WorkFrame:
 
     @property
     def flips(self) -> bool:
-        """Does the mirror make left of right?"""
+        """True if the mirror exchanges left and right."""
         u, v, w = self.mirror
         return u * v * w < 0.0

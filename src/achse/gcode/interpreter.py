@@ -240,12 +240,12 @@ class Interpreter:
 
     @property
     def _frame_changed(self) -> bool:
-        """Are zero shifts or tools other than the frame knows?"""
+        """True if zero shifts or tools differ from the shifts and tools of the frame."""
         return (self.data.shifts.changes, self.data.tools.changes) != self._seen
 
     @property
     def _is_quiet(self) -> bool:
-        """May a line with nothing but positions go the short way?"""
+        """True if a line with nothing but positions may use the fast path."""
         data = self.data
         if self._frame_changed:
             self._seen = (data.shifts.changes, data.tools.changes)

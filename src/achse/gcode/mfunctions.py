@@ -61,7 +61,7 @@ class MRule:
 
     @property
     def after_move(self) -> bool:
-        """Is it placed behind the move of its block?"""
+        """True if the function is placed behind the move of its block."""
         after = Handshake.AFTER_MOVE
         if self.handshake is not Handshake.NONE:
             return self.handshake is after

@@ -50,7 +50,7 @@ class MotionWords:
 
     @property
     def moves(self) -> bool:
-        """Does the block name an axis, or a centre?"""
+        """Return True if the block names an axis, or a centre."""
         return any(name in self.values for name in (*AXIS_LETTERS, *_AUXILIARY, *_CENTRES))
 
 

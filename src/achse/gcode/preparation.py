@@ -44,12 +44,12 @@ class Preparation:
 
     @property
     def lengths(self) -> bool:
-        """Are X, Y, Z positions of a move, in mm or inches? Angles and seconds are not."""
+        """True if X, Y, Z are positions of a move, in mm or inches. Angles and seconds are not."""
         return not (self.rotation or self.mirror or self.dwell or self.homing)
 
     @property
     def positions(self) -> bool:
-        """May the block make a move? G58 and G59 only set values."""
+        """True if the block may make a move. G58 and G59 only set values."""
         return self.lengths and not self.programmed_shift
 
     def apply(self, modal: ModalState) -> None:

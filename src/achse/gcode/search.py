@@ -67,7 +67,7 @@ class BlockSearch:
             raise ValueError(f"expected 0 to 100 percent, got {self.percent}")
 
     def keeps(self, command: Canonical) -> bool:
-        """Is this command carried out on the way?"""
+        """Return True if this command is executed on the way."""
         if isinstance(command, PathSetting | BottleneckNotice):
             return True
         if self.dry_run is DryRun.SKIP_ALL:
