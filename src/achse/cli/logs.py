@@ -17,7 +17,7 @@ class LogFormat(Enum):
 
 
 class LogLevel(Enum):
-    """From which level on records are written."""
+    """Lowest level of the records written."""
 
     DEBUG = "debug"
     INFO = "info"

@@ -35,7 +35,7 @@ _WIDTH = 98
 
 
 class PlcKind(StrEnum):
-    """In what the programs of the PLC are written."""
+    """Language of the PLC's programs."""
 
     ST = "st"
     PYTHON = "python"

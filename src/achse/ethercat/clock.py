@@ -54,7 +54,7 @@ class DistributedClock:
         self.offset_ns = 0
         self.jitter_ns = 0
         self.port_delays: tuple[int | None, ...] = (0, None, None, None)
-        """After which time a frame that enters the segment now is received at each port."""
+        """Delays after which each port receives a frame that enters the segment now, ns."""
         self.arrival_ns = 0
         """The same for port 0: when a frame that is processed now passes here."""
         self.cycle_ns = 0

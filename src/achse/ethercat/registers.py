@@ -88,7 +88,7 @@ class Register(IntEnum):
     FEATURES = (0x0008, 2, "features", False, 0x01FC)
     """Distributed clocks with 64 bits, enhanced link detection; LRW works (§6.1.1)."""
     STATION_ADDRESS = (0x0010, 2, "configured station address", True)
-    """By which FPRD and FPWR mean the slave; the master sets it (§6.1.2)."""
+    """Station address that FPRD and FPWR use; the master sets it (§6.1.2)."""
     STATION_ALIAS = (0x0012, 2, "configured station alias")
     """A second address, of the switches or the EEPROM; the device sets it (§6.1.2)."""
     REGISTER_PROTECTION = (0x0020, 2, "register write enable, protection", True)

@@ -42,7 +42,7 @@ HOP_NS = 300
 """From one slave to the next, if nothing else is told: cable and physical layer."""
 
 _PORT_ORDER = (3, 1, 2)
-"""In which order a frame leaves a slave after it came in by port 0."""
+"""Order in which a frame leaves a slave after it came in by port 0."""
 
 _FIRST_PORT = 1
 _SYSTEM_TIME = int(Register.SYSTEM_TIME)

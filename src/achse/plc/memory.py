@@ -187,7 +187,7 @@ class Region:
         self._used = max(self._used, end)
 
     def grow(self, size: int) -> None:
-        """Have at least `size` bytes. AreaFullError if the system cannot do that in place."""
+        """Grow to at least `size` bytes. AreaFullError if the system cannot do that in place."""
         if size <= len(self.data):
             return
         try:
@@ -203,7 +203,7 @@ class Region:
             ) from None
 
     def _begin_sparse(self, size: int) -> None:
-        """Have memory whose pages come as they are used, in place of none."""
+        """Allocate memory whose pages come as they are used; the area has none before."""
         empty, self.data = self.data, _sparse_zeros(size)
         for name in Bytes.__slots__:
             if hasattr(empty, name):
@@ -332,7 +332,7 @@ class Memory:
         return self.regions[area]
 
     def grow(self, sizes: Mapping[Area, int]) -> None:
-        """Have at least these sizes in bytes. Raises `AreaFullError` where that cannot be."""
+        """Grow to at least these sizes in bytes. Raises `AreaFullError` where the system cannot."""
         for area, size in sizes.items():
             self[area].grow(size)
             self.sizes[area] = max(size, self.sizes[area])

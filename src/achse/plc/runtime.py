@@ -106,7 +106,7 @@ class PlcRuntime:
         """The same as one line of the log: what was done, and what came of it."""
         self.bodies = bodies
         self.debugger: Debugger | None = None
-        """Debugger that stops its tasks at breakpoints; None while nobody debugs."""
+        """Debugger that stops its tasks at breakpoints; None without a debugger."""
         self._running: Task = tasks[0]
         self.warnings: tuple[str, ...] = ()
         """Initial values that only a running program would give, with file, line and column; none
@@ -467,7 +467,7 @@ class PlcRuntime:
         return self.memory[placed.area].initial(placed.offset, size)
 
     def _put_bodies(self, bodies: "Bodies") -> None:
-        """Do something else in the same memory from the next cycle on; no instance is touched."""
+        """Run other bodies in the same memory from the next cycle on; no instance is touched."""
         assert self.bodies is not None
         previous, self.bodies = self.bodies, bodies
         previous.release()
@@ -536,7 +536,7 @@ class PlcRuntime:
             self._in_change("a call that follows", told)
 
     def _in_change(self, what: str, work: Callable[[], None]) -> None:
-        """Do what Structured Text does in an online change; nothing of a PLC in EXCEPTION."""
+        """Run the Structured Text of an online change; skip a PLC in EXCEPTION."""
         if self.state is PlcState.EXCEPTION:
             return
         try:

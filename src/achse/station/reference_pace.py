@@ -41,10 +41,10 @@ class ReferencePace:
         return 1e6 * self._rate / self.cycle_ns
 
     def take(self, reference_ns: int) -> int:
-        """By how much the next cycle moves, ns: above 0 it begins later.
+        """Return the delay of the next cycle, ns: above 0 it begins later.
 
-        `reference_ns` is the time of the reference when the last frame passed it; 0, or the same
-        as before: no frame came. The answer is never more than 0.3 % of the cycle.
+        `reference_ns` is the time of the reference when the last frame passed it; 0, or the time of
+        the last call: no frame came. The delay is at most 0.3 % of the cycle.
         """
         fresh = reference_ns not in (0, self._before)
         self._before = reference_ns

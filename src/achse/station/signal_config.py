@@ -82,7 +82,7 @@ class CounterSignal(SignalSection):
     first: int = 0
     """First value."""
     step: int = 1
-    """By how much it grows; may be negative."""
+    """Increment of each period; may be negative."""
     last: int | None = None
     """The value after which it begins again; else it goes on within the range of its type."""
 
@@ -129,7 +129,7 @@ class CsvSignal(SignalSection):
     repeat: bool = False
     """Begin again at the end, a line later; else the last value stays."""
     amplitude: FiniteFloat = 1.0
-    """By what the values are multiplied."""
+    """Factor of the values."""
     offset: FiniteFloat = 0.0
     """Value added to the values."""
 

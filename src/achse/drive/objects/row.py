@@ -114,7 +114,7 @@ class ObjectRow:
 
     @property
     def receivable(self) -> bool:
-        """May be mapped into a RxPDO."""
+        """True if the entry may be mapped into a RxPDO."""
         return self.pdo and self.writable
 
     @property

@@ -50,7 +50,7 @@ class EepromClient:
         yield from write(self.station, Register.EEPROM_CONFIGURATION, _HAND_OVER)
 
     def _command(self, command: int, word: int, data: bytes = b"") -> Steps[bytes]:
-        """Do a command; the 8 data bytes behind it, of which 4 or 8 count."""
+        """Run a command and return the 8 data bytes behind it, of which 4 or 8 count."""
         if not 0 <= word < _MAX_WORDS:
             raise EepromTrouble(f"an EEPROM has words 0 to {_MAX_WORDS - 1}, got {word}")
         written = command.to_bytes(2, "little") + word.to_bytes(4, "little") + data

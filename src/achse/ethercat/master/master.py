@@ -49,7 +49,7 @@ class Master:
         self.cyclic = CyclicExchange(self.image)
         self.traffic = AcyclicTraffic(max(2 * bus.cycle_ns, _FRAME_TIMEOUT_NS))
         self.on_event: Callable[[BusEvent], None] | None = None
-        """Is told each event at once, besides `take_events`."""
+        """Callback for each event at once, besides `take_events`."""
         self.now_ns = 0
         self.counters_since_ns = 0
         """Time since which the counters count frames, ns."""
@@ -103,7 +103,7 @@ class Master:
 
     @property
     def quiet_until_ns(self) -> int:
-        """Until when process data are all that travels, if nothing unusual happens; 0: not now."""
+        """Time until which only process data travel, if nothing unusual happens, ns; 0: not now."""
         if not (self.supervision.cyclic_on and self.traffic.idle and self.traffic.waiting == 1):
             return 0
         return self.supervision.quiet_until_ns if self.operational else 0

@@ -120,7 +120,8 @@ class Supervision:
 
     @property
     def quiet_until_ns(self) -> int:
-        """Until when nothing is looked at, if the cyclic frames stay as they are; 0: at once."""
+        """Time until which nothing is checked, if the cyclic frames stay unchanged, ns; 0: at
+        once."""
         cyclic = self._cyclic
         seen = (cyclic.present, cyclic.al_states, cyclic.counters.wrong)
         if (

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 __all__ = ["PORT_ORDER", "PlaceOnBus", "build_tree", "open_ports", "propagation_delays"]
 
 PORT_ORDER = (0, 3, 1, 2)
-"""In which order a frame passes the ports."""
+"""Order in which a frame passes the ports."""
 
 _COMMUNICATION = 9
 """Bit of DL status for port 0; two bits for each port."""

@@ -39,7 +39,7 @@ Builtins = Mapping[str, Callable[..., Any]]
 """Python functions that stand for routines without Structured Text, by key."""
 
 Listener = Callable[[tuple[Any, ...], Mapping[str, Any]], object]
-"""Is told of a call: the arguments in order, and those by name."""
+"""Callback for a call: the arguments in order, and the arguments by name."""
 
 
 class CodeForm(Enum):

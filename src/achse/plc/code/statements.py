@@ -39,7 +39,7 @@ __all__ = ["JUMP_COST", "StatementWriter"]
 
 _DEEPEST = 12
 """Loops and __TRY inside each other in one Python function, which takes 20 at most: a statement
-and its list may add some before the next one is asked."""
+and its list may add some before the next statement is checked."""
 
 JUMP_COST = 10
 """Budget that a jump costs: an exception of Python, as long as some loop passes."""
