@@ -317,7 +317,8 @@ def _passes(cam: CamStateFields) -> bool:
     """Return True if the cam's start was passed in this cycle, in the running direction of the
     shaft, and in a stroke in which the cam acts.
 
-    Between the very places of both cycles, so that a start that is met exactly counts once.
+    The range is from the place of the cycle before to the present place, so that a start that is
+    met exactly counts once.
     """
     if cam.moved * cam.heading <= 0.0:
         return False

@@ -1,6 +1,6 @@
 """Parameters of encoder, controller and cams: offsets, sizes, ranges (000 §5.5.2).
 
-Where the manual is silent the choices are in decision 0048: numbers of the encoder are INT32, and
+Decision 0048 has the choices that the manual leaves open: numbers of the encoder are INT32, and
 the complete sets have the layouts of `CAM_SET`, `CONTROLLER_SET` and `ENCODER_SET`.
 """
 

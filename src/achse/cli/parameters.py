@@ -106,7 +106,7 @@ async def set_parameter(
 def _values(axis: "RemoteAxis", element: int) -> Iterator["AxisValue"]:
     """Yield the parameters of an axis as single values; structures repeat these.
 
-    Beyond the first element these are those of its encoder, controller and drive.
+    Beyond the first element these are the parameters of its encoder, controller and drive.
     """
     from achse.client.nc.parameters import AxisValues
     from achse.client.nc.services import STATES

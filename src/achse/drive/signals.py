@@ -37,7 +37,7 @@ class InputBit(IntFlag):
 class OutputFunction(IntEnum):
     """Signal that a drive status output shows when it is assigned to a terminal O1..O5.
 
-    The assignment stands for the objects 3514h to 3516h, which the manual names only.
+    The assignment replaces the objects 3514h to 3516h, which the manual only names.
     """
 
     NONE = 0

@@ -1,10 +1,10 @@
 """Interface of a device behind a slave controller: objects, process data, local cycle, state
 checks.
 
-A device implements this by structure; it imports nothing of EtherCAT. The codes both sides need
+A device implements this protocol by structure; it imports nothing of EtherCAT. The shared codes
 (`AlState`, `AlStatus`, `AbortCode`, `SdoAbort`) are in `achse.codes`.
 
-Source: ETG.1000.6, what a device does behind its controller.
+Source: ETG.1000.6, the device behind its controller.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence

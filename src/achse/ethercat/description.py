@@ -1,6 +1,6 @@
 """Description of a slave for masters and configurators: the source of SII image and ESI file.
 
-Source: 001 §2.2; ETG.2000 and ETG.2010 for what a description has.
+Source: 001 §2.2; ETG.2000 and ETG.2010 for the content of a description.
 """
 
 from collections.abc import Iterable, Sequence

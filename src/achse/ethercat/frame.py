@@ -154,11 +154,11 @@ def payload_offset(packet: bytes | bytearray) -> int | None:
 def datagram_offsets(packet: bytes | bytearray, start: int) -> list[int]:
     """Return the offset of each datagram in `packet`, whose EtherCAT header is at `start`.
 
-    Each datagram tells its length and whether another follows; the length in the EtherCAT header is
-    not looked at, as slaves do not (recorded traffic: TwinCAT sends frames whose header counts a
-    byte more than there is, other masters the length of a longer frame). Bytes after the last
-    datagram are padding. An EtherCAT frame of another type than commands has no datagrams. Raises
-    `FrameError` where a datagram is cut off.
+    Each datagram states its length and whether another follows. The length in the EtherCAT header
+    is ignored, as by slaves (recorded traffic: TwinCAT sends frames whose header counts a byte too
+    many, other masters the length of a longer frame). Bytes after the last datagram are padding. An
+    EtherCAT frame of another type than commands has no datagrams. Raises `FrameError` where a
+    datagram is cut off.
     """
     end = len(packet)
     if end < start + 2:

@@ -28,11 +28,11 @@ _Parts = tuple[Esc, list[Transfer], list[Transfer]]
 class Plan:
     """Effect of a logical datagram on all slaves of a segment.
 
-    Whole buffers are exchanged by `takes` (outputs) and `gives` (inputs): function and part
-    of the data; then the working counter goes up by `count`, whatever the buffers hold. `flags`
-    are bits of mailboxes that are full, which masters read together: function and bit as a number.
-    If anything else is mapped (bits, parts of buffers, mailboxes) or a slave takes what one before
-    it gave, `exact` is True and `exchange` goes through it slave by slave.
+    Whole buffers are exchanged by `takes` (outputs) and `gives` (inputs): function and part of the
+    data. Then the working counter increases by `count`, whatever the buffers contain. `flags` are
+    bits of mailboxes that are full, which masters read together: function and bit as a number. If
+    anything else is mapped (bits, parts of buffers, mailboxes), or a slave takes the data of a
+    slave before it, `exact` is True and `exchange` processes the datagram slave by slave.
     """
 
     __slots__ = ("_kept", "_parts", "count", "exact", "flags", "gives", "span", "takes")

@@ -32,7 +32,7 @@ _LEAST_MAILBOX = 34
 """Shortest mailbox in which the services work."""
 
 _OUTPUTS_WITHIN_NS = 100_000_000
-"""Longest time that a request for Op waits for the first outputs."""
+"""Longest time that a request for Op waits for the first outputs, ns."""
 
 _BOOT_SERVICES = frozenset((MailboxProtocol.FOE,))
 _NEVER = 1 << 62

@@ -41,7 +41,8 @@ _VOLTS = 10.0
 class Terminal:
     """Base of terminals: a dictionary, a fixed mapping, outputs that fall to 0 outside Op.
 
-    `output_image` are the outputs that the master wrote last, `input_image` what it reads.
+    `output_image` contains the outputs that the master wrote last, `input_image` the inputs that it
+    reads.
     """
 
     local_cycle_ns = _LOCAL_CYCLE_NS

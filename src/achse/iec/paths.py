@@ -77,9 +77,9 @@ Step: TypeAlias = PathMember | PathIndex | Deref | Bit | PathMethod
 class ResolvedPath(NamedTuple):
     """Target of a path: a type at an offset.
 
-    `hops` are the pointers on the way: each is an offset, from the start or from what the
-    pointer before it points at, where the address of what follows is found. `offset` counts
-    from the start, or from what the last pointer points at.
+    `hops` are the pointers on the way: each is the offset of a pointer, from the start or from the
+    target of the pointer before it. `offset` counts from the start, or from the target of the last
+    pointer.
     """
 
     type: IecType[Any]

@@ -1,7 +1,7 @@
 """Library routines without Structured Text: Python functions by the key of the routine.
 
-A function takes the values of its inputs and gives its result. A block takes its instance as a
-record, with attributes for inputs and outputs.
+A function accepts the values of its inputs and returns its result. A block accepts its instance as
+a record, with attributes for inputs and outputs.
 """
 
 import math

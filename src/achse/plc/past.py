@@ -1,7 +1,7 @@
 """Values that an online change keeps: variables, and Python attributes of their records.
 
-Pointers, references and interfaces whose values are kept lead to the same variables as before,
-wherever these are now; they are 0 if these are gone. (The vendor does so for references and
+Pointers, references and interfaces whose values are kept lead to the same variables as before, at
+their new places; they are 0 if the variable is gone. (The vendor does so for references and
 interfaces only.)
 """
 

@@ -1,7 +1,7 @@
 """Plan of a station's bus: a drive or a terminal at each place along the cable.
 
-A plan makes the configuration of the bus, from the virtual slaves of this process or from what a
-search found on a network interface.
+A plan makes the configuration of the bus, from the virtual slaves of this process or from the
+slaves that a search found on a network interface.
 """
 
 from collections.abc import Mapping, Sequence

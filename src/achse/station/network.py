@@ -113,7 +113,7 @@ class RouteFile:
 async def is_reachable_from_outside(host: str) -> bool:
     """Return True if a listener at `host` can be reached from other computers.
 
-    Raises OSError for a name without an address, UnicodeError for what cannot be a name.
+    Raises OSError for a name without an address, UnicodeError for an invalid name.
     """
     if not host:
         return True

@@ -36,8 +36,8 @@ class PersistentData:
     digits, with the targets of their pointers: offset, target, its type, offset in it. A damaged
     file is reported, and put aside when another is written.
 
-    It is written by `save`. What has changed since then is in a snapshot file beside it
-    (`.snapshot`), which `save` removes: if there is one, it is the newer of both.
+    It is written by `save`. Later changes are in a snapshot file beside it (`.snapshot`), which
+    `save` removes: if a snapshot exists, it is the newer of both.
     """
 
     def __init__(self, config: StationConfig, base: Path, port: FilePort = DISK) -> None:

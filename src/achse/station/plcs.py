@@ -70,9 +70,9 @@ class _Declared:
 class PlcSource:
     """Source of the declarations of one `[[plc]]`.
 
-    `key` names it in errors, `base` is where relative names begin, `services` are the library
-    routines that need the station, `epoch()` is the Unix time at time 0. Everything raises
-    `ConfigError` for what cannot be read or declared.
+    `key` names the section in errors, `base` is the folder of relative names, `services` are the
+    library routines that need the station, `epoch()` is the Unix time at time 0. All methods raise
+    `ConfigError` for a source that cannot be read or declared.
     """
 
     def __init__(

@@ -38,7 +38,7 @@ class PeriodicSignal(SignalSection):
     period: DurationNs
     """Duration of one repetition."""
     amplitude: FiniteFloat = 1.0
-    """Largest distance of the signal from `offset`."""
+    """Distance that the signal goes from `offset`."""
     offset: FiniteFloat = 0.0
     """Value added to the signal."""
     phase: FiniteFloat = 0.0

@@ -173,7 +173,7 @@ def _is_numeric(type: IecType[Any]) -> bool:
 def _encoder(type: IecType[Any], what: str) -> Callable[[float], bytes]:
     """Return the function that encodes a number as that type: rounded, and kept within its range.
 
-    Counters that are too large begin again at the other end. Raises ConfigError.
+    A counter beyond the range continues at the other end of the range. Raises ConfigError.
     """
     real = resolved(type)
     if isinstance(real, EnumType):

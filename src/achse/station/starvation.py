@@ -27,7 +27,7 @@ STARVED_AFTER_NS = 250_000_000
 """Processor time that this process may take without a sign of an ordinary one."""
 
 ORDINARY_NS = 1_000_000_000
-"""Shortest time at ordinary priority after that."""
+"""Shortest time at ordinary priority after that, ns."""
 
 _SIGNS = "import os,time\nwhile os.write(1,b'.'):time.sleep(.05)"
 _MOST_SIGNS = 4096

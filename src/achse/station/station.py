@@ -399,7 +399,7 @@ class Station:
     def drive_faults(self) -> "Sequence[DriveFaults | None]":
         """Faults of the drives of each bus; None for drives in another process.
 
-        A restart builds the buses again: their faults are over then.
+        A restart builds the buses again and ends their faults.
         """
         return [bus.faults for bus in self.fieldbuses.values()]
 

@@ -81,7 +81,7 @@ class ClockDeviation:
 class ClockWatch:
     """Detection of clocks further than `limit_ns` from the reference.
 
-    One is apart after three readings in a row that say so, and no longer after one that does not.
+    A clock is apart after three readings in a row beyond the limit, until a reading within it.
     """
 
     def __init__(self, limit_ns: int) -> None:

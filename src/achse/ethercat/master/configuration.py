@@ -75,8 +75,8 @@ class InitCommand:
 class ClockConfiguration:
     """Timing of the slave's SYNC signals.
 
-    `cycle0_ns` 0 takes the bus cycle. `shift_ns` is from the frame's cycle to SYNC0; None takes
-    half a cycle. `cycle1_ns` is what register 0x09A4 gets.
+    `cycle0_ns` 0 means the bus cycle. `shift_ns` is the time from the frame's cycle to SYNC0; None
+    means half a cycle. `cycle1_ns` is written to register 0x09A4.
     """
 
     assign_activate: int = ASSIGN_SYNC0

@@ -1,6 +1,6 @@
 """Events on the bus, for logs, NC and PLC.
 
-Source: ETG.1510 for what a master counts; 001 §2.6 for emergencies.
+Source: ETG.1510 for the counters of a master; 001 §2.6 for emergencies.
 """
 
 import struct

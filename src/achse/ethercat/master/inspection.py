@@ -141,7 +141,7 @@ def match(
     """Return the index of the configured slave for each identity, None: another; optional ones may
     be missing.
 
-    Where none fits, the next one that is not optional is taken to be at that place.
+    Where no configured slave fits, the next one that is not optional is expected at that place.
     """
     found: list[int | None] = []
     at = 0

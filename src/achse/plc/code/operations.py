@@ -1,7 +1,7 @@
 """Arithmetic functions for emitted code: rounding, division, shifts, mathematics.
 
 Semantics: typed form, `Operator` and `Conversion`. Each pair of functions for reals is the task
-option "floating point exceptions": on, what is undefined stops the program; off, it is an
+option "floating point exceptions": on, an undefined result stops the program; off, it is
 infinity or NaN.
 """
 

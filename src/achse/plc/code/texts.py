@@ -1,7 +1,7 @@
 """Text functions for emitted code: functions of strings, and texts to and from other values.
 
-A text is its bytes without NUL; of a WSTRING they are UTF-16LE. Positions count from 1. The
-functions work on at most 255 characters, as those of the vendor do.
+A text is its bytes without NUL; of a WSTRING the bytes are UTF-16LE. Positions count from 1.
+The functions work on at most 255 characters, as the vendor's functions do.
 """
 
 import math
