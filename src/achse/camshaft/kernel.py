@@ -307,7 +307,7 @@ def _see_stroke(cam: CamStateFields) -> None:
 
 
 def _inside(cam: CamStateFields) -> bool:
-    """From the start on, before the end; start = end is nowhere."""
+    """Return True from the start on, before the end; never for start = end."""
     start = cam.start * 10.0
     length = (cam.end * 10.0 - start) % _TURN
     return (cam.place - start) % _TURN < length

@@ -163,9 +163,10 @@ class Judge:
         self.done = False
         self.trouble: str | None = None
         self.over = False
-        """Its time is over: `follow` stops the axis then, and goes on until it is at rest."""
+        """True if its time is over: `follow` then stops the axis, and continues until it is at
+        standstill."""
         self.interrupted = False
-        """The axis was told to stop; coming to rest is the end."""
+        """True if the axis was commanded to stop; the standstill is the end."""
         self.began = 0.0
         """Time at which the command was last seen not yet active."""
         self.steps: list[tuple[float, str]] = []

@@ -122,13 +122,14 @@ class Drive:
             self._record = DriveSlots()
         self.faults = FaultSwitches(self)
         self.local = False
-        """Somebody operates the drive at its panel: it is not in communication mode (0x8000)."""
+        """True while the drive is operated at its panel: it is not in communication mode
+        (0x8000)."""
         self.state = AlState.INIT
         self.sync_error_counter = 0
         self.missed_events = 0
         """SM2 events that did not come since Op was entered (1C32h:0Bh)."""
         self.sync_error = False
-        """Op was left because synchronisation was lost (1C32h:20h), until Op is entered again."""
+        """True if lost synchronization ended Op (1C32h:20h), until Op is entered again."""
         self._strict = strict_mapping
         self._voltage_bit = voltage_bit
         self._presets = dict(parameters or {})

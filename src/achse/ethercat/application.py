@@ -198,7 +198,7 @@ class FileApplication(Protocol):
 
     @property
     def bootstrap(self) -> bool:
-        """It has the state Bootstrap."""
+        """True if the device has the state Bootstrap."""
         ...
 
     @property

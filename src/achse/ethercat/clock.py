@@ -62,7 +62,8 @@ class DistributedClock:
         self.sync0_due_ns: int | None = None
         """True time of the next SYNC0 event, None if there will be none."""
         self.astray = False
-        """Further than a quarter of the SYNC0 cycle from the reference, at the last comparison."""
+        """True if the clock was further than a quarter of the SYNC0 cycle from the reference, at
+        the last comparison."""
         self._memory = memory
         self._reschedule = reschedule
         self._dice = Random(0)
@@ -108,7 +109,8 @@ class DistributedClock:
 
     @property
     def steady(self) -> bool:
-        """It neither drifts nor is corrected, and no frame has to see that it jumped."""
+        """True if the clock neither drifts nor is corrected, and no frame has to see that it
+        jumped."""
         return not (self._drift_ppb or self._difference or self._rate or self._jumped)
 
     def _drift(self, now_ns: int) -> int:
@@ -203,7 +205,7 @@ class DistributedClock:
 
     @property
     def sync0_on(self) -> bool:
-        """The master has switched SYNC0 on, whether or not it comes."""
+        """True if the master has switched SYNC0 on, even before the first SYNC0."""
         return self._memory[Register.ACTIVATION] & (_CYCLIC | _SYNC0) == _CYCLIC | _SYNC0
 
     def _move(self) -> None:
@@ -247,12 +249,12 @@ class DistributedClock:
 
     @property
     def sync0_pending(self) -> bool:
-        """A SYNC0 event came that the device has not seen."""
+        """True if a SYNC0 event came that the device has not seen."""
         return self._pending(self._next_sync0)
 
     @property
     def sync1_pending(self) -> bool:
-        """A SYNC1 event came that the device has not seen."""
+        """True if a SYNC1 event came that the device has not seen."""
         return self._pending(self._next_sync1)
 
     def _pending(self, event: int | None) -> bool:
@@ -287,7 +289,7 @@ class DistributedClock:
 
     @property
     def latched(self) -> bool:
-        """A latch time waits to be read."""
+        """True if a latch time waits to be read."""
         return bool(Register.LATCH_STATUS.get(self._memory) & 0x0303)
 
     def latch_times_read(self, first: int, end: int) -> None:

@@ -43,12 +43,12 @@ class Eeprom:
 
     @property
     def valid(self) -> bool:
-        """The configuration area has its checksum."""
+        """True if the checksum of the configuration area is right."""
         return len(self.image) > 14 and self.image[14] == checksum(self.image)
 
     @property
     def owned_by_application(self) -> bool:
-        """The master gave the EEPROM to the PDI; its commands are refused."""
+        """True if the master gave the EEPROM to the PDI; the master's commands are refused."""
         return bool(self._memory[Register.EEPROM_CONFIGURATION] & 1)
 
     def command(self, first: int, end: int) -> None:

@@ -545,12 +545,12 @@ class Esc:
 
     @property
     def destroys_foreign(self) -> bool:
-        """Frames of other protocols are not forwarded (DL control bit 0)."""
+        """True if frames of other protocols are not forwarded (DL control bit 0)."""
         return bool(self.memory[_DL_CONTROL] & 1)
 
     @property
     def operational(self) -> bool:
-        """The EEPROM was loaded without error, the PDI answers."""
+        """True if the EEPROM was loaded without error, and the PDI answers."""
         return bool(self.memory[Register.DL_STATUS] & 1)
 
     @property

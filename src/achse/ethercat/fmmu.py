@@ -23,7 +23,7 @@ class Transfer(NamedTuple):
 
     @property
     def in_bytes(self) -> bool:
-        """No bit shifting is needed."""
+        """True if no bit shifting is needed."""
         return not (self.datagram_bit | self.memory_bit | self.bits) & 7
 
 
@@ -57,12 +57,12 @@ class Fmmu(NamedTuple):
 
     @property
     def reads(self) -> bool:
-        """Memory goes into the datagram."""
+        """True if memory is copied into the datagram."""
         return bool(self.active & 1 and self.direction & _READ)
 
     @property
     def writes(self) -> bool:
-        """The datagram goes to memory."""
+        """True if the datagram is copied into memory."""
         return bool(self.active & 1 and self.direction & _WRITE)
 
     def transfer(self, address: int, length: int) -> Transfer | None:

@@ -65,7 +65,7 @@ class DatagramCommand(IntEnum):
     reads: bool
     writes: bool
     multiple: bool
-    """The addressed slave reads, all others write (ARMW, FRMW)."""
+    """True if the addressed slave reads, and all others write (ARMW, FRMW)."""
 
     def __new__(
         cls,

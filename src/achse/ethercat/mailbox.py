@@ -136,7 +136,7 @@ class MailboxServer:
 
     @property
     def waiting(self) -> bool:
-        """Messages have not been given yet."""
+        """True if messages wait to be sent."""
         return bool(self._waiting)
 
     def fetch(self) -> bytes | None:

@@ -36,7 +36,7 @@ class RingSegment(Segment):
         self._adapters = [True, True]
         """Link state of each adapter, True with a link."""
         self._closed = False
-        """The frame goes all the way round."""
+        """True if the frame passes the whole ring."""
         self._returns = False
         """True if frames of the second adapter reach a slave."""
         self._far: list[Slave] = []
@@ -52,7 +52,7 @@ class RingSegment(Segment):
 
     @property
     def whole(self) -> bool:
-        """The ring is closed."""
+        """True if the ring is closed."""
         return self._closed
 
     def cut(self, cable: int) -> None:

@@ -237,5 +237,5 @@ class SdoServer:
 
 
 def _variable(described: ObjectDescription) -> bool:
-    """The master sets how many entries there are, as in PDO mapping and assignment."""
+    """Return True if the master sets the number of entries, as in PDO mapping and assignment."""
     return bool(described.entries[0].access & ObjectAccess.WRITE)

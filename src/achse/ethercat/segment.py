@@ -136,7 +136,7 @@ class Segment:
 
     @property
     def whole(self) -> bool:
-        """No cable is cut: a frame passes every slave."""
+        """True if no cable is cut: a frame passes every slave."""
         return len(self._order) == len(self._slaves)
 
     def attach(self, slave: Slave, upstream: Slave | None = None, port: int = _FIRST_PORT) -> None:

@@ -253,7 +253,8 @@ class Slave:
         return AlStatus.SYNCHRONIZATION if lost else _NO_ERROR
 
     def _placed(self, sync_manager: SyncManager, area: SyncManagerArea) -> bool:
-        """Mode and direction are right, three buffers fit into memory, no mailbox is overlaid."""
+        """Return True if mode and direction are right, three buffers fit into memory, no mailbox is
+        overlaid."""
         return (
             _fits(sync_manager, area)
             and sync_manager.start >= RAM_BASE
@@ -269,14 +270,15 @@ class Slave:
 
     @property
     def _outputs_valid(self) -> bool:
-        """The master sends outputs, and the watchdog has not expired since the last."""
+        """True if the master sends outputs, and the watchdog has not expired since the last
+        ones."""
         if self._outputs is None:
             return not self.application.output_size
         return not self._watched or self._time.now_ns - self._fed_ns < self.esc.watchdog_ns
 
     @property
     def _watched(self) -> bool:
-        """Outputs have to come within the watchdog time."""
+        """True if outputs have to come within the watchdog time."""
         return self.esc.watchdog_ns > 0 and self.esc.sync_managers[_OUTPUTS].triggers_watchdog
 
     # process data
@@ -483,7 +485,7 @@ class Slave:
 
 
 def _fits(sync_manager: SyncManager, area: SyncManagerArea) -> bool:
-    """Mode and direction are as described."""
+    """Return True if mode and direction are as described."""
     return sync_manager.control & _MODE_AND_DIRECTION == area.control & _MODE_AND_DIRECTION
 
 

@@ -94,12 +94,12 @@ class SyncManager:
 
     @property
     def guards(self) -> bool:
-        """Accesses to the area are the SyncManager's business."""
+        """True if the SyncManager controls accesses to the area."""
         return self.enabled and self.length > 0
 
     @property
     def works(self) -> bool:
-        """Master and application both want it."""
+        """True if master and application both enable it."""
         return self.guards and not self.locked
 
     @property
@@ -166,7 +166,8 @@ class SyncManager:
 
     @property
     def concerns_application(self) -> bool:
-        """The master wrote what nobody has read, or took the message that waited."""
+        """True if the master wrote data that the application has not read, or took the waiting
+        message."""
         if self.sink is not None or self.source is not None:
             return False  # anyone who takes whole buffers has taken them
         event = _WRITE_EVENT if self.to_application else _READ_EVENT

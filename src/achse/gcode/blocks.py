@@ -93,7 +93,7 @@ class ProgramBlock:
     assignments: list[tuple[int, Arithmetical]] = field(default_factory=list)
     call: AtCall | HashCall | RotationCall | None = None
     bare: bool = False
-    """Only numbers for X, Y, Z, nothing else: most lines of long programs."""
+    """True with only numbers for X, Y, Z, as in most lines of long programs."""
 
     def __bool__(self) -> bool:
         """Return True if the block has anything to execute."""

@@ -93,11 +93,11 @@ class LineMove:
     start_velocity: float
     """Path velocity at the start: equal to `velocity` with FCONST, the last F with FLIN."""
     rapid: bool = False
-    """G00: as fast as the rapid traverse of the axes allows."""
+    """True for G00: as fast as the rapid traverse of the axes allows."""
     exact_stop: bool = False
-    """G09 or G60: the path velocity is 0 at the end, and nothing is smoothed there."""
+    """True for G09 or G60: the path velocity is 0 at the end, and nothing is smoothed there."""
     delete_distance: bool = False
-    """DelDTG: function 0x40 ends this move where it is."""
+    """True for DelDTG: function 0x40 ends this move at its present position."""
 
     @property
     def length(self) -> float:
@@ -311,7 +311,7 @@ class ProgramEnd:
 
     origin: Origin
     clear_fast: bool
-    """M30: clear all fast M functions, and S, T, H."""
+    """True for M30: clear all fast M functions, and S, T, H."""
 
 
 Moving: TypeAlias = LineMove | ArcMove

@@ -51,7 +51,7 @@ class MRule:
     fast: Handshake = Handshake.NONE
     """Time at which its bit is set: never, before or after the move of its block."""
     auto_reset: bool = False
-    """The bit goes out by itself at the end of the block."""
+    """True if the bit is cleared at the end of the block."""
     clears: tuple[int, ...] = ()
     """Fast M functions, ten at most, that this one clears."""
 

@@ -44,7 +44,7 @@ class MotionWords:
 
     values: Mapping[str, float | None]
     in_space: bool = False
-    """CIP."""
+    """True for CIP."""
     exact_stop: bool = False
     delete_distance: bool = False
 

@@ -26,7 +26,7 @@ class Preparation:
     shift: int | None = None
     programmed_shift: int = 0
     exact_stop: bool = False
-    """In this block only (G09)."""
+    """True for an exact stop in this block only (G09)."""
     all_exact: bool | None = None
     inches: bool | None = None
     feed_inches: bool | None = None

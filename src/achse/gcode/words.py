@@ -55,7 +55,7 @@ class GWord:
     group: ModalGroup
     meaning: str
     alone: bool = False
-    """Only its own operands may be beside it in the block."""
+    """True if only its own operands may be beside it in the block."""
     number: int = -1
     """Of a G code; -1 for a named word."""
 

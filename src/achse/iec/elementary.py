@@ -150,7 +150,7 @@ class BoolType(IecType[bool]):
         buffer[offset] = self.truth(value)
 
     def truth(self, value: object) -> bool:
-        """The value as bool. Raises `IecValueError` unless it is one, or 0 or 1."""
+        """Return the value as bool. Raises `IecValueError` unless the value is a bool, 0 or 1."""
         if value is True or value is False:
             return value
         try:

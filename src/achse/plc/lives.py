@@ -24,12 +24,12 @@ def is_alike(old: IecType[Any], new: IecType[Any]) -> bool:
 
 
 def is_renewed(variable: Variable[Any, Any]) -> bool:
-    """Attribute `init_on_onlchange`: an online change starts the variable again."""
+    """Return True for attribute `init_on_onlchange`: an online change starts the variable again."""
     return _has(variable, "init_on_onlchange")
 
 
 def is_not_copied(variable: Variable[Any, Any]) -> bool:
-    """Attribute `no_copy`: where its instance moves, the variable starts again."""
+    """Return True for attribute `no_copy`: the variable starts again if its instance moves."""
     return _has(variable, "no_copy")
 
 

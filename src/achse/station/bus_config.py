@@ -139,7 +139,7 @@ class DriveConfig(ConfigTable):
     feed: _Positive = 10.0
     """Axis units of a turn of the load (of a metre). The axis' own scaling counts if it has one."""
     inverted: bool = False
-    """The motor turns the other way round: encoder and set values."""
+    """True if the motor turns the other way round: encoder and set values."""
     outputs: Sequence[int] = Field(default=(), max_length=_LONGEST_PDO)
     """Objects that go to the drive (0x1600), in their order; default: what the mode needs."""
     inputs: Sequence[int] = Field(default=(), max_length=_LONGEST_PDO)
@@ -159,7 +159,7 @@ class DriveConfig(ConfigTable):
     interpolation_time: bool = INTERPOLATION_TIME.default
     """60C2h takes the cycle of the set values; without it nothing is written there."""
     own_mapping: bool = False
-    """Leave the drive's process data as they are: write neither mapping nor assignment."""
+    """True to keep the drive's own process data: write neither mapping nor assignment."""
     start: Sequence[StartCommandConfig] = ()
     homing: DriveHomingConfig | None = None
     machine: DriveMachineConfig = DriveMachineConfig.model_construct()

@@ -102,7 +102,7 @@ class BusLink:
         self._now = now
         self._sent_ns = self._left_ns = 0
         self._all_back = False
-        """Nothing that was sent is still under way."""
+        """True if all sent frames are back."""
 
     def send(self, now_ns: int) -> None:
         """The outputs of the cycle at bus time `now_ns`, and a frame of requests."""

@@ -41,7 +41,7 @@ def make_bus(
 
 
 def _has_clocks(plan: BusPlan) -> bool:
-    """The bus has drives whose clock may lead the station."""
+    """Return True if the bus has drives whose clock may lead the station."""
     bus = plan.bus
     drives = any(isinstance(slot.device, DriveConfig) for slot in plan.slots)
     return bus.pace == "bus" and bus.synchronous and drives

@@ -64,7 +64,7 @@ class DriveSlave(Protocol):
 
     @property
     def operational(self) -> bool:
-        """In Op, and its data came with the last frame."""
+        """True if the slave is in Op, and its data came with the last frame."""
 
 
 class DriveBus(Protocol):
@@ -88,7 +88,7 @@ class DriveBus(Protocol):
         """Send the outputs of one cycle; inputs come at once or with `take`."""
 
     def absent(self, slave: Any) -> bool:
-        """The bus was searched, and this one of `slaves` is not there."""
+        """Return True if the bus was searched, and this one of `slaves` does not answer."""
 
     def on_renewal(self, renewed: Callable[[], None]) -> None:
         """Call `renewed` whenever `slaves` are others: the bus was searched again."""
@@ -154,7 +154,7 @@ class AxisBus:
 
     @property
     def at_rest(self) -> bool:
-        """No axis is enabled."""
+        """True if no axis is enabled."""
         return not any(servo.axis.loop_closed for servo in self.servos.servos)
 
     def _options(self, drive: DriveConfig, known: float) -> ServoOptions:

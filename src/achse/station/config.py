@@ -84,7 +84,8 @@ class RouterConfig(ConfigTable):
     host: str = Field(default="127.0.0.1", min_length=1)
     tcp_port: int = Field(default=48898, ge=0, le=65535)
     strict: bool = False
-    """As the original does it: one TCP connection per remote host, and clients need a route."""
+    """True for the behaviour of the original: one TCP connection per remote host, and clients need
+    a route."""
     max_connections: int = Field(default=4096, ge=1)
     max_connections_per_host: int = Field(default=2048, ge=1)
     """Of these, those of one host; a further one replaces an idle one, or is refused with 0x508."""
@@ -99,8 +100,8 @@ class RouterConfig(ConfigTable):
     """Users that may change routes by a UDP request with a password: name = "hash as `achse
     hash-password` prints it"."""
     routes_over_ads: bool = False
-    """Let port 10000 change routes (groups 801 and 802). These requests carry no password: any
-    client may."""
+    """True if port 10000 may change routes (groups 801 and 802). These requests carry no password:
+    any client may send them."""
     let_everybody_in: bool = False
     """Listen beyond this computer without `strict`: any client may do anything."""
     rights: ConfiguredRights = ALL_RIGHT_NAMES
@@ -121,7 +122,7 @@ class RouteConfig(ConfigTable):
     host: str
     """Name or IP address, with `:port` if it is not 48898."""
     one_way: bool = False
-    """Requests from there are refused."""
+    """True if requests from there are refused."""
     nat: ConfiguredNetId | None = None
     """The NetId it has itself, if `net_id` is only ours for it."""
     timeout: DurationNs = 5_000_000_000
@@ -285,7 +286,7 @@ class AxisConfig(BaseModel):
     name: str = Field(min_length=1, max_length=30)
     unit: str = Field(default="mm", max_length=10)
     modulo: bool = False
-    """The position repeats every `encoder_modulo_factor`."""
+    """True if the position repeats every `encoder_modulo_factor`."""
     plc: str | tuple[str, ...] = ()
     """The variable of a PLC that is this axis: an AXIS_REF (`"MAIN.Axis1"`), or a structure
     NCTOPLC_… and a structure PLCTONC_… (`["MAIN.fromNc", "MAIN.toNc"]`), which may be named by

@@ -88,7 +88,7 @@ class EthercatBus:
         self._ring.exchange(self.now_ns)
 
     def absent(self, slave: BusSlave) -> bool:
-        """The bus was searched, and the slave is not there."""
+        """Return True if the bus was searched, and the slave does not answer."""
         return self.master.absent(slave)
 
     def on_renewal(self, renewed: object) -> None:

@@ -45,7 +45,7 @@ class MFunctionConfig(ConfigTable):
     fast: Literal["none", "before", "after"] = "none"
     """A bit of the cyclic structure is set, before or after the move."""
     auto_reset: bool = False
-    """The bit goes out at the end of the block."""
+    """True if the bit is cleared at the end of the block."""
     clears: Annotated[Sequence[_Number], Field(max_length=10)] = ()
     """Fast M functions whose bits go out."""
 

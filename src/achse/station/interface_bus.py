@@ -101,7 +101,7 @@ class InterfaceBus:
         self.steer: Callable[[int], None] | None = None
         """Lets the next cycles of the station begin later, ns; None: its pace is the computer's."""
         self._in_vain = False
-        """The interface could not be opened, or the last search of it failed."""
+        """True if the interface could not be opened, or the last search of it failed."""
         self._again_ns = self._look_ns = 0
         self._misfits: Counter[tuple[int, int, int, int]] = Counter()
         """Identities of slaves that were found and cannot be what the tables say."""
@@ -136,7 +136,7 @@ class InterfaceBus:
                 renewed()
 
     def absent(self, slave: BusSlave) -> bool:
-        """The bus was searched, and the slave is not there."""
+        """Return True if the bus was searched, and the slave does not answer."""
         return self.master.absent(slave) if self._way is not None else self._in_vain
 
     def on_renewal(self, renewed: Callable[[], None]) -> None:

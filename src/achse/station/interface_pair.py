@@ -21,7 +21,7 @@ class BusSocket(FrameLink, Protocol):
 
     @property
     def gone(self) -> bool:
-        """The interface was removed."""
+        """True if the interface was removed."""
 
     def close(self) -> None: ...
 
@@ -51,7 +51,7 @@ class InterfacePair(RedundantLink):
 
     @property
     def gone(self) -> bool:
-        """Neither interface is there."""
+        """True if neither interface is present."""
         self._leave_gone()
         return self._sockets == [None, None]
 

@@ -68,7 +68,7 @@ class MqttConfig(ConfigTable):
     no_retain: bool = False
     """Infos are not retained; each router answers that of a newcomer by its own."""
     unidirectional: bool = False
-    """This station asks, and is not asked."""
+    """True if this station sends requests, and accepts none."""
     keep_alive: int = Field(default=10, ge=1, le=65535)
     """Seconds of silence after which the broker asks whether we are there."""
     qos: int = 0

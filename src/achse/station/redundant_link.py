@@ -87,7 +87,7 @@ class RedundantLink:
             self._whole.extend(ring.flush(late))
 
     def _take(self, timeout_s: float) -> bool:
-        """Take what comes at either interface; whether something did."""
+        """Receive at either interface; return True if a frame came."""
         came = False
         for adapter, link in enumerate(self.links):
             copy = None if link is None else link.receive(timeout_s)

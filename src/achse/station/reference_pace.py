@@ -29,7 +29,7 @@ class ReferencePace:
         self.deviation_ns = 0
         """Of the last frame from its place: above 0 it was late. At most half a cycle."""
         self.settled = False
-        """The frames keep their place."""
+        """True if the frames keep their phase."""
         self._rate = self._rest = 0.0
         self._before = 0
         self._silent = self._near = 0

@@ -56,7 +56,7 @@ class RampSignal(PeriodicSignal):
 
     kind: Literal["ramp"]
     once: bool = False
-    """Only once: it stays where it ends."""
+    """True for one period only: the signal stays at its end."""
 
 
 class TriangleSignal(PeriodicSignal):
@@ -125,9 +125,9 @@ class CsvSignal(SignalSection):
     period: DurationNs | None = None
     """Time from line to line, for files without times."""
     interpolate: bool = False
-    """Go straight from value to value; else each stays until the next."""
+    """True for straight lines from value to value; else each value stays until the next."""
     repeat: bool = False
-    """Begin again at the end, a line later; else the last value stays."""
+    """True to begin again at the end, a line later; else the last value stays."""
     amplitude: FiniteFloat = 1.0
     """Factor of the values."""
     offset: FiniteFloat = 0.0

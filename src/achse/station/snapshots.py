@@ -48,7 +48,7 @@ class Snapshots:
         """Count of saves to the other file: images from before a save are out of date."""
         self._encoded: tuple[PersistentLayout, bytes] | None = None
         self._fails = self._is_slow = False
-        """Trouble that was reported and goes on."""
+        """True for trouble that was reported and continues."""
 
     def begin_with(self, image: PersistentImage) -> None:
         """Take an image as written: it is what the files at the start led to.

@@ -148,7 +148,7 @@ class Station:
         self._ends: Sequence[Callable[[], None]] = ()
         self._take(parts)
         self.ended = False
-        """Shut down: nothing answers any more."""
+        """True after a shutdown: no device answers any more."""
         self._on_end: Callable[[], None] | None = None
         self._owed_ns = 0
         """Time requested of `advance` beyond whole ticks."""

@@ -44,22 +44,22 @@ class SlaveFacts:
 
     @property
     def has_clock(self) -> bool:
-        """It has a distributed clock."""
+        """True if the slave has a distributed clock."""
         return bool(self.features & _CLOCK)
 
     @property
     def maps_bits(self) -> bool:
-        """Its FMMUs count in bits, not in bytes."""
+        """True if the FMMUs count in bits, not in bytes."""
         return not self.features & _BYTES_ONLY
 
     @property
     def wide_clock(self) -> bool:
-        """The clock has 64 bits."""
+        """True if the clock has 64 bits."""
         return bool(self.features & _WIDE_CLOCK)
 
     @property
     def logical_read_write(self) -> bool:
-        """LRW works."""
+        """True if the slave supports LRW."""
         return not self.features & _NO_LOGICAL_READ_WRITE
 
 
@@ -108,7 +108,7 @@ class BusSlave:
         self.present = False
         self.mismatch = False
         self.failed_command = False
-        """A start command was refused."""
+        """True if a start command was refused."""
         self.abnormal_changes = 0
         """Number of state changes that the master did not request."""
         self.losses = 0
@@ -145,12 +145,12 @@ class BusSlave:
 
     @property
     def speaks(self) -> bool:
-        """It answers, and its mailbox works: PreOp, SafeOp or Op."""
+        """True if the slave answers, and its mailbox works: PreOp, SafeOp or Op."""
         return self.mailbox is not None and self.present and self.state in _MAILBOX_STATES
 
     @property
     def working(self) -> bool:
-        """All its process data came with the right working counter in the last cycle."""
+        """True if all its process data came with the right working counter in the last cycle."""
         for each in self._owners:  # noqa: SIM110 (asked for by each axis in each cycle)
             if not each.valid:
                 return False
@@ -168,7 +168,7 @@ class BusSlave:
 
     @property
     def operational(self) -> bool:
-        """In Op without an error, and its process data are valid."""
+        """True if the slave is in Op without an error, and its process data are valid."""
         return self.state == _OP and not self.error and self.working
 
     def read_input(self, index: int, subindex: int = 0, *, signed: bool = False) -> int:

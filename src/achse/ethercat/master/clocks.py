@@ -91,7 +91,7 @@ class ClockWatch:
 
     @property
     def calm(self) -> bool:
-        """No clock was beyond the limit at its last reading."""
+        """True if no clock was beyond the limit at its last reading."""
         return not self._beyond
 
     def take(self, position: int, difference_ns: int) -> bool | None:

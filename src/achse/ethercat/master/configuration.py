@@ -130,14 +130,14 @@ class SlaveConfiguration:
     clock: ClockConfiguration | None = None
     sync_unit: str = ""
     packed: bool = False
-    """Fewer than 8 bits of one direction may share a byte of the frame with those of neighbours in
-    the sync unit: the slave's FMMUs count in bits."""
+    """True if fewer than 8 bits of one direction may share a byte of the frame with bits of
+    neighbours in the sync unit: the slave's FMMUs count in bits."""
     optional: bool = False
     watchdog_ms: int | None = None
     times: StateTimes = field(default=StateTimes())
     type_name: str = ""
     logical_read_write: bool = True
-    """LRW works; False needs LRD and LWR."""
+    """True if the slave supports LRW; False needs LRD and LWR."""
 
     def with_entries(
         self,

@@ -217,7 +217,8 @@ class CyclicExchange:
         self.reference_ns = 0
         """System time of the reference clock when the frame passed it."""
         self.reference_lost = False
-        """A frame came back without the time of the reference: the next ones carry none."""
+        """True if a frame came back without the time of the reference: the next frames carry
+        none."""
         self.mailbox_bits = b""
         self._cycle = 0
         self._look_cycles = max(_LOOK_NS // image.bus.cycle_ns, 1)
@@ -353,7 +354,7 @@ class CyclicExchange:
 
     @property
     def away(self) -> bool:
-        """Frames of the last cycle are not back."""
+        """True if frames of the last cycle are not back."""
         return any(frame.away for frame in self._frames)
 
     def skip(self, cycles: int, elapsed_ns: int) -> None:

@@ -118,7 +118,7 @@ class MailboxClient:
 
     @property
     def idle(self) -> bool:
-        """No conversation is under way."""
+        """True if no request is pending."""
         return not self._turn
 
     def collect(self) -> Steps[None]:

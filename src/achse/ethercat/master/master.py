@@ -150,7 +150,7 @@ class Master:
 
     @property
     def operational(self) -> bool:
-        """All slaves are in Op, and their process data are valid."""
+        """True if all slaves are in Op, and their process data are valid."""
         return all(
             each.operational
             for each in self.slaves
@@ -158,7 +158,7 @@ class Master:
         )
 
     def absent(self, slave: BusSlave) -> bool:
-        """The bus was searched, and that slave does not answer."""
+        """Return True if the bus was searched, and that slave does not answer."""
         return self.supervision.searched and not slave.present
 
     def slave(self, station: int) -> BusSlave | None:

@@ -53,7 +53,8 @@ class _Half(NamedTuple):
 
     @property
     def passed_nobody(self) -> bool:
-        """It came round a closed ring against its direction, in which slaves leave it as it is."""
+        """True if the copy came round a closed ring against its direction, in which slaves do not
+        change it."""
         return self.number == 1 and self.adapter == 0
 
 
@@ -74,7 +75,7 @@ class Redundancy:
         """Frames that came and that were not sent."""
         self.reference: int | None = None
         self.turned = False
-        """The last slave turns frames round: nothing comes back by the second adapter."""
+        """True if the last slave turns frames round: nothing comes back by the second adapter."""
         self._sent: dict[int, tuple[bytes, bytes]] = {}
         """Both copies of each frame by index; 256 at most."""
         self._done: set[int] = set()
@@ -89,11 +90,11 @@ class Redundancy:
 
     @property
     def open(self) -> bool:
-        """The ring is open, or an adapter has lost its copies."""
+        """True if the ring is open, or an adapter has lost its copies."""
         return self.split is not None or any(self.cut_off)
 
     def _known_away(self, number: int) -> bool:
-        """The copies of an adapter do not come back."""
+        """Return True if the copies of an adapter do not come back."""
         return self.cut_off[number] or (self.turned and number == 1)
 
     def copies(self, frame: bytes) -> tuple[bytes, bytes]:

@@ -199,7 +199,7 @@ class ReferenceClock:
 
     @property
     def doubted(self) -> bool:
-        """The last reading is to be confirmed by the next one."""
+        """True if the next reading has to confirm the last one."""
         return self._doubted
 
 

@@ -105,12 +105,12 @@ class SiiContent:
 
     @property
     def has_coe(self) -> bool:
-        """The mailbox speaks CoE."""
+        """True if the mailbox supports CoE."""
         return bool(self.protocols & MailboxBit.COE)
 
     @property
     def complete_access(self) -> bool:
-        """SDO takes whole objects."""
+        """True if SDO accesses whole objects."""
         return bool(self.coe_details & _COMPLETE)
 
     def text(self, number: int) -> str:

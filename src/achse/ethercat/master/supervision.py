@@ -80,13 +80,13 @@ class Supervision:
         self.slaves = slaves
         self.cyclic_on = False
         self.link = False
-        """Frames come back and pass a slave."""
+        """True if frames come back and pass a slave."""
         self.found = 0
         """Slaves that frames pass, configured or not."""
         self.strangers: list[tuple[int, int, int, int]] = []
         """Identities of slaves found that are not in the configuration."""
         self.searched = False
-        """Slaves were looked for, and found or not."""
+        """True after a search for slaves, even if it found none."""
         self.changes = 0
         """Number of times that slaves came or went."""
         self._cyclic = cyclic

@@ -146,12 +146,12 @@ class AcyclicTraffic:
 
     @property
     def away(self) -> bool:
-        """Frames are under way."""
+        """True if frames are under way."""
         return bool(self._away)
 
     @property
     def idle(self) -> bool:
-        """No request waits to be sent or for its answer; some may pause."""
+        """True if no request waits to be sent or for its answer; some may pause."""
         return not (self._fresh or self._ready or self._away)
 
     @property

@@ -503,7 +503,7 @@ def may_be_invalid(operator: Operator, operands: tuple[TypedValue, ...]) -> bool
 
 
 def _may_be_zero(value: TypedValue) -> bool:
-    """Of a number: whether it may be 0."""
+    """Return True if a finite number may be 0."""
     return _is_finite(value) and not (isinstance(value, Known) and value.value)
 
 

@@ -125,7 +125,7 @@ class Debugger:
         """Place of a stopped cycle; None while all is running."""
         self.breaks_on_exceptions = True
         self.skips_libraries = True
-        """Steps do not stop in libraries."""
+        """True if steps do not stop in libraries."""
         self.own_paths: frozenset[str] = frozenset()
         """The files of the project itself; none: all are."""
         self.changes = 0
