@@ -52,7 +52,7 @@ E = TypeVar("E", bound=Enumeration)
 F = TypeVar("F", bound=Callable[..., Any])
 
 Typelike = IecType[Any] | type[Record] | type[Enumeration]
-"""Whatever names a type in a declaration."""
+"""Type in a declaration: a type, a class of records or of an enumeration."""
 
 
 class Program(StaticRecord, kind=RecordKind.UNIT):
