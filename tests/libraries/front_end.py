@@ -38,10 +38,15 @@ class FrontEnd:
         return known[text]
 
     def check(
-        self, declared: Declarations, *, given: Iterable[type[StaticRecord]] = ()
+        self,
+        declared: Declarations,
+        *,
+        given: Iterable[type[StaticRecord]] = (),
+        check_bounds: bool = True,
     ) -> TypedProject:
         """Stand in for `check`."""
         assert declared is self.project.declarations
+        assert check_bounds
         if self._typed is None:
             self._typed = check(declared, given=given)
         return self._typed
