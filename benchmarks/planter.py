@@ -1,8 +1,9 @@
 """Small faults in a module: which can be planted, and planting one in a running process.
 
 Planted are: a removed condition, a swapped comparison, a swapped sign, a swapped `and`, a skipped
-call, a constant off by one. Not planted are faults that no test should see: in log lines, messages
-of errors, annotations, assertions, `__repr__` and branches for another system.
+call, bits not set or cleared, a constant off by one. Not planted are faults that no test should
+see: in log lines, messages of errors, annotations, assertions, `__repr__` and branches for another
+system.
 """
 
 import ast
@@ -164,6 +165,10 @@ class _Walk:
                 yield self._mutant(
                     node, function, (path, node.value, ast.Pass(), "skipped call", text)
                 )
+        if isinstance(node, ast.AugAssign) and isinstance(node.op, ast.BitOr | ast.BitAnd):
+            yield self._mutant(
+                node, function, (path, node.target, ast.Pass(), "skipped bit", _without(node))
+            )
         if isinstance(node, ast.If):
             if _is_of_a_system(node.test):
                 return

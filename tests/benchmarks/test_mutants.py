@@ -34,8 +34,10 @@ def count(numbers: list[int]) -> int:
     seen: list[int] = []
     def note(number: int) -> None:
         seen.append(-number)
+    bits = 0
     for number in numbers:
         note(number)
+        bits |= number
     return len(seen)
 '''
 
@@ -94,7 +96,9 @@ def test_all_faults_of_a_module(planter: Any, module: ModuleType) -> None:
         (18, "without width <= MOST"),
         (23, "-number → number"),
         (23, "without seen.append(-number)"),
-        (25, "without note(number)"),
+        (24, "0 → 1"),
+        (26, "without note(number)"),
+        (27, "without bits |= number"),
     ]
 
 
