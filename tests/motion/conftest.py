@@ -8,6 +8,7 @@ import pytest
 
 from achse.codes import NcError
 from achse.motion import Axis, AxisParameters, Nc, StateBit
+from achse.motion.features import TRANSIENT
 from achse.motion.record import LAYOUT
 from achse.native.memory import RowView
 
@@ -80,57 +81,61 @@ def make_rig() -> type[Rig]:
     return Rig
 
 
-UNUSUAL = LAYOUT.fields["unusual"].offset
+FEATURES = LAYOUT.fields["features"].offset
 
 
-def set_unusual(axis: Any, value: int) -> None:
-    """Let the next cycle of an axis look at everything, or not; unlike a write it wakes nothing."""
+def set_features(axis: Any, value: int) -> None:
+    """Set the bits of the features of an axis; unlike a write it wakes nothing."""
     if isinstance(axis, RowView):
-        axis.wholes[UNUSUAL] = value
+        axis.wholes[FEATURES] = value
     else:
-        axis._record.unusual = value
+        axis._record.features = value
 
 
-@pytest.fixture
-def look_at_everything() -> Callable[[Any, int], None]:
-    """`look_at_everything(axis, value)`: `set_unusual`."""
-    return set_unusual
+@pytest.fixture(name="set_features")
+def _set_features() -> Callable[[Any, int], None]:
+    """`set_features(axis, value)`."""
+    return set_features
 
 
 def _values(nc: Nc) -> list[tuple[bytes, ...]]:
-    """All values of its axes but whether more than a plain move is looked for."""
-    found: list[tuple[bytes, ...]] = []
-    for axis in nc:
-        own = axis.pack()
-        parts = (axis.encoder.pack(), axis.controller.pack(), axis.drive.pack())
-        found.append((own[: 8 * UNUSUAL], own[8 * UNUSUAL + 8 :], *parts))
-    return found
+    """All values of its axes."""
+    return [
+        (axis.pack(), axis.encoder.pack(), axis.controller.pack(), axis.drive.pack()) for axis in nc
+    ]
 
 
-def _cycle_both(short: Nc, rows: list[Any], long: Nc) -> None:
-    """A cycle of each; `rows` are the axes of `long`, which look at everything."""
-    for row in rows:
-        set_unusual(row, 1)
-    short.cycle()
-    long.cycle()
+def _cycle_both(fast: Nc, rows: list[Any], full: Nc) -> None:
+    """A cycle of each; that of `rows`, the axes of `full`, is the full one.
+
+    It clears the bits of all features that are off, and must leave those that `fast` has.
+    """
+    before = [row.features for row in rows]
+    for row, features in zip(rows, before, strict=True):
+        set_features(row, features | TRANSIENT)
+    fast.cycle()
+    full.cycle()
+    for row, features in zip(rows, before, strict=True):
+        if row.resting and row.features == features | TRANSIENT:  # had no cycle
+            set_features(row, features)
 
 
 @pytest.fixture
 def same_both_ways() -> Callable[[Nc, Nc, int], list[bool]]:
-    """`same_both_ways(short, long, cycles)`: two NCs that were told the same have the same values.
+    """`same_both_ways(fast, full, cycles)`: two NCs with equal commands have equal values.
 
-    Those of `long` look at everything in each cycle. Gives whether axis 1 of `short` began each
-    cycle on the short way.
+    Those of `full` have the full cycle. Gives whether axis 1 of `fast` took the fast path in each
+    cycle.
     """
 
-    def run(short: Nc, long: Nc, cycles: int) -> list[bool]:
-        rows: list[Any] = list(long)
-        plain = []
+    def run(fast: Nc, full: Nc, cycles: int) -> list[bool]:
+        rows: list[Any] = list(full)
+        taken = []
         for cycle in range(cycles):
-            plain.append(not short.axis(1).unusual)
-            _cycle_both(short, rows, long)
-            assert _values(short) == _values(long), cycle
-        return plain
+            taken.append(fast.axis(1).features == 0)
+            _cycle_both(fast, rows, full)
+            assert _values(fast) == _values(full), cycle
+        return taken
 
     return run
 
@@ -139,13 +144,13 @@ def same_both_ways() -> Callable[[Nc, Nc, int], list[bool]]:
 def compare_ways() -> Callable[[Callable[[], tuple[Nc, list[Any]]], int], None]:
     """`compare_ways(make, seed)`: two NCs, each with a player per axis, play the same.
 
-    The axes of one are made to look at everything in each cycle (`unusual`), those of the other
-    take the short way of a plain move where they can. All their values must be equal.
+    The axes of one have the full cycle, those of the other take the fast path where they can. All
+    their values must be equal, the bits of their features too.
     """
 
     def compare(make: Callable[[], tuple[Nc, list[Any]]], seed: int) -> None:
-        (short, first), (long, second) = make(), make()
-        rows: list[Any] = list(long)
+        (fast, first), (full, second) = make(), make()
+        rows: list[Any] = list(full)
         dice = random.Random(seed)
         for turn in range(1500):
             acting = [n for n in range(len(rows)) if dice.random() < 0.1]
@@ -153,7 +158,7 @@ def compare_ways() -> Callable[[Callable[[], tuple[Nc, list[Any]]], int], None]:
                 for n in acting:
                     players[n].act()
             for _ in range(dice.choice((1, 1, 2, 7, 40))):
-                _cycle_both(short, rows, long)
-            assert _values(short) == _values(long), turn
+                _cycle_both(fast, rows, full)
+            assert _values(fast) == _values(full), turn
 
     return compare

@@ -7,7 +7,7 @@ import pytest
 from achse.motion.record import FIELDS
 from achse.motion.shown import ShownField
 
-WOKEN = {"resting", "adapt", "encoder_adapt"}
+WOKEN = {"resting", "features", "encoder_adapt"}
 """What a change of other values sets."""
 
 

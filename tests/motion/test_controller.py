@@ -190,7 +190,7 @@ def disturb(axis: Any, source: random.Random) -> None:
             lambda: commands.stop_external_setpoint(axis),
             lambda: setattr(axis, "velocity_override", source.randrange(1_000_001)),
             lambda: setattr(axis, "control_dword", source.choice((7, 7, 7, 0, 3))),
-            lambda: setattr(axis, "adapt", 1),
+            lambda: axis.wake(adapts=True),
         )
     )()
 

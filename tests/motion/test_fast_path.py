@@ -8,66 +8,16 @@ import pytest
 
 from achse.motion import commands
 from achse.motion.drive import read_drive
+from achse.motion.features import TRANSIENT, Feature
 from achse.motion.kernel import _asleep
-from achse.motion.monitoring import _more_than_a_move, settle, stays_closed
-from achse.motion.states import AxisType, DriveType, MotionPhase
-
-UNUSUAL = [
-    *("adapt", "external_setpoint_active", "external_error", "compensating", "reversing_number"),
-    *("phasing_active", "homing_state", "homing_latch", "fast_axis_stop_signal_type"),
-    *("io_invalid", "limit_switch", "has_been_stopped", "got_new_target", "delayed_error_code"),
-    *("motion_locked", "error_code", "output_cut", "axis_disabled", "drive_output_disabled"),
-    *("grouped", "switch_armed", "limited", "setpoint_velocity_position_delay"),
-    *("set_torque_offset", "drive_operation_mode"),
-    *("encoder.latch_active", "encoder.latch_valid", "encoder.armed"),
-    *("encoder.soft_limit_min_enable", "encoder.soft_limit_max_enable"),
-    *("drive.io_time", "drive.limit_active", "drive.io.data_out4", "drive.special"),
-    *("drive.delay", "drive.adapted_mode", "controller.special"),
-]
-"""What a plain move does not have."""
-
-
-@pytest.mark.parametrize("name", UNUSUAL)
-def test_axis_that_does_more_than_a_move_leaves_the_fast_path(rig: Any, name: str) -> None:
-    path, _, name = name.rpartition(".")
-    owner = attrgetter(path)(rig.axis) if path else rig.axis
-    assert _more_than_a_move(rig.axis) == 0
-    setattr(owner, name, 1)
-    if name != "adapt":
-        rig.axis.adapt = 0
-    assert _more_than_a_move(rig.axis) == 1
-
-
-def test_drive_that_has_not_yet_the_mode_of_its_axis_leaves_the_fast_path(rig: Any) -> None:
-    rig.axis.drive_operation_mode = rig.axis.drive.adapted_mode = 1
-    rig.axis.adapt = 0
-    assert _more_than_a_move(rig.axis) == 1
-    rig.axis.drive_operation_mode = rig.axis.drive.adapted_mode = rig.axis.adapt = 0
-    assert _more_than_a_move(rig.axis) == 0
-
-
-@pytest.mark.parametrize("phase", MotionPhase)
-def test_only_plain_moves_and_couplings_take_the_fast_path(rig: Any, phase: MotionPhase) -> None:
-    rig.axis.set_motion_phase = phase
-    fast = phase <= MotionPhase.STOPPING or phase == MotionPhase.COUPLED
-    assert _more_than_a_move(rig.axis) == (0 if fast else 1)
-
-
-def test_other_axes_and_drives_leave_the_fast_path(rig: Any) -> None:
-    kind = rig.axis.axis_type
-    for other in (AxisType.DISCRETE_RAPID_CREEP, AxisType.ENCODER):
-        rig.axis.axis_type, rig.axis.adapt = other, 0
-        assert _more_than_a_move(rig.axis) == 1
-    rig.axis.axis_type, rig.axis.adapt = kind, 0
-    assert _more_than_a_move(rig.axis) == 0
-    rig.axis.drive.type, rig.axis.adapt = DriveType.STEPPER, 0
-    assert _more_than_a_move(rig.axis) == 1
+from achse.motion.monitoring import settle, stays_closed
+from achse.motion.states import AxisType
 
 
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("unusual", 1),
+        ("features", 1),
         ("control_dword", 6),
         ("control_dword", 5),
         ("control_dword", 3),
@@ -76,27 +26,27 @@ def test_other_axes_and_drives_leave_the_fast_path(rig: Any) -> None:
     ],
 )
 def test_loop_stays_closed_only_as_in_a_move(
-    rig: Any, look_at_everything: Callable[[Any, int], None], name: str, value: int
+    rig: Any, set_features: Callable[[Any, int], None], name: str, value: int
 ) -> None:
     axis = rig.axis
-    look_at_everything(axis, 0)
+    set_features(axis, 0)
     assert stays_closed(axis)
     setattr(axis, name, value)
-    look_at_everything(axis, 1 if name == "unusual" else 0)
     assert not stays_closed(axis)
 
 
-@pytest.mark.parametrize("field", ["io.state2", "io.state4"])
+@pytest.mark.parametrize(
+    ("field", "feature"),
+    [("state2", Feature.LIMIT_SWITCH), ("state4", Feature.IO_INVALID)],
+)
 def test_limit_switch_and_invalid_data_of_a_drive_end_the_fast_path(
-    rig: Any, look_at_everything: Callable[[Any, int], None], field: str
+    rig: Any, set_features: Callable[[Any, int], None], field: str, feature: Feature
 ) -> None:
     axis = rig.axis
-    _, name = field.split(".")
-    setattr(axis.drive.io, name, 1)
-    look_at_everything(axis, 0)
-    read_drive(axis, rig.dt, plain=True)
-    assert axis.unusual == 1
-    assert _more_than_a_move(axis) == 1
+    setattr(axis.drive.io, field, 1)
+    set_features(axis, 0)
+    read_drive(axis, rig.dt, fast=True)
+    assert axis.features == feature
     assert not stays_closed(axis)
 
 
@@ -183,23 +133,23 @@ def test_slave_rests_with_its_master(make_rig: Any) -> None:
     assert slave.set_position == 1.0
 
 
-@pytest.mark.parametrize("unusual", [0, 1])
+@pytest.mark.parametrize("features", [0, TRANSIENT])
 def test_moving_axis_does_not_grow_quiet(
-    make_rig: Any, look_at_everything: Callable[[Any, int], None], unusual: int
+    make_rig: Any, set_features: Callable[[Any, int], None], features: int
 ) -> None:
     """At override 0 a move waits; nothing changes, but it may go on at any time."""
     rig = make_rig(velocity_override=0)
     assert commands.start(rig.axis, 1, 100.0, 50.0) == 0
     for _ in range(60):
-        look_at_everything(rig.axis, unusual)
+        set_features(rig.axis, features)
         rig.run(1)
         assert (rig.axis.quiet_cycles, rig.axis.resting) == (0, 0)
 
 
-@pytest.mark.parametrize("unusual", [0, 1])
+@pytest.mark.parametrize("features", [0, TRANSIENT])
 @pytest.mark.parametrize("follows", [False, True])
 def test_only_a_slave_compares_its_following_error(
-    make_rig: Any, look_at_everything: Callable[[Any, int], None], unusual: int, follows: bool
+    make_rig: Any, set_features: Callable[[Any, int], None], features: int, follows: bool
 ) -> None:
     rig = make_rig(count=2, controller_following_error_position_monitoring_enable=0)
     master, slave = rig.nc.axis(1), rig.nc.axis(2)
@@ -208,7 +158,7 @@ def test_only_a_slave_compares_its_following_error(
         assert commands.couple(slave, 1, 1, 0, 0, 1.0) == 0
     assert commands.start(master, 1, 100.0, 100.0) == 0
     for _ in range(30):
-        look_at_everything(slave, unusual)
+        set_features(slave, features)
         rig.run(1)
     assert master.following_error != 0.0
     assert (slave.following_error_difference != 0.0) is follows

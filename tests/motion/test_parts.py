@@ -4,6 +4,7 @@ import pytest
 
 from achse.motion import AxisParameters, Nc
 from achse.motion.axis import Axis
+from achse.motion.features import Feature
 from achse.motion.parts import VIEWS
 from achse.motion.record import FIELDS, PART_OF, PARTS
 from achse.motion.shown import SHOWN
@@ -54,12 +55,13 @@ def test_every_value_is_of_one_record() -> None:
 
 
 def test_a_parameter_of_a_part_wakes_its_axis(axis: Axis) -> None:
-    axis.resting, axis.adapt, axis.encoders[1].adapt = 1, 0, 0
+    axis.features, axis.resting, axis.encoders[1].adapt = 0, 1, 0
+    axis.resting = 1
     axis.encoders[1].position_filter_time = 0.5
-    assert (axis.resting, axis.adapt, axis.encoders[1].adapt) == (0, 1, 1)
-    axis.resting, axis.adapt = 1, 0
+    assert (axis.resting, axis.features, axis.encoders[1].adapt) == (0, Feature.PARAMETERS, 1)
+    axis.features, axis.resting = 0, 1
     axis.drives[2].output = 3.0
-    assert (axis.resting, axis.adapt) == (0, 0)
+    assert (axis.resting, axis.features) == (0, 0)
 
 
 def test_a_value_is_in_memory_where_no_other_part_can_take_over() -> None:

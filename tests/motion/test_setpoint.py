@@ -19,6 +19,7 @@ from achse.motion import (
     commands,
 )
 from achse.motion.dynamics import fault_deceleration, fault_jerk
+from achse.motion.features import Feature
 from achse.motion.ramps import highest_velocity
 from achse.motion.setpoint import arrived, drop_job, fail, stop_fast
 from achse.motion.states import MotionPhase
@@ -547,10 +548,10 @@ def test_dropped_job_leaves_nothing_behind(rig: Any) -> None:
 def test_error_opens_the_loop_or_brakes(rig: Any, phase: MotionPhase, cut: int) -> None:
     axis = rig.axis
     busy(axis, phase)
-    axis.delayed_error_code, axis.unusual = 0x4550, 0
+    axis.delayed_error_code, axis.features = 0x4550, 0
     fail(axis, 0x4550, cut)
     assert (axis.error_code, axis.output_cut, axis.delayed_error_code) == (0x4550, cut, 0)
-    assert (axis.unusual, axis.buffer_count) == (1, 0)
+    assert (axis.features & Feature.ERROR, axis.buffer_count) == (Feature.ERROR, 0)
     brakes = phase != MotionPhase.NONE and not cut
     assert axis.set_motion_phase == (MotionPhase.STOPPING if brakes else MotionPhase.NONE)
     if phase == MotionPhase.NONE and not cut:

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from achse.codes import NcError
+from achse.motion.features import Feature
 from achse.motion.generators.table import UNPLANNED
 from achse.motion.limits import TOLERANCE
 from achse.motion.monitoring import (
@@ -60,7 +61,7 @@ def moving(axis: Any, phase: MotionPhase = MotionPhase.ENDLESS, velocity: float 
 )
 def test_reaction_to_the_first_error_waits_for_its_delay(
     rig: Any,
-    look_at_everything: Callable[[Any, int], None],
+    set_features: Callable[[Any, int], None],
     mode: int,
     delay: float,
     error: int,
@@ -70,9 +71,10 @@ def test_reaction_to_the_first_error_waits_for_its_delay(
     axis = rig.axis
     put(axis, error_reaction_mode=mode, error_reaction_delay=delay, error_code=error)
     put(axis, delayed_error_code=delayed, delayed_error_time=7.0, delayed_error_cut=0)
-    look_at_everything(axis, 0)
+    set_features(axis, 0)
     report(axis, CODE, 1)
-    assert axis.unusual == int(delayed == 0 or not axis.delayed_error_code)
+    assert bool(axis.features & Feature.DELAYED_ERROR) is (after[1] == CODE and delayed == 0)
+    assert bool(axis.features & Feature.ERROR) is (after[1] == 0)
     assert (axis.error_code, axis.delayed_error_code, axis.output_cut) == after
     begun = after[1] == CODE
     assert (axis.delayed_error_cut, axis.delayed_error_time) == ((1, 0.0) if begun else (0, 7.0))
@@ -312,7 +314,7 @@ def test_soft_limit_ends_each_motion_at_once_unless_it_stands(rig: Any, sign: in
 
 def test_delayed_error_reacts_when_its_delay_is_over(rig: Any) -> None:
     axis = rig.axis
-    for plain, closed, time, reacts in (
+    for fast, closed, time, reacts in (
         (False, 1, 3.0 * DT, True),
         (False, 0, 3.0 * DT, True),
         (False, 1, nextafter(3.0 * DT, 0.0), False),
@@ -321,7 +323,7 @@ def test_delayed_error_reacts_when_its_delay_is_over(rig: Any) -> None:
         moving(axis)
         put(axis, error_reaction_delay=4.0 * DT, loop_closed=closed)
         put(axis, delayed_error_code=OTHER, delayed_error_cut=1, delayed_error_time=time)
-        supervise_motion(axis, DT, plain)
+        supervise_motion(axis, DT, fast)
         assert (axis.error_code, axis.output_cut) == ((OTHER, 1) if reacts else (0, 0))
         assert axis.delayed_error_code == (0 if reacts else OTHER)
     moving(axis)
@@ -332,14 +334,14 @@ def test_delayed_error_reacts_when_its_delay_is_over(rig: Any) -> None:
 
 def test_limits_are_supervised_where_a_closed_loop_moves(rig: Any) -> None:
     axis = rig.axis
-    for plain, limited, closed, phase in product(
+    for fast, limited, closed, phase in product(
         (False, True), (0, 1), (0, 1), (MotionPhase.NONE, MotionPhase.ENDLESS)
     ):
         moving(axis, phase)
         put(axis, limited=limited, loop_closed=closed, limit_reached=1)
-        supervise_motion(axis, DT, plain)
-        watched = not plain and limited and closed and phase != MotionPhase.NONE
-        assert axis.error_code == (MAX if watched else 0), (plain, limited, closed, phase)
+        supervise_motion(axis, DT, fast)
+        watched = not fast and limited and closed and phase != MotionPhase.NONE
+        assert axis.error_code == (MAX if watched else 0), (fast, limited, closed, phase)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -358,7 +360,7 @@ def test_movement_is_seen_beyond_its_window_or_missed_after_its_time(rig: Any, s
         moving(axis, velocity=velocity)
         put(axis, motion_monitoring_enable=enable, motion_position=sign * 8.0, motion_time=time)
         encoder.actual_position = sign * (8.0 + place)
-        supervise_motion(axis, DT, plain=True)
+        supervise_motion(axis, DT, fast=True)
         assert (axis.motion_position, axis.motion_time) == (sign * (8.0 + after[0]), after[1])
         assert (axis.error_code, axis.output_cut) == ((OTHER, 1) if failed else (0, 0))
     moving(axis)
@@ -390,7 +392,7 @@ def test_windows_of_the_target_end_at_their_width(rig: Any, sign: float) -> None
     put(axis, target_position=100.0, position_range_window=5.0, target_position_window=2.0)
     put(axis, target_position_monitoring_time=4.0 * DT, job__timing=0)
     phases = MotionPhase.NONE, MotionPhase.POSITIONING, MotionPhase.ENDLESS, MotionPhase.HOMING
-    for way, enable, phase, velocity, loop, plain in product(
+    for way, enable, phase, velocity, loop, fast in product(
         (2.0, 2.125, 5.0, 5.125),
         (0, 1),
         (*phases, MotionPhase.COUPLED),
@@ -403,11 +405,11 @@ def test_windows_of_the_target_end_at_their_width(rig: Any, sign: float) -> None
         put(axis, target_position_monitoring_enable=enable, encoder__actual_position=100.0 + way)
         put(axis, in_position_range=1, in_target_position=1, target_window_time=9.0)
         axis.encoder.actual_position = 100.0 + sign * way
-        supervise_arrival(axis, DT, plain)
+        supervise_arrival(axis, DT, fast)
         passes = loop or phase == MotionPhase.ENDLESS
         passes = passes or (phase == MotionPhase.COUPLED and velocity != 0.0)
-        passes = passes or (phase == MotionPhase.HOMING and velocity != 0.0 and not plain)
-        case = way, enable, phase, velocity, loop, plain
+        passes = passes or (phase == MotionPhase.HOMING and velocity != 0.0 and not fast)
+        case = way, enable, phase, velocity, loop, fast
         assert axis.in_position_range == int(enable and way <= 5.0 and not passes), case
         inside = enable and way <= 2.0 and not passes
         assert axis.in_target_position == int(inside), case

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from achse.motion.couplings.masters import begin_to_lead, let_go, show_coupling
+from achse.motion.features import Feature
 from achse.motion.machine.hardware import (
     AmplifierView,
     DriveIoView,
@@ -66,6 +67,10 @@ else:
 
     class _Fields:
         pass
+
+
+_OF_THE_CYCLE = {"resting", "features"}
+"""Fields that say what the cycle has to do; a change of them wakes nothing by itself."""
 
 
 class Axis(View, _Fields):
@@ -132,18 +137,21 @@ class Axis(View, _Fields):
         return self.drive.io
 
     def changed(self, field: Field) -> None:
-        """Wake; a parameter lets the next cycle compute what follows from it."""
-        if field.name != "resting":
+        """Wake, and set the bit of the feature that the value switches on.
+
+        A parameter lets the next cycle compute what follows from it.
+        """
+        if field.feature:
+            self.features |= field.feature
+        if field.name not in _OF_THE_CYCLE:
             self.wake(adapts=field.role is Role.PARAMETER)
 
     def wake(self, *, adapts: bool = False) -> None:
         """Go on with the next cycle, and compute there what follows from the parameters."""
         if self.resting:
             self.resting = 0
-        if not self.unusual:
-            self.unusual = 1
         if adapts:
-            self.adapt = 1
+            self.features |= Feature.PARAMETERS
 
     def show(self) -> None:
         """Update the status words after a command between two cycles, and wake."""

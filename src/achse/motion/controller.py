@@ -9,6 +9,7 @@ Kernel source: compiled as it stands, see `compiled`.
 
 from math import pi
 
+from achse.motion.features import Feature
 from achse.motion.record import AxisDriveFields, AxisFields
 from achse.motion.rows import NcRows
 from achse.motion.states import ControllerType, DriveType, MotionPhase
@@ -296,11 +297,11 @@ def _put_out(ax: AxisFields, drive: AxisDriveFields, output: float) -> None:
     if output > drive.output_limit_max * full:
         output = drive.output_limit_max * full
         drive.limit_active = 1
-        ax.unusual = 1
+        ax.features |= Feature.OUTPUT_LIMIT
     elif output < drive.output_limit_min * full:
         output = drive.output_limit_min * full
         drive.limit_active = 1
-        ax.unusual = 1
+        ax.features |= Feature.OUTPUT_LIMIT
     drive.output = output
     if output < drive.output_peak_negative:
         drive.output_peak_negative = output
@@ -329,24 +330,26 @@ def control_coupling(ax: AxisFields, rows: NcRows) -> None:
         _put_out(ax, ax.drive, ax.drive.output + kcp * beside)
 
 
-def control(ax: AxisFields, dt: float, plain: bool = False) -> None:
-    """Controller: following error to drive output; `plain` ones are P controllers of a move."""
+def control(ax: AxisFields, dt: float, fast: bool = False) -> None:
+    """Turn the following error into the drive output; on the fast path by a P controller."""
     encoder = ax.encoder
     controller = ax.controller
     drive = ax.drive
     phase = ax.set_motion_phase
     v = ax.set_velocity
     error = ax.set_position - encoder.actual_position
-    output_only = not plain and phase == MotionPhase.DRIVE_OUTPUT
+    output_only = not fast and phase == MotionPhase.DRIVE_OUTPUT
     if drive.ideal and ax.loop_closed and not output_only:  # it has had a cycle to go there
         error = drive.sent_position - encoder.actual_position
-    late = 0.0 if plain else ax.setpoint_velocity_position_delay
+    late = 0.0 if fast else ax.setpoint_velocity_position_delay
     if drive.on_bus:
         late += drive.io.dc_time * 1e-9
     if late > 0.0:
         error -= late * (v - 0.5 * late * ax.set_acceleration)
     controller.following_error = error
-    drive.limit_active = 0
+    if not fast and ax.features & Feature.OUTPUT_LIMIT:
+        drive.limit_active = 0
+        ax.features &= ~Feature.OUTPUT_LIMIT
     controller.following_error_velocity = v - encoder.actual_velocity
     if error < controller.following_error_peak_negative:
         controller.following_error_peak_negative = error
@@ -361,7 +364,7 @@ def control(ax: AxisFields, dt: float, plain: bool = False) -> None:
         return
     full = drive.full
     feedforward = controller.velocity_feedforward_weight * v
-    if not plain and controller.special:
+    if not fast and controller.special:
         part = _special(ax, error, full, dt)
         if controller.type in (ControllerType.P_VELOCITY, ControllerType.PI_VELOCITY):
             feedforward = 0.0

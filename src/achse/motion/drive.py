@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from math import floor
 
 from achse.motion.curves import Piece, value_at
+from achse.motion.features import Feature
 from achse.motion.port import (
     CONTROL_ENABLE,
     CONTROL_HOME,
@@ -129,26 +130,29 @@ def fill_filter(ax: AxisFields, drive: AxisDriveFields) -> None:
     drive.filtered_set_acceleration = 0.0
 
 
-def read_drive(ax: AxisFields, dt: float, plain: bool = False) -> None:
+def read_drive(ax: AxisFields, dt: float, fast: bool = False) -> None:
     """Take what the drive reports: its limit switches and its torque, scaled and filtered.
 
-    For a `plain` move it was valid before, and on no limit switch.
+    On the fast path it was valid before, and on no limit switch.
     """
     drive = ax.drive
     io = drive.io
     io.news = 0
     ax.drive_status = io.state1
     invalid = (io.state4 | ax.encoder.io.state4) & STATUS_INVALID
-    if invalid != (0 if plain else ax.io_invalid):
+    if invalid != (0 if fast else ax.io_invalid):
         ax.io_invalid = invalid
-        ax.unusual = 1
-    if io.state2 or (not plain and ax.limit_switch):
+        ax.features |= Feature.IO_INVALID
+    if io.state2:
+        ax.features |= Feature.LIMIT_SWITCH
         ax.limit_switch = 0
-        ax.unusual = 1
         if io.state2 & LIMIT_MAX:
             ax.limit_switch = 1
         elif io.state2 & LIMIT_MIN:
             ax.limit_switch = -1
+    elif not fast and ax.features & Feature.LIMIT_SWITCH:
+        ax.limit_switch = 0
+        ax.features &= ~Feature.LIMIT_SWITCH
     before = drive.actual_torque
     increments = io.data_in2
     if increments == 0 and before == 0.0 and drive.actual_torque_derivative == 0.0:
@@ -281,6 +285,7 @@ def _put_out_torque(ax: AxisFields) -> None:
         io.data_out6 = within_32_bits(ax.torque_deceleration * drive.acceleration_scaling)
         if io.state1 & STATUS_LIMITED:
             drive.limit_active = 1
+            ax.features |= Feature.OUTPUT_LIMIT
 
 
 def _put_out_set_values(ax: AxisFields, dt: float) -> None:
@@ -329,20 +334,22 @@ def _control(ax: AxisFields) -> int:
     return control
 
 
-def put_out(ax: AxisFields, pieces: Sequence[Piece], dt: float, plain: bool = False) -> None:
-    """Write the outputs of a servo drive; if `plain`, as they are, without a torque."""
+def put_out(ax: AxisFields, pieces: Sequence[Piece], dt: float, fast: bool = False) -> None:
+    """Write the outputs of a servo drive; on the fast path as they are, without a torque."""
     drive = ax.drive
     io = drive.io
     io.fresh = 1
     io.ctrl1 = _control(ax) if drive.on_bus else ax.loop_closed
-    if not plain and (io.data_out4 or ax.set_torque_offset != 0.0):
+    if not fast and ax.features & Feature.TORQUE_OFFSET:
         io.data_out4 = _turned(ax, ax.set_torque_offset * drive.torque_offset_scaling)
+        if io.data_out4 == 0 and ax.set_torque_offset == 0.0:
+            ax.features &= ~Feature.TORQUE_OFFSET
     if not drive.digital:
         io.ctrl3 = 0
         share = drive.output / drive.full
-        if not plain and drive.special:
+        if not fast and drive.special:
             share = _characteristic_share(ax, share, pieces)
-        if not plain and drive.delay > 0:
+        if not fast and drive.delay > 0:
             share = _late(ax, share)
         if drive.motor_polarity:
             share = -share

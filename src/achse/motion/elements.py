@@ -1,6 +1,7 @@
 """Control loops: which of its encoders, controllers and drives an axis works with."""
 
 from achse.motion.axis import Axis
+from achse.motion.features import TRANSIENT
 from achse.motion.kernel import adapt
 
 __all__ = ["choose_control_loop", "control_loop_count"]
@@ -30,4 +31,5 @@ def choose_control_loop(axis: Axis, loop: int) -> None:
     axis.encoder.leads = 1
     axis.machine.driver = axis.drive.amplifier.number
     adapt(axis, axis.cycle_ns * 1e-9)
+    axis.features |= TRANSIENT  # the other parts have their own
     axis.wake(adapts=True)

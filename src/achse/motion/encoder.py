@@ -131,9 +131,9 @@ def _correct(ax: AxisFields, encoder: EncoderFields, dt: float) -> float:
     return goal - before
 
 
-def measure(ax: AxisFields, encoder: EncoderFields, dt: float, plain: bool = False) -> None:
-    """Read the encoder: actual position, velocity and acceleration; if `plain`, as they are."""
-    special = 0 if plain else encoder.special
+def measure(ax: AxisFields, encoder: EncoderFields, dt: float, fast: bool = False) -> None:
+    """Read position, velocity and acceleration of the encoder; on the fast path as they are."""
+    special = 0 if fast else encoder.special
     before_count = encoder.software_increments
     if special:
         count = read_counter(encoder)
@@ -167,7 +167,7 @@ def measure(ax: AxisFields, encoder: EncoderFields, dt: float, plain: bool = Fal
         velocity += _correct(ax, encoder, dt) / dt
         position += encoder.position_correction
     encoder.actual_position_unfiltered = position
-    filter_time = 0.0 if plain else encoder.position_filter_time
+    filter_time = 0.0 if fast else encoder.position_filter_time
     if filter_time > 0.0:
         before = encoder.actual_position_filtered
         if abs(position - before) > _STILL:

@@ -1,18 +1,22 @@
 """The axis cycle: one step of every axis, the same source plain and compiled.
 
-The hardware gives its inputs, the NC works, the hardware carries out what it says. Order within
-the cycle of an axis: encoder, enables, set point, coupling, controller, supervision, outputs,
-status.
+The hardware gives its inputs, the NC works, the hardware carries out what it says. The cycle of an
+axis is a list of stages (`STAGES`), from which come the full cycle and the fast one of an axis that
+has no feature on (`achse.motion.features`).
 """
+
+from collections.abc import Callable
+from typing import NamedTuple
 
 from achse.motion.controller import adapt_controller, control, control_coupling
 from achse.motion.couplings.table import couple, led
 from achse.motion.discrete import run_stepper, run_two_speeds, show_speed
 from achse.motion.drive import adapt_drive, put_out, put_out_bytes, read_drive
 from achse.motion.encoder import adapt_encoder, measure
+from achse.motion.features import BY_PARAMETERS, Feature
 from achse.motion.generators import coupled
 from achse.motion.generators.homing import home
-from achse.motion.generators.table import hand_over, lead
+from achse.motion.generators.table import BY_FAST_PATH, hand_over, lead
 from achse.motion.limits import adapt_limits
 from achse.motion.machine.kernel import HardwareRows, carry_out, give_inputs
 from achse.motion.monitoring import (
@@ -29,10 +33,16 @@ from achse.motion.phasing import shift_phase
 from achse.motion.record import POSITION_HISTORY, AxisFields, EncoderFields
 from achse.motion.rows import NcRows
 from achse.motion.setpoint import generate, keeps_its_table, show_remaining, walk
-from achse.motion.signals import arm, watch
+from achse.motion.signals import arm, arm_in_force, watch
 from achse.motion.states import AxisType, DriveType, MotionPhase
 
-__all__ = ["adapt", "begin", "begin_encoder", "cycle", "cycles", "follow"]
+__all__ = ["STAGES", "Stage", "adapt", "begin", "begin_encoder", "cycle", "cycles", "follow"]
+
+_KEPT = ~(BY_PARAMETERS | Feature.PARAMETERS.value)
+"""Features that a change of parameters does not switch."""
+
+_LEADING = Feature.EXTERNAL_SETPOINT.value | Feature.OPERATION_MODE.value
+_LATCHES = Feature.LATCH.value | Feature.HOMING.value
 
 
 def adapt(ax: AxisFields, dt: float) -> None:
@@ -42,7 +52,31 @@ def adapt(ax: AxisFields, dt: float) -> None:
     adapt_controller(ax)
     adapt_limits(ax)
     ax.operation_mode_state_dword = operation_mode(ax)
-    ax.adapt = 0
+    ax.features = ax.features & _KEPT | _by_parameters(ax)
+
+
+def _by_parameters(ax: AxisFields) -> int:
+    """Return the features that parameters switch on."""
+    encoder = ax.encoder
+    drive = ax.drive
+    features = 0
+    if (
+        ax.axis_type in (AxisType.DISCRETE_RAPID_CREEP, AxisType.ENCODER)
+        or drive.type == DriveType.STEPPER
+        or ax.encoder_moves
+    ):
+        features |= Feature.KIND
+    if encoder.soft_limit_min_enable or encoder.soft_limit_max_enable:
+        features |= Feature.SOFT_LIMITS
+    if ax.fast_axis_stop_signal_type:
+        features |= Feature.FAST_STOP
+    if ax.setpoint_velocity_position_delay > 0.0:
+        features |= Feature.POSITION_DELAY
+    if drive.special or drive.delay:
+        features |= Feature.DRIVE
+    if ax.controller.special:
+        features |= Feature.CONTROLLER
+    return features
 
 
 def begin_encoder(ax: AxisFields, encoder: EncoderFields, dt: float) -> None:
@@ -63,7 +97,6 @@ def begin(ax: AxisFields, dt: float) -> None:
     ax.set_position = ax.encoder.actual_position
     ax.target_position = ax.encoder.actual_position
     ax.motion_position = ax.encoder.actual_position
-    ax.adapt = 1
     adapt(ax, dt)
     show_state(ax)
 
@@ -77,48 +110,186 @@ def _asleep(ax: AxisFields, rows: NcRows) -> bool:
     return False
 
 
-def _cycle_with_all(ax: AxisFields, rows: NcRows, dt: float) -> None:
-    """One cycle with all that an axis may do besides a plain move or following others."""
-    encoder = ax.encoder
-    if ax.external_setpoint_active or ax.drive_operation_mode:
+def _hand_over(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    if ax.features & _LEADING:
         hand_over(ax)
-    if ax.adapt or ax.drive_operation_mode != ax.drive.adapted_mode:
+        if ax.external_setpoint_active == 0:
+            ax.features &= ~Feature.EXTERNAL_SETPOINT
+
+
+def _adapt(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    if ax.features & Feature.PARAMETERS or ax.drive_operation_mode != ax.drive.adapted_mode:
         adapt(ax, dt)
-    measure(ax, encoder, dt)
-    if encoder.latch_active or ax.homing_latch:
-        watch(ax, encoder)
+    if ax.drive_operation_mode == 0:
+        ax.features &= ~Feature.OPERATION_MODE
+
+
+def _measure(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    measure(ax, ax.encoder, dt)
+
+
+def _measure_fast(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    encoder = ax.encoder
+    if encoder.special or encoder.position_filter_time > 0.0:
+        measure(ax, encoder, dt)
+    else:
+        measure(ax, encoder, dt, fast=True)
+
+
+def _watch(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    if ax.features & _LATCHES:
+        watch(ax, ax.encoder)
+
+
+def _read_drive(ax: AxisFields, rows: NcRows, dt: float) -> None:
     read_drive(ax, dt)
+
+
+def _read_drive_fast(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    read_drive(ax, dt, fast=True)
+
+
+def _supervise_enable(ax: AxisFields, rows: NcRows, dt: float) -> None:
     supervise_enable(ax, dt)
-    if ax.phasing_active:
+
+
+def _supervise_enable_fast(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    if not stays_closed(ax):
+        supervise_enable(ax, dt)
+
+
+def _shift_phase(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    if ax.features & Feature.PHASING:
         shift_phase(ax, dt)
-    discrete = ax.axis_type == AxisType.DISCRETE_RAPID_CREEP
-    if discrete:
+
+
+def _generate(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    if ax.axis_type == AxisType.DISCRETE_RAPID_CREEP:
         if ax.set_motion_phase == MotionPhase.HOMING:
             home(ax)
         run_two_speeds(ax, dt)
     else:
         lead(ax, dt)
-        if ax.coupling_state:
-            couple(ax, rows, dt)
+    if BY_FAST_PATH[ax.set_motion_phase]:
+        ax.features &= ~Feature.GENERATOR
+    else:
+        ax.features |= Feature.GENERATOR
+    if ax.compensating == 0:
+        ax.features &= ~Feature.SUPERPOSITION
+    if ax.reversing_number == 0:
+        ax.features &= ~Feature.REVERSING
+
+
+def _generate_fast(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    if ax.set_motion_phase == MotionPhase.COUPLED:
+        coupled.step(ax, dt)
+    elif keeps_its_table(ax, dt):
+        walk(ax, ax.segment_elapsed + dt)
+        show_remaining(ax, dt)
+    else:
+        generate(ax, dt)
+
+
+def _couple(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    if ax.coupling_state and ax.axis_type != AxisType.DISCRETE_RAPID_CREEP:
+        couple(ax, rows, dt)
+
+
+def _couple_fast(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    if ax.coupling_state:
+        couple(ax, rows, dt)
+
+
+def _control(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    if ax.axis_type != AxisType.DISCRETE_RAPID_CREEP:
         control(ax, dt)
         if ax.coupling:
             control_coupling(ax, rows)
+
+
+def _control_fast(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    control(ax, dt, fast=True)
+    if ax.coupling:
+        control_coupling(ax, rows)
+
+
+def _supervise(ax: AxisFields, rows: NcRows, dt: float) -> None:
     supervise_motion(ax, dt)
     supervise_arrival(ax, dt)
     if ax.axis_type == AxisType.ENCODER:
         watch_standstill(ax, dt)
-    if discrete:
+
+
+def _supervise_fast(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    supervise_motion(ax, dt, fast=True)
+    supervise_arrival(ax, dt, fast=True)
+
+
+def _put_out(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    if ax.axis_type == AxisType.DISCRETE_RAPID_CREEP:
         put_out_bytes(ax)
     elif ax.drive.type == DriveType.STEPPER:
         run_stepper(ax, dt)
         put_out_bytes(ax)
     else:
         put_out(ax, rows.pieces, dt)
+
+
+def _put_out_fast(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    put_out(ax, rows.pieces, dt, fast=True)
+
+
+def _show_state(ax: AxisFields, rows: NcRows, dt: float) -> None:
     show_state(ax)
-    if discrete:
+    if ax.axis_type == AxisType.DISCRETE_RAPID_CREEP:
         show_speed(ax)
-    if encoder.latch_active or encoder.armed or ax.homing_latch:
-        arm(ax, encoder)
+
+
+def _show_state_fast(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    if ax.features:  # by what this cycle has begun
+        show_state(ax)
+    else:
+        show_state(ax, fast=True)
+
+
+def _arm(ax: AxisFields, rows: NcRows, dt: float) -> None:
+    if ax.features & _LATCHES:
+        arm_in_force(ax)
+
+
+class Stage(NamedTuple):
+    """A stage of the cycle of an axis."""
+
+    name: str
+    full: Callable[[AxisFields, NcRows, float], None]
+    """All that it does for any feature."""
+    fast: Callable[[AxisFields, NcRows, float], None] | None = None
+    """What of that a plain move or a coupling needs; None if nothing."""
+
+
+STAGES = (
+    Stage("hand over", _hand_over),
+    Stage("parameters", _adapt),
+    Stage("encoder", _measure, _measure_fast),
+    Stage("latches", _watch),
+    Stage("drive inputs", _read_drive, _read_drive_fast),
+    Stage("enables", _supervise_enable, _supervise_enable_fast),
+    Stage("phasing", _shift_phase),
+    Stage("set point", _generate, _generate_fast),
+    Stage("coupling", _couple, _couple_fast),
+    Stage("controller", _control, _control_fast),
+    Stage("supervision", _supervise, _supervise_fast),
+    Stage("outputs", _put_out, _put_out_fast),
+    Stage("status", _show_state, _show_state_fast),
+    Stage("arming", _arm),
+)
+"""The stages in their order."""
+
+FULL = tuple(stage.full for stage in STAGES)
+"""The cycle with all features."""
+
+FAST = tuple(stage.fast for stage in STAGES if stage.fast is not None)
+"""The cycle of an axis that has no feature on."""
 
 
 def cycle(ax: AxisFields, rows: NcRows, dt: float) -> None:
@@ -126,37 +297,13 @@ def cycle(ax: AxisFields, rows: NcRows, dt: float) -> None:
     ax.set_cycle_counter += 1
     if ax.resting and _asleep(ax, rows):
         return
-    encoder = ax.encoder
-    encoder.io.news = 0
-    if ax.unusual:
-        _cycle_with_all(ax, rows, dt)
+    ax.encoder.io.news = 0
+    if ax.features:
+        for step in FULL:
+            step(ax, rows, dt)
     else:
-        if encoder.special or encoder.position_filter_time > 0.0:
-            measure(ax, encoder, dt)
-        else:
-            measure(ax, encoder, dt, plain=True)
-        read_drive(ax, dt, plain=True)
-        if not stays_closed(ax):
-            supervise_enable(ax, dt)
-        if ax.set_motion_phase == MotionPhase.COUPLED:
-            coupled.step(ax, dt)
-        elif keeps_its_table(ax, dt):
-            walk(ax, ax.segment_elapsed + dt)
-            show_remaining(ax, dt)
-        else:
-            generate(ax, dt)
-        if ax.coupling_state:
-            couple(ax, rows, dt)
-        control(ax, dt, plain=True)
-        if ax.coupling:
-            control_coupling(ax, rows)
-        supervise_motion(ax, dt, plain=True)
-        supervise_arrival(ax, dt, plain=True)
-        put_out(ax, rows.pieces, dt, plain=True)
-        if ax.unusual:  # by what this cycle has begun
-            show_state(ax)
-        else:
-            show_state(ax, plain=True)
+        for step in FAST:
+            step(ax, rows, dt)
     phase = ax.set_motion_phase
     if (phase and phase != MotionPhase.COUPLED) or (ax.coupling and led(ax, rows)):
         ax.quiet_cycles = 0

@@ -4,6 +4,7 @@ Kernel source: compiled as it stands, see `compiled`.
 """
 
 from achse.codes import NcError
+from achse.motion.features import Feature
 from achse.motion.generators.table import (
     CONTINUOUS,
     TRAVELLING,
@@ -22,9 +23,7 @@ from achse.motion.record import AxisFields
 from achse.motion.setpoint import arrived, drop_job, fail, stop_fast
 from achse.motion.states import (
     CAM_COUPLINGS,
-    AxisType,
     ControlBit,
-    DriveType,
     EncoderType,
     HomingState,
     MotionPhase,
@@ -48,6 +47,8 @@ __all__ = [
 
 
 _UNITS_MODULO = 4
+
+_SIGNALS = Feature.FAST_STOP.value | Feature.IO_INVALID.value
 
 _IO_CYCLES = 8.5
 """Cycles without valid I/O data, and a half, that a closed loop bears, and an enabled axis whose
@@ -77,7 +78,7 @@ def report(ax: AxisFields, code: int, cut: int) -> None:
     if ax.error_reaction_mode == 1 and ax.error_reaction_delay > 0.0 and ax.error_code == 0:
         if ax.delayed_error_code == 0:
             ax.delayed_error_code = code
-            ax.unusual = 1
+            ax.features |= Feature.DELAYED_ERROR
             ax.delayed_error_cut = cut
             ax.delayed_error_time = 0.0
         return
@@ -111,19 +112,35 @@ def _watch_signals(ax: AxisFields, dt: float) -> None:
             fail(ax, NcError.DRIVE_IO_INVALID, 1)
     else:
         drive.io_time = 0.0
+        ax.features &= ~Feature.IO_INVALID
 
 
 def stays_closed(ax: AxisFields) -> bool:
     """Whether enables and drive are as they are in a move, so that the closed loop stays closed.
 
-    A limit switch is more than a move: `read_drive` says so.
+    A limit switch is a feature: `read_drive` sets its bit.
     """
     return (
-        not ax.unusual
+        ax.features == 0
         and ax.control_dword & _ENABLES == _ENABLES
         and ax.drive_status & STATUS_READY != 0
         and ax.loop_closed == 1
     )
+
+
+def _supervise_rare(ax: AxisFields, dt: float) -> None:
+    """Watch signals and errors from outside; clear the bits of errors and switches that are off."""
+    if ax.features & _SIGNALS:
+        _watch_signals(ax, dt)
+    if ax.features & Feature.EXTERNAL_ERROR:
+        if ax.external_error != 0:
+            fail(ax, ax.external_error, 0)
+            ax.external_error = 0
+        ax.features &= ~Feature.EXTERNAL_ERROR
+    if ax.features & Feature.ERROR and ax.error_code == 0 and ax.output_cut == 0:
+        ax.features &= ~Feature.ERROR
+    if ax.features & Feature.DISABLED and not ax.axis_disabled and not ax.drive_output_disabled:
+        ax.features &= ~Feature.DISABLED
 
 
 def supervise_enable(ax: AxisFields, dt: float) -> None:
@@ -131,11 +148,8 @@ def supervise_enable(ax: AxisFields, dt: float) -> None:
 
     Without its enable a moving axis brakes under control and only then opens the loop.
     """
-    if ax.unusual:
-        _watch_signals(ax, dt)
-        if ax.external_error != 0:
-            fail(ax, ax.external_error, 0)
-            ax.external_error = 0
+    if ax.features:
+        _supervise_rare(ax, dt)
     enables = ax.control_dword
     phase = ax.set_motion_phase
     status = ax.drive_status
@@ -253,20 +267,28 @@ def _supervise_limits(ax: AxisFields, dt: float) -> None:
         fail(ax, code, 0)
 
 
-def supervise_motion(ax: AxisFields, dt: float, plain: bool = False) -> None:
+def _count_delay(ax: AxisFields, dt: float) -> None:
+    """React to a delayed error once its time is over."""
+    if ax.delayed_error_code == 0:
+        ax.features &= ~Feature.DELAYED_ERROR
+        return
+    ax.delayed_error_time += dt
+    if ax.delayed_error_time >= ax.error_reaction_delay:
+        fail(ax, ax.delayed_error_code, ax.delayed_error_cut)
+
+
+def supervise_motion(ax: AxisFields, dt: float, fast: bool = False) -> None:
     """What can go wrong in a closed loop: following error, soft limits, no movement.
 
-    A `plain` move has no soft limits, and no error waits for its reaction.
+    On the fast path there are no soft limits, and no error whose reaction is delayed.
     """
-    if not plain and ax.delayed_error_code:
-        ax.delayed_error_time += dt
-        if ax.delayed_error_time >= ax.error_reaction_delay:
-            fail(ax, ax.delayed_error_code, ax.delayed_error_cut)
+    if not fast and ax.features & Feature.DELAYED_ERROR:
+        _count_delay(ax, dt)
     if not ax.loop_closed:
         return
     encoder = ax.encoder
     _supervise_following_error(ax, dt)
-    if not plain and ax.limited and ax.set_motion_phase != MotionPhase.NONE:
+    if not fast and ax.limited and ax.set_motion_phase != MotionPhase.NONE:
         _supervise_limits(ax, dt)
     if ax.set_velocity == 0.0:
         ax.motion_time = 0.0
@@ -281,13 +303,13 @@ def supervise_motion(ax: AxisFields, dt: float, plain: bool = False) -> None:
                 report(ax, NcError.NO_MOVEMENT_SEEN, 1)
 
 
-def _travelling(ax: AxisFields, plain: bool) -> bool:
+def _travelling(ax: AxisFields, fast: bool) -> bool:
     """Whether no target is waited for: the axis only passes through a window."""
     phase = ax.set_motion_phase
     return (
         TRAVELLING[phase] == 1
         or (phase == MotionPhase.COUPLED and ax.set_velocity != 0.0)
-        or (not plain and phase == MotionPhase.HOMING and ax.set_velocity != 0.0)
+        or (not fast and phase == MotionPhase.HOMING and ax.set_velocity != 0.0)
         or ax.loop_outward == 1
     )
 
@@ -303,7 +325,7 @@ def watch_standstill(ax: AxisFields, dt: float) -> None:
             ax.encoder_moves = 0
 
 
-def supervise_arrival(ax: AxisFields, dt: float, plain: bool = False) -> None:
+def supervise_arrival(ax: AxisFields, dt: float, fast: bool = False) -> None:
     """Position and target window, positioning time, PEH time."""
     job = ax.job
     way = abs(ax.target_position - ax.encoder.actual_position)
@@ -311,13 +333,13 @@ def supervise_arrival(ax: AxisFields, dt: float, plain: bool = False) -> None:
     if (
         ax.position_range_monitoring_enable
         and way <= ax.position_range_window
-        and not _travelling(ax, plain)
+        and not _travelling(ax, fast)
     ):
         ax.in_position_range = 1
     if (
         ax.target_position_monitoring_enable
         and way <= ax.target_position_window
-        and not _travelling(ax, plain)
+        and not _travelling(ax, fast)
     ):
         if ax.in_target_position == 0:
             if ax.target_window_time >= ax.target_position_monitoring_time:
@@ -414,66 +436,13 @@ def _rare_state(ax: AxisFields) -> int:
         state |= StateBit.DRIVE_LIMIT_ACTIVE
     if ax.motion_locked:
         state |= StateBit.MOTION_COMMANDS_LOCKED
+    if not ax.has_been_stopped and not ax.got_new_target and not ax.motion_locked:
+        ax.features &= ~Feature.STATUS
     return state
 
 
-def _more_than_a_move(ax: AxisFields) -> int:
-    """Whether a servo axis does more than move or follow others; without it cycles do not look.
-
-    Who writes to an axis sets its field `unusual`, and so does what a cycle begins by itself.
-    """
-    encoder = ax.encoder
-    drive = ax.drive
-    phase = ax.set_motion_phase
-    if (
-        ax.adapt
-        or (phase > MotionPhase.STOPPING and phase != MotionPhase.COUPLED)
-        or ax.axis_type == AxisType.DISCRETE_RAPID_CREEP
-        or ax.axis_type == AxisType.ENCODER
-        or drive.type == DriveType.STEPPER
-        or ax.drive_operation_mode != drive.adapted_mode
-        or ax.drive_operation_mode
-        or ax.external_setpoint_active
-        or ax.external_error
-        or ax.compensating
-        or ax.reversing_number
-        or ax.phasing_active
-        or ax.homing_state
-        or ax.homing_latch
-        or encoder.latch_active
-        or encoder.latch_valid
-        or encoder.armed
-        or encoder.soft_limit_min_enable
-        or encoder.soft_limit_max_enable
-        or ax.fast_axis_stop_signal_type
-        or ax.io_invalid
-        or ax.limit_switch
-        or drive.io_time > 0.0
-        or drive.limit_active
-        or ax.has_been_stopped
-        or ax.got_new_target
-        or ax.delayed_error_code
-        or ax.motion_locked
-        or ax.error_code
-        or ax.output_cut
-        or ax.axis_disabled
-        or ax.drive_output_disabled
-        or ax.grouped
-        or ax.switch_armed
-        or ax.limited
-        or ax.setpoint_velocity_position_delay > 0.0
-        or ax.set_torque_offset != 0.0
-        or drive.io.data_out4
-        or drive.special
-        or drive.delay
-        or ax.controller.special
-    ):
-        return 1
-    return 0
-
-
-def show_state(ax: AxisFields, plain: bool = False) -> None:
-    """Status double word and motion state; a `plain` move has no rare states."""
+def show_state(ax: AxisFields, fast: bool = False) -> None:
+    """Show the status double word and the motion state; on the fast path without rare bits."""
     encoder = ax.encoder
     phase = ax.set_motion_phase
     v = ax.set_velocity
@@ -482,7 +451,7 @@ def show_state(ax: AxisFields, plain: bool = False) -> None:
     motion: int = MotionState.INACTIVE
     state: int = _CLOSED if ax.loop_closed else StateBit.PTP_MODE
     waiting = ax.buffer_count
-    if not plain and ax.error_code:
+    if not fast and ax.error_code:
         state = state & _NOT_OPERATIONAL | StateBit.ERROR
     elif phase or waiting:
         state |= StateBit.HAS_JOB
@@ -527,9 +496,11 @@ def show_state(ax: AxisFields, plain: bool = False) -> None:
             state |= ax.cam_status
         if ax.sync_state:
             motion = ax.sync_state
-    if not plain:
+    if not fast:
         if ax.grouped:
             state -= StateBit.PTP_MODE
+        else:
+            ax.features &= ~Feature.GROUPED
         if ax.external_setpoint_active and phase:
             motion = (
                 MotionState.EXTERNAL
@@ -539,7 +510,6 @@ def show_state(ax: AxisFields, plain: bool = False) -> None:
         if ax.encoder_moves:
             state &= _MOVING
         state |= _rare_state(ax)
-        ax.unusual = _more_than_a_move(ax)
     ax.state_dword = state
     ax.operation_mode_feedback = ax.operation_mode
     ax.motion_state = motion

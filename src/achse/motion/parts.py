@@ -65,6 +65,8 @@ class AxisPart(View):
     def changed(self, field: Field) -> None:
         """Wake the axis; a parameter lets the next cycle compute what follows from it."""
         if "owner" in vars(self):
+            if field.feature:
+                self.owner.features |= field.feature
             self.owner.wake(adapts=field.role is Role.PARAMETER)
 
     def place(self, field: Field, size: int) -> MemoryCell | None:

@@ -5,6 +5,7 @@ The shift stays until the next phasing changes it. It moves an axis only through
 Kernel source, in the language of `achse.native`.
 """
 
+from achse.motion.features import Feature
 from achse.motion.record import AxisFields
 from achse.motion.segments import segment_acceleration, segment_position, segment_velocity
 
@@ -13,6 +14,9 @@ __all__ = ["shift_phase"]
 
 def shift_phase(ax: AxisFields, dt: float) -> None:
     """One cycle of the running profile; at its end the shift is exactly the target."""
+    if not ax.phasing_active:
+        ax.features &= ~Feature.PHASING
+        return
     p = ax.phasing_position
     v = ax.phasing_velocity
     a = ax.phasing_acceleration

@@ -15,6 +15,7 @@ Positions are in the axis unit (mm, degree), times in seconds, flags 0 or 1.
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from achse.motion.features import SWITCHES
 from achse.motion.fields.axis import AxisParameterFields, AxisState
 from achse.motion.fields.cams import CAM_LAYERS, CamChange, CamMotion, CamSlave
 from achse.motion.fields.controller import (
@@ -216,6 +217,11 @@ for _layout, _whole in (
     for _section in _whole.__bases__:
         for _name in _section.__annotations__:
             _layout.fields[_name].role = _ROLES[_section.__bases__[0]]
+
+for _feature, _switches in SWITCHES.items():
+    for _path in _switches:
+        _part, _, _name = _path.rpartition(".")
+        (PARTS[_part] if _part else LAYOUT).fields[_name].feature = _feature.value
 
 AT_THE_AXIS = frozenset(
     {

@@ -15,6 +15,7 @@ from achse.motion.dynamics import (
     shed_excess,
     shed_foreign,
 )
+from achse.motion.features import Feature
 from achse.motion.jobs import take_over
 from achse.motion.limits import table_passes
 from achse.motion.planning import (
@@ -84,7 +85,6 @@ def begin_job(ax: AxisFields) -> None:
         ax.set_motion_phase = MotionPhase.POSITIONING
         ax.target_position = resolve_target(ax, start_type, job.position, ax.set_position)
         job.direction = 1.0 if ax.target_position >= ax.set_position else -1.0
-    ax.unusual = 1
     ax.border_time = -1.0
     ax.loop_undecided = 1
     ax.loop_outward = 0
@@ -93,8 +93,11 @@ def begin_job(ax: AxisFields) -> None:
     job.time = 0.0
     ax.replan = 1
     ax.switch_armed = 0
-    ax.has_been_stopped = 1 if start_type == StartType.HALT else 0
     ax.got_new_target = 0
+    ax.has_been_stopped = 0
+    if start_type == StartType.HALT:
+        ax.has_been_stopped = 1
+        ax.features |= Feature.STATUS
     ax.in_target_position = 0
     ax.target_window_time = 0.0
     ax.peh_time = 0.0
@@ -118,12 +121,12 @@ def absorb(ax: AxisFields) -> None:
 
 def begin_stop(ax: AxisFields, deceleration: float, jerk: float) -> None:
     """Drop the job and everything that waits; brake to rest."""
-    ax.unusual = 1
     ax.buffer_count = 0
     ax.switch_armed = 0
     ax.loop_outward = 0
     ax.border_time = -1.0
     ax.has_been_stopped = 1
+    ax.features |= Feature.STATUS
     ax.job.timing = 0
     if ax.set_motion_phase == MotionPhase.NONE:
         return
@@ -174,7 +177,7 @@ def fail(ax: AxisFields, code: int, cut: int) -> None:
     """
     if ax.error_code == 0:
         ax.error_code = code
-    ax.unusual = 1
+    ax.features |= Feature.ERROR
     ax.delayed_error_code = 0
     if cut:
         ax.output_cut = 1
@@ -239,7 +242,7 @@ def pass_switch_position(ax: AxisFields) -> None:
         ax.job.end_velocity = ax.job.velocity
     ax.job.peak_velocity = 0.0
     ax.got_new_target = 1
-    ax.unusual = 1
+    ax.features |= Feature.STATUS
     ax.replan = 1
 
 

@@ -3,6 +3,7 @@
 Kernel source: compiled as it stands, see `compiled`.
 """
 
+from achse.motion.features import Feature
 from achse.motion.port import (
     CAM_CLOSED,
     LATCH_DRIVE_DEFINED,
@@ -17,6 +18,7 @@ __all__ = [
     "LATCHED",
     "WAITS",
     "arm",
+    "arm_in_force",
     "begin_watch",
     "homing_cam",
     "latch_probe",
@@ -184,6 +186,18 @@ def arm(ax: AxisFields, encoder: EncoderFields) -> None:
     io.ctrl8 = _probe_signals(encoder, 3)
     io.fresh = 1
     encoder.armed = 1 if io.ctrl1 | io.ctrl5 | io.ctrl6 | io.ctrl7 | io.ctrl8 else 0
+
+
+def arm_in_force(ax: AxisFields) -> None:
+    """Arm the latches of the encoder that the axis works with, and clear the bits of idle ones."""
+    encoder = ax.encoder
+    arm(ax, encoder)
+    if encoder.latch_active or encoder.latch_valid or encoder.armed:
+        ax.features |= Feature.LATCH
+    else:
+        ax.features &= ~Feature.LATCH
+    if ax.homing_state == 0 and ax.homing_latch == 0:
+        ax.features &= ~Feature.HOMING
 
 
 def begin_watch(ax: AxisFields, encoder: EncoderFields) -> None:

@@ -40,7 +40,7 @@ _LATCHED = {
 def _request_application(axis: Axis, request_type: int) -> None:
     axis.application_request = int(request_type != 0)
     axis.application_request_type = request_type
-    axis.adapt = 1
+    axis.wake(adapts=True)
 
 
 def end_application_request(axis: Axis) -> None:

@@ -209,7 +209,7 @@ def set_drive_operation_mode(axis: Axis, mode: int) -> int:
     axis.drive_operation_mode = mode
     axis.torque_mode_before = DriveOperationMode.DEFAULT
     axis.set_torque = 0.0
-    axis.adapt = 1
+    axis.wake(adapts=True)
     return OK
 
 

@@ -144,7 +144,8 @@ def set_actual_position_in_drive(
     encoder.software_increments += steps
     encoder.data = wrapped(encoder.data + steps)
     count_from(encoder.sensor, encoder.owner.amplifier, steps)
-    encoder.adapt = encoder.owner.adapt = 1
+    encoder.adapt = 1
+    encoder.owner.wake(adapts=True)
     return OK
 
 
@@ -184,7 +185,8 @@ def reinitialize_encoder(at: Axis | AxisEncoder) -> int:
     if owner.control_dword & ControlBit.ENABLE or owner.loop_closed:
         return NcError.FUNCTION_NOT_ALLOWED
     encoder.reinitialization_state = 1
-    encoder.adapt = encoder.owner.adapt = 1
+    encoder.adapt = 1
+    encoder.owner.wake(adapts=True)
     owner.initialize_command_counter += 1
     owner.resting = 0
     return OK

@@ -56,6 +56,8 @@ class Field(Slot):
     least: float = -math.inf
     most: float = math.inf
     role: Role = Role.INTERNAL
+    feature: int = 0
+    """Bit of `achse.motion.features` that a value other than 0 sets when it is written."""
 
 
 # Any: declarations are annotated with the type of the value, not of its description

@@ -1,5 +1,6 @@
 """Fields of the supervision: its clocks."""
 
+from achse.motion.features import ALL_FEATURES
 from achse.motion.fields.declare import InternalFields, flag, real, whole
 
 __all__ = ["MonitoringInternal"]
@@ -8,8 +9,7 @@ __all__ = ["MonitoringInternal"]
 class MonitoringInternal(InternalFields):
     """What supervision remembers from cycle to cycle."""
 
-    adapt: int = flag(1, "parameters changed: derived values must be computed again")
-    unusual: int = flag(1, "it may do more than move or follow: the cycle looks for it")
+    features: int = whole(ALL_FEATURES, "bits", "features beyond a plain move that are on")
     first_encoder: int = whole(0, "1", "row of its first encoder, the others are behind it")
     encoder_count: int = whole(1, "1", "its encoders")
     resting: int = flag(0, "nothing changes until somebody writes to the record")

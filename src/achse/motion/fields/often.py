@@ -9,7 +9,7 @@ __all__ = ["OFTEN"]
 
 OFTEN: dict[str, tuple[str, ...]] = {
     "axis": (
-        *("encoder", "controller", "drive", "set_cycle_counter", "resting", "unusual"),
+        *("encoder", "controller", "drive", "set_cycle_counter", "resting", "features"),
         *("drive_status", "io_invalid", "limit_switch", "control_dword", "loop_closed"),
         *("set_motion_phase", "buffer_count", "velocity_override", "planned_override"),
         *("limit_watch", "replan", "border_time", "segment_elapsed", "segment_index"),
@@ -30,7 +30,7 @@ OFTEN: dict[str, tuple[str, ...]] = {
             "job",
         ),
         # of what is more than a plain move
-        *("adapt", "axis_type", "external_setpoint_active", "drive_operation_mode"),
+        *("axis_type", "external_setpoint_active", "drive_operation_mode"),
         *("fast_axis_stop_signal_type", "external_error", "axis_disabled"),
         *("drive_output_disabled", "error_code", "output_cut", "phasing_active"),
         *("compensating", "reversing_number", "setpoint_velocity_position_delay"),

@@ -25,6 +25,7 @@ from achse.motion.record import AxisFields
 from achse.motion.states import MotionPhase
 
 __all__ = [
+    "BY_FAST_PATH",
     "CONTINUOUS",
     "GENERATORS",
     "TRAVELLING",
@@ -171,6 +172,12 @@ TRAVELLING = _by_phase({phase for row in GENERATORS for phase in row.travelling}
 
 CONTINUOUS = _by_phase({phase for row in GENERATORS for phase in row.continuous})
 """By phase: StateDWord shows a continuous motion."""
+
+
+BY_FAST_PATH = _by_phase(
+    {phase for row in GENERATORS if row.name in ("move", "coupling") for phase in row.phases}
+)
+"""By phase: the fast path of the cycle makes the set point."""
 
 
 def hand_over(ax: AxisFields) -> None:

@@ -37,7 +37,6 @@ def end(ax: AxisFields) -> None:
         ax.torque_mode_before = 0
         ax.set_torque = 0.0
         ax.set_torque_derivative = 0.0
-        ax.adapt = 1
 
 
 def step(ax: AxisFields, dt: float) -> None:

@@ -110,6 +110,6 @@ class Characteristics:
                     drive.amplifier.valve_first, drive.amplifier.valve_count = places[valve]
                 key = drive.table_id, drive.table_interpolation_type
                 drive.curve_first, drive.curve_count = places[key]
-            axis.adapt = 1
+            axis.wake(adapts=True)
             axis.resting = 0
         self.laid_out()

@@ -17,13 +17,15 @@ class TableUser(Protocol):
     """An axis: its drives have characteristics, as a slave it has cams."""
 
     axis_id: int
-    adapt: int
     resting: int
     coupling: int
     cam_count: int
     cam_list: Any
     loop_closed: int
     position_range_window: float
+
+    def wake(self, *, adapts: bool = False) -> None:
+        """Go on with the next cycle, and compute there what follows from the parameters."""
 
     def show_cams(self) -> None:
         """Show its cams and what waits for them after a change of a table, and wake."""
