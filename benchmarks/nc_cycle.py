@@ -107,10 +107,10 @@ def in_c(make: Callable[[], Nc]) -> Nc:
     """An NC like this, by the program in C."""
     function = program_in_c()
     ours, theirs = make(), make()
-    bound = theirs._cycles
-    assert isinstance(bound, partial)
-    function.argtypes, function.restype = bound.func.argtypes, None
-    theirs._cycles = partial(function, *bound.args)
+    kinds: Any = KERNEL.function.argtypes  # type: ignore[attr-defined]  # of ctypes
+    function.argtypes, function.restype = kinds, None
+    given = zip(kinds, theirs.kernel_arguments, strict=False)
+    theirs._cycles = partial(function, *(kind(value) for kind, value in given))
     for nc in (ours, theirs):
         nc.cycle(1000)
     assert ours.digest() == theirs.digest(), "the program in C computes something else"

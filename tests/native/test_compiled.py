@@ -8,6 +8,7 @@ import sys
 import zipfile
 from array import array
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -66,6 +67,28 @@ def test_records_are_worked_on_in_place(written: Any) -> None:
         assert memory.cast("d")[0] == wheel.angle
         assert memory.cast("q")[1] == wheel.turns
         assert memory.cast("d")[2:].tolist() == wheel.marks
+
+
+SUM = """
+def weighed(count: int, weight: float, more: int, less: float) -> float:
+    return count * weight + more - less
+"""
+
+
+@pytest.mark.parametrize("first", range(5))
+@pytest.mark.parametrize("checked", [False, True])
+def test_kernel_takes_any_number_of_its_arguments_beforehand(
+    written: Any, first: int, checked: bool
+) -> None:
+    kernel = Kernel("weighed", written(SUM).weighed, {})
+    arguments = 3, 2.5, -7, 0.125
+    with checked_builds() if checked else nullcontext():
+        bound = kernel.bind(*arguments[:first])
+        assert bound(*arguments[first:]) == kernel.plain(*arguments) == 0.375
+        other = 5, 1.5, 2, 4.0
+        if first < 4:
+            assert bound(*other[first:]) == kernel.plain(*arguments[:first], *other[first:])
+        assert bound(*arguments[first:]) == 0.375
 
 
 def test_the_cache_is_used_again(

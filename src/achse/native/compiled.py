@@ -4,9 +4,11 @@ Machine code belongs to the kernel's sources, the numbers they refer to, the lay
 the processor and the version of LLVM: a hash of these names its file in the cache.
 """
 
+import ctypes
 import hashlib
 import logging
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from array import array
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from enum import EnumMeta
 from functools import cached_property, partial
@@ -63,6 +65,8 @@ class Kernel:
         self._entry = entry
         self.layouts = layouts
         self._codes: dict[bool, Callable[..., Any]] = {}
+        self._block: Callable[[Any], Any] | None = None
+        """The machine code that takes its arguments from a block."""
 
     @cached_property
     def plain(self) -> Callable[..., Any]:
@@ -102,19 +106,20 @@ class Kernel:
         return code
 
     def bind(self, *arguments: float) -> Callable[..., Any]:
-        """The machine code with its first arguments, which are converted once and for all."""
+        """Return the machine code with its first arguments.
+
+        They are in a block of memory, so that a call hands over one address.
+        """
         function: Any = self.function
         kinds = getattr(function, "argtypes", None)
         if kinds is None:
             return partial(function, *arguments)
-        return partial(
-            function,
-            *(kind(given) for kind, given in zip(kinds[: len(arguments)], arguments, strict=True)),
-        )
+        assert self._block is not None
+        return _bound(self._block, kinds, arguments)
 
     def _load(self, checked: bool) -> Callable[..., Any]:
         from achse.native.kernels.sites import Sites
-        from achse.native.kernels.translate import ENTRY, interface_of, translate
+        from achse.native.kernels.translate import BOUND, ENTRY, interface_of, translate
 
         kept = self._object(checked)
         content = kept.load()
@@ -125,6 +130,7 @@ class Kernel:
         code = MachineCode(content, interface_of(self._entry, self.layouts, checked=checked))
         if not checked:
             plain: Callable[..., Any] = code.plain_function(ENTRY)
+            self._block = code.plain_function(BOUND)
             return plain
         raw, sites = code.function(ENTRY), Sites(code.notes)
 
@@ -164,6 +170,37 @@ class Kernel:
             digest.update(source_of(sources[file]).encode())
         digest.update(_compiler_digest())
         return digest.hexdigest()[:20]
+
+
+def _bound(
+    function: Callable[[Any], Any], kinds: Sequence[Any], arguments: Sequence[float]
+) -> Callable[..., Any]:
+    """Return a function of the last arguments; the first are in a block with room for all."""
+    words = array("q", bytes(8 * len(kinds)))
+    place = ctypes.c_void_p(words.buffer_info()[0])
+    reals = memoryview(words).cast("B").cast("d")
+    views: list[Any] = [reals if kind is ctypes.c_double else words for kind in kinds]
+    for n, argument in enumerate(arguments):
+        views[n][n] = argument
+    first = len(arguments)
+
+    def run() -> Any:
+        assert words  # they stay where they are
+        return function(place)
+
+    last_view: Any = views[-1] if views else words
+
+    def run_with(last: float) -> Any:
+        last_view[first] = last
+        return function(place)
+
+    def run_with_several(*last: float) -> Any:
+        for n, argument in enumerate(last, first):
+            views[n][n] = argument
+        return function(place)
+
+    missing = len(kinds) - first
+    return run if missing == 0 else run_with if missing == 1 else run_with_several
 
 
 def _compiler_digest() -> bytes:

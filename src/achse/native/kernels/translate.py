@@ -34,7 +34,13 @@ from types import FunctionType
 from typing import Any, get_args, get_origin
 
 from achse.native.backend.module import ModuleBuilder, ModuleInterface
-from achse.native.backend.types import CallTarget, FunctionSignature, InstructionError, Operand
+from achse.native.backend.types import (
+    ADDRESS,
+    CallTarget,
+    FunctionSignature,
+    InstructionError,
+    Operand,
+)
 from achse.native.declare import RecordLayout
 from achse.native.kernels.arithmetic import TranslationError, Ways
 from achse.native.kernels.kinds import (
@@ -54,10 +60,13 @@ from achse.native.kernels.kinds import (
 from achse.native.kernels.sites import Sites, TrapSite
 from achse.native.kernels.statements import FunctionCompiler
 
-__all__ = ["ENTRY", "TranslationError", "interface_of", "source_of", "translate"]
+__all__ = ["BOUND", "ENTRY", "TranslationError", "interface_of", "source_of", "translate"]
 
 ENTRY = "entry"
 """Name of the function of the machine code that is called from outside."""
+
+BOUND = "bound"
+"""Name of the function that takes the arguments of `ENTRY` from a block of words in memory."""
 
 
 def translate(
@@ -82,7 +91,14 @@ def interface_of(
         signature.c_types  # noqa: B018
     except InstructionError as error:
         raise _error(entry, f"cannot be called from outside: {error}") from None
-    return ModuleInterface({ENTRY: CallTarget(f'@"{ENTRY}"', signature, checked, convention=True)})
+    targets = {
+        name: CallTarget(f'@"{name}"', each, checked, convention=True)
+        for name, each in (
+            (ENTRY, signature),
+            (BOUND, FunctionSignature((ADDRESS,), signature.results)),
+        )
+    }
+    return ModuleInterface(targets)
 
 
 @dataclass
@@ -123,9 +139,22 @@ class _Translation:
             ]
             code = self._module.write(known.machine, names)
             FunctionCompiler(self, function, known, known.source, code).write()
+        self._bind(self._known[entry, ()].machine)
         if self.checked:
             self._module.notes = self._sites.pack()
         return self._module
+
+    def _bind(self, entry: CallTarget) -> None:
+        """Write the function that takes the arguments of the entry from a block."""
+        code = self._module.function(
+            BOUND, [ADDRESS], entry.signature.results, exported=True, faults=self.checked
+        )
+        (block,) = code.parameters
+        arguments = [
+            code.load(kind, block, 8 * n, aligned=True)
+            for n, kind in enumerate(entry.signature.parameters)
+        ]
+        code.return_(*code.call(entry, *arguments))
 
     # -- what functions ask for --------------------------------------------------------------
 
