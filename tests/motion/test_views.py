@@ -68,6 +68,19 @@ def test_a_reference_leads_to_the_view_of_its_record(stores: Any) -> None:
         cart.wheel = wheel
 
 
+def test_record_has_the_values_and_a_change_of_it_is_not_told(stores: Any) -> None:
+    wheel, cart = stores[0].views[1], stores[1].views[0]
+    cart.link("wheel", wheel)
+    record = cart.record
+    record.wheel.turns = 9
+    record.wheel.marks[1] = 0.75
+    record.load = 2
+    assert (wheel.turns, list(wheel.marks), cart.load) == (9, [0.0, 0.75], 2)
+    assert not hasattr(wheel, "told")
+    wheel.angle = 1.5
+    assert record.wheel.angle == 1.5
+
+
 def test_both_forms_have_the_same_bytes() -> None:
     packed = set()
     for compiled in (False, True):

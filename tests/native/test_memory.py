@@ -6,8 +6,16 @@ from unittest.mock import patch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.native.declare import Slot, lay_out, within
-from achse.native.memory import MemoryCell, Rows, RowView, field_property, gather, reader
+from achse.native.declare import Slot, lay_out, reference, within
+from achse.native.memory import (
+    MemoryCell,
+    Rows,
+    RowView,
+    field_property,
+    gather,
+    reader,
+    structure_of,
+)
 
 
 class Wheel:
@@ -69,6 +77,27 @@ def test_records_within_are_rows_in_the_same_memory() -> None:
     View(inner, 1).turns = 9
     assert RowView(rows, 1).wholes[7] == 9
     assert bytes(rows.row(0)) == bytes(rows.row(2)) == bytes(rows.size)
+
+
+def test_structure_over_a_record_has_its_fields_and_those_within() -> None:
+    class Cart:
+        other: Any = reference(LAYOUT)
+        load: int = 0
+        wheels: Any = within(LAYOUT, length=2)
+
+    cart = lay_out("cart", [Cart], Slot)
+    rows = Rows(cart, 2)
+    record: Any = structure_of(cart).from_buffer(rows.row(1))
+    record.load = -5
+    record.wheels[1].angle, record.wheels[1].marks[2] = 0.5, 2.5
+    view = RowView(rows, 1)
+    assert (view.wholes[1], view.reals[7], view.reals[11]) == (-5, 0.5, 2.5)
+    assert record.wheels[1].turns == 0
+    view.refer(cart.fields["other"], RowView(Rows(LAYOUT, 1), 0))
+    assert not hasattr(record, "other")
+    record.other = record.wheels[0]
+    assert view.wholes[0] not in (0, record.other)
+    assert bytes(rows.row(0)) == bytes(rows.size)
 
 
 MEMORIES = [memoryview(bytearray(range(20))), memoryview(bytearray(range(100, 110)))]

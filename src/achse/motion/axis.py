@@ -30,7 +30,7 @@ from achse.motion.shown_values import shown_cell
 from achse.motion.signals import probe_counts, probe_status
 from achse.motion.states import MotionPhase
 from achse.motion.tables import Tables
-from achse.motion.views import View, views_of
+from achse.motion.views import InnerView, View, views_of
 from achse.native.memory import ComputedCell, MemoryCell
 
 __all__ = ["Axis", "ObjectAxis", "WordsAxis"]
@@ -73,6 +73,15 @@ _OF_THE_CYCLE = {"resting", "features"}
 """Fields that say what the cycle has to do; a change of them wakes nothing by itself."""
 
 
+class _WithinAxis(InnerView):
+    """A job or a cam of an axis."""
+
+    @classmethod
+    def after_change(cls, field: Field) -> str:
+        """Wake the axis."""
+        return "view.outer._record.resting = 0"
+
+
 class Axis(View, _Fields):
     """One axis of the NC: its names and, by attribute, every field of its record.
 
@@ -82,6 +91,7 @@ class Axis(View, _Fields):
     name (`actual_position`).
     """
 
+    inner = _WithinAxis
     name: str
     unit: str
     cycle_ns: int
@@ -136,22 +146,22 @@ class Axis(View, _Fields):
         """The I/O structure of its drive."""
         return self.drive.io
 
-    def changed(self, field: Field) -> None:
-        """Wake, and set the bit of the feature that the value switches on.
-
-        A parameter lets the next cycle compute what follows from it.
-        """
-        if field.feature:
-            self.features |= field.feature
-        if field.name not in _OF_THE_CYCLE:
-            self.wake(adapts=field.role is Role.PARAMETER)
+    @classmethod
+    def after_change(cls, field: Field) -> str:
+        """Wake, set the bit of the feature that the value switches on, adapt to a parameter."""
+        if field.name in _OF_THE_CYCLE:
+            return "pass"
+        bits = field.feature
+        if field.role is Role.PARAMETER:
+            bits |= Feature.PARAMETERS
+        return f"record.features |= {bits}; record.resting = 0" if bits else "record.resting = 0"
 
     def wake(self, *, adapts: bool = False) -> None:
         """Go on with the next cycle, and compute there what follows from the parameters."""
-        if self.resting:
-            self.resting = 0
+        record = self._record
+        record.resting = 0
         if adapts:
-            self.features |= Feature.PARAMETERS
+            record.features |= Feature.PARAMETERS
 
     def show(self) -> None:
         """Update the status words after a command between two cycles, and wake."""

@@ -27,8 +27,8 @@ def ask(
 ) -> None:
     """Let a job ask for this, from where the axis is then."""
     job.number = number
-    job.start_type = start_type
-    job.mode = BufferMode.ABORTING
+    job.start_type = int(start_type)
+    job.mode = BufferMode.ABORTING.value
     job.position = position
     job.velocity = velocity
     job.acceleration = acceleration

@@ -336,6 +336,7 @@ class Nc:
         self.tables.characteristics.lay_out()
         self.tables.characteristics.build_valves()
         self.groups = Groups(groups, self._axes, self._dt)
+        self._has_groups = len(self.groups) > 0
         self.channels = Channels(channels, self.groups, self._axes)
 
     def _take_curves(self) -> None:
@@ -437,7 +438,7 @@ class Nc:
 
     def cycle(self, count: int = 1) -> None:
         """One SAF cycle of all axes, or several."""
-        leading = len(self.groups) and (self.groups.busy or self.channels.running)
+        leading = self._has_groups and (self.groups.busy or self.channels.running)
         if self._around is None and not leading:
             self.cycle_count += count
             self._cycles(count)

@@ -12,21 +12,34 @@ from typing import Any
 
 from achse.motion.fields.declare import Field
 from achse.native.declare import RecordLayout, pack
-from achse.native.memory import Rows, RowView, reader
+from achse.native.memory import Rows, RowView, reader, structure_of
 
 __all__ = ["InnerView", "Store", "View", "views_of"]
 
 
 class View:
-    """One record from outside."""
+    """One record from outside.
+
+    `_record` has the values as attributes: a plain object, or a structure over the memory.
+    """
 
     layout: RecordLayout[Field]
-
-    def __init__(self) -> None:
-        self.linked: dict[str, View] = {}
+    inner: "type[InnerView]"
+    """The class of views of the records within."""
+    _record: Any
 
     def changed(self, field: Field) -> None:
         """A field has got another value."""
+
+    @classmethod
+    def after_change(cls, field: Field) -> str:
+        """Return the statement that a write runs after a change: of `view`, `record`, `field`."""
+        return "view.changed(field)"
+
+    @property
+    def record(self) -> Any:
+        """The values themselves, for functions of the kernel: a change of them wakes nothing."""
+        return self._record
 
     def link(self, name: str, view: "View") -> None:
         """Let a reference lead to the record of another view."""
@@ -46,21 +59,23 @@ class InnerView(View):
         self.outer.changed(field)
 
 
+View.inner = InnerView
+
+
 class _OfObject(View):
     """A view of a plain object."""
 
     def __init__(self, record: Any) -> None:
         super().__init__()
         self._record = record
-        self.held: dict[str, Any] = {}
         for row, layout in self.layout.held:
             inner = getattr(record, row.name)
-            view = views_of(InnerView, layout)[0]
+            view = views_of(self.inner, layout)[0]  # type: ignore[arg-type]  # mypy: a class has no hash
             _hold(self, row, [view(each) for each in (inner if row.length else (inner,))])
 
     def link(self, name: str, view: View) -> None:
-        self.linked[name] = view
-        setattr(self._record, name, view._record)  # type: ignore[attr-defined]
+        setattr(self, f"_{name}", view)
+        setattr(self._record, name, view._record)
 
     def pack(self) -> bytes:
         return pack(self.layout, self._record)
@@ -72,15 +87,16 @@ class _OfRow(RowView, View):
     def __init__(self, rows: Rows, index: int) -> None:
         RowView.__init__(self, rows, index)
         View.__init__(self)
-        self.held: dict[str, Any] = {}
+        self._record = structure_of(self.layout).from_buffer(self.row)
         for row, layout in self.layout.held:
             inner = rows.within(index, row)
-            view = views_of(InnerView, layout)[1]
+            view = views_of(self.inner, layout)[1]  # type: ignore[arg-type]  # mypy: a class has no hash
             _hold(self, row, [view(inner, number) for number in range(inner.count)])
 
     def link(self, name: str, view: View) -> None:
         assert isinstance(view, RowView)
-        self.linked[name] = view
+        setattr(self, f"_{name}", view)
+        setattr(self._record, name, view._record)
         self.refer(self.layout.fields[name], view)
 
     def pack(self) -> bytes:
@@ -91,58 +107,40 @@ def _hold(view: Any, row: Field, views: list[Any]) -> None:
     """Keep the views of the records that a field holds."""
     for each in views:
         each.outer = view
-    view.held[row.name] = views if row.length else views[0]
+    setattr(view, f"_{row.name}", views if row.length else views[0])
 
 
-def _reference(row: Field) -> property:
-    name = row.name
-    if row.holds is not None:
-        return property(lambda view: view.held[name])
-    return property(lambda view: view.linked[name])
-
-
-def _object_property(row: Field) -> property:
-    name = row.name
+def _property(base: type[View], row: Field, array: Callable[[Any], Any]) -> property:
+    """A field as attribute; `array` reads one with several values."""
     if row.refers is not None or row.holds is not None:
-        return _reference(row)
-    read: Callable[[Any], Any] = attrgetter(f"_record.{name}")
+        return property(attrgetter(f"_{row.name}"))
     if row.length:
-        return property(read)
-
-    def write(view: Any, value: float) -> None:
-        record = view._record
-        if getattr(record, name) != value:
-            setattr(record, name, kind(value))
-            view.changed(row)
-
-    kind = float if row.is_real else int
-    return property(read, write)
-
-
-def _row_property(row: Field) -> property:
-    if row.refers is not None or row.holds is not None:
-        return _reference(row)
-    if row.length:
-        return property(reader(row))
-    first = row.offset
-    words = "reals" if row.is_real else "wholes"
-
-    def write(view: Any, value: float) -> None:
-        memory = getattr(view, words)
-        if memory[first] != value:
-            memory[first] = kind(value)
-            view.changed(row)
-
-    kind = float if row.is_real else int
-    return property(reader(row), write)
+        return property(array)
+    kind = "float" if row.is_real else "int"
+    scope: dict[str, Any] = {"field": row}
+    exec(
+        "def write(view, value):\n"
+        " record = view._record\n"
+        f" if record.{row.name} != value:\n"
+        f"  record.{row.name} = {kind}(value)\n"
+        f"  {base.after_change(row)}\n",
+        scope,
+    )
+    return property(attrgetter(f"_record.{row.name}"), scope["write"])
 
 
 @cache
 def views_of(base: type[View], layout: RecordLayout[Field]) -> tuple[Any, Any]:
     """The two classes of views of a record: of a plain object, and of one in memory."""
+    forms: list[tuple[type[View], Callable[[Field], Callable[[Any], Any]]]] = [
+        (_OfObject, lambda row: attrgetter(f"_record.{row.name}")),
+        (_OfRow, reader),
+    ]
     made = []
-    for form, make in ((_OfObject, _object_property), (_OfRow, _row_property)):
-        fields = {name: make(row) for name, row in layout.fields.items()}
+    for form, array in forms:
+        fields: dict[str, Any] = {
+            name: _property(base, row, array(row)) for name, row in layout.fields.items()
+        }
         made.append(type(base.__name__, (form, base), fields | {"layout": layout}))
     return made[0], made[1]
 

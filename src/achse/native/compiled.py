@@ -183,11 +183,8 @@ def _bound(
     for n, argument in enumerate(arguments):
         views[n][n] = argument
     first = len(arguments)
-
-    def run() -> Any:
-        assert words  # they stay where they are
-        return function(place)
-
+    run = partial(function, place)
+    run.words = words  # type: ignore[attr-defined]  # they stay where they are
     last_view: Any = views[-1] if views else words
 
     def run_with(last: float) -> Any:

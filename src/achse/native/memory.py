@@ -1,10 +1,11 @@
 """Records in memory: rows of one layout, a record there as an object, the places of values."""
 
+import ctypes
 import struct
 import sys
 from array import array
 from collections.abc import Callable, Iterable, Sequence
-from functools import lru_cache, partial
+from functools import cache, lru_cache, partial
 from itertools import groupby
 from operator import itemgetter
 from typing import Any, Protocol
@@ -20,6 +21,7 @@ __all__ = [
     "field_property",
     "gather",
     "reader",
+    "structure_of",
 ]
 
 
@@ -97,6 +99,26 @@ class RowView:
             return None
         offset = self._first + 8 * slot.offset
         return MemoryCell(self._memory, offset, size, self._address + offset)
+
+
+@cache
+def _structure_of(layout: RecordLayout[Any]) -> type[ctypes.Structure]:
+    fields: list[tuple[str, Any]] = []
+    for name, slot in layout.fields.items():
+        kind: Any = ctypes.c_double if slot.is_real else ctypes.c_int64
+        if slot.holds is not None:
+            kind = _structure_of(slot.holds)
+        own = f"_{name}" if slot.refers is not None else name
+        fields.append((own, kind * slot.length if slot.length else kind))
+    return type(layout.name, (ctypes.Structure,), {"_fields_": fields})
+
+
+def structure_of(layout: RecordLayout[Any]) -> type[ctypes.Structure]:
+    """Return the class of structures over records in memory.
+
+    A reference is its address there; as an attribute it is whatever the host sets.
+    """
+    return _structure_of(layout)
 
 
 Spot = tuple[int, int, int]

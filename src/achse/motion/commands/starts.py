@@ -200,10 +200,11 @@ def _accept(
     if code:
         return code
     if not queued:
-        axis.buffer_count = 0
-        absorb(axis)
+        record = axis.record
+        record.buffer_count = 0
+        absorb(record)
         ask(
-            axis.job,
+            record.job,
             next_number(axis),
             start_type,
             position,
@@ -213,8 +214,9 @@ def _accept(
             jerk,
             segment_end_velocity,
         )
-        begin_job(axis)
+        begin_job(record)
         show_accepted(axis)
+        axis.wake()
         return OK
     if axis.buffer_count == COMMAND_BUFFER:
         return NcError.COMMAND_BUFFER_FULL
