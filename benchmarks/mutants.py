@@ -306,9 +306,11 @@ class NoShrinking:
 
 
 def make_plain() -> None:
-    """Let every NC run the plain kernel."""
+    """Let every NC run the plain kernel, whose functions can be changed one by one."""
     from achse.motion import Nc
+    from achse.native import compiled
 
+    compiled.merges = False
     begin = Nc.__init__
 
     def plainly(self: Nc, *arguments: Any, **options: Any) -> None:

@@ -27,12 +27,17 @@ from achse.native.backend.machine import (
 )
 from achse.native.declare import RecordLayout
 from achse.native.members import fold_members, reached
+from achse.native.merging import merge_steps
 
 __all__ = ["Kernel", "cache_directory", "checked_builds", "compiler_installed"]
 
 _LOG = logging.getLogger(__name__)
 
 _checked = False
+
+merges = True
+"""Plain kernels have the statements of their steps instead of calls (`merging`); not where tools
+change single functions of a kernel."""
 
 
 @contextmanager
@@ -71,6 +76,10 @@ class Kernel:
     @cached_property
     def plain(self) -> Callable[..., Any]:
         """The function as it is."""
+        if merges:
+            for _, each in list(reached(self._entry)):
+                if isinstance(each, FunctionType):
+                    merge_steps(each)
         fold_members(self._entry)
         return self._entry
 
