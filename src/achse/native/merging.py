@@ -78,7 +78,7 @@ class _Merger(ast.NodeTransformer):
                 steps = self._function.__globals__.get(table)
                 names = [each.id if isinstance(each, ast.Name) else "" for each in args]
                 if _is_table(steps, self._function):
-                    bodies = [self._statements(each, names) for each in steps]
+                    bodies = [self._statements(each, names) for each in steps or ()]
                     if None not in bodies:
                         return [statement for body in bodies for statement in body or ()]
         return node
