@@ -32,6 +32,7 @@ WITHOUT_MODULE: dict[str, str] = {
     "tests/motion/channels/test_homing_programs.py": "interpreter, feeder, group and axis in G74",
     "tests/motion/channels/test_random_channels.py": "all that clients do to a channel, at random",
     "tests/motion/channels/test_single_blocks.py": "single blocks of channel and group together",
+    "tests/native/kernels/test_records_as_values.py": "records of all forms, plain and compiled",
     "tests/motion/couplings/test_cam_bounds.py": "each bound at which a cam changes",
     "tests/motion/couplings/test_cams_drawn.py": "cams, tables, commands and the kernel, at random",
     "tests/motion/couplings/test_every_law.py": "all laws, chains and the kernel, at random",

@@ -4,6 +4,8 @@ A class of fields has an annotation for each field (`float`, `int` or a list of 
 its default: a number, a list of numbers, or a `Slot` that says more. All values are 64 bits wide,
 so that a kernel means the same on a plain object and on memory. A field can refer to a record of
 another layout (an object, or its address in memory), or hold one or several within its own record.
+A record that holds no references is a value: a kernel may `assign` it to another one as a whole and
+`reset` it, and pass it to and return it from functions.
 """
 
 import struct
@@ -16,10 +18,12 @@ __all__ = [
     "RecordLayout",
     "Slot",
     "SlotT",
+    "assign",
     "lay_out",
     "pack",
     "plain_record",
     "reference",
+    "reset",
     "within",
 ]
 
@@ -115,7 +119,16 @@ class RecordLayout(Generic[SlotT]):
             for name, row in fields.items():
                 setattr(record, name, row.fresh)
 
-        return type("PlainRecord", (), {"__slots__": tuple(fields), "__init__": begin})
+        namespace = {"__slots__": tuple(fields), "__init__": begin, "layout": self}
+        return type("PlainRecord", (), namespace)
+
+    @cached_property
+    def is_value(self) -> bool:
+        """True if neither the record nor those within refer to others."""
+        return all(
+            row.refers is None and (row.holds is None or row.holds.is_value)
+            for row in self.fields.values()
+        )
 
 
 def lay_out(
@@ -157,6 +170,32 @@ def lay_out(
 def plain_record(layout: RecordLayout[Any]) -> type:
     """A class of plain objects with these fields, for a kernel that runs as it is."""
     return layout.plain
+
+
+def assign(target: Any, source: Any) -> None:
+    """Give a record all values of another one of its layout; TypeError if it has another layout.
+
+    Both are plain records, views or structures over memory. In a kernel it is one copy.
+    """
+    layout: RecordLayout[Any] = target.layout
+    if source.layout is not layout:
+        raise TypeError(f"cannot assign a {source.layout.name}: expected a {layout.name}")
+    for name, row in layout.fields.items():
+        value, own = getattr(source, name), getattr(target, name)
+        if row.holds is not None:
+            pairs = zip(own, value, strict=True) if row.length else ((own, value),)
+            for inner, other in pairs:
+                assign(inner, other)
+        elif row.length:
+            for n in range(row.length):
+                own[n] = value[n]
+        else:
+            setattr(target, name, value)
+
+
+def reset(record: Any) -> None:
+    """Give a record, a plain one or another, the values of a fresh one."""
+    assign(record, record.layout.plain())
 
 
 def pack(layout: RecordLayout[Any], record: object) -> bytes:

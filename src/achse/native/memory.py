@@ -110,7 +110,7 @@ def _structure_of(layout: RecordLayout[Any]) -> type[ctypes.Structure]:
             kind = _structure_of(slot.holds)
         own = f"_{name}" if slot.refers is not None else name
         fields.append((own, kind * slot.length if slot.length else kind))
-    return type(layout.name, (ctypes.Structure,), {"_fields_": fields})
+    return type(layout.name, (ctypes.Structure,), {"_fields_": fields, "layout": layout})
 
 
 def structure_of(layout: RecordLayout[Any]) -> type[ctypes.Structure]:

@@ -14,6 +14,7 @@ from achse.native.backend.builder import FunctionBuilder
 from achse.native.backend.instructions import Relation
 from achse.native.backend.module import MATH
 from achse.native.backend.types import F64, I64, CallTarget, Operand
+from achse.native.declare import RecordLayout
 from achse.native.kernels.kinds import (
     BOOL,
     INT,
@@ -103,6 +104,7 @@ class TranslationUnit(Protocol):
 
     def callee(self, function: FunctionType, ways: Ways = ()) -> KernelSignature: ...
     def table(self, numbers: tuple[Any, ...], kind: Scalar) -> Operand: ...
+    def fresh(self, layout: RecordLayout[Any]) -> Operand: ...
     def site(self, error: type[Exception], text: str, function: FunctionType, line: int) -> int: ...
 
 

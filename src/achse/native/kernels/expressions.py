@@ -11,11 +11,13 @@ from typing import Any
 from achse.native.backend.builder import FunctionBuilder, Label, LocalVariable
 from achse.native.backend.instructions import Relation, Rounding
 from achse.native.backend.types import ADDRESS, F64, I64, U8, Operand
+from achse.native.declare import RecordLayout, assign, reset
 from achse.native.kernels.arithmetic import LIBRARY, Arithmetic, TranslationUnit, Ways
 from achse.native.kernels.kinds import (
     BOOL,
     BYTE,
     INT,
+    NOTHING,
     REAL,
     KernelValue,
     RecordReference,
@@ -74,6 +76,8 @@ class ExpressionCompiler(Arithmetic):
         self.rows: dict[str, object] = {}
         """Of each loop over a table around, the row that its name stands for."""
         self._kinds: dict[ast.expr, ValueKind] = {}
+        self.own_records = False
+        """True once the function has made a record, which ends with it."""
 
     # -- kinds -------------------------------------------------------------------------------
 
@@ -404,8 +408,14 @@ class ExpressionCompiler(Arithmetic):
         known, callee = self.static(node.func)
         if not known:
             raise self.refusal(node, f"{ast.unparse(node.func)} is not a function of a module")
+        if callee in (assign, reset):
+            return self.copy_record(node, callee is reset)
         if isinstance(callee, FunctionType):
             return self.call_kernel(node, callee)
+        if isinstance(callee, type) and isinstance(
+            layout := getattr(callee, "layout", None), RecordLayout
+        ):
+            return self.new_record(node, layout)
         if node.keywords or not node.args:
             raise self.refusal(node, f"arguments of {ast.unparse(node)}")
         first, count = node.args[0], len(node.args)
@@ -442,6 +452,32 @@ class ExpressionCompiler(Arithmetic):
                 operand = self.code.round(operand, _ROUNDINGS[callee])
             return KernelValue(INT, (self.whole(operand, node),))
         raise self.refusal(node, f"{ast.unparse(node.func)} is not part of the kernel's language")
+
+    def copy_record(self, node: ast.Call, resets: bool) -> KernelValue:
+        """`assign` and `reset`: all values of a record at once."""
+        records = [self.value(argument) for argument in node.args]
+        kinds = [record.kind for record in records]
+        target = kinds[0] if kinds else None
+        if node.keywords or len(records) != (1 if resets else 2):
+            raise self.refusal(node, f"arguments of {ast.unparse(node)}")
+        if not isinstance(target, RecordReference) or any(kind != target for kind in kinds):
+            raise self.refusal(node, f"{ast.unparse(node)} is not of records of one layout")
+        layout = target.layout
+        if not layout.is_value:
+            raise self.refusal(node, f"a {layout.name} refers to other records")
+        source = self.unit.fresh(layout) if resets else records[1].operands[0]
+        self.code.copy(records[0].operands[0], source, layout.form.size)
+        return KernelValue(NOTHING, ())
+
+    def new_record(self, node: ast.Call, layout: RecordLayout[Any]) -> KernelValue:
+        """A record of the function's own, with the values of a fresh one."""
+        if node.args or node.keywords or not layout.is_value:
+            raise self.refusal(node, f"arguments or references of {ast.unparse(node)}")
+        self.own_records = True
+        size = layout.form.size
+        place = self.code.buffer(size)
+        self.code.copy(place, self.unit.fresh(layout), size)
+        return KernelValue(RecordReference(layout), (place,))
 
     def call_kernel(self, node: ast.Call, function: FunctionType) -> KernelValue:
         """A call of another function of the kernel."""

@@ -12,6 +12,7 @@ from achse.native.kernels.kinds import (
     INT,
     NOTHING,
     KernelValue,
+    RecordReference,
     Row,
     Several,
     ValueKind,
@@ -69,6 +70,8 @@ class FunctionCompiler(ExpressionCompiler):
             self.assign_name(name, value, self._source)
             first += size
         self.statements(self._source.body)
+        if self.own_records and isinstance(self._callee.result, RecordReference):
+            raise self.refusal(self._source, "a record of its own cannot be returned")
 
     # -- statements --------------------------------------------------------------------------
 

@@ -6,13 +6,17 @@ tuples of numbers, enumerations, functions) is looked up in its module as it is 
 
 The language: assignments, also to several names; `if`, `while`, `for … in range(…)`, `for row in
 TABLE` (a tuple of the module, whose rows may hold numbers and functions), `break`, `continue`,
-`return`; numbers, comparisons, `and`, `or`, `not`, `in` a tuple; fields, records that
-fields refer to, elements of sequences and of a `bytearray`; `abs`, `min`, `max`, `len`, `int`,
-`float`, `bool`, `round` and most of `math`. Anything else is a `TranslationError`. Float arithmetic
-is that of IEEE 754 and of the C library, operation by operation as Python does it, so that results
-are bit-identical; whole numbers have 64 bits. What raises in Python (a division by 0, an index
-beyond the end, the root of a negative number) is a fault of the kernel, which only checked machine
-code looks for.
+`return`; numbers, comparisons, `and`, `or`, `not`, `in` a tuple; fields, records that fields refer
+to or hold, elements of sequences and of a `bytearray`; `abs`, `min`, `max`, `len`, `int`, `float`,
+`bool`, `round` and most of `math`. Anything else is a `TranslationError`. Float arithmetic is that
+of IEEE 754 and of the C library, operation by operation as Python does it, so that results are
+bit-identical; whole numbers have 64 bits. What raises in Python (a division by 0, an index beyond
+the end, the root of a negative number) is a fault of the kernel, which only checked machine code
+looks for.
+
+Records without references are values: `assign` copies one, `reset` gives it the values of a fresh
+one (`achse.native.declare`). `LAYOUT.plain()` makes a record of the function's own, one for each
+place in the source; it ends with the function, which cannot return it.
 
 A call that gives a parameter as `True` or `False` calls a copy of the function for it. So a
 function says what is left out on a shorter way, and machine code of that way has nothing of it.
@@ -41,7 +45,7 @@ from achse.native.backend.types import (
     InstructionError,
     Operand,
 )
-from achse.native.declare import RecordLayout
+from achse.native.declare import RecordLayout, pack
 from achse.native.kernels.arithmetic import TranslationError, Ways
 from achse.native.kernels.kinds import (
     BOOL,
@@ -173,6 +177,10 @@ class _Translation:
         """Address of constant numbers."""
         form = struct.Struct(f"<{len(numbers)}{'d' if kind is REAL else 'q'}")
         return self._module.data(form.pack(*numbers))
+
+    def fresh(self, layout: RecordLayout[Any]) -> Operand:
+        """Address of a record with the values of a fresh one."""
+        return self._module.data(pack(layout, layout.plain()))
 
     def site(self, error: type[Exception], text: str, function: FunctionType, line: int) -> int:
         """The number of the fault that stands for an exception raised in a line."""
