@@ -78,6 +78,8 @@ ROOMS: Mapping[str, Room] = {
         (
             "motion/test_features.py",
             "motion/test_fast_path.py",
+            "motion/test_setpoint.py",
+            "motion/test_controller.py",
             "motion/test_kernel.py",
             "motion/test_monitoring.py",
             "motion/test_signals.py",

@@ -64,6 +64,10 @@ def test_jobs_are_within_the_axis_and_wake_it(either: Any) -> None:
     assert axis.resting == 1
     axis.job.jerk = 1.0
     assert axis.resting == 0
+    either.run(100)
+    assert axis.resting == 1
+    axis.cams[2].next.table = 4
+    assert axis.resting == 0
 
 
 def test_a_change_wakes_the_axis(either: Any) -> None:

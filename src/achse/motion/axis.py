@@ -79,7 +79,10 @@ class _WithinAxis(InnerView):
     @classmethod
     def after_change(cls, field: Field) -> str:
         """Wake the axis."""
-        return "view.outer._record.resting = 0"
+        return "view.outermost._record.resting = 0"
+
+
+_WithinAxis.inner = _WithinAxis
 
 
 class Axis(View, _Fields):

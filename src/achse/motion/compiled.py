@@ -5,6 +5,8 @@ from achse.motion.kernel import cycles
 from achse.motion.machine.record import AMPLIFIER, MACHINE, SENSOR, Amplifier, Machine, Sensor
 from achse.motion.record import (
     CAM,
+    CAM_CHANGE,
+    CAM_LAW,
     CONTROLLER,
     DRIVE,
     ENCODER,
@@ -12,7 +14,9 @@ from achse.motion.record import (
     LAYOUT,
     AxisDriveFields,
     AxisFields,
+    CamChange,
     CamFields,
+    CamLaw,
     ControllerFields,
     EncoderFields,
     JobFields,
@@ -31,6 +35,8 @@ KERNEL = Kernel(
         AxisDriveFields: DRIVE,
         JobFields: JOB,
         CamFields: CAM,
+        CamLaw: CAM_LAW,
+        CamChange: CAM_CHANGE,
         Sensor: SENSOR,
         Amplifier: AMPLIFIER,
         Machine: MACHINE,

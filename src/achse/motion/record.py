@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from achse.motion.features import SWITCHES
 from achse.motion.fields.axis import AxisParameterFields, AxisState
-from achse.motion.fields.cams import CAM_LAYERS, CamChange, CamMotion, CamSlave
+from achse.motion.fields.cams import CAM_LAYERS, CamChange, CamLaw, CamMotion, CamSlave
 from achse.motion.fields.controller import (
     ControllerMemory,
     ControllerParameters,
@@ -70,6 +70,8 @@ from achse.native.declare import lay_out, pack, plain_record, reference, within
 __all__ = [
     "AT_THE_AXIS",
     "CAM",
+    "CAM_CHANGE",
+    "CAM_LAW",
     "CAM_LAYERS",
     "COMMAND_BUFFER",
     "CONTROLLER",
@@ -89,7 +91,9 @@ __all__ = [
     "TOUCH_PROBES",
     "AxisDriveFields",
     "AxisFields",
+    "CamChange",
     "CamFields",
+    "CamLaw",
     "ControllerFields",
     "EncoderFields",
     "Field",
@@ -149,7 +153,19 @@ class JobFields(JobRequest, JobProgress):
 JOB = lay_out("job", JobFields.__bases__, Field, OFTEN["job"])
 
 
-class CamFields(CamMotion, CamChange):
+CAM_LAW = lay_out("cam law", (CamLaw,), Field)
+CAM_CHANGE = lay_out("cam change", (CamChange,), Field)
+
+
+class _CamParts(InternalFields):
+    now: CamLaw = within(CAM_LAW, Field)
+    """The law at work; no table before it has begun."""
+    next: CamLaw = within(CAM_LAW, Field)
+    """As commanded by the change that waits; its master reference and base cycle are open."""
+    change: CamChange = within(CAM_CHANGE, Field)
+
+
+class CamFields(_CamParts, CamMotion):
     """All fields of a cam that a slave follows."""
 
 

@@ -54,6 +54,7 @@ class InnerView(View):
     """A record within another one, which is told of changes."""
 
     outer: View
+    outermost: View
 
     def changed(self, field: Field) -> None:
         self.outer.changed(field)
@@ -107,7 +108,17 @@ def _hold(view: Any, row: Field, views: list[Any]) -> None:
     """Keep the views of the records that a field holds."""
     for each in views:
         each.outer = view
+        _lead_out(each, view)
     setattr(view, f"_{row.name}", views if row.length else views[0])
+
+
+def _lead_out(inner: Any, outermost: View) -> None:
+    """Let the view of a record within, and those within it, know the outermost record."""
+    inner.outermost = outermost
+    for row, _ in inner.layout.held:
+        held = getattr(inner, f"_{row.name}")
+        for each in held if row.length else (held,):
+            _lead_out(each, outermost)
 
 
 def _property(base: type[View], row: Field, array: Callable[[Any], Any]) -> property:

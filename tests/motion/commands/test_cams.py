@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from math import inf, nan, nextafter
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -20,6 +19,7 @@ from achse.motion.commands.cams import (
     _why_not_in_range,
 )
 from achse.motion.couplings.cams import names_of, seen_master
+from achse.motion.record import CAM
 from achse.motion.rows import NcRows
 from achse.motion.setpoint import shift_setpoint
 from achse.motion.states import CamActivation, CamOperation, CamScaling, TableType
@@ -205,7 +205,7 @@ def test_offsets_and_scalings_act_at_once() -> None:
     assert commands.change_cam_offsets(axis, 0.0, 0.0, 3.0, 2.0) == 0
     nc.cycle()
     layer = axis.cams[0]
-    assert (axis.set_position, layer.slave_scaling, layer.master_scaling) == (0.0, 3.0, 2.0)
+    assert (axis.set_position, layer.now.slave_scaling, layer.now.master_scaling) == (0.0, 3.0, 2.0)
 
 
 @pytest.mark.parametrize("law", [10, 11])
@@ -321,7 +321,8 @@ def test_master_is_within_a_linear_cam_or_refused(
     first = 8
     numbers = [0.0] * 20
     numbers[first + BEGIN], numbers[first + PERIOD], numbers[first + CYCLIC] = 10.0, 100.0, cyclic
-    layer: Any = SimpleNamespace(next_cam=first)
+    layer: Any = CAM.plain()
+    layer.next.cam = first
     rows = NcRows((), (), (), (), numbers)
     given = {"master_absolute": 1, "master_scaling": 2.0, "master_offset": 8.0} | demand
     code = _why_not_in_range(rows, layer, CamDemand(**given), at)
@@ -342,8 +343,8 @@ def test_cam_cannot_begin_at_a_place_behind_a_moving_master(
     later: dict[str, Any] = {"activation": activation, "position": 27.0 + ahead}
     passed = moves * ahead < 0.0
     demand = CamDemand(**later, slave_type=CamScaling.AUTO_OFFSET)
-    layer = _fresh(slave, master, demand, slave.cams[0].cam)
-    layer.next_slave_absolute = 0
+    layer = _fresh(slave, master, demand, slave.cams[0].now.cam)
+    layer.next.slave_absolute = 0
     refused = _why_not_begin(slave, layer, demand, master) == NcError.ACTIVATION_POSITION_PASSED
     if moves:
         master.lead_position = 20.0
@@ -377,10 +378,10 @@ def test_cam_that_waits_to_begin_is_not_changed() -> None:
     forget = CamDemand(activation=CamActivation.DELETE_QUEUED)
     assert commands.change_cam_scaling(axis, forget) == NcError.DECOUPLING_NOT_POSSIBLE
     assert couple(nc, 11, activation=CamActivation.NEXT_CYCLE) == 0
-    assert [each.next_kind for each in axis.cams[:3]] == [1, 1, 0]
+    assert [each.change.kind for each in axis.cams[:3]] == [1, 1, 0]
     assert commands.change_cam_scaling(axis, replace(forget, table_id=8)) == NcError.TABLE_NOT_FOUND
     assert commands.change_cam_scaling(axis, forget) == 0
-    assert [each.next_kind for each in axis.cams[:3]] == [0, 1, 0]
+    assert [each.change.kind for each in axis.cams[:3]] == [0, 1, 0]
     assert commands.change_cam_scaling(axis, forget) == NcError.DECOUPLING_NOT_POSSIBLE
 
 
@@ -390,15 +391,15 @@ def test_cam_beside_one_at_work_may_be_forgotten_or_goes_when_nothing_waits() ->
     assert couple(nc, 11) == 0
     nc.cycle()
     assert couple(nc, 11, table_id=10, activation=CamActivation.NEXT_CYCLE, slave_absolute=0) == 0
-    assert axis.cams[1].next_kind == 1
+    assert axis.cams[1].change.kind == 1
     forget = CamDemand(10, activation=CamActivation.DELETE_QUEUED)
     assert commands.change_cam_scaling(axis, forget) == 0
-    assert (axis.cams[1].next_kind, axis.cams[1].next_table) == (0, 0)
+    assert (axis.cams[1].change.kind, axis.cams[1].next.table) == (0, 0)
     assert couple(nc, 11, table_id=10, slave_absolute=0) == 0
     nc.cycle()
     off = CamDemand(10, activation=CamActivation.OFF)
     assert commands.change_cam_scaling(axis, off) == 0
-    assert (axis.cams[1].next_kind, axis.cams[1].next_table) == (2, 0)
+    assert (axis.cams[1].change.kind, axis.cams[1].next.table) == (2, 0)
     assert commands.end_profile(axis, 10) == NcError.ACTIVATION_PENDING
     assert commands.follow_correction(axis, 10) == NcError.SLAVE_TABLE_IN_USE
     assert commands.last_correction(axis, 10) is None
@@ -410,9 +411,9 @@ def test_offsets_may_wait_for_a_master_position() -> None:
     nc.cycle()
     layer = nc.axis(2).cams[0]
     assert commands.change_cam_offsets(nc.axis(2), 1.0, 2.0, 3.0, 4.0, 400.0) == 0
-    assert (layer.next_when, layer.next_position) == (CamActivation.MASTER_AXIS_POSITION, 400.0)
-    assert (layer.next_slave_offset, layer.next_master_offset) == (1.0, 2.0)
-    assert (layer.next_slave_scaling, layer.next_master_scaling) == (3.0, 4.0)
+    assert (layer.change.when, layer.change.position) == (CamActivation.MASTER_AXIS_POSITION, 400.0)
+    assert (layer.next.slave_offset, layer.next.master_offset) == (1.0, 2.0)
+    assert (layer.next.slave_scaling, layer.next.master_scaling) == (3.0, 4.0)
 
 
 def test_correction_waits_for_its_place_and_tells_what_it_added() -> None:
@@ -422,9 +423,9 @@ def test_correction_waits_for_its_place_and_tells_what_it_added() -> None:
     nc.cycle()
     assert commands.follow_correction(axis, 10, 50.0) == 0
     layer = axis.cams[1]
-    assert (layer.once, layer.next_kind, layer.next_position) == (1, 1, 50.0)
-    assert layer.next_when == CamActivation.MASTER_AXIS_POSITION
-    layer.table, layer.part = 10, 0.5
+    assert (layer.once, layer.change.kind, layer.change.position) == (1, 1, 50.0)
+    assert layer.change.when == CamActivation.MASTER_AXIS_POSITION
+    layer.now.table, layer.part = 10, 0.5
     assert commands.last_correction(axis, 10) == 0.5
     assert commands.last_correction(axis, 7) is None
 
@@ -526,7 +527,7 @@ def test_scaling_of_a_relative_cam_is_changed_by_its_user() -> None:
     assert commands.change_cam_scaling(nc.axis(2), CamDemand(7, slave_scaling=2.0)) == 0
     assert commands.change_cam_offsets(nc.axis(2), 0.0, 0.0, 1.0, 1.0, 0.0) == 0
     nc.cycle()
-    assert nc.axis(2).cams[0].slave_scaling == 1.0
+    assert nc.axis(2).cams[0].now.slave_scaling == 1.0
 
 
 def test_correction_is_checked_and_begins_at_any_place() -> None:

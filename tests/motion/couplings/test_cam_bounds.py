@@ -25,10 +25,11 @@ from achse.motion.couplings.cams import (
     why_not_jump,
 )
 from achse.motion.limits import TOLERANCE
-from achse.motion.record import CAM
+from achse.motion.record import CAM, CAM_LAW
 from achse.motion.rows import NcRows
 from achse.motion.states import CamActivation, CamScaling, StateBit
 from achse.motion.tables.memory import BEGIN, COUNT, CYCLIC, HEADER, PERIOD, PIECE, STROKE
+from achse.native.declare import pack
 
 FIRST = 8
 SECOND = FIRST + HEADER + 2 * PIECE
@@ -63,14 +64,14 @@ def rows(*, cyclic: bool) -> NcRows:
 def layer(kind: int = CHANGE_EXCHANGE, when: int = 0, place: float = 0.0) -> Any:
     """A cam at work that waits for another, with these offsets and scalings now or then."""
     it: Any = CAM.plain()
-    it.next_kind, it.next_when, it.next_position = kind, when, place
+    it.change.kind, it.change.when, it.change.position = kind, when, place
     if kind == CHANGE_BEGIN:
-        it.next_cam, it.next_master_offset, it.next_master_scaling = FIRST, OFFSET + LEAD, SCALING
-        it.master_reference, it.master_scaling = 1e3, 9.0
+        it.next.cam, it.next.master_offset, it.next.master_scaling = FIRST, OFFSET + LEAD, SCALING
+        it.now.master_reference, it.now.master_scaling = 1e3, 9.0
     else:
-        it.table = 1
-        it.cam, it.master_reference, it.master_offset = FIRST, 5.0, OFFSET - 5.0
-        it.master_scaling, it.next_master_offset = SCALING, 1e3
+        it.now.table = 1
+        it.now.cam, it.now.master_reference, it.now.master_offset = FIRST, 5.0, OFFSET - 5.0
+        it.now.master_scaling, it.next.master_offset = SCALING, 1e3
     return it
 
 
@@ -182,7 +183,7 @@ def test_cyclic_cam_begins_where_its_master_stands(place: float, cycle: int) -> 
 
 def test_cam_that_begins_unscaled_lies_at_the_positions_of_its_master() -> None:
     it = layer(CHANGE_BEGIN, AT_CAM, 40.0)
-    it.next_master_type = CamScaling.OFF
+    it.change.master_type = CamScaling.OFF
     assert due(rows(cyclic=False), it, 40.0 - LEAD, 41.0 - LEAD) == (1, 40.0 - LEAD)
     assert due(rows(cyclic=False), it, 41.0 - LEAD, 42.0 - LEAD) == (0, 40.0 - LEAD)
 
@@ -217,8 +218,8 @@ def test_part_of_a_cam_counts_its_cycles(
     if not cyclic:
         base = before = 0
     it = layer()
-    it.once, it.base_cycle, it.cycle = once, base, before
-    it.slave_reference, it.slave_offset, it.slave_scaling = 3.0, 4.0, 2.0
+    it.once, it.now.base_cycle, it.cycle = once, base, before
+    it.now.slave_reference, it.now.slave_offset, it.now.slave_scaling = 3.0, 4.0, 2.0
     if once:
         position += 100.0 * base
     part, slope, _, _, strokes = part_at(rows(cyclic=cyclic), it, position)
@@ -263,7 +264,7 @@ def test_status_shows_what_waits(slave: Any, kinds: tuple[int, int], bits: int) 
     slave.cam_count = 2
     slave.cam_status = slave.cam_changes = 1
     for each, kind in zip(slave.cams, (*kinds, CHANGE_BEGIN), strict=False):
-        each.next_kind = kind
+        each.change.kind = kind
     show_waiting(slave)
     assert (slave.cam_status, slave.cam_changes) == (bits, int(bits != 0))
 
@@ -273,9 +274,9 @@ def test_law_of_all_cams_but_one() -> None:
     both, first, second = rows(cyclic=True), layer(), layer()
     master: Any = both.axes[0]
     master.lead_position, master.lead_velocity, master.lead_acceleration = 88.0, 6.0, 4.0
-    second.slave_reference, second.slave_offset, second.slave_scaling = 3.0, 4.0, 2.0
+    second.now.slave_reference, second.now.slave_offset, second.now.slave_scaling = 3.0, 4.0, 2.0
     unused = layer()
-    unused.table = 0
+    unused.now.table = 0
     ax: Any = SimpleNamespace(
         slave_base=1.0, cam_count=3, cams=[first, second, unused, layer()], coupling=1, master=[0],
         phasing_position=0.0, phasing_velocity=0.0, phasing_acceleration=0.0,
@@ -335,13 +336,13 @@ def test_change_makes_references_offsets_and_scalings(
 ) -> None:
     """At 88 the cam at work is at 40 and adds 37; the slave is at 20."""
     it = layer(CHANGE_NOTHING)
-    it.next_kind, it.next_cam, it.next_table = kind, cam, 2
-    it.table = int(kind != CHANGE_BEGIN)
-    it.slave_reference, it.slave_offset, it.slave_scaling = 3.0, 4.0, 2.0
-    it.next_master_type, it.next_slave_type = master, slave_type
-    it.next_master_offset, it.next_master_scaling = 15.0, scaling
-    it.next_slave_offset, it.next_slave_scaling = 1.0, 3.0
-    it.next_master_absolute, it.next_slave_absolute = absolute
+    it.change.kind, it.next.cam, it.next.table = kind, cam, 2
+    it.now.table = int(kind != CHANGE_BEGIN)
+    it.now.slave_reference, it.now.slave_offset, it.now.slave_scaling = 3.0, 4.0, 2.0
+    it.change.master_type, it.change.slave_type = master, slave_type
+    it.next.master_offset, it.next.master_scaling = 15.0, scaling
+    it.next.slave_offset, it.next.slave_scaling = 1.0, 3.0
+    it.next.master_absolute, it.next.slave_absolute = absolute
     ax: Any = SimpleNamespace(
         set_position=20.0, slave_base=20.0, cam_count=1, cams=[it], coupling=1, master=[0],
         phasing_position=0.0, phasing_velocity=0.0, phasing_acceleration=0.0,
@@ -349,8 +350,13 @@ def test_change_makes_references_offsets_and_scalings(
     both = rows(cyclic=True)
     lead: Any = both.axes[0]
     lead.lead_position, lead.lead_velocity, lead.lead_acceleration = 89.0, 6.0, 4.0
-    assert cams.planned(ax, both, it, 88.0) == expected
-    jump = expected[-1] - (37.0 if it.table else 20.0 if absolute[1] else 0.0)
+    before, after = pack(CAM, it), CAM_LAW.plain()
+    assert cams.planned(ax, both, it, 88.0, after) == expected[-1]
+    values = [after.master_reference, after.master_offset, after.master_scaling, after.base_cycle]
+    values += [after.slave_reference, after.slave_offset, after.slave_scaling]
+    assert tuple(values) == expected[:-1]
+    assert pack(CAM, it) == before
+    jump = expected[-1] - (37.0 if it.now.table else 20.0 if absolute[1] else 0.0)
     assert jump_of(ax, both, it, 88.0) == jump
     foreseen = law_after(ax, both, 0, it, 88.0)
     cams.change(ax, both, it, 88.0)
@@ -359,9 +365,9 @@ def test_change_makes_references_offsets_and_scalings(
 
 def test_cam_that_begins_beside_others_stays_where_nothing_is_added() -> None:
     it, other = layer(CHANGE_BEGIN), layer()
-    it.next_slave_type, it.next_slave_absolute, it.next_slave_scaling = AUTO, 1, 3.0
+    it.change.slave_type, it.next.slave_absolute, it.next.slave_scaling = AUTO, 1, 3.0
     ax: Any = SimpleNamespace(set_position=20.0, cam_count=2, cams=[it, other])
-    assert cams.planned(ax, rows(cyclic=True), it, 88.0)[-1] == 0.0
+    assert cams.planned(ax, rows(cyclic=True), it, 88.0, CAM_LAW.plain()) == 0.0
     assert jump_of(ax, rows(cyclic=True), it, 88.0) == 0.0
 
 
@@ -378,16 +384,16 @@ def test_change_waits_while_it_would_lead_beyond_a_soft_limit(
     nc = Nc(2_000_000, [AxisParameters(1)])
     ax = nc.axis(1)
     both, it = rows(cyclic=True), layer(CHANGE_SCALING)
-    it.slave_offset, it.next_slave_scaling = 2.0, 1.0
-    it.slave_scaling, it.next_master_scaling, it.next_master_type = 1.0, SCALING, OFF
+    it.now.slave_offset, it.next.slave_scaling = 2.0, 1.0
+    it.now.slave_scaling, it.next.master_scaling, it.change.master_type = 1.0, SCALING, OFF
     lead: Any = both.axes[0]
     lead.lead_position = it.seen = OFFSET + SCALING * 70.0
     ax.cams[0], ax.cam_count, ax.set_position = it, 1, 32.0
     ax.coupled_offset, ax.max_velocity, ax.drive.reference_velocity = superposed, 1e4, 1e4
     ax.limited, ax.limit_low, ax.limit_high = 1, -50.0, 60.0
-    it.next_slave_offset = 4.0 if superposed > 0.0 else 0.0
+    it.next.slave_offset = 4.0 if superposed > 0.0 else 0.0
     cams.carry_out(ax, both, 0.002)
-    assert it.slave_offset == at_work
+    assert it.now.slave_offset == at_work
 
 
 def test_cycles_of_a_cam_are_counted_up_to_1e15() -> None:

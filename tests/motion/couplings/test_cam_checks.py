@@ -166,7 +166,7 @@ class Plant:
         demand, master, running = self.demand(table_id), dice.randint(1, MASTERS), 0
         if slave.coupling:
             layer = dice.choice(slave.cams[: slave.cam_count])
-            running = layer.table
+            running = layer.now.table
             if dice.random() < 0.7:
                 master = self.nc.axis(layer.master + 1).axis_id
         match dice.randint(0, 14) if slave.coupling else 14:

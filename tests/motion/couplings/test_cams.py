@@ -11,6 +11,7 @@ from achse.codes import NcError
 from achse.motion import Axis, AxisParameters, Nc, StateBit, commands
 from achse.motion.commands import CamDemand
 from achse.motion.couplings.cams import base, part_at, planned, seen_master, step
+from achse.motion.record import CAM_LAW
 from achse.motion.setpoint import shift_setpoint
 from achse.motion.states import (
     CamActivation,
@@ -118,9 +119,9 @@ def test_next_cycle_of_a_linear_table_begins_behind_its_end(line: Line) -> None:
     line.to(360.0)
     assert line.couple(8, activation=CamActivation.NEXT_CYCLE, slave_absolute=0) == 0
     line.nc.cycle(3)
-    assert line.slave.cams[0].table == 7
+    assert line.slave.cams[0].now.table == 7
     line.to(361.0)
-    assert line.slave.cams[0].table == 8
+    assert line.slave.cams[0].now.table == 8
 
 
 def test_jerk_of_a_slave_is_the_derivative_of_its_acceleration(line: Line) -> None:
@@ -200,7 +201,7 @@ def test_the_master_keeps_its_place_in_the_cam(line: Line) -> None:
     assert commands.change_cam_scaling(line.slave, demand) == 0
     line.nc.cycle()
     layer = line.slave.cams[0]
-    assert (layer.master_offset, layer.master_scaling) == (-90.0, 2.0)
+    assert (layer.now.master_offset, layer.now.master_scaling) == (-90.0, 2.0)
     assert line.slave.set_position == 30.0
     assert line.to(180.0) == pytest.approx(30.0 + 45.0 * 70.0 / 270.0)
 
@@ -213,7 +214,7 @@ def test_the_slave_stays_when_its_offset_is_automatic(line: Line) -> None:
     assert commands.change_cam_scaling(line.slave, demand) == 0
     line.nc.cycle()
     assert line.slave.set_position == 30.0
-    assert line.slave.cams[0].slave_offset == -60.0
+    assert line.slave.cams[0].now.slave_offset == -60.0
     assert line.to(0.0) == -60.0
 
 
@@ -256,7 +257,7 @@ def test_a_change_counts_from_the_exact_position(
     line.to(end, 777.0)
     layer = line.slave.cams[0]
     if exact is None:
-        assert layer.slave_scaling == 1.0
+        assert layer.now.slave_scaling == 1.0
         assert line.has(StateBit.CAM_SCALING_PENDING)
         forget = CamDemand(activation=CamActivation.DELETE_QUEUED)
         assert commands.change_cam_scaling(line.slave, forget) == 0
@@ -265,7 +266,7 @@ def test_a_change_counts_from_the_exact_position(
         return
     cycles, place = divmod(exact, 360.0)
     value = place / 3.0 if place <= 90.0 else 30.0 + (place - 90.0) * 70.0 / 270.0
-    assert layer.slave_offset == pytest.approx(-(value + 100.0 * cycles), abs=1e-9)
+    assert layer.now.slave_offset == pytest.approx(-(value + 100.0 * cycles), abs=1e-9)
     assert not line.has(StateBit.CAM_SCALING_PENDING)
 
 
@@ -414,7 +415,9 @@ def test_functions_of_the_kernel_outside_it(line: Line) -> None:
     base(slave, rows)
     step(slave, rows, 0.002)
     assert slave.set_position == pytest.approx(15.0)
-    assert planned(slave, rows, layer, 45.0)[1] == 0.0
+    after: Any = CAM_LAW.plain()
+    assert planned(slave, rows, layer, 45.0, after) == pytest.approx(15.0)
+    assert after.master_offset == 0.0
 
 
 def test_an_edit_that_would_make_the_slave_jump_is_refused(line: Line) -> None:
@@ -452,7 +455,7 @@ def test_a_change_for_one_cycle_is_taken_back_at_the_next(line: Line) -> None:
     for master, factor in expected.items():
         assert line.to(master) == pytest.approx(factor * at_hill(master), abs=1e-9)
         assert [line.nc.tables.user_count(n) for n in (1, 7)] == [0, 1]
-        assert line.slave.cams[0].next_returns in (0, 1)
+        assert line.slave.cams[0].change.returns in (0, 1)
     assert not line.has(StateBit.CAM_SCALING_PENDING)
 
 

@@ -124,7 +124,7 @@ def test_change_that_has_become_a_jump_waits_and_can_be_taken_back(
         before = slave.set_position
         nc.cycle()
         assert abs(slave.set_position - before) < 0.2
-    assert (slave.cams[0].slave_scaling, slave.error_code) == (1.0, 0)
+    assert (slave.cams[0].now.slave_scaling, slave.error_code) == (1.0, 0)
     assert slave.state_dword & StateBit.CAM_SCALING_PENDING
     back = CamDemand(activation=CamActivation.DELETE_QUEUED)
     assert commands.change_cam_scaling(slave, back) == 0

@@ -85,11 +85,11 @@ def test_points_that_are_no_function_leave_a_slave_its_own() -> None:
     nc = build()
     follow(nc, 2, 13, 5)
     tables, layer = nc.tables, nc.axis(2).cams[0]
-    before = layer.cam, list(tables.cams.numbers)
+    before = layer.now.cam, list(tables.cams.numbers)
     with pytest.raises(TableError):
         tables.write_points(tables.find(5), 1, point(-9.0, 9.0))
-    assert (layer.cam, list(tables.cams.numbers)) == before
-    assert tables.cam(5, 0) == layer.cam
+    assert (layer.now.cam, list(tables.cams.numbers)) == before
+    assert tables.cam(5, 0) == layer.now.cam
 
 
 def test_refused_points_leave_other_functions() -> None:

@@ -13,6 +13,7 @@ from achse.codes import NcError
 from achse.motion import AxisParameters, Nc, commands
 from achse.motion.laws.element import ELEMENT, element_values, elements_of
 from achse.motion.laws.table import LAWS, MotionLaw
+from achse.motion.record import CAM
 from achse.motion.states import CamActivation, SlaveType, StateBit, TableType
 from achse.motion.tables import MOTION_POINT, Tables
 from achse.motion.tables.errors import TableError
@@ -163,19 +164,12 @@ def test_the_slave_goes_through_each_point(
             assert near == pytest.approx(here.slave_position, abs=1e-5)
 
 
-class Layer:
-    """What tables see of a cam at work."""
-
-    table = next_table = 7
-    interpolation = next_interpolation = 0
-    next_returns = 0
-    next_kind = next_when = next_position = next_master_type = next_slave_type = 0
-    next_master_absolute = next_slave_absolute = master_absolute = slave_absolute = 1
-    master_offset = slave_offset = next_master_offset = next_slave_offset = 0.0
-    master_scaling = slave_scaling = next_master_scaling = next_slave_scaling = 1.0
-
-    def __init__(self, cam: int) -> None:
-        self.cam = self.next_cam = cam
+def new_layer(cam: int) -> Any:
+    """A cam at work whose other points wait, too."""
+    layer: Any = CAM.plain()
+    for law in (layer.now, layer.next):
+        law.table, law.cam, law.master_absolute, law.slave_absolute = 7, cam, 1, 1
+    return layer
 
 
 class Slave:
@@ -183,14 +177,17 @@ class Slave:
 
     axis_id = cam_count = 1
     coupling = 13
-    adapt = resting = loop_closed = 0
+    resting = loop_closed = 0
     position_range_window = 5.0
     drives: Sequence[Any] = ()
     rows = None
     cam_list: Sequence[int] = ()
 
-    def __init__(self, cams: Sequence[Layer]) -> None:
-        self.cams: Sequence[Any] = cams
+    def __init__(self, cams: Sequence[Any]) -> None:
+        self.cams = cams
+
+    def wake(self, *, adapts: bool = False) -> None:
+        """Nothing of it is read."""
 
     def show_cams(self) -> None:
         """Nothing of it is read."""
@@ -208,22 +205,24 @@ def test_slaves_read_the_elements_and_each_version_they_use() -> None:
     tables.write_points(table, 0, packed(path))
     first = tables.cam(7, 0)
     assert cam_values(tables.cams.numbers, first, -1, 45.0)[:4] == values_at(table.function(), 45.0)
-    layer = Layer(first)
+    layer = new_layer(first)
     slaves.append(Slave([layer]))
     tables.write_points(table, 1, packed([point(90.0, 60.0, MotionLaw.ACCELERATION_TRAPEZOID)]))
-    assert cam_values(tables.cams.numbers, layer.cam, 3, 45.0)[:2] == pytest.approx((30.0, 1.25))
+    assert cam_values(tables.cams.numbers, layer.now.cam, 3, 45.0)[:2] == pytest.approx(
+        (30.0, 1.25)
+    )
 
     tables.change_online(table, PointActivation(CamActivation.NEXT_CYCLE))
     tables.write_points(table, 1, packed([point(90.0, 90.0, MotionLaw.POLYNOMIAL_1)]))
     numbers = tables.cams.numbers
-    assert cam_values(numbers, layer.cam, 3, 45.0)[0] == pytest.approx(30.0)
-    assert cam_values(numbers, layer.next_cam, 3, 45.0)[0] == pytest.approx(45.0)
-    assert tables.cam(7, 0) == layer.next_cam
+    assert cam_values(numbers, layer.now.cam, 3, 45.0)[0] == pytest.approx(30.0)
+    assert cam_values(numbers, layer.next.cam, 3, 45.0)[0] == pytest.approx(45.0)
+    assert tables.cam(7, 0) == layer.next.cam
 
     with pytest.raises(TableError) as caught:
         tables.write_points(table, 1, packed([point(400.0, 90.0)]))
     assert caught.value.error == NcError.TABLE_NOT_MONOTONIC
-    assert cam_values(tables.cams.numbers, layer.next_cam, 3, 45.0)[0] == pytest.approx(45.0)
+    assert cam_values(tables.cams.numbers, layer.next.cam, 3, 45.0)[0] == pytest.approx(45.0)
     assert table.function() == function_elements(
         [path[0], point(90.0, 90.0, MotionLaw.POLYNOMIAL_1), path[2]]
     )

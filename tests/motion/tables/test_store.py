@@ -379,26 +379,26 @@ def test_changed_points_wait_with_the_offsets_of_now(nc: Nc) -> None:
     later = PointActivation(CamActivation.NEXT_CYCLE, 4.0, CamScaling.OFF, CamScaling.AUTO_OFFSET)
     tables.change_online(table, later)
     tables.write_points(table, 1, packed((*CURVED[1][:6], 11.0, 0.0, 0.0, 0.0)))
-    assert (layer.next_kind, layer.next_when) == (5, CamActivation.NEXT_CYCLE)
-    assert (layer.next_position, layer.next_table, layer.next_returns) == (4.0, 8, 0)
-    assert (layer.next_master_type, layer.next_slave_type) == (2, 1)
-    assert (layer.next_master_offset, layer.next_slave_offset) == (-2.0, 0.5)
-    assert (layer.next_master_scaling, layer.next_slave_scaling) == (1.0, 1.0)
-    assert (layer.next_master_absolute, layer.next_slave_absolute) == (1, 1)
-    assert layer.next_cam != layer.cam
-    assert tables.cams.numbers[layer.cam + 4] == 9.0
-    assert tables.cams.numbers[layer.next_cam + 4] == 11.0
-    assert tables.cam(8, 0) == layer.next_cam
+    assert (layer.change.kind, layer.change.when) == (5, CamActivation.NEXT_CYCLE)
+    assert (layer.change.position, layer.next.table, layer.change.returns) == (4.0, 8, 0)
+    assert (layer.change.master_type, layer.change.slave_type) == (2, 1)
+    assert (layer.next.master_offset, layer.next.slave_offset) == (-2.0, 0.5)
+    assert (layer.next.master_scaling, layer.next.slave_scaling) == (1.0, 1.0)
+    assert (layer.next.master_absolute, layer.next.slave_absolute) == (1, 1)
+    assert layer.next.cam != layer.now.cam
+    assert tables.cams.numbers[layer.now.cam + 4] == 9.0
+    assert tables.cams.numbers[layer.next.cam + 4] == 11.0
+    assert tables.cam(8, 0) == layer.next.cam
     tables.write_points(table, 1, packed((*CURVED[1][:6], 12.0, 0.0, 0.0, 0.0)))
-    assert tables.cams.numbers[layer.cam + 4] == 9.0
-    assert tables.cams.numbers[layer.next_cam + 4] == 12.0
+    assert tables.cams.numbers[layer.now.cam + 4] == 9.0
+    assert tables.cams.numbers[layer.next.cam + 4] == 12.0
     tables.change_online(table, PointActivation(CamActivation.OFF))
     tables.write_points(table, 1, packed((*CURVED[1][:6], 13.0, 0.0, 0.0, 0.0)))
-    assert (layer.next_kind, layer.next_table) == (0, 0)
-    assert tables.cams.numbers[layer.cam + 4] == 9.0
+    assert (layer.change.kind, layer.next.table) == (0, 0)
+    assert tables.cams.numbers[layer.now.cam + 4] == 9.0
     tables.change_online(table, PointActivation(CamActivation.INSTANTANEOUS))
     tables.write_points(table, 1, packed((*CURVED[1][:6], 14.0, 0.0, 0.0, 0.0)))
-    assert (layer.next_kind, tables.cams.numbers[layer.cam + 4]) == (0, 14.0)
+    assert (layer.change.kind, tables.cams.numbers[layer.now.cam + 4]) == (0, 14.0)
 
 
 def test_refused_points_leave_slaves_what_they_had(nc: Nc) -> None:
@@ -409,7 +409,7 @@ def test_refused_points_leave_slaves_what_they_had(nc: Nc) -> None:
     wild = packed((*CURVED[1][:6], 9e4, 0.0, 0.0, 0.0))
     refuses(NcError.TABLE_SLAVE_RANGE, tables.write_points, table, 1, wild)
     assert bytes(table.motion) == before
-    assert tables.cams.numbers[layer.cam + 4] == 9.0
+    assert tables.cams.numbers[layer.now.cam + 4] == 9.0
     assert tables.cams.numbers[tables.cam(8, 0) + 4] == 9.0
     assert table.slave_stroke == 9.0
     tables.change_online(table, PointActivation(CamActivation.NEXT_CYCLE))
@@ -480,13 +480,13 @@ def test_changed_points_leave_other_functions(nc: Nc) -> None:
     for activation in (CamActivation.NEXT_CYCLE, CamActivation.INSTANTANEOUS):
         tables.change_online(table, PointActivation(activation))
         tables.write_points(table, 1, packed((*CURVED[1][:6], 11.0, 0.0, 0.0, 0.0)))
-        assert (beside.next_kind, tables.cams.numbers[beside.cam + 4]) == (0, 9.0)
-        assert tables.cam(9, 0) == beside.cam
-    assert tables.cams.numbers[layer.cam + 4] == 11.0
+        assert (beside.change.kind, tables.cams.numbers[beside.now.cam + 4]) == (0, 9.0)
+        assert tables.cam(9, 0) == beside.now.cam
+    assert tables.cams.numbers[layer.now.cam + 4] == 11.0
     tables.change_online(other, PointActivation(CamActivation.NEXT_CYCLE))
     tables.write_points(other, 1, packed((*CURVED[1][:6], 12.0, 0.0, 0.0, 0.0)))
-    assert tables.cams.numbers[beside.next_cam + 4] == 12.0
-    assert (layer.next_kind, tables.cams.numbers[layer.cam + 4]) == (0, 11.0)
+    assert tables.cams.numbers[beside.next.cam + 4] == 12.0
+    assert (layer.change.kind, tables.cams.numbers[layer.now.cam + 4]) == (0, 11.0)
 
 
 def test_kernels_are_told_when_the_memory_has_grown(nc: Nc) -> None:

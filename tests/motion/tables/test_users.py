@@ -5,6 +5,7 @@ from typing import Any
 
 from achse.motion import AxisParameters, Nc, commands
 from achse.motion.commands import CamDemand
+from achse.motion.record import CAM
 from achse.motion.states import TableType
 from achse.motion.tables.users import at_work, cams_in_use
 
@@ -37,9 +38,10 @@ def test_only_slaves_of_cams_use_tables() -> None:
     """What an axis that follows otherwise still has in its layers is not in use."""
 
     def layer(table: int, coming: int) -> Any:
-        return SimpleNamespace(
-            table=table, interpolation=1, next_table=coming, next_interpolation=2
-        )
+        it: Any = CAM.plain()
+        it.now.table, it.now.interpolation = table, 1
+        it.next.table, it.next.interpolation = coming, 2
+        return it
 
     def axis(coupling: int, *layers: Any, closed: int = 1) -> Any:
         return SimpleNamespace(

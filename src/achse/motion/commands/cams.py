@@ -32,6 +32,7 @@ from achse.motion.states import (
 )
 from achse.motion.tables import TableError
 from achse.motion.tables.memory import BEGIN, CYCLIC, PERIOD
+from achse.native.declare import assign
 
 __all__ = [
     "CamDemand",
@@ -158,20 +159,21 @@ def _why_not(slave: Axis, demand: CamDemand, activations: Sequence[CamActivation
 
 def _order(layer: CamFields, kind: int, demand: CamDemand, cam: int) -> None:
     """Let a layer wait for this."""
-    layer.next_kind = kind
-    layer.next_when = demand.activation
-    layer.next_position = demand.position
-    layer.next_table = demand.table_id if cam else 0
-    layer.next_cam = cam
-    layer.next_interpolation = demand.interpolation
-    layer.next_master_absolute = int(demand.master_absolute != 0)
-    layer.next_slave_absolute = int(demand.slave_absolute != 0)
-    layer.next_master_type = demand.master_type
-    layer.next_slave_type = demand.slave_type
-    layer.next_master_offset = demand.master_offset
-    layer.next_slave_offset = demand.slave_offset
-    layer.next_master_scaling = demand.master_scaling
-    layer.next_slave_scaling = demand.slave_scaling
+    change, law = layer.change, layer.next
+    change.kind = kind
+    change.when = demand.activation
+    change.position = demand.position
+    change.master_type = demand.master_type
+    change.slave_type = demand.slave_type
+    law.table = demand.table_id if cam else 0
+    law.cam = cam
+    law.interpolation = demand.interpolation
+    law.master_absolute = int(demand.master_absolute != 0)
+    law.slave_absolute = int(demand.slave_absolute != 0)
+    law.master_offset = demand.master_offset
+    law.slave_offset = demand.slave_offset
+    law.master_scaling = demand.master_scaling
+    law.slave_scaling = demand.slave_scaling
 
 
 def _fresh(slave: Axis, master: Axis, demand: CamDemand, cam: int, once: int = 0) -> CamFields:
@@ -189,11 +191,6 @@ def _rows_as_seen(slave: Axis, master: Axis) -> NcRows:
     axes = list(rows.axes)
     axes[master.index] = as_leader(master)
     return replace(rows, axes=axes)
-
-
-def _take(layer: CamFields, fresh: CamFields) -> None:
-    for name in CAM.fields:
-        setattr(layer, name, getattr(fresh, name))
 
 
 def _begin(
@@ -219,7 +216,7 @@ def _begin(
     if code:
         return code
     for n, layer in enumerate(slave.cams):
-        _take(layer, CAM.plain() if n else begun[0])
+        assign(layer, CAM.plain() if n else begun[0])
     slave.cam_count = 1
     _carry_out(slave, slave.cams[0])
     return OK
@@ -253,7 +250,7 @@ def _why_not_begin(slave: Axis, layer: CamFields, demand: CamDemand, master: Axi
 
 def _why_not_in_range(rows: NcRows, layer: CamFields, demand: CamDemand, at: float) -> int:
     """Refuse a linear cam beside which its master is."""
-    numbers, cam = rows.cams, layer.next_cam
+    numbers, cam = rows.cams, layer.next.cam
     if not demand.master_absolute or numbers[cam + CYCLIC] != 0.0:
         return OK
     scaling, offset = demand.master_scaling, demand.master_offset
@@ -274,9 +271,9 @@ def _exchange(slave: Axis, layer: CamFields, master_id: int, demand: CamDemand, 
         return NcError.ADDRESS_MASTER_AXIS
     if master.index != layer.master:
         return NcError.SLAVE_COUPLING_PARAMETER
-    if demand.master_type == CamScaling.AUTO_OFFSET and not layer.table:
+    if demand.master_type == CamScaling.AUTO_OFFSET and not layer.now.table:
         return NcError.SCALING_WITHOUT_REFERENCE_TABLE
-    if layer.next_kind not in (CHANGE_NOTHING, CHANGE_EXCHANGE):
+    if layer.change.kind not in (CHANGE_NOTHING, CHANGE_EXCHANGE):
         return NcError.ACTIVATION_PENDING
     return _let_wait(slave, layer, CHANGE_EXCHANGE, demand, cam)
 
@@ -292,7 +289,7 @@ def _let_wait(slave: Axis, layer: CamFields, kind: int, demand: CamDemand, cam: 
     if by_axis and (demand.position - at) * moves < 0.0:
         return NcError.ACTIVATION_POSITION_PASSED
     copy: CamFields = CAM.plain()
-    _take(copy, layer)
+    assign(copy, layer)
     _order(copy, kind, demand, cam)
     code = why_not_change(slave, slave.rows, slave.cams.index(layer), copy)
     if code:
@@ -305,7 +302,7 @@ def _let_wait(slave: Axis, layer: CamFields, kind: int, demand: CamDemand, cam: 
 def _layer_of(slave: Axis, table_id: int) -> CamFields | None:
     """The layer that runs a table; 0: the first that runs any."""
     for layer in slave.cams[: slave.cam_count]:
-        if layer.table and table_id in (0, layer.table):
+        if layer.now.table and table_id in (0, layer.now.table):
             return layer
     return None
 
@@ -313,7 +310,7 @@ def _layer_of(slave: Axis, table_id: int) -> CamFields | None:
 def _queued_layer(slave: Axis, table_id: int) -> CamFields | None:
     """The layer whose table has not begun yet; 0: the first such layer."""
     for layer in slave.cams[: slave.cam_count]:
-        if layer.next_kind == CHANGE_BEGIN and table_id in (0, layer.next_table):
+        if layer.change.kind == CHANGE_BEGIN and table_id in (0, layer.next.table):
             return layer
     return None
 
@@ -333,7 +330,7 @@ def _add(slave: Axis, master_id: int, demand: CamDemand, cam: int, once: int = 0
         return NcError.SCALING_WITHOUT_REFERENCE_TABLE
     if demand.activation in _BY_CYCLE and not demand.master_absolute:
         return NcError.ONLINE_CHANGE_MODE
-    free = [layer for layer in slave.cams if not layer.table and not layer.next_kind]
+    free = [layer for layer in slave.cams if not layer.now.table and not layer.change.kind]
     if not free:
         return NcError.TOO_MANY_TABLES
     layer = free[0]
@@ -342,7 +339,7 @@ def _add(slave: Axis, master_id: int, demand: CamDemand, cam: int, once: int = 0
     code = code or _follow_too(slave, master)
     if code:
         return code
-    _take(layer, fresh)
+    assign(layer, fresh)
     slave.cam_count = max(slave.cam_count, slave.cams.index(layer) + 1)
     _carry_out(slave, layer)
     return OK
@@ -385,11 +382,11 @@ def _remove(slave: Axis, demand: CamDemand) -> int:
     stay = [
         each
         for each in slave.cams[: slave.cam_count]
-        if each.table and each.next_kind != CHANGE_REMOVE
+        if each.now.table and each.change.kind != CHANGE_REMOVE
     ]
     if stay == [layer]:  # a slave without any cam: that is what decoupling is for
         return NcError.DECOUPLING_NOT_POSSIBLE
-    if layer.next_kind not in (CHANGE_NOTHING, CHANGE_REMOVE):
+    if layer.change.kind not in (CHANGE_NOTHING, CHANGE_REMOVE):
         return NcError.ACTIVATION_PENDING
     return _let_wait(slave, layer, CHANGE_REMOVE, demand)
 
@@ -409,9 +406,9 @@ def change_cam_scaling(slave: Axis, demand: CamDemand) -> int:
     layer = _layer_of(slave, demand.table_id)
     if layer is None:
         return _why_no_layer(slave, demand.table_id)
-    if demand.master_type == CamScaling.AUTO_OFFSET and not layer.master_absolute:
+    if demand.master_type == CamScaling.AUTO_OFFSET and not layer.now.master_absolute:
         return NcError.SCALING_MODE
-    if layer.next_kind not in (CHANGE_NOTHING, CHANGE_SCALING):
+    if layer.change.kind not in (CHANGE_NOTHING, CHANGE_SCALING):
         return NcError.ACTIVATION_PENDING
     return _let_wait(slave, layer, CHANGE_SCALING, demand)
 
@@ -422,9 +419,9 @@ def _delete_queued(slave: Axis, table_id: int) -> int:
     if layer is None:
         return NcError.TABLE_NOT_FOUND
     others = (each for each in slave.cams[: slave.cam_count] if each is not layer)
-    if not layer.table and not any(each.table or each.next_kind for each in others):
+    if not layer.now.table and not any(each.now.table or each.change.kind for each in others):
         return NcError.DECOUPLING_NOT_POSSIBLE
-    layer.next_kind = layer.next_table = 0
+    layer.change.kind = layer.next.table = 0
     slave.show_cams()
     return OK
 
@@ -439,7 +436,7 @@ def change_cam_offsets(slave: Axis, slave_offset: float, master_offset: float, *
     layer = _layer_of(slave, 0)
     if layer is None:
         return _why_no_layer(slave, 0)
-    slave_scaling, master_scaling = more[:2] or (layer.slave_scaling, layer.master_scaling)
+    slave_scaling, master_scaling = more[:2] or (layer.now.slave_scaling, layer.now.master_scaling)
     if 0.0 in more[:2]:
         return NcError.SLAVE_COUPLING_PARAMETER
     demand = CamDemand(
@@ -470,7 +467,7 @@ def scale_slave(slave: Axis, scaling: float) -> int:
     return change_cam_scaling(
         slave,
         CamDemand(
-            slave_offset=layer.slave_offset, slave_scaling=scaling, master_type=CamScaling.OFF
+            slave_offset=layer.now.slave_offset, slave_scaling=scaling, master_type=CamScaling.OFF
         ),
     )
 
@@ -514,6 +511,6 @@ def end_profile(slave: Axis, table_id: int) -> int:
 def last_correction(slave: Axis, table_id: int) -> float | None:
     """What a correction table that runs or has run has added so far (0x48); None: none has."""
     for layer in slave.cams[: slave.cam_count]:
-        if layer.table == table_id and layer.once:
+        if layer.now.table == table_id and layer.once:
             return layer.part
     return None

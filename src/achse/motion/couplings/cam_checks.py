@@ -82,8 +82,8 @@ def why_not_change(slave: "Axis", rows: NcRows, number: int, layer: CamFields) -
     The layer may be a copy; its number is -1 as long as the slave does not have it. A change that
     comes later is refused if the slave would jump at its place.
     """
-    begins = layer.next_kind == CHANGE_BEGIN
-    if layer.next_when == CamActivation.AS_SOON_AS_POSSIBLE or not (begins or slave.loop_closed):
+    begins = layer.change.kind == CHANGE_BEGIN
+    if layer.change.when == CamActivation.AS_SOON_AS_POSSIBLE or not (begins or slave.loop_closed):
         return 0
     with _without_superposition(slave):
         return _why_not_change(slave, rows, number, layer)
@@ -94,7 +94,7 @@ def carry_out_now(slave: "Axis", rows: NcRows, layer: CamFields) -> None:
 
     While its loop is open a slave only begins cams, other changes wait until it is closed.
     """
-    if not (slave.loop_closed or layer.next_kind == CHANGE_BEGIN):
+    if not (slave.loop_closed or layer.change.kind == CHANGE_BEGIN):
         return
     now = seen_master(slave, rows, layer)
     is_due, at = due(rows, layer, now, now)

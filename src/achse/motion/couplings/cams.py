@@ -7,10 +7,10 @@ References are 0 where positions are absolute, else where the axis was when the 
 cam goes on to both sides; outside a linear one the slave keeps the value of its end. A cam begins
 in its basic cycle, without lift.
 
-What is to change (`next_kind`) waits in the layer until its time has come. It counts from the exact
-position that was asked for, not from that of the cycle which finds it passed: the cycle time does
-not matter. A cam that is taken away leaves what it added in the base. A change by which the slave
-would jump (`achse.motion.couplings.guard`) waits on.
+A layer has two laws: `now` is at work, `next` waits with its `change` until the time has come. A
+change counts from the exact position that was asked for, not from that of the cycle which finds it
+passed: the cycle time does not matter. A cam that is taken away leaves what it added in the base. A
+change by which the slave would jump (`achse.motion.couplings.guard`) waits on.
 
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
@@ -21,10 +21,11 @@ from achse.codes import NcError
 from achse.motion.couplings.guard import why_not_step
 from achse.motion.couplings.masters import seen_of_row
 from achse.motion.limits import TOLERANCE
-from achse.motion.record import AxisFields, CamFields
+from achse.motion.record import CAM_LAW, AxisFields, CamFields, CamLaw
 from achse.motion.rows import NcRows
 from achse.motion.states import CamActivation, CamScaling, StateBit
 from achse.motion.tables.memory import BEGIN, CYCLIC, PERIOD, STROKE, cam_values
+from achse.native.declare import assign, reset
 
 __all__ = [
     "CHANGE_BEGIN",
@@ -56,7 +57,7 @@ CHANGE_SCALING = 2
 CHANGE_EXCHANGE = 3
 CHANGE_REMOVE = 4
 CHANGE_POINTS = 5
-"""`next_kind` of a layer; with other points a motion function keeps its cycles and references."""
+"""`change.kind` of a layer; with other points a motion function keeps its cycles and references."""
 
 _MOST_CYCLES = 1e15
 """Beyond, cycles of a cam cannot be told from each other."""
@@ -88,11 +89,12 @@ def part_at(
     rows: NcRows, layer: CamFields, position: float
 ) -> tuple[float, float, float, float, float]:
     """What a layer adds to the slave at a cam position, its derivatives by it, the lift so far."""
-    cam = layer.cam
+    now = layer.now
+    cam = now.cam
     cycle = 0
     within = position
     if layer.once:
-        within = position - layer.base_cycle * rows.cams[cam + PERIOD]
+        within = position - now.base_cycle * rows.cams[cam + PERIOD]
     else:
         begin = rows.cams[cam + BEGIN]
         period = rows.cams[cam + PERIOD]
@@ -102,12 +104,12 @@ def part_at(
             cycle = _cycle_of(rows, cam, position)
             within = position - cycle * period
             layer.cycle = cycle
-        cycle -= layer.base_cycle
+        cycle -= now.base_cycle
     value, slope, bend, third, layer.near = cam_values(rows.cams, cam, layer.near, within)
     strokes = cycle * rows.cams[cam + STROKE]
     layer.cam_position = within
     layer.value = value
-    part = layer.slave_reference + layer.slave_offset + layer.slave_scaling * (value + strokes)
+    part = now.slave_reference + now.slave_offset + now.slave_scaling * (value + strokes)
     return part, slope, bend, third, strokes
 
 
@@ -123,9 +125,9 @@ def _values(
 
 def _part(rows: NcRows, layer: CamFields, master: float) -> float:
     """Return what a layer adds to the slave at a master position; the layer is unchanged."""
-    position = _cam_position(layer, master)
-    value = _values(rows, layer.cam, layer.once, layer.base_cycle, layer.near, position)[0]
-    return layer.slave_reference + layer.slave_offset + layer.slave_scaling * value
+    position = _cam_position(layer.now, master)
+    value = _values(rows, layer.now.cam, layer.once, layer.now.base_cycle, layer.near, position)[0]
+    return layer.now.slave_reference + layer.now.slave_offset + layer.now.slave_scaling * value
 
 
 def law_now(ax: AxisFields, rows: NcRows, without: int) -> tuple[float, float, float]:
@@ -138,160 +140,127 @@ def law_now(ax: AxisFields, rows: NcRows, without: int) -> tuple[float, float, f
     a = 0.0
     for n in range(ax.cam_count):
         layer = ax.cams[n]
-        if layer.table and n != without:
+        if layer.now.table and n != without:
             seen, velocity, acceleration, _ = seen_of_row(ax, rows, layer.master)
-            share = 1.0 / layer.master_scaling
+            share = 1.0 / layer.now.master_scaling
             value, slope, bend = _values(
                 rows,
-                layer.cam,
+                layer.now.cam,
                 layer.once,
-                layer.base_cycle,
+                layer.now.base_cycle,
                 layer.near,
-                _cam_position(layer, seen),
+                _cam_position(layer.now, seen),
             )
             velocity *= share
             acceleration *= share
-            factor = layer.slave_scaling
-            s += layer.slave_reference + layer.slave_offset + factor * value
+            factor = layer.now.slave_scaling
+            s += layer.now.slave_reference + layer.now.slave_offset + factor * value
             v += factor * slope * velocity
             a += factor * (bend * velocity * velocity + slope * acceleration)
     return s, v, a
 
 
-def _cam_position(layer: CamFields, master: float) -> float:
-    """Position of the cam in which it works, cycles included."""
-    return (master - layer.master_reference - layer.master_offset) / layer.master_scaling
+def _cam_position(law: CamLaw, master: float) -> float:
+    """Position of a cam at a master position, cycles included."""
+    return (master - law.master_reference - law.master_offset) / law.master_scaling
 
 
-def planned(
-    ax: AxisFields, rows: NcRows, layer: CamFields, at: float
-) -> tuple[float, float, float, int, float, float, float, float]:
-    """What the layer is to be after its change at a master position.
+def planned(ax: AxisFields, rows: NcRows, layer: CamFields, at: float, after: CamLaw) -> float:
+    """Set `after` to the law of the layer after its change at a master position.
 
-    Master reference, offset, scaling, base cycle; slave reference, offset, scaling; what it adds.
+    Return what the layer adds to the slave then.
     """
-    kind = layer.next_kind
-    runs = layer.table != 0
+    now = layer.now
+    change = layer.change
+    kind = change.kind
+    runs = now.table != 0
     before = _part(rows, layer, at) if runs else 0.0
-    cam = layer.cam if kind == CHANGE_SCALING else layer.next_cam
     fresh = kind != CHANGE_SCALING and kind != CHANGE_POINTS
-    reference = layer.master_reference
-    offset = layer.master_offset
-    scaling = layer.master_scaling
-    if layer.next_master_type == CamScaling.AUTO_OFFSET:  # of a cam at work only
-        place = (_cam_position(layer, at) - rows.cams[layer.cam + BEGIN]) / rows.cams[
-            layer.cam + PERIOD
-        ]
+    assign(after, now)
+    if kind != CHANGE_SCALING:
+        after.table = layer.next.table
+        after.cam = layer.next.cam
+        after.interpolation = layer.next.interpolation
+        after.slave_absolute = layer.next.slave_absolute
+        if change.master_type != CamScaling.AUTO_OFFSET:
+            after.master_absolute = layer.next.master_absolute
+    cam = after.cam
+    reference = -names_of(rows, layer) if layer.next.master_absolute else at
+    if change.master_type == CamScaling.AUTO_OFFSET:  # of a cam at work only
+        place = (_cam_position(now, at) - rows.cams[now.cam + BEGIN]) / rows.cams[now.cam + PERIOD]
         position = rows.cams[cam + BEGIN] + place * rows.cams[cam + PERIOD]
-        scaling = layer.next_master_scaling
-        offset = at - reference - scaling * position
-    elif layer.next_master_type != CamScaling.OFF:
+        after.master_scaling = layer.next.master_scaling
+        after.master_offset = at - after.master_reference - after.master_scaling * position
+    elif change.master_type != CamScaling.OFF:
         if fresh:
-            reference = -names_of(rows, layer) if layer.next_master_absolute else at
-        offset = layer.next_master_offset
-        scaling = layer.next_master_scaling
+            after.master_reference = reference
+        after.master_offset = layer.next.master_offset
+        after.master_scaling = layer.next.master_scaling
     elif not runs:
-        reference = -names_of(rows, layer) if layer.next_master_absolute else at
-        offset = 0.0
-        scaling = 1.0
-    position = (at - reference - offset) / scaling
+        after.master_reference = reference
+        after.master_offset = 0.0
+        after.master_scaling = 1.0
+    position = _cam_position(after, at)
     cycle = _cycle_of(rows, cam, position)
-    base_cycle = cycle if fresh else layer.base_cycle
+    if fresh:
+        after.base_cycle = cycle
     within = position - cycle * rows.cams[cam + PERIOD]
     value = cam_values(rows.cams, cam, layer.near, within)[0]
-    value += (cycle - base_cycle) * rows.cams[cam + STROKE]
-    slave_reference = layer.slave_reference
-    slave_offset = layer.slave_offset
-    slave_scaling = layer.slave_scaling
-    if layer.next_slave_type != CamScaling.OFF:
-        slave_scaling = layer.next_slave_scaling
-        slave_offset = layer.next_slave_offset
+    value += (cycle - after.base_cycle) * rows.cams[cam + STROKE]
+    if change.slave_type != CamScaling.OFF:
+        after.slave_scaling = layer.next.slave_scaling
+        after.slave_offset = layer.next.slave_offset
     elif not runs:
-        slave_scaling = 1.0
-        slave_offset = 0.0
+        after.slave_scaling = 1.0
+        after.slave_offset = 0.0
     if fresh:
-        slave_reference = 0.0
-        if layer.next_slave_absolute == 0:
-            slave_reference = before - slave_offset - slave_scaling * value
-    if layer.next_slave_type == CamScaling.AUTO_OFFSET and (not fresh or layer.next_slave_absolute):
+        after.slave_reference = 0.0
+        if layer.next.slave_absolute == 0:
+            after.slave_reference = before - after.slave_offset - after.slave_scaling * value
+    if change.slave_type == CamScaling.AUTO_OFFSET and (not fresh or layer.next.slave_absolute):
         stays = before
         if _alone(ax):
             stays = ax.set_position
-        slave_offset = stays - slave_reference - slave_scaling * value
-    part = slave_reference + slave_offset + slave_scaling * value
-    return (
-        reference,
-        offset,
-        scaling,
-        base_cycle,
-        slave_reference,
-        slave_offset,
-        slave_scaling,
-        part,
-    )
+        after.slave_offset = stays - after.slave_reference - after.slave_scaling * value
+    return after.slave_reference + after.slave_offset + after.slave_scaling * value
 
 
 def _alone(ax: AxisFields) -> bool:
     """Whether no cam is at work yet."""
     tables = 0
     for n in range(ax.cam_count):
-        tables += ax.cams[n].table
+        tables += ax.cams[n].now.table
     return tables == 0
 
 
 def change(ax: AxisFields, rows: NcRows, layer: CamFields, at: float) -> None:
     """Carry out what the layer waits for, at a master position; what is for one cycle is taken back
     at the next."""
-    once = layer.next_when == CamActivation.NEXT_CYCLE_ONCE
-    table = layer.table
-    cam = layer.cam
-    interpolation = layer.interpolation
-    slave_absolute = layer.slave_absolute
-    master_absolute = layer.master_absolute
-    master_offset = layer.master_offset
-    master_scaling = layer.master_scaling
-    slave_offset = layer.slave_offset
-    slave_scaling = layer.slave_scaling
-    if layer.next_kind == CHANGE_REMOVE:
-        ax.slave_base += part_at(rows, layer, _cam_position(layer, at))[0]
-        layer.table = 0
+    kind = layer.change.kind
+    once = layer.change.when == CamActivation.NEXT_CYCLE_ONCE
+    if kind == CHANGE_REMOVE:
+        ax.slave_base += part_at(rows, layer, _cam_position(layer.now, at))[0]
+        layer.now.table = 0
     else:
-        after = planned(ax, rows, layer, at)
-        if layer.next_slave_absolute and _alone(ax):
+        after = CAM_LAW.plain()
+        planned(ax, rows, layer, at, after)
+        if layer.next.slave_absolute and _alone(ax):
             ax.slave_base = 0.0
-        if layer.next_kind != CHANGE_SCALING:
-            layer.table = layer.next_table
-            layer.cam = layer.next_cam
-            layer.interpolation = layer.next_interpolation
-            layer.slave_absolute = layer.next_slave_absolute
-            if layer.next_master_type != CamScaling.AUTO_OFFSET:
-                layer.master_absolute = layer.next_master_absolute
-        layer.master_reference = after[0]
-        layer.master_offset = after[1]
-        layer.master_scaling = after[2]
-        layer.base_cycle = after[3]
-        layer.slave_reference = after[4]
-        layer.slave_offset = after[5]
-        layer.slave_scaling = after[6]
+        if once:
+            assign(layer.next, layer.now)
+        assign(layer.now, after)
         layer.cycle = 0  # a linear cam has no other
-        layer.part, _, _, _, layer.strokes = part_at(rows, layer, _cam_position(layer, at))
+        layer.part, _, _, _, layer.strokes = part_at(rows, layer, _cam_position(layer.now, at))
     if once:
-        layer.next_when = CamActivation.NEXT_CYCLE
-        layer.next_table = 0 if layer.next_kind == CHANGE_SCALING else table
-        layer.next_cam = cam
-        layer.next_interpolation = interpolation
-        layer.next_slave_absolute = slave_absolute
-        layer.next_master_absolute = master_absolute
-        layer.next_master_type = CamScaling.USER_DEFINED
-        layer.next_slave_type = CamScaling.USER_DEFINED
-        layer.next_master_offset = master_offset
-        layer.next_master_scaling = master_scaling
-        layer.next_slave_offset = slave_offset
-        layer.next_slave_scaling = slave_scaling
-        layer.next_returns = 1
+        if kind == CHANGE_SCALING:
+            layer.next.table = 0
+        layer.change.when = CamActivation.NEXT_CYCLE
+        layer.change.master_type = CamScaling.USER_DEFINED
+        layer.change.slave_type = CamScaling.USER_DEFINED
+        layer.change.returns = 1
         return
-    layer.next_kind = CHANGE_NOTHING
-    layer.next_table = 0
+    reset(layer.change)
+    reset(layer.next)
 
 
 def _passed(low: float, high: float, place: float) -> bool:
@@ -312,10 +281,10 @@ def due(rows: NcRows, layer: CamFields, before: float, now: float) -> tuple[int,
 
     The master has come from `before` to `now`.
     """
-    when = layer.next_when
-    place = layer.next_position
+    when = layer.change.when
+    place = layer.change.position
     by_axis = place - names_of(rows, layer)
-    begins = layer.next_kind == CHANGE_BEGIN
+    begins = layer.change.kind == CHANGE_BEGIN
     if when in (CamActivation.INSTANTANEOUS, CamActivation.AS_SOON_AS_POSSIBLE):
         return 1, before
     if when == CamActivation.MASTER_AXIS_POSITION:
@@ -327,13 +296,13 @@ def due(rows: NcRows, layer: CamFields, before: float, now: float) -> tuple[int,
     if when == CamActivation.OFF:
         return 0, before
     # at a place of the cam: one of its own, or its begin
-    cam = layer.next_cam if begins else layer.cam
-    offset = layer.master_reference + layer.master_offset
-    scaling = layer.master_scaling
+    cam = layer.next.cam if begins else layer.now.cam
+    offset = layer.now.master_reference + layer.now.master_offset
+    scaling = layer.now.master_scaling
     if begins:
-        offset = layer.next_master_offset
-        scaling = layer.next_master_scaling
-        if layer.next_master_type == CamScaling.OFF:
+        offset = layer.next.master_offset
+        scaling = layer.next.master_scaling
+        if layer.change.master_type == CamScaling.OFF:
             offset = 0.0
             scaling = 1.0
         offset -= names_of(rows, layer)
@@ -360,14 +329,14 @@ def due(rows: NcRows, layer: CamFields, before: float, now: float) -> tuple[int,
 
 def jump_of(ax: AxisFields, rows: NcRows, layer: CamFields, at: float) -> float:
     """Return how far the slave jumps by what a layer waits for, at a master position."""
-    if layer.next_kind == CHANGE_REMOVE:
+    if layer.change.kind == CHANGE_REMOVE:
         return 0.0
-    after = planned(ax, rows, layer, at)[7]
-    if layer.table:
-        return after - _part(rows, layer, at)
-    if layer.next_slave_absolute and _alone(ax):
-        return after - ax.set_position
-    return after
+    part = planned(ax, rows, layer, at, CAM_LAW.plain())
+    if layer.now.table:
+        return part - _part(rows, layer, at)
+    if layer.next.slave_absolute and _alone(ax):
+        return part - ax.set_position
+    return part
 
 
 def law_after(
@@ -379,21 +348,22 @@ def law_after(
     number is -1 as long as the slave does not have it.
     """
     s, v, a = law_now(ax, rows, number)
-    if layer.next_kind == CHANGE_REMOVE:
+    if layer.change.kind == CHANGE_REMOVE:
         return s + _part(rows, layer, at), v, a
     if _alone(ax):
-        s = 0.0 if layer.next_slave_absolute else ax.set_position
-    after = planned(ax, rows, layer, at)
-    cam = layer.cam if layer.next_kind == CHANGE_SCALING else layer.next_cam
+        s = 0.0 if layer.next.slave_absolute else ax.set_position
+    after = CAM_LAW.plain()
+    planned(ax, rows, layer, at, after)
     seen, velocity, acceleration, _ = seen_of_row(ax, rows, layer.master)
-    position = (seen - after[0] - after[1]) / after[2]
-    value, slope, bend = _values(rows, cam, layer.once, after[3], layer.near, position)
-    share = 1.0 / after[2]
+    value, slope, bend = _values(
+        rows, after.cam, layer.once, after.base_cycle, layer.near, _cam_position(after, seen)
+    )
+    share = 1.0 / after.master_scaling
     velocity *= share
     acceleration *= share
-    s += after[4] + after[5] + after[6] * value
-    v += after[6] * slope * velocity
-    a += after[6] * (bend * velocity * velocity + slope * acceleration)
+    s += after.slave_reference + after.slave_offset + after.slave_scaling * value
+    v += after.slave_scaling * slope * velocity
+    a += after.slave_scaling * (bend * velocity * velocity + slope * acceleration)
     return s, v, a
 
 
@@ -419,7 +389,7 @@ def carry_out(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """Carry out the changes whose time has come; the others wait on."""
     for n in range(ax.cam_count):
         layer = ax.cams[n]
-        if layer.next_kind:
+        if layer.change.kind:
             _carry_out_one(ax, rows, n, layer, dt)
 
 
@@ -429,13 +399,13 @@ def show_waiting(ax: AxisFields) -> None:
     ax.cam_status = 0
     for n in range(ax.cam_count):
         layer = ax.cams[n]
-        if layer.next_kind == CHANGE_SCALING:
+        if layer.change.kind == CHANGE_SCALING:
             ax.cam_status |= StateBit.CAM_SCALING_PENDING
-        elif layer.next_kind == CHANGE_POINTS:
+        elif layer.change.kind == CHANGE_POINTS:
             ax.cam_status |= StateBit.CAM_DATA_QUEUED
-        elif layer.next_kind:
+        elif layer.change.kind:
             ax.cam_status |= StateBit.CAM_TABLE_QUEUED
-        if layer.next_kind:
+        if layer.change.kind:
             ax.cam_changes = 1
 
 
@@ -445,8 +415,8 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     for n in range(ax.cam_count):
         layer = ax.cams[n]
         layer.seen = seen_master(ax, rows, layer)
-        if layer.table:
-            total += part_at(rows, layer, _cam_position(layer, layer.seen))[0]
+        if layer.now.table:
+            total += part_at(rows, layer, _cam_position(layer.now, layer.seen))[0]
     ax.slave_base = ax.set_position - total
 
 
@@ -455,10 +425,10 @@ def show_cams(ax: AxisFields, rows: NcRows) -> None:
     slopes = 0.0
     for n in range(ax.cam_count):
         layer = ax.cams[n]
-        if layer.table:
-            place = _cam_position(layer, seen_master(ax, rows, layer))
+        if layer.now.table:
+            place = _cam_position(layer.now, seen_master(ax, rows, layer))
             layer.part, slope, _, _, layer.strokes = part_at(rows, layer, place)
-            layer.slope = layer.slave_scaling / layer.master_scaling * slope
+            layer.slope = layer.now.slave_scaling / layer.now.master_scaling * slope
             slopes += layer.slope
     ax.set_gear_ratio = slopes
     show_waiting(ax)
@@ -475,18 +445,18 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     slopes = 0.0
     for n in range(ax.cam_count):
         layer = ax.cams[n]
-        if layer.table or layer.next_kind:
+        if layer.now.table or layer.change.kind:
             seen, velocity, acceleration, jerk = seen_of_row(ax, rows, layer.master)
             layer.seen = seen
-            if layer.table:
+            if layer.now.table:
                 part, slope, bend, third, layer.strokes = part_at(
-                    rows, layer, _cam_position(layer, seen)
+                    rows, layer, _cam_position(layer.now, seen)
                 )
-                share = 1.0 / layer.master_scaling
+                share = 1.0 / layer.now.master_scaling
                 velocity *= share
                 acceleration *= share
                 jerk *= share
-                factor = layer.slave_scaling
+                factor = layer.now.slave_scaling
                 s += part
                 v += factor * slope * velocity
                 a += factor * (bend * velocity * velocity + slope * acceleration)

@@ -2,7 +2,7 @@
 
 from achse.motion.fields.declare import InternalFields, flag, real, whole, wholes
 
-__all__ = ["CAM_LAYERS", "CAM_LIST", "CamChange", "CamMotion", "CamSlave"]
+__all__ = ["CAM_LAYERS", "CAM_LIST", "CamChange", "CamLaw", "CamMotion", "CamSlave"]
 
 CAM_LAYERS = 4
 """Cams that one slave can follow at the same time (error 0x425E)."""
@@ -11,13 +11,12 @@ CAM_LIST = 8
 """Tables that a slave of several cams may name beside its first (002, function 0x45)."""
 
 
-class CamMotion(InternalFields):
-    """A cam at work: where it lies, how its positions become those of axes, and where it is."""
+class CamLaw(InternalFields):
+    """Cam that a slave follows, and how its positions become those of axes."""
 
-    table: int = whole(0, "1", "id of the table at work, 0 = none yet")
+    table: int = whole(0, "1", "id of the table, 0 = none")
     cam: int = whole(0, "1", "where it begins in memory")
     interpolation: int = whole(0, "CamInterpolation", "how its rows are joined")
-    master: int = whole(0, "1", "row of its master")
     master_absolute: int = flag(0, "its master positions are those of the axis")
     slave_absolute: int = flag(0, "its slave positions are those of the axis")
     master_reference: float = real(0.0, "mm", "master position from which it counts")
@@ -27,8 +26,25 @@ class CamMotion(InternalFields):
     master_scaling: float = real(1.0, "1", "master axis units for one of the cam")
     slave_scaling: float = real(1.0, "1", "slave axis units for one of the cam")
     base_cycle: int = whole(0, "1", "number of the cycle in which it began", -1e15, 1e15)
-    cycle: int = whole(0, "1", "number of the cycle in which it was", -1e15, 1e15)
+
+
+class CamChange(InternalFields):
+    """Change that a cam waits for."""
+
+    kind: int = whole(0, "1", "0 nothing, else what: see achse.motion.couplings.cams")
+    when: int = whole(0, "CamActivation", "when")
+    returns: int = flag(0, "other points are for one cycle, and what waits are those before")
+    position: float = real(0.0, "mm", "at this position")
+    master_type: int = whole(0, "CamScaling", "where master offset and scaling come from")
+    slave_type: int = whole(0, "CamScaling", "where slave offset and scaling come from")
+
+
+class CamMotion(InternalFields):
+    """Motion of a cam at work: its master, and where it is."""
+
+    master: int = whole(0, "1", "row of its master")
     once: int = flag(0, "a correction: it runs once and its stroke remains")
+    cycle: int = whole(0, "1", "number of the cycle in which it was", -1e15, 1e15)
     near: int = whole(0, "1", "row at which it was")
     seen: float = real(0.0, "mm", "master position of the last cycle")
     cam_position: float = real(0.0, "mm", "master position within the cam")
@@ -36,26 +52,6 @@ class CamMotion(InternalFields):
     strokes: float = real(0.0, "mm", "lift of the cycles so far")
     part: float = real(0.0, "mm", "what it adds to the slave position")
     slope: float = real(0.0, "1", "slave velocity for a master velocity of 1")
-
-
-class CamChange(InternalFields):
-    """What is to happen to a cam, and when."""
-
-    next_kind: int = whole(0, "1", "0 nothing, else what: see achse.motion.couplings.cams")
-    next_when: int = whole(0, "CamActivation", "when")
-    next_returns: int = flag(0, "other points are for one cycle, and what waits are those before")
-    next_position: float = real(0.0, "mm", "at this position")
-    next_table: int = whole(0, "1", "id of the table that comes, 0 = it stays")
-    next_cam: int = whole(0, "1", "where that begins in memory")
-    next_interpolation: int = whole(0, "CamInterpolation", "how its rows are joined")
-    next_master_absolute: int = flag(0, "its master positions are those of the axis")
-    next_slave_absolute: int = flag(0, "its slave positions are those of the axis")
-    next_master_type: int = whole(0, "CamScaling", "where master offset and scaling come from")
-    next_slave_type: int = whole(0, "CamScaling", "where slave offset and scaling come from")
-    next_master_offset: float = real(0.0, "mm", "as commanded")
-    next_slave_offset: float = real(0.0, "mm", "as commanded")
-    next_master_scaling: float = real(1.0, "1", "as commanded")
-    next_slave_scaling: float = real(1.0, "1", "as commanded")
 
 
 class CamSlave(InternalFields):

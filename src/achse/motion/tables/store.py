@@ -39,6 +39,7 @@ from achse.motion.tables.table import (
     TableScaling,
 )
 from achse.motion.tables.users import TableUser, at_work, cams_in_use
+from achse.native.declare import assign
 
 __all__ = ["Tables"]
 
@@ -52,7 +53,7 @@ _POINTS_STAY = (
 
 def _returns(layer: Any) -> bool:
     """Whether a layer has other points for one cycle, and waits for those from before."""
-    return bool(layer.next_kind == CHANGE_POINTS and layer.next_returns)
+    return bool(layer.change.kind == CHANGE_POINTS and layer.change.returns)
 
 
 class Tables:
@@ -299,16 +300,16 @@ class Tables:
         Its block then has each version that a slave still uses, and behind them this one.
         """
         layers = [layer for axis in self._axes() for layer in axis.cams[: axis.cam_count]]
-        running = [each for each in layers if (each.table, each.interpolation) == key]
+        running = [each for each in layers if (each.now.table, each.now.interpolation) == key]
         later = table.online.activation not in _POINTS_STAY
         if later and any(
-            each.next_kind not in (0, CHANGE_POINTS) or _returns(each) for each in running
+            each.change.kind not in (0, CHANGE_POINTS) or _returns(each) for each in running
         ):
             raise TableError(
                 NcError.ACTIVATION_PENDING, f"{table!r}: another change of its slave waits"
             )
-        waiting = [each for each in layers if (each.next_table, each.next_interpolation) == key]
-        used = {each.cam for each in running} | {each.next_cam for each in waiting}
+        waiting = [each for each in layers if (each.next.table, each.next.interpolation) == key]
+        used = {each.now.cam for each in running} | {each.next.cam for each in waiting}
         before, numbers = self.cams.arguments, self.cams.numbers
         versions = {}
         for address in sorted(used):
@@ -325,17 +326,17 @@ class Tables:
         self._newest[key] = place
         write_block(table, key[1], self.cams.numbers, place, 0, 0)
         at_once = table.online.activation == CamActivation.INSTANTANEOUS
-        former = [moved[layer.cam] for layer in running]
+        former = [moved[layer.now.cam] for layer in running]
         for layer, cam in zip(running, former, strict=True):
-            layer.cam = place if at_once else cam
+            layer.now.cam = place if at_once else cam
         for layer in waiting:
-            layer.next_cam = moved[layer.next_cam] if _returns(layer) else place
+            layer.next.cam = moved[layer.next.cam] if _returns(layer) else place
         try:
             if at_once:
                 self._check_slaves(table, key)
         except TableError:
             for layer, cam in zip(running, former, strict=True):
-                layer.cam = cam
+                layer.now.cam = cam
             raise
         finally:
             if self.cams.arguments != before:
@@ -350,25 +351,19 @@ class Tables:
         Offsets and scalings stay what they are unless they follow by themselves.
         """
         kept = _returns(layer) and online.activation != CamActivation.DELETE_QUEUED
-        if layer.next_kind == CHANGE_POINTS and not kept:
-            layer.next_kind = layer.next_table = 0
+        change = layer.change
+        if change.kind == CHANGE_POINTS and not kept:
+            change.kind = layer.next.table = 0
         if online.activation in _POINTS_STAY:
             return
-        layer.next_kind, layer.next_when = CHANGE_POINTS, online.activation
-        layer.next_returns = 0
-        layer.next_position = online.position
-        layer.next_table, layer.next_cam = layer.table, place
-        layer.next_interpolation = layer.interpolation
-        layer.next_master_absolute = layer.master_absolute
-        layer.next_slave_absolute = layer.slave_absolute
-        layer.next_master_type, layer.next_slave_type = (
+        change.kind, change.when, change.returns = CHANGE_POINTS, online.activation, 0
+        change.position = online.position
+        change.master_type, change.slave_type = (
             online.master_scaling_type,
             online.slave_scaling_type,
         )
-        layer.next_master_offset = layer.master_offset
-        layer.next_slave_offset = layer.slave_offset
-        layer.next_master_scaling = layer.master_scaling
-        layer.next_slave_scaling = layer.slave_scaling
+        assign(layer.next, layer.now)
+        layer.next.cam = place
 
     # -- cams --------------------------------------------------------------------------------
 

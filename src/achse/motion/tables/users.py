@@ -48,10 +48,10 @@ def cams_in_use(axes: Iterable[TableUser]) -> Iterator[tuple[TableUser, int, int
     for axis in axes:
         if axis.coupling in CAM_COUPLINGS:
             for layer in axis.cams[: axis.cam_count]:
-                if layer.table:
-                    yield axis, layer.table, layer.interpolation
-                if layer.next_table:
-                    yield axis, layer.next_table, layer.next_interpolation
+                if layer.now.table:
+                    yield axis, layer.now.table, layer.now.interpolation
+                if layer.next.table:
+                    yield axis, layer.next.table, layer.next.interpolation
 
 
 # Any: a guard reads the set point and the limits of the axes too
@@ -62,5 +62,8 @@ def at_work(axes: Iterable[TableUser], key: tuple[int, int]) -> list[Any]:
         for axis in axes
         if axis.coupling in CAM_COUPLINGS
         and axis.loop_closed
-        and any((layer.table, layer.interpolation) == key for layer in axis.cams[: axis.cam_count])
+        and any(
+            (layer.now.table, layer.now.interpolation) == key
+            for layer in axis.cams[: axis.cam_count]
+        )
     ]

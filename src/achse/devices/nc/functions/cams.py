@@ -122,8 +122,8 @@ def _layer(axis: Axis, table_id: int) -> tuple[int, CamFields, Table]:
     if axis.coupling not in CAM_COUPLINGS:
         raise DeviceError(NcError.SLAVE_TYPE.number, "the axis follows no table")
     for number, layer in enumerate(axis.cams[: axis.cam_count]):
-        if layer.table and table_id in (0, layer.table):
-            return number, layer, axis.tables.find(layer.table)
+        if layer.now.table and table_id in (0, layer.now.table):
+            return number, layer, axis.tables.find(layer.now.table)
     raise DeviceError(NcError.TABLE_NOT_FOUND.number, f"no table {table_id} is at work")
 
 
@@ -140,24 +140,30 @@ def _info(axis: Axis, asked: Any) -> tuple[float, ...]:
     if position is not None and abs(position) > _FARTHEST:
         raise DeviceError(ReturnCode.INVALID_DATA, f"master position up to {_FARTHEST:g}")
     _, layer, table = _layer(axis, table_id)
-    rows, cam = axis.rows, layer.cam
+    now = layer.now
+    rows, cam = axis.rows, now.cam
     names = names_of(rows, layer)
     master = seen_master(axis, rows, layer) if position is None else position - names
     near, within, value = layer.near, layer.cam_position, layer.value
-    origin = layer.master_reference + layer.master_offset
-    part, *_, strokes = part_at(rows, layer, (master - origin) / layer.master_scaling)
+    origin = now.master_reference + now.master_offset
+    part, *_, strokes = part_at(rows, layer, (master - origin) / now.master_scaling)
     cam_position, slave_position = layer.cam_position, layer.value
     layer.near, layer.cam_position, layer.value = near, within, value
     slave = axis.set_position if position is None else axis.slave_base + part + axis.coupled_offset
     return (
-        *(layer.table, table.table_main_type, table.table_sub_type, layer.interpolation),
+        *(now.table, table.table_main_type, table.table_sub_type, now.interpolation),
         *(table.row_count, table.column_count),
         *(rows.cams[cam + BEGIN], cam_values(rows.cams, cam, 0, rows.cams[cam + BEGIN])[0]),
         *(rows.cams[cam + PERIOD], rows.cams[cam + STROKE]),
-        *(origin + names, axis.slave_base + layer.slave_reference + layer.slave_offset),
-        *(layer.master_absolute, layer.slave_absolute),
-        *(layer.master_offset, layer.slave_offset, layer.master_scaling, layer.slave_scaling),
-        *(layer.slave_scaling * strokes, axis.coupled_offset),
+        *(origin + names, axis.slave_base + now.slave_reference + now.slave_offset),
+        *(now.master_absolute, now.slave_absolute),
+        *(
+            now.master_offset,
+            now.slave_offset,
+            now.master_scaling,
+            now.slave_scaling,
+        ),
+        *(now.slave_scaling * strokes, axis.coupled_offset),
         *(master + names, slave, cam_position, slave_position),
         axis.state_dword & 0xFFFF_FFFF,
     )
@@ -166,11 +172,17 @@ def _info(axis: Axis, asked: Any) -> tuple[float, ...]:
 def _info_of_several(axis: Axis, table_id: int) -> tuple[float, ...]:
     """How one of several cams is followed."""
     number, layer, table = _layer(axis, table_id)
+    now = layer.now
     return (
-        *(layer.table, number, table.table_main_type, table.table_sub_type),
-        *(layer.master_offset, layer.slave_offset, layer.master_scaling, layer.slave_scaling),
-        *(layer.cam_position, layer.value, layer.slave_scaling * layer.strokes),
-        *(layer.master_reference, layer.slave_reference),
+        *(now.table, number, table.table_main_type, table.table_sub_type),
+        *(
+            now.master_offset,
+            now.slave_offset,
+            now.master_scaling,
+            now.slave_scaling,
+        ),
+        *(layer.cam_position, layer.value, now.slave_scaling * layer.strokes),
+        *(now.master_reference, now.slave_reference),
     )
 
 
