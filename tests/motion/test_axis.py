@@ -4,8 +4,9 @@ from typing import Any
 
 import pytest
 
-from achse.motion.record import FIELDS
+from achse.motion.record import FIELDS, LAYOUT
 from achse.motion.shown import ShownField
+from achse.native.declare import pack, reset
 
 WOKEN = {"resting", "features", "encoder_adapt"}
 """What a change of other values sets."""
@@ -68,6 +69,29 @@ def test_jobs_are_within_the_axis_and_wake_it(either: Any) -> None:
     assert axis.resting == 1
     axis.cams[2].next.table = 4
     assert axis.resting == 0
+
+
+PARTS = [row.name for row, _ in LAYOUT.held if not row.length]
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_part_of_an_axis_is_reset_as_one(make_rig: Any, part: str) -> None:
+    fresh = {}
+    for compiled in (False, True):
+        axis = make_rig(compiled=compiled).axis
+        own = getattr(axis, part)
+        reset(own)
+        fresh[compiled] = own.pack()
+        for row in own.layout.fields.values():
+            if row.length:
+                getattr(own, row.name)[0] = 3
+            elif row.holds is None:
+                setattr(own, row.name, 3)
+        assert own.pack() != fresh[compiled]
+        reset(own)
+        assert own.pack() == fresh[compiled]
+        assert axis.pack().count(own.pack())
+    assert fresh[False] == fresh[True] == pack(own.layout, own.layout.plain())
 
 
 def test_a_change_wakes_the_axis(either: Any) -> None:

@@ -57,11 +57,11 @@ def test_an_endless_move_rests_at_its_soft_limit(make_rig: Any, kind: StartType)
 def test_short_section_compensation_counts_against_the_limits(make_rig: Any) -> None:
     rig = limited(make_rig, 60.0, encoder_soft_limit_min=-60.0, encoder_soft_limit_min_enable=1)
     axis = rig.axis
-    axis.compensating, axis.superposition_distance = 1, 2.0
-    axis.superposed_position = 1.5
-    axis.superposition_sign = 1.0
+    axis.compensating, axis.superposed.distance = 1, 2.0
+    axis.superposed.position = 1.5
+    axis.superposed.sign = 1.0
     assert (lowest_rest(axis), highest_rest(axis)) == (-60.0, 59.5)
-    axis.superposition_sign = -1.0
+    axis.superposed.sign = -1.0
     assert (lowest_rest(axis), highest_rest(axis)) == (-59.5, 60.0)
     axis.compensating = 0
     assert (lowest_rest(axis), highest_rest(axis)) == (-60.0, 60.0)

@@ -492,8 +492,8 @@ def test_override_zero_in_any_phase_of_a_move(
 
 DROPPED: dict[str, float] = {
     "compensating": 0,
-    "superposed_velocity": 0.0,
-    "superposed_acceleration": 0.0,
+    "superposed.set_velocity": 0.0,
+    "superposed.set_acceleration": 0.0,
     "set_command_state": CommandState.ABORTED,
     "set_motion_phase": MotionPhase.NONE,
     "buffer_count": 0,
@@ -524,7 +524,7 @@ def busy(axis: Any, phase: MotionPhase) -> None:
     """Let an axis have something of each that a drop takes away."""
     for name in DROPPED:
         owner, _, field = name.rpartition(".")
-        setattr(axis.job if owner else axis, field, 3)
+        setattr(getattr(axis, owner) if owner else axis, field, 3)
     axis.set_motion_phase, axis.set_command_state = phase, CommandState.ACTIVE
     axis.set_position, axis.target_position = 5.0, 9.0
     axis.error_code = axis.output_cut = axis.delayed_error_code = 0

@@ -213,7 +213,7 @@ def test_at_override_zero_it_waits(make_rig: Any) -> None:
     assert (rig.axis.set_position, rig.axis.set_velocity) == (stands, 0.0)
     rig.axis.velocity_override = 1_000_000
     watch(rig)
-    assert rig.axis.superposed_position == pytest.approx(20.0)
+    assert rig.axis.superposed.position == pytest.approx(20.0)
 
 
 def test_it_ends_where_the_main_motion_does(rig: Any) -> None:
@@ -247,7 +247,7 @@ def test_a_stop_of_the_compensation_brakes_with_its_own_deceleration(
     start(rig, 3, 30.0, 20.0, 400.0)
     rig.seconds(moment)
     speed = rig.axis.set_velocity - V
-    begin, covered = rig.axis.set_position, rig.axis.superposed_position
+    begin, covered = rig.axis.set_position, rig.axis.superposed.position
     assert commands.stop_superposition(rig.axis) == 0
     assert commands.stop_superposition(rig.axis) == 0x4258
     cycles, velocities = watch(rig)
@@ -255,7 +255,7 @@ def test_a_stop_of_the_compensation_brakes_with_its_own_deceleration(
     assert max(velocities) <= V + speed
     way = 0.5 * speed * speed / D
     assert rig.axis.set_position - begin == pytest.approx(V * cycles * rig.dt + way)
-    assert rig.axis.superposed_position == pytest.approx(covered + way)
+    assert rig.axis.superposed.position == pytest.approx(covered + way)
     assert rig.axis.set_velocity == V
     assert commands.stop_superposition(rig.axis) == 0x4246
 
@@ -397,7 +397,7 @@ def test_a_faster_main_motion_leaves_less_room(make_rig: Any) -> None:
     assert commands.new_end_position_and_velocity(rig.axis, 2, 0, 0.0, 190.0, 0.0) == 0
     trace = rig.trace(3000)
     assert rig.axis.compensating == 0
-    assert rig.axis.superposed_position == pytest.approx(40.0)
+    assert rig.axis.superposed.position == pytest.approx(40.0)
     assert max(v for _, v, _ in trace) == pytest.approx(200.0)
     for (p, v, _), (q, w, _) in pairwise(trace):
         assert max(v, w) <= 200.0 + 1e-9

@@ -12,6 +12,7 @@ from achse.motion.record import (
     ENCODER,
     JOB,
     LAYOUT,
+    SUPERPOSED,
     AxisDriveFields,
     AxisFields,
     CamChange,
@@ -20,6 +21,7 @@ from achse.motion.record import (
     ControllerFields,
     EncoderFields,
     JobFields,
+    SuperposedMotion,
 )
 from achse.native.compiled import Kernel
 
@@ -35,6 +37,7 @@ KERNEL = Kernel(
         AxisDriveFields: DRIVE,
         JobFields: JOB,
         CamFields: CAM,
+        SuperposedMotion: SUPERPOSED,
         CamLaw: CAM_LAW,
         CamChange: CAM_CHANGE,
         Sensor: SENSOR,

@@ -50,7 +50,7 @@ def _additional_way(ax: AxisFields) -> float:
     """Signed way that a section compensation still adds to the table."""
     if ax.compensating == 0:
         return 0.0
-    return ax.superposition_sign * (ax.superposition_distance - ax.superposed_position)
+    return ax.superposed.sign * (ax.superposed.distance - ax.superposed.position)
 
 
 def lowest_rest(ax: AxisFields) -> float:

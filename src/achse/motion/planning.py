@@ -264,7 +264,7 @@ def _holds_the_sum(ax: AxisFields) -> bool:
     """Whether the ramps that are left stop main motion and compensation before a soft limit."""
     if ax.compensating == 0:
         return True
-    v = ax.set_velocity + ax.superposed_velocity
+    v = ax.set_velocity + ax.superposed.set_velocity
     room = ax.limit_high - ax.set_position if v > 0.0 else ax.set_position - ax.limit_low
     return v * v <= 2.0 * room * fault_deceleration(ax)
 

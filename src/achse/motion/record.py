@@ -60,7 +60,7 @@ from achse.motion.fields.setpoint import (
 from achse.motion.fields.superposition import (
     PhasingMemory,
     PhasingState,
-    SuperpositionMemory,
+    SuperposedMotion,
 )
 from achse.motion.fields.synchronising import SynchronisingMemory
 from achse.motion.port import DRIVE_IO, ENCODER_IO, DriveIo, EncoderIo
@@ -88,6 +88,7 @@ __all__ = [
     "POSITION_HISTORY",
     "PROBE_EDGES",
     "SEGMENTS",
+    "SUPERPOSED",
     "TOUCH_PROBES",
     "AxisDriveFields",
     "AxisFields",
@@ -100,6 +101,7 @@ __all__ = [
     "JobFields",
     "Role",
     "SlotsRecord",
+    "SuperposedMotion",
     "controller_record",
     "drive_record",
     "encoder_record",
@@ -172,6 +174,9 @@ class CamFields(_CamParts, CamMotion):
 CAM = lay_out("cam", CamFields.__bases__, Field)
 
 
+SUPERPOSED = lay_out("superposed motion", (SuperposedMotion,), Field)
+
+
 class _AxisLinks(InternalFields):
     """What the axis works with, and on."""
 
@@ -181,6 +186,7 @@ class _AxisLinks(InternalFields):
     job: JobFields = within(JOB, Field)
     waiting: list[JobFields] = within(JOB, Field, COMMAND_BUFFER)
     cams: list[CamFields] = within(CAM, Field, CAM_LAYERS)
+    superposed: SuperposedMotion = within(SUPERPOSED, Field)
 
 
 class AxisFields(
@@ -197,7 +203,6 @@ class AxisFields(
     MonitoringInternal,
     SetpointInternal,
     GeneratorMemory,
-    SuperpositionMemory,
     PhasingMemory,
     HomingMemory,
     CouplingMemory,

@@ -113,10 +113,10 @@ def absorb(ax: AxisFields) -> None:
     if ax.compensating:
         ax.abrupt = 1
     ax.compensating = 0
-    if ax.superposed_velocity != 0.0 or ax.superposed_acceleration != 0.0:
-        shed_foreign(ax, ax.superposed_acceleration)
-    ax.superposed_velocity = 0.0
-    ax.superposed_acceleration = 0.0
+    if ax.superposed.set_velocity != 0.0 or ax.superposed.set_acceleration != 0.0:
+        shed_foreign(ax, ax.superposed.set_acceleration)
+    ax.superposed.set_velocity = 0.0
+    ax.superposed.set_acceleration = 0.0
 
 
 def begin_stop(ax: AxisFields, deceleration: float, jerk: float) -> None:

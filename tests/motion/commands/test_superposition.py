@@ -146,10 +146,10 @@ def test_what_is_carried_out_is_possible(
     top = done.velocity_increase
     c = 1.0 / done.acceleration_increase + 1.0 / done.deceleration_increase
     assert 0.0 < top <= increase * (1.0 + 1e-9)
-    end = axis.superposition_end
+    end = axis.superposed.end
     assert top * end - 0.5 * c * top * top == pytest.approx(abs(done.distance), rel=1e-6, abs=1e-9)
     assert end <= base / process * (1.0 + 1e-9)
-    assert 0.0 <= axis.superposition_rise_end <= axis.superposition_fall_begin * (1.0 + 1e-9)
+    assert 0.0 <= axis.superposed.rise_end <= axis.superposed.fall_begin * (1.0 + 1e-9)
     used = done.length - done.distance if kind in (2, 4, 6) else done.length
     assert used == pytest.approx(process * end, rel=1e-6)
     assert (done.warning == 0) == (done.distance == distance)

@@ -92,28 +92,28 @@ def _begin(axis: Axis, direction: float, done: Compensation) -> None:
     rise = done.velocity_increase / done.acceleration_increase
     fall = done.velocity_increase / done.deceleration_increase
     distance = abs(done.distance)
-    axis.superposition_direction = direction
-    axis.superposition_sign = direction * sign(done.distance)
-    axis.superposition_process_velocity = done.process_velocity
-    axis.superposition_acceleration = done.acceleration_increase
-    axis.superposition_deceleration = done.deceleration_increase
-    axis.superposition_fastest = done.process_velocity * sqrt(
+    axis.superposed.direction = direction
+    axis.superposed.sign = direction * sign(done.distance)
+    axis.superposed.process_velocity = done.process_velocity
+    axis.superposed.acceleration = done.acceleration_increase
+    axis.superposed.deceleration = done.deceleration_increase
+    axis.superposed.fastest = done.process_velocity * sqrt(
         min(
             axis.max_acceleration / done.acceleration_increase,
             axis.max_deceleration / done.deceleration_increase,
         )
     )
-    axis.superposition_limit = min(axis.max_velocity, axis.drive.reference_velocity)
-    axis.superposition_velocity = done.velocity_increase
-    axis.superposition_distance = distance
-    axis.superposition_rise_end = rise
-    axis.superposition_end = distance / done.velocity_increase + 0.5 * (rise + fall)
-    axis.superposition_fall_begin = axis.superposition_end - fall
-    axis.superposition_stopping = 0
-    axis.superposed_way = 0.0
-    axis.superposed_position = 0.0
-    axis.superposed_velocity = 0.0
-    axis.superposed_acceleration = 0.0
+    axis.superposed.limit = min(axis.max_velocity, axis.drive.reference_velocity)
+    axis.superposed.velocity = done.velocity_increase
+    axis.superposed.distance = distance
+    axis.superposed.rise_end = rise
+    axis.superposed.end = distance / done.velocity_increase + 0.5 * (rise + fall)
+    axis.superposed.fall_begin = axis.superposed.end - fall
+    axis.superposed.stopping = 0
+    axis.superposed.main_way = 0.0
+    axis.superposed.position = 0.0
+    axis.superposed.set_velocity = 0.0
+    axis.superposed.set_acceleration = 0.0
     axis.compensating = 1
     axis.limit_watch = 1
 
@@ -122,17 +122,17 @@ def stop_superposition(axis: Axis) -> int:
     """End a section compensation with its own deceleration (0x31); the main motion goes on."""
     if not axis.compensating:
         return NcError.COMPENSATION_NOT_ACTIVE
-    if axis.superposition_stopping:
+    if axis.superposed.stopping:
         return NcError.COMPENSATION_STOPPING
-    now = axis.superposed_way / axis.superposition_process_velocity
+    now = axis.superposed.main_way / axis.superposed.process_velocity
     speed = superposed_speed(axis, now)
-    fall = speed / axis.superposition_deceleration
-    axis.superposition_distance = superposed_way(axis, now) + 0.5 * speed * fall
-    axis.superposition_velocity = speed
-    axis.superposition_rise_end = min(axis.superposition_rise_end, now)
-    axis.superposition_fall_begin = now
-    axis.superposition_end = now + fall
-    axis.superposition_stopping = 1
+    fall = speed / axis.superposed.deceleration
+    axis.superposed.distance = superposed_way(axis, now) + 0.5 * speed * fall
+    axis.superposed.velocity = speed
+    axis.superposed.rise_end = min(axis.superposed.rise_end, now)
+    axis.superposed.fall_begin = now
+    axis.superposed.end = now + fall
+    axis.superposed.stopping = 1
     return OK
 
 

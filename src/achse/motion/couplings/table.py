@@ -254,8 +254,8 @@ def _follow(ax: AxisFields, rows: NcRows, dt: float) -> None:
     acceleration = ax.set_acceleration
     fault = 0
     ax.set_position -= ax.coupled_offset
-    ax.set_velocity -= ax.superposed_velocity
-    ax.set_acceleration -= ax.superposed_acceleration
+    ax.set_velocity -= ax.superposed.set_velocity
+    ax.set_acceleration -= ax.superposed.set_acceleration
     for row in COUPLINGS:
         if ax.coupling == row.number:
             row.step(ax, rows, dt)
@@ -270,8 +270,8 @@ def _follow(ax: AxisFields, rows: NcRows, dt: float) -> None:
         return
     ax.set_position += ax.coupled_offset
     if ax.compensating:
-        ax.superposed_velocity = 0.0
-        ax.superposed_acceleration = 0.0
+        ax.superposed.set_velocity = 0.0
+        ax.superposed.set_acceleration = 0.0
         before = ax.set_position
         superpose(ax, begin, dt)
         ax.coupled_offset += ax.set_position - before
@@ -300,15 +300,15 @@ def _brake(ax: AxisFields, rows: NcRows, code: int, dt: float) -> None:
 def count_from_here(ax: AxisFields, rows: NcRows) -> None:
     """Let the law count from where slave and masters are now, without what is superposed."""
     ax.set_position -= ax.coupled_offset
-    ax.set_velocity -= ax.superposed_velocity
-    ax.set_acceleration -= ax.superposed_acceleration
+    ax.set_velocity -= ax.superposed.set_velocity
+    ax.set_acceleration -= ax.superposed.set_acceleration
     for row in COUPLINGS:
         if ax.coupling == row.number:
             row.base(ax, rows)
             break
     ax.set_position += ax.coupled_offset
-    ax.set_velocity += ax.superposed_velocity
-    ax.set_acceleration += ax.superposed_acceleration
+    ax.set_velocity += ax.superposed.set_velocity
+    ax.set_acceleration += ax.superposed.set_acceleration
 
 
 def led(ax: AxisFields, rows: NcRows) -> bool:

@@ -3,7 +3,7 @@
 from achse.motion.fields.declare import InternalFields, States, flag, real, reals, whole
 from achse.motion.fields.setpoint import SEGMENTS
 
-__all__ = ["PhasingMemory", "PhasingState", "SuperpositionMemory"]
+__all__ = ["PhasingMemory", "PhasingState", "SuperposedMotion"]
 
 
 class PhasingState(States):
@@ -26,23 +26,23 @@ class PhasingMemory(InternalFields):
     phasing_jerk: list[float] = reals(SEGMENTS, "mm/s³", "jerk of each row")
 
 
-class SuperpositionMemory(InternalFields):
-    """The trapezoid on top of the main motion; its clock is the main motion's way."""
+class SuperposedMotion(InternalFields):
+    """Trapezoid on top of the main motion; its clock is the main motion's way."""
 
-    superposition_sign: float = real(0.0, "1", "direction of the additional motion")
-    superposition_direction: float = real(0.0, "1", "direction of the main motion")
-    superposition_process_velocity: float = real(0.0, "mm/s", "main velocity it was planned for")
-    superposition_fastest: float = real(0.0, "mm/s", "main velocity up to which its clock follows")
-    superposition_limit: float = real(0.0, "mm/s", "velocity that both together do not exceed")
-    superposition_acceleration: float = real(0.0, "mm/s²", "additional acceleration")
-    superposition_deceleration: float = real(0.0, "mm/s²", "additional deceleration")
-    superposition_velocity: float = real(0.0, "mm/s", "largest additional velocity")
-    superposition_distance: float = real(0.0, "mm", "additional way in all, without sign")
-    superposition_rise_end: float = real(0.0, "s", "process time where acceleration ends")
-    superposition_fall_begin: float = real(0.0, "s", "process time where deceleration begins")
-    superposition_end: float = real(0.0, "s", "process time where all is covered")
-    superposition_stopping: int = flag(0, "it was stopped before its end")
-    superposed_way: float = real(0.0, "mm", "way of the main motion since the start")
-    superposed_position: float = real(0.0, "mm", "additional way covered, without sign")
-    superposed_velocity: float = real(0.0, "mm/s", "what of it the set velocity holds")
-    superposed_acceleration: float = real(0.0, "mm/s²", "what of it the set acceleration holds")
+    sign: float = real(0.0, "1", "direction of the additional motion")
+    direction: float = real(0.0, "1", "direction of the main motion")
+    process_velocity: float = real(0.0, "mm/s", "main velocity it was planned for")
+    fastest: float = real(0.0, "mm/s", "main velocity up to which its clock follows")
+    limit: float = real(0.0, "mm/s", "velocity that both together do not exceed")
+    acceleration: float = real(0.0, "mm/s²", "additional acceleration")
+    deceleration: float = real(0.0, "mm/s²", "additional deceleration")
+    velocity: float = real(0.0, "mm/s", "largest additional velocity")
+    distance: float = real(0.0, "mm", "additional way in all, without sign")
+    rise_end: float = real(0.0, "s", "process time where acceleration ends")
+    fall_begin: float = real(0.0, "s", "process time where deceleration begins")
+    end: float = real(0.0, "s", "process time where all is covered")
+    stopping: int = flag(0, "it was stopped before its end")
+    main_way: float = real(0.0, "mm", "way of the main motion since the start")
+    position: float = real(0.0, "mm", "additional way covered, without sign")
+    set_velocity: float = real(0.0, "mm/s", "what of it the set velocity holds")
+    set_acceleration: float = real(0.0, "mm/s²", "what of it the set acceleration holds")

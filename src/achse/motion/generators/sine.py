@@ -81,7 +81,7 @@ def step(ax: AxisFields, dt: float) -> None:
     share = ax.sine_share
     ax.set_position += (share - 0.5 * growth) * way
     ax.set_velocity = share * velocity
-    ax.superposed_acceleration = growth / dt * velocity
-    ax.set_acceleration = share * acceleration + ax.superposed_acceleration
+    ax.superposed.set_acceleration = growth / dt * velocity
+    ax.set_acceleration = share * acceleration + ax.superposed.set_acceleration
     ax.set_jerk = share * jerk + 2.0 * growth / dt * acceleration
     ax.target_position = ax.set_position

@@ -27,7 +27,7 @@ def test_start(moving: Any, asked: str, answered: str) -> None:
     moving.run(0.002)
     assert moving.get(0x4301, 0x81, "<I") >> 13 & 1
     moving.until(lambda: not moving.axis.compensating)
-    assert moving.axis.superposed_position == pytest.approx(10.0)
+    assert moving.axis.superposed.position == pytest.approx(10.0)
 
 
 @FORMS
