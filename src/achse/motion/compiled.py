@@ -13,6 +13,7 @@ from achse.motion.record import (
     JOB,
     LAYOUT,
     SUPERPOSED,
+    SYNC,
     AxisDriveFields,
     AxisFields,
     CamChange,
@@ -22,6 +23,7 @@ from achse.motion.record import (
     EncoderFields,
     JobFields,
     SuperposedMotion,
+    Synchronisation,
 )
 from achse.native.compiled import Kernel
 
@@ -38,6 +40,7 @@ KERNEL = Kernel(
         JobFields: JOB,
         CamFields: CAM,
         SuperposedMotion: SUPERPOSED,
+        Synchronisation: SYNC,
         CamLaw: CAM_LAW,
         CamChange: CAM_CHANGE,
         Sensor: SENSOR,

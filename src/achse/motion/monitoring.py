@@ -494,8 +494,8 @@ def show_state(ax: AxisFields, fast: bool = False) -> None:
         state += _FOLLOWING
         if ax.coupling in CAM_COUPLINGS:
             state |= ax.cam_status
-        if ax.sync_state:
-            motion = ax.sync_state
+        if ax.sync.state:
+            motion = ax.sync.state
     if not fast:
         if ax.grouped:
             state -= StateBit.PTP_MODE

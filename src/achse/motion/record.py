@@ -62,7 +62,7 @@ from achse.motion.fields.superposition import (
     PhasingState,
     SuperposedMotion,
 )
-from achse.motion.fields.synchronising import SynchronisingMemory
+from achse.motion.fields.synchronising import Synchronisation
 from achse.motion.port import DRIVE_IO, ENCODER_IO, DriveIo, EncoderIo
 from achse.motion.shown import SHOWN
 from achse.native.declare import lay_out, pack, plain_record, reference, within
@@ -89,6 +89,7 @@ __all__ = [
     "PROBE_EDGES",
     "SEGMENTS",
     "SUPERPOSED",
+    "SYNC",
     "TOUCH_PROBES",
     "AxisDriveFields",
     "AxisFields",
@@ -102,6 +103,7 @@ __all__ = [
     "Role",
     "SlotsRecord",
     "SuperposedMotion",
+    "Synchronisation",
     "controller_record",
     "drive_record",
     "encoder_record",
@@ -175,6 +177,7 @@ CAM = lay_out("cam", CamFields.__bases__, Field)
 
 
 SUPERPOSED = lay_out("superposed motion", (SuperposedMotion,), Field)
+SYNC = lay_out("synchronisation", (Synchronisation,), Field)
 
 
 class _AxisLinks(InternalFields):
@@ -187,6 +190,7 @@ class _AxisLinks(InternalFields):
     waiting: list[JobFields] = within(JOB, Field, COMMAND_BUFFER)
     cams: list[CamFields] = within(CAM, Field, CAM_LAYERS)
     superposed: SuperposedMotion = within(SUPERPOSED, Field)
+    sync: Synchronisation = within(SYNC, Field)
 
 
 class AxisFields(
@@ -207,7 +211,6 @@ class AxisFields(
     HomingMemory,
     CouplingMemory,
     CamSlave,
-    SynchronisingMemory,
 ):
     """All fields of the axis itself."""
 

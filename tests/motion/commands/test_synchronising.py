@@ -74,9 +74,9 @@ GOOD: dict[str, Any] = {
 )
 def test_what_is_refused(moving: Nc, change: dict[str, Any], code: NcError) -> None:
     slave = moving.axis(2)
-    record = slave.set_position, slave.coupling, slave.set_motion_phase, slave.sync_mask
+    record = slave.set_position, slave.coupling, slave.set_motion_phase, slave.sync.mask
     assert NcError.of(commands.synchronise(slave, **(GOOD | change))) is code
-    assert record == (slave.set_position, slave.coupling, slave.set_motion_phase, slave.sync_mask)
+    assert record == (slave.set_position, slave.coupling, slave.set_motion_phase, slave.sync.mask)
     moving.cycle(10)
     assert (slave.set_velocity, slave.error_code, slave.coupling) == (0.0, 0, 0)
 
@@ -114,7 +114,7 @@ def test_a_ring_leaves_a_saw_that_runs_as_it_was() -> None:
     assert commands.couple(third, 1, 2, 0, 0, 1.0) == 0
     code = commands.synchronise(second, 6, 3, 0, 0, 1.0, 100.0, 50.0, jerk=88.0, mask=2)
     assert code == NcError.MASTER_NOT_INSERTED
-    assert (second.coupling, second.sync_jerk, second.sync_mask) == (6, 77.0, 1)
+    assert (second.coupling, second.sync.jerk, second.sync.mask) == (6, 77.0, 1)
     commands.universal_start(first, 1, 100.0, 100.0)
     nc.cycle(2000)
     assert second.set_position == pytest.approx(50.0)
@@ -158,7 +158,7 @@ def test_a_phase_of_constant_velocity_is_preferred(moving: Nc) -> None:
     mask |= int(Bit.MAX_JERK)
     code = commands.synchronise(slave, 6, 1, 0, 0, 1.0, there, 240.0, mask=mask, jerk=5000.0)
     assert code == 0
-    assert slave.sync_count == 3
+    assert slave.sync.count == 3
     samples = run(moving, 2500)
     still = [v for _, v, a in samples if abs(a) < 1e-9 and 1.0 < v < 99.0]
     assert len(still) > 500
@@ -174,7 +174,7 @@ def test_without_room_for_it_the_way_is_one_piece(moving: Nc) -> None:
     there = master.set_position + 20.0
     mask = int(Bit.PREFER_CONSTANT_VELOCITY)
     assert commands.synchronise(slave, 6, 1, 0, 0, 1.0, there, 10.0, mask=mask) == 0
-    assert slave.sync_count == 1
+    assert slave.sync.count == 1
 
 
 @pytest.mark.parametrize(("bit", "jump"), [(0, False), (Bit.IGNORE_SLAVE_ACCELERATION, True)])

@@ -14,11 +14,13 @@ DT = 0.002
 
 
 def slave(**values: float) -> Any:
+    """A slave with these values, those that begin with `sync_` of its synchronisation."""
     record = SlotsRecord()
-    record.sync_acceleration = record.sync_deceleration = 500.0
-    record.sync_jerk = 5000.0
+    record.sync.acceleration = record.sync.deceleration = 500.0
+    record.sync.jerk = 5000.0
     for name, value in values.items():
-        setattr(record, name, value)
+        own = record.sync if name.startswith("sync_") else record
+        setattr(own, name.removeprefix("sync_"), value)
     return record
 
 
@@ -81,7 +83,7 @@ def test_limits_are_kept_whatever_the_target_does(
         sync_jerk=jerk, sync_offset=offset,
     )  # fmt: skip
     target, before, met = 0.0, wanted, False
-    ax.sync_lead_velocity = wanted
+    ax.sync.lead_velocity = wanted
     largest = max(acceleration, deceleration)
     for n in range(30000):
         now = wanted * (1.0 + (swing * sin(pace * DT * (n + 1)) if n < calm else 0.0))
@@ -91,7 +93,7 @@ def test_limits_are_kept_whatever_the_target_does(
         s, v, a = ax.set_position, ax.set_velocity, ax.set_acceleration
         if place:
             met = approach_place(ax, now, rising, 0.0, way, 1000.0, DT)
-            assert ax.sync_offset == pytest.approx(ax.set_position + offset - target, abs=1e-6)
+            assert ax.sync.offset == pytest.approx(ax.set_position + offset - target, abs=1e-6)
         else:
             met = approach_velocity(ax, now, rising, 0.0, way, noisy, DT)
         assert abs(ax.set_acceleration) <= largest * (1 + 1e-9) + 1e-9
@@ -103,6 +105,6 @@ def test_limits_are_kept_whatever_the_target_does(
             break
     assert met
     if place:
-        assert ax.sync_offset == pytest.approx(0.0, abs=1e-6)
+        assert ax.sync.offset == pytest.approx(0.0, abs=1e-6)
     if not noisy:
         assert ax.set_velocity == pytest.approx(wanted, abs=1e-9)

@@ -212,7 +212,7 @@ def act(nc: Nc, dice: random.Random, healthy: bool) -> list[object]:
 
 def law_of(axis: Axis) -> tuple[float, ...]:
     """While this stays, the law has one closed form."""
-    return (axis.coupling, axis.sync_state, axis.in_gear, axis.gear, axis.gear_weight,
+    return (axis.coupling, axis.sync.state, axis.in_gear, axis.gear, axis.gear_weight,
             axis.master_moved)  # fmt: skip
 
 

@@ -94,9 +94,9 @@ def synchronise(
         return code
 
     def fill() -> None:
-        slave.sync_mask = mask
-        slave.sync_velocity, slave.sync_acceleration = limits.velocity, limits.acceleration
-        slave.sync_deceleration, slave.sync_jerk = limits.deceleration, limits.jerk
+        slave.sync.mask = mask
+        slave.sync.velocity, slave.sync.acceleration = limits.velocity, limits.acceleration
+        slave.sync.deceleration, slave.sync.jerk = limits.deceleration, limits.jerk
 
     code = begin_coupling(
         slave,
@@ -129,11 +129,11 @@ def _limits(
 
 def _take(slave: Axis, way: _Way) -> None:
     """Go this way instead of the one in a single piece."""
-    slave.sync_count = len(way.lengths)
+    slave.sync.count = len(way.lengths)
     for n, length in enumerate(way.lengths):
-        slave.sync_length[n] = length
+        slave.sync.length[n] = length
     for n, term in enumerate(way.terms):
-        slave.sync_terms[n] = term
+        slave.sync.terms[n] = term
 
 
 def _plan(slave: Axis, master: AxisFields, request: _Request) -> tuple[int, list[_Way]]:

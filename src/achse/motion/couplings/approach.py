@@ -150,21 +150,21 @@ def begin_approach(
     ax.gear = gear
     ax.set_gear_ratio = gear
     ax.slave_base = ax.set_position
-    ax.sync_seen = seen
-    ax.sync_begin = seen
-    ax.sync_moved = 1 if ax.set_velocity != 0.0 or ax.set_acceleration != 0.0 else 0
-    ax.sync_begin_position = ax.set_position
-    ax.sync_begin_velocity = ax.set_velocity
-    ax.sync_begin_acceleration = ax.set_acceleration
-    ax.sync_master_velocity = velocity
-    ax.sync_master_acceleration = acceleration
-    ax.sync_lead_velocity = gear * velocity
-    ax.sync_lead_acceleration = gear * acceleration
-    ax.sync_heading = heading_of(velocity)
-    ax.sync_offset = 0.0
-    ax.sync_count = 0
-    ax.sync_method = BY_TIME
-    ax.sync_state = MotionState.SLAVE_SYNCHRONISING
+    ax.sync.seen = seen
+    ax.sync.begin = seen
+    ax.sync.moved = 1 if ax.set_velocity != 0.0 or ax.set_acceleration != 0.0 else 0
+    ax.sync.begin_position = ax.set_position
+    ax.sync.begin_velocity = ax.set_velocity
+    ax.sync.begin_acceleration = ax.set_acceleration
+    ax.sync.master_velocity = velocity
+    ax.sync.master_acceleration = acceleration
+    ax.sync.lead_velocity = gear * velocity
+    ax.sync.lead_acceleration = gear * acceleration
+    ax.sync.heading = heading_of(velocity)
+    ax.sync.offset = 0.0
+    ax.sync.count = 0
+    ax.sync.method = BY_TIME
+    ax.sync.state = MotionState.SLAVE_SYNCHRONISING
 
 
 def meet(ax: AxisFields, master_way: float, slave_way: float) -> None:
@@ -174,23 +174,23 @@ def meet(ax: AxisFields, master_way: float, slave_way: float) -> None:
     an acceleration it begins with that, unless it is to be ignored.
     """
     heading = -1.0 if master_way < 0.0 else 1.0
-    velocity = heading * ax.sync_master_velocity
+    velocity = heading * ax.sync.master_velocity
     slope = 0.0
     bend = 0.0
     if abs(velocity) >= AT_REST:
-        slope = ax.sync_begin_velocity / velocity
+        slope = ax.sync.begin_velocity / velocity
         own = 0.0
-        if ax.sync_mask & SynchronisingBit.IGNORE_SLAVE_ACCELERATION == 0:
-            own = ax.sync_begin_acceleration
-        if ax.sync_mask & SynchronisingBit.IGNORE_MASTER_ACCELERATION == 0:
-            own -= slope * heading * ax.sync_master_acceleration
+        if ax.sync.mask & SynchronisingBit.IGNORE_SLAVE_ACCELERATION == 0:
+            own = ax.sync.begin_acceleration
+        if ax.sync.mask & SynchronisingBit.IGNORE_MASTER_ACCELERATION == 0:
+            own -= slope * heading * ax.sync.master_acceleration
         bend = own / (velocity * velocity)
-    ax.sync_heading = heading
-    ax.sync_length[0] = heading * master_way
-    ax.sync_count = 1
-    ax.sync_method = BY_POSITION
+    ax.sync.heading = heading
+    ax.sync.length[0] = heading * master_way
+    ax.sync.count = 1
+    ax.sync.method = BY_POSITION
     end_slope = heading * ax.gear
-    quintic(ax.sync_terms, 0, heading * master_way, 0.0, slave_way, slope, bend, end_slope)
+    quintic(ax.sync.terms, 0, heading * master_way, 0.0, slave_way, slope, bend, end_slope)
 
 
 def run_with(ax: AxisFields, slave: float, master: float, gear: float) -> None:
@@ -199,17 +199,17 @@ def run_with(ax: AxisFields, slave: float, master: float, gear: float) -> None:
     ax.master_base[0] = master
     ax.gear = gear
     ax.set_gear_ratio = gear
-    ax.sync_method = LINEAR
-    ax.sync_state = MotionState.SLAVE_SYNCHRONOUS
+    ax.sync.method = LINEAR
+    ax.sync.state = MotionState.SLAVE_SYNCHRONOUS
 
 
 def take_gear(ax: AxisFields, velocity: float, acceleration: float, gear: float) -> None:
     """Another gear on the way in time, where the slave sees its master move like this."""
     ax.gear = gear
     ax.set_gear_ratio = gear
-    ax.sync_lead_velocity = gear * velocity
-    ax.sync_lead_acceleration = gear * acceleration
-    ax.sync_method = BY_TIME
+    ax.sync.lead_velocity = gear * velocity
+    ax.sync.lead_acceleration = gear * acceleration
+    ax.sync.method = BY_TIME
 
 
 def _stand(ax: AxisFields) -> None:
@@ -220,49 +220,49 @@ def _stand(ax: AxisFields) -> None:
 
 def _stop_because_it_goes_back(ax: AxisFields) -> None:
     """The master is behind where it was at coupling: come to rest and stay there."""
-    ax.sync_method = STOPPING
-    ax.sync_state = MotionState.INACTIVE
-    ax.sync_lead_velocity = 0.0
-    ax.sync_lead_acceleration = 0.0
-    if ax.sync_mask & SynchronisingBit.INSTANT_STOP_ON_ROLLBACK:
-        ax.sync_method = INACTIVE
+    ax.sync.method = STOPPING
+    ax.sync.state = MotionState.INACTIVE
+    ax.sync.lead_velocity = 0.0
+    ax.sync.lead_acceleration = 0.0
+    if ax.sync.mask & SynchronisingBit.INSTANT_STOP_ON_ROLLBACK:
+        ax.sync.method = INACTIVE
 
 
 def _by_position(
     ax: AxisFields, seen: float, velocity: float, acceleration: float, jerk: float
 ) -> None:
     """One cycle of the way over the master."""
-    way = ax.sync_heading * (seen - ax.sync_begin)
+    way = ax.sync.heading * (seen - ax.sync.begin)
     if way < 0.0:
-        if ax.sync_moved:
+        if ax.sync.moved:
             _stop_because_it_goes_back(ax)
             return
         ax.set_position = ax.slave_base
-        ax.sync_state = MotionState.SLAVE_PREPHASE
+        ax.sync.state = MotionState.SLAVE_PREPHASE
         _stand(ax)
         return
     piece = 0
-    for _ in range(ax.sync_count):
-        if way < ax.sync_length[piece]:
+    for _ in range(ax.sync.count):
+        if way < ax.sync.length[piece]:
             break
-        way -= ax.sync_length[piece]
+        way -= ax.sync.length[piece]
         piece += 1
-    last = ax.sync_count - 1
+    last = ax.sync.count - 1
     if piece > last:
-        length = ax.sync_length[last]
-        s, _, _, _ = place_at(ax.sync_terms, SYNC_TERMS * last, length, 1.0)
-        met = seen - ax.sync_heading * way
+        length = ax.sync.length[last]
+        s, _, _, _ = place_at(ax.sync.terms, SYNC_TERMS * last, length, 1.0)
+        met = seen - ax.sync.heading * way
         run_with(ax, ax.slave_base + s, met, ax.gear)
         return
-    length = ax.sync_length[piece]
-    s, d1, d2, d3 = place_at(ax.sync_terms, SYNC_TERMS * piece, length, way / length)
-    v = ax.sync_heading * velocity
-    a = ax.sync_heading * acceleration
+    length = ax.sync.length[piece]
+    s, d1, d2, d3 = place_at(ax.sync.terms, SYNC_TERMS * piece, length, way / length)
+    v = ax.sync.heading * velocity
+    a = ax.sync.heading * acceleration
     ax.set_position = ax.slave_base + s
     ax.set_velocity = d1 * v
     ax.set_acceleration = d2 * v * v + d1 * a
-    ax.set_jerk = d3 * v * v * v + 3.0 * d2 * v * a + d1 * ax.sync_heading * jerk
-    ax.sync_state = MotionState.SLAVE_SYNCHRONISING
+    ax.set_jerk = d3 * v * v * v + 3.0 * d2 * v * a + d1 * ax.sync.heading * jerk
+    ax.sync.state = MotionState.SLAVE_SYNCHRONISING
 
 
 def _by_time(
@@ -273,21 +273,21 @@ def _by_time(
     wanted = ax.gear * velocity
     rising = 0.0 if noisy else ax.gear * acceleration
     jerk = 0.0 if noisy else ax.gear * master.lead_jerk
-    way = ax.gear * (seen - ax.sync_seen)
-    too_fast = ax.sync_mask & SynchronisingBit.MAX_VELOCITY and abs(wanted) > ax.sync_velocity
+    way = ax.gear * (seen - ax.sync.seen)
+    too_fast = ax.sync.mask & SynchronisingBit.MAX_VELOCITY and abs(wanted) > ax.sync.velocity
     if too_fast:
-        wanted = ax.sync_velocity if wanted > 0.0 else -ax.sync_velocity
+        wanted = ax.sync.velocity if wanted > 0.0 else -ax.sync.velocity
         rising = 0.0
         jerk = 0.0
         way = wanted * dt
-    if ax.sync_method == SETTLING and not too_fast:
+    if ax.sync.method == SETTLING and not too_fast:
         if settle(ax, wanted, way, dt):
             run_with(ax, ax.set_position, seen, ax.gear)
         return
-    ax.sync_method = BY_TIME
+    ax.sync.method = BY_TIME
     if approach_velocity(ax, wanted, rising, jerk, way, noisy, dt) and not too_fast:
         if noisy:
-            ax.sync_method = SETTLING
+            ax.sync.method = SETTLING
             ax.quiet_cycles = 0
         else:
             run_with(ax, ax.set_position, seen, ax.gear)
@@ -297,23 +297,23 @@ def follow_approach(
     ax: AxisFields, master: AxisFields, seen: float, velocity: float, acceleration: float, dt: float
 ) -> None:
     """One cycle of a slave that comes to its master, or runs with it."""
-    if ax.sync_heading == 0.0:
-        ax.sync_heading = heading_of(velocity)
-    behind = ax.sync_heading * (seen - ax.sync_begin) < 0.0
-    if behind and ax.sync_method == LINEAR and ax.sync_mask & SynchronisingBit.ROLLBACK_LOCK:
+    if ax.sync.heading == 0.0:
+        ax.sync.heading = heading_of(velocity)
+    behind = ax.sync.heading * (seen - ax.sync.begin) < 0.0
+    if behind and ax.sync.method == LINEAR and ax.sync.mask & SynchronisingBit.ROLLBACK_LOCK:
         _stop_because_it_goes_back(ax)
-    if ax.sync_method == BY_POSITION:
+    if ax.sync.method == BY_POSITION:
         _by_position(ax, seen, velocity, acceleration, master.lead_jerk)
-    if ax.sync_method == BY_TIME or ax.sync_method == SETTLING:
+    if ax.sync.method == BY_TIME or ax.sync.method == SETTLING:
         _by_time(ax, master, seen, velocity, acceleration, dt)
-    elif ax.sync_method == STOPPING and approach_velocity(ax, 0.0, 0.0, 0.0, 0.0, False, dt):
-        ax.sync_method = INACTIVE
-    if ax.sync_method == INACTIVE:
-        ax.sync_state = MotionState.INACTIVE
+    elif ax.sync.method == STOPPING and approach_velocity(ax, 0.0, 0.0, 0.0, 0.0, False, dt):
+        ax.sync.method = INACTIVE
+    if ax.sync.method == INACTIVE:
+        ax.sync.state = MotionState.INACTIVE
         _stand(ax)
-    elif ax.sync_method == LINEAR:
+    elif ax.sync.method == LINEAR:
         ax.set_position = ax.slave_base + ax.gear * (seen - ax.master_base[0])
         ax.set_velocity = ax.gear * velocity
         ax.set_acceleration = ax.gear * acceleration
         ax.set_jerk = ax.gear * master.lead_jerk
-    ax.sync_seen = seen
+    ax.sync.seen = seen

@@ -30,16 +30,16 @@ def course_of(slave: "Axis") -> SlaveCourse | None:
     if slave.coupling not in _SYNCHRONISING:
         return None
     (row,) = slave.followed
-    begin = slave.sync_begin + slave.rows.axes[row].lead_offset
-    velocity = slave.sync_master_velocity
-    if slave.sync_count:
+    begin = slave.sync.begin + slave.rows.axes[row].lead_offset
+    velocity = slave.sync.master_velocity
+    if slave.sync.count:
         if abs(velocity) < AT_REST:
-            velocity = slave.sync_heading
-        lengths = list(slave.sync_length[: slave.sync_count])
-        terms = list(slave.sync_terms)
-        return course_over_master(begin, velocity, slave.sync_begin_position, lengths, terms)
-    state = slave.sync_begin_position, slave.sync_begin_velocity, slave.sync_begin_acceleration
-    limits = slave.sync_acceleration, slave.sync_deceleration, slave.sync_jerk
+            velocity = slave.sync.heading
+        lengths = list(slave.sync.length[: slave.sync.count])
+        terms = list(slave.sync.terms)
+        return course_over_master(begin, velocity, slave.sync.begin_position, lengths, terms)
+    state = slave.sync.begin_position, slave.sync.begin_velocity, slave.sync.begin_acceleration
+    limits = slave.sync.acceleration, slave.sync.deceleration, slave.sync.jerk
     return course_by_time(begin, velocity, state, slave.gear * velocity, limits)
 
 

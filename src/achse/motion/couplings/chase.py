@@ -27,18 +27,18 @@ def limits_beside(
 ) -> tuple[float, float]:
     """Acceleration and jerk that a target of this velocity and acceleration leaves to the slave."""
     v = ax.set_velocity
-    limit = ax.sync_acceleration
+    limit = ax.sync.acceleration
     if v * velocity < 0.0:  # it passes rest: both limits
-        if ax.sync_deceleration < limit:
-            limit = ax.sync_deceleration
+        if ax.sync.deceleration < limit:
+            limit = ax.sync.deceleration
     elif abs(v) > abs(velocity):
-        limit = ax.sync_deceleration
+        limit = ax.sync.deceleration
     left = limit - abs(rising)
     if left < _LEFT * limit:
         left = _LEFT * limit
-    jerk_left = ax.sync_jerk - abs(jerk)
-    if jerk_left < _LEFT * ax.sync_jerk:
-        jerk_left = _LEFT * ax.sync_jerk
+    jerk_left = ax.sync.jerk - abs(jerk)
+    if jerk_left < _LEFT * ax.sync.jerk:
+        jerk_left = _LEFT * ax.sync.jerk
     return left, jerk_left
 
 
@@ -64,20 +64,20 @@ def _walk(
 
 def _most(ax: AxisFields, velocity: float, change: float, dt: float) -> float:
     """Largest acceleration in a cycle whose velocity changes to this way, or goes on changing."""
-    limit = ax.sync_acceleration if change * velocity >= 0.0 else ax.sync_deceleration
+    limit = ax.sync.acceleration if change * velocity >= 0.0 else ax.sync.deceleration
     if ax.set_velocity * velocity < 0.0:
-        if ax.sync_acceleration < limit:
-            limit = ax.sync_acceleration
-        if ax.sync_deceleration < limit:
-            limit = ax.sync_deceleration
-    before = abs(ax.set_acceleration) - ax.sync_jerk * dt
+        if ax.sync.acceleration < limit:
+            limit = ax.sync.acceleration
+        if ax.sync.deceleration < limit:
+            limit = ax.sync.deceleration
+    before = abs(ax.set_acceleration) - ax.sync.jerk * dt
     return before if before > limit else limit
 
 
 def _kept(ax: AxisFields, velocity: float, acceleration: float, dt: float) -> float:
     """The acceleration nearest to this one that the limits allow in this cycle."""
     before = ax.set_acceleration
-    change = ax.sync_jerk * dt
+    change = ax.sync.jerk * dt
     limit = _most(ax, velocity, acceleration, dt)
     kept = acceleration
     if kept > before + change:
@@ -130,9 +130,9 @@ def _take(
     ax.set_velocity = v
     ax.set_acceleration = a
     ax.set_jerk = (a - was) / dt
-    ax.sync_offset += moved - way
-    ax.sync_lead_velocity = velocity
-    ax.sync_lead_acceleration = rising
+    ax.sync.offset += moved - way
+    ax.sync.lead_velocity = velocity
+    ax.sync.lead_acceleration = rising
     return exact
 
 
@@ -144,8 +144,8 @@ def approach_velocity(
     `rising` is the acceleration of the target, `way` what it moved in this cycle. A `noisy` one is
     met with what one cycle of acceleration changes.
     """
-    w = ax.set_velocity - ax.sync_lead_velocity
-    b = ax.set_acceleration - ax.sync_lead_acceleration
+    w = ax.set_velocity - ax.sync.lead_velocity
+    b = ax.set_acceleration - ax.sync.lead_acceleration
     limit, jerk_limit = limits_beside(ax, velocity, rising, jerk)
     count = plan_to_velocity(ax.segment_time, ax.segment_jerk, w, b, 0.0, limit, limit, jerk_limit)
     done, p, w, b = _walk(ax, count, dt, w, b)
@@ -165,10 +165,10 @@ def approach_place(
 
     `top` is the largest velocity beside it.
     """
-    w = ax.set_velocity - ax.sync_lead_velocity
-    b = ax.set_acceleration - ax.sync_lead_acceleration
+    w = ax.set_velocity - ax.sync.lead_velocity
+    b = ax.set_acceleration - ax.sync.lead_acceleration
     limit, jerk_limit = limits_beside(ax, velocity, rising, jerk)
-    offset = ax.sync_offset
+    offset = ax.sync.offset
     count = plan_to_position(
         ax.segment_time, ax.segment_jerk, offset, w, b, 0.0, 0.0, top, limit, limit, jerk_limit
     )
@@ -187,7 +187,7 @@ def settle(ax: AxisFields, velocity: float, way: float, dt: float) -> bool:
     acceleration beside it goes within the limits.
     """
     ax.quiet_cycles = 0  # it is not done even if all stand
-    w = ax.set_velocity - ax.sync_lead_velocity
+    w = ax.set_velocity - ax.sync.lead_velocity
     was = ax.set_acceleration
     count = plan_to_velocity(
         ax.segment_time,
@@ -195,9 +195,9 @@ def settle(ax: AxisFields, velocity: float, way: float, dt: float) -> bool:
         w,
         was,
         0.0,
-        ax.sync_acceleration,
-        ax.sync_deceleration,
-        ax.sync_jerk,
+        ax.sync.acceleration,
+        ax.sync.deceleration,
+        ax.sync.jerk,
     )
     done, p, w, b = _walk(ax, count, dt, w, was)
     if done:
@@ -207,7 +207,7 @@ def settle(ax: AxisFields, velocity: float, way: float, dt: float) -> bool:
     ax.set_velocity = velocity + w
     ax.set_acceleration = b
     ax.set_jerk = (b - was) / dt
-    ax.sync_lead_velocity = velocity
+    ax.sync.lead_velocity = velocity
     return done
 
 
@@ -219,14 +219,14 @@ def settle_place(ax: AxisFields, velocity: float, way: float, top: float, dt: fl
     most with the velocity `top`.
     """
     ax.quiet_cycles = 0  # it is not done even if all stand
-    w = ax.set_velocity - ax.sync_lead_velocity
+    w = ax.set_velocity - ax.sync.lead_velocity
     was = ax.set_acceleration
-    offset = ax.sync_offset
-    limit = ax.sync_acceleration
-    if ax.sync_deceleration < limit:
-        limit = ax.sync_deceleration
+    offset = ax.sync.offset
+    limit = ax.sync.acceleration
+    if ax.sync.deceleration < limit:
+        limit = ax.sync.deceleration
     count = plan_to_position(
-        ax.segment_time, ax.segment_jerk, offset, w, was, 0.0, 0.0, top, limit, limit, ax.sync_jerk
+        ax.segment_time, ax.segment_jerk, offset, w, was, 0.0, 0.0, top, limit, limit, ax.sync.jerk
     )
     done, p, w, b = _walk(ax, count, dt, w, was)
     if done:
@@ -237,6 +237,6 @@ def settle_place(ax: AxisFields, velocity: float, way: float, top: float, dt: fl
     ax.set_velocity = velocity + w
     ax.set_acceleration = b
     ax.set_jerk = (b - was) / dt
-    ax.sync_offset = offset + p
-    ax.sync_lead_velocity = velocity
+    ax.sync.offset = offset + p
+    ax.sync.lead_velocity = velocity
     return done

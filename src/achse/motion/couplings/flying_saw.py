@@ -70,12 +70,12 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     velocity = seen_velocity(ax, rows, 0)
     acceleration = seen_acceleration(ax, rows, 0)
     gear = _gear(ax.coupling_parameter)
-    again = ax.sync_state == MotionState.SLAVE_SYNCHRONOUS
-    ax.sync_mask = 0
-    ax.sync_velocity = ax.max_velocity
-    ax.sync_acceleration = ax.default_acceleration
-    ax.sync_deceleration = ax.default_deceleration
-    ax.sync_jerk = ax.default_jerk
+    again = ax.sync.state == MotionState.SLAVE_SYNCHRONOUS
+    ax.sync.mask = 0
+    ax.sync.velocity = ax.max_velocity
+    ax.sync.acceleration = ax.default_acceleration
+    ax.sync.deceleration = ax.default_deceleration
+    ax.sync.jerk = ax.default_jerk
     begin_approach(ax, here, velocity, acceleration, gear)
     if again or _by_velocity(ax.coupling, ax.coupling_parameter):
         return
@@ -83,17 +83,17 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     heading = 1.0 if length > 0.0 else -1.0
     begin = ax.coupling_parameter[0] - master.lead_offset - length
     if heading * length < NO_WAY or (here - begin) * heading > 0.0:
-        ax.sync_method = INACTIVE
-        ax.sync_state = MotionState.INACTIVE
+        ax.sync.method = INACTIVE
+        ax.sync.state = MotionState.INACTIVE
         return
-    ax.sync_method = BY_POSITION
-    ax.sync_state = MotionState.SLAVE_PREPHASE
-    ax.sync_begin = begin
-    ax.sync_heading = heading
-    ax.sync_count = 1
-    ax.sync_length[0] = heading * length
+    ax.sync.method = BY_POSITION
+    ax.sync.state = MotionState.SLAVE_PREPHASE
+    ax.sync.begin = begin
+    ax.sync.heading = heading
+    ax.sync.count = 1
+    ax.sync.length[0] = heading * length
     smooth = ax.coupling == SlaveType.FLYING_SAW_POSITION
-    weak_ramp(ax.sync_terms, 0, heading * length, heading * gear, smooth)
+    weak_ramp(ax.sync.terms, 0, heading * length, heading * gear, smooth)
 
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
@@ -116,9 +116,9 @@ def _why_not(
     if not _LEAST_ANGLE <= angle <= _ALONG or abs(_gear(parameters)) > _LARGEST_GEAR:
         return NcError.SLAVE_COUPLING_PARAMETER
     if ax.coupling:
-        if ax.sync_method in (LINEAR, BY_TIME, SETTLING):
+        if ax.sync.method in (LINEAR, BY_TIME, SETTLING):
             return 0
-        if ax.sync_state == MotionState.SLAVE_SYNCHRONISING:
+        if ax.sync.state == MotionState.SLAVE_SYNCHRONISING:
             return NcError.SYNCHRONISING_CONDITIONS
     if _by_velocity(slave_type, parameters):
         return 0
@@ -149,9 +149,9 @@ def why_not_position(
 def change(ax: AxisFields, rows: NcRows) -> None:
     """New parameters: another gear acts at once; a saw that waits, waits by the new ones."""
     gear = _gear(ax.coupling_parameter)
-    if ax.sync_method == LINEAR:
+    if ax.sync.method == LINEAR:
         run_with(ax, ax.set_position, seen(ax, rows, 0), gear)
-    elif ax.sync_method == BY_TIME or ax.sync_method == SETTLING:
+    elif ax.sync.method == BY_TIME or ax.sync.method == SETTLING:
         take_gear(ax, seen_velocity(ax, rows, 0), seen_acceleration(ax, rows, 0), gear)
     else:
         base(ax, rows)

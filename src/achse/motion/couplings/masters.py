@@ -97,7 +97,7 @@ def let_go(ax: AxisFields, rows: NcRows) -> None:
     for n in range(COUPLING_PARAMETERS):
         ax.coupling_parameter[n] = 0.0
     ax.coupling = 0
-    ax.sync_state = 0
+    ax.sync.state = 0
     ax.master_count = 0
     ax.cam_count = 0
     for n in range(CAM_LIST):

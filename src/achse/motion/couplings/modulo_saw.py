@@ -49,11 +49,11 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     if ax.default_deceleration < limit:
         limit = ax.default_deceleration
     limit *= ax.coupling_parameter[1]
-    ax.sync_mask = 0
-    ax.sync_acceleration = limit
-    ax.sync_deceleration = limit
-    ax.sync_jerk = ax.default_jerk
-    ax.sync_velocity = ax.max_velocity
+    ax.sync.mask = 0
+    ax.sync.acceleration = limit
+    ax.sync.deceleration = limit
+    ax.sync.jerk = ax.default_jerk
+    ax.sync.velocity = ax.max_velocity
     if ax.coupling_parameter[0] == _REST:
         begin_approach(ax, place, velocity, acceleration, 0.0)
         return
@@ -63,13 +63,13 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     if rows.axes[ax.master[leader]].axis_type != AxisType.ENCODER:
         bend -= acceleration
     offset = ax.set_position - (place + rows.axes[ax.master[leader]].lead_offset)
-    beside = offset + stopping_distance(relative, bend, limit, ax.sync_jerk)
+    beside = offset + stopping_distance(relative, bend, limit, ax.sync.jerk)
     period = ax.encoder.modulo_factor
     offset -= period * floor(beside / period + 0.5)
-    ax.sync_offset = offset
+    ax.sync.offset = offset
     ax.slave_base = ax.set_position - offset
     ax.master_base[0] = place
-    ax.sync_method = _TO_PLACE
+    ax.sync.method = _TO_PLACE
 
 
 def _come_near(ax: AxisFields, rows: NcRows, leader: int, place: float, dt: float) -> bool:
@@ -81,15 +81,15 @@ def _come_near(ax: AxisFields, rows: NcRows, leader: int, place: float, dt: floa
     if noisy:
         acceleration = 0.0
         jerk = 0.0
-    top = ax.sync_velocity - abs(velocity)
-    if top < _LEFT * ax.sync_velocity:
-        top = _LEFT * ax.sync_velocity
-    way = place - ax.sync_seen
-    if ax.sync_method == _SETTLING_THERE:
+    top = ax.sync.velocity - abs(velocity)
+    if top < _LEFT * ax.sync.velocity:
+        top = _LEFT * ax.sync.velocity
+    way = place - ax.sync.seen
+    if ax.sync.method == _SETTLING_THERE:
         return settle_place(ax, velocity, way, top, dt)
     there = approach_place(ax, velocity, acceleration, jerk, way, top, dt)
-    if noisy and abs(ax.set_velocity - velocity) <= ax.sync_acceleration * dt:
-        ax.sync_method = _SETTLING_THERE
+    if noisy and abs(ax.set_velocity - velocity) <= ax.sync.acceleration * dt:
+        ax.sync.method = _SETTLING_THERE
         ax.quiet_cycles = 0
         return False
     return there
@@ -99,17 +99,17 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """One cycle of the law; a phase shift of the slave moves what it sees of its first master."""
     leader = _leader(ax)
     place = seen(ax, rows, leader)
-    if ax.sync_method != _TO_PLACE and ax.sync_method != _SETTLING_THERE:
+    if ax.sync.method != _TO_PLACE and ax.sync.method != _SETTLING_THERE:
         velocity = seen_velocity(ax, rows, leader)
         acceleration = seen_acceleration(ax, rows, leader)
         follow_approach(ax, rows.axes[ax.master[leader]], place, velocity, acceleration, dt)
-        if ax.gear == 0.0 and ax.sync_method == LINEAR:
-            ax.sync_state = MotionState.INACTIVE
+        if ax.gear == 0.0 and ax.sync.method == LINEAR:
+            ax.sync.state = MotionState.INACTIVE
         return
     if _come_near(ax, rows, leader, place, dt):
         ax.set_position = ax.slave_base + (place - ax.master_base[0])
         run_with(ax, ax.set_position, place, 1.0)
-    ax.sync_seen = place
+    ax.sync.seen = place
 
 
 def others(parameters: Sequence[float]) -> tuple[float, ...]:

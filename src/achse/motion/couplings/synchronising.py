@@ -40,14 +40,14 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     here = seen(ax, rows, 0)
     velocity = seen_velocity(ax, rows, 0)
     acceleration = seen_acceleration(ax, rows, 0)
-    again = ax.sync_state == MotionState.SLAVE_SYNCHRONOUS
+    again = ax.sync.state == MotionState.SLAVE_SYNCHRONOUS
     begin_approach(ax, here, velocity, acceleration, ax.coupling_parameter[0])
     if again or ax.coupling == SlaveType.SYNCHRONISING_VELOCITY:
         return
     way = ax.coupling_parameter[1] - master.lead_offset - here
-    if abs(way) < NO_WAY or way * ax.sync_heading < 0.0:
-        ax.sync_method = INACTIVE
-        ax.sync_state = MotionState.INACTIVE
+    if abs(way) < NO_WAY or way * ax.sync.heading < 0.0:
+        ax.sync.method = INACTIVE
+        ax.sync.state = MotionState.INACTIVE
         return
     meet(ax, way, ax.coupling_parameter[2] - ax.set_position)
 
@@ -69,15 +69,15 @@ def why_not(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[
         return NcError.SLAVE_TYPE
     if parameters[0] == 0.0:
         return NcError.GEAR_FACTOR_ZERO
-    return NcError.SYNCHRONISING_CONDITIONS if ax.sync_method == BY_POSITION else 0
+    return NcError.SYNCHRONISING_CONDITIONS if ax.sync.method == BY_POSITION else 0
 
 
 def change(ax: AxisFields, rows: NcRows) -> None:
     """Another gear ratio: of a slave that runs with its master at once."""
     gear = ax.coupling_parameter[0]
-    if ax.sync_method == BY_TIME or ax.sync_method == SETTLING:
+    if ax.sync.method == BY_TIME or ax.sync.method == SETTLING:
         take_gear(ax, seen_velocity(ax, rows, 0), seen_acceleration(ax, rows, 0), gear)
-    elif ax.sync_state == MotionState.SLAVE_SYNCHRONOUS:
+    elif ax.sync.state == MotionState.SLAVE_SYNCHRONOUS:
         run_with(ax, ax.set_position, seen(ax, rows, 0), gear)
     else:  # it stands, or comes to rest, and stays there
         ax.gear = gear
