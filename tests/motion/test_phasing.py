@@ -73,7 +73,7 @@ def test_a_stop_brakes_the_shift(rig: Any) -> None:
     assert phase(rig, 2, 1000.0) == 0
     rig.seconds(2.0)
     begin = rig.axis.phasing_position
-    assert rig.axis.phasing_velocity == pytest.approx(V)
+    assert rig.axis.phasing.velocity == pytest.approx(V)
     assert phase(rig, 4096, 0.0) == 0
     shifts = watch(rig)
     # V * J < A²: both jerk phases meet at sqrt(V J), 2 sqrt(V / J) in all
@@ -88,10 +88,10 @@ def test_a_stop_brakes_the_shift(rig: Any) -> None:
 def test_a_stop_while_it_accelerates(rig: Any) -> None:
     assert phase(rig, 1, 1000.0) == 0
     rig.seconds(0.1)
-    v, a = rig.axis.phasing_velocity, rig.axis.phasing_acceleration
+    v, a = rig.axis.phasing.velocity, rig.axis.phasing.acceleration
     assert a == pytest.approx(J * 0.1)
     assert phase(rig, 4096, 0.0) == 0
     top = v + a * a / (2.0 * J)
     time = a / J + 2.0 * sqrt(top / J)
     assert (len(watch(rig)) - 1) * rig.dt == pytest.approx(time, abs=1.01 * rig.dt)
-    assert rig.axis.phasing_velocity == 0.0
+    assert rig.axis.phasing.velocity == 0.0

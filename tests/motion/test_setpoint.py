@@ -515,7 +515,7 @@ DROPPED: dict[str, float] = {
     "remaining_time": 0.0,
     "remaining_distance": 0.0,
     "homing_state": 0,
-    "homing_latch": 0,
+    "homing.latch": 0,
 }
 """What an axis has of a job that was dropped."""
 

@@ -78,8 +78,9 @@ class _WithinAxis(InnerView):
 
     @classmethod
     def after_change(cls, field: Field) -> str:
-        """Wake the axis."""
-        return "view.outermost._record.resting = 0"
+        """Wake the axis, and set the bit of the feature that the value switches on."""
+        wakes = "outer = view.outermost._record; outer.resting = 0"
+        return f"{wakes}; outer.features |= {field.feature}" if field.feature else wakes
 
 
 _WithinAxis.inner = _WithinAxis

@@ -92,7 +92,7 @@ SWITCHES: Mapping[Feature, tuple[str, ...]] = {
     Feature.SUPERPOSITION: ("compensating",),
     Feature.REVERSING: ("reversing_number",),
     Feature.PHASING: ("phasing_active",),
-    Feature.HOMING: ("homing_state", "homing_latch"),
+    Feature.HOMING: ("homing_state", "homing.latch"),
     Feature.LATCH: ("encoder.latch_active", "encoder.latch_valid", "encoder.armed"),
     Feature.IO_INVALID: ("io_invalid", "drive.io_time"),
     Feature.LIMIT_SWITCH: ("limit_switch",),

@@ -18,28 +18,28 @@ def shift_phase(ax: AxisFields, dt: float) -> None:
         ax.features &= ~Feature.PHASING
         return
     p = ax.phasing_position
-    v = ax.phasing_velocity
-    a = ax.phasing_acceleration
+    v = ax.phasing.velocity
+    a = ax.phasing.acceleration
     left = dt
-    while left > 0.0 and ax.phasing_index < ax.phasing_count:
-        i = ax.phasing_index
-        j = ax.phasing_jerk[i]
-        t = ax.phasing_time[i] - ax.phasing_elapsed
+    while left > 0.0 and ax.phasing.index < ax.phasing.count:
+        i = ax.phasing.index
+        j = ax.phasing.jerk[i]
+        t = ax.phasing.time[i] - ax.phasing.elapsed
         if t > left:
             t = left
-            ax.phasing_elapsed += left
+            ax.phasing.elapsed += left
         else:
-            ax.phasing_index = i + 1
-            ax.phasing_elapsed = 0.0
+            ax.phasing.index = i + 1
+            ax.phasing.elapsed = 0.0
         p = segment_position(t, j, p, v, a)
         v = segment_velocity(t, j, v, a)
         a = segment_acceleration(t, j, a)
         left -= t
     if left > 0.0:
-        p = ax.phasing_target
+        p = ax.phasing.target
         v = 0.0
         a = 0.0
         ax.phasing_active = 0
     ax.phasing_position = p
-    ax.phasing_velocity = v
-    ax.phasing_acceleration = a
+    ax.phasing.velocity = v
+    ax.phasing.acceleration = a

@@ -47,7 +47,7 @@ from achse.motion.fields.encoder import (
 )
 from achse.motion.fields.functions import FunctionInput
 from achse.motion.fields.generators import GeneratorMemory, GeneratorSwitch
-from achse.motion.fields.homing import HomingMemory
+from achse.motion.fields.homing import HomingSequence
 from achse.motion.fields.job import JobProgress, JobRequest
 from achse.motion.fields.monitoring import MonitoringInternal
 from achse.motion.fields.often import OFTEN
@@ -58,7 +58,7 @@ from achse.motion.fields.setpoint import (
     SetpointState,
 )
 from achse.motion.fields.superposition import (
-    PhasingMemory,
+    PhasingProfile,
     PhasingState,
     SuperposedMotion,
 )
@@ -69,6 +69,7 @@ from achse.native.declare import lay_out, pack, plain_record, reference, within
 
 __all__ = [
     "AT_THE_AXIS",
+    "AXIS_PARTS",
     "CAM",
     "CAM_CHANGE",
     "CAM_LAW",
@@ -80,11 +81,13 @@ __all__ = [
     "ENCODER",
     "FIELDS",
     "FILTER_ORDER",
+    "HOMING",
     "JOB",
     "LAYOUT",
     "MASTERS",
     "PARTS",
     "PART_OF",
+    "PHASING",
     "POSITION_HISTORY",
     "PROBE_EDGES",
     "SEGMENTS",
@@ -99,7 +102,9 @@ __all__ = [
     "ControllerFields",
     "EncoderFields",
     "Field",
+    "HomingSequence",
     "JobFields",
+    "PhasingProfile",
     "Role",
     "SlotsRecord",
     "SuperposedMotion",
@@ -176,6 +181,8 @@ class CamFields(_CamParts, CamMotion):
 CAM = lay_out("cam", CamFields.__bases__, Field)
 
 
+HOMING = lay_out("homing", (HomingSequence,), Field)
+PHASING = lay_out("phasing", (PhasingProfile,), Field)
 SUPERPOSED = lay_out("superposed motion", (SuperposedMotion,), Field)
 SYNC = lay_out("synchronisation", (Synchronisation,), Field)
 
@@ -189,6 +196,8 @@ class _AxisLinks(InternalFields):
     job: JobFields = within(JOB, Field)
     waiting: list[JobFields] = within(JOB, Field, COMMAND_BUFFER)
     cams: list[CamFields] = within(CAM, Field, CAM_LAYERS)
+    homing: HomingSequence = within(HOMING, Field)
+    phasing: PhasingProfile = within(PHASING, Field)
     superposed: SuperposedMotion = within(SUPERPOSED, Field)
     sync: Synchronisation = within(SYNC, Field)
 
@@ -207,8 +216,6 @@ class AxisFields(
     MonitoringInternal,
     SetpointInternal,
     GeneratorMemory,
-    PhasingMemory,
-    HomingMemory,
     CouplingMemory,
     CamSlave,
 ):
@@ -230,6 +237,9 @@ ENCODER.fields["axis"].refers = LAYOUT
 
 PARTS = {"encoder": ENCODER, "controller": CONTROLLER, "drive": DRIVE}
 
+AXIS_PARTS = {row.name: layout for row, layout in LAYOUT.held if not row.length}
+"""Records within that of an axis, each once, by the name of their field."""
+
 for _layout, _whole in (
     (LAYOUT, AxisFields),
     (ENCODER, EncoderFields),
@@ -245,7 +255,8 @@ for _layout, _whole in (
 for _feature, _switches in SWITCHES.items():
     for _path in _switches:
         _part, _, _name = _path.rpartition(".")
-        (PARTS[_part] if _part else LAYOUT).fields[_name].feature = _feature.value
+        _layout = dict(AXIS_PARTS, **PARTS).get(_part, LAYOUT)
+        _layout.fields[_name].feature = _feature.value
 
 AT_THE_AXIS = frozenset(
     {

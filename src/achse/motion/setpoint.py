@@ -66,7 +66,7 @@ def end_homing(ax: AxisFields) -> None:
     """Homing is over, whatever came of it."""
     if ax.set_motion_phase == MotionPhase.HOMING:
         ax.homing_state = 0
-        ax.homing_latch = 0
+        ax.homing.latch = 0
 
 
 def begin_job(ax: AxisFields) -> None:
@@ -446,8 +446,8 @@ def shift_encoder(ax: AxisFields, encoder: EncoderFields, shift: float) -> None:
         ax.controller.observer_position += shift
         ax.motion_position += shift
         if ax.homing_state != 0:
-            ax.homing_latch_begin += shift
-            ax.homing_latch_position += shift
+            ax.homing.latch_begin += shift
+            ax.homing.latch_position += shift
 
 
 def displace(ax: AxisFields, way: float) -> None:

@@ -175,7 +175,7 @@ def _probe_signals(encoder: EncoderFields, probe: int) -> int:
 
 def arm(ax: AxisFields, encoder: EncoderFields) -> None:
     """Tell the hardware what the latches wait for."""
-    waits = encoder.leads and ax.homing_latch == WAITS
+    waits = encoder.leads and ax.homing.latch == WAITS
     if encoder.latch_active == 0 and not waits and encoder.armed == 0:
         return
     io = encoder.io
@@ -196,13 +196,13 @@ def arm_in_force(ax: AxisFields) -> None:
         ax.features |= Feature.LATCH
     else:
         ax.features &= ~Feature.LATCH
-    if ax.homing_state == 0 and ax.homing_latch == 0:
+    if ax.homing_state == 0 and ax.homing.latch == 0:
         ax.features &= ~Feature.HOMING
 
 
 def begin_watch(ax: AxisFields, encoder: EncoderFields) -> None:
     """Wait for a sync pulse: from here on pulses count."""
-    ax.homing_latch = WAITS
+    ax.homing.latch = WAITS
     encoder.homing_seen = encoder.io.state1
     encoder.watched_count = encoder.software_increments
 
@@ -232,9 +232,9 @@ def _watch_homing(ax: AxisFields, encoder: EncoderFields) -> None:
             return
         encoder.homing_seen = state
         increments = _increments(encoder, encoder.io.data_in2)
-    ax.homing_latch = LATCHED
-    ax.homing_latch_position = _position(encoder, increments)
-    encoder.latch_activation_difference = ax.homing_latch_position - ax.homing_latch_begin
+    ax.homing.latch = LATCHED
+    ax.homing.latch_position = _position(encoder, increments)
+    encoder.latch_activation_difference = ax.homing.latch_position - ax.homing.latch_begin
 
 
 def watch(ax: AxisFields, encoder: EncoderFields) -> None:
@@ -256,5 +256,5 @@ def watch(ax: AxisFields, encoder: EncoderFields) -> None:
         for probe in range(TOUCH_PROBES):
             encoder.probe_seen[probe] = probe_state(encoder, probe)
         encoder.latch_active = active
-    if encoder.leads and ax.homing_latch == WAITS:
+    if encoder.leads and ax.homing.latch == WAITS:
         _watch_homing(ax, encoder)

@@ -41,4 +41,4 @@ def test_a_disabled_axis_shifts_no_phase(rig: Any) -> None:
 
 def test_without_dynamics_the_axis_defaults_count(rig: Any) -> None:
     assert commands.start_phasing(rig.axis, 1, 0, 0, 500.0, 100.0) == 0
-    assert rig.axis.phasing_jerk[0] == rig.axis.default_jerk
+    assert rig.axis.phasing.jerk[0] == rig.axis.default_jerk

@@ -279,7 +279,7 @@ def test_law_of_all_cams_but_one() -> None:
     unused.now.table = 0
     ax: Any = SimpleNamespace(
         slave_base=1.0, cam_count=3, cams=[first, second, unused, layer()], coupling=1, master=[0],
-        phasing_position=0.0, phasing_velocity=0.0, phasing_acceleration=0.0,
+        phasing_position=0.0, phasing=SimpleNamespace(velocity=0.0, acceleration=0.0),
     )  # fmt: skip
     # cam position 40: 15, with a slope of 1/2 by the cam, 1/4 by the master
     laws = {"first": (15.0, 1.5, 1.0), "second": (7.0 + 30.0, 3.0, 2.0)}

@@ -83,7 +83,7 @@ def test_the_sequence_by_the_cam_alone(make: Any) -> None:
     assert first(rows, OFF) * CYCLE == pytest.approx(on_cam + RAMP + settle, abs=5 * CYCLE)
     off_cam = RAMP + (-50.0 - turn - BRAKE) / V
     assert (first(rows, SET) - first(rows, OFF)) * CYCLE == pytest.approx(off_cam, abs=3 * CYCLE)
-    assert axis.homing_latch_position == pytest.approx(-50.0, abs=2 * STEP)
+    assert axis.homing.latch_position == pytest.approx(-50.0, abs=2 * STEP)
     assert axis.actual_position == pytest.approx(100.0 + BRAKE, abs=2 * STEP)
     assert axis.set_position == axis.target_position == pytest.approx(axis.actual_position)
     assert axis.set_motion_phase == MotionPhase.NONE
@@ -135,7 +135,7 @@ def test_a_latch_takes_the_mark_exactly(make: Any, mode: int, values: Any, mark:
         turns = [(5_000.0 + 30_000.0 * n) * 1e-4 for n in range(-20, 1)]
         mark = min(turn for turn in turns if turn > -50.0 + STEP)
     assert LATCH in {row[0] for row in rows}
-    assert axis.homing_latch_position == pytest.approx(mark, abs=1e-9)
+    assert axis.homing.latch_position == pytest.approx(mark, abs=1e-9)
     assert axis.encoder.set_position_offset == pytest.approx(100.0 - mark, abs=1e-9)
     stands = rows[-2][1]
     assert stands == pytest.approx(mark + BRAKE, abs=3 * STEP)
@@ -163,7 +163,7 @@ def test_a_real_homed_by_drive_as_exactly(make_rig: Any) -> None:
     rig = make_rig(encoder_reference_mode=2)
     commands.home(rig.axis)
     walk(rig)
-    assert rig.axis.homing_latch_position == pytest.approx(-7 * 6.5536, abs=1e-9)
+    assert rig.axis.homing.latch_position == pytest.approx(-7 * 6.5536, abs=1e-9)
     assert rig.axis.error_code == 0
 
 
@@ -184,7 +184,7 @@ def test_search_directions(make: Any) -> None:
     )  # fmt: skip
     commands.home(rig.axis)
     walk(rig)
-    assert rig.axis.homing_latch_position == pytest.approx(3 * 6.5536, abs=1e-9)
+    assert rig.axis.homing.latch_position == pytest.approx(3 * 6.5536, abs=1e-9)
     assert rig.axis.actual_position == pytest.approx(100.0 - BRAKE, abs=3 * STEP)
 
 
@@ -192,7 +192,7 @@ def test_a_cam_that_is_passed_can_be_left_on_the_other_side(make: Any) -> None:
     rig = make(encoder_sync_pulse_search_inverse=1, simulation_cam_begin=-70.0)
     commands.home(rig.axis)
     walk(rig)
-    assert rig.axis.homing_latch_position == pytest.approx(-70.0, abs=2 * STEP)
+    assert rig.axis.homing.latch_position == pytest.approx(-70.0, abs=2 * STEP)
 
 
 def test_a_rotary_table_finds_the_nearest_turn_of_its_cam(make: Any) -> None:
@@ -202,7 +202,7 @@ def test_a_rotary_table_finds_the_nearest_turn_of_its_cam(make: Any) -> None:
     rig.seconds(0.1)
     commands.home(rig.axis)
     walk(rig)
-    assert rig.axis.homing_latch_position == pytest.approx(310.0, abs=2 * STEP)
+    assert rig.axis.homing.latch_position == pytest.approx(310.0, abs=2 * STEP)
 
 
 def test_from_the_cam_the_sequence_goes_on_with_step_3(make: Any) -> None:
@@ -211,7 +211,7 @@ def test_from_the_cam_the_sequence_goes_on_with_step_3(make: Any) -> None:
     rows = walk(rig)
     states = list(dict.fromkeys(row[0] for row in rows))
     assert states == [TOWARDS, LEAVE, OFF, SET, 0]
-    assert rig.axis.homing_latch_position == pytest.approx(5.0, abs=2 * STEP)
+    assert rig.axis.homing.latch_position == pytest.approx(5.0, abs=2 * STEP)
 
 
 def test_whoever_reads_every_cycle_sees_every_step(make_rig: Any) -> None:
@@ -306,7 +306,7 @@ def test_the_simulated_cam_wired_to_an_input(make: Any) -> None:
     rig = make(simulation_cam_input=8, encoder_homing_sensor_source=8)
     commands.home(rig.axis)
     walk(rig)
-    assert rig.axis.homing_latch_position == pytest.approx(-50.0, abs=2 * STEP)
+    assert rig.axis.homing.latch_position == pytest.approx(-50.0, abs=2 * STEP)
 
 
 @pytest.mark.parametrize(

@@ -65,8 +65,8 @@ def home(axis: Axis) -> int:
     begin_generator(axis, MotionPhase.HOMING)
     axis.homed = 0
     axis.homing_state = HomingState.TOWARDS_CAM
-    axis.homing_begins = 1
-    axis.homing_latch = 0
+    axis.homing.begins = 1
+    axis.homing.latch = 0
     axis.job.velocity = axis.homing_velocity_towards_cam
     axis.job.direction = 0.0
     axis.replan = 1
@@ -85,7 +85,7 @@ def _let_the_drive_home(axis: Axis) -> int:
     begin_generator(axis, MotionPhase.HOMING)
     axis.homed = 0
     axis.homing_state = HomingState.AWAIT_LATCH
-    axis.homing_latch = 0
+    axis.homing.latch = 0
     axis.drive.io.state1 &= ~(STATUS_HOMED | STATUS_HOMING_FAILED)
     axis.switch_armed = 0
     axis.state_dword = axis.state_dword & ~StateBit.HOMED | StateBit.HOMING_BUSY

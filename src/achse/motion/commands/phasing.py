@@ -44,13 +44,13 @@ def start_phasing(
         return NcError.AXIS_ID
     acceleration, deceleration, jerk = dynamics(axis, acceleration, deceleration, jerk)
     code = why_not_dynamics(axis, acceleration, deceleration, jerk)
-    p, v, a = axis.phasing_position, axis.phasing_velocity, axis.phasing_acceleration
+    p, v, a = axis.phasing_position, axis.phasing.velocity, axis.phasing.acceleration
     if phasing_type == PhasingType.STOP:
         if code or not axis.phasing_active:
             return code
         target = p + stopping_distance(v, a, deceleration, jerk)
         count = plan_to_velocity(
-            axis.phasing_time, axis.phasing_jerk, v, a, 0.0, acceleration, deceleration, jerk
+            axis.phasing.time, axis.phasing.jerk, v, a, 0.0, acceleration, deceleration, jerk
         )
     else:
         code = code or why_not_velocity(axis, velocity)
@@ -60,19 +60,19 @@ def start_phasing(
             return code
         begin = p
         if axis.phasing_active and control_mask & _CONTINUOUS_UPDATE:
-            begin = axis.phasing_begin
+            begin = axis.phasing.begin
         target = phase_shift if phasing_type == PhasingType.ABSOLUTE else begin + phase_shift
         count = plan_to_position(
-            axis.phasing_time, axis.phasing_jerk, p, v, a, target,
+            axis.phasing.time, axis.phasing.jerk, p, v, a, target,
             0.0, velocity, acceleration, deceleration, jerk,
         )  # fmt: skip
         if count >= 0:
-            axis.phasing_begin = begin
+            axis.phasing.begin = begin
     if count < 0:
         return NcError.DYNAMICS_NOT_ALLOWED
-    axis.phasing_target = target
-    axis.phasing_count = count
-    axis.phasing_index = 0
-    axis.phasing_elapsed = 0.0
+    axis.phasing.target = target
+    axis.phasing.count = count
+    axis.phasing.index = 0
+    axis.phasing.elapsed = 0.0
     axis.phasing_active = 1
     return OK

@@ -37,7 +37,7 @@ def _homing_holds_latch(encoder: AxisEncoder, edge: int) -> bool:
     """Unit 1 is the latch of a homing sequence, unless that goes by the index pulse."""
     return (
         edge % TOUCH_PROBES == 0
-        and encoder.owner.homing_latch != 0
+        and encoder.owner.homing.latch != 0
         and encoder.reference_mode not in _HOMING_BY_INDEX
     )
 

@@ -139,7 +139,7 @@ def _take(slave: Axis, way: _Way) -> None:
 def _plan(slave: Axis, master: AxisFields, request: _Request) -> tuple[int, list[_Way]]:
     """Code that refuses it; the way to take, if it is not in a single piece."""
     seen = master.lead_position + slave.phasing_position
-    velocity = master.lead_velocity + slave.phasing_velocity
+    velocity = master.lead_velocity + slave.phasing.velocity
     if abs(velocity) < AT_REST:
         velocity = 0.0
     state = slave.set_position, slave.set_velocity, slave.set_acceleration
@@ -189,7 +189,7 @@ def _in_one(
     if not request.mask & SynchronisingBit.IGNORE_SLAVE_ACCELERATION:
         own = slave.set_acceleration
     if not request.mask & SynchronisingBit.IGNORE_MASTER_ACCELERATION:
-        own -= slope * heading * (master.lead_acceleration + slave.phasing_acceleration)
+        own -= slope * heading * (master.lead_acceleration + slave.phasing.acceleration)
     bend = own / (speed * speed)
     terms = [0.0] * SYNC_TERMS
     quintic(terms, 0, heading * way, 0.0, height, slope, bend, heading * request.gear)

@@ -124,7 +124,7 @@ def _why_not(
         return 0
     master = as_leader(masters[0])
     length = 2.0 * (parameters[1] - ax.set_position) / _gear(parameters)
-    heading = heading_of(master.lead_velocity + ax.phasing_velocity) or 1.0
+    heading = heading_of(master.lead_velocity + ax.phasing.velocity) or 1.0
     begin = parameters[0] - master.lead_offset - length
     here = master.lead_position + ax.phasing_position
     if length * heading < NO_WAY or (here - begin) * heading > 0.0:

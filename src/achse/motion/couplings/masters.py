@@ -54,13 +54,13 @@ def seen(ax: AxisFields, rows: NcRows, n: int) -> float:
 def seen_velocity(ax: AxisFields, rows: NcRows, n: int) -> float:
     """Velocity of master n as its slave sees it."""
     velocity = rows.axes[ax.master[n]].lead_velocity
-    return velocity + ax.phasing_velocity if n == 0 else velocity
+    return velocity + ax.phasing.velocity if n == 0 else velocity
 
 
 def seen_acceleration(ax: AxisFields, rows: NcRows, n: int) -> float:
     """Acceleration of master n as its slave sees it."""
     acceleration = rows.axes[ax.master[n]].lead_acceleration
-    return acceleration + ax.phasing_acceleration if n == 0 else acceleration
+    return acceleration + ax.phasing.acceleration if n == 0 else acceleration
 
 
 def seen_jerk(ax: AxisFields, rows: NcRows, n: int) -> float:
@@ -80,8 +80,8 @@ def seen_of_row(ax: AxisFields, rows: NcRows, row: int) -> tuple[float, float, f
     acceleration = master.lead_acceleration
     if ax.coupling == 0 or row == ax.master[0]:
         position += ax.phasing_position
-        velocity += ax.phasing_velocity
-        acceleration += ax.phasing_acceleration
+        velocity += ax.phasing.velocity
+        acceleration += ax.phasing.acceleration
     return position, velocity, acceleration, master.lead_jerk
 
 

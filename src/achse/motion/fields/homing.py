@@ -2,13 +2,13 @@
 
 from achse.motion.fields.declare import InternalFields, flag, real, whole
 
-__all__ = ["HomingMemory"]
+__all__ = ["HomingSequence"]
 
 
-class HomingMemory(InternalFields):
-    """What a homing sequence remembers from step to step."""
+class HomingSequence(InternalFields):
+    """Memory of a homing sequence from step to step."""
 
-    homing_begins: int = flag(0, "the sequence begins with the next cycle")
-    homing_latch: int = whole(0, "1", "latch of the sync pulse: 0 none, 1 waits, 2 has latched")
-    homing_latch_position: float = real(0.0, "mm", "position at the sync pulse or the cam's edge")
-    homing_latch_begin: float = real(0.0, "mm", "position where the latch was activated")
+    begins: int = flag(0, "the sequence begins with the next cycle")
+    latch: int = whole(0, "1", "latch of the sync pulse: 0 none, 1 waits, 2 has latched")
+    latch_position: float = real(0.0, "mm", "position at the sync pulse or the cam's edge")
+    latch_begin: float = real(0.0, "mm", "position where the latch was activated")

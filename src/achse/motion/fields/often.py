@@ -36,7 +36,7 @@ OFTEN: dict[str, tuple[str, ...]] = {
         *("compensating", "reversing_number", "setpoint_velocity_position_delay"),
         *("delayed_error_code", "limited", "set_torque_offset"),
         *("has_been_stopped", "got_new_target", "homing_state", "motion_locked"),
-        *("homing_latch", "grouped"),
+        "grouped",
     ),
     "encoder": (
         *("io", "software_increments", "data", "scale", "position_offset"),

@@ -3,7 +3,7 @@
 from achse.motion.fields.declare import InternalFields, States, flag, real, reals, whole
 from achse.motion.fields.setpoint import SEGMENTS
 
-__all__ = ["PhasingMemory", "PhasingState", "SuperposedMotion"]
+__all__ = ["PhasingProfile", "PhasingState", "SuperposedMotion"]
 
 
 class PhasingState(States):
@@ -12,18 +12,18 @@ class PhasingState(States):
     phasing_position: float = real(0.0, "mm", "shift by which this axis sees its master")
 
 
-class PhasingMemory(InternalFields):
-    """The profile towards the commanded shift."""
+class PhasingProfile(InternalFields):
+    """Profile towards the commanded shift."""
 
-    phasing_velocity: float = real(0.0, "mm/s", "change of the shift")
-    phasing_acceleration: float = real(0.0, "mm/s²", "change of that")
-    phasing_begin: float = real(0.0, "mm", "shift when the running command began")
-    phasing_target: float = real(0.0, "mm", "shift where it will end")
-    phasing_count: int = whole(0, "1", "rows of the table")
-    phasing_index: int = whole(0, "1", "active row")
-    phasing_elapsed: float = real(0.0, "s", "time since its start")
-    phasing_time: list[float] = reals(SEGMENTS, "s", "duration of each row")
-    phasing_jerk: list[float] = reals(SEGMENTS, "mm/s³", "jerk of each row")
+    velocity: float = real(0.0, "mm/s", "change of the shift")
+    acceleration: float = real(0.0, "mm/s²", "change of that")
+    begin: float = real(0.0, "mm", "shift when the running command began")
+    target: float = real(0.0, "mm", "shift where it will end")
+    count: int = whole(0, "1", "rows of the table")
+    index: int = whole(0, "1", "active row")
+    elapsed: float = real(0.0, "s", "time since its start")
+    time: list[float] = reals(SEGMENTS, "s", "duration of each row")
+    jerk: list[float] = reals(SEGMENTS, "mm/s³", "jerk of each row")
 
 
 class SuperposedMotion(InternalFields):

@@ -53,11 +53,11 @@ def _arm(ax: AxisFields) -> None:
     """Off the cam: latch here, or with the sync pulse still to come."""
     position = ax.encoder.actual_position_unfiltered
     if ax.encoder.reference_mode == ReferenceMode.HOMING_SENSOR_ONLY:
-        ax.homing_latch_position = position
+        ax.homing.latch_position = position
         ax.homing_state = HomingState.SET_POSITION
         _stop(ax)
     else:
-        ax.homing_latch_begin = position
+        ax.homing.latch_begin = position
         begin_watch(ax, ax.encoder)
         ax.homing_state = HomingState.AWAIT_LATCH
 
@@ -79,8 +79,8 @@ def home(ax: AxisFields) -> None:
     if state == HomingState.TOWARDS_CAM:
         if cam == 0 and ax.job.direction == 0.0:
             _run(ax, ax.homing_velocity_towards_cam, cam_direction(ax))
-        if ax.homing_begins:
-            ax.homing_begins = 0  # the first cycle shows this step to those that read cyclically
+        if ax.homing.begins:
+            ax.homing.begins = 0  # the first cycle shows this step to those that read cyclically
         elif cam:
             ax.homing_state = HomingState.LEAVE_CAM
             _stop(ax)
@@ -101,11 +101,11 @@ def home(ax: AxisFields) -> None:
         if cam == 0:
             _arm(ax)
     elif state == HomingState.AWAIT_LATCH:
-        if ax.homing_latch == LATCHED:
+        if ax.homing.latch == LATCHED:
             ax.homing_state = HomingState.SET_POSITION
             _stop(ax)
     elif state == HomingState.SET_POSITION and _stands(ax):
-        _found(ax, ax.homing_latch_position)
+        _found(ax, ax.homing.latch_position)
 
 
 def _by_drive(ax: AxisFields) -> None:
