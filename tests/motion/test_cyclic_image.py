@@ -24,7 +24,7 @@ REALS = (
     *("set_acceleration", "target_position", "set_jerk", "set_torque", "drive_actual_torque"),
     *("drive_actual_torque_derivative", "set_torque_derivative", "phasing_position"),
     *("set_torque_offset", "actual_acceleration", "encoder_position_correction"),
-    *("encoder_actual_position_unfiltered", "encoder_set_position_offset", "torque_target"),
+    *("encoder_actual_position_unfiltered", "encoder_set_position_offset", "torque.target"),
     "drive_velocity_scaling",
 )
 PROBES = ("probe_active", "probe_valid", "probe_continuous", "probe_counter")
@@ -69,7 +69,8 @@ def test_every_value_is_shown_as_by_the_plain_form(
 ) -> None:
     axis = one_axis()
     for name, value in (wholes | reals).items():
-        setattr(axis, name, value)
+        part, _, field = name.rpartition(".")
+        setattr(getattr(axis, part) if part else axis, field, value)
     axis.encoder.modulo_factor, axis.user_data_state_offset = period, user_data
     axis.drive.io.state8, axis.drive.io.data_in3 = inputs, velocity
     axis.set_motion_phase = phase

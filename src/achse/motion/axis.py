@@ -273,7 +273,7 @@ class Axis(View, _Fields):
         """StateDWord3: the inputs of touch probes 1 and 2 in bits 0 and 1; bit 2, the set torque
         has reached what a torque command asks for."""
         inputs = self.drive.io.state8 & 0b11
-        if self.set_motion_phase == MotionPhase.TORQUE and self.set_torque == self.torque_target:
+        if self.set_motion_phase == MotionPhase.TORQUE and self.set_torque == self.torque.target:
             inputs |= 0b100
         return inputs
 

@@ -124,7 +124,7 @@ def _user_data(ax: AxisFields) -> float:
 
 def _inputs(ax: AxisFields) -> int:
     inputs = ax.drive.io.state8 & 0b11
-    if ax.set_motion_phase == MotionPhase.TORQUE and ax.set_torque == ax.torque_target:
+    if ax.set_motion_phase == MotionPhase.TORQUE and ax.set_torque == ax.torque.target:
         inputs |= 0b100
     return inputs
 

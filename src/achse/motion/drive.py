@@ -276,13 +276,13 @@ def _put_out_torque(ax: AxisFields) -> None:
     limited = 1 if ax.set_motion_phase == MotionPhase.TORQUE else 0
     io.ctrl2 = limited
     if limited:
-        high, low = ax.torque_velocity_high, ax.torque_velocity_low
+        high, low = ax.torque.velocity_high, ax.torque.velocity_low
         if drive.motor_polarity:
             high, low = -low, -high
         io.data_out1 = within_32_bits(high * drive.velocity_scaling)
         io.data_out2 = within_32_bits(low * drive.velocity_scaling)
-        io.data_out3 = within_32_bits(ax.torque_acceleration * drive.acceleration_scaling)
-        io.data_out6 = within_32_bits(ax.torque_deceleration * drive.acceleration_scaling)
+        io.data_out3 = within_32_bits(ax.torque.acceleration * drive.acceleration_scaling)
+        io.data_out6 = within_32_bits(ax.torque.deceleration * drive.acceleration_scaling)
         if io.state1 & STATUS_LIMITED:
             drive.limit_active = 1
             ax.features |= Feature.OUTPUT_LIMIT

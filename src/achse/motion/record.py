@@ -13,7 +13,7 @@ Positions are in the axis unit (mm, degree), times in seconds, flags 0 or 1.
 """
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from achse.motion.features import SWITCHES
 from achse.motion.fields.axis import AxisParameterFields, AxisState
@@ -46,7 +46,13 @@ from achse.motion.fields.encoder import (
     TouchProbeState,
 )
 from achse.motion.fields.functions import FunctionInput
-from achse.motion.fields.generators import GeneratorMemory, GeneratorSwitch
+from achse.motion.fields.generators import (
+    ExternalMotion,
+    GeneratorMemory,
+    GeneratorSwitch,
+    SineOscillation,
+    TorqueCommand,
+)
 from achse.motion.fields.homing import HomingSequence
 from achse.motion.fields.job import JobProgress, JobRequest
 from achse.motion.fields.monitoring import MonitoringInternal
@@ -65,7 +71,7 @@ from achse.motion.fields.superposition import (
 from achse.motion.fields.synchronising import Synchronisation
 from achse.motion.port import DRIVE_IO, ENCODER_IO, DriveIo, EncoderIo
 from achse.motion.shown import SHOWN
-from achse.native.declare import lay_out, pack, plain_record, reference, within
+from achse.native.declare import RecordLayout, lay_out, pack, plain_record, reference, within
 
 __all__ = [
     "AT_THE_AXIS",
@@ -81,18 +87,15 @@ __all__ = [
     "ENCODER",
     "FIELDS",
     "FILTER_ORDER",
-    "HOMING",
     "JOB",
     "LAYOUT",
     "MASTERS",
     "PARTS",
+    "PART_LAYOUTS",
     "PART_OF",
-    "PHASING",
     "POSITION_HISTORY",
     "PROBE_EDGES",
     "SEGMENTS",
-    "SUPERPOSED",
-    "SYNC",
     "TOUCH_PROBES",
     "AxisDriveFields",
     "AxisFields",
@@ -102,13 +105,9 @@ __all__ = [
     "ControllerFields",
     "EncoderFields",
     "Field",
-    "HomingSequence",
     "JobFields",
-    "PhasingProfile",
     "Role",
     "SlotsRecord",
-    "SuperposedMotion",
-    "Synchronisation",
     "controller_record",
     "drive_record",
     "encoder_record",
@@ -181,14 +180,19 @@ class CamFields(_CamParts, CamMotion):
 CAM = lay_out("cam", CamFields.__bases__, Field)
 
 
-HOMING = lay_out("homing", (HomingSequence,), Field)
-PHASING = lay_out("phasing", (PhasingProfile,), Field)
-SUPERPOSED = lay_out("superposed motion", (SuperposedMotion,), Field)
-SYNC = lay_out("synchronisation", (Synchronisation,), Field)
+PART_LAYOUTS: dict[type, RecordLayout[Field]] = {}
+"""Layouts of the parts of an axis that are records within its own, by their classes."""
+
+
+# Any: declarations are annotated with the class of the record
+def _part(name: str, section: type) -> Any:
+    """Declare a part of an axis."""
+    layout = PART_LAYOUTS[section] = lay_out(name, (section,), Field)
+    return within(layout, Field)
 
 
 class _AxisLinks(InternalFields):
-    """What the axis works with, and on."""
+    """Records that the axis works with, and its own parts."""
 
     encoder: EncoderFields = reference(ENCODER, Field)
     controller: ControllerFields = reference(CONTROLLER, Field)
@@ -196,10 +200,13 @@ class _AxisLinks(InternalFields):
     job: JobFields = within(JOB, Field)
     waiting: list[JobFields] = within(JOB, Field, COMMAND_BUFFER)
     cams: list[CamFields] = within(CAM, Field, CAM_LAYERS)
-    homing: HomingSequence = within(HOMING, Field)
-    phasing: PhasingProfile = within(PHASING, Field)
-    superposed: SuperposedMotion = within(SUPERPOSED, Field)
-    sync: Synchronisation = within(SYNC, Field)
+    external: ExternalMotion = _part("external motion", ExternalMotion)
+    homing: HomingSequence = _part("homing sequence", HomingSequence)
+    phasing: PhasingProfile = _part("phasing profile", PhasingProfile)
+    sine: SineOscillation = _part("sine oscillation", SineOscillation)
+    superposed: SuperposedMotion = _part("superposed motion", SuperposedMotion)
+    sync: Synchronisation = _part("synchronisation", Synchronisation)
+    torque: TorqueCommand = _part("torque command", TorqueCommand)
 
 
 class AxisFields(
@@ -254,9 +261,8 @@ for _layout, _whole in (
 
 for _feature, _switches in SWITCHES.items():
     for _path in _switches:
-        _part, _, _name = _path.rpartition(".")
-        _layout = dict(AXIS_PARTS, **PARTS).get(_part, LAYOUT)
-        _layout.fields[_name].feature = _feature.value
+        _owner, _, _name = _path.rpartition(".")
+        (AXIS_PARTS | PARTS).get(_owner, LAYOUT).fields[_name].feature = _feature.value
 
 AT_THE_AXIS = frozenset(
     {

@@ -160,8 +160,8 @@ def drop_job(ax: AxisFields) -> None:
     ax.set_velocity = 0.0
     ax.set_acceleration = 0.0
     ax.set_jerk = 0.0
-    ax.external_velocity = 0.0
-    ax.external_acceleration = 0.0
+    ax.external.velocity = 0.0
+    ax.external.acceleration = 0.0
     ax.limit_reached = 0
     ax.set_torque = 0.0
     ax.set_torque_derivative = 0.0
@@ -473,7 +473,7 @@ def shift_setpoint(ax: AxisFields, shift: float) -> None:
     drive = ax.drive
     displace(ax, shift)
     ax.limit_watch = 1
-    ax.external_origin += shift
+    ax.external.origin += shift
     ax.slave_base += shift
     ax.lead_offset += shift
     drive.switch_start += shift

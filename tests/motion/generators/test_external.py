@@ -237,7 +237,7 @@ def test_own_motion_and_external_one_add_up(make_rig: Any) -> None:
         if alone.axis.set_motion_phase == MotionPhase.POSITIONING:
             assert axis.motion_state == MotionState.INTERNAL_AND_EXTERNAL
     assert axis.motion_state == MotionState.EXTERNAL
-    assert axis.external_origin == pytest.approx(30.0)
+    assert axis.external.origin == pytest.approx(30.0)
     assert axis.error_code == 0
 
 

@@ -29,8 +29,8 @@ def start_external_setpoint(axis: Axis, start_type: int, end_position: float) ->
         return NcError.START_AXIS_DATA
     begin_generator(axis, MotionPhase.EXTERNAL)
     axis.external_setpoint_active = 1
-    axis.external_position = axis.set_position
-    axis.external_origin = 0.0
+    axis.external.position = axis.set_position
+    axis.external.origin = 0.0
     start = axis.set_position if start_type == StartType.RELATIVE else 0.0
     axis.target_position = start + end_position
     return OK

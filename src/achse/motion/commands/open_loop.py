@@ -142,18 +142,18 @@ def start_torque_control(
         return NcError.START_AXIS_DATA
     runs = axis.set_motion_phase == MotionPhase.TORQUE
     if control_mask & _UPDATE_ONLY:
-        if not (runs and axis.torque_continuous):
+        if not (runs and axis.torque.continuous):
             return NcError.GENERATOR_INACTIVE
     else:
         code = _begin_torque(axis, torque_start_type, control_mask, torque, manual_torque)
         if code:
             return code
-        axis.torque_continuous = mode
-        axis.torque_acceleration = acceleration
-        axis.torque_deceleration = deceleration
-    axis.torque_ramp = torque_ramp
-    axis.torque_velocity_high = velocity_limit_high
-    axis.torque_velocity_low = velocity_limit_low
+        axis.torque.continuous = mode
+        axis.torque.acceleration = acceleration
+        axis.torque.deceleration = deceleration
+    axis.torque.ramp = torque_ramp
+    axis.torque.velocity_high = velocity_limit_high
+    axis.torque.velocity_low = velocity_limit_low
     return OK
 
 
@@ -180,10 +180,10 @@ def _begin_torque(
     axis.switch_armed = 0
     absorb(axis)
     begin_generator(axis, MotionPhase.TORQUE)
-    axis.torque_target = torque
+    axis.torque.target = torque
     axis.set_torque = manual_torque if control_mask & _FROM_MANUAL_TORQUE else present
     if axis.drive_operation_mode not in TORQUE_MODES:
-        axis.torque_mode_before = axis.drive_operation_mode
+        axis.torque.mode_before = axis.drive_operation_mode
         axis.drive_operation_mode = DriveOperationMode.TORQUE
     return OK
 
@@ -207,7 +207,7 @@ def set_drive_operation_mode(axis: Axis, mode: int) -> int:
     if io.state1 & STATUS_READY and io.state3 != io.ctrl3:
         return NcError.DRIVE_MODE_CHANGE_BUSY
     axis.drive_operation_mode = mode
-    axis.torque_mode_before = DriveOperationMode.DEFAULT
+    axis.torque.mode_before = DriveOperationMode.DEFAULT
     axis.set_torque = 0.0
     axis.wake(adapts=True)
     return OK

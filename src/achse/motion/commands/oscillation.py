@@ -164,15 +164,15 @@ def start_sine_oscillation(
     axis.job.jerk = max(axis.job.jerk, base_amplitude * base**2 + start_amplitude * fast**2)
     axis.table_deceleration = axis.job.deceleration
     axis.running_jerk = axis.table_jerk = axis.job.jerk
-    axis.sine_base_velocity = base_amplitude
-    axis.sine_base_frequency = base_frequency
-    axis.sine_base_angle = 0.0
-    axis.sine_velocity = start_amplitude
-    axis.sine_frequency = start_frequency
+    axis.sine.base_velocity = base_amplitude
+    axis.sine.base_frequency = base_frequency
+    axis.sine.base_angle = 0.0
+    axis.sine.velocity = start_amplitude
+    axis.sine.frequency = start_frequency
     steps = measurement_count - 1
-    axis.sine_frequency_ratio = (stop_frequency / start_frequency) ** (1.0 / steps) if steps else 1
-    axis.sine_angle = 0.0
-    axis.sine_share = min(axis.velocity_override, 1_000_000) / 1e6
+    axis.sine.frequency_ratio = (stop_frequency / start_frequency) ** (1.0 / steps) if steps else 1
+    axis.sine.angle = 0.0
+    axis.sine.share = min(axis.velocity_override, 1_000_000) / 1e6
     axis.generator_duration = step_duration
     axis.generator_rounds = measurement_count
     return OK

@@ -2,7 +2,13 @@
 
 from achse.motion.fields.declare import Inputs, InternalFields, flag, real, whole
 
-__all__ = ["GeneratorMemory", "GeneratorSwitch"]
+__all__ = [
+    "ExternalMotion",
+    "GeneratorMemory",
+    "GeneratorSwitch",
+    "SineOscillation",
+    "TorqueCommand",
+]
 
 
 class GeneratorSwitch(Inputs):
@@ -12,13 +18,7 @@ class GeneratorSwitch(Inputs):
 
 
 class GeneratorMemory(InternalFields):
-    """Jobs of functions 0x23 … 0x28, 0x2D, 0x32 and 0x33 (002 §6.4.4.3)."""
-
-    external_position: float = real(0.0, "mm", "external set position of the last cycle")
-    external_velocity: float = real(0.0, "mm/s", "its velocity, as used")
-    external_acceleration: float = real(0.0, "mm/s²", "its acceleration, as used")
-    external_jerk: float = real(0.0, "mm/s³", "its jerk, as used")
-    external_origin: float = real(0.0, "mm", "set position where the external one is 0")
+    """Jobs of functions 0x25, 0x28 and 0x32, and of groups (002 §6.4.4.3)."""
 
     reversing_number: int = whole(0, "1", "number of the reversing command, 0 = none")
     reversing_target: float = real(0.0, "mm", "target that comes next")
@@ -30,14 +30,6 @@ class GeneratorMemory(InternalFields):
     generator_duration: float = real(0.0, "s", "time of one velocity or frequency")
     step_velocity_1: float = real(0.0, "mm/s", "first velocity of the steps")
     step_velocity_2: float = real(0.0, "mm/s", "second velocity of the steps")
-    sine_base_velocity: float = real(0.0, "mm/s", "amplitude of the base oscillation")
-    sine_base_frequency: float = real(0.0, "Hz", "its frequency")
-    sine_base_angle: float = real(0.0, "1", "its phase angle")
-    sine_velocity: float = real(0.0, "mm/s", "amplitude of the measuring oscillation")
-    sine_frequency: float = real(0.0, "Hz", "its frequency")
-    sine_frequency_ratio: float = real(1.0, "1", "from one frequency to the next")
-    sine_angle: float = real(0.0, "1", "its phase angle")
-    sine_share: float = real(0.0, "1", "of the amplitudes, follows the override")
 
     grouped: int = flag(0, "the axis belongs to a group of several axes")
     group_position: float = real(0.0, "mm", "set position that its group asks for")
@@ -46,11 +38,39 @@ class GeneratorMemory(InternalFields):
     group_jerk: float = real(0.0, "mm/s³", "its jerk there")
 
     direct_output: float = real(0.0, "mm/s", "output to the drive past the controller")
-    torque_target: float = real(0.0, "1000 = 100 %", "commanded torque")
-    torque_ramp: float = real(0.0, "1000 = 100 %/s", "change of the set torque, 0 = at once")
-    torque_velocity_high: float = real(0.0, "mm/s", "largest velocity in torque mode")
-    torque_velocity_low: float = real(0.0, "mm/s", "smallest velocity in torque mode")
-    torque_acceleration: float = real(0.0, "mm/s²", "limit of speeding up, 0 = none")
-    torque_deceleration: float = real(0.0, "mm/s²", "limit of slowing down, 0 = none")
-    torque_continuous: int = flag(0, "ramp and limits may be changed while the command runs")
-    torque_mode_before: int = whole(0, "DriveOperationMode", "where the drive goes back to")
+
+
+class ExternalMotion(InternalFields):
+    """External set point of the last cycle (function 0x23)."""
+
+    position: float = real(0.0, "mm", "external set position of the last cycle")
+    velocity: float = real(0.0, "mm/s", "its velocity, as used")
+    acceleration: float = real(0.0, "mm/s²", "its acceleration, as used")
+    jerk: float = real(0.0, "mm/s³", "its jerk, as used")
+    origin: float = real(0.0, "mm", "set position where the external one is 0")
+
+
+class SineOscillation(InternalFields):
+    """Base and measuring oscillation (function 0x33)."""
+
+    base_velocity: float = real(0.0, "mm/s", "amplitude of the base oscillation")
+    base_frequency: float = real(0.0, "Hz", "its frequency")
+    base_angle: float = real(0.0, "1", "its phase angle")
+    velocity: float = real(0.0, "mm/s", "amplitude of the measuring oscillation")
+    frequency: float = real(0.0, "Hz", "its frequency")
+    frequency_ratio: float = real(1.0, "1", "from one frequency to the next")
+    angle: float = real(0.0, "1", "its phase angle")
+    share: float = real(0.0, "1", "of the amplitudes, follows the override")
+
+
+class TorqueCommand(InternalFields):
+    """Torque command and its limits (function 0x2D)."""
+
+    target: float = real(0.0, "1000 = 100 %", "commanded torque")
+    ramp: float = real(0.0, "1000 = 100 %/s", "change of the set torque, 0 = at once")
+    velocity_high: float = real(0.0, "mm/s", "largest velocity in torque mode")
+    velocity_low: float = real(0.0, "mm/s", "smallest velocity in torque mode")
+    acceleration: float = real(0.0, "mm/s²", "limit of speeding up, 0 = none")
+    deceleration: float = real(0.0, "mm/s²", "limit of slowing down, 0 = none")
+    continuous: int = flag(0, "ramp and limits may be changed while the command runs")
+    mode_before: int = whole(0, "DriveOperationMode", "where the drive goes back to")

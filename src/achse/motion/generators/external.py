@@ -32,10 +32,10 @@ def leave_external(ax: AxisFields) -> None:
     ax.external_setpoint_active = 0
     ax.limit_watch = 1
     ax.abrupt = 1
-    drop_foreign(ax, ax.external_acceleration)
-    ax.external_velocity = 0.0
-    ax.external_acceleration = 0.0
-    ax.external_jerk = 0.0
+    drop_foreign(ax, ax.external.acceleration)
+    ax.external.velocity = 0.0
+    ax.external.acceleration = 0.0
+    ax.external.jerk = 0.0
 
 
 def _is_over(ax: AxisFields) -> bool:
@@ -81,7 +81,7 @@ def _take(ax: AxisFields, way: float, dt: float) -> None:
 
     The mean velocity of a cycle is between those at its ends, give or take one increment.
     """
-    before = ax.external_velocity
+    before = ax.external.velocity
     velocity = ax.external_set_velocity
     acceleration = ax.external_set_acceleration
     if ax.setpoint_consistency_check:
@@ -93,15 +93,15 @@ def _take(ax: AxisFields, way: float, dt: float) -> None:
             velocity = mean
             acceleration = (velocity - before) / dt
             ax.setpoint_correction_counter += 1
-    ax.external_position = ax.external_set_position
-    ax.external_velocity = velocity
-    ax.external_acceleration = acceleration
-    ax.external_jerk = ax.external_set_jerk
+    ax.external.position = ax.external_set_position
+    ax.external.velocity = velocity
+    ax.external.acceleration = acceleration
+    ax.external.jerk = ax.external_set_jerk
 
 
 def step(ax: AxisFields, dt: float) -> None:
     """One cycle while the external generator is active."""
-    way = ax.external_set_position - ax.external_position
+    way = ax.external_set_position - ax.external.position
     if not _is_over(ax):
         fault = _fault(ax, way, dt)
         if fault:
@@ -112,16 +112,16 @@ def step(ax: AxisFields, dt: float) -> None:
         return
     if ax.set_motion_phase == MotionPhase.EXTERNAL:
         _take(ax, way, dt)
-        ax.set_position = ax.external_origin + ax.external_position
-        ax.set_velocity = ax.external_velocity
-        ax.set_acceleration = ax.external_acceleration
-        ax.set_jerk = ax.external_jerk
+        ax.set_position = ax.external.origin + ax.external.position
+        ax.set_velocity = ax.external.velocity
+        ax.set_acceleration = ax.external.acceleration
+        ax.set_jerk = ax.external.jerk
         return
     position = ax.set_position
     velocity = ax.set_velocity
     acceleration = ax.set_acceleration
-    ax.set_velocity -= ax.external_velocity
-    ax.set_acceleration -= ax.external_acceleration
+    ax.set_velocity -= ax.external.velocity
+    ax.set_acceleration -= ax.external.acceleration
     generate(ax, dt)
     if ax.output_cut:  # such a profile cannot be
         return
@@ -136,8 +136,8 @@ def step(ax: AxisFields, dt: float) -> None:
         return
     _take(ax, way, dt)
     displace(ax, way)
-    ax.set_velocity += ax.external_velocity
-    ax.set_acceleration += ax.external_acceleration
+    ax.set_velocity += ax.external.velocity
+    ax.set_acceleration += ax.external.acceleration
     if ax.set_motion_phase == MotionPhase.NONE and ax.buffer_count == 0:
         ax.set_motion_phase = MotionPhase.EXTERNAL
-        ax.external_origin = ax.set_position - ax.external_position
+        ax.external.origin = ax.set_position - ax.external.position

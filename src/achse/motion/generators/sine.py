@@ -38,17 +38,17 @@ def _ease(ax: AxisFields, dt: float) -> float:
 
     Returns by how much they grew.
     """
-    amplitude = ax.sine_base_velocity + ax.sine_velocity
+    amplitude = ax.sine.base_velocity + ax.sine.velocity
     most = ax.default_acceleration * dt / amplitude
     share = override_share(ax)
     if share * amplitude > fastest(ax):
         share = fastest(ax) / amplitude
-    growth = share - ax.sine_share
+    growth = share - ax.sine.share
     if growth > most:
         growth = most
     elif growth < -most:
         growth = -most
-    ax.sine_share += growth
+    ax.sine.share += growth
     return growth
 
 
@@ -58,7 +58,7 @@ def step(ax: AxisFields, dt: float) -> None:
     if ax.generator_time >= ax.generator_duration - 0.5 * dt:
         ax.generator_time = 0.0
         ax.generator_round += 1
-        ax.sine_frequency *= ax.sine_frequency_ratio
+        ax.sine.frequency *= ax.sine.frequency_ratio
     if ax.generator_round == ax.generator_rounds:
         finish(ax)
         if ax.set_motion_phase == MotionPhase.STOPPING:
@@ -67,18 +67,18 @@ def step(ax: AxisFields, dt: float) -> None:
     ax.generator_time += dt
     growth = _ease(ax, dt)
     angle, way, velocity, acceleration, jerk = _wave(
-        ax.sine_base_angle, ax.sine_base_frequency, ax.sine_base_velocity, dt
+        ax.sine.base_angle, ax.sine.base_frequency, ax.sine.base_velocity, dt
     )
-    ax.sine_base_angle = angle
+    ax.sine.base_angle = angle
     angle, more_way, more_velocity, more_acceleration, more_jerk = _wave(
-        ax.sine_angle, ax.sine_frequency, ax.sine_velocity, dt
+        ax.sine.angle, ax.sine.frequency, ax.sine.velocity, dt
     )
-    ax.sine_angle = angle
+    ax.sine.angle = angle
     way += more_way
     velocity += more_velocity
     acceleration += more_acceleration
     jerk += more_jerk
-    share = ax.sine_share
+    share = ax.sine.share
     ax.set_position += (share - 0.5 * growth) * way
     ax.set_velocity = share * velocity
     ax.superposed.set_acceleration = growth / dt * velocity

@@ -33,8 +33,8 @@ def heading(ax: AxisFields) -> float:
 def end(ax: AxisFields) -> None:
     """A motion of the position loop leads the drive out of torque mode."""
     if ax.set_motion_phase not in (MotionPhase.NONE, MotionPhase.EXTERNAL, MotionPhase.TORQUE):
-        ax.drive_operation_mode = ax.torque_mode_before
-        ax.torque_mode_before = 0
+        ax.drive_operation_mode = ax.torque.mode_before
+        ax.torque.mode_before = 0
         ax.set_torque = 0.0
         ax.set_torque_derivative = 0.0
 
@@ -43,8 +43,8 @@ def step(ax: AxisFields, dt: float) -> None:
     """One cycle in torque mode: the set torque runs along its ramp, or comes from outside."""
     before = ax.set_torque
     if ax.set_motion_phase == MotionPhase.TORQUE:
-        torque = ax.torque_target
-        most = ax.torque_ramp * dt
+        torque = ax.torque.target
+        most = ax.torque.ramp * dt
         if most > 0.0:
             if torque > before + most:
                 torque = before + most
@@ -61,8 +61,8 @@ def step(ax: AxisFields, dt: float) -> None:
             return
         ax.set_torque = ax.external_set_torque
         ax.set_torque_derivative = ax.external_set_torque_derivative
-        ax.external_position = ax.external_set_position
-        ax.external_origin = ax.encoder.actual_position - ax.external_position
+        ax.external.position = ax.external_set_position
+        ax.external.origin = ax.encoder.actual_position - ax.external.position
     else:
         ax.external_setpoint_active = 0
     follow_axis(ax)
