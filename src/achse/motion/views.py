@@ -5,10 +5,9 @@ array, or the view of the record that it refers to or holds. A change of a value
 (`changed`), so that what rests wakes.
 """
 
-from collections.abc import Callable
 from functools import cache
 from operator import attrgetter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from achse.motion.fields.declare import Field
 from achse.native.declare import RecordLayout, pack
@@ -63,16 +62,40 @@ class InnerView(View):
 View.inner = InnerView
 
 
-class _OfObject(View):
+class _Holder(View):
+    """A view whose views of records within are made when they are asked for first."""
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            row = self.layout.fields.get(name[1:]) if name[:1] == "_" else None
+            if row is None or row.holds is None:
+                kind = type(self).__name__
+                raise AttributeError(f"{kind!r} object has no attribute {name!r}")
+            views = self._views_within(row, row.holds)
+            for each in views:
+                each.outer = self
+                each.outermost = vars(self).get("outermost", self)
+            held = views if row.length else views[0]
+            setattr(self, name, held)
+            return held
+
+    def _views_within(self, row: Field, layout: RecordLayout[Field]) -> list[Any]:
+        """Make the views of the records that a field holds."""
+        raise NotImplementedError
+
+
+class _OfObject(_Holder):
     """A view of a plain object."""
 
     def __init__(self, record: Any) -> None:
         super().__init__()
         self._record = record
-        for row, layout in self.layout.held:
-            inner = getattr(record, row.name)
-            view = views_of(self.inner, layout)[0]  # type: ignore[arg-type]  # mypy: a class has no hash
-            _hold(self, row, [view(each) for each in (inner if row.length else (inner,))])
+
+    def _views_within(self, row: Field, layout: RecordLayout[Field]) -> list[Any]:
+        inner = getattr(self._record, row.name)
+        view = views_of(self.inner, layout)[0]  # type: ignore[arg-type]  # mypy: a class has no hash
+        return [view(each) for each in (inner if row.length else (inner,))]
 
     def link(self, name: str, view: View) -> None:
         setattr(self, f"_{name}", view)
@@ -82,17 +105,19 @@ class _OfObject(View):
         return pack(self.layout, self._record)
 
 
-class _OfRow(RowView, View):
+class _OfRow(RowView, _Holder):
     """A view of a record in memory."""
 
     def __init__(self, rows: Rows, index: int) -> None:
         RowView.__init__(self, rows, index)
         View.__init__(self)
+        self._rows, self._index = rows, index
         self._record = structure_of(self.layout).from_buffer(self.row)
-        for row, layout in self.layout.held:
-            inner = rows.within(index, row)
-            view = views_of(self.inner, layout)[1]  # type: ignore[arg-type]  # mypy: a class has no hash
-            _hold(self, row, [view(inner, number) for number in range(inner.count)])
+
+    def _views_within(self, row: Field, layout: RecordLayout[Field]) -> list[Any]:
+        inner = self._rows.within(self._index, row)
+        view = views_of(self.inner, layout)[1]  # type: ignore[arg-type]  # mypy: a class has no hash
+        return [view(inner, number) for number in range(inner.count)]
 
     def link(self, name: str, view: View) -> None:
         assert isinstance(view, RowView)
@@ -104,56 +129,41 @@ class _OfRow(RowView, View):
         return self.content(self.layout)
 
 
-def _hold(view: Any, row: Field, views: list[Any]) -> None:
-    """Keep the views of the records that a field holds."""
-    for each in views:
-        each.outer = view
-        _lead_out(each, view)
-    setattr(view, f"_{row.name}", views if row.length else views[0])
-
-
-def _lead_out(inner: Any, outermost: View) -> None:
-    """Let the view of a record within, and those within it, know the outermost record."""
-    inner.outermost = outermost
-    for row, _ in inner.layout.held:
-        held = getattr(inner, f"_{row.name}")
-        for each in held if row.length else (held,):
-            _lead_out(each, outermost)
-
-
-def _property(base: type[View], row: Field, array: Callable[[Any], Any]) -> property:
-    """A field as attribute; `array` reads one with several values."""
-    if row.refers is not None or row.holds is not None:
-        return property(attrgetter(f"_{row.name}"))
-    if row.length:
-        return property(array)
-    kind = "float" if row.is_real else "int"
-    scope: dict[str, Any] = {"field": row}
-    exec(
-        "def write(view, value):\n"
-        " record = view._record\n"
-        f" if record.{row.name} != value:\n"
-        f"  record.{row.name} = {kind}(value)\n"
-        f"  {base.after_change(row)}\n",
-        scope,
-    )
-    return property(attrgetter(f"_record.{row.name}"), scope["write"])
+def _writes(base: type[View], layout: RecordLayout[Field]) -> dict[str, Any]:
+    """Return the functions that write the fields of one value, by their names."""
+    source, scope = "", {"fields": layout.fields}
+    for name, row in layout.fields.items():
+        if row.refers is None and row.holds is None and not row.length:
+            source += (
+                f"def {name}(view, value, field=fields[{name!r}]):\n"
+                " record = view._record\n"
+                f" if record.{name} != value:\n"
+                f"  record.{name} = {'float' if row.is_real else 'int'}(value)\n"
+                f"  {base.after_change(row)}\n"
+            )
+    exec(source, scope)
+    return scope
 
 
 @cache
 def views_of(base: type[View], layout: RecordLayout[Field]) -> tuple[Any, Any]:
     """The two classes of views of a record: of a plain object, and of one in memory."""
-    forms: list[tuple[type[View], Callable[[Field], Callable[[Any], Any]]]] = [
-        (_OfObject, lambda row: attrgetter(f"_record.{row.name}")),
-        (_OfRow, reader),
-    ]
-    made = []
-    for form, array in forms:
-        fields: dict[str, Any] = {
-            name: _property(base, row, array(row)) for name, row in layout.fields.items()
-        }
-        made.append(type(base.__name__, (form, base), fields | {"layout": layout}))
-    return made[0], made[1]
+    writes = _writes(base, layout)
+    shared: dict[str, Any] = {"layout": layout}
+    arrays = []
+    for name, row in layout.fields.items():
+        if row.refers is not None or row.holds is not None:
+            shared[name] = property(attrgetter(f"_{name}"))
+        elif row.length:
+            arrays.append(row)
+        else:
+            shared[name] = property(attrgetter(f"_record.{name}"), writes[name])
+    objects = {row.name: property(attrgetter(f"_record.{row.name}")) for row in arrays}
+    rows = {row.name: property(reader(row)) for row in arrays}
+    return (
+        type(base.__name__, (_OfObject, base), shared | objects),
+        type(base.__name__, (_OfRow, base), shared | rows),
+    )
 
 
 class Store:
