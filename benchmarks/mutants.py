@@ -193,6 +193,8 @@ class Planting:
         for file, functions in self.room.sources.items():
             source = self.sources[PACKAGE / file]
             for mutant in mutants_of(source, functions, self.room.without):
+                if self.room.kind not in ("", mutant.kind):
+                    continue
                 if (file, mutant.function or mutant.constant, mutant.change) in equivalent:
                     self.outcome["equivalent"] += 1
                 else:
