@@ -18,7 +18,7 @@ from achse.motion.features import (
     Feature,
 )
 from achse.motion.kernel import STAGES
-from achse.motion.record import AXIS_PARTS, PART_OF
+from achse.motion.record import AXIS_PARTS, LAYOUT, PART_OF
 from achse.motion.states import (
     AxisType,
     BufferMode,
@@ -225,6 +225,20 @@ def test_value_written_from_outside_sets_the_bit_of_its_feature(
     set_features(axis, 0)
     setattr(owner, name, 1)
     assert axis.features == feature
+
+
+@pytest.mark.parametrize(
+    ("name", "statement"),
+    [
+        ("max_velocity", "record.features |= 1; record.resting = 0"),
+        ("grouped", f"record.features |= {1 << 20}; record.resting = 0"),
+        ("target_position", "record.resting = 0"),
+        ("resting", "pass"),
+        ("features", "pass"),
+    ],
+)
+def test_write_wakes_the_axis_and_sets_bits_in_one_statement(name: str, statement: str) -> None:
+    assert Axis.after_change(LAYOUT.fields[name]) == statement
 
 
 def test_only_switches_set_bits_from_outside() -> None:
