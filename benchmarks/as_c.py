@@ -87,12 +87,19 @@ def _head(head: str, parameters: str) -> str:
 
 def _function(head: str, body: str) -> Iterator[str]:
     declared, lines = [], []
+    body = re.sub(r"%s(\d+) = alloca \[", r"%b\1 = alloca [", body)
+    for number in re.findall(r"%b(\d+) = alloca", body):
+        body = re.sub(rf"%s{number}\b", f"%b{number}", body)  # a record of the function's own
     for line in body.splitlines():
         text = re.sub(r"(, align \d+|, !invariant.load !\d+)", "", line.strip())
         if text.endswith(":"):
             lines.append(f"{text[:-1]}_: ;")
         elif " = " in text:
             target, rest = text.split(" = ", 1)
+            if rest.startswith("alloca ["):
+                size = rest[8:].split(" ")[0]
+                declared.append(f"_Alignas(8) char {_name(target)}[{size}];")
+                continue
             if rest.startswith("alloca "):
                 declared.append(f"{_type(rest[7:])} {_name(target)};")
                 continue
@@ -137,7 +144,10 @@ def _call(text: str) -> str:
         name = _FUNCTIONS.get(name, name)
     else:
         name = _name(symbol)
-    return f"{name}({', '.join(_arguments(given))})"
+    arguments = _arguments(given)
+    if name in ("memmove", "memset"):
+        arguments = arguments[:3]  # behind them is whether they are volatile
+    return f"{name}({', '.join(arguments)})"
 
 
 def _value(text: str) -> tuple[str, str]:

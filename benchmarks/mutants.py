@@ -195,6 +195,8 @@ class Planting:
             for mutant in mutants_of(source, functions, self.room.without):
                 if self.room.kind not in ("", mutant.kind):
                     continue
+                if self.room.change not in mutant.change:
+                    continue
                 if (file, mutant.function or mutant.constant, mutant.change) in equivalent:
                     self.outcome["equivalent"] += 1
                 else:
