@@ -81,7 +81,7 @@ def test_an_axis_turns_the_shaft() -> None:
     assert isinstance(station.nc, Nc)
     axis = station.nc.axis(3)
     for position in (0.0, 89.9, 90.0, 179.9, 180.0, 450.0, 810.0):
-        axis.external_position = 0.0
+        axis.external.position = 0.0
         camshaft.controller.take_position(position * 4096 / 360)
         camshaft.controller.cycle()
         assert camshaft.controller.record.outputs == (8 if 90 <= position % 360 < 180 else 0)
