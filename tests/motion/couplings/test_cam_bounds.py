@@ -345,7 +345,7 @@ def test_change_makes_references_offsets_and_scalings(
     it.next.master_absolute, it.next.slave_absolute = absolute
     ax: Any = SimpleNamespace(
         set_position=20.0, slave_base=20.0, cam_count=1, cams=[it], coupling=1, master=[0],
-        phasing_position=0.0, phasing_velocity=0.0, phasing_acceleration=0.0,
+        phasing_position=0.0, phasing=SimpleNamespace(velocity=0.0, acceleration=0.0),
     )  # fmt: skip
     both = rows(cyclic=True)
     lead: Any = both.axes[0]
