@@ -4,7 +4,6 @@ import re
 from collections import defaultdict
 from pathlib import Path
 
-from achse.codes.nc import choices
 from tests.house.sources import Module, Texts
 
 WORDS = Path("docs/explanation/words.md")
@@ -25,9 +24,6 @@ TWICE = {
     "RemoteTable": "the same table, awaited and blocking",
     "Subscription": "the same subscription, awaited and blocking",
     "Target": "the same device, awaited and blocking",
-    **dict.fromkeys(
-        choices.__all__, "of rows (codes.nc); the motion core has copies until it imports them"
-    ),
 }
 """Class names that two modules share, because they are the same thing at two levels."""
 
