@@ -121,7 +121,9 @@ class AxisAccess:
         if isinstance(self._which, str):
             self._id = None
 
-    async def call(self, function: str, *values: float, element: int = 0, **fields: float) -> Any:
+    async def call(
+        self, /, function: str, *values: float, element: int = 0, **fields: float
+    ) -> Any:
         """Call any function of the axis (0x4200 + id) by the name of its row; gives its answer.
 
         Values in their order, or by name where the row names them; those not given are 0. Raises
