@@ -55,7 +55,7 @@ class JogType(IntEnum):
 
 
 class BufferMode(IntEnum):
-    """How a command follows the active one."""
+    """Transition from the active command to the next one."""
 
     ABORTING = 0
     BUFFERED = 1
@@ -66,7 +66,7 @@ class BufferMode(IntEnum):
 
 
 class ActualPositionType(IntEnum):
-    """How a set actual position is meant."""
+    """Reference of a new actual position."""
 
     ABSOLUTE = 1
     RELATIVE = 2

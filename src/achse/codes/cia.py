@@ -66,7 +66,7 @@ class DataType(IntEnum):
 
     @property
     def is_real(self) -> bool:
-        """Whether its numbers are floats."""
+        """True if the numbers are floats."""
         return self in (DataType.F32, DataType.F64)
 
     def pack(self, value: Number) -> bytes:

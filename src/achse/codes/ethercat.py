@@ -20,7 +20,7 @@ class AlState(IntEnum):
 
 
 class ErrorLight(Enum):
-    """How the ERR light shows a communication error (001 table 2.9.2.1)."""
+    """State of the ERR light for a communication error (001 table 2.9.2.1)."""
 
     OFF = "off"
     BLINKING = "blinking"

@@ -1,4 +1,4 @@
-"""Why a slave refuses a file by mailbox (FoE).
+"""Errors with which a slave refuses a file by mailbox (FoE).
 
 Source: ETG.1000.6 §5.8.
 """
@@ -9,7 +9,7 @@ __all__ = ["FileRefusal", "FoeError"]
 
 
 class FoeError(IntEnum):
-    """Why a slave refuses a file."""
+    """Error code of a refused file."""
 
     UNDEFINED = 0x8000
     NOT_FOUND = 0x8001

@@ -1,4 +1,4 @@
-"""Where the documentation tells of a code, service or name: pages and their anchors.
+"""Links to the documentation of a code, service or name: pages and their anchors.
 
 The anchors are made when the site is built (`achse docs build`), from the same rows as the pages.
 """

@@ -1,4 +1,4 @@
-"""What the debugging service does: requests as JSON objects, asked of the debugger of a PLC."""
+"""Debugging service: JSON requests to the debugger of a PLC."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -295,7 +295,7 @@ def _variable(spot: DebugSpot, path: str) -> dict[str, Any]:
 
 
 def _path(of: str, spot: DebugSpot, part: DebugSpot) -> str:
-    """What a part of a variable is called in an expression."""
+    """Return the expression that names a part of the variable `of`."""
     real = resolved(spot.type)
     if isinstance(real, ArrayType):
         return f"{of}{part.name}"

@@ -23,13 +23,13 @@ Attached = Callable[[bytes, int], object]
 
 
 class DebuggedStation(Protocol):
-    """What the group needs of its station."""
+    """Interface of the station to the debugging group."""
 
     @property
     def plcs(self) -> Mapping[int, PlcRuntime]: ...
 
     def source_files(self, port: int) -> Mapping[str, str]:
-        """Where the files of a PLC's own sources are, by the names they have in faults."""
+        """Return the paths of a PLC's own source files, by the names that faults use."""
         ...
 
 

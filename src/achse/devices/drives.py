@@ -64,7 +64,7 @@ class DriveService(Device):
         return [each for each in slaves if isinstance(each, Drive)]
 
     def states(self) -> list[dict[str, Any]]:
-        """What each drive does at this moment."""
+        """Return the present state of each drive."""
         found = []
         for number, slave in enumerate(self.segment.slaves, 1):
             drive = slave.application

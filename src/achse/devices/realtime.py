@@ -25,9 +25,9 @@ class CycleTimes(Protocol):
     """Lateness of the station's cycle, ns of wall time."""
 
     behind_ns: float
-    """How late the present tick began."""
+    """Lateness of the present tick, ns."""
     latest_ns: float
-    """How late the latest tick began, since the last reset."""
+    """Largest lateness of a tick since the last reset, ns."""
 
     @property
     def tick_ns(self) -> float: ...

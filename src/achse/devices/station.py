@@ -55,7 +55,7 @@ class FaultList(Protocol):
 
 
 class ServedStation(Protocol):
-    """What the service needs of its station."""
+    """Interface of the station to its service."""
 
     @property
     def router(self) -> Router: ...
@@ -64,16 +64,16 @@ class ServedStation(Protocol):
     @property
     def plcs(self) -> Mapping[int, PlcRuntime]: ...
     def source_files(self, port: int) -> Mapping[str, str]:
-        """Where the files of a PLC's own sources are, by the names they have in faults."""
+        """Return the paths of a PLC's own source files, by the names that faults use."""
         ...
 
     @property
     def drive_faults(self) -> Sequence[FaultList | None]:
-        """Those of each bus; None for one whose drives are not in this process."""
+        """Fault lists of the buses; None for a bus whose drives are not in this process."""
         ...
 
     def missing_condition(self, axis_id: int) -> str:
-        """What keeps an axis from being ready for operation, empty if nothing does."""
+        """Return the reason why an axis on a bus is not ready for operation, empty if it is."""
         ...
 
     def clock(self) -> int: ...
@@ -161,7 +161,7 @@ class StationService(Device):
     # faults ----------------------------------------------------------------------------------
 
     def _faults(self, bus: int) -> FaultList:
-        """Those of the station (0), or of the drives on one of its buses (1 …)."""
+        """Return the faults of the station (0), or of the drives on one of its buses (1 …)."""
         if not bus:
             return self._station.faults
         lists = self._station.drive_faults

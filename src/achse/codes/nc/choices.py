@@ -27,7 +27,7 @@ __all__ = [
 
 
 class OverrideType(IntEnum):
-    """What 100 % override relates to: the velocity the move would reach, or the commanded one."""
+    """Reference of 100 % override: the velocity the move would reach, or the commanded one."""
 
     REDUCED = 1
     ORIGINAL = 2
@@ -36,7 +36,7 @@ class OverrideType(IntEnum):
 
 
 class MotionPhase(IntEnum):
-    """What the set-point generator works on; our numbers, the manuals print none."""
+    """Phase of the set-point generator; our numbers, the manuals print none."""
 
     NONE = 0
     POSITIONING = 1
@@ -128,7 +128,7 @@ class EncoderType(IntEnum):
 
 
 class EncoderMode(IntEnum):
-    """What an encoder determines."""
+    """Quantities that an encoder determines."""
 
     NOT_DEFINED = 0
     POSITION = 1
@@ -146,7 +146,7 @@ class EncoderEvaluationDirection(IntEnum):
 
 
 class EncoderSignInterpretation(IntEnum):
-    """How the increments of an encoder are read."""
+    """Sign interpretation of an encoder's increments."""
 
     NOT_DEFINED = 0
     UNSIGNED = 1
@@ -154,7 +154,7 @@ class EncoderSignInterpretation(IntEnum):
 
 
 class EncoderReferenceSystem(IntEnum):
-    """How increments become positions."""
+    """Conversion of increments to positions."""
 
     INC = 0
     ABS = 1
@@ -162,7 +162,7 @@ class EncoderReferenceSystem(IntEnum):
 
 
 class ReferenceMode(IntEnum):
-    """What ends a homing sequence."""
+    """Event that ends a homing sequence."""
 
     NOT_DEFINED = 0
     HOMING_SENSOR_ONLY = 1
@@ -176,7 +176,7 @@ class ReferenceMode(IntEnum):
 
 
 class HomingSensorSource(IntEnum):
-    """Where the homing cam comes from."""
+    """Source of the homing cam's signal."""
 
     PLC_CAM = 0
     DIGITAL_INPUT_1_HIGH = 1
@@ -226,7 +226,7 @@ class DriveType(IntEnum):
 
 
 class CharacteristicInterpolation(IntEnum):
-    """How the points of a drive's characteristic table are joined."""
+    """Interpolation between the points of a drive's characteristic table."""
 
     LINEAR = 0
     SPLINE = 2
@@ -250,7 +250,7 @@ class TableSubType(IntEnum):
 
 
 class DeadTimeCompensation(IntEnum):
-    """What extrapolates a position over the dead time."""
+    """Quantities that extrapolate a position over the dead time."""
 
     OFF = 0
     BY_VELOCITY = 1
@@ -258,7 +258,7 @@ class DeadTimeCompensation(IntEnum):
 
 
 class SignalType(IntEnum):
-    """Which state or edge of a signal counts."""
+    """State or edge of a signal that triggers."""
 
     OFF = 0
     RISING_EDGE = 1

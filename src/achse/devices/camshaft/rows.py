@@ -28,7 +28,7 @@ _SOURCE = "000 §5.5.2"
 
 
 def codec_of(parameter: CamParameter) -> Codecs:
-    """How a value travels."""
+    """Return the codecs of a parameter's value: a DINT is also accepted as an INT."""
     codec = Layout("<" + parameter.code)
     return (codec, Layout("<h")) if parameter.code == "i" else codec
 

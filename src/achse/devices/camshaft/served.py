@@ -127,7 +127,7 @@ class ServedCam:
 
 
 class _Checked:
-    """What is outside its range is 0x70B."""
+    """Context manager that refuses values outside their range with 0x70B."""
 
     def __enter__(self) -> None:
         return

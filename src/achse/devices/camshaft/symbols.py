@@ -41,7 +41,7 @@ class CamSymbols(ValueSymbols):
         self._image_step = image_step
 
     def all_symbols(self) -> Iterator[ValueSymbol]:
-        """Those of each controller."""
+        """Return the symbols of every controller."""
         return (symbol for served in self._camshafts for symbol in self._of(served))
 
     def used_types(self) -> Iterable[IecType[Any]]:

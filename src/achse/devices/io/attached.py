@@ -34,7 +34,7 @@ class AttachedBuses:
     ) -> None:
         """`beside` is the I/O server that there is already: these buses join its."""
         self.devices: list[Device] = []
-        """Those that are attached now; the list stays the same one."""
+        """Attached devices; the list object stays the same."""
         self._changed: list[Callable[[], None]] = []
         if beside is None:
             self.io = IoDevice(buses, clock=clock)

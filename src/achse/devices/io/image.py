@@ -33,7 +33,7 @@ from achse.iec import (
 __all__ = ["INPUT_BASE", "OUTPUT_BASE", "BusImage", "ImageVariable", "distinct"]
 
 INPUT_BASE, OUTPUT_BASE = 0x1F400, 0x3E800
-"""Where the image begins in its groups, in bytes."""
+"""Byte offsets of the inputs and outputs in their index groups."""
 
 NET_ID, ADDRESS = ARRAY(USINT, (0, 5)), ARRAY(USINT, (0, 7))
 _TYPES: dict[int, IecType[Any]] = {

@@ -30,7 +30,7 @@ class ImageSymbols(ValueSymbols):
         self._image = image
 
     def refresh(self, image: BusImage) -> None:
-        """Those of another image."""
+        """Replace the image by another one."""
         self._image = image
         self.forget()
 

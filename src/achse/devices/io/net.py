@@ -40,7 +40,7 @@ class BusNet:
         self._ports.pop(AmsAddress.of(self.net_id, port), None)
 
     def reaches(self, address: bytes) -> bool:
-        """Whether a response to an address would find a way now."""
+        """Return True if a response to an address can be routed now."""
         return address in self._ports or self._router.reaches(address)
 
     def on_port_closed(self, listener: Callable[[AmsAddress], None]) -> None:

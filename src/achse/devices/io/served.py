@@ -101,7 +101,7 @@ class TripFigures(Protocol):
 
 
 class BusWay(Protocol):
-    """How the frames of a bus get to slaves outside this process."""
+    """Link of a bus to slaves outside this process."""
 
     @property
     def interface(self) -> str:
@@ -109,11 +109,11 @@ class BusWay(Protocol):
 
     @property
     def second_interface(self) -> str:
-        """That at the other end of a redundant bus, else empty."""
+        """Network interface at the other end of a redundant bus, else empty."""
 
     @property
     def trouble(self) -> str:
-        """Why the bus does not work as configured; empty if it does."""
+        """Reason why the bus does not work as configured; empty if it does."""
 
     @property
     def round_trips(self) -> TripFigures: ...
@@ -148,7 +148,7 @@ class ServedBus:
         return self.master.bus.name
 
     def address(self, slave: BusSlave | None = None) -> AmsAddress:
-        """Where a slave, or the master, answers."""
+        """Return the AMS address of a slave, or of the master."""
         return AmsAddress.of(self.net_id, slave.station if slave else MASTER_PORT)
 
     def slave_net_id(self, slave: BusSlave) -> NetId | None:
@@ -321,9 +321,9 @@ _ABORTS = {
     AbortCode.TIMEOUT: ReturnCode.DEVICE_TIMEOUT,
     AbortCode.DEVICE_STATE: ReturnCode.INVALID_STATE,
 }
-"""What an SDO abort is for an ADS client; others are 0x70D. The abort itself is read at 0xF303.
+"""ADS return codes of SDO aborts; other aborts are 0x70D. The abort code is read at 0xF303.
 
-From the published sample of a master; the manuals do not tell."""
+From the published sample of a master; the manuals list none."""
 
 
 _NOT_SPOKEN = (MailboxError.UNSUPPORTED_PROTOCOL, MailboxError.SERVICE_NOT_SUPPORTED)
@@ -334,7 +334,7 @@ _FILES: dict[int, ReturnCode] = {
     FoeError.BOOTSTRAP_ONLY: ReturnCode.INVALID_STATE,
     FoeError.NOT_IN_BOOTSTRAP: ReturnCode.INVALID_STATE,
 }
-"""What a refused file is for an ADS client; the code of the slave is read at 0xF407. Ours."""
+"""ADS return codes of refused files, by error code of the slave, which is read at 0xF407. Ours."""
 
 
 def bus_error(trouble: BusError) -> DeviceError:

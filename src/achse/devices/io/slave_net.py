@@ -73,7 +73,8 @@ class SlaveNet:
         self._router.deliver(frame.reply(answer.data, answer.error))
 
     def _came(self, packet: bytes) -> None:
-        """What the slave sends by itself: in its own name, to this station, or not at all."""
+        """Deliver a request that the slave sends in its own name to this station; drop other
+        frames."""
         frame = Frame.decode(packet)
         if (
             frame.source[:6] != self.net_id

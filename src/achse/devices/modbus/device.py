@@ -139,7 +139,7 @@ class ModbusDevice(Device):
 
 
 def _result(query: Query, asked: "Future[bytes]") -> bytes:
-    """What a device has answered, or why it has not."""
+    """Return the data of the device's answer, or raise its error as a DeviceError."""
     try:
         return answer_data(query, asked.result())
     except ModbusRefusal as refusal:

@@ -1,4 +1,4 @@
-"""What Modbus requests and answers look like: PDUs of the function codes that PLC blocks use.
+"""Modbus requests and answers: PDUs of the function codes that PLC blocks use.
 
 Registers are in the memory of a PLC with the low byte first, on the wire with the high byte first;
 bits are in both eight to a byte, the first one lowest. Source: MODBUS Application Protocol
@@ -17,7 +17,7 @@ _READ_WRITE = struct.Struct(">BHHHHB")
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, DEVICE_FAILURE = 1, 2, 3, 4
 
 _MOST_READ = {1: 2000, 2: 2000, 3: 125, 4: 125, 23: 125}
-"""What one request may read, bits or registers."""
+"""Most bits or registers that one request may read, by function code."""
 _MOST_WRITTEN = {15: 1968, 16: 123, 23: 121}
 _BITS = (1, 2, 15)
 
@@ -42,7 +42,7 @@ class Query(NamedTuple):
     write_quantity: int = 0
     """Both of function 23."""
     data: bytes = b""
-    """What is to be written, as it is in the memory of the PLC."""
+    """Data to be written, in the byte order of the PLC's memory."""
 
     @property
     def size(self) -> int:
@@ -108,7 +108,7 @@ def _masked(bits: bytes, quantity: int) -> bytes:
 
 
 def answer_data(query: Query, pdu: bytes) -> bytes:
-    """What an answer says, as it is to be in the memory of the PLC.
+    """Return the data of an answer, in the byte order of the PLC's memory.
 
     Raises ModbusRefusal with the exception code of the answer, 4 for one that does not fit.
     """

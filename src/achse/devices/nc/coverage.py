@@ -1,4 +1,4 @@
-"""What the manual lists and no row serves, and parameters without effect: each with its reason.
+"""Services of the manual without a row, and parameters without effect, each with its reason.
 
 With the rows themselves this is the page coverage/nc.md of the site. Source: 002 §6.4.
 """
@@ -76,7 +76,7 @@ OF_PROGRAMS = {
     "inside_tolerance_ball_auxiliary": _NO_BALL,
     "tolerance_ball_error_auxiliary": _NO_BALL,
 }
-"""What comes of rows of channels with an interpreter and of 3D groups that do less than others."""
+"""Effect of rows that do less than others, for channels with an interpreter and for 3D groups."""
 
 _CONFIGURED = "of the configuration"
 _SINGLE = "of single axes; groups of several have their own"
@@ -113,7 +113,7 @@ CONSTANT = {
 """Index group and offset of rows that answer the same whatever the axes do, and why."""
 
 _PREFIXES = {group: error.name.lower().removesuffix("id") for group, _, error in AXIS_GROUPS}
-"""What the fields of an encoder, controller or drive begin with, by index group."""
+"""Prefixes of the fields of an encoder, controller or drive, by index group."""
 
 
 def coverage(rows: Iterable[RowFacts]) -> Iterator[Covered]:

@@ -102,7 +102,7 @@ _KINDS = {
     NcError.CONTROLLER_ID: "controller",
     NcError.DRIVE_ID: "drive",
 }
-"""What an id is that the error says is unknown; else that of an axis."""
+"""Kind of a part of an axis, by the error for its unknown id; other errors are for axes."""
 
 
 def _finder(nc: Nc, unknown: NcError) -> Callable[[int], Axis | AxisPart]:

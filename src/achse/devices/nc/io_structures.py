@@ -150,7 +150,8 @@ def _encoder_image(encoder: AxisEncoder) -> bytearray:
 
 
 def _encoder_output(encoder: AxisEncoder) -> bytes:
-    """What clients wrote, and above it the controls of latches while these wait."""
+    """Return the image that clients wrote, with the control bytes of latches while they are
+    armed."""
     image = _encoder_image(encoder)
     if encoder.armed:
         io = encoder.io

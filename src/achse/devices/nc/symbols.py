@@ -160,7 +160,7 @@ class NcSymbols(ValueSymbols):
         )
 
     def all_symbols(self) -> Iterator[ValueSymbol]:
-        """Those of the axes, then those of the groups."""
+        """Return the symbols of the axes, then the symbols of the groups."""
         for axis in self._nc:
             yield from self._of(axis)
         for group in self._nc.groups:
@@ -172,7 +172,7 @@ class NcSymbols(ValueSymbols):
         return types_shown([*structures, *ELEMENTARY.values()])
 
     def _of_group(self, group: AxisGroup) -> Iterator[ValueSymbol]:
-        """Those of a group of several axes, as far as its kind has them."""
+        """Return the symbols of a group of several axes, as far as its kind has them."""
         for row in self._group_rows:
             read = _reader(row, group)
             try:

@@ -42,12 +42,13 @@ class RegisterTerminal:
         self.registers = [0] * _COUNT
         self.registers[_TYPE_REGISTER] = type
         self.in_drive = in_drive
-        """Whether control and status byte are in the drive, else in the encoder."""
+        """True if the control and status bytes are in the drive, else they are in the encoder."""
         self.status = 0
         self.value = 0
 
     def take(self, control: int, data: int) -> None:
-        """What the control byte asks for; without bit 7 the terminal shows its process data."""
+        """Execute the register access of the control byte; without bit 7 the terminal shows its
+        process data."""
         self.status = self.value = 0
         if not control & _ACCESS:
             return

@@ -25,8 +25,9 @@ class AreaGroups:
     size: int
     clear: int | None = None
     base: int = 0
-    """Where byte offsets begin in 002 and 003, bit offsets at eight times that; 000 begins at 0.
-    Both are served, unless the area is so large that they meet: then from 0 only."""
+    """First byte offset according to 002 and 003, their bit offsets begin at eight times that;
+    000 begins at 0. Both are served, unless the area is so large that they overlap: then from 0
+    only."""
     source: str = "000, 002"
 
 
@@ -139,8 +140,10 @@ def _clear(region: Region, _: bytes) -> None:
 
 
 def _counted(base: int, region: Region, unit: int = 1) -> Callable[[int], int]:
-    """Where an offset is in an area: it counts from 0, and from `base` too unless the area, which
-    may grow, reaches so far. `unit` is 8 for bits."""
+    """Return the function that converts a client's offset to the offset in an area.
+
+    Offsets count from 0, and from `base` too unless the area, which may grow, reaches so far.
+    `unit` is 8 for bits."""
     base *= unit
     return lambda offset: offset if offset < base or len(region) * unit > base else offset - base
 
@@ -168,7 +171,7 @@ def _based(
 
 
 def _places(counted: Callable[[int], int], region: Region) -> Callable[[int, int], MemoryCell]:
-    """Where the bytes at an offset lie."""
+    """Return the function that finds the memory cell of an offset and a length."""
     return lambda offset, length: MemoryCell(region.data, counted(offset), length)
 
 

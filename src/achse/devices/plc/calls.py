@@ -128,7 +128,7 @@ def _living(unit: Record, steps: Sequence[Step]) -> Any:
 
 
 def _stopped(what: str, failure: Exception) -> DeviceError:
-    """What a client is told of Structured Text that failed: the PLC has logged it, and stopped."""
+    """Return the error of failed Structured Text for the client; the PLC has logged it."""
     code = ReturnCode.DEVICE_ERROR
     if isinstance(failure, PlcStateError):
         code = ReturnCode.INVALID_STATE

@@ -108,7 +108,7 @@ class PlcDevice(Device):
         return super().deliver(frame)
 
     def _is_for_programs(self, frame: Frame) -> bool:
-        """Whether a program takes a request; one of a PLC that stands still is not taken."""
+        """Return True if a program accepted the request; a PLC that is not in RUN accepts none."""
         bodies = self.plc.bodies
         if self._asking is None or bodies is None or self.plc.state is not PlcState.RUN:
             return False

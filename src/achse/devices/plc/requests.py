@@ -75,7 +75,7 @@ class _Open:
 
 
 class PlcRequests:
-    """What one PLC asks others. `clock`: Unix time of the station, ns, for the log."""
+    """Requests of one PLC to other devices. `clock`: Unix time of the station, ns, for the log."""
 
     def __init__(self, clock: Callable[[], int]) -> None:
         self._clock = clock
@@ -85,7 +85,7 @@ class PlcRequests:
         self._out: list[Frame] = []
         self._last = 0
         self.indications = PlcIndications()
-        """What others ask the programs."""
+        """Requests of clients to the programs."""
         self.blocks: Mapping[str, BlockBody] = {
             "adsread": self._block("READ", _read),
             "adsreadex": self._block("READ", _read, _count),

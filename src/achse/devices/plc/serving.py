@@ -56,7 +56,7 @@ def _room(request: ReadRequest | ReadWriteRequest) -> int:
 
 
 class PlcIndications:
-    """What others ask the programs of one PLC."""
+    """Requests of clients to the programs of one PLC."""
 
     def __init__(self) -> None:
         self._reply: Callable[[Frame], None] | None = None

@@ -168,7 +168,7 @@ def _one_bit(
 
 
 class _Root(NamedTuple):
-    """What a name begins with: a variable, or a program as a whole."""
+    """First step of a path: a variable, or a program as a whole."""
 
     placed: PlacedVariable
     context: int
@@ -404,9 +404,9 @@ class PlcSymbols:
 
 
 def _is_global(unit: PlacedUnit) -> bool:
-    """Whether it is a list of the application, which no task owns: its task mask is 0.
+    """Return True if the list belongs to the application and to no task: its task mask is 0.
 
-    Those of the runtime have the mask of the first task, as recorded.
+    Lists of the runtime have the mask of the first task, as recorded.
     """
     return isinstance(unit.instance, GlobalVariables) and unit.name != SYSTEM_LIST
 
@@ -432,9 +432,9 @@ def _attributes(placed: PlacedVariable) -> Mapping[str, str]:
 def _pointee(
     memory: Memory, pointer_size: int, start: MemoryRange, location: ResolvedPath
 ) -> MemoryRange:
-    """Where the pointers on the way of a path lead now.
+    """Return the memory that a path reaches through the present values of its pointers.
 
-    Raises `DeviceError` 0x722 if one of them is NULL or leads out of memory.
+    Raises `DeviceError` 0x722 if a pointer is NULL or points outside the memory.
     """
     region, offset = start.region, start.offset
     for hop in location.hops:

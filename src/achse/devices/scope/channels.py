@@ -1,4 +1,4 @@
-"""Where the channels of a scope get their values: any symbol or row of any device."""
+"""Sources of the values of scope channels: any symbol or row of any device."""
 
 from collections.abc import Callable, Iterable
 
@@ -53,7 +53,7 @@ class ScopeChannels:
         """The rows of each device, by its identity."""
 
     def find(self, channel: ScopeChannel) -> ScopeSource:
-        """Where a channel's values are. Raises ScopeError."""
+        """Return the source of a channel's values. Raises ScopeError."""
         port = channel.port or self._port
         device = self._device(port, channel)
         wanted = type_of_words(channel.type) if channel.type else None

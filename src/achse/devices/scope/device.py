@@ -54,7 +54,7 @@ class ScopeDevice(Device):
         self.scopes = scopes
         self.files = ScopeFiles(folder)
         self.worker: Callable[[], FileWorker | None] = lambda: None
-        """Who does what takes long beside the loop, while there is a loop."""
+        """Return the worker for slow jobs outside the loop, None while there is no loop."""
         self._epoch_at = epoch_at
         self._asking = b""
         self._now = clock

@@ -14,13 +14,13 @@ from achse.scope.kernel import KERNEL
 __all__ = ["NumberedScope", "ScopeLimits", "ScopeServer"]
 
 _ROW_NS, _IN_MEMORY_NS, _PLAIN_NS, _CALLED_NS = 3000.0, 5.0, 300.0, 1500.0
-"""What a row, a value in memory (by machine code, by Python) and a computed one take, generously:
-a limit says how much of the time scopes may have, and a slow machine must keep to it too."""
+"""Estimated time per sample, ns: a row, a value in memory (by machine code, by Python), a computed
+value. The estimates are generous, so that a slow machine keeps to the limit, too."""
 
 
 @dataclass(frozen=True, slots=True)
 class ScopeLimits:
-    """What scopes may take of a station; those of one client at most half of it."""
+    """Limits of the scopes of a station; one client may use half of memory, channels and time."""
 
     memory: int = 256 * 1024 * 1024
     """Bytes of the rings of all scopes together (0x70A beyond)."""
@@ -63,7 +63,7 @@ class ScopeServer:
         """`clock()` is station time in ns, whose cycles are whole ticks."""
         self.limits = limits or ScopeLimits()
         self.due_ns: float = math.inf
-        """When the next sample of any scope is due."""
+        """Station time of the next sample of any scope, ns."""
         self._channels = channels
         self._clock = clock
         self._tick_ns = tick_ns
@@ -132,7 +132,7 @@ class ScopeServer:
 
     @property
     def clients(self) -> set[bytes]:
-        """Who has scopes."""
+        """Clients that have scopes."""
         return {each.owner for each in self if each.owner}
 
     def end_client(self, client: bytes) -> None:

@@ -50,7 +50,7 @@ _REFUSED = {
 
 
 class StationControl(Protocol):
-    """What the system service does with the station. All of it happens after the answer."""
+    """Commands of the system service to the station. All take effect after the answer."""
 
     def restart(self) -> None: ...
 

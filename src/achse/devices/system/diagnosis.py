@@ -29,7 +29,7 @@ Value = Callable[[], bytes]
 
 
 class Diagnosis:
-    """What there is of a station `name`, by address; everything else is refused with 0x703."""
+    """Values of a station `name`, by address; every other address is refused with 0x703."""
 
     def __init__(
         self,

@@ -46,7 +46,7 @@ class OpenMode:
 _C_MODES = {OpenMode.READ: "r", OpenMode.WRITE: "w", OpenMode.APPEND: "a"}
 
 FIRST_HANDLE = OPEN_FILES.start
-"""Which numbers handles have is the target's own choice; as index groups they meet no other."""
+"""First handle. The target chooses its numbers; used as index groups, they meet no other group."""
 
 _HANDLES = len(OPEN_FILES)
 """Files and searches open at a time; their numbers are index groups too, so they are few."""
@@ -75,7 +75,7 @@ _FOLDER, _FILE, _READ_ONLY = 0x10, 0x20, 0x01
 
 
 class _Open:
-    """What a handle stands for: an open file, or what a search still has to tell."""
+    """State of a handle: an open file, or the remaining names of a search."""
 
     def __init__(
         self,
@@ -157,7 +157,7 @@ class Files:
         )
 
     def beside(self, client: bytes, size: int, job: Callable[[], bytes]) -> bytes:
-        """What `job` gives, now or by way of the worker: raises `Deferred` then."""
+        """Return the result of `job`; with a worker, raise `Deferred` and answer later."""
         if self.worker is None:
             return job()
         raise self.worker.later(client, size, job)
@@ -166,7 +166,7 @@ class Files:
 
     @property
     def clients(self) -> set[bytes]:
-        """Who has something open."""
+        """Clients that have something open."""
         return {entry.client for entry in list(self._open.values())}
 
     def __len__(self) -> int:

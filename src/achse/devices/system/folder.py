@@ -35,8 +35,8 @@ _PLACES = {
     6: "Config",
     **{number: f"User{number - 10}" for number in range(11, 20)},
 }
-"""Which path a request means, by its number: any, boot project, boot data, boot folder, target,
-configuration, nine of the user's own. On this station all are below the one folder.
+"""Folders by the path number of a request: any, boot project, boot data, boot folder, target,
+configuration, nine folders of the user. On this station all are below the one folder.
 
 000 §5.1 has 1 (any); the others are in no manual at hand and are what PLC libraries send."""
 
@@ -45,7 +45,7 @@ _RESERVED = re.compile(
 )
 """Names of devices where the station runs on Windows, whatever is behind a dot."""
 _ABSOLUTE = re.compile(r"(?:[A-Za-z]:)?/")
-"""How an absolute path begins: such a path begins at the one folder, whatever place is named."""
+"""Beginning of an absolute path: such a path begins at the one folder, whatever place is named."""
 _NEVER = re.compile(r'[\x00-\x1f<>:"|]')
 _WILD = re.compile(r"[*?]")
 
@@ -99,7 +99,7 @@ class Folder:
         return folder, sorted(found)
 
     def holds(self, path: Path) -> bool:
-        """Whether what is found at `path` is in the folder, and no link that leads out."""
+        """Return True if the entry at `path` is in the folder and no link that leads out."""
         try:
             return not path.is_symlink() or _resolved(path).is_relative_to(self.root)
         except (OSError, RuntimeError):
@@ -144,7 +144,8 @@ class Folder:
 
 
 def _spelled(folder: Path, name: str) -> str:
-    """How `name` is spelled in `folder`; one that is not there is new and stays as it is."""
+    """Return the spelling of `name` in `folder`; a name that is not there is new and stays
+    unchanged."""
     if os.path.lexists(folder / name):
         return name
     try:
@@ -198,7 +199,7 @@ _CODES = {
 
 @contextmanager
 def device_errors() -> Iterator[None]:
-    """What the operating system refuses inside is refused with the code that says the same."""
+    """Context manager that raises an OSError as a DeviceError with the code of the same meaning."""
     try:
         yield
     except OSError as failure:
@@ -207,7 +208,8 @@ def device_errors() -> Iterator[None]:
 
 
 def _resolved(path: Path) -> Path:
-    """Where links lead. OSError for those in a circle, which Python 3.13 leaves as they are."""
+    """Return the target of links. OSError for links in a circle, which Python 3.13 leaves as they
+    are."""
     found = path.resolve()
     if found.is_symlink():
         raise OSError(errno.ELOOP, "links in a circle", str(path))

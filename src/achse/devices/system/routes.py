@@ -164,7 +164,7 @@ class RouteServices:
 
 @contextmanager
 def _refusals() -> Iterator[None]:
-    """What the table refuses inside is refused with a code."""
+    """Context manager that raises the errors of the route table as a DeviceError with a code."""
     try:
         yield
     except FixedRouteError as fixed:

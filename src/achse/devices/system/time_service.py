@@ -18,8 +18,8 @@ _DATE_AND_TIME = 1
 _TIME_ZONE = 6
 _SYSTEM_TIME = struct.Struct("<8H")
 _ZONE = struct.Struct("<Ii32s16xi32s16xi")
-"""What counts now (0: the zone has no summer), bias in minutes; name, rule and bias of winter, the
-same of summer."""
+"""Time zone structure: season (0: the zone has no summer time), bias in minutes; then name, rule
+and bias of winter, and of summer."""
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 

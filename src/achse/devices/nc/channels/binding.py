@@ -1,4 +1,4 @@
-"""How channel rows refer to channels: by attribute, and for those with an interpreter alone."""
+"""Binding of channel rows to channels: by attribute, some only to channels with an interpreter."""
 
 from collections.abc import Callable
 from enum import IntEnum

@@ -1,4 +1,4 @@
-"""What every channel has: who it is, its groups, reset, stop, overrides."""
+"""Rows of every channel: identity, group, reset, stop, overrides."""
 
 from collections.abc import Callable
 

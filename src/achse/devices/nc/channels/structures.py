@@ -123,7 +123,7 @@ class ChannelToPlcLayout:
 
 
 class ChannelFromPlc(NamedTuple):
-    """What a PLC gives a channel."""
+    """Inputs of a channel from its PLC."""
 
     skip_mask: int = 0
     """Bit n: blocks that begin with /n are left out."""

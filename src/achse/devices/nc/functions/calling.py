@@ -1,4 +1,4 @@
-"""How a function row calls its command: the request is the arguments, a refusal the result."""
+"""Calls of commands by function rows: the request is the arguments, a refusal the result."""
 
 from collections.abc import Callable
 from typing import Any

@@ -135,7 +135,7 @@ def _asked(asked: Any) -> tuple[int, float | None]:
 
 
 def _info(axis: Axis, asked: Any) -> tuple[float, ...]:
-    """How a cam is followed, now or for a master position."""
+    """Return the state of a followed cam, now or for a master position."""
     table_id, position = _asked(asked)
     if position is not None and abs(position) > _FARTHEST:
         raise DeviceError(ReturnCode.INVALID_DATA, f"master position up to {_FARTHEST:g}")
@@ -170,7 +170,7 @@ def _info(axis: Axis, asked: Any) -> tuple[float, ...]:
 
 
 def _info_of_several(axis: Axis, table_id: int) -> tuple[float, ...]:
-    """How one of several cams is followed."""
+    """Return the state of one of several followed cams."""
     number, layer, table = _layer(axis, table_id)
     now = layer.now
     return (

@@ -1,4 +1,4 @@
-"""How group rows refer to groups: by attribute, and for some kinds of group alone."""
+"""Binding of group rows to groups: by attribute, some only to certain kinds of group."""
 
 from collections.abc import Callable
 from enum import IntEnum

@@ -1,4 +1,4 @@
-"""What every group has: who it is, its owner, its states, reset, stop, clear."""
+"""Rows of every group: identity, owner, states, reset, stop, clear."""
 
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Which axes are at the places of a group: assignment and its end."""
+"""Assignment of axes to the places of a group, and its end."""
 
 from achse.codes import NcError
 from achse.codes.nc.table import named_rows
