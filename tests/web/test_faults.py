@@ -17,7 +17,8 @@ async def test_all_kinds_with_their_fields(shown: Shows) -> None:
         kinds = await page.done("faults.list")
     assert [each["kind"] for each in kinds] == list(STATION_FAULTS)
     delay = next(each for each in kinds if each["kind"] == "delay")
-    by = {"name": "by", "type": "number", "unit": "s", "meaning": "How late, s.", "default": None}
+    meaning = "Delay of the frames, s."
+    by = {"name": "by", "type": "number", "unit": "s", "meaning": meaning, "default": None}
     assert by in delay["fields"]
     defaults = {each["name"]: each["default"] for each in delay["fields"]}
     assert (defaults["side"], defaults["every"]) == ("answer", 1)

@@ -81,7 +81,7 @@ class SlaveFault(DriveFault):
     """A fault of one slave; without `drive` it hits all."""
 
     drive: Annotated[int, number(int, 1)] | None = None
-    """Which one, counted from 1 along the cable."""
+    """Number of the slave, from 1 along the cable; empty: all slaves."""
 
     def targets(self, segment: Segment) -> Sequence[Slave | None]:
         """The slaves that it hits; None is the cable behind the last one.
@@ -370,7 +370,7 @@ class MailboxDelay(SlaveFault):
 
     kind: Literal["mailbox_delay"] = "mailbox_delay"
     by: Lateness
-    """How late, s."""
+    """Delay of the answers, s."""
 
     def hit(self, slave: Slave, segment: Segment) -> Undo:
         slave.mailbox_delay_ns = round(self.by * 1e9)

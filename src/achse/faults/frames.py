@@ -64,7 +64,7 @@ class Delay(_SidedKind):
 
     kind: Literal["delay"] = "delay"
     by: Moment
-    """How late, s."""
+    """Delay of the frames, s."""
 
     def disturb(self, gate: FrameGate, active: ActiveFault, frame: Frame, onward: Onward) -> bool:
         def arrive() -> None:
@@ -93,7 +93,7 @@ class Reorder(_SidedKind):
 
     kind: Literal["reorder"] = "reorder"
     by: Moment | None = None
-    """How late a frame arrives that stays alone, s; empty: 0.1."""
+    """Delay of a frame without a second one, s; empty: 0.1."""
 
     def disturb(self, gate: FrameGate, active: ActiveFault, frame: Frame, onward: Onward) -> bool:
         first = gate.held.pop(active.number, None)

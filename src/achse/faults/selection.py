@@ -51,7 +51,7 @@ class RequestFault(CountedFault):
     offset: _Number | None = None
     """Index offset of the requests, with a group; empty: all."""
     symbol: Annotated[str, text()] = ""
-    """Whatever reads or writes this variable: by name, handle or address."""
+    """Variable whose reads and writes are hit: by name, handle or address."""
 
     @model_validator(mode="after")
     def _offset_in_group(self) -> "RequestFault":

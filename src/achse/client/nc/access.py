@@ -32,7 +32,7 @@ FULL_OVERRIDE = 10_000
 """Parts of the override per percent."""
 
 _SHOWN = (STATES, CYCLIC)
-"""Where states are; what both have is taken from the first."""
+"""Services of states; a service in both groups is taken from the first."""
 
 _TYPES: dict[str, IecType[Any]] = {
     "REAL64": LREAL, "UINT32": UDINT, "UINT16": UINT, "UINT8": USINT, "INT32": DINT, "INT64": LINT,
@@ -187,7 +187,7 @@ class AxisAccess:
         return (await self.status()).state
 
     async def error(self) -> AxisError | None:
-        """What the axis is in error with, as the exception that a move would raise; or None."""
+        """Return the axis error as the exception that a move would raise, or None."""
         return failure_of(str(self), await self.status())
 
     async def override(self) -> float:

@@ -36,7 +36,7 @@ def seconds(name: str, value: float | None) -> float | None:
 
 
 def choice(name: str, value: str, choices: Mapping[str, V]) -> V:
-    """What a word stands for. ValueError with the words that there are."""
+    """Return the value for a word. ValueError with the known words."""
     try:
         return choices[value]
     except (KeyError, TypeError):

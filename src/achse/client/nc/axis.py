@@ -150,7 +150,7 @@ class RemoteAxis(AxisCouplings):
             raise AxisTimeout(0, str(self), f"{told}: {why}" if why else told) from late
 
     async def _missing_condition(self) -> str:
-        """What keeps the drive from being ready, as an achse station says it; empty elsewhere."""
+        """Return the reason why the drive is not ready, from an achse station; else empty."""
         nc, axis_id = await self.located()
         station = nc.at_port(SERVICE_PORT)
         try:

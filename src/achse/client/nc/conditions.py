@@ -1,4 +1,4 @@
-"""What a program can wait for at an axis: by a word, a state, a bit of its status, or a test."""
+"""Conditions to wait for at an axis: a word, a state, a bit of its status, or a test."""
 
 import difflib
 from collections.abc import Callable

@@ -43,7 +43,7 @@ _CAM = struct.Struct("<6I4d3I4xd2I")
 
 
 class CouplingState(IntEnum):
-    """Whom an axis leads and follows (004 §5.1.1)."""
+    """Role of an axis in couplings (004 §5.1.1)."""
 
     SINGLE = 0
     MASTER = 1
@@ -52,7 +52,7 @@ class CouplingState(IntEnum):
 
 
 class AxisCouplings(AxisAccess):
-    """What an axis can be asked to do as a slave.
+    """Commands that couple, change and decouple an axis as a slave.
 
     All methods raise `AxisRefused` with the NC's code and then nothing has changed; ValueError for
     numbers that are not finite. A master is an axis, its name or its id.
@@ -176,7 +176,7 @@ class AxisCouplings(AxisAccess):
         await self.gear_out()
 
     async def coupling(self) -> CouplingState:
-        """Whether the axis leads or follows others."""
+        """Return the role of the axis: single, master, slave or both."""
         return CouplingState(int(await self.states["coupling state"]))
 
     async def _master_id(self, master: "RemoteAxis | str | int") -> int:

@@ -1,4 +1,4 @@
-"""What can go wrong with an axis, as typed errors that name the axis and the NC's code.
+"""Errors of an axis, as exception types that name the axis and the NC's code.
 
 AdsError
 └── AxisError           base: code (0 where the NC gave none) and axis
@@ -6,7 +6,7 @@ AdsError
     ├── AxisFailed      the axis is in error
     ├── AxisAborted     a command ended before it was done: stopped, or another one took over
     ├── AxisDisabled    the axis lost its enables, or never had them
-    ├── AxisTimeout     what was waited for did not come in time; the axis goes on
+    ├── AxisTimeout     the expected state was not reached in time; the axis continues
     └── UnknownAxis     no axis has that id or name
 """
 
@@ -62,7 +62,7 @@ class AxisDisabled(AxisError):
 
 
 class AxisTimeout(AxisError):
-    """What was waited for did not come in time. The axis goes on with what it does."""
+    """The expected state was not reached in time. The axis continues its present command."""
 
 
 class UnknownAxis(AxisError):

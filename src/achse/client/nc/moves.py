@@ -58,7 +58,7 @@ def failure_of(axis: str, status: AxisStatus) -> AxisFailed | None:
 
 
 def _later(number: int, than: int) -> bool:
-    """Whether a command number was given after another one."""
+    """Return True if a command number was assigned after number `than`; numbers wrap."""
     return 0 < (number - than) % _NUMBERS < _NUMBERS // 2
 
 
@@ -158,7 +158,7 @@ class CommandJudge:
         return False
 
     def _near(self, status: AxisStatus) -> bool:
-        """Whether the set point is where the command was to lead."""
+        """Return True if the set point is at the target of the command."""
         target = status.target_position if self._target is None else self._target
         away = abs(status.set_position - target)
         return self._compensated or away <= max(_CLOSE, 8 * ulp(target))
@@ -181,7 +181,7 @@ class CommandJudge:
         return False
 
     def _passed(self, status: AxisStatus) -> bool:
-        """Whether the command was done when one that had waited behind it took over."""
+        """Return True if the command was done when a buffered command took over."""
         if self._stops:
             return True
         if self._endless:

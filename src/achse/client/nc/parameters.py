@@ -43,14 +43,15 @@ class AxisValue:
 
     @property
     def range(self) -> str:
-        """What may be written, as `0..1000`, `0..` or `0=OFF, 1=ON`; empty without a limit."""
+        """Range that may be written, as `0..1000`, `0..` or `0=OFF, 1=ON`; empty without a
+        limit."""
         if self.service.choices is not None:
             return ", ".join(f"{each.value}={each.name}" for each in self.service.choices)
         return self.service.range
 
     @property
     def description(self) -> str:
-        """What it means."""
+        """Meaning of the parameter."""
         return self.service.description
 
     @property
@@ -130,7 +131,7 @@ class AxisValues:
         self._element = element
 
     def element(self, number: int) -> "AxisValues":
-        """Those of encoder, controller and drive `number` of the axis, from 0."""
+        """Return the parameters of encoder, controller and drive `number` of the axis, from 0."""
         if not 0 <= number <= 8:
             raise ValueError(f"element: expected 0..8, got {number!r}")
         return AxisValues(self._axis, self._groups, number)
@@ -150,7 +151,8 @@ class AxisValues:
         return True
 
     def __iter__(self) -> Iterator[AxisValue]:
-        """Those with a single value; structures repeat them. Of an element those that it has."""
+        """Iterate over the parameters with a single value; structures repeat these values. For a
+        sub-element: only the parameters that it has."""
         of_axis = not self._element
         every: dict[str, NcService] = {}
         for group in reversed(self._groups):

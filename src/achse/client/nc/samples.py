@@ -81,7 +81,7 @@ class StatusReader:
 
 
 class _Source(Protocol):
-    """Where samples come from."""
+    """Source of samples."""
 
     async def open(self) -> None: ...
 

@@ -143,13 +143,14 @@ class NcService:
 
     @property
     def single(self) -> bool:
-        """Whether it is a value or a few, not a structure that repeats other services."""
+        """True if the service has one value or a few, not a structure that repeats other
+        services."""
         whole = self.name.endswith("_structure") or "BYTE[" in self.layout.text
         return len(self.layouts) == 1 and not whole
 
     @property
     def of_element(self) -> bool:
-        """Whether it is a service of an encoder, controller or drive, not of the axis itself."""
+        """True if the service is of an encoder, controller or drive, not of the axis itself."""
         return self.offset >= _FIRST_OF_ELEMENTS
 
     def place(self, axis_id: int, element: int = 0) -> tuple[int, int]:

@@ -120,7 +120,7 @@ class AxisStatus:
         return frozenset(bit for bit in StateBit if self.state_word & bit)
 
     def _repr_html_(self) -> str:
-        """What a notebook shows."""
+        """Return the status as HTML for a notebook."""
         return self.html("axis", "")
 
     def html(self, name: str, unit: str) -> str:
@@ -142,7 +142,7 @@ class AxisStatus:
 
     @property
     def motion_state(self) -> MotionState | int:
-        """What the set-point generator does; a plain number where no manual names it."""
+        """State of the set-point generator; a plain number where no manual names it."""
         try:
             return MotionState(self.motion_number)
         except ValueError:
@@ -157,7 +157,7 @@ class AxisStatus:
             return self.homing_number
 
     def has(self, bit: StateBit) -> bool:
-        """Whether a bit of StateDWord is set."""
+        """Return True if a bit of StateDWord is set."""
         return bool(self.state_word & bit)
 
     @property

@@ -31,7 +31,7 @@ _PER_REQUEST = 4096
 
 
 class TableKind(IntEnum):
-    """What a table is for (main type)."""
+    """Use of a table (main type)."""
 
     CAM = 1
     CHARACTERISTIC = 10
@@ -39,7 +39,7 @@ class TableKind(IntEnum):
 
 
 class TableFacts(NamedTuple):
-    """What a table is."""
+    """Properties of a table."""
 
     id: int
     name: str
@@ -73,7 +73,7 @@ class FunctionPoint(NamedTuple):
 
 
 class TableValues(NamedTuple):
-    """What a table demands of a slave; velocity is per master velocity, and so on."""
+    """Set values that a table demands of a slave; velocity is per master velocity, and so on."""
 
     position: float
     velocity: float
@@ -189,9 +189,9 @@ class RemoteTable:
     async def change_when(
         self, activation: int, position: float = 0.0, *, keep_place: bool = False
     ) -> None:
-        """When written points become active: 0 at once, 1 at a master position of the cam, 2 of the
-        axis, 3 at the end of the cycle. `keep_place`: offsets follow so that the slave goes on from
-        where it is (auto offset)."""
+        """Set the time at which written points become active: 0 at once, 1 at a master position of
+        the cam, 2 at a master position of the axis, 3 at the end of the cycle. `keep_place` shifts
+        the offsets so that the slave continues from its present position (auto offset)."""
         scaling = int(keep_place)
         data = struct.pack("<I4xdII", activation, real("position", position), scaling, scaling)
         await self.nc.write_raw(self._group(_PARAMETERS), _ONLINE, data)
