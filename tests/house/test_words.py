@@ -76,7 +76,7 @@ QUESTION = re.compile(
 
 NAMED_ROOMS = {
     "ams", "camshaft", "cli", "client", "codes", "dap", "devices", "drive", "ethercat", "faults",
-    "fleet", "gcode", "iec", "monitor", "plc", "plot", "router", "scope", "server", "station",
+    "fleet", "gcode", "iec", "monitor", "plc", "plot", "router", "scope", "server", "st", "station",
     "sweeps", "tcunit", "testing", "transport", "web",
 }  # fmt: skip
 """Rooms of src/achse without such docstrings; add a room once its docstrings are rewritten."""

@@ -187,7 +187,7 @@ class Evaluator:
         return called(name, [self._operand_value(operand) for operand in operands], tree.at)
 
     def _is_declared(self, path: Path, at: int) -> bool:
-        """Whether the user has something of that name, which is not known before run time."""
+        """Return True if the user declares that name; its value is not known before run time."""
         try:
             self._lookup(path, at)
         except NotConstant:

@@ -11,9 +11,9 @@ from achse.st.words import BLOCK_WORDS
 __all__ = ["DEEPEST", "MOST_FAULTS", "Cursor", "Unexpected"]
 
 DEEPEST = 100
-"""How deep brackets, statements and types may nest in each other."""
+"""Deepest nesting of brackets, statements and types in each other."""
 MOST_FAULTS = 100
-"""How many faults of one file are reported; after so many the rest is noise."""
+"""Most faults that are reported for one file; the rest is noise."""
 _NOTHING = "the end"
 _SETTERS = frozenset(("S", "R", "REF"))
 
@@ -50,7 +50,7 @@ class Cursor:
 
     @property
     def fault_count(self) -> int:
-        """How many faults there are so far."""
+        """Number of faults so far."""
         return len(self._faults)
 
     # what comes next -----------------------------------------------------------------------
@@ -61,8 +61,8 @@ class Cursor:
         return self.starts[self.position]
 
     def is_word(self, word: str, ahead: int = 0) -> bool:
-        """Whether the next token is a name that reads like this: PUBLIC, GET and the like are
-        words only where they mean something."""
+        """Return True if the next token is a name that reads like this: PUBLIC, GET and the like
+        are words only in certain places."""
         index = self.position + ahead
         return (
             index < len(self.kinds)
@@ -114,7 +114,7 @@ class Cursor:
         return Name(".".join(words), first.at)
 
     def note(self, first: int, last: int) -> Note:
-        """What is beside the declaration from token `first` to token `last`."""
+        """Return the comment and attributes of the declaration from token `first` to `last`."""
         before = self.tokens.before.get(self.starts[first])
         after = self.tokens.after.get(self.starts[last])
         if before is None and after is None:

@@ -295,7 +295,7 @@ class DeclarationParser:
                 cursor.skip_to(ends, position)
 
     def _is_body(self) -> bool:
-        """Whether END_VAR is missing and statements have begun."""
+        """Return True if END_VAR is missing and statements have begun."""
         position = self._cursor.position
         while self._kinds[position] not in BLOCK_WORDS and self._kinds[position] != END:
             position += 1

@@ -54,7 +54,7 @@ _HINT = (
 
 @dataclass(frozen=True, slots=True)
 class Declarations:
-    """What a project declares; names are keys in lower case, values bear them as written."""
+    """Declarations of a project; names are keys in lower case, values have them as written."""
 
     types: Mapping[str, IecType[Any]]
     """Structures, unions, enumerations, aliases, function blocks, interfaces."""
@@ -63,7 +63,7 @@ class Declarations:
     trees: Mapping[str, Unit]
     """The syntax tree of every unit, functions included."""
     names: Resolver
-    """What every name means, for the checker."""
+    """Resolver of every name, for the checker."""
 
     @property
     def units(self) -> list[type[UnitRecord]]:
@@ -113,8 +113,8 @@ def examine(
     rules: LayoutRules = TC3_X64,
     further: FurtherTypes | None = None,
 ) -> tuple[Declarations, SourceError | None]:
-    """What can be declared of the sources, and what cannot, if there is any: as `declare`, for
-    those who want to go on and look at the rest."""
+    """Return the possible declarations of the sources, and an error with all faults or None: as
+    `declare`, for callers that continue with the rest."""
     sources, libraries = list(sources), list(libraries)
     names = Resolver(types or {}, constants or {}, rules, further)
     names.scopes.add(sources)

@@ -140,7 +140,7 @@ class _Envelope:
         return (*others, replace(whole, parts=tuple(properties)))
 
     def _start_of(self, element: Element) -> int:
-        """Where the declaration of an element begins."""
+        """Return the index at which the declaration of an element begins."""
         return self._spans[element.child("Declaration")][0]
 
     def _unit(self, element: Element) -> Iterator[Unit]:

@@ -55,14 +55,14 @@ BINDING: dict[str, int] = {
     "MOD": 8,
     "**": 9,
 }
-"""How strongly operators bind (IEC 61131-3 table 71); equal ones from left to right, `:=` from
-right to left."""
+"""Precedence of operators (IEC 61131-3 table 71); operators of equal precedence bind from left to
+right, `:=` from right to left."""
 UNARY_BINDING = 10
 _NO_ASSIGNMENT = 1
 """The binding above which `:=` is left to the caller."""
 
 LONGEST = 1000
-"""How many operators may follow each other on one level, and how many steps a path has."""
+"""Most operators in a row on one level, and most steps of a path."""
 
 _POSTFIX = frozenset((".", "[", "^", "("))
 _STRINGS = ("STRING", "WSTRING")
@@ -233,7 +233,7 @@ class ExpressionParser:
     # initial values ------------------------------------------------------------------------
 
     def initial(self) -> Initial:
-        """What follows `:=` in a declaration. Raises `Unexpected`."""
+        """Return the initial value that follows `:=` in a declaration. Raises `Unexpected`."""
         cursor = self._cursor
         position = cursor.position
         if self._kinds[position] == "[":
@@ -246,7 +246,7 @@ class ExpressionParser:
         return self.expression()
 
     def _is_structure(self, position: int) -> bool:
-        """Whether `(a :=` or `()` is there."""
+        """Return True if the next tokens are `(a :=` or `()`."""
         kinds = self._kinds
         if kinds[position] != "(":
             return False

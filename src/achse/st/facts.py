@@ -23,7 +23,8 @@ __all__ = ["DeclaredFacts"]
 
 
 class DeclaredFacts(ProjectDefines):
-    """What conditions in one source see: its own variables, those of lists, all types and units.
+    """Facts for conditions in one source: its own variables, variables of lists, all types and
+    units.
 
     A variable counts for the whole file it is declared in: the unit that a pragma is in shows
     only when the text is read.

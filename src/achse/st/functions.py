@@ -41,12 +41,12 @@ class _Function(NamedTuple):
 
 
 def is_standard(name: str) -> bool:
-    """Whether a name, in upper case, is that of a function or conversion known here."""
+    """Return True if a name, in upper case, is a function or conversion known here."""
     return name in _FUNCTIONS or _target(name) is not None
 
 
 def called(name: str, operands: Sequence[Constant], at: int) -> Constant:
-    """What a function gives. Raises `Unexpected`, `NotConstant` where only a target can tell."""
+    """Return the result of a function. Raises `Unexpected`; `NotConstant` if it needs a target."""
     target = _target(name)
     function = _FUNCTIONS.get(name)
     if target is not None:
@@ -197,7 +197,7 @@ def _common(operands: Sequence[Constant], at: int) -> list[Constant]:
 
 
 def _kind(item: Constant) -> object:
-    """What can be compared with each other: numbers, texts, truths, times of one type."""
+    """Return the key of values that can be compared: numbers, texts, truths, times of one type."""
     if isinstance(item.type, TimeType):
         return item.type.name
     if isinstance(item.value, bool | str):

@@ -20,7 +20,7 @@ _MORE_NAMES = {"ltime_of_day": "ltod", "ldate_and_time": "ldt", "dt": "date_and_
 
 
 class FurtherTypes(Protocol):
-    """Where types come from that neither sources nor Python code declare: symbol files."""
+    """Source of types that neither sources nor Python code declare: symbol files."""
 
     @property
     def names(self) -> Sequence[str]:
@@ -36,11 +36,11 @@ class FurtherTypes(Protocol):
         ...
 
     def constant(self, name: str) -> Constant | None:
-        """What a variable of a library's list starts with, by `List.variable`."""
+        """Return the start value of a variable of a library's list, by `List.variable`."""
         ...
 
     def has_property(self, block: str, name: str) -> bool:
-        """Whether a block of that name has a property of that name."""
+        """Return True if a block of that name has a property of that name."""
         ...
 
 
@@ -58,7 +58,7 @@ class GivenTypes:
         self._further = further
 
     def __contains__(self, name: str) -> bool:
-        """Whether a type of that name is handed in."""
+        """Return True if a type of that name is passed in."""
         return name.lower() in self._types
 
     @property
@@ -98,9 +98,10 @@ class GivenTypes:
         ]
 
     def constant(self, keys: Sequence[str]) -> Constant | None:
-        """What a variable of a library's list starts with, whose names symbol files tell."""
+        """Return the start value of a variable of a library's list, whose names are in symbol
+        files."""
         return None if self._further is None else self._further.constant(".".join(keys[-2:]))
 
     def has_property(self, block: str, name: str) -> bool:
-        """Whether a block of a symbol file has a property of that name."""
+        """Return True if a block of a symbol file has a property of that name."""
         return self._further is not None and self._further.has_property(block, name)

@@ -89,7 +89,7 @@ _CLOSING = {"(*": "*)", "/*": "*/"}
 
 
 class _Kinds(dict[str, str]):
-    """What each word is. `faults` holds the words that are none, and why."""
+    """Kind of each word. `faults` maps words of no kind to the reason."""
 
     def __init__(self) -> None:
         super().__init__(_KNOWN)
@@ -251,7 +251,8 @@ def _set_aside(
 
 
 def _object_bounds(words: list[str], kinds: list[str], asides: list[int]) -> list[int]:
-    """Where objects begin and end, the last first; empty where no define could outlive its own."""
+    """Return the indices at which objects begin and end, the last first; empty if no define could
+    outlive its object."""
     if not any(_DEFINING.match(words[index]) for index in asides if kinds[index] is _PRAGMA):
         return []
     return [index for index in range(len(kinds) - 1, -1, -1) if kinds[index] in _OBJECT_BOUNDS]

@@ -1,4 +1,4 @@
-"""What a literal says: its type, if it names one, and its value.
+"""Types and values of literals; the type is optional.
 
 Source: IEC 61131-3 (2013) tables 5, 6, 8 and 9.
 """
@@ -54,7 +54,7 @@ class LiteralValue(NamedTuple):
 
 
 def malformed(text: str) -> str:
-    """Why the text is not a literal; empty if it is one."""
+    """Return the reason why the text is not a literal; empty if it is one."""
     try:
         literal_value(text)
     except IecValueError as error:

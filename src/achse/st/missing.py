@@ -30,7 +30,7 @@ _NAMES: Mapping[str, str] = {
     "tc3_packml_v3": r"\w*_?PMLV?\w+|\w*PackML\w*",
     "tcunit": r"FB_TestSuite|TEST(?:_FINISHED|_ORDERED)?|Assert\w+|TcUnit",
 }
-"""What names of a library look like, as public projects use them."""
+"""Patterns of the names in a library, as public projects use them."""
 
 _WORD = re.compile(r"[A-Za-z_]\w*")
 
@@ -46,7 +46,7 @@ class MissingLibrary:
     """A file of the library that is there and cannot be read."""
 
     def __str__(self) -> str:
-        """What is missing, who needs it, and what to put where."""
+        """Return a message: the missing library, the files that need it, and the file to add."""
         if not self.uses:
             return f"library {self.reference} is not here; nothing in the project seems to need it"
         files = [
@@ -79,7 +79,7 @@ def missing_libraries(
     unknown: Iterable[str],
     is_declared: Callable[[str], bool],
 ) -> tuple[MissingLibrary, ...]:
-    """Who needs which of the missing libraries.
+    """Return the missing libraries, each with its uses.
 
     `unknown` are names of types that nothing declares. A name belongs to the library named
     before it, to one that has names like it, or else to the only one that is missing.

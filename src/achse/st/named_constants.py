@@ -35,7 +35,7 @@ __all__ = ["NamedConstants"]
 
 
 class _Types(Protocol):
-    """Who makes the types that constants have."""
+    """Interface for making the types of constants."""
 
     def type_of(self, spec: TypeSpec, scope: Scope, hint: str) -> IecType[Any]: ...
 
@@ -57,7 +57,7 @@ class NamedConstants:
         self._given_constants = {name.lower(): value for name, value in constants.items()}
 
     def is_given(self, key: str) -> bool:
-        """Whether a constant of that name, in lower case, is handed in."""
+        """Return True if a constant of that name, in lower case, is passed in."""
         return key in self._given_constants
 
     def known(self) -> Iterator[tuple[str, str, object]]:
@@ -122,11 +122,11 @@ class NamedConstants:
         raise Unexpected(at, f"no constant or variable is named '{'.'.join(path)[:80]}'")
 
     def of_library(self, keys: Sequence[str]) -> Constant | None:
-        """What `List.cMost` of a library is worth that is here as a symbol file only."""
+        """Return the value of `List.cMost` of a library that is here as a symbol file only."""
         return self._given.constant(keys) if len(keys) > 1 else None
 
     def is_inherited(self, key: str, scope: Scope) -> bool:
-        """Whether a variable comes from a base that no source declares."""
+        """Return True if a variable comes from a base that no source declares."""
         for here in with_bases(scope):
             if here.extends is not None:
                 base = self._given.find(here.extends.name, here.extends.at)

@@ -16,7 +16,7 @@ class UnitOutline(NamedTuple):
     kind: str
     """Name of the class of its syntax tree: `FunctionBlock`."""
     at: int
-    """Where it begins in its source."""
+    """Offset of its beginning in the source."""
     variables: Sequence[str] = ()
     """Variables that need no list in front, in lower case."""
     properties: Sequence[str] = ()

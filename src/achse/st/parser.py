@@ -126,7 +126,7 @@ class Parser:
         return self.cursor.faults
 
     def attempt(self, read: Callable[[], P]) -> P | None:
-        """What `read` finds if the text ends after it, or else nothing; the fault is reported."""
+        """Return the result of `read` if the text ends after it, else report the fault."""
         cursor = self._cursor
         try:
             with collection_paused():  # trees have no cycles
@@ -262,7 +262,7 @@ class Parser:
         return Interface(name.name, modifiers, extends, parts, note, name.at)
 
     def _opening(self, word: str) -> tuple[tuple[str, ...], Name, Note]:
-        """What every unit and part begins with: its modifiers, name and note."""
+        """Return the beginning of a unit or part: its modifiers, name and note."""
         cursor = self._cursor
         first = cursor.position
         cursor.expect(word)

@@ -53,7 +53,7 @@ class ProjectDefines(Protocol):
         ...
 
     def is_declared(self, kind: str, name: str) -> bool:
-        """Whether there is a variable, type or pou of that name."""
+        """Return True if there is a variable, type or pou of that name."""
         ...
 
     def attribute(self, kind: str, name: str, attribute: str) -> str | None:
@@ -70,7 +70,7 @@ class ProjectDefines(Protocol):
 
 
 def asks_for_declarations(text: str) -> bool:
-    """Whether a condition in a text can only be answered when all declarations are known."""
+    """Return True if a condition in a text can only be evaluated with all declarations."""
     return _ASKING.search(text) is not None
 
 
@@ -92,7 +92,7 @@ class Conditions:
 
     @property
     def is_open(self) -> bool:
-        """Whether an `{IF}` waits for its `{END_IF}`."""
+        """True if an `{IF}` has no `{END_IF}` yet."""
         return bool(self._open)
 
     def begin_object(self) -> None:

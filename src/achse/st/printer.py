@@ -314,7 +314,7 @@ def _note(note: Note) -> list[str]:
 
 
 def _nests(comment: str) -> bool:
-    """Whether every comment inside a comment ends inside it."""
+    """Return True if every comment inside a comment ends inside it."""
     depth = 0
     for sign in re.findall(r"\(\*|\*\)", f"{comment} "):
         depth += 1 if sign == "(*" else -1

@@ -31,7 +31,7 @@ __all__ = ["Project", "examine_project", "load_project"]
 
 @dataclass(frozen=True, slots=True)
 class Project:
-    """What a project declares, the tasks it names, and its sources with their syntax trees."""
+    """Declarations and tasks of a project, and its sources with their syntax trees."""
 
     declarations: Declarations
     tasks: tuple[TaskDeclaration, ...]
@@ -89,8 +89,9 @@ def examine_project(
     defines: Defines = (),
     opaque: bool = False,
 ) -> tuple[Project, SourceError | None]:
-    """What can be read and declared of a project, and what cannot: as `load_project`, for those
-    who want to go on and look at the rest. Raises `SourceError` if nothing can be read at all."""
+    """Return the readable part of a project, and an error with all faults or None: as
+    `load_project`, for callers that continue with the rest. Raises `SourceError` if nothing can be
+    read."""
     faults: list[Diagnostic] = []
     others = [Path(item) for item in libraries]
     named = [item for item in others if item.suffix.lower() == SYMBOL_FILE]

@@ -1,4 +1,4 @@
-"""What a `.plcproj` says about libraries: which ones the project names.
+"""Libraries that a project references in its `.plcproj`.
 
 A reference names a library by title, wants a version of it, gives it a name space in the project,
 and may set its parameters: constants of lists that the library marks for that.
@@ -26,7 +26,7 @@ class LibraryReference(NamedTuple):
     parameters: Mapping[tuple[str, str], str]
     """Structured Text by list and constant in lower case; the list is empty in older files."""
     placeholder: str = ""
-    """What the project calls the library, if it leaves open which one that is."""
+    """Name of the placeholder in the project, if the library is not fixed; else empty."""
 
     @property
     def titles(self) -> list[str]:

@@ -424,7 +424,8 @@ class Resolver:
     # where variables are ---------------------------------------------------------------------
 
     def address_of(self, name: str, address: DirectAddress | None) -> Place | None:
-        """Where a variable lies that says so."""
+        """Return the place of a variable with a direct address, completed by VAR_CONFIG; else
+        None."""
         if address is None:
             return None
         found = self._parsed(address)

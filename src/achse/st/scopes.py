@@ -56,7 +56,7 @@ __all__ = [
 T = TypeVar("T")
 
 DEEPEST = 64
-"""How deep types and constants that are declared elsewhere may rest on each other."""
+"""Deepest chain of types and constants that are declared by others."""
 
 
 class Failed(Exception):
@@ -93,12 +93,12 @@ class DeclaredUnit:
 
     @property
     def is_used(self) -> bool:
-        """Whether its syntax tree was needed; of units of the user it always is."""
+        """True if its syntax tree was needed; always True for units of the user."""
         return not isinstance(self._tree, LibraryUnit)
 
     @property
     def is_interface(self) -> bool:
-        """Whether it is an interface; of a library that is not parsed, too."""
+        """True if the unit is an interface, even in a library that is not parsed."""
         tree = self._tree
         if isinstance(tree, LibraryUnit):
             return tree.file.outlines[tree.number].kind == Interface.__name__
@@ -106,7 +106,7 @@ class DeclaredUnit:
 
     @property
     def at(self) -> int:
-        """Where it begins in its source; in a library that is not parsed, too."""
+        """Offset of the unit in its source, even in a library that is not parsed."""
         tree = self._tree
         return tree.file.outlines[tree.number].at if isinstance(tree, LibraryUnit) else tree.at
 
@@ -128,7 +128,7 @@ class Scope:
     values: dict[str, Constant] = field(default_factory=dict)
     """Values of enumerations declared inside."""
     constants: dict[str, Constant | None] = field(default_factory=dict)
-    """Those worked out already; None while one is."""
+    """Constants already computed; None while one is being computed."""
     failed: set[str] = field(default_factory=set)
     """Constants at fault, which is told."""
 
@@ -188,8 +188,8 @@ class Scopes:
         self._list_properties: dict[str, list[DeclaredUnit]] = {}
         """Variable lists by the properties that need no list in front."""
         self._of_libraries: dict[str, dict[str, DeclaredUnit]] = {}
-        """What libraries declare, by library and by name, in lower case: they do not see what a
-        project calls the same."""
+        """Units of libraries, by library and by name, in lower case: they do not see units of the
+        project with the same name."""
         self._scopes: dict[int, Scope] = {}
         self._depth = 0
 
@@ -344,7 +344,7 @@ class Scopes:
         return self._scopes.values()
 
     def scope(self, entry: DeclaredUnit) -> Scope:
-        """What the inside of a unit sees."""
+        """Return the scope inside a unit."""
         found = self._scopes.get(id(entry))
         if found is None:
             found = Scope(entry.source, entry.name, entry.space)
@@ -396,7 +396,8 @@ class Scopes:
 
     @staticmethod
     def made(make: Callable[[], T], at: int) -> T:
-        """What `make` gives; an error of the type system as one of the source."""
+        """Return the result of `make`; an error of the type system becomes an error of the
+        source."""
         try:
             return make()
         except IecError as error:
@@ -405,7 +406,7 @@ class Scopes:
     # what is where -----------------------------------------------------------------------------
 
     def has_property(self, block: str, name: str) -> bool:
-        """Whether a function block of that name, or its base, has that PROPERTY."""
+        """Return True if a function block of that name, or its base, has that PROPERTY."""
         entry = self.find(block.partition("<")[0])
         while entry is not None and isinstance(tree := entry.tree, FunctionBlock):
             if any(isinstance(p, Property) and p.name.lower() == name.lower() for p in tree.parts):
@@ -415,8 +416,8 @@ class Scopes:
         return False
 
     def is_property(self, key: str, scope: Scope) -> bool:
-        """Whether a name alone means a property: of the block or list that a scope is in, of a
-        block that it extends, or of a variable list."""
+        """Return True if a name alone means a property: of the block or list that a scope is in, of
+        a block that it extends, or of a variable list."""
         for here in with_bases(scope):
             entry = self.entries.get(here.owner.partition("<")[0].lower())
             parts: Sequence[Part] = () if entry is None else getattr(entry.tree, "parts", ())
@@ -425,7 +426,8 @@ class Scopes:
         return bool(self.lists_with_property(key, scope.space))
 
     def variable(self, path: Path, scope: Scope) -> tuple[Scope, list[str]] | None:
-        """Where the variable is declared that a path begins with, and the names from it on."""
+        """Return the scope that declares the first variable of a path, and the names from the
+        variable on."""
         keys = [part.lower() for part in path]
         if (own := self.own(keys[0], scope)) is not None:
             return own[0], keys
@@ -441,12 +443,13 @@ class Scopes:
         return None
 
     def is_placed(self, scope: Scope) -> bool:
-        """Whether the variables of a scope are those of a list or a program: there once."""
+        """Return True if the variables of a scope are in a list or a program, which exists once."""
         entry = self.entries.get(scope.owner.lower())
         return entry is not None and isinstance(entry.tree, GlobalList | Program)
 
     def is_enum(self, name: str, space: str) -> bool:
-        """Whether `State.Idle` means a value, though a variable is called `State` like its type."""
+        """Return True if `State.Idle` means a value, though a variable has the name `State` like
+        its type."""
         entry = self.find(name, space)
         tree = None if entry is None else entry.tree
         return isinstance(tree, TypeDeclaration) and isinstance(tree.type, EnumOf | NamedType)

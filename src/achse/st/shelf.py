@@ -37,10 +37,10 @@ _CONTAINERS = (".library", ".compiled-library")
 _TITLE = re.compile(rb"<Title>([^<]*)</Title>")
 
 _WITHOUT_EFFECT = ("visu", "systemvisu", "breakpointlogging", "baseinterfaces")
-"""How the titles of libraries begin that only the vendor's editor and screens use."""
+"""Beginnings of the titles of libraries that only the vendor's editor and screens use."""
 
 _FURTHER_TITLES = ("Tc2_NC", "PlcNc", "TcNcUtilities")
-"""What the library TcNC is called besides: in TwinCAT 3, and in TwinCAT 2.7."""
+"""Other titles of the library TcNC: in TwinCAT 3, and in TwinCAT 2.7."""
 
 
 class Gathered(NamedTuple):
@@ -53,7 +53,7 @@ class Gathered(NamedTuple):
 
 
 def references_in(project: Path | None) -> list[LibraryReference]:
-    """What a `.plcproj` references; nothing without one. Raises `SourceError`."""
+    """Return the references in a `.plcproj`; empty without one. Raises `SourceError`."""
     if project is None:
         return []
     return references_of(parse_xml(content_of(project, project.name), project.name))
@@ -108,7 +108,7 @@ def gather(
 
 
 class _Shelf:
-    """What is in the places of the user."""
+    """Projects and sources at the places of the user."""
 
     def __init__(self, places: Iterable[Path]) -> None:
         self.whole: list[Path] = []
@@ -147,7 +147,7 @@ class _Shelf:
         return project.stem
 
     def references(self, place: Path) -> list[LibraryReference]:
-        """What a project of the shelf references, or the only one of a place."""
+        """Return the references of a project found here, or of the only project of a place."""
         project = self._only.get(place, place)
         return references_in(project if project.suffix.lower() == PROJECT else None)
 

@@ -1,4 +1,4 @@
-"""What only the solution's project (`.tsproj`) has: options of tasks, and links of axes.
+"""Options of tasks and links of axes, which only the solution's project (`.tsproj`) has.
 
 A `.TcTTO` says cycle, priority and programs; how many cycles may take too long and the AMS port are
 attributes of `<Task>` in the `.tsproj`. Links of axes are in its `<Mappings>`, from one owner to
@@ -29,7 +29,7 @@ _MOST_PORT = 0xFFFF
 
 
 class TaskOptions(NamedTuple):
-    """What a solution says of a task."""
+    """Options of a task in a solution."""
 
     watchdog_cycles: int = 0
     """`ExceedWarning`: cycles in a row that took too long before a warning; 0 for never."""
@@ -105,7 +105,7 @@ def axis_mappings(files: Iterable[tuple[bytes, str]]) -> tuple[AxisMapping, ...]
 
 
 def _is_link(plc: list[str], variable: str, nc: list[str], signal: str) -> bool:
-    """Whether it is one of the two structures of an axis as a whole."""
+    """Return True for a link of a whole structure of an axis, to or from the NC."""
     return (
         plc[0] == _PLC
         and len(plc) > 1

@@ -47,7 +47,7 @@ class Diagnostic:
 
 
 def _blank(sign: str) -> str:
-    """What is as wide as a sign, so that the caret is under its column in any terminal."""
+    """Return blanks as wide as a sign, so that the caret is under its column in any terminal."""
     if sign == "\t":
         return sign
     if combining(sign):
@@ -91,7 +91,7 @@ class Source:
         self.library = ""
         """The library that a source is from: its title."""
         self.namespace = ""
-        """What a project writes before names of the library, if that is not its title."""
+        """Prefix of the library's names in a project, if it is not the library's title."""
         self.content: object = None
         """Lives as long as the source: what else was made of the same text."""
         self.pieces = tuple(pieces) or (SourceSegment(0, 1, 1),)
@@ -109,7 +109,7 @@ class Source:
 
     @cached_property
     def _breaks(self) -> list[int]:
-        """Where lines end: a routine asks for the place of each of its statements."""
+        """Positions of line ends: a routine looks up the place of each of its statements."""
         return [found.start() for found in _BREAK.finditer(self.text)]
 
     @cached_property

@@ -1,7 +1,7 @@
-"""What every PLC project can name without declaring it: the libraries that come with achse.
+"""Libraries that come with achse: every PLC project can name their units without declaring them.
 
-A file of them is parsed when a project names one of its units. What the files declare is listed in
-the user's cache, so that a process parses no more than it needs.
+A file of the libraries is parsed when a project names one of its units. The declarations of the
+files are listed in the user's cache, so that a process parses no more than it needs.
 
 Source: IEC 61131-3 (2013) tables 43 to 46.
 """
@@ -46,7 +46,7 @@ class LibraryFile:
 
     @cached_property
     def outlines(self) -> Sequence[UnitOutline]:
-        """What it declares, one for each of its units."""
+        """Outlines of the declared units."""
         if self._outlines is not None:
             return self._outlines
         return tuple(outline_of(unit) for unit in self.parsed.units)
@@ -80,7 +80,8 @@ def standard_libraries() -> Sequence[Parsed]:
 
 
 def _digest(sources: Sequence[Source]) -> str:
-    """What the list of all units follows from: the texts, and what reads them."""
+    """Return the digest of the list of all units: of the texts, and of the modules that read
+    them."""
     digest = hashlib.blake2b(sys.version.encode(), digest_size=10)
     for module in _READERS:
         try:

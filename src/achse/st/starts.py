@@ -71,13 +71,13 @@ class StartValues:
         return type.encode(self._value(tree).address)
 
     def arguments(self, type: IecType[Any], tree: Expression) -> bytes:
-        """What FB_init makes of its arguments: nothing, as it is not called."""
+        """Raise `Unexpected`: FB_init is not called, so its arguments have no effect."""
         raise Unexpected(tree.at, f"FB_init of {type.name} is not called")
 
     # values ----------------------------------------------------------------------------------
 
     def _constant(self, tree: Expression) -> Constant:
-        """What the evaluator finds to be not constant."""
+        """Return the value of an expression that the evaluator finds not constant."""
         if isinstance(tree, This):
             return Constant(self._own.address)
         if isinstance(tree, Call) and len(tree.arguments) == 1:
@@ -102,7 +102,7 @@ class StartValues:
     # variables -------------------------------------------------------------------------------
 
     def _value(self, tree: Expression) -> PointedValue:
-        """Where the variable lies that an expression names, behind a reference if it is one."""
+        """Return the variable that an expression names; for a reference, the variable behind it."""
         spot = self._spot(tree)
         real = resolved(spot.type)
         if isinstance(real, ReferenceType):

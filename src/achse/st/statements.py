@@ -39,7 +39,7 @@ from achse.st.words import BLOCK_WORDS, INNER_ENDS, STATEMENT_WORDS
 __all__ = ["StatementParser"]
 
 _ENDS = BLOCK_WORDS | INNER_ENDS | {"END_STRUCT", "END_UNION", END}
-"""What no statement starts with, so that a list of statements ends before it."""
+"""Tokens that start no statement, so that a list of statements ends before them."""
 _RESUME = STATEMENT_WORDS | INNER_ENDS
 _HEAD_ENDS = _ENDS | _RESUME | {";", "THEN", "DO", "OF"}
 _NO_LABEL = _ENDS | STATEMENT_WORDS | {";"}
@@ -114,7 +114,8 @@ class StatementParser:
         return statement
 
     def _assigned(self) -> Expression:
-        """What is assigned; `b S= c` in it goes on with the chain: `a := b S= c`."""
+        """Parse the right-hand side of an assignment; `b S= c` in it continues the chain: `a := b
+        S= c`."""
         cursor = self._cursor
         value = self._expressions.expression()
         sign = cursor.setter()
@@ -128,7 +129,7 @@ class StatementParser:
         return _with_last(value, lambda last: Assign(sign, last, rest, at))
 
     def _at_label(self) -> bool:
-        """Whether the next token begins the label of a CASE rather than a statement."""
+        """Return True if the next token begins the label of a CASE rather than a statement."""
         kinds = self._kinds
         position = self._cursor.position
         inside = 0
@@ -164,8 +165,8 @@ class StatementParser:
     def _head(
         self, word: str, read: Callable[[], tuple[Expression, ...]], count: int = 1
     ) -> tuple[Expression, ...]:
-        """What is before THEN, OF or DO. If that is at fault the body is still read, so that
-        its END is not a second fault."""
+        """Parse the head before THEN, OF or DO. If the head is at fault the body is still read, so
+        that its END is not a second fault."""
         cursor = self._cursor
         depth, start = cursor.depth, cursor.position
         try:
@@ -213,7 +214,7 @@ class StatementParser:
         return Case(selector, tuple(choices), otherwise, at)
 
     def _labels(self) -> tuple[Expression | Range, ...]:
-        """What is before the colon. If that is at fault the choice is still read."""
+        """Parse the labels before the colon. If they are at fault the choice is still read."""
         cursor = self._cursor
         depth, start = cursor.depth, cursor.position
         try:

@@ -279,7 +279,7 @@ class MemberInitial:
     value: "Initial"
     at: int = place()
     is_reference: bool = False
-    """Whether it came with `REF=`."""
+    """True if it came with `REF=`."""
 
 
 @node
@@ -501,7 +501,7 @@ class Subrange:
 
 @node
 class Note:
-    """What is beside a declaration: its comment, and its attribute pragmas in order."""
+    """Comment and attribute pragmas of a declaration, the pragmas in order."""
 
     comment: str = ""
     attributes: tuple[tuple[str, str], ...] = ()
@@ -574,7 +574,7 @@ class Declaration:
     initial: Initial | None
     note: Note
     is_reference: bool = False
-    """Whether the initial value came with `REF=`."""
+    """True if the initial value came with `REF=`."""
 
 
 @node

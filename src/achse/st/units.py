@@ -54,7 +54,7 @@ class Action:
 
 @node
 class _Routine:
-    """What is called and keeps no memory from one call to the next."""
+    """Unit that keeps no memory from one call to the next."""
 
     name: str
     modifiers: tuple[str, ...]
@@ -119,7 +119,7 @@ class Function(_Routine):
 
 @node
 class _Block:
-    """What keeps its variables, and has parts."""
+    """Unit that keeps its variables, and has parts."""
 
     name: str
     modifiers: tuple[str, ...]

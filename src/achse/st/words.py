@@ -61,6 +61,6 @@ and are names elsewhere."""
 
 ACCESS = _words("PUBLIC PRIVATE PROTECTED INTERNAL")
 MODIFIERS = ACCESS | _words("ABSTRACT FINAL OVERRIDE")
-"""What may be before the name of a unit or method."""
+"""Words that may precede the name of a unit or method."""
 QUALIFIERS = ACCESS | _words("CONSTANT RETAIN NON_RETAIN PERSISTENT")
-"""What may be after the word that begins a block of variables."""
+"""Words that may follow the word that begins a block of variables."""

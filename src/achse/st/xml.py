@@ -28,9 +28,9 @@ class Element:
         self.location = location
         self.text = ""
         self.begin = 0
-        """Where in `text` the first piece is that is not blank: a CDATA part, for example."""
+        """Index in `text` of the first piece that is not blank: a CDATA part, for example."""
         self.begin_at = location
-        """Where that is in the file."""
+        """Location of that piece in the file."""
         self.children: list[Element] = []
 
     def __iter__(self) -> Iterator["Element"]:

@@ -59,7 +59,7 @@ def type_class(type: IecType[Any]) -> int:
 def any_record(
     body: "RoutineBody", operand: TypedOperand, record: IecType[Any], at: int
 ) -> Composed:
-    """What an ANY input gets of an argument: {TypeClass, pValue, diSize}."""
+    """Return the record that an ANY input gets for an argument: {TypeClass, pValue, diSize}."""
     assert isinstance(record, StructType)
     type = operand.type
     if operand.loose and operand.storage is None:

@@ -113,7 +113,8 @@ class Blocks:
         return found
 
     def implements(self, type: StructType[Any], interface: InterfaceType) -> bool | None:
-        """Whether a function block has an interface; None if its declaration is not known."""
+        """Return True if a function block has an interface, None if its declaration is not
+        known."""
         entry = self._names.entry_of(type)
         if entry is None:
             return None

@@ -69,7 +69,7 @@ def _elementary(name: str) -> IecType[Any] | None:
 
 
 def is_builtin(name: str) -> bool:
-    """Whether a name is that of a function of the language."""
+    """Return True if a name is the name of a function of the language."""
     return name.upper() in _ROWS or conversion_target(name) is not None
 
 
@@ -83,7 +83,7 @@ class _Row(NamedTuple):
 
 
 def _is_at_hand(value: TypedValue) -> bool:
-    """Whether nobody can tell if a value was evaluated: it changes nothing and cannot fail."""
+    """Return True if the evaluation of a value has no side effect and cannot fail."""
     match value:
         case Known():
             return True

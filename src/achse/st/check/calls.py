@@ -60,7 +60,7 @@ _SECTIONS = {
 
 
 def is_any(type: IecType[Any]) -> bool:
-    """Whether a parameter takes arguments of any type (or of any of a kind)."""
+    """Return True if a parameter accepts arguments of any type (or of any of a kind)."""
     return isinstance(type, AliasType) and type.name.lower().removeprefix("__system.") in _ANY
 
 
@@ -70,7 +70,7 @@ class CallChecker:
     def __init__(self, body: "RoutineBody") -> None:
         self._body = body
         self.after: list[TypedStatement] = []
-        """What is done behind the statement that is being checked: SETs of `=> property`."""
+        """Statements that follow the statement being checked: SETs of `=> property`."""
 
     def call(self, tree: Call) -> TypedOperand:
         """`of(arguments)`. Raises `Unexpected` and `Failed`."""
@@ -258,7 +258,7 @@ class CallChecker:
         return self._invocation(callee, (stored,), (), at).value
 
     def has_set(self, use: PropertyUse) -> bool:
-        """Whether a property can be written."""
+        """Return True if a property can be written."""
         return use.tree.set is not None
 
     # arguments -------------------------------------------------------------------------------
@@ -475,7 +475,7 @@ def _table_name(signature: Signature) -> str:
 
 
 def _place(parameter: DeclaredParameter, at: int, unit: str = "") -> Storage:
-    """Where a parameter is in what is called; of a program in its unit."""
+    """Return the storage of a parameter in the called routine, of a program in its unit."""
     variable = parameter.variable
     type = flat(variable.type)
     if unit:
@@ -506,8 +506,8 @@ _NOTHING: IecType[Any] = IecType("nothing", 0, 1, 0)
 
 
 def _is_one_type_twice(have: IecType[Any], want: IecType[Any]) -> bool:
-    """Whether a library of ours and a symbol file both have this type: `AXIS_REF` and
-    `Tc2_MC2.AXIS_REF`. The variable is as long as the block takes it to be, or longer."""
+    """Return True if a library of ours and a symbol file both have this type: `AXIS_REF` and
+    `Tc2_MC2.AXIS_REF`. The variable must be at least as long as the type that the block expects."""
     have, want = resolved(have), resolved(want)
     return (
         isinstance(have, StructType)

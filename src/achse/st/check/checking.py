@@ -81,7 +81,7 @@ class _Checked(NamedTuple):
 
 
 class Checking:
-    """What all routines of a project share while they are checked."""
+    """State that all routines of a project share while they are checked."""
 
     def __init__(
         self,
@@ -451,7 +451,7 @@ class Checking:
         self._finish(body, opening, None if builtin else statements, builtin)
 
     def _opening(self, body: RoutineBody) -> tuple[TypedStatement, ...]:
-        """What locals start with that no image can say."""
+        """Return the statements that start locals whose start values no image can contain."""
         found: list[TypedStatement] = []
         for declaration, variable in body.signature.starts:
             storage = body.frame.storage(variable, declaration.names[0].at)

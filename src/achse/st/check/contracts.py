@@ -89,7 +89,7 @@ class Contracts:
         return isinstance(tree, FunctionBlock) and "ABSTRACT" in tree.modifiers
 
     def _missing(self, entry: DeclaredUnit) -> Iterator[str]:
-        """What interfaces and abstract bases ask for and nothing gives."""
+        """Return a message for each missing part of interfaces and abstract bases."""
         last = self._blocks.chain(entry)[-1].tree
         is_known = not (isinstance(last, FunctionBlock) and last.extends is not None)
         for interface in self._interfaces(entry):
@@ -129,7 +129,7 @@ class Contracts:
 
 
 def _difference(own: Signature, wanted: Signature) -> str:
-    """How a method's parameters differ from another's; empty if they do not."""
+    """Return the difference between the parameters of two methods; empty if there is none."""
     if len(own.parameters) != len(wanted.parameters):
         return f"takes {len(own.parameters)} parameters instead of {len(wanted.parameters)}"
     for mine, theirs in zip(own.parameters, wanted.parameters, strict=True):

@@ -91,7 +91,7 @@ class ExpressionChecker:
                 return constant_operand(value, place)
 
     def called_without_arguments(self, found: Meaning, at: int) -> TypedOperand:
-        """What is called without parentheses, as older sources do."""
+        """Call a routine without parentheses, as older sources do, or read the value."""
         if isinstance(found, Callee):
             return self._body.calls.invoke(found, (), at)
         if isinstance(found, BuiltinName):
@@ -99,7 +99,7 @@ class ExpressionChecker:
         return self.as_operand(found, at)
 
     def meaning(self, tree: Expression) -> Meaning:
-        """What an expression is: a value, or what a name can be besides."""
+        """Return the meaning of an expression: a value, or anything else that a name can be."""
         if isinstance(tree, Binary):
             return self._chain(tree)
         return _READERS[type(tree)](self, tree)
@@ -246,7 +246,7 @@ class ExpressionChecker:
     # callable --------------------------------------------------------------------------------
 
     def callee(self, tree: Expression) -> Meaning:
-        """What is called: a routine, an instance, a program."""
+        """Return the target of a call: a routine, an instance, a program."""
         found = self.meaning(tree)
         if isinstance(found, PropertyUse):
             found = self._body.calls.read_property(found)

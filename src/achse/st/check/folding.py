@@ -17,7 +17,7 @@ from achse.st.values import UNITS_NS
 __all__ = ["cut", "folded", "real", "rescaled", "rounded"]
 
 _INDEFINITE = -(1 << 63)
-"""What a real that no 64-bit integer holds becomes, before it is cut."""
+"""Result of converting a real that no 64-bit integer holds, before it is cut."""
 
 _DAY_NS = 86_400 * 1_000_000_000
 

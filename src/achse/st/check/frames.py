@@ -55,7 +55,7 @@ class VariableFrame:
         return self._by_name.get(key)
 
     def storage(self, variable: Variable[Any, Any], at: int) -> Storage:
-        """Where a variable of the frame is."""
+        """Return the storage of a variable of the frame."""
         type = flat(variable.type)
         return Storage(FrameBase(), variable.offset, type, name=variable.name, at=at)
 

@@ -70,9 +70,11 @@ class Initials:
     def defaults(
         self, storage: Storage, type: IecType[Any], declaration: Declaration
     ) -> list[TypedStatement]:
-        """What a record's type says of the members that a declaration gives values to.
+        """Return statements that set the defaults of a record's type for the members that a
+        declaration initializes.
 
-        That is what they are before the declaration counts: while siblings start, and in FB_init.
+        Members have these values before the declaration counts: while siblings start, and in
+        FB_init.
         """
         if declaration.initial is None or declaration.is_reference:
             return []
@@ -190,7 +192,7 @@ class Initials:
                 yield item
 
     def _counts(self, item: Call) -> bool:
-        """Whether `cCount(0)` is a repetition and not a call."""
+        """Return True if `cCount(0)` is a repetition and not a call."""
         if any(argument.name for argument in item.arguments):
             return False
         found = self._body.expressions.meaning(item.of)
@@ -204,7 +206,7 @@ class Initials:
 
 
 def _member(storage: Storage, member: Variable[Any, Any], at: int) -> Storage:
-    """Where a member of a record lies."""
+    """Return the storage of a member of a record."""
     return replaced(
         storage,
         offset=storage.offset + member.offset,

@@ -61,42 +61,42 @@ _DURATIONS = ("TIME", "LTIME")
 
 
 def is_signed(type: IntegerType) -> bool:
-    """Whether a type of integers has numbers below 0."""
+    """Return True if a type of integers has numbers below 0."""
     return type.low < 0
 
 
 def is_whole(type: IecType[Any]) -> bool:
-    """Whether values are counts in a number of bits: integers, times, pointers."""
+    """Return True if values are counts in a number of bits: integers, times, pointers."""
     return isinstance(type, IntegerType | TimeType | PointerType)
 
 
 def is_number(type: IecType[Any]) -> bool:
-    """Whether values are numbers that arithmetic takes."""
+    """Return True if values are numbers for arithmetic: integers or reals."""
     return isinstance(type, IntegerType | RealType)
 
 
 def is_text(type: IecType[Any]) -> bool:
-    """Whether it is a STRING or WSTRING."""
+    """Return True for a STRING or WSTRING."""
     return isinstance(type, StringType)
 
 
 def is_pointer(type: IecType[Any]) -> bool:
-    """Whether it is a pointer, reference or interface."""
+    """Return True for a pointer, reference or interface."""
     return isinstance(type, PointerType)
 
 
 def is_interface(type: IecType[Any]) -> bool:
-    """Whether it is a variable of an interface."""
+    """Return True for a variable of an interface."""
     return isinstance(type, InterfaceType)
 
 
 def is_duration(type: IecType[Any]) -> bool:
-    """Whether it is TIME or LTIME."""
+    """Return True for TIME or LTIME."""
     return isinstance(type, TimeType) and type.name in _DURATIONS
 
 
 def is_date(type: IecType[Any]) -> bool:
-    """Whether it is a date, a time of day, or both."""
+    """Return True for a date, a time of day, or both."""
     return isinstance(type, TimeType) and type.name not in _DURATIONS
 
 
@@ -141,7 +141,7 @@ def natural(value: int) -> IntegerType:
 
 
 def same_shape(left: IecType[Any], right: IecType[Any]) -> bool:
-    """Whether all bytes of a value of one type mean the same in the other."""
+    """Return True if all bytes of a value have the same meaning in both types."""
     if left is right:
         return True
     if isinstance(left, ArrayType) and isinstance(right, ArrayType):
@@ -156,7 +156,7 @@ def same_shape(left: IecType[Any], right: IecType[Any]) -> bool:
 
 
 def extends(derived: StructType[Any], base: StructType[Any]) -> bool:
-    """Whether one record has all of another at its beginning, because it extends it."""
+    """Return True if a record begins with all of another record, because it extends it."""
     here: StructType[Any] | None = derived
     while here is not None:
         if here is base or here.guid == base.guid:

@@ -63,7 +63,7 @@ class Life:
     # what is needed --------------------------------------------------------------------------
 
     def needs(self, type: StructType[Any], event: LifeEvent) -> bool:
-        """Whether there is anything to do for a record, apart from its header."""
+        """Return True if a record needs any statement for an event, apart from its header."""
         key = (id(type), event)
         found = self._needs.get(key)
         if found is None:
@@ -72,7 +72,7 @@ class Life:
         return found
 
     def _has_routine(self, type: StructType[Any], event: LifeEvent) -> bool:
-        """Whether a routine does it: not for records without name or source."""
+        """Return True if a record has a routine for an event: never without name or source."""
         return self._checking.names.entry_of(type) is not None and self.needs(type, event)
 
     def _is_needed(self, type: StructType[Any], event: LifeEvent) -> bool:
@@ -93,9 +93,9 @@ class Life:
         return False
 
     def _makes_values(self, type: StructType[Any]) -> bool:
-        """Whether a record, at any depth, begins with more than constants: by code of its own.
+        """Return True if code of a record, at any depth, writes start values.
 
-        That is an initial value that is not constant, or an FB_init.
+        That code is an initial value that is not constant, or an FB_init.
         """
         found = self._making.get(id(type))
         if found is None:
@@ -109,7 +109,7 @@ class Life:
         return found
 
     def is_block(self, type: StructType[Any]) -> bool:
-        """Whether a record is a function block whose source is known."""
+        """Return True if a record is a function block whose source is known."""
         return (
             type.kind is RecordKind.FUNCTION_BLOCK
             and self._checking.names.entry_of(type) is not None
@@ -224,7 +224,7 @@ class Life:
         declaration: Declaration,
         starts: bool,
     ) -> Iterator[TypedStatement]:
-        """What brings a variable to life, with the values of its declaration."""
+        """Return the statements that create a variable with the values of its declaration."""
         at = declaration.names[0].at
         inner = element_of(type)
         # What a declaration says counts over what FB_init, or members by their siblings, made.
@@ -267,7 +267,7 @@ class Life:
         yield from values
 
     def _is_nameless(self, type: StructType[Any], declaration: Declaration) -> bool:
-        """Whether a structure is declared with its variable: it has no routines of its own."""
+        """Return True if a structure is declared with its variable, and so has no routines."""
         return self._checking.names.entry_of(type) is None and bool(_members(declaration.type))
 
     def _written(self, declaration: Declaration, count: int) -> Iterator[tuple[Argument, ...]]:
@@ -441,7 +441,7 @@ def element_of(type: IecType[Any]) -> StructType[Any] | None:
 
 
 def _members(tree: TypeSpec) -> tuple[Declaration, ...]:
-    """What a STRUCT that is written where a variable is declares; nothing for other types."""
+    """Return the members of a STRUCT that is written in place of a type; empty for other types."""
     while isinstance(tree, ArrayOf):
         tree = tree.element
     return tree.members if isinstance(tree, StructOf) else ()

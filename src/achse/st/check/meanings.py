@@ -59,7 +59,7 @@ class Callee:
     signature: Signature
     instance: TypedValue | None
     is_exact: bool
-    """Whether it is this routine, whatever the instance is."""
+    """True if the call runs exactly this routine, whatever the instance is."""
     at: int
 
 

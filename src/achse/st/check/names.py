@@ -58,12 +58,12 @@ class NameResolver:
     # single names ----------------------------------------------------------------------------
 
     def find(self, name: str, at: int) -> Meaning | None:
-        """What a name means, seen from the inside of the routine."""
+        """Return the meaning of a name inside the routine."""
         key = name.lower()
         return self.variable(key, at) or self._own_part(key, at) or self.outer(name, at)
 
     def outer(self, name: str, at: int, library: str = "") -> Meaning | None:
-        """What a name means globally, here or in a library: what a dot in front asks for."""
+        """Return the meaning of a global name, here or in a library, as for `.name`."""
         key = name.lower()
         body = self._body
         space = library or body.scope.space

@@ -64,12 +64,12 @@ class TypedOperand:
 
     @property
     def is_constant(self) -> bool:
-        """Whether the value is known."""
+        """True if the value is known."""
         return isinstance(self.value, Known)
 
 
 def read(storage: Storage, type: IecType[Any], at: int) -> TypedOperand:
-    """What is in a storage; behind a reference what that leads to."""
+    """Return the value in a storage; for a reference, the value that it refers to."""
     real = resolved(type)
     if isinstance(real, ReferenceType):
         return _followed(storage, real, at)
@@ -77,7 +77,7 @@ def read(storage: Storage, type: IecType[Any], at: int) -> TypedOperand:
 
 
 def _followed(storage: Storage, type: PointerType, at: int) -> TypedOperand:
-    """What the reference in a storage leads to."""
+    """Return the value that the reference in a storage refers to."""
     target = type.target
     there = Storage(
         PointerBase(Read(storage, storage.type, at)), 0, flat(target), name=storage.name, at=at
@@ -89,7 +89,7 @@ def _followed(storage: Storage, type: PointerType, at: int) -> TypedOperand:
 
 
 def followed_value(value: TypedValue, type: PointerType, at: int) -> TypedOperand:
-    """What a reference that is a value (of a method, of a property) leads to."""
+    """Return the value behind a reference that is itself a value (of a method, of a property)."""
     target = type.target
     return read(Storage(PointerBase(value), 0, flat(target), at=at), target, at)
 
@@ -134,7 +134,7 @@ def coded(text: str, type: StringType) -> bytes:
 
 
 def constant_operand(constant: Constant, at: int, *, is_bits: bool = False) -> TypedOperand:
-    """What the evaluator of constants found, as an operand."""
+    """Return a constant from the evaluator as an operand."""
     value, type = constant
     if isinstance(value, str):
         real = None if type is None else flat(type)

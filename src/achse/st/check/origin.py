@@ -1,7 +1,7 @@
-"""What a typed project follows from: a digest that differs wherever the project could.
+"""Digest of the inputs of a typed project: it differs wherever the project could.
 
-All sources that were looked at, all constants that were worked out of them or handed in, and what
-the runtime declares. Who keeps what was made of a project asks for it again by this.
+Inputs are all sources that were read, all constants that were computed from them or passed in, and
+the declarations of the runtime. The digest is the key of cached results.
 """
 
 import hashlib

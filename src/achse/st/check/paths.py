@@ -60,7 +60,7 @@ class Paths:
     # storages --------------------------------------------------------------------------------
 
     def storage(self, operand: TypedOperand, at: int) -> Storage:
-        """Where an operand is; a value is put into a temporary."""
+        """Return the storage of an operand; a value is put into a temporary."""
         if operand.storage is not None:
             return operand.storage
         variable = self._body.frame.temporary(operand.flat)
@@ -76,7 +76,7 @@ class Paths:
         return address_of(storage, type, at)
 
     def is_exact(self, storage: Storage) -> bool:
-        """Whether an instance is of the declared block itself, not of one that extends it."""
+        """Return True if an instance is of the declared block itself, not of a derived block."""
         is_this = isinstance(storage.base, InstanceBase) and storage.type is self._body.this
         return not isinstance(storage.base, PointerBase) and not is_this
 
@@ -260,7 +260,7 @@ class Paths:
         raise Unexpected(at, f"{whole.name} has no variable '{name[:80]}'")
 
     def _of_space(self, whole: SpaceName, name: str, at: int) -> Meaning:
-        """What a library's name is before: the library's own, else the same as without it."""
+        """Return the meaning of a name in a library, else its meaning without the library."""
         body = self._body
         scopes = body.checking.names.scopes
         path = f"{whole.name}.{name}"

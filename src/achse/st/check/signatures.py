@@ -292,7 +292,7 @@ class Routines:
                 made.starts.append((declaration, placed))
 
     def _parameters_of_record(self, made: Signature) -> None:
-        """Those of a block (with its bases) or a program: members of its record."""
+        """Add the parameters of a block (with its bases) or a program: members of its record."""
         record = made.this
         if record is None:
             record = self._names.unit(made.entry).__iec__

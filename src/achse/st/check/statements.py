@@ -328,7 +328,7 @@ class StatementChecker:
     def _beyond(
         self, counter: TypedOperand, last: TypedOperand, step: TypedOperand, at: int
     ) -> TypedValue:
-        """Whether the counter is behind the end, in the direction of the step."""
+        """Return a condition: the counter is beyond the end, in the direction of the step."""
         operators = self._body.operators
         if isinstance(step.constant, int):
             sign = Operator.LT if step.constant < 0 else Operator.GT

@@ -1,4 +1,4 @@
-"""What differs between two symbol files: types and variables that came, went or changed."""
+"""Differences between two symbol files: types and variables that were added, removed or changed."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple

@@ -71,7 +71,7 @@ class LibraryTypes:
         return found
 
     def has_property(self, block: str, name: str) -> bool:
-        """Whether a block of that name, or its base, has a property of that name."""
+        """Return True if a block of that name, or its base, has a property of that name."""
         return any(
             types.has_property(found, name) for types in self._files for found in types.named(block)
         )

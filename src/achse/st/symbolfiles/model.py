@@ -1,4 +1,4 @@
-"""What a symbol file says: types, variables with their places, tasks; and units made of it."""
+"""Contents of a symbol file: types, variables with their places, tasks; and units made of them."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -54,7 +54,7 @@ class FileVariable:
     task: int = 0
     """Number of its task in the file, from 0."""
     is_global: bool = False
-    """Whether the file says that it is in a global variable list."""
+    """True if the file marks the variable as part of a global variable list."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +79,7 @@ class SymbolFile:
         port: int = 851,
         pointer_size: int = 8,
     ) -> "SymbolFile":
-        """What a target uploads (0xF00B, 0xF00E), as a file.
+        """Return the upload of a target (0xF00B, 0xF00E) as a file.
 
         Symbols outside the memory areas of a PLC are left out. Raises `IecDecodeError` for
         entries that contradict themselves.
@@ -151,7 +151,7 @@ class SymbolFile:
 
 
 def is_defined(type: IecType[Any]) -> bool:
-    """Whether a type has a name of its own, which a symbol file has to define."""
+    """Return True if a type has a name of its own, which a symbol file has to define."""
     if type.name.lower() in ELEMENTARY or isinstance(type, ArrayType | StringType):
         return False
     return isinstance(type, InterfaceType) or not isinstance(type, PointerType)

@@ -60,7 +60,7 @@ def read_tmc(data: bytes, source: str = "tmc") -> SymbolFile:
 
 
 def start_values(module: Element, types: FileTypes) -> Iterator[tuple[str, Constant]]:
-    """What the single variables of global lists start with, as far as the file says it."""
+    """Return the start values of single variables of global lists, as far as the file has them."""
     areas = module.find("DataAreas")
     for area in () if areas is None else areas.all("DataArea"):
         for symbol in area.all("Symbol"):
@@ -79,7 +79,7 @@ def start_values(module: Element, types: FileTypes) -> Iterator[tuple[str, Const
 
 
 def _is_plc(module: Element) -> bool:
-    """Whether it is a PLC project, which tells its AMS port, and no C++ module."""
+    """Return True for a PLC project, which names its AMS port, and False for a C++ module."""
     return "ApplicationName" in properties_of(module)
 
 

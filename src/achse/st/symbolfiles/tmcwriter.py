@@ -236,7 +236,7 @@ def _member(member: Variable[Any, Any]) -> Lines:
 
 
 def item_properties(member: Variable[Any, Any]) -> list[tuple[str, str]]:
-    """What the properties of a member say: its section, and its attributes."""
+    """Return the properties of a member: its section, and its attributes."""
     notes = [("ItemType", kind)] if (kind := _ITEM_TYPES.get(member.section)) else []
     if member.persistent:
         notes.append(("TcPersistent", ""))

@@ -122,7 +122,8 @@ class FileTypes:
         return self._without_space.get(key, [])
 
     def has_property(self, name: str, wanted: str) -> bool:
-        """Whether the block of that whole name, or its base, has a property named `wanted`."""
+        """Return True if the block of that whole name, or its base, has a property named
+        `wanted`."""
         accessors = {f"__{which}{wanted.lower()}" for which in ("get", "set")}
         for _ in range(_DEEPEST):
             element = self._elements.get(name.strip().lower())
@@ -391,7 +392,8 @@ class FileTypes:
         )
 
     def _referred(self, item: Element) -> IecType[Any]:
-        """What a parameter by reference carries over the wire: the value, not its address."""
+        """Return the type that a parameter by reference has on the wire: of the value, not of its
+        address."""
         text = self._text(item.child("Type"), item)
         try:
             pointer = parse_type(text, self._find, pointer_size=self.pointer_size)
@@ -430,7 +432,7 @@ def _integer(text: str, element: Element) -> int:
 
 
 def _is_rpc(element: Element) -> bool:
-    """Whether a method can be called from outside; the others are not in the tables at all."""
+    """Return True if a method can be called from outside; the tables have no other methods."""
     return bool(element.child("Name").attributes.get("RpcEnable"))
 
 

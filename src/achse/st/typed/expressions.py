@@ -32,7 +32,7 @@ __all__ = [
 
 
 class Conversion(Enum):
-    """How a value becomes one of another type."""
+    """Conversion of a value to another type."""
 
     EXTEND = "EXTEND"
     """Integer, bit string or pointer to a type that holds every value: the same number."""
@@ -66,7 +66,7 @@ class Conversion(Enum):
 
 
 class Operator(Enum):
-    """What `Computed` does. Unless said otherwise all operands have the type of the result.
+    """Operation of `Computed`. Unless noted otherwise all operands have the type of the result.
 
     Integers wrap to the type of the result; REAL is computed in double precision and rounded once.
     """
@@ -169,7 +169,7 @@ class Known:
 
 @node
 class Read:
-    """What is in a storage now. Of a record or array: all its bytes."""
+    """Present value in a storage. Of a record or array: all its bytes."""
 
     storage: Storage
     type: IecType[Any]
@@ -279,7 +279,7 @@ class Invocation:
     """Into `CalleeBase`; of a program into its `UnitBase`. In the order of evaluation."""
     outputs: tuple[Stored, ...]
     result: Storage | None
-    """Where in `CalleeBase` the result is; None if there is none."""
+    """Storage of the result in `CalleeBase`; None if there is none."""
     type: IecType[Any] | None
     at: int = place()
 

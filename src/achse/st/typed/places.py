@@ -74,7 +74,7 @@ class CalleeBase:
 
 @node
 class PointerBase:
-    """What an address leads to. Address 0, or one outside all memory, is an access violation."""
+    """Target of an address. Address 0, or one outside all memory, is an access violation."""
 
     address: "TypedValue"
 
@@ -138,7 +138,7 @@ class Storage:
     steps: tuple[IndexStep, ...] = ()
     """In the order of evaluation."""
     is_constant: bool = False
-    """Whether it is declared CONSTANT: nothing in the source writes it."""
+    """True if it is declared CONSTANT: nothing in the source writes it."""
     name: str = ""
     """As written, for messages and for the debugger."""
     at: int = place()

@@ -27,7 +27,7 @@ __all__ = [
 
 
 class RoutineKind(Enum):
-    """What a routine is."""
+    """Kind of a routine."""
 
     FUNCTION = "FUNCTION"
     BODY = "BODY"
@@ -43,7 +43,7 @@ class RoutineKind(Enum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Routine:
-    """What can be called, checked.
+    """Checked code that can be called.
 
     Actions, bodies and programs have no parameters of their own: theirs are variables of the
     block or unit.
@@ -60,20 +60,21 @@ class Routine:
     source: Source
     """Every `at` in the routine is an offset in this text."""
     at: int
-    """Where its name is declared."""
+    """Offset of its name in the declaration."""
     this: StructType[Any] | None
-    """What `InstanceBase` is; None in functions and in what belongs to a program."""
+    """Type of `InstanceBase`; None in functions and in routines of a program."""
     parameters: tuple[Variable[Any, Any], ...]
-    """Those of the frame, in declared order (the order of arguments by position): inputs, in/outs
-    (of a ReferenceType, an address in the frame) and outputs; an in/out ARRAY [*] is followed by
-    its hidden bounds, DINT lower and upper of each dimension."""
+    """Parameters in the frame, in declared order (the order of arguments by position): inputs,
+    in/outs (of a ReferenceType, an address in the frame) and outputs; an in/out ARRAY [*] is
+    followed by its hidden bounds, DINT lower and upper of each dimension."""
     result: Variable[Any, Any] | None
     """In the frame; it bears the routine's name."""
     frame: StructType[Any]
     """Everything in the frame, in this order: result, parameters, locals, temporaries. Routines
     that override each other begin alike."""
     opening: TypedStatements
-    """What locals start with that the image of the frame cannot say; runs before the body."""
+    """Statements for start values of locals that the image of the frame cannot contain; they run
+    before the body."""
     body: TypedStatements | None
     """None: no Structured Text to run. `builtin` says what then."""
     builtin: bool = False
@@ -104,7 +105,7 @@ class TypedBlock(TypedRecord):
     """A function block."""
 
     number: int = 0
-    """What the header of its instances holds: 1, 2, 3 …"""
+    """Number in the header of its instances: 1, 2, 3 …"""
     base: str = ""
     """Key of the block it extends."""
     interfaces: frozenset[str] = frozenset()

@@ -157,7 +157,7 @@ class JumpMark:
 
 
 class LifeEvent(Enum):
-    """When a record begins or ends to live."""
+    """Event in the life cycle of a record."""
 
     CREATE = "CREATE"
     """Write the header (of a block), run `create` with `arguments`, do `values`, run `after_init`.
@@ -185,7 +185,7 @@ class LifeStep:
     """Parameters of the routine, stored into `CalleeBase`: bInitRetains and bInCopyCode, then
     what FB_init has more."""
     values: "TypedStatements"
-    """What the declaration says of this instance; empty if `count` is not 1."""
+    """Statements for the values that the declaration sets; empty if `count` is not 1."""
     at: int = place()
 
 

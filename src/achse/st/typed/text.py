@@ -127,7 +127,8 @@ def storage_text(storage: Storage) -> str:
 
 
 def place_of(storage: Storage) -> str:
-    """Where a storage is: `MAIN.nCount`, `this+8`, `frame+4.1`, without its index steps."""
+    """Return the place of a storage: `MAIN.nCount`, `this+8`, `frame+4.1`, without its index
+    steps."""
     match storage.base:
         case UnitBase(unit, variable):
             head = f"{unit}.{variable.name}"

@@ -55,13 +55,13 @@ __all__ = ["TRUTHS", "Meanings", "Sense", "bases_of"]
 TRUTHS = ("AND", "OR", "XOR", "AND_THEN", "OR_ELSE", "&")
 _COMPARING = ("=", "<>", "<", "<=", ">", ">=")
 _LONG_SUM = 8
-"""How many operands of one expression are asked for its type."""
+"""Most operands of one expression whose types are looked up."""
 _BUILT_IN = frozenset(
     """ADR ADRINST BITADR SIZEOF XSIZEOF INDEXOF LOWER_BOUND UPPER_BOUND TEST_AND_SET TIME LTIME
     __NEW __DELETE __ISVALIDREF __QUERYINTERFACE __QUERYPOINTER __VARINFO __POUNAME __POSITION
     __CURRENTTASK TWINCAT_SYSTEMINFOVARLIST _APPINFO _TASKINFO""".split()  # noqa: SIM905
 )
-"""What is there without a declaration."""
+"""Names that need no declaration."""
 
 Sense: TypeAlias = "MissingUse | DeclaredUnit | tuple[TypeSpec, Scope] | None"
 """Of an expression: a missing name, a unit, a declared type and where it is seen from, neither."""
@@ -85,7 +85,7 @@ class Meanings:
         self._known: dict[tuple[str, str], bool] = {}
 
     def is_missing(self, spec: NamedType, scope: Scope) -> bool:
-        """Whether nothing declares the type of a name."""
+        """Return True if nothing declares the type of a name."""
         key = (spec.name.lower(), scope.space)
         if key not in self._known:
             try:
@@ -104,13 +104,13 @@ class Meanings:
     # what an expression means ------------------------------------------------------------------
 
     def constant(self, tree: Expression, scope: Scope) -> Sense:
-        """What a name in a bound means: never a variable of a base."""
+        """Return the meaning of a name in a bound: never a variable of a base."""
         if isinstance(tree, Name):
             return self._named(tree.name, scope, is_space=True)
         return self.of(tree, scope)
 
     def of(self, tree: Expression, scope: Scope) -> Sense:
-        """What an expression means."""
+        """Return the meaning of an expression."""
         match tree:
             case Name(name) | GlobalName(name):
                 return self._named(name, scope)
@@ -162,7 +162,7 @@ class Meanings:
         return found if is_known else self.names.setdefault(key, MissingUse(name))
 
     def _anywhere(self, name: str, scope: Scope) -> tuple[bool, Sense]:
-        """Whether a name is known that no unit is in front of, and what it means then."""
+        """Return True if a name without a unit in front is known, and its meaning then."""
         key = name.lower()
         found = self._scopes.find(name, scope.space)
         if found is not None:
@@ -184,7 +184,7 @@ class Meanings:
         return False, None
 
     def _inherited(self, name: str, scope: Scope, is_space: bool) -> tuple[bool, Sense]:
-        """Whether a name is a part of the unit or of its base, and what it means then."""
+        """Return True if a name is a part of the unit or of its base, and its meaning then."""
         entry = self.this
         seen: set[int] = set()
         while entry is not None and id(entry) not in seen:
@@ -367,7 +367,7 @@ class Meanings:
 
 
 def bases_of(unit: Unit) -> tuple[NamedType, ...]:
-    """What a unit extends."""
+    """Return the bases of a unit."""
     if isinstance(unit, Interface):
         return unit.extends
     base = getattr(unit, "extends", None)

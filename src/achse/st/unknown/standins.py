@@ -87,7 +87,7 @@ class _Writer:
         self._names = found.names
         self._lists = found.lists
         self._values: dict[str, dict[str, str]] = {}
-        """Those of enumerations, which may be named with and without their library."""
+        """Values of enumerations, which may be named with and without their library."""
         self._texts: dict[str, list[str]] = {}
         """Declarations by name in lower case."""
 
@@ -249,7 +249,7 @@ class _Writer:
         yield "END_FUNCTION_BLOCK"
 
     def _is_passed(self, use: MissingUse) -> bool:
-        """Whether an input is a block, which is not copied."""
+        """Return True if an input is a block, which is not copied."""
         found = self._types.get(use.type.lower())
         return found is not None and (_is_block(found) or not _is_told(found))
 
@@ -312,7 +312,7 @@ def _is_block(use: MissingUse) -> bool:
 
 
 def _is_told(use: MissingUse) -> bool:
-    """Whether any use tells what it is."""
+    """Return True if any use shows the kind of the name."""
     return bool(use.members or use.type or use.values or use.element or use.is_structure)
 
 
@@ -321,7 +321,7 @@ def _is_method(use: MissingUse) -> bool:
 
 
 def _is_enumeration(use: MissingUse) -> bool:
-    """Whether a name with something behind it, which is only read, is a type with its values."""
+    """Return True if a name with a read-only part behind it is a type with its values."""
     return not (use.is_space or _LIST.search(use.name)) and not any(
         one.members or one.is_called or one.is_written or one.is_bound or one.element
         for one in use.members.values()

@@ -1,4 +1,4 @@
-"""What is known of a name that nothing declares.
+"""Facts about a name that nothing declares, from its uses.
 
 Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a declaration.
 """
@@ -9,13 +9,13 @@ __all__ = ["LONG_TEXT", "MissingUse"]
 
 LONG_TEXT = "STRING(255)"
 _UNSURE = ("", "DINT", "LREAL", LONG_TEXT)
-"""What literals tell."""
+"""Types that literals show."""
 _SURE = len(_UNSURE)
 
 
 @dataclass(slots=True, eq=False)
 class MissingUse:
-    """What is known of one name that nothing declares, or of a member of it."""
+    """Facts about one name that nothing declares, or about a member of it."""
 
     name: str
     type: str = ""
@@ -33,27 +33,27 @@ class MissingUse:
     initials: dict[str, "MissingUse"] = field(default_factory=dict)
     """Arguments of a declaration, which FB_init takes."""
     arguments: list["MissingUse"] = field(default_factory=list)
-    """Those that a call names by their place."""
+    """Arguments that a call passes by position."""
     is_called: bool = False
     is_written: bool = False
     is_bound: bool = False
-    """Whether a bound or length is made of it."""
+    """True if a bound or length depends on it."""
     is_low: bool = False
-    """Whether a bound that is the first index is."""
+    """True if that bound is the first index."""
     is_block: bool = False
     is_structure: bool = False
     is_interface: bool = False
     is_mixed: bool = False
-    """Whether uses tell different types."""
+    """True if uses show different types."""
     is_space: bool = False
-    """Whether it is the name of a library in front of what is declared."""
+    """True if it is the name of a library in front of a declared name."""
     generics: int = 0
-    """How many constants are given where it is named."""
+    """Number of constants that are passed where it is named."""
     element: "MissingUse | None" = None
-    """What it has elements of."""
+    """Element of the array, if it is one."""
     highest: int = 0
     target: "MissingUse | None" = None
-    """What it points at."""
+    """Target of the pointer, if it is one."""
 
     def told(self, type: str) -> None:
         """Take in what a use tells of the type. Literals tell least: 1 may be a REAL, too."""

@@ -176,7 +176,7 @@ class MissingNames:
                         self._constant(declaration, scope)
 
     def _constant(self, declaration: Declaration, scope: Scope) -> None:
-        """What a whole constant is made of may be a bound."""
+        """Mark the names that an integer constant consists of: they may be bounds."""
         tree, spec = declaration.initial, declaration.type
         if not isinstance(spec, NamedType) or spec.name.lower() not in _COUNTS:
             return
@@ -304,7 +304,7 @@ class MissingNames:
                 self._in_statement(inner, scope)
 
     def _in_expression(self, tree: Expression, scope: Scope) -> None:
-        """What an expression says of missing names in it."""
+        """Record the facts about missing names in an expression."""
         stack: list[Expression] = [tree]
         while stack:
             tree = stack.pop()
