@@ -106,7 +106,7 @@ class RemoteAxis(Wrapper[axis.RemoteAxis]):
         return str(self._inner)
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: its status now, or why there is none."""
+        """Return the status of now for a notebook, or the reason without one."""
         from achse.plot.markup import facts
 
         try:

@@ -11,7 +11,7 @@ _SHOWN_ROWS = 20_000
 
 
 def _is_shown(known: TableFacts) -> bool:
-    """Whether a notebook draws it."""
+    """True if a notebook draws it."""
     return known.kind is not TableKind.MOTION_FUNCTION and known.rows <= _SHOWN_ROWS
 
 
@@ -23,7 +23,7 @@ class RemoteTable(Wrapper[tables.RemoteTable]):
         return self._inner.id
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: what it is, and a cam as a curve; or why not."""
+        """Return the table for a notebook, a cam with its curve; or the reason without."""
         from achse.plot import cam
         from achse.plot.markup import drawn, facts, picture
 
