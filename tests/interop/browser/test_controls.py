@@ -123,6 +123,9 @@ FIRST = {
     "button 3D": "button XZ",
     "button Zoom in": "button Load",
     "button Zoom out": "button Load",
+    "select Kind of trigger": "select Trigger",
+    "input Level": "select Trigger",
+    "input Part before the trigger in percent": "select Trigger",
 }
 """What is to be pressed before a control has anything to do."""
 
@@ -166,10 +169,10 @@ def use(place: Any, page: Any) -> None:
         place.fill("7")
         place.press("Tab")
     elif kind == "select-one":
-        page.wait_for_function("each => each.options.length > 0", arg=place.element_handle())
         values = place.evaluate("each => [...each.options].map(({value}) => value)")
         now = place.input_value()
-        place.select_option(next((value for value in values if value != now), now))
+        if values:
+            place.select_option(next((value for value in values if value != now), now))
     elif kind in ("range", "canvas"):
         place.focus()
         page.keyboard.press("ArrowLeft")
@@ -227,6 +230,7 @@ def is_idle(tab: Any, name: str, address: str, control: str) -> bool:
         ("web_station", "axes"),
         ("web_station", "axes?axis=1&move=velocity"),
         ("web_station", "axes?axis=1&find=jog_velocity"),
+        ("web_station", "scope"),
         ("web_station", f"scope?{TRACES}"),
         ("web_station", f"scope?{TRACES}&more=fft"),
         ("web_station", f"scope?{TRACES}&more=xy"),

@@ -26,13 +26,12 @@ export class Analysis {
       each.addEventListener("click", run);
       return each;
     };
+    this._makes = [button("Add derivative", () => add(`rate ${this._one.value}`)),
+      button("Add difference", () => add(`diff ${this._one.value} ${this._two.value}`))];
     this._place = h("div", { class: "chart" });
     this.element = panel("Analyse", h("div", { class: "row" },
       field("First", this._one), field("Second", this._two),
-      button("Add derivative", () => this._one.value && add(`rate ${this._one.value}`)),
-      button("Add difference", () => this._one.value && this._two.value
-        && add(`diff ${this._one.value} ${this._two.value}`)),
-      field("Draw", this._kind)), this._place);
+      this._makes, field("Draw", this._kind)), this._place);
     for (const each of [this._one, this._two, this._kind]) {
       each.addEventListener("change", () => {
         this._wanted = [this._one.value, this._two.value];
@@ -52,6 +51,7 @@ export class Analysis {
       const wanted = this._wanted[n];
       select.value = names.includes(wanted) ? wanted : (names[n] ?? names[0] ?? "");
     });
+    for (const each of [this._one, this._two, this._kind, ...this._makes]) each.disabled = names.length === 0;
   }
 
   destroy() {

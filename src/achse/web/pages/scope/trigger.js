@@ -36,6 +36,7 @@ export class TriggerForm {
   offer(texts) {
     const names = sources(texts);
     this._channel.replaceChildren(...names.map((name) => h("option", { value: name }, name)));
+    this._channel.disabled = names.length === 0;
     if (!names.includes(this.value.channel)) this.value.channel = names[0] ?? "";
     this._show();
   }
