@@ -1,7 +1,7 @@
 """[limits] in a station.toml."""
 
 import re
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 
 import pytest
@@ -12,11 +12,19 @@ from achse.server import ClientLimits
 from achse.station import ConfigError
 from achse.station.config import RouterConfig, parse
 from achse.station.limits_config import LimitsConfig
+from achse.station.schema import descriptions_of
 
-COUNTS = sorted(asdict(ClientLimits()).keys() & LimitsConfig.model_fields.keys())
+MINIMA = {
+    each.name: each.metadata["minimum"]
+    for each in fields(ClientLimits)
+    if "minimum" in each.metadata
+}
+"""Least value of each limit that a configuration may set."""
 
 
-@given(st.dictionaries(st.sampled_from(COUNTS), st.integers(1024, 10**6)), st.integers(1, 3600))
+@given(
+    st.dictionaries(st.sampled_from(sorted(MINIMA)), st.integers(1024, 10**6)), st.integers(1, 3600)
+)
 def test_devices_keep_to_each_limit_of_the_file(keys: dict[str, int], seconds: int) -> None:
     table = {**keys, "unreachable_time": f"{seconds}s"}
     limits = parse({"limits": table}, "a.toml").limits.limits()
@@ -24,10 +32,15 @@ def test_devices_keep_to_each_limit_of_the_file(keys: dict[str, int], seconds: i
     assert asdict(limits) == wanted
 
 
-@pytest.mark.parametrize("name", ["handles", "queue_bytes", "abandoned_handles"])
-def test_limit_below_its_least_is_refused(name: str) -> None:
-    with pytest.raises(ConfigError, match=rf"limits\.{name}"):
-        parse({"limits": {name: -1}}, "a.toml")
+def test_limit_of_devices_is_a_key_of_its_range_default_and_text() -> None:
+    texts, keys = descriptions_of(LimitsConfig), LimitsConfig.model_fields
+    assert set(texts) == set(keys)
+    for name, minimum in MINIMA.items():
+        assert keys[name].default == getattr(ClientLimits(), name)
+        assert getattr(parse({"limits": {name: minimum}}, "a.toml").limits, name) == minimum
+        expected = rf"limits\.{name}: expected {minimum} or more, got {minimum - 1}"
+        with pytest.raises(ConfigError, match=expected):
+            parse({"limits": {name: minimum - 1}}, "a.toml")
 
 
 def test_every_limit_is_in_the_how_to_with_its_default() -> None:

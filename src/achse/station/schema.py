@@ -16,6 +16,7 @@ from achse.faults.kinds import STATION_FAULTS
 from achse.motion.nc import configurable
 from achse.motion.states import choices_of
 from achse.station.config import AxisConfig, FaultConfig, StationConfig
+from achse.station.config_types import ConfigTable
 from achse.station.nc import axis_keys
 
 __all__ = ["descriptions_of", "station_schema"]
@@ -54,8 +55,10 @@ def _station_schema() -> dict[str, Any]:
 def descriptions_of(model: type[BaseModel]) -> dict[str, str]:
     """Return the text under each key of a model; nothing where there are no sources."""
     found: dict[str, str] = {}
-    for each in reversed(model.__mro__):
-        if issubclass(each, BaseModel) and each is not BaseModel:
+    models = [each for each in reversed(model.__mro__) if issubclass(each, BaseModel)]
+    described_by = model.described_by if issubclass(model, ConfigTable) else ()
+    for each in (*described_by, *models):
+        if each is not BaseModel:
             found |= _texts_of(each.__module__).get(each.__qualname__, {})
     return {key: text for key, text in found.items() if key in model.model_fields}
 
