@@ -1,5 +1,6 @@
 """Handles count for the client that requested them, and belong to the device."""
 
+import sys
 from dataclasses import dataclass
 from typing import Any
 
@@ -250,6 +251,28 @@ def test_client_that_comes_and_goes_leaves_no_more_than_the_limit() -> None:
         table.abandon_way(way)
     assert (len(table), table.usage.abandoned_handles) == (6, 5)
     assert code_of(table, own) == 0
+
+
+@given(connections=st.integers(1, 100), handles=st.integers(1, 5), abandoned=st.integers(0, 50))
+def test_handle_takes_as_many_steps_however_many_connections_its_client_has(
+    connections: int, handles: int, abandoned: int
+) -> None:
+    def steps_with(ways: list[Connection]) -> int:
+        (table,) = make_tables(ClientLimits(), 1)
+        for way in ways:
+            for _ in range(handles):
+                add(table, b"client", way)
+        for way in ways[1 : abandoned + 1]:
+            table.abandon_way(way)
+        events: list[str] = []
+        sys.setprofile(lambda frame, event, argument: events.append(event))
+        try:
+            add(table, b"client", ways[0])
+        finally:
+            sys.setprofile(None)
+        return len(events)
+
+    assert steps_with([Connection() for _ in range(connections)]) == steps_with([Connection()])
 
 
 def test_abandoned_handles_keep_no_connection() -> None:

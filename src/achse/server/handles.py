@@ -84,6 +84,8 @@ class HandleTable(Generic[Symbol]):
         self._stale: dict[int, HandleOwner] = {}
         """Owners of the handles that are out of date, by number."""
         self._owners: dict[bytes, dict[Endpoint | None, HandleOwner]] = {}
+        self._counts: dict[bytes, int] = {}
+        """Handles that count for each client, over all its connections."""
         self._clients_by_way: dict[Endpoint, set[bytes]] = {}
         self._clock = clock
         self._next = 0
@@ -110,7 +112,7 @@ class HandleTable(Generic[Symbol]):
 
     def add(self, symbol: Symbol, read: Reader, client: bytes, way: Endpoint | None) -> int:
         """Return a new handle that counts for `client`; raises DeviceError 0x716 at a limit."""
-        self._make_room(client)
+        own = self._make_room(client)
         number = self._next or _number_at(self._clock())
         while number in self._valid or number in self._stale:
             number = _following(number)
@@ -122,12 +124,14 @@ class HandleTable(Generic[Symbol]):
             if way is not None:
                 self._clients_by_way.setdefault(way, set()).add(client)
         owner.numbers.add(number)
+        self._counts[client] = own + 1
         self._valid[number] = Handle(symbol, read, owner)
         self.usage.handles += 1
         return number
 
-    def _make_room(self, client: bytes) -> None:
-        own = sum(len(owner.numbers) for owner in self._owners.get(client, {}).values())
+    def _make_room(self, client: bytes) -> int:
+        """Return how many handles count for `client`; raises DeviceError 0x716 at a limit."""
+        own = self._counts.get(client, 0)
         usage, limits = self.usage, self.limits
         if own < limits.handles and usage.handles >= limits.all_handles:
             usage.end_abandoned(1)
@@ -136,6 +140,7 @@ class HandleTable(Generic[Symbol]):
             raise DeviceError(
                 ReturnCode.NO_MORE_HANDLES, f"{own} handles of the client, {usage.handles} of all"
             )
+        return own
 
     def release(self, number: int, client: bytes) -> None:
         """End a handle of `client` or an abandoned one; raises DeviceError 0x711."""
@@ -160,15 +165,18 @@ class HandleTable(Generic[Symbol]):
             usage.abandoned_handles -= 1
             if not owner.numbers:
                 del usage.abandoned[owner]
-        elif not owner.numbers:
-            self._remove(owner)
+        else:
+            self._counts[owner.client] -= 1
+            if not owner.numbers:
+                self._remove(owner)
 
     def _remove(self, owner: HandleOwner) -> None:
         """Let nothing count for an owner any more."""
         ways = self._owners[owner.client]
         del ways[owner.way]
+        self._counts[owner.client] -= len(owner.numbers)
         if not ways:
-            del self._owners[owner.client]
+            del self._owners[owner.client], self._counts[owner.client]
         if owner.way is not None:
             clients = self._clients_by_way[owner.way]
             clients.remove(owner.client)
@@ -234,6 +242,7 @@ class HandleTable(Generic[Symbol]):
         self.symbols.clear()
         self._stale.clear()
         self._owners.clear()
+        self._counts.clear()
         self._clients_by_way.clear()
 
 
