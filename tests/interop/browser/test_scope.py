@@ -1,6 +1,7 @@
 """The scope's page in a real browser: traces, cursors and triggers, checked by pyads."""
 
 import csv
+import json
 import re
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
@@ -175,6 +176,26 @@ def test_a_trigger_stops_the_scope(shown: Any, nc: Any, until: Any) -> None:
     until(lambda: "Stopped by the trigger" in page.locator("#scope-state").inner_text())
     page.get_by_role("button", name="Run", exact=True).wait_for()
     until(lambda: painted(page) > 100)
+
+
+def test_form_of_a_trigger_that_is_off_leaves_the_recording_alone(shown: Any) -> None:
+    starts: list[dict[str, Any]] = []
+
+    def note(text: str) -> bool:
+        """Return true for the start with a trigger."""
+        message = json.loads(text)
+        if message["call"] == "scope.start":
+            starts.append(message["with"])
+        return message["call"] == "scope.start" and "trigger" in message["with"]
+
+    with shown.page.expect_websocket() as opened:
+        page = shown.open(f"scope?traces={CHANNEL}~1")
+    page.locator("#scope-state[data-state=running]").wait_for()
+    with opened.value.expect_event("framesent", note):
+        page.get_by_label("Level", exact=True).fill("7")
+        page.get_by_label("Level", exact=True).press("Tab")
+        page.get_by_label("Trigger", exact=True).select_option("normal")
+    assert [start.get("trigger", {}).get("level") for start in starts] == [7]
 
 
 def test_a_wrong_channel_is_told(shown: Any) -> None:

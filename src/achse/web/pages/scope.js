@@ -158,8 +158,9 @@ class ScopePage {
   _retrigger() {
     this._session.view.set({ trigger: triggerText(this._form.value) });
     this._fired = this._pending = null;
+    const before = this._recorder.trigger;
     this._recorder.trigger = asked(this._form.value);
-    if (this._recorder.wanted) {
+    if (this._recorder.wanted && (before || this._recorder.trigger)) {
       this._span.follow();
       this._recorder.start();
     }
