@@ -21,6 +21,15 @@ def write(nc: Any, group: int, offset: int, data: bytes = b"") -> None:
     nc.write(group, offset, list(data), pyads.PLCTYPE_BYTE * len(data) if data else None)
 
 
+def accepts(nc: Any, group: int, offset: int, data: bytes) -> bool:
+    """Write; return whether the station accepted it."""
+    try:
+        write(nc, group, offset, data)
+    except pyads.ADSError:
+        return False
+    return True
+
+
 def set_position(nc: Any, axis: int) -> float:
     data = bytes(nc.read(STATE + axis, 0, pyads.PLCTYPE_BYTE * 256))
     return float(struct.unpack_from("<d", data, 24)[0])
@@ -46,14 +55,8 @@ def nc(
 def go(nc: Any, until: Callable[..., None], axis: int, place: float) -> None:
     """Move there, tried again while the axis is not ready."""
 
-    def begun() -> bool:
-        try:
-            write(nc, 0x4200 + axis, 0x20, struct.pack("<IIdd", 1, 0, place, 400.0))
-        except pyads.ADSError:
-            return False
-        return True
-
-    until(begun)
+    move = struct.pack("<IIdd", 1, 0, place, 400.0)
+    until(lambda: accepts(nc, 0x4200 + axis, 0x20, move))
     until(lambda: set_position(nc, axis) == place)
 
 
@@ -84,7 +87,7 @@ def test_a_slave_keeps_the_closed_form(nc: Any, until: Callable[..., None]) -> N
     solo = struct.pack(
         "<6I4d3I4xd2I", 13, MASTER, 0, 0, ID, 0, 0.0, 0.0, 1.0, 1.0, 1, 1, 0, 0.0, 0, 0
     )
-    write(nc, 0x4200 + SLAVE, 0x4A, solo)
+    until(lambda: accepts(nc, 0x4200 + SLAVE, 0x4A, solo))  # its move may not be over
     assert nc.read(USERS + ID, 0x0A, pyads.PLCTYPE_DINT) == 1
     for master in (13.0, 60.0, 77.5, 101.25, 150.0, 42.0):
         go(nc, until, MASTER, master)
