@@ -35,7 +35,7 @@ class Subscription(ContextWrapper[subscription.Subscription]):
 
     @property
     def dropped(self) -> int:
-        """Samples lost so far because nobody fetched them."""
+        """Number of samples dropped because the client did not fetch them in time."""
         return self._inner.dropped
 
     @property

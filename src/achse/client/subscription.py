@@ -70,8 +70,9 @@ class Sample(NamedTuple):
     """One value of a subscribed variable.
 
     `filetime` is the target's time stamp, 100 ns since 1601 UTC. `lost` counts the samples of the
-    subscription dropped before this one because nobody fetched them. `gap` is True if the
-    subscription was interrupted since the sample before: changes in between are unknown.
+    subscription dropped before this one because the client did not fetch them in time. `gap` is
+    True if the subscription was interrupted since the sample before: changes in between are
+    unknown.
     """
 
     name: str
@@ -134,7 +135,7 @@ class Subscription:
         if depth < 1:
             raise ValueError(f"a subscription holds at least 1 sample, got {depth}")
         self.dropped = 0
-        """Samples lost so far because nobody fetched them."""
+        """Number of samples dropped because the client did not fetch them in time."""
         self.interruptions = 0
         """Number of times that the subscription had to be set up again."""
         self._target = target

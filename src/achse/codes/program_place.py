@@ -6,12 +6,17 @@ Source: a choice of ours (decision 0121).
 import struct
 from typing import NamedTuple
 
+from achse.codes.nc.row import struct_of
+from achse.codes.nc.table import named_rows
+
 __all__ = ["FAULT", "FORMAT", "OFFSET", "ProgramPlaceRow"]
 
-OFFSET = 0x8000_0002
+_ROW = named_rows(0x2100)["program_place"]
+
+OFFSET = _ROW.offset
 """Index offset in the group of a channel's states."""
 
-FORMAT = "<4I3d260s"
+FORMAT = struct_of(_ROW.layout)[0]
 FAULT = 1
 
 _FORM = struct.Struct(FORMAT)

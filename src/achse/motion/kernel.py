@@ -262,9 +262,9 @@ class Stage(NamedTuple):
 
     name: str
     full: Callable[[AxisFields, NcRows, float], None]
-    """All that it does for any feature."""
+    """Work of the stage with any feature on."""
     fast: Callable[[AxisFields, NcRows, float], None] | None = None
-    """What of that a plain move or a coupling needs; None if nothing."""
+    """Work that a plain move or a coupling needs, None for no work."""
 
 
 STAGES = (

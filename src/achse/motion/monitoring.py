@@ -278,9 +278,9 @@ def _count_delay(ax: AxisFields, dt: float) -> None:
 
 
 def supervise_motion(ax: AxisFields, dt: float, fast: bool = False) -> None:
-    """What can go wrong in a closed loop: following error, soft limits, no movement.
+    """Supervise a closed loop: following error, soft limits, missing movement.
 
-    On the fast path there are no soft limits, and no error whose reaction is delayed.
+    The fast path skips soft limits and errors with a delayed reaction: both are off there.
     """
     if not fast and ax.features & Feature.DELAYED_ERROR:
         _count_delay(ax, dt)

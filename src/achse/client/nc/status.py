@@ -82,7 +82,7 @@ class AxisStatus:
     """Commands that wait behind the active one."""
     time: float = 0.0
     lost: int = 0
-    """Samples dropped before this one because nobody fetched them."""
+    """Samples dropped before this one because the client did not fetch them in time."""
 
     @classmethod
     def of(cls, values: Mapping[str, Any], time: float = 0.0, lost: int = 0) -> "AxisStatus":

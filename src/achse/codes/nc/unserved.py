@@ -105,7 +105,7 @@ OF_AXES = {
         (0x6100, 0x124, "R", "set_velocity_filter_test_acceleration_corrected"),
     ),
 }  # fmt: skip
-"""Of axes and their parts: reason, and index group, offset, access, name of its services."""
+"""Services of axes and their parts by reason: index group, offset, access and name."""
 
 
 OF_CHANNELS_AND_GROUPS = {
@@ -144,4 +144,4 @@ OF_CHANNELS_AND_GROUPS = {
         (0x3000, 0x512, "RW", "velojump_c0_factor_z"),
     ),
 }  # fmt: skip
-"""Of channels and groups."""
+"""Services of channels and groups by reason: index group, offset, access and name."""

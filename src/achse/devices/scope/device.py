@@ -54,7 +54,7 @@ class ScopeDevice(Device):
         self.scopes = scopes
         self.files = ScopeFiles(folder)
         self.worker: Callable[[], FileWorker | None] = lambda: None
-        """Return the worker for slow jobs outside the loop, None while there is no loop."""
+        """Return the worker for slow jobs outside the event loop, None while no event loop runs."""
         self._epoch_at = epoch_at
         self._asking = b""
         self._now = clock

@@ -177,7 +177,7 @@ CONTINUOUS = _by_phase({phase for row in GENERATORS for phase in row.continuous}
 BY_FAST_PATH = _by_phase(
     {phase for row in GENERATORS if row.name in ("move", "coupling") for phase in row.phases}
 )
-"""By phase: the fast path of the cycle makes the set point."""
+"""True by phase if the fast path of the cycle generates the set point."""
 
 
 def hand_over(ax: AxisFields) -> None:

@@ -6,7 +6,7 @@ TEXTS = {
     # general
     "INTERNAL_ERROR": "Internal fault of the NC kernel.",
     "NO_MEMORY": "Kernel memory exhausted.",
-    "RETAIN_DATA_LOST": "Retained data could not be loaded; the axis is no longer homed.",
+    "RETAIN_DATA_LOST": "Retained data could not be loaded; home the axis again.",
     "REQUEST_PARAMETER": "Request parameter not valid (general).",
     "CHANNEL_ID": "Channel id out of range.",
     "GROUP_ID": "Group id out of range.",

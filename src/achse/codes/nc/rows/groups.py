@@ -272,7 +272,7 @@ GROUP_STATES = (
     ),
     NcRow(
         0x541, "inside_tolerance_ball_auxiliary", READ, "REAL64", "1",
-        "0: there is no tolerance ball", offsets=5,
+        "0: auxiliary axes have no tolerance ball", offsets=5,
     ),
     NcRow(
         0x546, "set_positions", READ, "{8 REAL64}", "e.g. mm", "set positions of X, Y, Z, Q1 … Q5",
@@ -299,7 +299,7 @@ GROUP_STATES = (
     ),
     NcRow(
         0x561, "tolerance_ball_error_auxiliary", READ, "REAL64", "1",
-        "0: there is no tolerance ball", offsets=5,
+        "0: auxiliary axes have no tolerance ball", offsets=5,
     ),
 )  # fmt: skip
 
