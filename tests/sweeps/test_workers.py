@@ -1,10 +1,12 @@
 """Workers that die, hang or are ended: the sweep goes on, and says which run it was."""
 
+import importlib
 import os
 import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -80,6 +82,26 @@ def test_runs_that_kill_hang_or_leave_cost_their_own_rows_only(scenario: Path) -
     assert {row["seed"] for row in found.failed} == {1}
     assert told[-1] == (15, 15)
     assert os.getpid() not in {row.get("pid") for row in found.rows}
+
+
+def test_rows_are_not_lost_where_a_cluster_does_not_end_in_order(
+    scenario: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    cluster = importlib.import_module("distributed").SpecCluster
+    correct = cluster._correct_state_internal
+    failed: list[Any] = []
+
+    async def end_workers_then_fail(self: Any) -> None:
+        await correct(self)
+        if not self.worker_spec and not failed:
+            failed.append(self)
+            raise AssertionError("can only join a started process")
+
+    monkeypatch.setattr(cluster, "_correct_state_internal", end_workers_then_fail)
+    found = achse.sweep(scenario, {"how": ["goes"]}, seeds=3, workers=2)
+    assert [row["error"] for row in found.rows] == [""] * 3
+    assert "did not end its cluster in order" in caplog.text
+    assert failed[0].status.name == failed[0].scheduler.status.name == "closed"
 
 
 def test_a_scheduler_that_is_not_there_is_told(

@@ -16,6 +16,7 @@ from achse.sweeps.scenario import Row, Scenario, failed_row, play
 
 __all__ = ["Workers", "dask_workers", "prepare_workers"]
 
+_log = logging.getLogger("achse.sweeps")
 _DEATHS = 1
 """Workers that may die over one piece until it is suspected; then its runs are played apart."""
 
@@ -111,7 +112,9 @@ def dask_workers(count: int | None, scheduler: str | None) -> Iterator[Workers]:
     make_client: Any = distributed.Client
     with contextlib.ExitStack() as stack, dask.config.set(settings):
         if scheduler is None:
-            client = stack.enter_context(make_client(stack.enter_context(_local(count))))
+            cluster = _local(count)
+            stack.callback(_close, cluster)
+            client = stack.enter_context(make_client(cluster))
         else:
             try:
                 client = stack.enter_context(make_client(scheduler, timeout=_SOMEBODY_WITHIN))
@@ -135,6 +138,21 @@ def _local(count: int | None) -> Any:
         silence_logs=logging.CRITICAL,
         env=dict(os.environ),  # as it is now; the process they fork from may be older
     )
+
+
+def _close(cluster: Any) -> None:
+    """End a cluster of this computer; where Dask cannot end a part of it, the rows are not lost.
+
+    A worker that died in the last run is being started again while its cluster ends, and Dask then
+    raises whatever it met. The second attempt ends what the first one left.
+    """
+    for _ in range(2):
+        try:
+            cluster.close()
+            return
+        except Exception:
+            _log.warning("Dask did not end its cluster in order", exc_info=True)
+            cluster.status = type(cluster.status).failed  # of which close does the rest
 
 
 def prepare_workers() -> str:
