@@ -382,3 +382,14 @@ def test_the_time_of_day_is_asked_and_counts_in_between(tmp_path: Path) -> None:
     main["on"] = False
     station.advance(0.05)
     assert (main["t"]["bValid"], int(main["t"]["tzID"])) == (False, -1)
+
+
+def test_hexadecimal_digits_have_a_value() -> None:
+    source = """PROGRAM MAIN VAR i : INT; one : STRING(1); v, w : ARRAY [0..255] OF BYTE; END_VAR
+FOR i := 0 TO 255 DO
+    one[0] := TO_BYTE(i); v[i] := HEXASCNIBBLE_TO_BYTE(one[0]); w[i] := HEXCHRNIBBLE_TO_BYTE(one);
+END_FOR END_PROGRAM"""
+    ran = Ran(source).cycle()
+    digits = "0123456789abcdefABCDEF"
+    expected = [int(chr(code), 16) if chr(code) in digits else 255 for code in range(256)]
+    assert list(ran["v"]) == list(ran["w"]) == expected
