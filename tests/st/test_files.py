@@ -49,6 +49,8 @@ def test_symbol_files_are_those_beside_it(tmp_path: Path) -> None:
         (tmp_path / name).touch()
     assert [item.name for item in symbol_files(tmp_path)] == ["a.tmc", "b.TMC"]
     assert [item.name for item in symbol_files(tmp_path / "a.st")] == ["a.tmc"]
+    (tmp_path / "B.plcproj").touch()
+    assert [item.name for item in symbol_files(tmp_path)] == ["b.TMC", "a.tmc"]
 
 
 def test_what_cannot_be_read_is_told(tmp_path: Path) -> None:

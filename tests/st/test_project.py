@@ -219,6 +219,20 @@ def test_a_symbol_file_is_named_among_the_libraries_or_bears_the_name(tmp_path: 
     assert load_project(tmp_path).declarations.programs["p"].__iec__.size == 8
 
 
+def test_types_of_a_library_come_from_the_symbol_file_beside_it(tmp_path: Path) -> None:
+    for name, text in (
+        ("lib/L.plcproj", '<a><Title>L</Title><Compile Include="F.st"/></a>'),
+        ("lib/F.st", "TYPE ST_More EXTENDS ST_Lib : STRUCT m : LINT; END_STRUCT END_TYPE"),
+        ("lib/L.tmc", LIBRARY),
+        ("a/P.plcproj", '<a><PlaceholderReference Include="L"/><Compile Include="P.st"/></a>'),
+        ("a/P.st", "PROGRAM P VAR x : ST_More; END_VAR END_PROGRAM"),
+    ):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    found = load_project(tmp_path / "a", libraries=[tmp_path]).declarations
+    assert found.programs["p"].__iec__.size == 16
+
+
 def test_a_type_in_neither_is_told_with_both(tmp_path: Path) -> None:
     (tmp_path / "P.st").write_text("PROGRAM P VAR x : ST_Nowhere; END_VAR END_PROGRAM")
     (tmp_path / "Old.tmc").write_text(LIBRARY)

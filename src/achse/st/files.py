@@ -88,12 +88,13 @@ def _names(defines: Defines) -> Iterable[str]:
 
 
 def symbol_files(path: Path) -> list[Path]:
-    """The `.tmc` files beside a project."""
+    """The `.tmc` files beside a project, that with its name first."""
     if path.is_dir():
         projects = [file for file in files_below(path) if file.suffix.lower() == PROJECT]
         path = projects[0] if len(projects) == 1 else path
     folder = path if path.is_dir() else path.parent
     found = [item for item in sorted(folder.iterdir()) if item.suffix.lower() == SYMBOL_FILE]
+    found.sort(key=lambda item: item.stem.lower() != path.stem.lower())
     if path.is_file() and path.suffix.lower() != PROJECT:
         return [item for item in found if item.stem.lower() == path.stem.lower()]
     return found

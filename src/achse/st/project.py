@@ -59,10 +59,10 @@ def load_project(
     checked. Of a folder with several projects those are taken that the `.plcproj` references, and
     what these reference in turn. `types` and `constants` are those of libraries that come without
     sources, by name. Types that are in none of these are taken from `.tmc` files: those in
-    `libraries`, and those beside the project, in its folder (of a single source the one with its
-    name). `rules` are those of the platform that a `.tmc` is for, else of 64 bits. `defines` are
-    what `{IF defined (…)}` finds. With `opaque`, undeclared names get stand-ins. Raises
-    `SourceError` with every fault of every file.
+    `libraries`, and those in the folders of the project and of its libraries (of a single source
+    the one with its name). `rules` are those of the platform that a `.tmc` is for, else of 64
+    bits. `defines` are what `{IF defined (…)}` finds. With `opaque`, undeclared names get
+    stand-ins. Raises `SourceError` with every fault of every file.
     """
     project, fault = examine_project(
         path,
@@ -99,9 +99,14 @@ def examine_project(
     references = references_in(project_file(Path(path)))
     places = [item for item in others if item not in named]
     found = gather(references, places, defines, faults)
-    files = [(item, item.name) for item in (*named, *symbol_files(Path(path)))]
+    files = [(content_of(item, item.name), item.name) for item in named]
+    own = symbol_files(Path(path))
+    beside = [(content_of(item, item.name), item.name) for item in own]
+    shelved = [
+        (content_of(item, item.name), item.name) for item in found.symbol_files if item not in own
+    ]
     solutions = list(solution_files(Path(path)))
-    contents = chain(((content_of(*item), item[1]) for item in files), solutions)
+    contents = chain(files, beside, solutions, shelved)
     of_events = events_sources(event_classes(contents))
     options = task_options(solutions)
     tasks = [
@@ -110,7 +115,7 @@ def examine_project(
         else task
         for task in tasks
     ]
-    further = LibraryTypes((content_of(*item), item[1]) for item in files)
+    further = LibraryTypes(files, beside, shelved)
     if rules is None:
         rules = TC3_X86 if further.pointer_size == 4 else TC3_X64
 

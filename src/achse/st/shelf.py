@@ -20,6 +20,7 @@ from achse.st.files import (
     content_of,
     files_below,
     read_sources,
+    symbol_files,
 )
 from achse.st.lexer import Defines
 from achse.st.parser import Parsed, parse_expression
@@ -50,6 +51,8 @@ class Gathered(NamedTuple):
     missing: tuple[LibraryReference, ...]
     containers: Mapping[str, str]
     """Files that cannot be read, by the plain titles of missing libraries."""
+    symbol_files: tuple[Path, ...] = ()
+    """`.tmc` files beside the libraries that are projects."""
 
 
 def references_in(project: Path | None) -> list[LibraryReference]:
@@ -72,7 +75,7 @@ def gather(
     shelf = _Shelf(places)
     sources: list[Parsed] = []
     missing: dict[str, LibraryReference] = {}
-    taken: set[Path] = set()
+    taken: dict[Path, None] = {}
     waiting = list(references)
     for place in shelf.whole:
         whole, title = read_sources(place, defines, faults)[0], shelf.title(place)
@@ -96,7 +99,7 @@ def gather(
         if project is None:
             missing[title] = reference
         elif project not in taken:
-            taken.add(project)
+            taken[project] = None
             read = read_sources(project, defines, faults)[0]
             for parsed in read:
                 parsed.source.library = reference.title
@@ -104,7 +107,9 @@ def gather(
             sources += (_with_parameters(parsed, reference, faults) for parsed in read)
             waiting += shelf.references(project)
     containers = {title: shelf.containers[title] for title in missing if title in shelf.containers}
-    return Gathered(tuple(sources), tuple(missing.values()), containers)
+    projects = [*shelf.only_projects, *taken]
+    beside = dict.fromkeys(file for project in projects for file in symbol_files(project))
+    return Gathered(tuple(sources), tuple(missing.values()), containers, tuple(beside))
 
 
 class _Shelf:
@@ -136,6 +141,11 @@ class _Shelf:
         """Under a vendor's folder a library lies as title/version/file."""
         for name in (file.stem, *(part.name for part in list(file.parents)[:2])):
             self.containers.setdefault(plain_title(name), file.name)
+
+    @property
+    def only_projects(self) -> Iterable[Path]:
+        """The projects of places that are taken whole."""
+        return self._only.values()
 
     def title(self, place: Path) -> str:
         """The name space of what is at a place: the title of its project, else its own name."""

@@ -67,3 +67,28 @@ def test_files_are_of_one_platform(tmc: bytes) -> None:
         LibraryTypes([(tmc, "plant.tmc"), another("x86")])
     with pytest.raises(SourceError, match=r"x\.tmc:1"):
         LibraryTypes([(b"<a/>", "x.tmc")])
+
+
+def test_files_beside_the_project_for_another_platform_are_left_out(tmc: bytes) -> None:
+    types = LibraryTypes([], [(tmc, "plant.tmc"), another("x86")])
+    assert (types.pointer_size, types.names) == (8, ["plant.tmc"])
+    assert types.type("E_Shut") is None
+
+
+POINTERS = b"""<TcModuleClass><DataTypes>
+<DataType><Name>ST_Far</Name><BitSize>32</BitSize><SubItem><Name>p</Name>
+<Type PointerTo="1">INT</Type><BitSize>32</BitSize><BitOffs>0</BitOffs></SubItem></DataType>
+<DataType><Name>ST_Near</Name><BitSize>32</BitSize><SubItem><Name>n</Name>
+<Type>DINT</Type><BitSize>32</BitSize><BitOffs>0</BitOffs></SubItem></DataType>
+</DataTypes>
+<Modules><Module TargetPlatform="TwinCAT RT (x86)"><Name>Lib</Name></Module></Modules>
+</TcModuleClass>"""
+
+
+def test_libraries_give_what_the_project_lacks(tmc: bytes) -> None:
+    shelved = [another(), (b"<a/>", "broken.tmc"), (POINTERS, "far.tmc")]
+    types = LibraryTypes([(tmc, "plant.tmc")], libraries=shelved)
+    found = [types.type(name) for name in ("T_Text", "E_Shut", "ST_Near")]
+    assert [type and type.size for type in found] == [16, 2, 4]
+    assert types.type("ST_Far") is None  # a pointer of another platform has another size
+    assert types.names == ["plant.tmc"]

@@ -4,14 +4,19 @@ A `.tmc` of a built project has every type that its variables are made of, those
 with their real layout.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from typing import Any
 
+from achse.iec.arrays import ArrayType
+from achse.iec.derived import AliasType, PointerType
 from achse.iec.enums import EnumType
 from achse.iec.errors import DeclarationError
+from achse.iec.structs import StructType
 from achse.iec.types import IecType
+from achse.st.source import SourceError
 from achse.st.symbolfiles.tmc import start_values, types_of_tmc
+from achse.st.symbolfiles.types import FileTypes
 from achse.st.values import Constant
 
 __all__ = ["LibraryTypes"]
@@ -22,20 +27,46 @@ class LibraryTypes:
 
     Of a type in several files the first one counts. Raises `SourceError` with the line if a file
     is at fault, and so do all methods.
+
+    - `beside`: files that lie beside the project; those for another platform are left out;
+    - `libraries`: those beside its libraries, which are read if a name is not in the others; those
+      at fault are left out too, and types with pointers of another platform.
     """
 
-    def __init__(self, files: Iterable[tuple[bytes, str]]) -> None:
+    def __init__(
+        self,
+        files: Iterable[tuple[bytes, str]],
+        beside: Iterable[tuple[bytes, str]] = (),
+        libraries: Iterable[tuple[bytes, str]] = (),
+    ) -> None:
         read = [(*types_of_tmc(data, name), name) for data, name in files]
+        for types, root, _ in read:
+            if types.pointer_size != read[0][0].pointer_size:
+                bits = 8 * read[0][0].pointer_size
+                root.fault(f"expected types of a {bits}-bit PLC, like those of {read[0][2]}")
+        read += [(*types_of_tmc(data, name), name) for data, name in beside]
+        self.pointer_size = read[0][0].pointer_size if read else 8
+        """Bytes of a pointer of the PLC they are for."""
+        read = [one for one in read if one[0].pointer_size == self.pointer_size]
         self._modules = [(module, types) for types, module, _ in read]
         self.names = [name for _, _, name in read]
-        """The files, as faults name them."""
-        self._files = [types for types, _, _ in read]
-        self.pointer_size = self._files[0].pointer_size if read else 8
-        """Bytes of a pointer of the PLC they are for."""
-        for types, root, _ in read:
-            if types.pointer_size != self.pointer_size:
-                bits = 8 * self.pointer_size
-                root.fault(f"expected types of a {bits}-bit PLC, like those of {self.names[0]}")
+        """The files of the project, as faults name them."""
+        self._own = [types for types, _, _ in read]
+        self._waiting = iter(libraries)
+        self._libraries: list[FileTypes] = []
+
+    @property
+    def _files(self) -> Iterator[FileTypes]:
+        """The types of each file, those of libraries last."""
+        yield from self._own
+        yield from self._libraries
+        for data, name in self._waiting:
+            try:
+                types, _ = types_of_tmc(data, name)
+            except SourceError:
+                continue
+            self._libraries.append(types)
+            yield types
 
     def type(self, name: str) -> IecType[Any] | None:
         """The type of a name, with or without the library in front; None if there is none.
@@ -46,13 +77,16 @@ class LibraryTypes:
             names = types.named(name)
             if len(names) > 1:
                 raise DeclarationError(f"which type is meant: {' or '.join(sorted(names))}?")
-            if names:
-                return types.type(names[0])
+            if not names:
+                continue
+            found = types.type(names[0])
+            if found is None or types.pointer_size == self.pointer_size or not _has_pointers(found):
+                return found
         return None
 
     def enumerations(self, value: str) -> list[EnumType[Any]]:
         """The enumerations with a value of that name, which may stand alone."""
-        found = [types.type(name) for types in self._files for name in types.with_value(value)]
+        found = [types.type(name) for types in self._own for name in types.with_value(value)]
         return [type for type in found if isinstance(type, EnumType)]
 
     def constant(self, name: str) -> Constant | None:
@@ -73,5 +107,16 @@ class LibraryTypes:
     def has_property(self, block: str, name: str) -> bool:
         """Return True if a block of that name, or its base, has a property of that name."""
         return any(
-            types.has_property(found, name) for types in self._files for found in types.named(block)
+            types.has_property(found, name) for types in self._own for found in types.named(block)
         )
+
+
+def _has_pointers(type: IecType[Any]) -> bool:
+    """Return True if the size of a type differs between platforms."""
+    if isinstance(type, ArrayType):
+        return _has_pointers(type.element)
+    if isinstance(type, AliasType):
+        return _has_pointers(type.base)
+    if isinstance(type, StructType):
+        return any(_has_pointers(member.type) for member in type.members)
+    return isinstance(type, PointerType)
