@@ -38,7 +38,6 @@ sources = '{project}'
 ADS_CLIENT_STATION = """
 [[plc]]
 sources = '{project}'
-libraries = ['{library}']
 
 [[plc]]
 port = 852
@@ -168,8 +167,7 @@ def test_ads_client_suite_meets_the_table(
 ) -> None:
     station_file, results = tmp_path / "station.toml", tmp_path / "results.json"
     project = ads_client_suite / "ads-client-test-plc-project" / "TwinCAT 3/AdsClientTests/PLC"
-    library = Path(__file__).with_name("data_exchange")
-    station_file.write_text(ADS_CLIENT_STATION.format(project=project, library=library))
+    station_file.write_text(ADS_CLIENT_STATION.format(project=project))
     suite, preload = ads_client_suite / "ads-client", Path(__file__).with_name("npm")
     with start_station(str(station_file), "--net-id", "192.168.4.1.1.1") as station:
         subprocess.run(
