@@ -43,7 +43,7 @@ elsewhere(
     "It asks no Modbus device of another computer that `[modbus]` does not name.",
     "tests/devices/modbus/test_device.py::test_only_devices_that_are_named_are_asked",
     "tests/station/test_modbus_config.py::test_without_lines_this_computer_alone",
-    "tests/station/test_modbus.py::test_nobody_is_there_without_it",
+    "tests/station/building/test_modbus.py::test_nobody_is_there_without_it",
 )
 elsewhere(
     "A PLC program reaches the memory of its own PLC, and a pointer elsewhere is an error.",
@@ -260,7 +260,7 @@ elsewhere(
 elsewhere(
     "A station does not start with a `root` that shows its configuration, `static_routes` or"
     " `persistent_data` to clients.",
-    "tests/station/test_assembly.py::test_clients_are_not_shown_what_the_station_reads_itself",
+    "tests/station/building/test_assembly.py::test_clients_are_not_shown_what_the_station_reads_itself",
 )
 elsewhere(
     "Machine code is not loaded from a cache that others own or may write to.",
@@ -317,7 +317,7 @@ elsewhere(
 )
 elsewhere(
     "During a restart nobody takes the ports of the configuration.",
-    "tests/station/test_assembly.py::test_configured_ports_stay_the_stations_through_restarts",
+    "tests/station/building/test_assembly.py::test_configured_ports_stay_the_stations_through_restarts",
 )
 elsewhere(
     "However often clients restart a station, it is in RUN as long as each restart took, a second"

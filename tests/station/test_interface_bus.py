@@ -182,7 +182,7 @@ class Made:
                 interface.now_ns += interface.step_ns
                 super().exchange()
 
-        monkeypatch.setattr("achse.station.bus_parts.InterfaceBus", Clocked)
+        monkeypatch.setattr("achse.station.building.bus_parts.InterfaceBus", Clocked)
         ends = isinstance(interface, BothEnds)
         whole: dict[str, Any] = {
             "nc": {"cycle": f"{interface.cycle_ns // 1000}us", "kernel": "interpreted"},

@@ -9,9 +9,9 @@ import pytest
 from achse.faults.kinds import STATION_FAULTS
 from achse.motion.nc import configurable
 from achse.station import ConfigError, StationConfig
+from achse.station.building.nc import axis_keys
 from achse.station.config import parse
 from achse.station.documents import parse_toml
-from achse.station.nc import axis_keys
 from achse.station.schema import descriptions_of, station_schema
 
 SCHEMA = station_schema()

@@ -14,9 +14,9 @@ from achse.drive import Drive
 from achse.motion import Nc
 from achse.motion.servo import ProcessEntry, ServoError, ServoLink, ServoOptions, Servos, ServoView
 from achse.motion.servo.optional import DriveParts
-from achse.station.building import Building
+from achse.station.building.building import Building
+from achse.station.building.bus_parts import attach_buses, make_bus, served_bus, terminals_on
 from achse.station.bus_config import DriveConfig, drives_of
-from achse.station.bus_parts import attach_buses, make_bus, served_bus, terminals_on
 from achse.station.bus_plan import BusPlan
 from achse.station.config import ConfigError
 from achse.station.ethercat_bus import EthercatBus

@@ -145,7 +145,7 @@ class ExpressionSignal(SignalSection):
 
     kind: Literal["expression"]
     expression: str = Field(min_length=1)
-    """`20 + 5 * sin(t) + MAIN.fHeat / 10`; functions as in `achse.station.expressions`."""
+    """`20 + 5 * sin(t) + MAIN.fHeat / 10`; functions as in `achse.station.building.expressions`."""
 
 
 SignalConfig: TypeAlias = Annotated[

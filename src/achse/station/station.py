@@ -29,22 +29,22 @@ from achse.scope import ScopeChannel, ScopeTrigger
 from achse.scope.definition import DEFAULT_LENGTH
 from achse.server import Device, Usage
 from achse.station.agenda import Agenda
-from achse.station.assembly import assemble, idle, permanent
-from achse.station.building import Ground, Parts
+from achse.station.building.assembly import assemble, idle, permanent
+from achse.station.building.building import Ground, Parts
+from achse.station.building.nc import velocity_warnings
+from achse.station.building.scope import StationScope
 from achse.station.clock import StationClock
 from achse.station.collection import collect_remains
 from achse.station.config import ConfigError, StationConfig, load
 from achse.station.cycle import Cycle, Phase
 from achse.station.fieldbus import MASTER_PRIORITY, on_interfaces, run_first
 from achse.station.metrics import MetricsPort
-from achse.station.nc import velocity_warnings
 from achse.station.network import Network, RouteFile
 from achse.station.own_net_id import net_id_at
 from achse.station.pacing import Pace, Pacer, run_unpaced
 from achse.station.persistent_data import PersistentData
 from achse.station.persistent_image import PersistentImage
 from achse.station.phases import ChangePhase
-from achse.station.scope import StationScope
 from achse.station.starvation import OrdinaryProcess, StarvationGuard
 from achse.station.state_requests import StateRequests
 from achse.station.statistics import statistics

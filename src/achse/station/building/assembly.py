@@ -14,14 +14,14 @@ from achse.devices.router import RouterDevice
 from achse.devices.system import StationControl, SystemDevice
 from achse.server import Device
 from achse.st.collection import collection_paused
-from achse.station.building import Building, Ground, Parts
-from achse.station.camshaft import make_camshafts
+from achse.station.building.building import Building, Ground, Parts
+from achse.station.building.camshaft import make_camshafts
+from achse.station.building.modbus import make_modbus
+from achse.station.building.nc import make_nc
+from achse.station.building.plcs import make_plcs
+from achse.station.building.scope import make_scope
+from achse.station.building.signals import make_signals
 from achse.station.config import ConfigError, StationConfig
-from achse.station.modbus import make_modbus
-from achse.station.nc import make_nc
-from achse.station.plc_part import make_plcs
-from achse.station.scope import make_scope
-from achse.station.signals import make_signals
 
 __all__ = ["PARTS", "assemble", "idle", "permanent"]
 
@@ -38,7 +38,7 @@ def _make_terminals(building: Building) -> None:
     """The terminals, and the buses without drives. Raises ConfigError."""
     config = building.ground.config
     if config.bus or config.terminal:
-        from achse.station import terminals
+        from achse.station.building import terminals
 
         terminals.make_terminals(building)
 

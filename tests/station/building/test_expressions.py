@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.station.expressions import FUNCTIONS, ExpressionError, parse_expression
+from achse.station.building.expressions import FUNCTIONS, ExpressionError, parse_expression
 
 VARIABLES = {"main.n": 5.0, "GVL.a[3].x": 2.0, "GVL.a[1,-2]": 3.0, "MAIN.is": 7.0}
 

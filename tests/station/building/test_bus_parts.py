@@ -1,6 +1,6 @@
 """What buses of drives and of terminals have in common."""
 
-from achse.station.bus_parts import terminals_on
+from achse.station.building.bus_parts import terminals_on
 from achse.station.config import parse
 from achse.station.ethercat_bus import EthercatBus
 from achse.station.interface_bus import InterfaceBus

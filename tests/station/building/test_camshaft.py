@@ -9,7 +9,7 @@ import pytest
 from achse.devices.camshaft import CamshaftDevice
 from achse.motion import Nc
 from achse.station import Station
-from achse.station.camshaft import CamshaftPhase, make_camshafts
+from achse.station.building.camshaft import CamshaftPhase, make_camshafts
 from achse.station.config import parse
 from achse.station.config_types import ConfigError
 

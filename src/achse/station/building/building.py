@@ -1,7 +1,7 @@
 """A station while it is put together: what each of its parts is made from, and adds.
 
 A part is a function that gets the `Building` and adds devices, phases and states; the row in
-`achse.station.assembly.PARTS` names it.
+`achse.station.building.assembly.PARTS` names it.
 """
 
 import math

@@ -10,8 +10,8 @@ from achse.devices.io import IoDevice
 from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal
 from achse.motion import commands
 from achse.station import Station
+from achse.station.building.terminals import TerminalBus
 from achse.station.config import ConfigError, parse
-from achse.station.terminals import TerminalBus
 
 PROGRAM = """
 PROGRAM MAIN

@@ -2,7 +2,7 @@
 
 from achse.devices.modbus import MODBUS_PORT, ModbusDevice
 from achse.devices.system import SystemDevice
-from achse.station.building import Building
+from achse.station.building.building import Building
 
 __all__ = ["make_modbus"]
 

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import TypeAdapter
 
+from achse.station.building.waveforms import CsvError, counter, noise, periodic, read_csv
 from achse.station.signal_config import SignalConfig
-from achse.station.waveforms import CsvError, counter, noise, periodic, read_csv
 
 SECOND = 1_000_000_000
 CYCLE = 10_000_000
@@ -162,7 +162,7 @@ def test_a_file_that_cannot_be_read_is_told(tmp_path: Path) -> None:
 
 @given(st.floats(0, 1e6), st.booleans(), st.booleans())
 def test_any_moment_has_a_value(moment: float, repeat: bool, interpolate: bool) -> None:
-    from achse.station.waveforms import _played
+    from achse.station.building.waveforms import _played
 
     config = _config("csv", file="x", repeat=repeat, interpolate=interpolate)
     value = _played(config, [0.0, 1e9, 4e9], [1.0, 3.0, 5.0])(round(moment * 1e9))

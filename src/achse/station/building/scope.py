@@ -18,7 +18,7 @@ from achse.scope import (
     definition_of,
 )
 from achse.scope.service import SCOPE_PORT
-from achse.station.building import Building
+from achse.station.building.building import Building
 from achse.station.config import ConfigError
 from achse.station.cycle import Phase, PhasePlace
 

@@ -19,7 +19,7 @@ from achse.motion.tables.joining import Boundary
 from achse.motion.tables.limits import TableLimits
 from achse.motion.tables.text import TableContent, TableTextError, content_of
 from achse.native.sampling import KERNEL as SAMPLING
-from achse.station.building import Building
+from achse.station.building.building import Building
 from achse.station.bus_config import DriveConfig, drives_of
 from achse.station.config import AxisConfig, ConfigError, StationConfig, TableConfig
 from achse.station.phases import NcPhase

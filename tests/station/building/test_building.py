@@ -5,8 +5,9 @@ from typing import Any
 
 import pytest
 
-from achse.station import ConfigError, Station, assembly
-from achse.station.building import Building
+from achse.station import ConfigError, Station
+from achse.station.building import assembly
+from achse.station.building.building import Building
 from achse.station.config import parse
 from achse.station.cycle import CyclicPhase, PhasePlace
 

@@ -12,8 +12,8 @@ from achse.ethercat.master import BusSlave
 from achse.plc import PlcRuntime
 from achse.plc.memory import Area
 from achse.plc.runtime import PlcState
-from achse.station.building import Building
-from achse.station.bus_parts import attach_buses, make_bus, served_bus, terminals_on
+from achse.station.building.building import Building
+from achse.station.building.bus_parts import attach_buses, make_bus, served_bus, terminals_on
 from achse.station.bus_plan import BusPlan
 from achse.station.config import ConfigError
 from achse.station.cycle import CyclicPhase, PhasePlace

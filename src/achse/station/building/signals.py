@@ -11,7 +11,8 @@ from achse.devices.plc.symbols import PlcSymbol
 from achse.iec import EnumType, IecType, resolved
 from achse.iec.elementary import BoolType, IntegerType, RealType
 from achse.iec.nearest import did_you_mean
-from achse.station.building import Building
+from achse.station.building.building import Building
+from achse.station.building.waveforms import CsvError, Waveform, counter, noise, periodic, read_csv
 from achse.station.config import ConfigError
 from achse.station.cycle import CyclicPhase, PhasePlace
 from achse.station.signal_config import (
@@ -22,7 +23,6 @@ from achse.station.signal_config import (
     PeriodicSignal,
     SignalConfig,
 )
-from achse.station.waveforms import CsvError, Waveform, counter, noise, periodic, read_csv
 
 __all__ = ["make_signals"]
 
@@ -134,7 +134,7 @@ class _Signal:
         return periodic(config)
 
     def _computed(self, text: str) -> Waveform:
-        from achse.station.expressions import ExpressionError, parse_expression
+        from achse.station.building.expressions import ExpressionError, parse_expression
 
         key = f"{self.key}.expression"
 

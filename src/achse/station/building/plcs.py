@@ -8,7 +8,7 @@ from achse.devices.logger import EventLoggerDevice, LoggerDevice, LogMessage, Me
 from achse.devices.plc import PlcDevice, PlcRequests
 from achse.plc import PlcRuntime, PlcState
 from achse.station.axis_links import link_axes
-from achse.station.building import Building
+from achse.station.building.building import Building
 from achse.station.channel_links import link_channels
 from achse.station.phases import PlcLinks, PlcPhase
 from achse.station.plcs import PlcSource

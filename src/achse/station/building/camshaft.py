@@ -14,7 +14,7 @@ from achse.devices.plc.symbols import PlcSymbol
 from achse.iec import IecType, resolved
 from achse.iec.elementary import BoolType, IntegerType, RealType
 from achse.iec.nearest import did_you_mean
-from achse.station.building import Building
+from achse.station.building.building import Building
 from achse.station.camshaft_config import CamshaftConfig
 from achse.station.config import ConfigError
 from achse.station.cycle import Phase, PhasePlace

@@ -9,9 +9,9 @@ import pytest
 from achse.ams import DeviceError
 from achse.scope import ScopeError, ScopeState
 from achse.station import Station
+from achse.station.building.scope import ScopePhase, StationScope, make_scope
 from achse.station.config import StationConfig, parse
 from achse.station.config_types import ConfigError
-from achse.station.scope import ScopePhase, StationScope, make_scope
 
 SOURCE = """PROGRAM MAIN
 VAR

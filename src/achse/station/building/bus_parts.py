@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from achse.ams import NetId
 from achse.devices.io import IO_PORT, AttachedBuses, IoDevice, ServedBus
 from achse.server import Device
-from achse.station.building import Building
+from achse.station.building.building import Building
 from achse.station.bus_config import BusConfig, DriveConfig
 from achse.station.bus_plan import BusPlan
 from achse.station.config import StationConfig
