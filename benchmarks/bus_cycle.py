@@ -31,7 +31,7 @@ from achse.ethercat.master import (
     from_description,
 )
 from achse.motion import commands
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.station.ethercat_bus import EthercatBus
 from achse.station.station import Station
 

@@ -12,7 +12,7 @@ import time
 from achse.codes.axis import StartType
 from achse.motion import commands
 from achse.native.compiled import compiler_installed
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.station.station import Station
 from achse.station.whole_cycle import KERNEL
 

@@ -32,7 +32,7 @@ from collections.abc import Iterator, Sequence
 
 from achse.codes.axis import StartType
 from achse.motion import commands
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.station.fieldbus import MASTER_PRIORITY, run_first
 from achse.station.interface_bus import InterfaceBus
 from achse.station.station import Station

@@ -17,7 +17,7 @@ from achse.motion import commands
 from achse.motion.states import StartType
 from achse.native.backend import compiler_installed
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 AXES = 32
 CYCLE_MS = 2

@@ -27,7 +27,7 @@ from achse.ethercat import Segment, Slave
 from achse.faults.drive_list import DriveFaults
 from achse.router import Router
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 SERVICE = 26_000
 BY_NAME, HANDLE, UPLOAD, SUM_READ = 0xF004, 0xF003, 0xF00B, 0xF080

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.station.persistent_image import PersistentImage, PersistentLayout, PersistentValues
 from achse.station.snapshot_file import SnapshotFile
 from achse.station.snapshots import Snapshots

@@ -18,7 +18,7 @@ SCENARIO = """
 import asyncio
 import random
 import achse
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 def run(*, velocity: float, seed: int) -> dict[str, float]:
     station = achse.Station(parse({"axis": [{"id": 1, "name": "X"}]}, "sweep"))

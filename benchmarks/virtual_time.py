@@ -20,7 +20,7 @@ from achse.ams import AmsAddress, Command, Frame
 from achse.ams.commands import ADD_NOTIFICATION_BODY
 from achse.native.compiled import compiler_installed
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 CYCLE_MS = 10
 ON_CHANGE = 4

@@ -126,7 +126,7 @@ def machine() -> Call:
 def blocks() -> Call:
     """Set up a station whose PLC moves 4 axes by blocks every 2 ms."""
     from achse.station import Station
-    from achse.station.config import parse
+    from achse.station.configuration.station_file import parse
 
     Path("blocks").mkdir(exist_ok=True)
     Path("blocks/a.st").write_text(BLOCKS, encoding="utf-8")

@@ -12,9 +12,15 @@ from typer.testing import CliRunner
 from achse.cli.app import app
 from achse.cli.new import GITHUB, GITLAB, PlcKind, Server, commented, project
 from achse.station import Station
-from achse.station.config import LimitsConfig, PlcConfig, RouterConfig, SystemConfig, parse
-from achse.station.documents import parse_toml
-from achse.station.schema import station_schema
+from achse.station.configuration.documents import parse_toml
+from achse.station.configuration.schema import station_schema
+from achse.station.configuration.station_file import (
+    LimitsConfig,
+    PlcConfig,
+    RouterConfig,
+    SystemConfig,
+    parse,
+)
 
 
 def _new(*words: str, exit_code: int = 0) -> Any:

@@ -11,7 +11,7 @@ from achse.ams.mqtt import RouterNote
 from achse.client.link import Onlooker
 from achse.client.mqtt_link import MqttDialer, MqttLink, routers_of
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.transport.mqtt import MqttSettings
 from achse.transport.mqtt_routes import MqttRoutes
 from tests.transport.brokers import Broker

@@ -10,7 +10,7 @@ from achse.client.secure_link import SecureDialer, SecureTarget, SecureTargetErr
 from achse.router.access import hash_password
 from achse.router.routes import TlsKind
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 FINGERPRINT = "ab" * 32
 

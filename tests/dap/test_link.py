@@ -9,7 +9,7 @@ import achse
 from achse.dap.link import DebugLink, DebugRefused
 from achse.devices.station import SERVICE_PORT
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 
 def test_answers_and_refusals(project: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from achse.dap.target import Target, TargetError
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 
 def test_a_station_of_its_own_begins_when_told(project: Path) -> None:

@@ -15,7 +15,7 @@ from achse.client import Client
 from achse.devices.debugging import DEBUG
 from achse.devices.station import SERVICE_PORT
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 SOURCE = """\
 FUNCTION_BLOCK FB_Count

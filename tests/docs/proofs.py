@@ -30,7 +30,7 @@ NETWORK = "tests/station/test_network.py"
 FOLDER = "tests/devices/system/test_folder.py"
 TCP = "tests/transport/test_tcp.py"
 OPENSSL = "tests/interop/test_openssl.py"
-SECURED = "tests/station/test_secure_config.py"
+SECURED = "tests/station/configuration/test_secure.py"
 SECURE = "tests/transport/test_secure_listener.py"
 MQTT = "tests/transport/test_mqtt_routes.py"
 UDP = "tests/transport/test_udp.py"
@@ -42,7 +42,7 @@ NESTING = "tests/fuzz/test_nesting.py"
 elsewhere(
     "It asks no Modbus device of another computer that `[modbus]` does not name.",
     "tests/devices/modbus/test_device.py::test_only_devices_that_are_named_are_asked",
-    "tests/station/test_modbus_config.py::test_without_lines_this_computer_alone",
+    "tests/station/configuration/test_modbus.py::test_without_lines_this_computer_alone",
     "tests/station/building/test_modbus.py::test_nobody_is_there_without_it",
 )
 elsewhere(

@@ -34,7 +34,7 @@ from achse.ethercat import Datagram, DatagramCommand, EthercatFrame, Loopback, S
 from achse.router.access import Users, hash_password
 from achse.router.routes import Route, RouteTable
 from achse.station import ConfigError, Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.transport import udp
 from achse.transport.udp import ANYBODY, DiscoveryEndpoint
 from tests.docs.proofs import PROOFS, proves

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from achse.fleet.export import compose, kubernetes
 from achse.fleet.plan import FleetPlan
-from achse.station.config import ConfigError
+from achse.station.configuration.station_file import ConfigError
 
 yaml = pytest.importorskip("yaml")
 YAMLLINT = "{extends: default, rules: {line-length: {max: 120}, braces: {max-spaces-inside: 0}}}"

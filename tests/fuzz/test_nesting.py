@@ -25,7 +25,7 @@ from achse.st.parser import parse_expression, parse_statements
 from achse.st.symbolfiles import read_symbol_file
 from achse.st.xml import parse_xml
 from achse.station import ConfigError, Station
-from achse.station.config import load, parse
+from achse.station.configuration.station_file import load, parse
 from achse.station.parameter_file import ParameterFile, ParameterFileError
 from achse.station.persistent_data import PersistentData
 from achse.station.state_file import StateFile

@@ -27,7 +27,7 @@ from achse.router.rights import ALL_RIGHTS, NO_RIGHTS, Right
 from achse.router.routes import Route, RouteTls
 from achse.server import READ, RowFacts
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.transport.mqtt import MqttSettings
 from achse.transport.mqtt_routes import MqttRoutes
 from achse.transport.peer import Peer

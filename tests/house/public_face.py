@@ -14,7 +14,7 @@ from typer.main import get_command
 from achse.cli.app import app
 from achse.faults.drives import DRIVE_FAULTS
 from achse.faults.kinds import STATION_FAULTS
-from achse.station.config import StationConfig
+from achse.station.configuration.station_file import StationConfig
 
 LISTED = Path(__file__).parents[1] / "data" / "public_face.txt"
 

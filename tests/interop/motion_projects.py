@@ -16,7 +16,7 @@ from typing import Any
 
 from achse.motion import Axis, StateBit
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from tests.conftest import RouterClient
 
 __all__ = ["PROJECTS", "MotionProject", "page_of", "witness"]

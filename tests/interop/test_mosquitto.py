@@ -181,7 +181,7 @@ async def test_certificates_of_the_broker(witness: Callable[[str], None], tmp_pa
 async def test_fifty_routers_see_and_read_each_other(broker: Mosquitto) -> None:
     """In one process, so that the broker is what is tested."""
     from achse.station import Station
-    from achse.station.config import parse
+    from achse.station.configuration.station_file import parse
 
     stations = [
         Station(

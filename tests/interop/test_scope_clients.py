@@ -14,7 +14,7 @@ from achse.ams import DeviceError
 from achse.client import blocking
 from achse.scope.service import ScopeGroup
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 PLC = [{"globals": ["achse.station.demo:GVL"], "task": [{"programs": ["achse.station.demo:MAIN"]}]}]
 VIEW = {"name": "press", "record_length": "500ms", "channels": ["MAIN.nCounter"]}

@@ -12,7 +12,7 @@ from achse.ams import RouterError
 from achse.cli.app import app
 from achse.client import blocking, connect
 from achse.station import ConfigError, Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from tests.transport.lines import cable, until
 from tests.transport.test_serial_ports import FAR, station
 

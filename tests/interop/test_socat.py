@@ -10,7 +10,7 @@ from pathlib import Path
 
 from achse.client import connect
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from tests.transport.lines import until
 
 PORTS = ("one", "other")

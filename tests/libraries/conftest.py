@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 Step = tuple[str, str, str]
 """Block, its inputs, and what is kept once it is not busy."""

@@ -8,7 +8,7 @@ from achse.ams import AmsAddress, Frame
 from achse.motion import Axis
 from achse.native.backend import compiler_installed
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from tests.libraries.front_end import FrontEnd
 
 __all__ = ["FORMS", "Bench"]

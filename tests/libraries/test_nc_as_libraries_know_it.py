@@ -20,7 +20,7 @@ from achse.motion.states import TorqueStartType
 from achse.router import Router
 from achse.st.standard import standard_libraries
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 FUNCTIONS, STATES, TO_PLC, FROM = 0x4201, 0x4101, 0x80, 0x00
 PORTS = (500, 501)

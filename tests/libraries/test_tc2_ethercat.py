@@ -6,7 +6,7 @@ from typing import Any
 
 from achse.server import Device, RawGroup
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 STATES = {1001: 8, 1002: 8}
 

@@ -8,7 +8,7 @@ import pytest
 from achse.ams import NetId
 from achse.devices.io.device import IoDevice
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from tests.plc.code.conftest import Ran
 
 BUS: dict[str, Any] = {

@@ -9,7 +9,7 @@ import pytest
 from achse.codes import NcError
 from achse.motion import StateBit
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from tests.libraries.mc2 import FORMS, Bench
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from achse.ams import DeviceError
 from achse.server import Device, RawGroup
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 DRIVE = {"bus": [{"name": "Line"}], "axis": [{"id": 1, "name": "X"}], "drive": [{"axis": "X"}]}
 ALONE = {"axis": [{"id": 1, "name": "X"}]}

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from tests.transport.modbus_devices import tcp_device, udp_device
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from tests.plc.code.conftest import Ran
 
 MAIN = """

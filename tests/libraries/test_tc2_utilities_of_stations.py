@@ -55,7 +55,7 @@ END_PROGRAM
 def test_control_of_another_plc_and_what_a_station_refuses(tmp_path: Path) -> None:
     from achse.plc import PlcState
     from achse.station import Station
-    from achse.station.config import parse
+    from achse.station.configuration.station_file import parse
 
     (tmp_path / "a.st").write_text(CONTROL, encoding="utf-8")
     (tmp_path / "b.st").write_text("PROGRAM MAIN VAR n : INT; END_VAR n := n + 1; END_PROGRAM")

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 CLASSES = """<T><DataType><Name GUID="{AC1249EC-7A00-4AA4-851B-9BA1B619868E}">Line</Name>
 <DisplayName>Line events</DisplayName><EventId><Name Id="1">Jam</Name>

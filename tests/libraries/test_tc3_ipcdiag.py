@@ -6,7 +6,7 @@ from typing import Any
 
 from achse.devices.system.device import VERSION
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 READS = (
     *("IPCDeviceName", "TC_Version", "TC_VersionBuild", "TC_AmsNetID", "TC_Status", "TC_NoRoutes"),

@@ -20,7 +20,7 @@ from achse.ams import NetId
 from achse.motion.remains import Remains
 from achse.router.routes import Route
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.station.parameter_file import ParameterFile
 from achse.station.state_file import StateFile
 

@@ -14,9 +14,9 @@ from achse.ethercat.master import SlaveConfiguration, from_description
 from achse.ethercat.master.bus_slave import SlaveFacts
 from achse.ethercat.master.scanning import FoundSlave
 from achse.ethercat.master.sii_reader import SiiContent
-from achse.station.bus_config import BusConfig, DriveConfig
 from achse.station.bus_plan import BusPlan, make_terminal
-from achse.station.terminal_config import TerminalConfig
+from achse.station.configuration.bus import BusConfig, DriveConfig
+from achse.station.configuration.terminal import TerminalConfig
 
 MS = 1_000_000
 

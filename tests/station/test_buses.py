@@ -16,7 +16,7 @@ from achse.codes import AlState, AlStatus, NcError
 from achse.codes.axis import StartType
 from achse.drive.alarms import Alarm
 from achse.motion import commands
-from achse.station.config import ConfigError, parse
+from achse.station.configuration.station_file import ConfigError, parse
 from achse.station.ethercat_bus import EthercatBus
 from achse.station.station import Station
 

@@ -10,7 +10,7 @@ from achse.motion.channels.program_channel import ProgramChannel
 from achse.motion.channels.states import InterpreterState, ProgramMode
 from achse.station import ConfigError, Station
 from achse.station.channel_links import channel_variables
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 TYPES = """
 TYPE PLCTONC_NCICHANNEL_REF : STRUCT

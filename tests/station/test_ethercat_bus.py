@@ -13,9 +13,9 @@ from achse.codes.axis import StartType
 from achse.drive.alarms import Alarm
 from achse.motion import commands
 from achse.motion.servo import ServoMode
-from achse.station.bus_config import BusConfig, DriveConfig
 from achse.station.bus_plan import DEFAULT_INPUTS, DEFAULT_OUTPUTS, BusPlan
-from achse.station.config import parse
+from achse.station.configuration.bus import BusConfig, DriveConfig
+from achse.station.configuration.station_file import parse
 from achse.station.ethercat_bus import EthercatBus
 from achse.station.station import Station
 from achse.testing import check_axis

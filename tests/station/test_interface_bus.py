@@ -22,7 +22,7 @@ from achse.motion import commands
 from achse.station import interface_bus
 from achse.station.bus_link import BusLink
 from achse.station.bus_plan import BusPlan
-from achse.station.config import ConfigError, parse
+from achse.station.configuration.station_file import ConfigError, parse
 from achse.station.interface_bus import InterfaceBus
 from achse.station.interface_pair import BusSocket, InterfacePair
 from achse.station.station import Station

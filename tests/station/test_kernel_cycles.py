@@ -11,7 +11,7 @@ from achse.ethercat import Disturbance
 from achse.ethercat.ring_segment import RingSegment
 from achse.motion import commands
 from achse.native.compiled import compiler_installed
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.station.ethercat_bus import EthercatBus
 from achse.station.kernel_cycles import KernelCycles
 from achse.station.station import Station

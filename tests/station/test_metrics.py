@@ -9,7 +9,7 @@ from prometheus_client.parser import text_string_to_metric_families
 
 import achse
 from achse.station import ConfigError, Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 DOCUMENT = {
     "metrics": {"port": 0},

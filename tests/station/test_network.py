@@ -21,7 +21,7 @@ from achse.router.rights import ALL_RIGHTS, Right, rights_named
 from achse.router.routes import Route
 from achse.router.static_routes import parse_static_routes, static_routes
 from achse.station import ConfigError, Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.station.network import (
     Network,
     host_system,

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from achse.ams import NetId
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.station.own_net_id import net_id_at
 from achse.transport import own_address
 

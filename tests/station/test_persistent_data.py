@@ -17,7 +17,7 @@ from achse.iec import DINT, Program, var
 from achse.motion import Nc, commands
 from achse.plc import PlcRuntime, PlcState, Task
 from achse.station import ConfigError, Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.station.persistent_data import PersistentData
 from achse.station.persistent_image import PersistentImage
 from achse.station.snapshot_file import Snapshot, SnapshotFile

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from achse.ams import AdsState, AmsAddress, Command, Frame
 from achse.ams.commands import WriteControlRequest
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.station.cycle import CyclicPhase, PhasePlace
 from achse.station.state_requests import LONGEST_RUN_NS, MAX_WAITING
 

@@ -15,7 +15,7 @@ from achse.ams import AdsState, Command, DeviceError, Frame
 from achse.ams.commands import WriteControlRequest
 from achse.motion import commands
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.station.cycle import CyclicPhase, PhasePlace
 from achse.station.station import DEFAULT_EPOCH_NS
 

@@ -5,7 +5,7 @@ import pytest
 from achse.drive.compiled import Bank
 from achse.drive.identity import MANUAL_VENDOR, VENDOR
 from achse.drive.machine import EncoderKind
-from achse.station.bus_config import DriveConfig
+from achse.station.configuration.bus import DriveConfig
 from achse.station.virtual_drives import (
     digest_of,
     make_drives,

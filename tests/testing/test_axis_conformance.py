@@ -8,7 +8,7 @@ import pytest
 
 from achse.ams import DeviceError
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.testing import ConformanceError, LiveStation, check_axis
 
 

@@ -12,7 +12,7 @@ from achse.ams import AdsError, DeviceError, NetId, RequestTimeout, RouterError
 from achse.client import connect
 from achse.router import Router
 from achse.station import ConfigError, Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.station.statistics import statistics
 from achse.transport.serial_port import SerialPort
 from achse.transport.serial_ports import ServedPort, ServedSerialPorts

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.web.drive_axes import AxisScale
 
 Shows = Callable[..., Any]

@@ -8,7 +8,7 @@ import pytest
 
 from achse.router.rights import Right
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 Shows = Callable[..., Any]
 

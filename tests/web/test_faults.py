@@ -7,7 +7,7 @@ from typing import Any
 from achse.faults.drives import DRIVE_FAULTS
 from achse.faults.kinds import STATION_FAULTS
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 Shows = Callable[..., Any]
 

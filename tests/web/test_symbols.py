@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.web.symbols import _level
 
 Shows = Callable[..., Any]

@@ -67,7 +67,7 @@ def _tell_plain(file: Path, libraries: list[Path], is_project: bool) -> None:
     """Print the routines of the PLCs that stay plain Python beside machine code, and the
     reasons."""
     from achse.station import ConfigError, Station
-    from achse.station.config import parse
+    from achse.station.configuration.station_file import parse
 
     try:
         if is_project:

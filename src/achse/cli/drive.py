@@ -396,7 +396,7 @@ def _begin(service: "DriveControl", script: Path) -> None:
     """Add the faults of a file."""
     from achse.faults.drives import DRIVE_FAULTS
     from achse.faults.fault import FaultError
-    from achse.station.documents import parse_toml
+    from achse.station.configuration.documents import parse_toml
 
     try:
         document = parse_toml(script.read_text(encoding="utf-8"))

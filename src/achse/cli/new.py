@@ -205,34 +205,36 @@ def _keys(names: list[str]) -> list[str]:
 
 
 def _schema() -> str:
-    from achse.station.schema import station_schema
+    from achse.station.configuration.schema import station_schema
 
     return json.dumps(station_schema(), indent=1, ensure_ascii=False) + "\n"
 
 
 def _station(name: str, plc: PlcKind, axes: list[str]) -> Iterator[str]:
     """A station.toml: what it has, and as comments what else it could have."""
-    from achse.station import config
+    from achse.station.configuration import station_file
 
     yield f"#:schema ./{SCHEMA_FILE}\n"
     yield "# A station of achse. Keys in comments have their default, if they have one.\n"
     yield "# `achse check station.toml` looks at it, `achse run station.toml` runs it.\n\n"
     yield f"name = {json.dumps(name, ensure_ascii=False)}\n"
-    yield from _table("[router]", config.RouterConfig)
-    yield from _table("[system]", config.SystemConfig)
-    yield from _table("[nc]", config.NcConfig)
+    yield from _table("[router]", station_file.RouterConfig)
+    yield from _table("[system]", station_file.SystemConfig)
+    yield from _table("[nc]", station_file.NcConfig)
     for number, axis in enumerate(axes, 1):
         yield from _axis(number, axis, first=number == 1)
     if plc is PlcKind.ST:
-        yield from _table("[[plc]]", config.PlcConfig, {"port": 851, "sources": "plc"})
+        yield from _table("[[plc]]", station_file.PlcConfig, {"port": 851, "sources": "plc"})
     elif plc is PlcKind.PYTHON:
-        yield from _table("[[plc]]", config.PlcConfig, {"port": 851, "globals": ["plc.py:GVL"]})
+        yield from _table(
+            "[[plc]]", station_file.PlcConfig, {"port": 851, "globals": ["plc.py:GVL"]}
+        )
         given = {"name": "PlcTask", "cycle": "10ms", "programs": ["plc.py:MAIN"]}
-        yield from _table("[[plc.task]]", config.TaskConfig, given)
+        yield from _table("[[plc.task]]", station_file.TaskConfig, given)
     if plc is not PlcKind.NONE:
         yield _SIGNALS
     yield "\n# How much clients may take:\n"
-    yield from _table("[limits]", config.LimitsConfig)
+    yield from _table("[limits]", station_file.LimitsConfig)
 
 
 def _axis(number: int, name: str, *, first: bool) -> Iterator[str]:
@@ -264,7 +266,7 @@ def commented(model: "type[BaseModel]", given: Set[str] = frozenset()) -> Iterat
 
     A key without a default has an example behind it.
     """
-    from achse.station.schema import descriptions_of, station_schema
+    from achse.station.configuration.schema import descriptions_of, station_schema
 
     shown = station_schema()["$defs"][model.__name__]["properties"]
     texts = descriptions_of(model)

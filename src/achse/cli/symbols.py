@@ -272,7 +272,7 @@ def _of_running(port: int) -> "SymbolFile":
 def _of_origin(origin: Path) -> "SymbolFile":
     """Return the symbols that sources or a symbol file declare."""
     from achse.station import ConfigError
-    from achse.station.config import PlcConfig
+    from achse.station.configuration.station_file import PlcConfig
     from achse.station.plcs import PlcSource
 
     if origin.suffix.lower() == ".toml":

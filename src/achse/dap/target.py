@@ -12,7 +12,7 @@ from achse.client.link import TcpDialer
 from achse.dap.link import DebugLink
 from achse.devices.station import SERVICE_PORT
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.transport.tcp import TCP_PORT
 
 __all__ = ["Target", "TargetError"]

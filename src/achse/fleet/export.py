@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import PurePosixPath
 
 from achse.fleet.plan import FleetPlan
-from achse.station.config_types import ConfigError
+from achse.station.configuration.types import ConfigError
 from achse.transport.tcp import TCP_PORT
 
 __all__ = ["compose", "kubernetes"]

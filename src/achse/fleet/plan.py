@@ -13,10 +13,10 @@ from achse.ams import NetId
 from achse.fleet.lines import line_of
 from achse.iec.nearest import did_you_mean
 from achse.station import Station
-from achse.station.config import StationConfig, parse
-from achse.station.config_types import ConfigError, ConfigTable, ConfiguredNetId, DurationNs
-from achse.station.documents import parse_toml
-from achse.station.mqtt_config import MqttConfig
+from achse.station.configuration.documents import parse_toml
+from achse.station.configuration.mqtt import MqttConfig
+from achse.station.configuration.station_file import StationConfig, parse
+from achse.station.configuration.types import ConfigError, ConfigTable, ConfiguredNetId, DurationNs
 
 __all__ = ["FleetConfig", "FleetPlan", "FleetStation", "OverrideConfig"]
 

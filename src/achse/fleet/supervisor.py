@@ -15,7 +15,7 @@ from typing import Any
 
 from achse.fleet.plan import FleetPlan, FleetStation
 from achse.fleet.policy import RestartPolicy
-from achse.station.config_types import ConfigError
+from achse.station.configuration.types import ConfigError
 
 __all__ = ["FleetProcess", "FleetSupervisor", "usable_cores"]
 

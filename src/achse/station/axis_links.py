@@ -18,7 +18,7 @@ from achse.motion.cyclic_image import AxisImages, images_of
 from achse.plc import Area, PlcRuntime, PlcState
 from achse.plc.memory import Region
 from achse.plc.program import PlacedVariable
-from achse.station.config import AxisConfig, ConfigError
+from achse.station.configuration.station_file import AxisConfig, ConfigError
 from achse.station.placed_structures import find_place, placed_structures
 
 if TYPE_CHECKING:

@@ -20,8 +20,8 @@ from achse.ethercat.master.scanning import FoundSlave
 from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal
 from achse.motion.servo import INPUT_OBJECTS, OUTPUT_OBJECTS
 from achse.motion.servo.optional import INTERPOLATION_TIME, MODE_DISPLAY
-from achse.station.bus_config import BusConfig, DriveConfig
-from achse.station.terminal_config import TerminalConfig
+from achse.station.configuration.bus import BusConfig, DriveConfig
+from achse.station.configuration.terminal import TerminalConfig
 from achse.station.virtual_drives import make_drives
 
 __all__ = [

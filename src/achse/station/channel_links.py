@@ -26,8 +26,8 @@ from achse.motion.channels.program_channel import ProgramChannel
 from achse.plc import Area, PlcRuntime, PlcState
 from achse.plc.memory import Region
 from achse.plc.program import PlacedVariable
-from achse.station.config import ConfigError
-from achse.station.group_config import ChannelConfig
+from achse.station.configuration.group import ChannelConfig
+from achse.station.configuration.station_file import ConfigError
 from achse.station.placed_structures import find_place, placed_structures
 
 __all__ = ["ChannelLinks", "ChannelVariable", "channel_variables", "link_channels"]

@@ -19,9 +19,9 @@ from achse.ethercat.master.redundancy import Redundancy
 from achse.ethercat.master.scanning import FoundSlave, scan_bus
 from achse.ethercat.master.traffic import AcyclicTraffic
 from achse.ethercat.registers import Register
-from achse.station.bus_config import DriveConfig
 from achse.station.bus_link import BusLink, RoundTrips
 from achse.station.bus_plan import BusPlan
+from achse.station.configuration.bus import DriveConfig
 from achse.station.ethercat_bus import slaves_digest, tell_event
 from achse.station.interface_pair import BusSocket, InterfacePair
 from achse.station.reference_pace import ReferencePace

@@ -12,7 +12,7 @@ from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from achse.drive.machine import MACHINES, MachineError, Mechanics
 from achse.iec.nearest import did_you_mean
-from achse.station.documents import parse_toml
+from achse.station.configuration.documents import parse_toml
 
 __all__ = ["MachineFileError", "machines_of", "read_machines"]
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from pydantic import Field
 
 from achse.extras import needs_extra
-from achse.station.config_types import ConfigError, ConfigTable
+from achse.station.configuration.types import ConfigError, ConfigTable
 from achse.station.pacing import STEP_BOUNDS_NS, Pace
 
 __all__ = ["MetricsConfig", "MetricsPort"]

@@ -17,8 +17,8 @@ from achse.router.access import Users
 from achse.router.rights import rights_named
 from achse.router.routes import Route, RouteError
 from achse.router.static_routes import parse_static_routes, static_routes
-from achse.station.config import ConfigError, StationConfig
-from achse.station.secure_config import StationIdentity
+from achse.station.configuration.secure import StationIdentity
+from achse.station.configuration.station_file import ConfigError, StationConfig
 from achse.station.state_file import StateFile
 from achse.transport.held import Held
 from achse.transport.host_names import HostNames

@@ -9,7 +9,7 @@ from achse.motion import Nc
 from achse.motion.remains import Remains
 from achse.plc import PlcRuntime
 from achse.plc.remains import inherit_variables
-from achse.station.config import ConfigError, StationConfig
+from achse.station.configuration.station_file import ConfigError, StationConfig
 from achse.station.persistent_image import (
     PersistentImage,
     PersistentLayout,

@@ -15,7 +15,7 @@ from achse.motion.remains import Remains
 from achse.plc import PlcRuntime
 from achse.plc.remains import KeptVariable, Lead
 from achse.plc.retained import RetainedLayout
-from achse.station.documents import parse_json
+from achse.station.configuration.documents import parse_json
 
 __all__ = [
     "PersistentImage",

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from achse.station.documents import parse_json
+from achse.station.configuration.documents import parse_json
 
 __all__ = ["StateFile", "sync_folder"]
 

@@ -35,7 +35,7 @@ from achse.station.building.nc import velocity_warnings
 from achse.station.building.scope import StationScope
 from achse.station.clock import StationClock
 from achse.station.collection import collect_remains
-from achse.station.config import ConfigError, StationConfig, load
+from achse.station.configuration.station_file import ConfigError, StationConfig, load
 from achse.station.cycle import Cycle, Phase
 from achse.station.fieldbus import MASTER_PRIORITY, on_interfaces, run_first
 from achse.station.metrics import MetricsPort

@@ -9,7 +9,7 @@ from achse.drive import IDENTITIES, Drive
 from achse.drive.machine import MACHINES, Encoder, EncoderKind, Mechanics, Motor, Switches
 from achse.drive.record import FIELDS, DriveFields, ExchangeFields
 from achse.motion.servo import INPUT_OBJECTS, OUTPUT_OBJECTS
-from achse.station.bus_config import DriveConfig, DriveMachineConfig
+from achse.station.configuration.bus import DriveConfig, DriveMachineConfig
 
 if TYPE_CHECKING:
     from achse.drive.compiled import Bank

@@ -10,7 +10,7 @@ from achse.plc import PlcRuntime, PlcState
 from achse.st.files import source_files
 from achse.st.source import SourceError
 from achse.station import ConfigError, Station
-from achse.station.config import load, parse
+from achse.station.configuration.station_file import load, parse
 from achse.tcunit.locate import find_tcunit, units_of
 from achse.tcunit.observer import Observer
 from achse.tcunit.results import CodePlace, Failure, Suite, TestOutcome, TestRun, UnitTest

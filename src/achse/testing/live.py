@@ -15,7 +15,7 @@ from achse.client import blocking
 from achse.faults.fault import ActiveFault
 from achse.faults.site import StationFault
 from achse.station import Station, StationConfig
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.testing.addresses import free_host
 from achse.transport.tcp import TCP_PORT
 

@@ -8,7 +8,7 @@ from achse.ams import AdsError
 from achse.faults.drives import DRIVE_FAULTS
 from achse.faults.fault import FaultKinds
 from achse.faults.kinds import STATION_FAULTS
-from achse.station.schema import descriptions_of
+from achse.station.configuration.schema import descriptions_of
 from achse.web.arguments import Arguments
 from achse.web.feeds import Feed
 from achse.web.messages import CallError

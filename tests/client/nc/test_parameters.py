@@ -13,7 +13,7 @@ from achse.client.nc import AxisRefused, RemoteNc, UnknownService
 from achse.codes import NcError, ReturnCode
 from achse.devices.nc.layouts import ONLINE_TC2, ONLINE_TC3
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 
 def test_read_write_unit_and_range(on_bench: Callable[..., Any]) -> None:

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from achse.station import Station
-from achse.station.config import parse
-from achse.station.documents import parse_toml
+from achse.station.configuration.documents import parse_toml
+from achse.station.configuration.station_file import parse
 from achse.station.station import DEMO
 
 

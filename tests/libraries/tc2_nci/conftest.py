@@ -11,7 +11,7 @@ from achse.plc import PlcRuntime
 from achse.st.standard import standard_libraries
 from achse.st.units import FunctionBlock
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from tests.libraries.front_end import FrontEnd
 
 CYCLE_S = 0.01

@@ -8,7 +8,7 @@ import pytest
 from achse.codes import NcError
 from achse.motion.channels.program_channel import ProgramChannel
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from tests.libraries.tc2_nci.conftest import NciBench
 
 PART = "N10 G1 X5 F6000\nN20 M8\nN30 X20 Y2 M7\nN40 Z3\nM30\n"

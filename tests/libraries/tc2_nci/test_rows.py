@@ -11,7 +11,7 @@ import pytest
 
 from achse.st.units import Function, FunctionBlock
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from tests.libraries.tc2_nci.conftest import units
 
 TABLE = Path(__file__).parents[2] / "data" / "nci_blocks.tsv"

@@ -7,7 +7,7 @@ import pytest
 
 from achse.native.backend import compiler_installed
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 READ: dict[str, tuple[str, dict[str, Any], Any]] = {
     "ItpGetBlockNumber": ("UDINT", {"BlockNo": 70}, 70),

@@ -9,7 +9,7 @@ from achse.ams import AmsAddress, Command, Frame
 from achse.native.backend import compiler_installed
 from achse.plc import PlcRuntime
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from tests.libraries.front_end import FrontEnd
 
 FORMS = ("plain", "machine") if compiler_installed() else ("plain",)

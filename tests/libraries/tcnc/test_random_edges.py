@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from achse.ams import AmsAddress, Frame
 from achse.codes import ReturnCode
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from tests.libraries.tcnc.test_edges import ORDER
 
 INPUTS = ("RESET", "CALIBR", "SETPOS", "SETDRIVE", "SETTARG", "MANFW", "MANBW")

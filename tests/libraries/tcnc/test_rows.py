@@ -22,7 +22,7 @@ from achse.motion.states import AxisType, ControllerType, DriveType
 from achse.st.standard import standard_libraries
 from achse.st.units import Function, FunctionBlock, TypeDeclaration
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 DATA = Path(__file__).parents[2] / "data"
 

@@ -14,7 +14,7 @@ import pytest
 
 from achse.codes.axis import ControlBit, StateBit
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 STRUCTURES = """
     PlcToNc1 AT %QB1000 : PLCTONC_AXLESTRUCT;

@@ -20,7 +20,7 @@ from achse.motion.servo.optional import (
     VOLTAGE_BIT,
     DriveParts,
 )
-from achse.station.bus_config import DriveConfig
+from achse.station.configuration.bus import DriveConfig
 
 BITS = [each for each in OPTIONAL_PARTS if each.bit is not None]
 DISPLAY = MODE_DISPLAY.index

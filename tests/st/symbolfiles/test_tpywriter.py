@@ -13,7 +13,7 @@ from achse.st.symbolfiles import (
     write_tpy,
 )
 from achse.station import Station
-from achse.station.config import PlcConfig
+from achse.station.configuration.station_file import PlcConfig
 from achse.station.plcs import PlcSource
 
 SOURCE = """TYPE E_Mode : (off := 0, on := 5) UINT; END_TYPE

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from achse.ams import AdsState, AmsAddress, Frame, RouterError
 from achse.devices.plc import PlcDevice
 from achse.station import ConfigError, Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 
 def station(base: Path | None = None, **document: Any) -> Station:

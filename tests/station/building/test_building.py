@@ -8,7 +8,7 @@ import pytest
 from achse.station import ConfigError, Station
 from achse.station.building import assembly
 from achse.station.building.building import Building
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.station.cycle import CyclicPhase, PhasePlace
 
 

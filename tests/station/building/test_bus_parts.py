@@ -1,7 +1,7 @@
 """What buses of drives and of terminals have in common."""
 
 from achse.station.building.bus_parts import terminals_on
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from achse.station.ethercat_bus import EthercatBus
 from achse.station.interface_bus import InterfaceBus
 from achse.station.station import Station

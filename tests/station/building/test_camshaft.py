@@ -10,8 +10,8 @@ from achse.devices.camshaft import CamshaftDevice
 from achse.motion import Nc
 from achse.station import Station
 from achse.station.building.camshaft import CamshaftPhase, make_camshafts
-from achse.station.config import parse
-from achse.station.config_types import ConfigError
+from achse.station.configuration.station_file import parse
+from achse.station.configuration.types import ConfigError
 
 SOURCE = """{attribute 'qualified_only'}
 VAR_GLOBAL CONSTANT

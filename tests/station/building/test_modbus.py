@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from tests.transport.modbus_devices import tcp_device
 
 MAIN = """

@@ -11,7 +11,7 @@ from achse.motion import commands
 from achse.motion.kernel import cycles
 from achse.native.compiled import Kernel
 from achse.station import ConfigError, Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 
 def station(base: Path | None = None, **document: Any) -> Station:

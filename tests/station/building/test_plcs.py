@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from achse.station import ConfigError, Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 
 def station(base: Path | None = None, **document: Any) -> Station:

@@ -10,8 +10,8 @@ from achse.ams import DeviceError
 from achse.scope import ScopeError, ScopeState
 from achse.station import Station
 from achse.station.building.scope import ScopePhase, StationScope, make_scope
-from achse.station.config import StationConfig, parse
-from achse.station.config_types import ConfigError
+from achse.station.configuration.station_file import StationConfig, parse
+from achse.station.configuration.types import ConfigError
 
 SOURCE = """PROGRAM MAIN
 VAR

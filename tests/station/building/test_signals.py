@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from achse.station import ConfigError, Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 PLC = {
     "globals": ["achse.station.demo:GVL"],

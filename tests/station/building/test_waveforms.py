@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pydantic import TypeAdapter
 
 from achse.station.building.waveforms import CsvError, counter, noise, periodic, read_csv
-from achse.station.signal_config import SignalConfig
+from achse.station.configuration.signal import SignalConfig
 
 SECOND = 1_000_000_000
 CYCLE = 10_000_000

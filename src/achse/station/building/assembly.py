@@ -21,7 +21,7 @@ from achse.station.building.nc import make_nc
 from achse.station.building.plcs import make_plcs
 from achse.station.building.scope import make_scope
 from achse.station.building.signals import make_signals
-from achse.station.config import ConfigError, StationConfig
+from achse.station.configuration.station_file import ConfigError, StationConfig
 
 __all__ = ["PARTS", "assemble", "idle", "permanent"]
 

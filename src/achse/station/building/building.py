@@ -17,7 +17,7 @@ from achse.plc import PlcRuntime
 from achse.router import Router
 from achse.server import Device, Usage
 from achse.station.clock import StationClock
-from achse.station.config import ConfigError, StationConfig
+from achse.station.configuration.station_file import ConfigError, StationConfig
 from achse.station.cycle import IDLE_TICK_NS, Phase
 from achse.station.pacing import Pace
 from achse.station.phases import NotificationPhase, upkeep

@@ -20,8 +20,13 @@ from achse.motion.tables.limits import TableLimits
 from achse.motion.tables.text import TableContent, TableTextError, content_of
 from achse.native.sampling import KERNEL as SAMPLING
 from achse.station.building.building import Building
-from achse.station.bus_config import DriveConfig, drives_of
-from achse.station.config import AxisConfig, ConfigError, StationConfig, TableConfig
+from achse.station.configuration.bus import DriveConfig, drives_of
+from achse.station.configuration.station_file import (
+    AxisConfig,
+    ConfigError,
+    StationConfig,
+    TableConfig,
+)
 from achse.station.phases import NcPhase
 
 __all__ = ["NC_PORTS", "axis_keys", "make_nc", "velocity_warnings"]

@@ -19,7 +19,7 @@ from achse.scope import (
 )
 from achse.scope.service import SCOPE_PORT
 from achse.station.building.building import Building
-from achse.station.config import ConfigError
+from achse.station.configuration.station_file import ConfigError
 from achse.station.cycle import Phase, PhasePlace
 
 __all__ = ["ScopePhase", "StationScope", "make_scope"]

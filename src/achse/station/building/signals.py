@@ -13,9 +13,7 @@ from achse.iec.elementary import BoolType, IntegerType, RealType
 from achse.iec.nearest import did_you_mean
 from achse.station.building.building import Building
 from achse.station.building.waveforms import CsvError, Waveform, counter, noise, periodic, read_csv
-from achse.station.config import ConfigError
-from achse.station.cycle import CyclicPhase, PhasePlace
-from achse.station.signal_config import (
+from achse.station.configuration.signal import (
     CounterSignal,
     CsvSignal,
     ExpressionSignal,
@@ -23,6 +21,8 @@ from achse.station.signal_config import (
     PeriodicSignal,
     SignalConfig,
 )
+from achse.station.configuration.station_file import ConfigError
+from achse.station.cycle import CyclicPhase, PhasePlace
 
 __all__ = ["make_signals"]
 

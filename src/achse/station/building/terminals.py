@@ -15,11 +15,11 @@ from achse.plc.runtime import PlcState
 from achse.station.building.building import Building
 from achse.station.building.bus_parts import attach_buses, make_bus, served_bus, terminals_on
 from achse.station.bus_plan import BusPlan
-from achse.station.config import ConfigError
+from achse.station.configuration.station_file import ConfigError
+from achse.station.configuration.terminal import TerminalConfig
 from achse.station.cycle import CyclicPhase, PhasePlace
 from achse.station.ethercat_bus import EthercatBus
 from achse.station.interface_bus import InterfaceBus
-from achse.station.terminal_config import TerminalConfig
 
 __all__ = ["TerminalBus", "make_terminals"]
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from achse.iec.nearest import did_you_mean
-from achse.station.signal_config import (
+from achse.station.configuration.signal import (
     CounterSignal,
     CsvSignal,
     NoiseSignal,

@@ -12,7 +12,7 @@ import achse
 from achse.ams import NetId
 from achse.client.nc.errors import AxisError
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 COUNT = 2
 TARGET = 50.0

@@ -19,7 +19,7 @@ import achse
 from achse.ams import NetId
 from achse.client.nc.errors import AxisError
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 SECOND, FAR_SECOND = "cable2", "cable3"
 LINK, SECOND_LINK, OPEN = 0x0001, 0x0004, 0x0008

@@ -20,7 +20,7 @@ from achse.ams import NetId
 from achse.client import Client
 from achse.client.nc.errors import AxisError
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 HERE = Path(__file__).parents[1]
 FAR = "cable1"

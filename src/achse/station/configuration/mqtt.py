@@ -10,7 +10,7 @@ from pathlib import Path
 from pydantic import Field, model_validator
 
 from achse.ams.secure import pre_shared_key
-from achse.station.config_types import ConfigError, ConfigTable
+from achse.station.configuration.types import ConfigError, ConfigTable
 from achse.transport.mqtt import MqttError, MqttSettings, MqttTls
 
 __all__ = ["MqttConfig", "MqttTlsConfig", "parse_mqtt_file"]

@@ -7,7 +7,7 @@ from pydantic import Field, FiniteFloat, model_validator
 
 from achse.devices.scope import ScopeLimits
 from achse.scope import ScopeDefinition, definition_of
-from achse.station.config_types import ConfigTable, DurationNs
+from achse.station.configuration.types import ConfigTable, DurationNs
 
 __all__ = ["ScopeChannelConfig", "ScopeConfig", "ScopeViewConfig"]
 

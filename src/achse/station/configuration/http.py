@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pydantic import Field
 
-from achse.station.config_types import ConfigTable
+from achse.station.configuration.types import ConfigTable
 
 __all__ = ["WebConfig"]
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from achse.station.documents import check_depth, parse_json, parse_toml
+from achse.station.configuration.documents import check_depth, parse_json, parse_toml
 
 
 def test_what_is_well_formed_is_parsed() -> None:

@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import Field, model_validator
 
-from achse.station.config_types import ConfigTable
+from achse.station.configuration.types import ConfigTable
 
 __all__ = ["TerminalConfig"]
 

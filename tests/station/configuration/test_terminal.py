@@ -2,8 +2,8 @@
 
 import pytest
 
-from achse.station.config import ConfigError, parse
-from achse.station.terminal_config import TerminalConfig
+from achse.station.configuration.station_file import ConfigError, parse
+from achse.station.configuration.terminal import TerminalConfig
 
 
 def test_channels_unless_given() -> None:

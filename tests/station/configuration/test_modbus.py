@@ -3,8 +3,8 @@
 import pytest
 from pydantic import ValidationError
 
-from achse.station.config import ConfigError, parse
-from achse.station.modbus_config import ModbusConfig
+from achse.station.configuration.modbus import ModbusConfig
+from achse.station.configuration.station_file import ConfigError, parse
 
 
 def test_without_lines_this_computer_alone() -> None:

@@ -4,7 +4,7 @@ import pytest
 from pydantic import ValidationError
 
 from achse.motion.servo import ServoMode
-from achse.station.bus_config import BusConfig, DriveConfig
+from achse.station.configuration.bus import BusConfig, DriveConfig
 
 
 def test_a_drive_is_told_by_its_axis() -> None:

@@ -13,8 +13,8 @@ from achse.client.secure_link import SecureTarget
 from achse.router.access import hash_password
 from achse.router.routes import Route, RouteTls, TlsKind
 from achse.station import ConfigError, Station
-from achse.station.config import parse
-from achse.station.secure_config import StationIdentity
+from achse.station.configuration.secure import StationIdentity
+from achse.station.configuration.station_file import parse
 from achse.transport.tls import HAS_PSK
 from achse.transport.udp import scan
 from tests.transport.certificates import authority, identity, signed

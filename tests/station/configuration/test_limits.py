@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from achse.server import ClientLimits
 from achse.station import ConfigError
-from achse.station.config import RouterConfig, parse
-from achse.station.limits_config import LimitsConfig
-from achse.station.schema import descriptions_of
+from achse.station.configuration.limits import LimitsConfig
+from achse.station.configuration.schema import descriptions_of
+from achse.station.configuration.station_file import RouterConfig, parse
 
 MINIMA = {
     each.name: each.metadata["minimum"]
@@ -44,7 +44,7 @@ def test_limit_of_devices_is_a_key_of_its_range_default_and_text() -> None:
 
 
 def test_every_limit_is_in_the_how_to_with_its_default() -> None:
-    page = Path(__file__).parents[2] / "docs/how-to/put-a-station-on-a-network.md"
+    page = Path(__file__).parents[3] / "docs/how-to/put-a-station-on-a-network.md"
     rows = [
         line for line in page.read_text(encoding="utf-8").splitlines() if line.startswith("| `")
     ]

@@ -5,8 +5,8 @@ from typing import Any, get_args
 import pytest
 
 from achse.station import ConfigError
-from achse.station.config import parse
-from achse.station.signal_config import SIGNAL_KINDS, SignalConfig
+from achse.station.configuration.signal import SIGNAL_KINDS, SignalConfig
+from achse.station.configuration.station_file import parse
 
 
 def test_each_kind_is_listed() -> None:

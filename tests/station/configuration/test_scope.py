@@ -4,9 +4,9 @@ from typing import Any
 
 import pytest
 
-from achse.station.config import parse
-from achse.station.config_types import ConfigError
-from achse.station.scope_config import ScopeConfig, ScopeViewConfig
+from achse.station.configuration.scope import ScopeConfig, ScopeViewConfig
+from achse.station.configuration.station_file import parse
+from achse.station.configuration.types import ConfigError
 
 
 def test_a_view_is_a_definition() -> None:

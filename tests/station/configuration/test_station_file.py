@@ -4,7 +4,7 @@ from typing import Any
 import pytest
 
 from achse.station import Station
-from achse.station.config import ConfigError, load, parse
+from achse.station.configuration.station_file import ConfigError, load, parse
 
 
 def faults(document: dict[str, object]) -> list[str]:

@@ -20,9 +20,19 @@ from achse.iec.nearest import did_you_mean
 from achse.motion.tables import HIGHEST_TABLE_ID
 from achse.router.rights import rights_named
 from achse.router.routes import Route
-from achse.station.bus_config import BusConfig, DriveConfig
-from achse.station.camshaft_config import CamshaftConfig
-from achse.station.config_types import (
+from achse.station.configuration.bus import BusConfig, DriveConfig
+from achse.station.configuration.camshaft import CamshaftConfig
+from achse.station.configuration.documents import check_depth, parse_toml
+from achse.station.configuration.group import ChannelConfig, GroupConfig
+from achse.station.configuration.http import WebConfig
+from achse.station.configuration.limits import LimitsConfig
+from achse.station.configuration.modbus import ModbusConfig
+from achse.station.configuration.mqtt import MqttConfig
+from achse.station.configuration.scope import ScopeConfig
+from achse.station.configuration.secure import RouteTlsConfig, SecureConfig
+from achse.station.configuration.signal import SIGNAL_KINDS, SignalConfig
+from achse.station.configuration.terminal import TerminalConfig
+from achse.station.configuration.types import (
     ALL_RIGHT_NAMES,
     ConfigError,
     ConfigTable,
@@ -33,17 +43,7 @@ from achse.station.config_types import (
     MomentNs,
     without_plugins,
 )
-from achse.station.documents import check_depth, parse_toml
-from achse.station.group_config import ChannelConfig, GroupConfig
-from achse.station.limits_config import LimitsConfig
 from achse.station.metrics import MetricsConfig
-from achse.station.modbus_config import ModbusConfig
-from achse.station.mqtt_config import MqttConfig
-from achse.station.scope_config import ScopeConfig
-from achse.station.secure_config import RouteTlsConfig, SecureConfig
-from achse.station.signal_config import SIGNAL_KINDS, SignalConfig
-from achse.station.terminal_config import TerminalConfig
-from achse.station.web_config import WebConfig
 from achse.transport.serial_port import Parity, SerialPort
 
 if TYPE_CHECKING:

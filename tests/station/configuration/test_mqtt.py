@@ -7,8 +7,8 @@ import pytest
 
 from achse.ams.secure import pre_shared_key
 from achse.station import ConfigError, Station
-from achse.station.config import parse
-from achse.station.mqtt_config import parse_mqtt_file
+from achse.station.configuration.mqtt import parse_mqtt_file
+from achse.station.configuration.station_file import parse
 from achse.transport.mqtt import MqttError, MqttSettings, MqttTls
 
 VENDORS = b"""<?xml version="1.0"?>

@@ -8,7 +8,7 @@ from pydantic import Field
 from achse.motion.tables.limits import TableLimits
 from achse.motion.tables.table import MOST_NUMBERS
 from achse.server import ClientLimits
-from achse.station.config_types import ConfigTable, DurationNs
+from achse.station.configuration.types import ConfigTable, DurationNs
 from achse.transport.held import DEFAULT_MAX_HELD
 
 __all__ = ["LimitsConfig"]

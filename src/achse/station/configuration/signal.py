@@ -4,7 +4,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, FiniteFloat, model_validator
 
-from achse.station.config_types import ConfigTable, DurationNs
+from achse.station.configuration.types import ConfigTable, DurationNs
 
 __all__ = [
     "SIGNAL_KINDS",

@@ -6,7 +6,7 @@ from ipaddress import AddressValueError, IPv4Address
 
 from pydantic import model_validator
 
-from achse.station.config_types import ConfigTable
+from achse.station.configuration.types import ConfigTable
 
 __all__ = ["ModbusConfig"]
 

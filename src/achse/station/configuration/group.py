@@ -16,7 +16,7 @@ from achse.motion.groups.states import (
     FifoInterpolation,
     GroupType,
 )
-from achse.station.config_types import ConfigTable, DurationNs
+from achse.station.configuration.types import ConfigTable, DurationNs
 
 __all__ = ["ChannelConfig", "GroupConfig", "MFunctionConfig"]
 

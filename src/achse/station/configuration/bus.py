@@ -14,10 +14,10 @@ from achse.motion.servo.optional import (
     REMOTE_BIT,
     VOLTAGE_BIT,
 )
-from achse.station.config_types import ConfigError, ConfigTable, DurationNs
+from achse.station.configuration.types import ConfigError, ConfigTable, DurationNs
 
 if TYPE_CHECKING:
-    from achse.station.config import StationConfig
+    from achse.station.configuration.station_file import StationConfig
 
 __all__ = [
     "BusConfig",

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from achse.ams.secure import SECURE_PORT, pre_shared_key
 from achse.router.routes import Route, RouteError, RouteTls, TlsKind
-from achse.station.config_types import ConfigError, ConfigTable
+from achse.station.configuration.types import ConfigError, ConfigTable
 from achse.transport.own_certificate import CertificateError, OwnCertificate
 from achse.transport.secure import Credentials
 from achse.transport.tls import HAS_PSK, ClientTls, ServerTls, TlsError

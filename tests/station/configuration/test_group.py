@@ -8,7 +8,7 @@ import pytest
 from achse.motion.groups.kinematic import KinematicGroup
 from achse.motion.groups.path_group import PathGroup
 from achse.station import ConfigError, Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 AXES = [{"id": n, "name": f"A{n}"} for n in (1, 2, 3)]
 

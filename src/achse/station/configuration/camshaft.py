@@ -8,7 +8,7 @@ from pydantic import Field, FiniteFloat, model_validator
 from achse.camshaft import CamEncoder, CamInput, CamOutput, CamType
 from achse.camshaft.parameters import CAM_PARAMETERS, CAMS, CONTROLLER_PARAMETERS
 from achse.iec.nearest import did_you_mean
-from achse.station.config_types import ConfigTable, DurationNs
+from achse.station.configuration.types import ConfigTable, DurationNs
 
 __all__ = ["CamConfig", "CamshaftConfig"]
 

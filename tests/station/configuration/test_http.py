@@ -3,7 +3,7 @@
 import pytest
 
 from achse.station import ConfigError
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 
 def test_defaults_and_values() -> None:

@@ -9,7 +9,7 @@ import pytest
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from achse.ams import NetId
-from achse.station.config_types import ConfiguredNetId, DurationNs, MomentNs
+from achse.station.configuration.types import ConfiguredNetId, DurationNs, MomentNs
 
 
 @pytest.mark.parametrize(

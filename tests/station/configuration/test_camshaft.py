@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 
 from achse.camshaft import CamEncoder
-from achse.station.camshaft_config import CamConfig, CamshaftConfig
-from achse.station.config import parse
-from achse.station.config_types import ConfigError
+from achse.station.configuration.camshaft import CamConfig, CamshaftConfig
+from achse.station.configuration.station_file import parse
+from achse.station.configuration.types import ConfigError
 
 
 def config_of(**keys: Any) -> CamshaftConfig:
