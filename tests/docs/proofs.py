@@ -347,7 +347,7 @@ elsewhere(
 )
 elsewhere(
     "Virtual drives give the processor back when a master asks without a pause.",
-    "tests/station/test_starvation.py"
+    "tests/station/clocks/test_starvation.py"
     "::test_starvation_ends_the_priority_and_its_end_brings_it_back",
 )
 elsewhere(

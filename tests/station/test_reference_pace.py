@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from achse.station.pacing import Pace
+from achse.station.clocks.pacing import Pace
 from achse.station.reference_pace import ReferencePace
 from tests.station.test_interface_bus import MS, Interface, Made, drives
 

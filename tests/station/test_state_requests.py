@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from achse.ams import AdsState, AmsAddress, Command, Frame
 from achse.ams.commands import WriteControlRequest
 from achse.station import Station
+from achse.station.clocks.cycle import CyclicPhase, PhasePlace
 from achse.station.configuration.station_file import parse
-from achse.station.cycle import CyclicPhase, PhasePlace
 from achse.station.state_requests import LONGEST_RUN_NS, MAX_WAITING
 
 MS = 1_000_000

@@ -15,8 +15,8 @@ from achse.ams import AdsState, Command, DeviceError, Frame
 from achse.ams.commands import WriteControlRequest
 from achse.motion import commands
 from achse.station import Station
+from achse.station.clocks.cycle import CyclicPhase, PhasePlace
 from achse.station.configuration.station_file import parse
-from achse.station.cycle import CyclicPhase, PhasePlace
 from achse.station.station import DEFAULT_EPOCH_NS
 
 CYCLE = 0.002

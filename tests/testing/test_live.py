@@ -11,7 +11,7 @@ import pytest
 from achse.ams import AdsError, DeviceError
 from achse.faults.fault import FaultError
 from achse.station import Station, StationConfig
-from achse.station.cycle import CyclicPhase, PhasePlace
+from achse.station.clocks.cycle import CyclicPhase, PhasePlace
 from achse.testing import LiveStation
 
 COUNTER = "MAIN.nCounter"

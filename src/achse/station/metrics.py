@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 from pydantic import Field
 
 from achse.extras import needs_extra
+from achse.station.clocks.pacing import STEP_BOUNDS_NS, Pace
 from achse.station.configuration.types import ConfigError, ConfigTable
-from achse.station.pacing import STEP_BOUNDS_NS, Pace
 
 __all__ = ["MetricsConfig", "MetricsPort"]
 

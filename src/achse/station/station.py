@@ -2,7 +2,7 @@
 
 Time belongs to the station: integer nanoseconds that only `step` moves. Nothing below reads a
 clock; `advance` is virtual time, `running` lets a pacer call the same step by the wall clock.
-Time stamps are those of `Station.clock`, see `achse.station.clock`.
+Time stamps are those of `Station.clock`, see `achse.station.clocks.clock`.
 """
 
 import asyncio
@@ -28,24 +28,24 @@ from achse.router.tap import Taps
 from achse.scope import ScopeChannel, ScopeTrigger
 from achse.scope.definition import DEFAULT_LENGTH
 from achse.server import Device, Usage
-from achse.station.agenda import Agenda
 from achse.station.building.assembly import assemble, idle, permanent
 from achse.station.building.building import Ground, Parts
 from achse.station.building.nc import velocity_warnings
 from achse.station.building.scope import StationScope
-from achse.station.clock import StationClock
+from achse.station.clocks.agenda import Agenda
+from achse.station.clocks.clock import StationClock
+from achse.station.clocks.cycle import Cycle, Phase
+from achse.station.clocks.pacing import Pace, Pacer, run_unpaced
+from achse.station.clocks.phases import ChangePhase
+from achse.station.clocks.starvation import OrdinaryProcess, StarvationGuard
 from achse.station.collection import collect_remains
 from achse.station.configuration.station_file import ConfigError, StationConfig, load
-from achse.station.cycle import Cycle, Phase
 from achse.station.fieldbus import MASTER_PRIORITY, on_interfaces, run_first
 from achse.station.metrics import MetricsPort
 from achse.station.network import Network, RouteFile
 from achse.station.own_net_id import net_id_at
-from achse.station.pacing import Pace, Pacer, run_unpaced
 from achse.station.persistent_data import PersistentData
 from achse.station.persistent_image import PersistentImage
-from achse.station.phases import ChangePhase
-from achse.station.starvation import OrdinaryProcess, StarvationGuard
 from achse.station.state_requests import StateRequests
 from achse.station.statistics import statistics
 from achse.transport.tcp import TcpListener

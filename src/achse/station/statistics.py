@@ -9,8 +9,8 @@ from achse.motion import Nc
 from achse.router import Router
 from achse.router.clients import ClientFigures
 from achse.server import Device, Usage
-from achse.station.clock import StationClock
-from achse.station.pacing import Pace
+from achse.station.clocks.clock import StationClock
+from achse.station.clocks.pacing import Pace
 from achse.transport.tcp import TcpListener
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ import pytest
 from achse.station import ConfigError, Station
 from achse.station.building import assembly
 from achse.station.building.building import Building
+from achse.station.clocks.cycle import CyclicPhase, PhasePlace
 from achse.station.configuration.station_file import parse
-from achse.station.cycle import CyclicPhase, PhasePlace
 
 
 def station(base: Path | None = None, **document: Any) -> Station:

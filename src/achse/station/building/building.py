@@ -16,11 +16,11 @@ from achse.motion import Nc
 from achse.plc import PlcRuntime
 from achse.router import Router
 from achse.server import Device, Usage
-from achse.station.clock import StationClock
+from achse.station.clocks.clock import StationClock
+from achse.station.clocks.cycle import IDLE_TICK_NS, Phase
+from achse.station.clocks.pacing import Pace
+from achse.station.clocks.phases import NotificationPhase, upkeep
 from achse.station.configuration.station_file import ConfigError, StationConfig
-from achse.station.cycle import IDLE_TICK_NS, Phase
-from achse.station.pacing import Pace
-from achse.station.phases import NotificationPhase, upkeep
 from achse.station.plcs import PlcSource
 
 if TYPE_CHECKING:

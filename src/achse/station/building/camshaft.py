@@ -15,9 +15,9 @@ from achse.iec import IecType, resolved
 from achse.iec.elementary import BoolType, IntegerType, RealType
 from achse.iec.nearest import did_you_mean
 from achse.station.building.building import Building
+from achse.station.clocks.cycle import Phase, PhasePlace
 from achse.station.configuration.camshaft import CamshaftConfig
 from achse.station.configuration.station_file import ConfigError
-from achse.station.cycle import Phase, PhasePlace
 
 __all__ = ["CamshaftPhase", "make_camshafts"]
 

@@ -20,6 +20,7 @@ from achse.motion.tables.limits import TableLimits
 from achse.motion.tables.text import TableContent, TableTextError, content_of
 from achse.native.sampling import KERNEL as SAMPLING
 from achse.station.building.building import Building
+from achse.station.clocks.phases import NcPhase
 from achse.station.configuration.bus import DriveConfig, drives_of
 from achse.station.configuration.station_file import (
     AxisConfig,
@@ -27,7 +28,6 @@ from achse.station.configuration.station_file import (
     StationConfig,
     TableConfig,
 )
-from achse.station.phases import NcPhase
 
 __all__ = ["NC_PORTS", "axis_keys", "make_nc", "velocity_warnings"]
 

@@ -10,7 +10,7 @@ from achse.plc import PlcRuntime, PlcState
 from achse.station.axis_links import link_axes
 from achse.station.building.building import Building
 from achse.station.channel_links import link_channels
-from achse.station.phases import PlcLinks, PlcPhase
+from achse.station.clocks.phases import PlcLinks, PlcPhase
 from achse.station.plcs import PlcSource
 
 __all__ = ["make_plcs"]

@@ -19,8 +19,8 @@ from achse.scope import (
 )
 from achse.scope.service import SCOPE_PORT
 from achse.station.building.building import Building
+from achse.station.clocks.cycle import Phase, PhasePlace
 from achse.station.configuration.station_file import ConfigError
-from achse.station.cycle import Phase, PhasePlace
 
 __all__ = ["ScopePhase", "StationScope", "make_scope"]
 

@@ -13,6 +13,7 @@ from achse.iec.elementary import BoolType, IntegerType, RealType
 from achse.iec.nearest import did_you_mean
 from achse.station.building.building import Building
 from achse.station.building.waveforms import CsvError, Waveform, counter, noise, periodic, read_csv
+from achse.station.clocks.cycle import CyclicPhase, PhasePlace
 from achse.station.configuration.signal import (
     CounterSignal,
     CsvSignal,
@@ -22,7 +23,6 @@ from achse.station.configuration.signal import (
     SignalConfig,
 )
 from achse.station.configuration.station_file import ConfigError
-from achse.station.cycle import CyclicPhase, PhasePlace
 
 __all__ = ["make_signals"]
 

@@ -7,8 +7,8 @@ from typing import Protocol
 from achse.motion import Nc
 from achse.plc import PlcRuntime
 from achse.server import Device, SampleBudget
-from achse.station.cycle import CyclicPhase, Phase, PhasePlace
-from achse.station.pacing import NcTask, Pace
+from achse.station.clocks.cycle import CyclicPhase, Phase, PhasePlace
+from achse.station.clocks.pacing import NcTask, Pace
 
 __all__ = ["ChangePhase", "NcPhase", "NotificationPhase", "PlcLinks", "PlcPhase", "upkeep"]
 

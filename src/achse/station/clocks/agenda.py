@@ -4,7 +4,7 @@ import heapq
 import math
 from collections.abc import Callable
 
-from achse.station.cycle import Cycle, Phase, PhasePlace
+from achse.station.clocks.cycle import Cycle, Phase, PhasePlace
 
 __all__ = ["Agenda"]
 

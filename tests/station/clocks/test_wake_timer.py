@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from achse.station.wake_timer import WakeTimer
+from achse.station.clocks.wake_timer import WakeTimer
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="timerfd is Linux's")

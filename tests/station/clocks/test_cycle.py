@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from achse.station.cycle import Cycle, CyclicPhase, Phase, PhasePlace
+from achse.station.clocks.cycle import Cycle, CyclicPhase, Phase, PhasePlace
 
 Log = list[tuple[int, str]]
 

@@ -14,8 +14,8 @@ from bisect import bisect_left
 from collections.abc import Callable
 
 from achse.motion import Nc
-from achse.station.clock import StationClock
-from achse.station.wake_timer import WakeTimer
+from achse.station.clocks.clock import StationClock
+from achse.station.clocks.wake_timer import WakeTimer
 
 __all__ = ["STEP_BOUNDS_NS", "NcTask", "Pace", "Pacer", "run_unpaced"]
 

@@ -8,7 +8,7 @@ import time
 from bisect import bisect_right
 from collections.abc import Callable
 
-from achse.station.cycle import Cycle
+from achse.station.clocks.cycle import Cycle
 
 __all__ = ["StationClock"]
 

@@ -3,7 +3,7 @@ import asyncio
 import pytest
 
 from achse.motion import AxisParameters, Nc
-from achse.station.pacing import REBASE_NS, NcTask, Pace, Pacer, run_unpaced
+from achse.station.clocks.pacing import REBASE_NS, NcTask, Pace, Pacer, run_unpaced
 
 MS = 1_000_000
 
@@ -103,7 +103,7 @@ def test_late_cycles_of_the_nc_are_counted(speed: float) -> None:
 def test_the_computing_time_of_the_nc_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     nc = Nc(2 * MS, [AxisParameters(1)])
     times = iter((1_000_000, 1_123_456))
-    monkeypatch.setattr("achse.station.pacing.time.perf_counter_ns", lambda: next(times))
+    monkeypatch.setattr("achse.station.clocks.pacing.time.perf_counter_ns", lambda: next(times))
     NcTask(nc, lambda: Pace(MS, 1.0, now=0)).run(0)
     assert nc.computing_time_us == 123
 

@@ -15,10 +15,10 @@ from achse.ams.commands import AddNotificationRequest
 from achse.ams.filetime import from_unix_ns
 from achse.ams.notification import NotificationStream
 from achse.station import Station
-from achse.station.clock import StationClock
+from achse.station.clocks.clock import StationClock
+from achse.station.clocks.cycle import Cycle
+from achse.station.clocks.pacing import REBASE_NS, Pace
 from achse.station.configuration.station_file import parse
-from achse.station.cycle import Cycle
-from achse.station.pacing import REBASE_NS, Pace
 from achse.station.station import DEFAULT_EPOCH_NS
 
 MS = 1_000_000

@@ -1,7 +1,7 @@
 """Actions at a station time; the agenda is part of the cycle only as long as it has some."""
 
-from achse.station.agenda import Agenda
-from achse.station.cycle import Cycle
+from achse.station.clocks.agenda import Agenda
+from achse.station.clocks.cycle import Cycle
 
 
 def test_actions_happen_in_the_order_of_their_times_then_of_adding() -> None:

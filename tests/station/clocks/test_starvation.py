@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.station import starvation
-from achse.station.starvation import ORDINARY_NS, STARVED_AFTER_NS, StarvationGuard
+from achse.station.clocks import starvation
+from achse.station.clocks.starvation import ORDINARY_NS, STARVED_AFTER_NS, StarvationGuard
 
 STEP_NS = 5_000_000
 

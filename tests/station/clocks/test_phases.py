@@ -7,9 +7,9 @@ from typing import Any
 from achse.motion import AxisParameters, Nc
 from achse.plc import PlcRuntime, Task
 from achse.server import SampleBudget
-from achse.station.cycle import PhasePlace
-from achse.station.pacing import Pace
-from achse.station.phases import ChangePhase, NcPhase, NotificationPhase, PlcPhase, upkeep
+from achse.station.clocks.cycle import PhasePlace
+from achse.station.clocks.pacing import Pace
+from achse.station.clocks.phases import ChangePhase, NcPhase, NotificationPhase, PlcPhase, upkeep
 
 MS = 1_000_000
 
