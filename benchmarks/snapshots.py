@@ -16,9 +16,13 @@ from typing import Any
 
 from achse.station import Station
 from achse.station.configuration.station_file import parse
-from achse.station.persistent_image import PersistentImage, PersistentLayout, PersistentValues
-from achse.station.snapshot_file import SnapshotFile
-from achse.station.snapshots import Snapshots
+from achse.station.persistence.persistent_image import (
+    PersistentImage,
+    PersistentLayout,
+    PersistentValues,
+)
+from achse.station.persistence.snapshot_file import SnapshotFile
+from achse.station.persistence.snapshots import Snapshots
 
 TURNS = 40
 PLC = """

@@ -36,7 +36,7 @@ MQTT = "tests/transport/test_mqtt_routes.py"
 UDP = "tests/transport/test_udp.py"
 QUEUE = "tests/transport/test_password_queue.py"
 HOSTILE = "tests/interop/test_hostile_load.py"
-STATE = "tests/station/test_state_file.py"
+STATE = "tests/station/persistence/test_state_file.py"
 NESTING = "tests/fuzz/test_nesting.py"
 
 elsewhere(

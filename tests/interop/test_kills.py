@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 import achse
-from achse.station.persistent_image import PersistentLayout
-from achse.station.snapshot_file import SnapshotFile
+from achse.station.persistence.persistent_image import PersistentLayout
+from achse.station.persistence.snapshot_file import SnapshotFile
 from tests import warm_commands as warm
 
 PROGRAM = """

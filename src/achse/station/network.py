@@ -19,7 +19,7 @@ from achse.router.routes import Route, RouteError
 from achse.router.static_routes import parse_static_routes, static_routes
 from achse.station.configuration.secure import StationIdentity
 from achse.station.configuration.station_file import ConfigError, StationConfig
-from achse.station.state_file import StateFile
+from achse.station.persistence.state_file import StateFile
 from achse.transport.held import Held
 from achse.transport.host_names import HostNames
 from achse.transport.mqtt import MqttError

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from achse.codes import DataType, SdoAbort
 from achse.drive.objects import find
-from achse.station.state_file import StateFile
+from achse.station.persistence.state_file import StateFile
 
 __all__ = ["ParameterFile", "ParameterFileError"]
 

@@ -10,10 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.station.persistent_image import PersistentImage, PersistentLayout, PersistentValues
-from achse.station.snapshot_file import SnapshotFile
-from achse.station.snapshots import Snapshots
-from tests.station.failing_disk import FailingDisk
+from achse.station.persistence.persistent_image import (
+    PersistentImage,
+    PersistentLayout,
+    PersistentValues,
+)
+from achse.station.persistence.snapshot_file import SnapshotFile
+from achse.station.persistence.snapshots import Snapshots
+from tests.station.persistence.failing_disk import FailingDisk
 
 LAYOUT = PersistentLayout.of(None, {}, PersistentValues())
 INTERVAL_S = 0.1

@@ -18,10 +18,10 @@ from achse.motion import Nc, commands
 from achse.plc import PlcRuntime, PlcState, Task
 from achse.station import ConfigError, Station
 from achse.station.configuration.station_file import parse
-from achse.station.persistent_data import PersistentData
-from achse.station.persistent_image import PersistentImage
-from achse.station.snapshot_file import Snapshot, SnapshotFile
-from tests.station.failing_disk import FailingDisk, PowerCutError
+from achse.station.persistence.persistent_data import PersistentData
+from achse.station.persistence.persistent_image import PersistentImage
+from achse.station.persistence.snapshot_file import Snapshot, SnapshotFile
+from tests.station.persistence.failing_disk import FailingDisk, PowerCutError
 
 AXES = [{"id": i, "name": f"{i}", "persistent_data_enable": 2 - i} for i in (1, 2)]
 

@@ -10,7 +10,7 @@ from achse.motion.remains import Remains
 from achse.plc import PlcRuntime
 from achse.plc.remains import inherit_variables
 from achse.station.configuration.station_file import ConfigError, StationConfig
-from achse.station.persistent_image import (
+from achse.station.persistence.persistent_image import (
     PersistentImage,
     PersistentLayout,
     PersistentValues,
@@ -18,9 +18,9 @@ from achse.station.persistent_image import (
     parse_variables,
     show_variables,
 )
-from achse.station.snapshot_file import DISK, FilePort, SnapshotFile
-from achse.station.snapshots import Snapshots
-from achse.station.state_file import StateFile
+from achse.station.persistence.snapshot_file import DISK, FilePort, SnapshotFile
+from achse.station.persistence.snapshots import Snapshots
+from achse.station.persistence.state_file import StateFile
 
 __all__ = ["PersistentData"]
 

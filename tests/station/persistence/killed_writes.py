@@ -1,6 +1,6 @@
 """Kills a process before and after each system call with which a station replaces a file.
 
-    python -m tests.station.killed_writes FOLDER
+    python -m tests.station.persistence.killed_writes FOLDER
 
 Prints what was in each file after each of those, and at the end, as JSON. A program of its own
 forks: a process with threads may do so while one of them holds a lock.
@@ -22,7 +22,7 @@ from achse.router.routes import Route
 from achse.station import Station
 from achse.station.configuration.station_file import parse
 from achse.station.parameter_file import ParameterFile
-from achse.station.state_file import StateFile
+from achse.station.persistence.state_file import StateFile
 
 SYSTEM_CALLS = {"open", "write", "flush", "close", "fsync", "replace", "__exit__"}
 """What Python calls for one, by name."""

@@ -11,8 +11,8 @@ import threading
 import time
 from collections.abc import Awaitable, Callable
 
-from achse.station.persistent_image import PersistentImage, PersistentLayout
-from achse.station.snapshot_file import Snapshot, SnapshotFile
+from achse.station.persistence.persistent_image import PersistentImage, PersistentLayout
+from achse.station.persistence.snapshot_file import Snapshot, SnapshotFile
 
 __all__ = ["Snapshots"]
 

@@ -13,7 +13,7 @@ import struct
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
-from achse.station.state_file import sync_folder
+from achse.station.persistence.state_file import sync_folder
 
 __all__ = ["DISK", "FilePort", "Snapshot", "SnapshotFile", "SnapshotFileError"]
 

@@ -11,9 +11,9 @@ from typing import Any
 
 import pytest
 
-from achse.station.state_file import StateFile, sync_folder
+from achse.station.persistence.state_file import StateFile, sync_folder
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 def test_a_document_comes_back(tmp_path: Path) -> None:
@@ -77,7 +77,7 @@ def test_a_file_makes_place_for_another(tmp_path: Path) -> None:
 def after_kills(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
     """What each file holds before, after a kill at each system call, and at the end."""
     folder = str(tmp_path_factory.mktemp("kill"))
-    command = [sys.executable, "-m", "tests.station.killed_writes", folder]
+    command = [sys.executable, "-m", "tests.station.persistence.killed_writes", folder]
     done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)
     contents: dict[str, list[Any]] = json.loads(done.stdout)
     return contents

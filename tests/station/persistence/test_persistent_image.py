@@ -10,7 +10,11 @@ from achse.motion.nc import AxisParameters
 from achse.motion.remains import Remains
 from achse.plc import PlcRuntime, Task
 from achse.plc.remains import KeptVariable, Lead, kept_variables
-from achse.station.persistent_image import PersistentImage, PersistentLayout, PersistentValues
+from achse.station.persistence.persistent_image import (
+    PersistentImage,
+    PersistentLayout,
+    PersistentValues,
+)
 
 
 class Values(Program):
