@@ -235,7 +235,7 @@ ROOMS: Mapping[str, Room] = {
             "station/persistence/test_persistent_data.py",
             "station/persistence/test_state_file.py",
             "station/test_parameter_file.py",
-            "station/test_plcs.py",
+            "station/plcs/test_sources.py",
             "transport/test_file_lock.py",
         ),
         ("_told",),

@@ -14,7 +14,7 @@ from achse.st.symbolfiles import (
 )
 from achse.station import Station
 from achse.station.configuration.station_file import PlcConfig
-from achse.station.plcs import PlcSource
+from achse.station.plcs.sources import PlcSource
 
 SOURCE = """TYPE E_Mode : (off := 0, on := 5) UINT; END_TYPE
 TYPE ST_Part :

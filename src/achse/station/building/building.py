@@ -21,7 +21,7 @@ from achse.station.clocks.cycle import IDLE_TICK_NS, Phase
 from achse.station.clocks.pacing import Pace
 from achse.station.clocks.phases import NotificationPhase, upkeep
 from achse.station.configuration.station_file import ConfigError, StationConfig
-from achse.station.plcs import PlcSource
+from achse.station.plcs.sources import PlcSource
 
 if TYPE_CHECKING:
     from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal

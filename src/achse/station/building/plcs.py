@@ -7,11 +7,11 @@ from achse.ams.filetime import from_unix_ns
 from achse.devices.logger import EventLoggerDevice, LoggerDevice, LogMessage, MessageType
 from achse.devices.plc import PlcDevice, PlcRequests
 from achse.plc import PlcRuntime, PlcState
-from achse.station.axis_links import link_axes
 from achse.station.building.building import Building
-from achse.station.channel_links import link_channels
 from achse.station.clocks.phases import PlcLinks, PlcPhase
-from achse.station.plcs import PlcSource
+from achse.station.plcs.axis_links import link_axes
+from achse.station.plcs.channel_links import link_channels
+from achse.station.plcs.sources import PlcSource
 
 __all__ = ["make_plcs"]
 

@@ -10,8 +10,8 @@ from achse.motion import AxisParameters, Nc
 from achse.native.compiled import compiler_installed
 from achse.plc import Area
 from achse.station import ConfigError, Station
-from achse.station.axis_links import AxisLinks, axis_variables, link_axes
 from achse.station.configuration.station_file import parse
+from achse.station.plcs.axis_links import AxisLinks, axis_variables, link_axes
 
 TWO = (
     "PROGRAM MAIN VAR aAxes : ARRAY [1..2] OF AXIS_REF; Z : AXIS_REF; fromNc AT %I* :"

@@ -28,7 +28,7 @@ from achse.plc.memory import Region
 from achse.plc.program import PlacedVariable
 from achse.station.configuration.group import ChannelConfig
 from achse.station.configuration.station_file import ConfigError
-from achse.station.placed_structures import find_place, placed_structures
+from achse.station.plcs.placed_structures import find_place, placed_structures
 
 __all__ = ["ChannelLinks", "ChannelVariable", "channel_variables", "link_channels"]
 

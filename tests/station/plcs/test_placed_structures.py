@@ -7,7 +7,7 @@ import pytest
 from achse.plc import Area
 from achse.station import ConfigError, Station
 from achse.station.configuration.station_file import parse
-from achse.station.placed_structures import PlacedStructure, find_place, placed_structures
+from achse.station.plcs.placed_structures import PlacedStructure, find_place, placed_structures
 
 TEXT = (
     "TYPE Inner : STRUCT n : INT; END_STRUCT END_TYPE"

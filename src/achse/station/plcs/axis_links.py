@@ -19,7 +19,7 @@ from achse.plc import Area, PlcRuntime, PlcState
 from achse.plc.memory import Region
 from achse.plc.program import PlacedVariable
 from achse.station.configuration.station_file import AxisConfig, ConfigError
-from achse.station.placed_structures import find_place, placed_structures
+from achse.station.plcs.placed_structures import find_place, placed_structures
 
 if TYPE_CHECKING:
     from achse.st.solution import AxisMapping

@@ -9,8 +9,8 @@ import pytest
 from achse.motion.channels.program_channel import ProgramChannel
 from achse.motion.channels.states import InterpreterState, ProgramMode
 from achse.station import ConfigError, Station
-from achse.station.channel_links import channel_variables
 from achse.station.configuration.station_file import parse
+from achse.station.plcs.channel_links import channel_variables
 
 TYPES = """
 TYPE PLCTONC_NCICHANNEL_REF : STRUCT

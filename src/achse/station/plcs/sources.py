@@ -376,7 +376,7 @@ def _in_words(failure: BaseException) -> str:
     if isinstance(failure, SyntaxError):
         return f"SyntaxError: {failure.msg} ({failure.filename}, line {failure.lineno})"
     frames = traceback.extract_tb(failure.__traceback__)
-    ours = str(Path(__file__).parents[1])
+    ours = str(Path(__file__).parents[2])
     users = [frame for frame in frames if not frame.filename.startswith((ours, "<"))]
     place = f" ({users[-1].filename}, line {users[-1].lineno})" if users else ""
     return f"{type(failure).__name__}: {failure}{place}"
