@@ -31,8 +31,8 @@ from achse.ethercat.master import (
     from_description,
 )
 from achse.motion import commands
+from achse.station.buses.ethercat_bus import EthercatBus
 from achse.station.configuration.station_file import parse
-from achse.station.ethercat_bus import EthercatBus
 from achse.station.station import Station
 
 NEAR, FAR = "cable0", "cable1"
@@ -163,7 +163,7 @@ def timed(cycles: int, turn: Callable[[], bool]) -> tuple[list[int], list[int], 
 def beside_soem(count: int, cycles: int) -> None:
     import pysoem
 
-    from achse.station.bus_link import BusLink
+    from achse.station.buses.frame_link import BusLink
     from achse.transport.ethernet import EthernetLink
 
     command = [sys.executable, "-m", "achse", "drive", "serve", "--interface", FAR]

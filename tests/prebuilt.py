@@ -17,7 +17,7 @@ from achse.motion.tables.survey import SURVEY
 from achse.native.compiled import checked_builds
 from achse.native.sampling import KERNEL as SAMPLING
 from achse.scope.kernel import KERNEL as SCOPE
-from achse.station.whole_cycle import KERNEL as DRIVEN
+from achse.station.buses.whole_cycle import KERNEL as DRIVEN
 
 KERNELS = (
     *(MOTION, DRIVEN, PATH, DRIVE, SAMPLING, SCOPE, CAMSHAFT, TAKE, SEND, IMAGES),

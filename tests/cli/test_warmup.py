@@ -20,7 +20,7 @@ from achse.native.compiled import Kernel
 from achse.native.kernels.translate import TranslationError
 from achse.native.sampling import KERNEL as SAMPLING
 from achse.scope.kernel import KERNEL as SCOPE
-from achse.station.whole_cycle import KERNEL as DRIVEN
+from achse.station.buses.whole_cycle import KERNEL as DRIVEN
 
 MODULES = {
     "achse.motion.compiled": MOTION,
@@ -30,7 +30,7 @@ MODULES = {
     "achse.camshaft.kernel": CAMSHAFT,
     "achse.motion.servo.compiled.TAKE": TAKE,
     "achse.motion.servo.compiled.SEND": SEND,
-    "achse.station.whole_cycle": DRIVEN,
+    "achse.station.buses.whole_cycle": DRIVEN,
     "achse.motion.cyclic_image": IMAGES,
     "achse.motion.path.compiled": PATH,
 }

@@ -17,7 +17,7 @@ MAY: dict[str, str] = {
     "src/achse/cli/run.py": "stamps of a station until its pace starts",
     "src/achse/fleet/worker.py": "stamps of a station until its pace starts",
     "src/achse/monitor/replay.py": "where the time of a recording that is played begins",
-    "src/achse/station/bus_link.py": "beside the kernel's note; never more than went by",
+    "src/achse/station/buses/frame_link.py": "beside the kernel's note; never more than went by",
     "src/achse/station/clocks/clock.py": "stamps where the pace starts, and their lag, for people",
     "src/achse/station/station.py": "when a packet passed a tap, as people read it",
     "src/achse/monitor/relay.py": "when a packet passed, as people read it",

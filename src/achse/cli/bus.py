@@ -394,7 +394,7 @@ async def watch(
 def _on(interface: str, steps: "Steps[T]") -> T:
     """Do steps on the bus at an interface."""
     from achse.ethercat.master import BusError
-    from achse.station.bus_link import do_steps
+    from achse.station.buses.frame_link import do_steps
     from achse.transport.ethernet import EthernetLink, LinkError
 
     try:

@@ -31,7 +31,7 @@ def warmup(json: Json = False) -> None:
     from achse.native.compiled import compiler_installed
     from achse.native.sampling import KERNEL as SAMPLING
     from achse.scope.kernel import KERNEL as SCOPE
-    from achse.station.whole_cycle import KERNEL as DRIVEN
+    from achse.station.buses.whole_cycle import KERNEL as DRIVEN
 
     if not compiler_installed():
         print(needs_extra("warmup", "fast"))

@@ -10,8 +10,8 @@ from achse.transport.ethernet import Answer, Link, UdpLink
 
 if TYPE_CHECKING:
     from achse.ethercat import Segment
-    from achse.station.ethercat_bus import EthercatBus
-    from achse.station.interface_bus import InterfaceBus
+    from achse.station.buses.ethercat_bus import EthercatBus
+    from achse.station.buses.interface_bus import InterfaceBus
 
 __all__ = [
     "DRIVE_PRIORITY",
@@ -68,7 +68,9 @@ def on_interfaces(
     """Return the buses whose slaves are on an interface, by name."""
     if not buses:
         return {}
-    from achse.station.interface_bus import InterfaceBus  # without a bus nothing of it is loaded
+    from achse.station.buses.interface_bus import (
+        InterfaceBus,  # without a bus nothing of it is loaded
+    )
 
     return {name: bus for name, bus in buses.items() if isinstance(bus, InterfaceBus)}
 

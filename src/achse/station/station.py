@@ -53,9 +53,9 @@ from achse.transport.tcp import TcpListener
 if TYPE_CHECKING:
     from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal
     from achse.faults.drive_list import DriveFaults
-    from achse.station.buses import AxisBus
-    from achse.station.ethercat_bus import EthercatBus
-    from achse.station.interface_bus import InterfaceBus
+    from achse.station.buses.axis_bus import AxisBus
+    from achse.station.buses.ethercat_bus import EthercatBus
+    from achse.station.buses.interface_bus import InterfaceBus
 
 __all__ = ["RunningStation", "Station"]
 

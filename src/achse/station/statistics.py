@@ -14,8 +14,8 @@ from achse.station.clocks.pacing import Pace
 from achse.transport.tcp import TcpListener
 
 if TYPE_CHECKING:
-    from achse.station.ethercat_bus import EthercatBus
-    from achse.station.interface_bus import InterfaceBus
+    from achse.station.buses.ethercat_bus import EthercatBus
+    from achse.station.buses.interface_bus import InterfaceBus
 
 __all__ = ["MOST_CLIENTS", "CountedStation", "statistics"]
 

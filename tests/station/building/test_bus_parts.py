@@ -1,9 +1,9 @@
 """What buses of drives and of terminals have in common."""
 
 from achse.station.building.bus_parts import terminals_on
+from achse.station.buses.ethercat_bus import EthercatBus
+from achse.station.buses.interface_bus import InterfaceBus
 from achse.station.configuration.station_file import parse
-from achse.station.ethercat_bus import EthercatBus
-from achse.station.interface_bus import InterfaceBus
 from achse.station.station import Station
 
 AXES = [{"id": 1, "name": "A"}, {"id": 2, "name": "B"}]

@@ -25,9 +25,9 @@ from achse.station.plcs.sources import PlcSource
 
 if TYPE_CHECKING:
     from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal
-    from achse.station.buses import AxisBus
-    from achse.station.ethercat_bus import EthercatBus
-    from achse.station.interface_bus import InterfaceBus
+    from achse.station.buses.axis_bus import AxisBus
+    from achse.station.buses.ethercat_bus import EthercatBus
+    from achse.station.buses.interface_bus import InterfaceBus
 
 __all__ = ["Building", "Ground", "Parts"]
 

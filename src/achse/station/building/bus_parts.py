@@ -6,12 +6,12 @@ from achse.ams import NetId
 from achse.devices.io import IO_PORT, AttachedBuses, IoDevice, ServedBus
 from achse.server import Device
 from achse.station.building.building import Building
-from achse.station.bus_plan import BusPlan
+from achse.station.buses.ethercat_bus import EthercatBus
+from achse.station.buses.interface_bus import InterfaceBus
+from achse.station.buses.plan import BusPlan
 from achse.station.configuration.bus import BusConfig, DriveConfig
 from achse.station.configuration.station_file import StationConfig
 from achse.station.configuration.terminal import TerminalConfig
-from achse.station.ethercat_bus import EthercatBus
-from achse.station.interface_bus import InterfaceBus
 
 __all__ = ["attach_buses", "make_bus", "served_bus", "terminals_on"]
 

@@ -14,12 +14,12 @@ from achse.plc.memory import Area
 from achse.plc.runtime import PlcState
 from achse.station.building.building import Building
 from achse.station.building.bus_parts import attach_buses, make_bus, served_bus, terminals_on
-from achse.station.bus_plan import BusPlan
+from achse.station.buses.ethercat_bus import EthercatBus
+from achse.station.buses.interface_bus import InterfaceBus
+from achse.station.buses.plan import BusPlan
 from achse.station.clocks.cycle import CyclicPhase, PhasePlace
 from achse.station.configuration.station_file import ConfigError
 from achse.station.configuration.terminal import TerminalConfig
-from achse.station.ethercat_bus import EthercatBus
-from achse.station.interface_bus import InterfaceBus
 
 __all__ = ["TerminalBus", "make_terminals"]
 

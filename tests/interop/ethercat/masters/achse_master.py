@@ -13,7 +13,7 @@ from typing import Any
 from achse.codes import AlState
 from achse.ethercat.master import BusConfiguration, BusSlave, Master
 from achse.ethercat.master.scanning import scan_bus
-from achse.station.bus_link import BusLink, do_steps
+from achse.station.buses.frame_link import BusLink, do_steps
 from achse.station.fieldbus import answer_promptly
 from achse.transport.ethernet import EthernetLink
 

@@ -11,11 +11,11 @@ from achse.ethercat import Disturbance
 from achse.ethercat.ring_segment import RingSegment
 from achse.motion import commands
 from achse.native.compiled import compiler_installed
+from achse.station.buses.ethercat_bus import EthercatBus
+from achse.station.buses.kernel_cycles import KernelCycles
+from achse.station.buses.whole_cycle import KERNEL
 from achse.station.configuration.station_file import parse
-from achse.station.ethercat_bus import EthercatBus
-from achse.station.kernel_cycles import KernelCycles
 from achse.station.station import Station
-from achse.station.whole_cycle import KERNEL
 
 pytestmark = pytest.mark.skipif(not compiler_installed(), reason="needs llvmlite")
 

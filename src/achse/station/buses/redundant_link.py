@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable
 
 from achse.ethercat.master.redundancy import SURE, Redundancy
-from achse.station.bus_link import FrameLink
+from achse.station.buses.frame_link import FrameLink
 
 __all__ = ["RedundantLink"]
 

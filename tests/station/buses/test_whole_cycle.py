@@ -4,7 +4,7 @@ import pytest
 
 from achse.motion.compiled import KERNEL as MOTION
 from achse.native.compiled import compiler_installed
-from achse.station.whole_cycle import KERNEL, STRAND
+from achse.station.buses.whole_cycle import KERNEL, STRAND
 
 
 def test_it_knows_all_records_of_the_nc() -> None:

@@ -11,7 +11,7 @@ from achse.ethercat import Loopback, Segment, Slave, describe
 from achse.ethercat.master import BusConfiguration, Master, from_description
 from achse.ethercat.master.errors import BusError
 from achse.ethercat.master.inspection import count_slaves
-from achse.station.bus_link import BusLink, RoundTrips, do_steps
+from achse.station.buses.frame_link import BusLink, RoundTrips, do_steps
 
 CYCLE_NS = 1_000_000
 

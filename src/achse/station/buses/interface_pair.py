@@ -4,8 +4,8 @@ from collections.abc import Callable
 from typing import Protocol
 
 from achse.ethercat.master.redundancy import Redundancy
-from achse.station.bus_link import FrameLink
-from achse.station.redundant_link import RedundantLink
+from achse.station.buses.frame_link import FrameLink
+from achse.station.buses.redundant_link import RedundantLink
 from achse.transport.ethernet import LinkError
 
 __all__ = ["BusSocket", "InterfacePair"]

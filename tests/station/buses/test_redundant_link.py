@@ -8,8 +8,8 @@ from achse.codes import AlState
 from achse.ethercat import Loopback, Slave, describe
 from achse.ethercat.master import BusConfiguration, Master, from_description
 from achse.ethercat.ring_segment import RingSegment
-from achse.station.bus_link import BusLink
-from achse.station.redundant_link import RedundantLink
+from achse.station.buses.frame_link import BusLink
+from achse.station.buses.redundant_link import RedundantLink
 
 CYCLE_NS = 1_000_000
 

@@ -5,13 +5,13 @@ import pytest
 from achse.drive.compiled import Bank
 from achse.drive.identity import MANUAL_VENDOR, VENDOR
 from achse.drive.machine import EncoderKind
-from achse.station.configuration.bus import DriveConfig
-from achse.station.virtual_drives import (
+from achse.station.buses.virtual_drives import (
     digest_of,
     make_drives,
     mapping_of,
     torque_per_acceleration,
 )
+from achse.station.configuration.bus import DriveConfig
 
 
 @pytest.mark.parametrize("compiled", [False, True])

@@ -16,12 +16,12 @@ from achse.motion.servo import ProcessEntry, ServoError, ServoLink, ServoOptions
 from achse.motion.servo.optional import DriveParts
 from achse.station.building.building import Building
 from achse.station.building.bus_parts import attach_buses, make_bus, served_bus, terminals_on
-from achse.station.bus_plan import BusPlan
+from achse.station.buses.ethercat_bus import EthercatBus
+from achse.station.buses.interface_bus import InterfaceBus
+from achse.station.buses.kernel_cycles import KernelCycles
+from achse.station.buses.plan import BusPlan
 from achse.station.configuration.bus import DriveConfig, drives_of
 from achse.station.configuration.station_file import ConfigError
-from achse.station.ethercat_bus import EthercatBus
-from achse.station.interface_bus import InterfaceBus
-from achse.station.kernel_cycles import KernelCycles
 
 __all__ = ["AxisBus", "BusPlace", "DriveBus", "DriveSlave", "make_buses"]
 

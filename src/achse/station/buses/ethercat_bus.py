@@ -16,11 +16,11 @@ from achse.ethercat.master import BusEvent, BusEventKind, BusSlave, Master, Ring
 from achse.ethercat.ring_segment import RingSegment
 from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal
 from achse.faults.drive_list import DriveFaults
-from achse.station.bus_link import RoundTrips
-from achse.station.bus_plan import BusPlan, make_terminal
+from achse.station.buses.frame_link import RoundTrips
+from achse.station.buses.plan import BusPlan, make_terminal
+from achse.station.buses.virtual_drives import digest_of, make_drives, torque_per_acceleration
 from achse.station.configuration.bus import DriveConfig
 from achse.station.configuration.terminal import TerminalConfig
-from achse.station.virtual_drives import digest_of, make_drives, torque_per_acceleration
 
 __all__ = ["EthercatBus", "slaves_digest", "tell_event"]
 

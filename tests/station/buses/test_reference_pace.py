@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from achse.station.buses.reference_pace import ReferencePace
 from achse.station.clocks.pacing import Pace
-from achse.station.reference_pace import ReferencePace
-from tests.station.test_interface_bus import MS, Interface, Made, drives
+from tests.station.buses.test_interface_bus import MS, Interface, Made, drives
 
 CYCLES = 4000
 EPOCH = 800_000_000_000_000_000

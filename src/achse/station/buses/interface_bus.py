@@ -19,13 +19,13 @@ from achse.ethercat.master.redundancy import Redundancy
 from achse.ethercat.master.scanning import FoundSlave, scan_bus
 from achse.ethercat.master.traffic import AcyclicTraffic
 from achse.ethercat.registers import Register
-from achse.station.bus_link import BusLink, RoundTrips
-from achse.station.bus_plan import BusPlan
+from achse.station.buses.ethercat_bus import slaves_digest, tell_event
+from achse.station.buses.frame_link import BusLink, RoundTrips
+from achse.station.buses.interface_pair import BusSocket, InterfacePair
+from achse.station.buses.plan import BusPlan
+from achse.station.buses.reference_pace import ReferencePace
+from achse.station.buses.virtual_drives import make_drives, torque_per_acceleration
 from achse.station.configuration.bus import DriveConfig
-from achse.station.ethercat_bus import slaves_digest, tell_event
-from achse.station.interface_pair import BusSocket, InterfacePair
-from achse.station.reference_pace import ReferencePace
-from achse.station.virtual_drives import make_drives, torque_per_acceleration
 from achse.transport.ethernet import EthernetLink, LinkError
 
 __all__ = ["InterfaceBus", "open_interface"]

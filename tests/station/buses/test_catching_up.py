@@ -8,7 +8,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from achse.ethercat.master.errors import FrameLost
-from tests.station.test_interface_bus import Cable, Interface, Made, drives
+from tests.station.buses.test_interface_bus import Cable, Interface, Made, drives
 
 MS = 1_000_000
 CYCLE_NS = 2 * MS

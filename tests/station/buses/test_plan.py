@@ -14,7 +14,7 @@ from achse.ethercat.master import SlaveConfiguration, from_description
 from achse.ethercat.master.bus_slave import SlaveFacts
 from achse.ethercat.master.scanning import FoundSlave
 from achse.ethercat.master.sii_reader import SiiContent
-from achse.station.bus_plan import BusPlan, make_terminal
+from achse.station.buses.plan import BusPlan, make_terminal
 from achse.station.configuration.bus import BusConfig, DriveConfig
 from achse.station.configuration.terminal import TerminalConfig
 

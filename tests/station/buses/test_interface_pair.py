@@ -5,7 +5,7 @@ from collections import deque
 import pytest
 
 from achse.ethercat.master.redundancy import SURE
-from achse.station.interface_pair import InterfacePair
+from achse.station.buses.interface_pair import InterfacePair
 from achse.transport.ethernet import LinkError
 
 

@@ -19,12 +19,12 @@ from achse.ethercat.master import Master
 from achse.ethercat.ring_segment import RingSegment
 from achse.ethercat.terminals import DigitalTerminal
 from achse.motion import commands
-from achse.station import interface_bus
-from achse.station.bus_link import BusLink
-from achse.station.bus_plan import BusPlan
+from achse.station.buses import interface_bus
+from achse.station.buses.frame_link import BusLink
+from achse.station.buses.interface_bus import InterfaceBus
+from achse.station.buses.interface_pair import BusSocket, InterfacePair
+from achse.station.buses.plan import BusPlan
 from achse.station.configuration.station_file import ConfigError, parse
-from achse.station.interface_bus import InterfaceBus
-from achse.station.interface_pair import BusSocket, InterfacePair
 from achse.station.station import Station
 from achse.transport.ethernet import LinkError
 

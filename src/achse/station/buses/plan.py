@@ -20,9 +20,9 @@ from achse.ethercat.master.scanning import FoundSlave
 from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal
 from achse.motion.servo import INPUT_OBJECTS, OUTPUT_OBJECTS
 from achse.motion.servo.optional import INTERPOLATION_TIME, MODE_DISPLAY
+from achse.station.buses.virtual_drives import make_drives
 from achse.station.configuration.bus import BusConfig, DriveConfig
 from achse.station.configuration.terminal import TerminalConfig
-from achse.station.virtual_drives import make_drives
 
 __all__ = [
     "DEFAULT_INPUTS",

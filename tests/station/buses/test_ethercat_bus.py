@@ -13,10 +13,10 @@ from achse.codes.axis import StartType
 from achse.drive.alarms import Alarm
 from achse.motion import commands
 from achse.motion.servo import ServoMode
-from achse.station.bus_plan import DEFAULT_INPUTS, DEFAULT_OUTPUTS, BusPlan
+from achse.station.buses.ethercat_bus import EthercatBus
+from achse.station.buses.plan import DEFAULT_INPUTS, DEFAULT_OUTPUTS, BusPlan
 from achse.station.configuration.bus import BusConfig, DriveConfig
 from achse.station.configuration.station_file import parse
-from achse.station.ethercat_bus import EthercatBus
 from achse.station.station import Station
 from achse.testing import check_axis
 

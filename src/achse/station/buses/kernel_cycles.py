@@ -14,8 +14,8 @@ from achse.drive.drive import LONGEST_CYCLE_NS
 from achse.motion import Nc
 from achse.motion.servo import Servos
 from achse.native.memory import Rows
-from achse.station.ethercat_bus import EthercatBus
-from achse.station.whole_cycle import KERNEL, STRAND
+from achse.station.buses.ethercat_bus import EthercatBus
+from achse.station.buses.whole_cycle import KERNEL, STRAND
 
 __all__ = ["KernelCycles"]
 

@@ -16,8 +16,8 @@ from achse.codes import AlState, AlStatus, NcError
 from achse.codes.axis import StartType
 from achse.drive.alarms import Alarm
 from achse.motion import commands
+from achse.station.buses.ethercat_bus import EthercatBus
 from achse.station.configuration.station_file import ConfigError, parse
-from achse.station.ethercat_bus import EthercatBus
 from achse.station.station import Station
 
 AXIS = {"max_velocity": 400.0, "default_acceleration": 2000.0, "default_deceleration": 2000.0,
@@ -227,7 +227,7 @@ def test_what_does_not_fit_is_told(document: dict[str, Any], told: str) -> None:
 
 
 def test_the_example_moves() -> None:
-    made = Station.load(Path(__file__).parents[2] / "examples" / "drives" / "station.toml")
+    made = Station.load(Path(__file__).parents[3] / "examples" / "drives" / "station.toml")
     enable(made)
     assert made.nc is not None
     for axis in made.nc:
