@@ -226,7 +226,7 @@ ROOMS: Mapping[str, Room] = {
             "motion/remains.py": (),
             "station/persistence/persistent_data.py": (),
             "station/persistence/state_file.py": (),
-            "station/parameter_file.py": (),
+            "station/slaves/parameter_file.py": (),
             "transport/file_lock.py": (),
         },
         (
@@ -234,7 +234,7 @@ ROOMS: Mapping[str, Room] = {
             "motion/test_remains.py",
             "station/persistence/test_persistent_data.py",
             "station/persistence/test_state_file.py",
-            "station/test_parameter_file.py",
+            "station/slaves/test_parameter_file.py",
             "station/plcs/test_sources.py",
             "transport/test_file_lock.py",
         ),

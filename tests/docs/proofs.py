@@ -352,7 +352,7 @@ elsewhere(
 )
 elsewhere(
     "The link opens an EtherCAT segment that DL control has closed.",
-    "tests/station/test_fieldbus.py::test_a_segment_closed_by_dl_control_opens_again_with_the_link",
+    "tests/station/slaves/test_serving.py::test_a_segment_closed_by_dl_control_opens_again_with_the_link",
     "tests/ethercat/test_segment.py::test_whatever_dl_control_does_the_link_opens_the_segment",
 )
 PEERS = "tests/router/test_rights.py"

@@ -26,9 +26,9 @@ from achse.st.symbolfiles import read_symbol_file
 from achse.st.xml import parse_xml
 from achse.station import ConfigError, Station
 from achse.station.configuration.station_file import load, parse
-from achse.station.parameter_file import ParameterFile, ParameterFileError
 from achse.station.persistence.persistent_data import PersistentData
 from achse.station.persistence.state_file import StateFile
+from achse.station.slaves.parameter_file import ParameterFile, ParameterFileError
 
 DEPTHS = st.one_of(st.integers(1, 40), st.sampled_from([63, 64, 65, 99, 101, 700, 2000]))
 VERY_DEEP = st.one_of(DEPTHS, st.just(100_000))

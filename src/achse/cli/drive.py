@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from achse.drive import Drive
     from achse.drive.compiled import Bank
     from achse.ethercat import Segment
-    from achse.station.drive_control import DriveControl
+    from achse.station.slaves.drive_control import DriveControl
     from achse.transport.ethernet import Link
 
 __all__ = ["drive"]
@@ -186,7 +186,7 @@ def serve(
     from achse.ethercat.ring_segment import RingSegment
     from achse.native.compiled import compiler_installed
     from achse.station.clocks.starvation import OrdinaryProcess, StarvationGuard
-    from achse.station.fieldbus import DRIVE_PRIORITY, answer_promptly, serve_segment
+    from achse.station.slaves.serving import DRIVE_PRIORITY, answer_promptly, serve_segment
     from achse.transport.ethernet import LinkError
 
     if place is not None:
@@ -333,7 +333,7 @@ def _link(interfaces: Sequence[str], udp: str | None) -> Callable[["Segment"], t
 def _ends(segment: "Segment", interfaces: Sequence[str]) -> "Link":
     """Both ends of a line; LinkError if one cannot be opened."""
     from achse.ethercat.ring_segment import RingSegment
-    from achse.station.ring_ends import RingEnds
+    from achse.station.slaves.ring_ends import RingEnds
     from achse.transport.ethernet import EthernetLink, LinkError
     from achse.transport.link_state import LinkState
 
@@ -371,7 +371,7 @@ def _service(
     """The service that begins the faults of a file and takes commands, and where it listens."""
     if where is None and script is None:
         return None, "none"
-    from achse.station.drive_control import DriveControl
+    from achse.station.slaves.drive_control import DriveControl
 
     service = DriveControl(segment)
     try:
@@ -462,8 +462,8 @@ def _drives(
 ) -> list["Drive"]:
     from achse.drive import IDENTITIES, Drive
     from achse.drive.machine import MACHINES
-    from achse.station.machine_file import MachineFileError, read_machines
-    from achse.station.parameter_file import ParameterFile, ParameterFileError
+    from achse.station.slaves.machine_file import MachineFileError, read_machines
+    from achse.station.slaves.parameter_file import ParameterFile, ParameterFileError
 
     bank: Bank | bool = False
     if compiled:

@@ -4,7 +4,7 @@ import signal
 import sys
 
 from achse.ethercat import Loopback, Segment, Slave
-from achse.station.fieldbus import answer_promptly, serve_segment
+from achse.station.slaves.serving import answer_promptly, serve_segment
 from achse.transport.ethernet import EthernetLink
 
 

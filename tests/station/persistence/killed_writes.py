@@ -21,8 +21,8 @@ from achse.motion.remains import Remains
 from achse.router.routes import Route
 from achse.station import Station
 from achse.station.configuration.station_file import parse
-from achse.station.parameter_file import ParameterFile
 from achse.station.persistence.state_file import StateFile
+from achse.station.slaves.parameter_file import ParameterFile
 
 SYSTEM_CALLS = {"open", "write", "flush", "close", "fsync", "replace", "__exit__"}
 """What Python calls for one, by name."""

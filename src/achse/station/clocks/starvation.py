@@ -14,7 +14,7 @@ import sys
 import time
 from typing import Protocol
 
-from achse.station.fieldbus import run_first
+from achse.station.slaves.serving import run_first
 
 __all__ = ["OrdinaryProcess", "StarvationGuard", "Witness"]
 

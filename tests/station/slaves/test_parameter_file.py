@@ -7,7 +7,7 @@ import pytest
 
 from achse.drive import PowerState, VirtualDrive
 from achse.drive.objects.communication import SAVE
-from achse.station.parameter_file import ParameterFile, ParameterFileError
+from achse.station.slaves.parameter_file import ParameterFile, ParameterFileError
 
 
 def test_what_a_drive_stores_another_program_finds(tmp_path: Path) -> None:

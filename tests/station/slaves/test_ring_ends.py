@@ -8,8 +8,8 @@ import pytest
 from achse.ethercat import Datagram, DatagramCommand, EthercatFrame, Loopback, Slave
 from achse.ethercat.registers import Register
 from achse.ethercat.ring_segment import RingSegment
-from achse.station.fieldbus import serve_segment
-from achse.station.ring_ends import RingEnds
+from achse.station.slaves.ring_ends import RingEnds
+from achse.station.slaves.serving import serve_segment
 
 COUNT = EthercatFrame([Datagram.at(DatagramCommand.BRD, 0, Register.TYPE, b"\0")]).encode()
 SLAVES = 3
@@ -88,7 +88,7 @@ def test_silence_and_links_that_fail_end_in_time(
 ) -> None:
     assert not line.link.exchange(line.link.process, 0.0)
     breaths: list[float] = []
-    monkeypatch.setattr("achse.station.ring_ends.time.sleep", breaths.append)
+    monkeypatch.setattr("achse.station.slaves.ring_ends.time.sleep", breaths.append)
     monkeypatch.setattr(line.ends[0], "receive", lambda timeout_s: None)
     line.ends[0].far.send(COUNT)
     assert not line.link.exchange(line.link.process, 10.0)

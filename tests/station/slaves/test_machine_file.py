@@ -8,7 +8,7 @@ import pytest
 from achse.drive.machine import MACHINES, EncoderKind
 from achse.drive.signals import OutputFunction
 from achse.station.configuration.documents import parse_toml
-from achse.station.machine_file import MachineFileError, machines_of, read_machines
+from achse.station.slaves.machine_file import MachineFileError, machines_of, read_machines
 
 FILE = """
 type = "linear"

@@ -11,7 +11,7 @@ from achse.devices.drives import DRIVES
 from achse.devices.station import SERVICE_PORT
 from achse.drive import Drive
 from achse.ethercat import Loopback, Segment, Slave
-from achse.station.drive_control import DriveControl
+from achse.station.slaves.drive_control import DriveControl
 
 
 def test_clients_are_answered_in_turns() -> None:

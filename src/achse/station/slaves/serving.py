@@ -87,7 +87,7 @@ def serve_segment(
     machine cannot keep up, it falls behind rather than let a master wait. `between` is called about
     every 5 ms, after an answer. When the link was down, the segment opens again with it.
     """
-    from achse.station.ring_ends import RingEnds
+    from achse.station.slaves.ring_ends import RingEnds
 
     answer: Answer = segment.process
     if isinstance(link, UdpLink):

@@ -8,7 +8,7 @@ import time
 import pytest
 
 from achse.ethercat import Datagram, DatagramCommand, EthercatFrame, Loopback, Segment, Slave
-from achse.station import fieldbus
+from achse.station.slaves import serving
 from achse.transport.ethernet import Answer, UdpLink
 
 BRD = EthercatFrame([Datagram.at(DatagramCommand.BRD, 0, 0, bytes(1))])
@@ -49,7 +49,7 @@ class Script:
 def test_frames_are_answered_in_time(monkeypatch: pytest.MonkeyPatch, cycle_ns: int) -> None:
     segment = Segment([Slave(Loopback()), Slave(Loopback())], cycle_ns=cycle_ns)
     link = Script([BRD.encode(), None, None, BRD.encode()], monkeypatch)
-    fieldbus.serve_segment(segment, link, link.running)
+    serving.serve_segment(segment, link, link.running)
     assert [EthercatFrame.decode(reply or b"").datagrams[0].counter for reply in link.replies] == [
         2,
         2,
@@ -69,14 +69,14 @@ def test_time_in_which_the_machine_held_everything_up_is_left_out(
             link.now_ns += 500_000_000
         return next(rounds)
 
-    fieldbus.serve_segment(segment, link, running)
+    serving.serve_segment(segment, link, running)
     assert segment.time.now_ns == 1_000_000 + 20_000_000 + 1_000_000
 
 
 def test_others_get_their_turn_between_frames(monkeypatch: pytest.MonkeyPatch) -> None:
     link = Script([BRD.encode()] * 21, monkeypatch)
     turns: list[int] = []
-    fieldbus.serve_segment(
+    serving.serve_segment(
         Segment([Slave(Loopback())]), link, link.running, lambda: turns.append(len(link.packets))
     )
     assert turns == [20, 15, 10, 5, 0]
@@ -100,10 +100,10 @@ def test_real_time_is_asked_for_and_may_be_refused(
         monkeypatch.setattr(os, name, 1 << number, raising=False)
     monkeypatch.setattr(gc, "collect", lambda: collector.append("collect"))
     monkeypatch.setattr(gc, "freeze", lambda: collector.append("freeze"))
-    assert fieldbus.answer_promptly() is allowed
-    assert asked == [(0, 0b011, fieldbus.DRIVE_PRIORITY)]
+    assert serving.answer_promptly() is allowed
+    assert asked == [(0, 0b011, serving.DRIVE_PRIORITY)]
     assert collector == ["collect", "freeze"]
-    assert fieldbus.run_first(0) is allowed
+    assert serving.run_first(0) is allowed
     assert asked[1:] == [(0, 0b110, 0)]
 
 
@@ -114,7 +114,7 @@ def test_a_segment_closed_by_dl_control_opens_again_with_the_link(
     void = EthercatFrame([Datagram.at(DatagramCommand.BWR, 0, 0x0101, b"\xaa")]).encode()
     segment = Segment([Slave(Loopback()), Slave(Loopback())])
     link = Script([BRD.encode(), void, BRD.encode(), b"down", BRD.encode()], monkeypatch)
-    fieldbus.serve_segment(segment, link, link.running)
+    serving.serve_segment(segment, link, link.running)
     counters = [
         reply and EthercatFrame.decode(reply).datagrams[0].counter for reply in link.replies
     ]
@@ -127,7 +127,7 @@ def test_udp_payloads_are_answered() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as master:
         master.sendto(BRD.encode_payload(), link.address)
         rounds = iter([True, False])
-        fieldbus.serve_segment(segment, link, lambda: next(rounds))
+        serving.serve_segment(segment, link, lambda: next(rounds))
         reply = EthercatFrame.decode_payload(master.recv(2000))
     assert reply.datagrams[0].counter == 1
     link.close()
