@@ -19,7 +19,7 @@ from typer.testing import CliRunner, Result
 
 from achse.ams import AmsAddress, Command, Frame
 from achse.cli.app import app
-from achse.station.own_net_id import net_id_at
+from achse.station.routes.addresses import net_id_at
 from tests.warm_commands import PIPES, WarmCommands
 
 ACHSE = [sys.executable, "-m", "achse"]

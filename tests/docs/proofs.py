@@ -26,7 +26,7 @@ def elsewhere(sentence: str, *tests: str) -> None:
 
 # what tests elsewhere prove
 
-NETWORK = "tests/station/test_network.py"
+NETWORK = "tests/station/routes/test_network.py"
 FOLDER = "tests/devices/system/test_folder.py"
 TCP = "tests/transport/test_tcp.py"
 OPENSSL = "tests/interop/test_openssl.py"

@@ -13,7 +13,7 @@ from achse.client import connect
 from achse.router import Router
 from achse.station import ConfigError, Station
 from achse.station.configuration.station_file import parse
-from achse.station.statistics import statistics
+from achse.station.running.statistics import statistics
 from achse.transport.serial_port import SerialPort
 from achse.transport.serial_ports import ServedPort, ServedSerialPorts
 from tests.transport.lines import cable, noisy, until

@@ -9,7 +9,7 @@ from typing import Any
 
 from achse.dap.adapter import Adapter
 from achse.dap.protocol import DapFrameError, FrameReader, encode_frame
-from achse.station.network import is_reachable_from_outside
+from achse.station.routes.addresses import is_reachable_from_outside
 
 __all__ = ["OpenToAllError", "serve_standard_streams", "serve_tcp"]
 

@@ -40,14 +40,15 @@ from achse.station.clocks.phases import ChangePhase
 from achse.station.clocks.starvation import OrdinaryProcess, StarvationGuard
 from achse.station.collection import collect_remains
 from achse.station.configuration.station_file import ConfigError, StationConfig, load
-from achse.station.metrics import MetricsPort
-from achse.station.network import Network, RouteFile
-from achse.station.own_net_id import net_id_at
 from achse.station.persistence.persistent_data import PersistentData
 from achse.station.persistence.persistent_image import PersistentImage
+from achse.station.routes.addresses import net_id_at
+from achse.station.routes.network import Network
+from achse.station.routes.route_file import RouteFile
+from achse.station.running.metrics import MetricsPort
+from achse.station.running.statistics import statistics
 from achse.station.slaves.serving import MASTER_PRIORITY, on_interfaces, run_first
 from achse.station.state_requests import StateRequests
-from achse.station.statistics import statistics
 from achse.transport.tcp import TcpListener
 
 if TYPE_CHECKING:

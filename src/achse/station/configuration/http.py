@@ -1,4 +1,4 @@
-"""[web]: the page in the browser that `achse run` serves beside the station."""
+"""[web] and [metrics] of a station.toml: HTTP servers beside the station."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ from pydantic import Field
 
 from achse.station.configuration.types import ConfigTable
 
-__all__ = ["WebConfig"]
+__all__ = ["MetricsConfig", "WebConfig"]
 
 
 class WebConfig(ConfigTable):
@@ -24,3 +24,11 @@ class WebConfig(ConfigTable):
     """Most pages open at once."""
     scene: Path | None = None
     """A JSON file that describes the machine for its picture."""
+
+
+class MetricsConfig(ConfigTable):
+    """[metrics]: figures for Prometheus at `http://host:port/metrics` (extra `metrics`)."""
+
+    port: int | None = Field(default=None, ge=0, le=65535)
+    """Without it there are none; 0 takes a free one."""
+    host: str = Field(default="127.0.0.1", min_length=1)

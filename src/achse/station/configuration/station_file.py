@@ -24,7 +24,7 @@ from achse.station.configuration.bus import BusConfig, DriveConfig
 from achse.station.configuration.camshaft import CamshaftConfig
 from achse.station.configuration.documents import check_depth, parse_toml
 from achse.station.configuration.group import ChannelConfig, GroupConfig
-from achse.station.configuration.http import WebConfig
+from achse.station.configuration.http import MetricsConfig, WebConfig
 from achse.station.configuration.limits import LimitsConfig
 from achse.station.configuration.modbus import ModbusConfig
 from achse.station.configuration.mqtt import MqttConfig
@@ -43,7 +43,6 @@ from achse.station.configuration.types import (
     MomentNs,
     without_plugins,
 )
-from achse.station.metrics import MetricsConfig
 from achse.transport.serial_port import Parity, SerialPort
 
 if TYPE_CHECKING:

@@ -1,11 +1,8 @@
 """The station on a network: where it listens, how it is found, and which routers it dials."""
 
 import asyncio
-import errno
-import ipaddress
 import logging
 import platform
-import socket
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,11 +12,9 @@ from achse.ams.mqtt import RouterNote
 from achse.router import Router
 from achse.router.access import Users
 from achse.router.rights import rights_named
-from achse.router.routes import Route, RouteError
-from achse.router.static_routes import parse_static_routes, static_routes
-from achse.station.configuration.secure import StationIdentity
 from achse.station.configuration.station_file import ConfigError, StationConfig
-from achse.station.persistence.state_file import StateFile
+from achse.station.routes.addresses import check_own_address, is_reachable_from_outside
+from achse.station.routes.identity import StationIdentity
 from achse.transport.held import Held
 from achse.transport.host_names import HostNames
 from achse.transport.mqtt import MqttError
@@ -34,9 +29,7 @@ from achse.transport.uplinks import Uplinks
 
 __all__ = [
     "Network",
-    "RouteFile",
     "host_system",
-    "is_reachable_from_outside",
     "what_everybody_may",
 ]
 
@@ -63,79 +56,6 @@ def _users(config: StationConfig) -> Users:
     """The users of a station, and what the routes may that they add."""
     rights = {name: rights_named(each) for name, each in config.router.user_rights.items()}
     return Users(config.router.users, rights)
-
-
-class RouteFile:
-    """The routes of a station: those of its configuration, and those in its StaticRoutes.xml."""
-
-    def __init__(self, config: StationConfig, router: Router, base: Path) -> None:
-        """Fill the router's table and follow it. Raises ConfigError, OSError."""
-        router.routes.rights_of_others = rights_named(config.router.rights)
-        self._configured = [item.route() for item in config.route]
-        self._file: StateFile | None = None
-        self._text = ""
-        name = config.router.static_routes
-        table = router.routes
-        try:
-            if name is not None:
-                self._file = StateFile(base / name)
-                for route in self._read(self._file):
-                    table.add(route)
-                self._text = static_routes(table)
-            for route in self._configured:
-                table.add(route, fixed=True)
-        except RouteError as fault:
-            raise ConfigError(f"route: {fault}") from None
-        if self._file is not None:
-            table.keep = self._keep
-
-    def _read(self, file: StateFile) -> list[Route]:
-        try:
-            text = file.read()
-            return [] if text is None else parse_static_routes(text)
-        except (RouteError, UnicodeDecodeError) as fault:
-            raise ConfigError(f"router.static_routes: {file.path}: {fault}") from None
-
-    def _keep(self, routes: Sequence[Route]) -> None:
-        """Write what the table is to hold. Raises OSError; the file is then as it was."""
-        assert self._file is not None
-        text = static_routes(route for route in routes if route not in self._configured)
-        if text == self._text:
-            return
-        try:
-            self._file.write(text)
-        except OSError as failure:
-            log.error("%s cannot be written: %s", self._file.path, failure.strerror)
-            raise
-        self._text = text
-
-
-async def is_reachable_from_outside(host: str) -> bool:
-    """Return True if a listener at `host` can be reached from other computers.
-
-    Raises OSError for a name without an address, UnicodeError for an invalid name.
-    """
-    if not host:
-        return True
-    loop = asyncio.get_running_loop()
-    found = await loop.getaddrinfo(host, None, type=socket.SOCK_STREAM)
-    addresses = [ipaddress.ip_address(str(entry[4][0]).partition("%")[0]) for entry in found]
-    return not all(address.is_loopback for address in addresses)
-
-
-async def _check_own(host: str) -> None:
-    """Raise ConfigError for an address of another computer."""
-    loop = asyncio.get_running_loop()
-    for family, _, _, _, address in await loop.getaddrinfo(host or None, 0, type=socket.SOCK_DGRAM):
-        with socket.socket(family, socket.SOCK_DGRAM) as trial:
-            try:
-                trial.bind(address)
-            except OSError as refusal:
-                if refusal.errno == errno.EADDRNOTAVAIL:
-                    raise ConfigError(
-                        f"{host} is not an address of this computer: expected one of its own,"
-                        " or 0.0.0.0 for all of them"
-                    ) from None
 
 
 def what_everybody_may(config: StationConfig, host: str) -> Sequence[str]:
@@ -220,7 +140,7 @@ class Network:
         everybody = config.let_everybody_in if let_everybody_in is None else let_everybody_in
         plain = config.listen != "secure"
         if plain and not config.strict and await is_reachable_from_outside(where):
-            await _check_own(where)
+            await check_own_address(where)
             if not everybody:
                 raise ConfigError(
                     f"{where} can be reached from other computers, and without strict = true in"

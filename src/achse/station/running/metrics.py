@@ -9,26 +9,17 @@ import threading
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
-from pydantic import Field
-
 from achse.extras import needs_extra
 from achse.station.clocks.pacing import STEP_BOUNDS_NS, Pace
-from achse.station.configuration.types import ConfigError, ConfigTable
+from achse.station.configuration.http import MetricsConfig
+from achse.station.configuration.types import ConfigError
 
-__all__ = ["MetricsConfig", "MetricsPort"]
+__all__ = ["MetricsPort"]
 
 log = logging.getLogger("achse.station")
 
 _WAIT = 2.0
 """Seconds that the station's loop has to give its figures."""
-
-
-class MetricsConfig(ConfigTable):
-    """[metrics]: figures for Prometheus at `http://host:port/metrics` (extra `metrics`)."""
-
-    port: int | None = Field(default=None, ge=0, le=65535)
-    """Without it there are none; 0 takes a free one."""
-    host: str = Field(default="127.0.0.1", min_length=1)
 
 
 class _Figure(NamedTuple):

@@ -7,7 +7,7 @@ import pytest
 from achse.ams import AdsError
 from achse.client import connect
 from achse.station import Station, StationConfig
-from achse.station.statistics import statistics
+from achse.station.running.statistics import statistics
 from achse.testing import LiveStation
 
 ONE_OF_EACH = {"limits": {"all_handles": 1}, "plc": [{"globals": ["achse.station.demo:GVL"]}]}

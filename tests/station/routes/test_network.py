@@ -2,7 +2,7 @@
 
 import asyncio
 import functools
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -22,10 +22,9 @@ from achse.router.routes import Route
 from achse.router.static_routes import parse_static_routes, static_routes
 from achse.station import ConfigError, Station
 from achse.station.configuration.station_file import parse
-from achse.station.network import (
+from achse.station.routes.network import (
     Network,
     host_system,
-    is_reachable_from_outside,
     what_everybody_may,
 )
 from achse.transport.connection import TcpConnection
@@ -97,65 +96,6 @@ async def test_strict_closes_clients_without_a_route(caplog: pytest.LogCaptureFi
             assert (await registered.state()).ads_state == 5
 
 
-def test_routes_of_the_configuration_are_in_the_table() -> None:
-    built = station(route=[PRESS | {"one_way": True, "timeout": "2s", "nat": "5.7.7.7.1.1"}])
-    assert list(built.router.routes) == [
-        Route(
-            name="press",
-            net_id=NetId("5.9.9.9.1.1"),
-            host="10.0.0.9",
-            one_way=True,
-            timeout=2.0,
-            nat_net_id=NetId("5.7.7.7.1.1"),
-        )
-    ]
-
-
-def test_the_file_of_routes_is_read_and_kept_without_those_of_the_configuration(
-    tmp_path: Path,
-) -> None:
-    settings = {"static_routes": "StaticRoutes.xml"}
-    file = tmp_path / "StaticRoutes.xml"
-    built = station(tmp_path, router=settings, route=[PRESS])
-    assert not file.exists()
-    built.router.routes.add(MILL)
-    assert parse_static_routes(file.read_text()) == [MILL]
-    again = station(tmp_path, router=settings, route=[PRESS])
-    assert [route.name for route in again.router.routes] == ["mill", "press"]
-    again.router.routes.remove("mill")
-    assert parse_static_routes(file.read_text()) == []
-    assert [path.name for path in tmp_path.iterdir()] == ["StaticRoutes.xml"]
-
-
-@pytest.mark.parametrize("text", ["<TcConfig>", "\xff"])
-def test_a_file_of_routes_that_is_none_is_a_fault_of_the_configuration(
-    tmp_path: Path, text: str
-) -> None:
-    (tmp_path / "r.xml").write_bytes(text.encode("latin-1"))
-    with pytest.raises(ConfigError, match=r"router\.static_routes: .*r\.xml: "):
-        station(tmp_path, router={"static_routes": "r.xml"})
-
-
-def test_a_route_to_the_station_itself_is_a_fault() -> None:
-    with pytest.raises(ConfigError, match="route: a route leads elsewhere"):
-        station(route=[PRESS | {"net_id": "127.0.0.1.1.1"}])
-
-
-def test_a_route_is_refused_if_the_file_cannot_be_written(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture, client_of: Any, refused: Any
-) -> None:
-    built = station(tmp_path, router={"static_routes": "none/r.xml", "routes_over_ads": True})
-    with pytest.raises(FileNotFoundError):
-        built.router.routes.add(MILL)
-    assert "r.xml cannot be written: No such file or directory" in caplog.text
-    with refused(0x700):
-        client_of(built.router, 10_000).write(801, 0, RouteEntry.of(MILL).encode())
-    assert list(built.router.routes) == []
-    temporary = replace(MILL, temporary=True)
-    built.router.routes.add(temporary)  # not for the file
-    assert list(built.router.routes) == [temporary]
-
-
 def test_the_root_of_the_files_must_be_a_folder(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"system\.root: expected a folder"):
         station(tmp_path, system={"root": "none"})
@@ -190,24 +130,6 @@ def test_faults_of_the_configuration_are_located(document: dict[str, Any], fault
     with pytest.raises(ConfigError) as caught:
         parse(document, "a.toml")
     assert fault in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("host", "reachable"),
-    [
-        ("127.0.0.1", False),
-        ("127.9.8.7", False),
-        ("::1", False),
-        ("localhost", False),
-        ("0.0.0.0", True),
-        ("::", True),
-        ("", True),
-        ("192.0.2.1", True),
-        ("fe80::1%1", True),
-    ],
-)
-async def test_which_addresses_other_computers_reach(host: str, reachable: bool) -> None:
-    assert await is_reachable_from_outside(host) is reachable
 
 
 @pytest.mark.parametrize("said", [None, "configuration", "call", "strict"])
@@ -397,7 +319,7 @@ def test_who_may_change_routes(
         built = station(router=router, route=[PRESS])
         built.router.routes.add(MILL)
         with (
-            mock.patch("achse.station.network.Users", Knows),
+            mock.patch("achse.station.routes.network.Users", Knows),
             mock.patch("achse.transport.password_queue._PACE", 0.0),
             mock.patch("achse.transport.password_queue._FREE", 1000),
         ):
@@ -553,13 +475,13 @@ async def test_a_broker_that_says_nothing_keeps_nobody_waiting(
 
     silent = Silent()
     monkeypatch.setattr("achse.transport.mqtt._session", lambda: lambda **_: silent)
-    monkeypatch.setattr("achse.station.network._JOINED_WITHIN", 0.01)
+    monkeypatch.setattr("achse.station.routes.network._JOINED_WITHIN", 0.01)
     built = station(mqtt=[{"broker": "broker", "topic": "plant"}])
     async with built.running("127.0.0.1", 0) as running:
         assert "plant: no answer within 0.01 s, it is dialled on" in caplog.text
         assert not running.network.mqtt[0].network.online
     # and one who gives up meanwhile leaves nothing open
-    monkeypatch.setattr("achse.station.network._JOINED_WITHIN", 3600.0)
+    monkeypatch.setattr("achse.station.routes.network._JOINED_WITHIN", 3600.0)
     built = station(mqtt=[{"broker": "broker", "topic": "plant"}])
 
     async def start() -> None:
@@ -573,11 +495,3 @@ async def test_a_broker_that_says_nothing_keeps_nobody_waiting(
     with pytest.raises(asyncio.CancelledError):
         await starting
     assert not [task for task in asyncio.all_tasks() if "MqttNetwork.run" in repr(task)]
-
-
-async def test_an_address_of_another_computer_is_refused() -> None:
-    """It read as if the address were this computer's and open to everybody."""
-    serving = Station.demo().running(host="192.0.2.1", let_everybody_in=True)
-    with pytest.raises(ConfigError, match=r"192\.0\.2\.1 is not an address of this computer: exp"):
-        async with serving:
-            pass

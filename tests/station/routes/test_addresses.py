@@ -1,4 +1,4 @@
-"""The NetId of a station whose configuration names none."""
+"""Addresses of a station: the NetId it gets from one, and who reaches it."""
 
 import ipaddress
 from pathlib import Path
@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.ams import NetId
-from achse.station import Station
+from achse.station import ConfigError, Station
 from achse.station.configuration.station_file import parse
-from achse.station.own_net_id import net_id_at
+from achse.station.routes.addresses import is_reachable_from_outside, net_id_at
 from achse.transport import own_address
 
 LOOPBACK = NetId("127.0.0.1.1.1")
@@ -70,3 +70,29 @@ def test_configured_net_id_precedes_that_of_the_host(tmp_path: Path) -> None:
     file.write_text('[router]\nhost = "127.0.0.1"\n')
     assert Station.load(file).router.net_id == LOOPBACK
     assert str(Station.load(file, host="192.168.7.21").router.net_id) == "192.168.7.21.1.1"
+
+
+@pytest.mark.parametrize(
+    ("host", "reachable"),
+    [
+        ("127.0.0.1", False),
+        ("127.9.8.7", False),
+        ("::1", False),
+        ("localhost", False),
+        ("0.0.0.0", True),
+        ("::", True),
+        ("", True),
+        ("192.0.2.1", True),
+        ("fe80::1%1", True),
+    ],
+)
+async def test_which_addresses_other_computers_reach(host: str, reachable: bool) -> None:
+    assert await is_reachable_from_outside(host) is reachable
+
+
+async def test_an_address_of_another_computer_is_refused() -> None:
+    """It read as if the address were this computer's and open to everybody."""
+    serving = Station.demo().running(host="192.0.2.1", let_everybody_in=True)
+    with pytest.raises(ConfigError, match=r"192\.0\.2\.1 is not an address of this computer: exp"):
+        async with serving:
+            pass
