@@ -18,7 +18,7 @@ from collections.abc import Iterator
 
 import pysoem
 
-from achse.station.slaves.serving import answer_promptly
+from achse.station.clocks.priority import answer_promptly
 from achse.transport.ethernet import EthernetLink
 
 DRIVES_CABLE, BARE_CABLE = ("cable0", "cable1"), ("cable2", "cable3")

@@ -33,8 +33,8 @@ from collections.abc import Iterator, Sequence
 from achse.codes.axis import StartType
 from achse.motion import commands
 from achse.station.buses.interface_bus import InterfaceBus
+from achse.station.clocks.priority import MASTER_PRIORITY, run_first
 from achse.station.configuration.station_file import parse
-from achse.station.slaves.serving import MASTER_PRIORITY, run_first
 from achse.station.station import Station
 
 NEAR, FAR = "cable0", "cable1"

@@ -134,7 +134,7 @@ elsewhere(
     "At an address that other computers reach it does not start without `strict = true` or"
     " `let_everybody_in = true` in `[router]`.",
     f"{NETWORK}::test_beyond_this_computer_a_station_listens_only_if_told_in_so_many_words",
-    f"{NETWORK}::test_which_addresses_other_computers_reach",
+    "tests/station/routes/test_addresses.py::test_which_addresses_other_computers_reach",
 )
 elsewhere(
     "With `let_everybody_in` it says at the start what everybody may do.",
@@ -246,7 +246,8 @@ elsewhere(
 )
 elsewhere(
     "A change that cannot be written to `static_routes` is refused.",
-    f"{NETWORK}::test_a_route_is_refused_if_the_file_cannot_be_written",
+    "tests/station/routes/test_route_file.py"
+    "::test_a_route_is_refused_if_the_file_cannot_be_written",
     f"{UDP}::test_a_fixed_route_and_one_that_cannot_be_written_are_refused",
 )
 elsewhere(
@@ -323,7 +324,7 @@ elsewhere(
     "However often clients restart a station, it is in RUN as long as each restart took, a second"
     " at most.",
     *(
-        f"tests/station/test_state_requests.py::test_{each}"
+        f"tests/station/running/test_state_requests.py::test_{each}"
         for each in (
             "resets_faster_than_a_restart_do_not_keep_the_station_out_of_run",
             "whatever_is_requested_each_run_lasts_and_each_request_is_answered",
@@ -347,7 +348,7 @@ elsewhere(
 )
 elsewhere(
     "Virtual drives give the processor back when a master asks without a pause.",
-    "tests/station/clocks/test_starvation.py"
+    "tests/station/clocks/test_priority.py"
     "::test_starvation_ends_the_priority_and_its_end_brings_it_back",
 )
 elsewhere(

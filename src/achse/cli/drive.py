@@ -185,8 +185,13 @@ def serve(
     from achse.ethercat import Segment, Slave
     from achse.ethercat.ring_segment import RingSegment
     from achse.native.compiled import compiler_installed
-    from achse.station.clocks.starvation import OrdinaryProcess, StarvationGuard
-    from achse.station.slaves.serving import DRIVE_PRIORITY, answer_promptly, serve_segment
+    from achse.station.clocks.priority import (
+        DRIVE_PRIORITY,
+        OrdinaryProcess,
+        StarvationGuard,
+        answer_promptly,
+    )
+    from achse.station.slaves.serving import serve_segment
     from achse.transport.ethernet import LinkError
 
     if place is not None:

@@ -37,7 +37,12 @@ from achse.station.clocks.clock import StationClock
 from achse.station.clocks.cycle import Cycle, Phase
 from achse.station.clocks.pacing import Pace, Pacer, run_unpaced
 from achse.station.clocks.phases import ChangePhase
-from achse.station.clocks.starvation import OrdinaryProcess, StarvationGuard
+from achse.station.clocks.priority import (
+    MASTER_PRIORITY,
+    OrdinaryProcess,
+    StarvationGuard,
+    run_first,
+)
 from achse.station.collection import collect_remains
 from achse.station.configuration.station_file import ConfigError, StationConfig, load
 from achse.station.persistence.persistent_data import PersistentData
@@ -47,7 +52,6 @@ from achse.station.routes.network import Network
 from achse.station.routes.route_file import RouteFile
 from achse.station.running.metrics import MetricsPort
 from achse.station.running.statistics import statistics
-from achse.station.slaves.serving import MASTER_PRIORITY, on_interfaces, run_first
 from achse.station.state_requests import StateRequests
 from achse.transport.tcp import TcpListener
 
@@ -480,7 +484,7 @@ class Station:
         `strict` and without `let_everybody_in` (None: as the configuration says), and for a bus on
         an interface at another `speed` than 1 or 0.
         """
-        for name, bus in on_interfaces(self.fieldbuses).items():
+        for name, bus in _on_interfaces(self.fieldbuses).items():
             if speed not in (0, 1):
                 where = f"bus {name}: slaves on {bus.interface}"
                 raise ConfigError(f"{where} need speed 1, got {speed:g}")
@@ -520,7 +524,7 @@ class Station:
 
     def _promptly(self) -> StarvationGuard | None:
         """Run before other programs, if a bus on an interface asks for it and the system allows."""
-        buses = on_interfaces(self.fieldbuses).values()
+        buses = _on_interfaces(self.fieldbuses).values()
         if any(bus.plan.bus.real_time for bus in buses) and run_first(MASTER_PRIORITY):
             return StarvationGuard(MASTER_PRIORITY, "cycles of the station", OrdinaryProcess())
         return None
@@ -565,6 +569,19 @@ class Station:
                 self.pace = None
                 for end in ends:
                     end.cancel()
+
+
+def _on_interfaces(
+    buses: "Mapping[str, EthercatBus | InterfaceBus]",
+) -> "Mapping[str, InterfaceBus]":
+    """Return the buses whose slaves are on an interface, by name."""
+    if not buses:
+        return {}
+    from achse.station.buses.interface_bus import (
+        InterfaceBus,  # without a bus nothing of it is loaded
+    )
+
+    return {name: bus for name, bus in buses.items() if isinstance(bus, InterfaceBus)}
 
 
 def _tell_failure(task: "asyncio.Task[None]") -> None:

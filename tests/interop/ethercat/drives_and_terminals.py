@@ -14,7 +14,8 @@ from achse.drive import Drive
 from achse.drive.alarms import Alarm
 from achse.ethercat import Segment, Slave
 from achse.ethercat.terminals import DigitalTerminal
-from achse.station.slaves.serving import answer_promptly, serve_segment
+from achse.station.clocks.priority import answer_promptly
+from achse.station.slaves.serving import serve_segment
 from achse.transport.ethernet import EthernetLink
 
 

@@ -4,7 +4,8 @@ import signal
 import sys
 
 from achse.ethercat import Loopback, Segment, Slave
-from achse.station.slaves.serving import answer_promptly, serve_segment
+from achse.station.clocks.priority import answer_promptly
+from achse.station.slaves.serving import serve_segment
 from achse.transport.ethernet import EthernetLink
 
 

@@ -9,10 +9,9 @@ import pytest
 from achse.faults.kinds import STATION_FAULTS
 from achse.motion.nc import configurable
 from achse.station import ConfigError, StationConfig
-from achse.station.building.nc import axis_keys
 from achse.station.configuration.documents import parse_toml
 from achse.station.configuration.schema import descriptions_of, station_schema
-from achse.station.configuration.station_file import parse
+from achse.station.configuration.station_file import axis_keys, parse
 
 SCHEMA = station_schema()
 ROOT = Path(__file__).parents[3]

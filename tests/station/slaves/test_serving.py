@@ -1,7 +1,5 @@
 """A segment on a link, moved by the wall clock or by its frames."""
 
-import gc
-import os
 import socket
 import time
 
@@ -80,31 +78,6 @@ def test_others_get_their_turn_between_frames(monkeypatch: pytest.MonkeyPatch) -
         Segment([Slave(Loopback())]), link, link.running, lambda: turns.append(len(link.packets))
     )
     assert turns == [20, 15, 10, 5, 0]
-
-
-@pytest.mark.parametrize("allowed", [True, False])
-def test_real_time_is_asked_for_and_may_be_refused(
-    monkeypatch: pytest.MonkeyPatch, allowed: bool
-) -> None:
-    asked: list[tuple[int, int, object]] = []
-    collector: list[str] = []
-
-    def set_scheduler(process: int, policy: int, parameters: object) -> None:
-        asked.append((process, policy, parameters))
-        if not allowed:
-            raise PermissionError
-
-    monkeypatch.setattr(os, "sched_setscheduler", set_scheduler, raising=False)
-    monkeypatch.setattr(os, "sched_param", int, raising=False)
-    for number, name in enumerate(("SCHED_FIFO", "SCHED_RESET_ON_FORK", "SCHED_OTHER")):
-        monkeypatch.setattr(os, name, 1 << number, raising=False)
-    monkeypatch.setattr(gc, "collect", lambda: collector.append("collect"))
-    monkeypatch.setattr(gc, "freeze", lambda: collector.append("freeze"))
-    assert serving.answer_promptly() is allowed
-    assert asked == [(0, 0b011, serving.DRIVE_PRIORITY)]
-    assert collector == ["collect", "freeze"]
-    assert serving.run_first(0) is allowed
-    assert asked[1:] == [(0, 0b110, 0)]
 
 
 def test_a_segment_closed_by_dl_control_opens_again_with_the_link(

@@ -29,9 +29,9 @@ __all__ = ["PARTS", "assemble", "idle", "permanent"]
 def _make_buses(building: Building) -> None:
     """The buses with drives, without which no EtherCAT is loaded. Raises ConfigError."""
     if building.ground.config.drive:
-        from achse.station.buses import axis_bus
+        from achse.station.building import drive_buses
 
-        axis_bus.make_buses(building)
+        drive_buses.make_buses(building)
 
 
 def _make_terminals(building: Building) -> None:

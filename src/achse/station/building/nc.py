@@ -21,15 +21,16 @@ from achse.motion.tables.text import TableContent, TableTextError, content_of
 from achse.native.sampling import KERNEL as SAMPLING
 from achse.station.building.building import Building
 from achse.station.clocks.phases import NcPhase
-from achse.station.configuration.bus import DriveConfig, drives_of
+from achse.station.configuration.bus import DriveConfig
 from achse.station.configuration.station_file import (
     AxisConfig,
     ConfigError,
     StationConfig,
     TableConfig,
+    axis_keys,
 )
 
-__all__ = ["NC_PORTS", "axis_keys", "make_nc", "velocity_warnings"]
+__all__ = ["NC_PORTS", "drives_of", "make_nc", "velocity_warnings"]
 
 NC_PORTS = (500, 501)
 """NC and its SAF task; both answer for the same axes."""
@@ -134,9 +135,24 @@ def _rotary(values: Mapping[str, float]) -> dict[str, float]:
     return cam | dict(values)
 
 
-def axis_keys() -> list[str]:
-    """The parameters that a table of an axis may have, beside the keys of `AxisConfig`."""
-    return [name for name in {**FIELDS, **MACHINE_PARAMETERS} if configurable(name)]
+def drives_of(config: StationConfig) -> dict[int, DriveConfig]:
+    """The drive of each axis that has one, by axis id. Raises ConfigError."""
+    ids = {axis.name.casefold(): axis.id for axis in config.axis}
+    found: dict[int, DriveConfig] = {}
+    buses = [bus.name for bus in config.bus]
+    for number, drive in enumerate(config.drive, 1):
+        key = f"drive[{number}]"
+        axis = drive.axis if isinstance(drive.axis, int) else ids.get(drive.axis.casefold(), 0)
+        if axis not in ids.values():
+            raise ConfigError(f"{key}.axis: expected an axis of the NC, got {drive.axis!r}")
+        if axis in found:
+            raise ConfigError(f"{key}.axis: axis {axis} has a drive already")
+        if not buses:
+            raise ConfigError(f"{key}: expected a table [[bus]] for the drives")
+        if drive.bus not in buses and (drive.bus is not None or len(buses) > 1):
+            raise ConfigError(f"{key}.bus: expected one of {', '.join(buses)}, got {drive.bus!r}")
+        found[axis] = drive
+    return found
 
 
 def _numbers(parameters: Mapping[str, Any], key: str) -> dict[str, float]:

@@ -9,21 +9,15 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 from achse.ams import NetId
-from achse.devices.io import ServedBus, default_net_id
 from achse.drive import Drive
 from achse.motion import Nc
-from achse.motion.servo import ProcessEntry, ServoError, ServoLink, ServoOptions, Servos, ServoView
+from achse.motion.servo import ProcessEntry, ServoLink, ServoOptions, Servos, ServoView
 from achse.motion.servo.optional import DriveParts
-from achse.station.building.building import Building
-from achse.station.building.bus_parts import attach_buses, make_bus, served_bus, terminals_on
 from achse.station.buses.ethercat_bus import EthercatBus
-from achse.station.buses.interface_bus import InterfaceBus
 from achse.station.buses.kernel_cycles import KernelCycles
-from achse.station.buses.plan import BusPlan
-from achse.station.configuration.bus import DriveConfig, drives_of
-from achse.station.configuration.station_file import ConfigError
+from achse.station.configuration.bus import DriveConfig
 
-__all__ = ["AxisBus", "BusPlace", "DriveBus", "DriveSlave", "make_buses"]
+__all__ = ["AxisBus", "BusPlace", "DriveBus", "DriveSlave"]
 
 
 class BusPlace(Protocol):
@@ -238,49 +232,3 @@ def _entries(places: Mapping[tuple[int, int], BusPlace], first: int) -> list[Pro
         for (index, subindex), place in places.items()
         if subindex == 0 and place.bit % _WHOLE_BYTE == 0 and place.bits % _WHOLE_BYTE == 0
     ]
-
-
-def _connect(nc: Nc, buses: Sequence[AxisBus]) -> None:
-    """Let each cycle of the NC begin and end with all buses."""
-    if len(buses) == 1:
-        nc.connect(buses[0].before, buses[0].after, buses[0].many)
-        return
-
-    def before() -> None:
-        for bus in buses:
-            bus.before()
-
-    def after() -> None:
-        for bus in buses:
-            bus.after()
-
-    nc.connect(before, after)
-
-
-def make_buses(building: Building) -> None:
-    """The buses that have drives, joined with the NC. Raises ConfigError."""
-    config = building.ground.config
-    drives = drives_of(config)
-    if building.nc is None or not drives:
-        return
-    nc, ground = building.nc, building.ground
-    served: list[ServedBus] = []
-    for number, bus in enumerate(config.bus, 1):
-        own = {id: drive for id, drive in drives.items() if drive.bus in (None, bus.name)}
-        if not own:
-            continue
-        net_id = default_net_id(ground.router.net_id, number)
-        try:
-            plan = BusPlan(bus, list(own.values()), terminals_on(config, bus), nc.cycle_ns)
-            made = make_bus(building, plan, compiled=nc.compiled)
-            joined = AxisBus(nc, made, own, net_id)
-        except (ServoError, ValueError) as fault:
-            raise ConfigError(f"bus[{number}]: {fault}") from None
-        if isinstance(made, InterfaceBus):
-            made.at_rest = lambda joined=joined: joined.at_rest  # type: ignore[misc]
-        building.fieldbuses[bus.name] = made
-        building.buses.append(joined)
-        building.add_state(joined.digest)
-        served.append(served_bus(number, made, net_id))
-    _connect(nc, building.buses)
-    attach_buses(building, served)

@@ -3,5 +3,5 @@
 Read `cycle` first: phases in a fixed order, each with its next due moment; `phases` has those of
 PLC, NC and notifications, `agenda` calls functions at station times. `clock` maps station time to
 Unix time. A running station follows the wall clock by `pacing`, which `wake_timer` wakes;
-`starvation` watches its real-time priority.
+`priority` runs it before other programs.
 """

@@ -14,10 +14,10 @@ from achse.motion.servo.optional import (
     REMOTE_BIT,
     VOLTAGE_BIT,
 )
-from achse.station.configuration.types import ConfigError, ConfigTable, DurationNs
+from achse.station.configuration.types import ConfigTable, DurationNs
 
 if TYPE_CHECKING:
-    from achse.station.configuration.station_file import StationConfig
+    pass
 
 __all__ = [
     "BusConfig",
@@ -25,7 +25,6 @@ __all__ = [
     "DriveHomingConfig",
     "DriveMachineConfig",
     "StartCommandConfig",
-    "drives_of",
 ]
 
 _LONGEST_PDO = 8
@@ -202,23 +201,3 @@ class DriveConfig(ConfigTable):
         """Axis units of one increment."""
         motor, load = self.gear
         return self.feed * load / (self.resolution * motor)
-
-
-def drives_of(config: "StationConfig") -> dict[int, DriveConfig]:
-    """The drive of each axis that has one, by axis id. Raises ConfigError."""
-    ids = {axis.name.casefold(): axis.id for axis in config.axis}
-    found: dict[int, DriveConfig] = {}
-    buses = [bus.name for bus in config.bus]
-    for number, drive in enumerate(config.drive, 1):
-        key = f"drive[{number}]"
-        axis = drive.axis if isinstance(drive.axis, int) else ids.get(drive.axis.casefold(), 0)
-        if axis not in ids.values():
-            raise ConfigError(f"{key}.axis: expected an axis of the NC, got {drive.axis!r}")
-        if axis in found:
-            raise ConfigError(f"{key}.axis: axis {axis} has a drive already")
-        if not buses:
-            raise ConfigError(f"{key}: expected a table [[bus]] for the drives")
-        if drive.bus not in buses and (drive.bus is not None or len(buses) > 1):
-            raise ConfigError(f"{key}.bus: expected one of {', '.join(buses)}, got {drive.bus!r}")
-        found[axis] = drive
-    return found

@@ -15,8 +15,12 @@ from achse.ams import NetId
 from achse.faults.kinds import STATION_FAULTS
 from achse.motion.nc import configurable
 from achse.motion.states import choices_of
-from achse.station.building.nc import axis_keys
-from achse.station.configuration.station_file import AxisConfig, FaultConfig, StationConfig
+from achse.station.configuration.station_file import (
+    AxisConfig,
+    FaultConfig,
+    StationConfig,
+    axis_keys,
+)
 from achse.station.configuration.types import ConfigTable
 
 __all__ = ["descriptions_of", "station_schema"]

@@ -17,6 +17,9 @@ from pydantic import (
 from achse.faults.kinds import STATION_FAULTS
 from achse.faults.site import StationFault
 from achse.iec.nearest import did_you_mean
+from achse.motion.machine.record import PARAMETERS as MACHINE_PARAMETERS
+from achse.motion.nc import configurable
+from achse.motion.record import FIELDS
 from achse.motion.tables import HIGHEST_TABLE_ID
 from achse.router.rights import rights_named
 from achse.router.routes import Route
@@ -62,6 +65,7 @@ __all__ = [
     "SystemConfig",
     "TableConfig",
     "TaskConfig",
+    "axis_keys",
     "load",
     "parse",
 ]
@@ -301,6 +305,11 @@ class AxisConfig(BaseModel):
     @property
     def parameters(self) -> dict[str, Any]:
         return dict(self.model_extra or {})
+
+
+def axis_keys() -> list[str]:
+    """The parameters that a table of an axis may have, beside the keys of `AxisConfig`."""
+    return [name for name in {**FIELDS, **MACHINE_PARAMETERS} if configurable(name)]
 
 
 class TableConfig(ConfigTable):

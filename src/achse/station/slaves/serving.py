@@ -1,24 +1,15 @@
 """Putting a segment on a link: the wall clock moves its time, its frames come from outside."""
 
-import gc
-import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from achse.transport.ethernet import Answer, Link, UdpLink
 
 if TYPE_CHECKING:
     from achse.ethercat import Segment
-    from achse.station.buses.ethercat_bus import EthercatBus
-    from achse.station.buses.interface_bus import InterfaceBus
 
 __all__ = [
-    "DRIVE_PRIORITY",
-    "MASTER_PRIORITY",
-    "answer_promptly",
-    "on_interfaces",
-    "run_first",
     "serve_segment",
 ]
 
@@ -27,52 +18,6 @@ _IDLE_S = 0.005
 
 _LONGEST_STEP_NS = 20_000_000
 """More than this at once is time in which the machine held this process up; it is left out."""
-
-DRIVE_PRIORITY = 50
-"""Real-time priority of drives: above masters on the same machine, which wait for the answers."""
-
-MASTER_PRIORITY = 40
-"""Real-time priority of a station whose slaves are on an interface."""
-
-
-def answer_promptly() -> bool:
-    """Let this thread run before everything else on the machine; False if that is not allowed.
-
-    Masters give a frame some 2 ms. Where other programs compute, an ordinary process waits longer
-    for the processor than that, whatever its niceness. The garbage collector is told to leave
-    alone what is there already.
-    """
-    gc.collect()
-    gc.freeze()
-    return run_first(DRIVE_PRIORITY)
-
-
-def run_first(priority: int) -> bool:
-    """Take this real-time priority, 0 gives it back; False if that is not allowed.
-
-    It is that of this thread; what it starts is ordinary.
-    """
-    if not hasattr(os, "sched_setscheduler"):
-        return False
-    policy = (os.SCHED_FIFO if priority else os.SCHED_OTHER) | os.SCHED_RESET_ON_FORK
-    try:
-        os.sched_setscheduler(0, policy, os.sched_param(priority))
-    except OSError:
-        return False
-    return True
-
-
-def on_interfaces(
-    buses: "Mapping[str, EthercatBus | InterfaceBus]",
-) -> "Mapping[str, InterfaceBus]":
-    """Return the buses whose slaves are on an interface, by name."""
-    if not buses:
-        return {}
-    from achse.station.buses.interface_bus import (
-        InterfaceBus,  # without a bus nothing of it is loaded
-    )
-
-    return {name: bus for name, bus in buses.items() if isinstance(bus, InterfaceBus)}
 
 
 def serve_segment(

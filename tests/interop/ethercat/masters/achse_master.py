@@ -14,7 +14,7 @@ from achse.codes import AlState
 from achse.ethercat.master import BusConfiguration, BusSlave, Master
 from achse.ethercat.master.scanning import scan_bus
 from achse.station.buses.frame_link import BusLink, do_steps
-from achse.station.slaves.serving import answer_promptly
+from achse.station.clocks.priority import answer_promptly
 from achse.transport.ethernet import EthernetLink
 
 CYCLE_NS = 2_000_000

@@ -18,7 +18,7 @@ from achse.ethercat.master.events import BusEventKind
 from achse.ethercat.master.scanning import scan_bus
 from achse.router import Router
 from achse.station.buses.frame_link import BusLink, do_steps
-from achse.station.slaves.serving import answer_promptly
+from achse.station.clocks.priority import answer_promptly
 from achse.transport.ethernet import EthernetLink
 
 CYCLE_NS = 1_000_000

@@ -1,5 +1,6 @@
 """Real-time priority is given back for starvation seen, not for use, and taken again after it."""
 
+import gc
 import os
 import select
 import time
@@ -8,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.station.clocks import starvation
-from achse.station.clocks.starvation import ORDINARY_NS, STARVED_AFTER_NS, StarvationGuard
+from achse.station.clocks import priority
+from achse.station.clocks.priority import ORDINARY_NS, STARVED_AFTER_NS, StarvationGuard
 
 STEP_NS = 5_000_000
 
@@ -23,7 +24,7 @@ class Computer:
         self.asked: list[bool] = []
         self.allowed = True
         self._signs = False
-        monkeypatch.setattr(starvation, "run_first", self.run_first)
+        monkeypatch.setattr(priority, "run_first", self.run_first)
         monkeypatch.setattr(time, "monotonic_ns", lambda: self.now_ns)
         monkeypatch.setattr(time, "process_time_ns", lambda: self.used_ns)
         self.guard = StarvationGuard(50, "frames", self)
@@ -119,10 +120,35 @@ def test_ordinary_programs_run_and_a_host_that_stalls_costs_no_priority(
 
 
 def test_ordinary_process_is_heard_and_ends() -> None:
-    witness = starvation.OrdinaryProcess()
+    witness = priority.OrdinaryProcess()
     select.select([witness._pipe], [], [])
     assert witness.heard()
     process = witness._process.pid
     witness.close()
     with pytest.raises(ProcessLookupError):
         os.kill(process, 0)
+
+
+@pytest.mark.parametrize("allowed", [True, False])
+def test_real_time_is_asked_for_and_may_be_refused(
+    monkeypatch: pytest.MonkeyPatch, allowed: bool
+) -> None:
+    asked: list[tuple[int, int, object]] = []
+    collector: list[str] = []
+
+    def set_scheduler(process: int, policy: int, parameters: object) -> None:
+        asked.append((process, policy, parameters))
+        if not allowed:
+            raise PermissionError
+
+    monkeypatch.setattr(os, "sched_setscheduler", set_scheduler, raising=False)
+    monkeypatch.setattr(os, "sched_param", int, raising=False)
+    for number, name in enumerate(("SCHED_FIFO", "SCHED_RESET_ON_FORK", "SCHED_OTHER")):
+        monkeypatch.setattr(os, name, 1 << number, raising=False)
+    monkeypatch.setattr(gc, "collect", lambda: collector.append("collect"))
+    monkeypatch.setattr(gc, "freeze", lambda: collector.append("freeze"))
+    assert priority.answer_promptly() is allowed
+    assert asked == [(0, 0b011, priority.DRIVE_PRIORITY)]
+    assert collector == ["collect", "freeze"]
+    assert priority.run_first(0) is allowed
+    assert asked[1:] == [(0, 0b110, 0)]

@@ -1,4 +1,4 @@
-"""Real-time priority: given back while it starves other programs, taken again after that.
+"""Real-time priority of this process, given back while it starves other programs.
 
 A process of ordinary priority gives a sign some twenty times a second. If it gives none while this
 process computes for long, ordinary programs do not get a processor. Use alone does not count: on a
@@ -7,6 +7,7 @@ silences both, and is not counted, as this process does not compute then either.
 """
 
 import contextlib
+import gc
 import logging
 import os
 import subprocess
@@ -14,11 +15,24 @@ import sys
 import time
 from typing import Protocol
 
-from achse.station.slaves.serving import run_first
-
-__all__ = ["OrdinaryProcess", "StarvationGuard", "Witness"]
+__all__ = [
+    "DRIVE_PRIORITY",
+    "MASTER_PRIORITY",
+    "OrdinaryProcess",
+    "StarvationGuard",
+    "Witness",
+    "answer_promptly",
+    "run_first",
+]
 
 log = logging.getLogger("achse.drive")
+
+DRIVE_PRIORITY = 50
+"""Real-time priority of drives: above masters on the same machine, which wait for the answers."""
+
+
+MASTER_PRIORITY = 40
+"""Real-time priority of a station whose slaves are on an interface."""
 
 _WINDOW_NS = 50_000_000
 """The signs are looked at so often."""
@@ -31,6 +45,33 @@ ORDINARY_NS = 1_000_000_000
 
 _SIGNS = "import os,time\nwhile os.write(1,b'.'):time.sleep(.05)"
 _MOST_SIGNS = 4096
+
+
+def answer_promptly() -> bool:
+    """Let this thread run before everything else on the machine; False if that is not allowed.
+
+    Masters give a frame some 2 ms. Where other programs compute, an ordinary process waits longer
+    for the processor than that, whatever its niceness. The garbage collector is told to leave
+    alone what is there already.
+    """
+    gc.collect()
+    gc.freeze()
+    return run_first(DRIVE_PRIORITY)
+
+
+def run_first(priority: int) -> bool:
+    """Take this real-time priority, 0 gives it back; False if that is not allowed.
+
+    It is that of this thread; what it starts is ordinary.
+    """
+    if not hasattr(os, "sched_setscheduler"):
+        return False
+    policy = (os.SCHED_FIFO if priority else os.SCHED_OTHER) | os.SCHED_RESET_ON_FORK
+    try:
+        os.sched_setscheduler(0, policy, os.sched_param(priority))
+    except OSError:
+        return False
+    return True
 
 
 class Witness(Protocol):

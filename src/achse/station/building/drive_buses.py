@@ -1,0 +1,62 @@
+"""The buses with drives: each made as its table says, and joined with the axes of the NC."""
+
+from collections.abc import Sequence
+
+from achse.devices.io import ServedBus, default_net_id
+from achse.motion import Nc
+from achse.motion.servo import ServoError
+from achse.station.building.building import Building
+from achse.station.building.bus_parts import attach_buses, make_bus, served_bus, terminals_on
+from achse.station.building.nc import drives_of
+from achse.station.buses.axis_bus import AxisBus
+from achse.station.buses.interface_bus import InterfaceBus
+from achse.station.buses.plan import BusPlan
+from achse.station.configuration.station_file import ConfigError
+
+__all__ = ["make_buses"]
+
+
+def _connect(nc: Nc, buses: Sequence[AxisBus]) -> None:
+    """Let each cycle of the NC begin and end with all buses."""
+    if len(buses) == 1:
+        nc.connect(buses[0].before, buses[0].after, buses[0].many)
+        return
+
+    def before() -> None:
+        for bus in buses:
+            bus.before()
+
+    def after() -> None:
+        for bus in buses:
+            bus.after()
+
+    nc.connect(before, after)
+
+
+def make_buses(building: Building) -> None:
+    """The buses that have drives, joined with the NC. Raises ConfigError."""
+    config = building.ground.config
+    drives = drives_of(config)
+    if building.nc is None or not drives:
+        return
+    nc, ground = building.nc, building.ground
+    served: list[ServedBus] = []
+    for number, bus in enumerate(config.bus, 1):
+        own = {id: drive for id, drive in drives.items() if drive.bus in (None, bus.name)}
+        if not own:
+            continue
+        net_id = default_net_id(ground.router.net_id, number)
+        try:
+            plan = BusPlan(bus, list(own.values()), terminals_on(config, bus), nc.cycle_ns)
+            made = make_bus(building, plan, compiled=nc.compiled)
+            joined = AxisBus(nc, made, own, net_id)
+        except (ServoError, ValueError) as fault:
+            raise ConfigError(f"bus[{number}]: {fault}") from None
+        if isinstance(made, InterfaceBus):
+            made.at_rest = lambda joined=joined: joined.at_rest  # type: ignore[misc]
+        building.fieldbuses[bus.name] = made
+        building.buses.append(joined)
+        building.add_state(joined.digest)
+        served.append(served_bus(number, made, net_id))
+    _connect(nc, building.buses)
+    attach_buses(building, served)

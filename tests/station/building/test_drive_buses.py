@@ -1,0 +1,81 @@
+"""The buses with drives of a station: errors of their tables, axes beside them, restarts."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from achse.codes.axis import StartType
+from achse.motion import commands
+from achse.station.configuration.station_file import ConfigError, parse
+from achse.station.station import Station
+
+AXIS = {"max_velocity": 400.0, "default_acceleration": 2000.0, "default_deceleration": 2000.0,
+        "default_jerk": 20_000.0}  # fmt: skip
+
+
+def station(*drives: dict[str, Any], **more: Any) -> Station:
+    document = {
+        "bus": [{}],
+        "axis": [{"id": n, "name": f"A{n}", **AXIS} for n in range(1, len(drives) + 1)],
+        "drive": [{"axis": n} | drive for n, drive in enumerate(drives, 1)],
+    }
+    return Station(parse(document | more, "test"))
+
+
+def enable(made: Station) -> None:
+    assert made.nc is not None
+    for axis in made.nc:
+        axis.control_dword, axis.velocity_override = 7, 1_000_000
+    made.advance(1.5)
+    assert [axis.loop_closed for axis in made.nc] == [1] * len(made.nc)
+
+
+def test_a_restart_brings_axes_and_drives_again() -> None:
+    made = station({})
+    enable(made)
+    made.restart()
+    made.advance(2.0)
+    enable(made)
+
+
+def test_an_axis_without_a_drive_stays_simulated() -> None:
+    document = {"axis": [{"id": 7, "name": "S", **AXIS}, {"id": 8, "name": "D", **AXIS}],
+                "bus": [{}], "drive": [{"axis": "d"}]}  # fmt: skip
+    made = Station(parse(document, "test"))
+    enable(made)
+    assert made.nc is not None
+    for axis in made.nc:
+        commands.start(axis, StartType.ABSOLUTE, 10.0, 100.0)
+    made.advance(2.0)
+    for axis in made.nc:
+        assert axis.actual_position == pytest.approx(10.0, abs=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("document", "told"),
+    [
+        ({"drive": [{"axis": 1}]}, r"drive\[1\]: expected a table \[\[bus\]\]"),
+        ({"bus": [{}], "drive": [{"axis": 9}]}, r"drive\[1\].axis: expected an axis"),
+        ({"bus": [{}], "drive": [{"axis": "Q"}]}, "expected an axis of the NC, got 'Q'"),
+        ({"bus": [{}], "drive": [{"axis": 1}, {"axis": "A"}]}, "has a drive already"),
+        ({"bus": [{}], "drive": [{"axis": 1, "bus": "B"}]}, r"drive\[1\].bus: expected one of"),
+        ({"bus": [{"name": "a"}, {"name": "a"}]}, "bus.name"),
+        ({"bus": [{}], "drive": [{"axis": 1, "outputs": [0x6040]}]}, "csp needs 607Ah"),
+    ],
+)
+def test_what_does_not_fit_is_told(document: dict[str, Any], told: str) -> None:
+    axes = [{"id": 1, "name": "A", **AXIS}]
+    with pytest.raises(ConfigError, match=told):
+        Station(parse({"axis": axes} | document, "test"))
+
+
+def test_the_example_moves() -> None:
+    made = Station.load(Path(__file__).parents[3] / "examples" / "drives" / "station.toml")
+    enable(made)
+    assert made.nc is not None
+    for axis in made.nc:
+        assert commands.start(axis, StartType.ABSOLUTE, 40.0, 100.0) == 0
+    made.advance(3.0)
+    for axis in made.nc:
+        assert axis.actual_position == pytest.approx(40.0, abs=0.1), axis
