@@ -212,7 +212,7 @@ def station(
     from achse.cli.process import loop_factory, raise_file_limit
     from achse.fleet.worker import pin
     from achse.station import ConfigError
-    from achse.station.collection import seldom_collected
+    from achse.station.running.collection import seldom_collected
 
     plan = _plan(file, broker)
     set_up_logs(LogFormat.TEXT, LogLevel(plan.config.log_level))

@@ -160,7 +160,7 @@ def run(
         )
         for warning in station.warnings:
             log.warning("%s", warning)
-        from achse.station.collection import seldom_collected
+        from achse.station.running.collection import seldom_collected
 
         page = functools.partial(
             station_web, station, web, web_host, web_port, web_read_only, process_log

@@ -15,10 +15,12 @@ __all__ = ["FaultyStation"]
 class FaultyStation(Protocol):
     """A station as faults see it. What it consists of may be another after a restart."""
 
-    listeners: Sequence[TcpListener]
-    devices: Sequence[Device]
-    plcs: Mapping[int, PlcRuntime]
-
+    @property
+    def listeners(self) -> Sequence[TcpListener]: ...
+    @property
+    def devices(self) -> Sequence[Device]: ...
+    @property
+    def plcs(self) -> Mapping[int, PlcRuntime]: ...
     @property
     def router(self) -> Router: ...
     @property

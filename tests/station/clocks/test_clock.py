@@ -200,7 +200,9 @@ class Live:
         """Let the pace begin after so much time."""
         self.computer.now += loading_ns
         station = self.station
-        self.pace = station.pace = Pace(station.tick_ns, 1.0, self.computer.now, station.clock)
+        self.pace = station._operation.pace = Pace(
+            station.tick_ns, 1.0, self.computer.now, station.clock
+        )
 
     def deliver(self, frame: Frame) -> bool:
         if frame.command == Command.NOTIFICATION:

@@ -1,5 +1,6 @@
-"""A station in operation: its figures, and their port for Prometheus.
+"""A station in operation: its states, its cycle in real time, and its figures.
 
-Read `statistics` first: connections, subscriptions, handles and the cycle as numbers; `metrics`
-serves them.
+Read `states` first: RUN, CONFIG and the way between them; `state_requests` lets clients change
+them, `collection` frees what a restart leaves. `operation` paces the cycle and opens the network.
+`statistics` are figures about connections, subscriptions and the cycle, `metrics` serves them.
 """

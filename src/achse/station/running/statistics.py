@@ -26,14 +26,19 @@ MOST_CLIENTS = 200
 class CountedStation(Protocol):
     """Interface of the station to its statistics."""
 
-    devices: Sequence[Device]
-    listeners: Sequence[TcpListener]
-    pace: Pace | None
     clock: StationClock
     usage: Usage
-    nc: Nc | None
-    fieldbuses: "Mapping[str, EthercatBus | InterfaceBus]"
 
+    @property
+    def devices(self) -> Sequence[Device]: ...
+    @property
+    def listeners(self) -> Sequence[TcpListener]: ...
+    @property
+    def pace(self) -> Pace | None: ...
+    @property
+    def nc(self) -> Nc | None: ...
+    @property
+    def fieldbuses(self) -> "Mapping[str, EthercatBus | InterfaceBus]": ...
     @property
     def router(self) -> Router: ...
     @property

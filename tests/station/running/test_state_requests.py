@@ -10,7 +10,7 @@ from achse.ams.commands import WriteControlRequest
 from achse.station import Station
 from achse.station.clocks.cycle import CyclicPhase, PhasePlace
 from achse.station.configuration.station_file import parse
-from achse.station.state_requests import LONGEST_RUN_NS, MAX_WAITING
+from achse.station.running.state_requests import LONGEST_RUN_NS, MAX_WAITING
 
 MS = 1_000_000
 RESET = (AdsState.RESET, 1, b"")
@@ -48,7 +48,7 @@ class Watched:
     @property
     def index(self) -> int:
         """Restarts so far."""
-        return self.station._system.restart_index
+        return self.station._states.system.restart_index
 
     def phases(self) -> list[tuple[AdsState, int]]:
         """States with the milliseconds that each lasted, in order."""
@@ -128,7 +128,7 @@ def test_planned_restarts_are_merged_into_the_earliest() -> None:
     watched = Watched()
     for seconds in (5, 2, 9):
         watched.ask(AdsState.SHUTDOWN, 1, seconds.to_bytes(4, "little"))
-    assert len(watched.station._changes.plans) == 1
+    assert len(watched.station._states._changes.plans) == 1
     watched.advance(12_000)
     assert (watched.station.state, watched.index) == (AdsState.RUN, 1)
 

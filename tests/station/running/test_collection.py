@@ -251,7 +251,7 @@ def test_nothing_outlives_clients_of_a_served_station(
 def test_python_searches_seldom_while_stations_are_served() -> None:
     code = """
 import gc, weakref
-from achse.station.collection import collect_remains, seldom_collected
+from achse.station.running.collection import collect_remains, seldom_collected
 class Knot:
     def __init__(self): self.self = self
 before = gc.get_threshold()
