@@ -124,7 +124,7 @@ class Station:
         )
         self._owed_ns = 0
         """Time requested of `advance` beyond whole ticks."""
-        self.faults = Faults(self)
+        self.faults: Faults = Faults(self)
         """Faults to inject, now and later."""
         for number, planned in enumerate(self.config.fault, 1):
             try:
