@@ -34,6 +34,7 @@ from achse.gcode.canon import (
 from achse.gcode.line_run import LineRun
 from achse.motion.channels.program_path import ProgramSettings, segment_of
 from achse.motion.channels.technology import TechnologyOutputs
+from achse.motion.channels.waits import WaitReason
 from achse.motion.checks import OK
 from achse.motion.groups.path_group import PathGroup
 from achse.motion.path import PathDwell, PathError, PathSegment
@@ -74,6 +75,9 @@ class Feeder:
         self.outputs = outputs
         self.granted = 0
         self.error = OK
+        """NC error of the last `Fed.REFUSED`."""
+        self.waits_for = WaitReason.PATH
+        """Reason of the last `Fed.WAITS`."""
         self.message = ""
         self._marks: deque[_PathMark] = deque()
         self._entries: deque[_Entry] = deque()
@@ -182,7 +186,7 @@ class Feeder:
         """One command, in order; the same again in the next cycle unless it is done."""
         if self._deleting:
             if not self.group.rests:
-                return Fed.WAITS
+                return self._wait(WaitReason.DELETABLE_MOVE)
             self._deleting = False
             if self._deleted:
                 self._left = {0, 1, 2}
@@ -206,7 +210,7 @@ class Feeder:
         elif isinstance(command, HomeAxis):
             return self._home(command)
         elif isinstance(command, DecoderStop | ProgramStop | ProgramEnd):
-            return Fed.DONE if self.done else Fed.WAITS
+            return Fed.DONE if self.done else self._wait(WaitReason.PATH)
         return Fed.DONE
 
     def _mark(self, action: Callable[[], None]) -> None:
@@ -221,6 +225,10 @@ class Feeder:
     def _refuse(self, code: int) -> Fed:
         self.error = code
         return Fed.REFUSED
+
+    def _wait(self, reason: WaitReason) -> Fed:
+        self.waits_for = reason
+        return Fed.WAITS
 
     def _append(self, segment: PathSegment, origin: Origin) -> Fed:
         if self._budget <= 0 or self.group.free < 1:
@@ -274,21 +282,23 @@ class Feeder:
             self._mark(happen)
             return Fed.DONE
         if not self.done:
-            return Fed.WAITS
+            return self._wait(WaitReason.PATH)
         if not self.outputs.request:
             happen()
-        return Fed.DONE if self.outputs.ask(command.number, self.granted) else Fed.WAITS
+        if self.outputs.ask(command.number, self.granted):
+            return Fed.DONE
+        return self._wait(WaitReason.HANDSHAKE)
 
     def _home(self, command: HomeAxis) -> Fed:
         if not self._homing:
             if not self.done:
-                return Fed.WAITS
+                return self._wait(WaitReason.PATH)
             code = self.group.home(command.axis)
             if code:
                 return self._refuse(code)
             self._homing = True
         if self.group.homing:
-            return Fed.WAITS
+            return self._wait(WaitReason.HOMING)
         self._homing = False
         axis = self.group.places[command.axis]
         if axis is None or not axis.homed:  # it was stopped on its way

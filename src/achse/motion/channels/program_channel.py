@@ -1,8 +1,9 @@
 """ProgramChannel: a channel with an interpreter, which runs part programs on its 3D group.
 
-One cycle: the interpreter is asked for commands as long as they can be carried out, the group moves
-along its path, the PLC sees what the program tells it. Functions answer 0 or the NC error that
-refuses them; they carry the index offset of 0x2200 + channel id (002 §6.4.2.3).
+One cycle: `ProgramRun` gives the commands of the program to the group, the group moves along its
+path, the PLC sees what the program shows. `achse.motion.channels.waits` draws each reason for which
+a channel waits, and what ends it. Functions answer 0 or the NC error that refuses them; they carry
+the index offset of 0x2200 + channel id (002 §6.4.2.3).
 """
 
 import logging
@@ -11,27 +12,21 @@ from dataclasses import replace
 
 from achse.codes import NcError
 from achse.gcode.canon import (
-    Canonical,
-    DecoderStop,
-    Origin,
     ProgramEnd,
-    ProgramStop,
-    StopKind,
 )
 from achse.gcode.errors import GcodeError
 from achse.gcode.interpreter import Interpreter, RunState
-from achse.gcode.line_run import LineRun
 from achse.gcode.modal import ModalState
 from achse.gcode.program import PartProgram
 from achse.gcode.search import BlockSearch, DryRun, SearchMode
-from achse.motion.channels.feeder import Fed, Feeder
+from achse.motion.channels.feeder import Feeder
 from achse.motion.channels.parameters import ChannelParameters
 from achse.motion.channels.program_fault import (
     ProgramFault,
     named_block,
     named_position,
-    refusal,
 )
+from achse.motion.channels.program_run import ProgramRun
 from achse.motion.channels.program_states import ProgramStates
 from achse.motion.channels.states import (
     ACTIVE_STATES,
@@ -41,8 +36,10 @@ from achse.motion.channels.states import (
     ProgramMode,
 )
 from achse.motion.channels.technology import TechnologyOutputs
+from achse.motion.channels.waits import WAITS, WaitEnd, WaitReason
 from achse.motion.checks import OK
 from achse.motion.groups.group import AxisGroup
+from achse.motion.groups.path_group import PathGroup
 
 __all__ = ["LOAD_BUFFER", "ProgramChannel"]
 
@@ -51,13 +48,7 @@ log = logging.getLogger("achse.channel")
 LOAD_BUFFER = 1 << 24
 """Longest program, bytes (0x2000+ID:0x05); longer ones are 0x4114."""
 
-_COMMANDS_PER_CYCLE = 64
-"""Commands that one cycle carries out at most, besides the limit of segments (0x514)."""
-
-_FEWEST_LINES = 2
-"""Fewer lines at once cost more than one by one."""
-
-_E = InterpreterEvent
+_E, _W = InterpreterEvent, WaitReason
 
 
 class ProgramChannel(ProgramStates):
@@ -78,7 +69,7 @@ class ProgramChannel(ProgramStates):
         self.granted = 0
         self.readout = 0
         """1: modal words, shifts and rotation are shown (0x53)."""
-        self.load_log_mode = self.trace_mode = self.feeder_log_enable = 0
+        self.load_log_mode = 0
         self.nc_logger_level = 0
         self.whole_offsets: tuple[int, ...] = (0, 0, 0, 0)
         self.real_offsets: tuple[int, ...] = (0, 0, 0, 0)
@@ -88,36 +79,19 @@ class ProgramChannel(ProgramStates):
         self.modal = ModalState()
         """What is valid, of the last program too."""
         self.search_wanted: BlockSearch | None = None
-        self._next: Canonical | None = None
-        self._lines: LineRun | None = None
-        """Lines that are on their way to the path, all before `_next`."""
-        self._go_ahead = False
-        self._step_on = False
-        self._resumes = False
-        """A retry or skip is under way: it goes on by itself where the axes are at the block."""
-        self._refused: ProgramFault | None = None
-        """A fault that ends the program once the moves before it are made."""
+        self._run: ProgramRun | None = None
         self._registers: list[float] = []
         """R parameters as the program began."""
 
-    # state machine
-
-    def _happens(self, event: InterpreterEvent) -> bool:
-        """Change the state as the table says; whether there is a row."""
-        state = TRANSITIONS.get((self.state, event))
-        if state is None:
-            return False
-        self.state = state
-        return True
-
     @property
     def running(self) -> bool:
-        """Whether it needs its cycle."""
-        return self.state in ACTIVE_STATES or self.state in (
-            InterpreterState.ABORTING,
-            InterpreterState.STOPPING,
-            InterpreterState.RESETTING,
-        )
+        """True if it needs its cycle."""
+        return self.state in ACTIVE_STATES or self._comes_to_rest
+
+    @property
+    def _comes_to_rest(self) -> bool:
+        """True if it waits for axes at rest."""
+        return self.waiting is not None and WAITS[self.waiting].ended_by is WaitEnd.REST
 
     # functions
 
@@ -147,12 +121,13 @@ class ProgramChannel(ProgramStates):
         self.program, self._file, self.program_number = program, path, number
         self.text_index = 0
         self._planned = None
-        self._happens(_E.LOAD)
+        self.happens(_E.LOAD)
+        self.wait(_W.START)
         return OK
 
     def start(self) -> int:
         """Start the program, or the next single block (0x02); 0x42C5 after a stop."""
-        if self.state is InterpreterState.SINGLE_STOP:
+        if self.waiting is _W.SINGLE_BLOCK:
             self._step_single()
             return OK
         if self.state is not InterpreterState.READY:
@@ -219,14 +194,16 @@ class ProgramChannel(ProgramStates):
         )
         self.modal = self.interpreter.modal
         self.feeder = Feeder(group, self.outputs)
-        self._next, self._lines, self._go_ahead, self._step_on = None, None, False, False
-        self._resumes = event is _E.RETRY
-        self.found = self.fault = self._refused = None
+        self._run = ProgramRun(
+            *(self, group, self.interpreter, self.feeder), steps_on=event is _E.RETRY
+        )
+        self.found = self.fault = None
         self.error_code = OK
         if self.search_wanted is not None:
             self.interpreter.search(self.search_wanted)
             self.search_wanted = None
-        self._happens(event)
+        self.happens(event)
+        self.waiting = None
         return OK
 
     def _step_single(self) -> None:
@@ -234,11 +211,12 @@ class ProgramChannel(ProgramStates):
             self.interpreter.go_ahead()
         elif self.group is not None:
             self.group.next_block()
-        self._happens(_E.RUN)
+        self.end_wait()
 
     def stop(self) -> int:
         """Bring the axes to a halt; the program is over (0x11)."""
-        if self._happens(_E.STOP):
+        if (self.state, _E.STOP) in TRANSITIONS:
+            self.wait(_W.STOP)
             self._end_program()
         return super().stop()
 
@@ -252,9 +230,9 @@ class ProgramChannel(ProgramStates):
         self.outputs.drop()
         self.search_wanted = self.found = None
         code = super().reset()
-        self._happens(_E.RESET)
+        self.wait(_W.RESET)
         if self._rests:
-            self._happens(_E.WAS_RESET)
+            self.end_wait()
         return code
 
     def _end_program(self) -> None:
@@ -262,7 +240,7 @@ class ProgramChannel(ProgramStates):
             self.feeder.finish()
         if self.group is not None and self.group.moving:
             self.group.clear()
-        self.feeder = self.interpreter = self._next = self._lines = self._refused = None
+        self.feeder = self.interpreter = self._run = None
 
     def set_operation_mode(self, mode: int) -> int:
         """Single blocks in the set-point task (1) or the interpreter (0x4000), or none (0x05)."""
@@ -276,10 +254,9 @@ class ProgramChannel(ProgramStates):
 
     def go_ahead(self) -> int:
         """Go on after a decoder stop with external trigger (0x30); 0x410A elsewhere."""
-        stop = self._next
-        if not isinstance(stop, DecoderStop) or stop.kind is not StopKind.EXTERNAL:
+        if self._run is None or not self._run.waits_for_trigger:
             return NcError.CHANNEL_NO_DECODER_STOP
-        self._go_ahead = True
+        self._run.released = True
         return OK
 
     def delete_distance_to_go(self) -> int:
@@ -302,17 +279,7 @@ class ProgramChannel(ProgramStates):
 
         0x4171 if they are elsewhere.
         """
-        group, found = self.group, self.found
-        if self.state is not InterpreterState.SEARCHING or found is None or group is None:
-            return NcError.CHANNEL_COMMAND_NOT_NOW
-        for axis, place in zip(group.places, found.position, strict=False):
-            if axis is not None and abs(axis.set_position - place) > _NEAR:
-                return NcError.START_NOT_ON_CONTOUR
-        code = group.begin()
-        if code:
-            return code
-        self._step_on = True
-        return OK
+        return NcError.CHANNEL_COMMAND_NOT_NOW if self._run is None else self._run.step_on()
 
     @property
     def retrace_enable(self) -> int:
@@ -344,11 +311,9 @@ class ProgramChannel(ProgramStates):
         """One cycle, before the groups have theirs."""
         if self.state in ACTIVE_STATES:
             self._work()
-        elif self._rests:
-            for event in (_E.FAILED, _E.STOPPED, _E.WAS_RESET):
-                if self._happens(event):
-                    self._show_stop()
-                    break
+        elif self._comes_to_rest and self._rests:
+            self.end_wait()
+            self._show_stop()
 
     def _show_stop(self) -> None:
         """Keep where the axes rest after a fault."""
@@ -364,175 +329,33 @@ class ProgramChannel(ProgramStates):
         return not any(group.moving for group in self.groups)
 
     def _work(self) -> None:
-        feeder, group, interpreter = self.feeder, self.group, self.interpreter
-        if feeder is None or group is None or interpreter is None:
+        run, group = self._run, self.group
+        if run is None or group is None:
             return
         if group.error_code or (not group.moving and self.state is not InterpreterState.SEARCHING):
             code = group.error_code or NcError.GROUP_CONSEQUENTIAL_ERROR
-            self._fail(self._fault_at(code, feeder.origin or interpreter.origin))
+            self._fail(run.fault_at(code, run.feeder.origin or run.interpreter.origin))
             log.error("channel %d: %s", self.channel_id, self.fault)
             return
-        feeder.granted = self.granted
-        feeder.pass_marks()
-        if self._refused is None:
-            feeder.begin_cycle()
-            try:
-                self._feed(feeder, interpreter)
-            except GcodeError as refused:
-                self._refuse(refusal(refused, interpreter, tuple(self.data.registers.own)))
-        if self._refused is not None:
-            self._finish_moves(feeder, self._refused)
+        outcome = run.step(self.granted)
+        if isinstance(outcome, ProgramFault):
+            self._fail(outcome)
+        elif outcome is not None:
+            self._finish(run, group, outcome)
 
-    def _feed(self, feeder: Feeder, interpreter: Interpreter) -> None:
-        if self.state is InterpreterState.SINGLE_STOP:
-            return
-        for _ in range(_COMMANDS_PER_CYCLE):
-            if self._next is None and not self._feed_lines(feeder, interpreter):
-                return
-            if self._next is None:
-                self._next = interpreter.advance()
-            command = self._next
-            if command is None:
-                self._without_command(interpreter)
-                return
-            fed = feeder.feed(command)
-            if fed is Fed.DONE:
-                self._log(command)
-            if fed is Fed.REFUSED:
-                self._refuse(self._fault_at(feeder.error, command.origin))
-                return
-            if fed is Fed.FULL:
-                self._happens(_E.FULL)
-                return
-            if fed is Fed.WAITS:
-                self._happens(_E.END if isinstance(command, ProgramEnd) else _E.WAIT)
-                self._show_single_block()
-                return
-            if isinstance(command, DecoderStop):
-                if not self._pass_stop(command, interpreter):
-                    return
-            elif isinstance(command, ProgramStop):
-                self._next = None
-                self._happens(_E.SINGLE)
-                return
-            elif isinstance(command, ProgramEnd):
-                self._finish(command)
-                return
-            self._next = None
-            if self.state is not InterpreterState.SEARCHING:
-                self._happens(_E.RUN)
-        self._show_single_block()
-
-    def _feed_lines(self, feeder: Feeder, interpreter: Interpreter) -> bool:
-        """Lines in a row go over at once; whether there may be more in this cycle."""
-        run = self._lines
-        if run is None:
-            if feeder.room < _FEWEST_LINES or self.trace_mode or self.feeder_log_enable:
-                return True
-            run = self._lines = interpreter.lines(feeder.room)
-            if run is None:
-                return True
-        fed = feeder.feed_lines(run)
-        if fed is Fed.REFUSED:
-            self._refuse(self._fault_at(feeder.error, run.origin(run.taken)))
-            return False
-        if run.taken == len(run):
-            self._lines = None
-        self._happens(_E.RUN if fed is Fed.DONE else _E.FULL)
-        return fed is Fed.DONE
-
-    def _log(self, command: Canonical) -> None:
-        """What parameters 0x08 and 0x0A ask for."""
-        origin = command.origin
-        if self.trace_mode:
-            text = self.line_at(origin.index) if self.trace_mode > 1 else ""
-            log.info("channel %d: %s:%d %s", self.channel_id, origin.program, origin.line, text)
-        if self.feeder_log_enable:
-            log.info("channel %d: %s", self.channel_id, command)
-
-    def _show_single_block(self) -> None:
-        """Single block in the set-point task: it waits once the path rests at a segment's end."""
-        if self.group is not None and self.group.at_block_end:
-            self._happens(_E.SINGLE)
-
-    def _without_command(self, interpreter: Interpreter) -> None:
-        if interpreter.state is RunState.FOUND:
-            self.found = interpreter.found
-            if self._resumes:
-                self._resumes = False
-                self._step_on_or_wait()
-            if self._step_on:
-                self._step_on = False
-                interpreter.go_ahead()
-                self._happens(_E.RUN)
-        else:
-            self._show_single_block()
-
-    def _step_on_or_wait(self) -> None:
-        """Go on with a retry or skip, or log the place to which the axes have to be brought."""
-        code, found, group = self.step_on_after_search(), self.found, self.group
-        if code and found is not None and group is not None:
-            log.warning(
-                "channel %d: waiting at %s (0x%04X): expected axes at %s, they are at %s; "
-                "bring them there, then step on (function 0x19)",
-                self.channel_id,
-                named_block(found.origin),
-                code,
-                named_position(found.position),
-                named_position(group.positions[:3]),
-            )
-
-    def _pass_stop(self, stop: DecoderStop, interpreter: Interpreter) -> bool:
-        """Go on behind a decoder stop, if nothing else is to be waited for."""
-        if stop.kind is StopKind.EXTERNAL and not self._go_ahead:
-            self._happens(_E.WAIT)
-            return False
-        self._go_ahead = False
-        group = self.group
-        assert group is not None
-        x, y, z, *auxiliary = group.positions
-        if stop.kind is StopKind.RESCAN:
-            group.take_positions()
-        needed = stop.kind in (StopKind.RESCAN, StopKind.READ_POSITIONS)
-        if needed:
-            interpreter.go_ahead((x, y, z), tuple(auxiliary))
-        else:
-            interpreter.go_ahead()
-        return True
-
-    def _finish(self, end: ProgramEnd) -> None:
+    def _finish(self, run: ProgramRun, group: PathGroup, end: ProgramEnd) -> None:
         if end.clear_fast:
             self.outputs.clear()
-        assert self.feeder is not None
-        assert self.group is not None
-        self.feeder.finish()
-        self.group.end()
-        self.feeder = self.interpreter = self._next = self._lines = None
-        self._happens(_E.END)
-        self._happens(_E.DONE)
-
-    def _fault_at(self, code: int, origin: Origin) -> ProgramFault:
-        refused = self._refused
-        registers = self.data.registers.own if refused is None else refused.registers
-        return ProgramFault(code, origin, origin, tuple(registers))
-
-    def _refuse(self, fault: ProgramFault) -> None:
-        """A block cannot be run: the moves before it come first, then the program fails."""
-        self._refused = fault
-        log.error("channel %d: %s", self.channel_id, fault)
-
-    def _finish_moves(self, feeder: Feeder, fault: ProgramFault) -> None:
-        """Fail with the fault once the path is at the begin of its block."""
-        if feeder.done:
-            self._fail(fault)
-        elif self.state is not InterpreterState.SINGLE_STOP:
-            self._happens(_E.WAIT)
-            self._show_single_block()
+        run.feeder.finish()
+        group.end()
+        self.feeder = self.interpreter = self._run = None
+        self.wait(_W.PROGRAM_END)
+        self.end_wait()
 
     def _fail(self, fault: ProgramFault) -> None:
         """An error of the program or of the group: the axes stop, the place is kept."""
         self.error_code, self.fault, self.text_index = fault.code, fault, fault.origin.index
-        self._happens(_E.FAIL)
+        self.wait(_W.ABORT)
         self._end_program()
 
     def digest(self) -> bytes:
@@ -548,7 +371,3 @@ class ProgramChannel(ProgramStates):
             self.data.registers.own,
         )
         return super().digest() + repr(own).encode()
-
-
-_NEAR = 0.01
-"""What the axes may be away from where a block search begins, mm."""

@@ -16,7 +16,8 @@ from achse.motion.channels.files import ChannelFiles
 from achse.motion.channels.parameters import ChannelParameters
 from achse.motion.channels.planned_path import PlannedPath
 from achse.motion.channels.program_fault import PlaceKind, ProgramFault, StoppedPlace
-from achse.motion.channels.states import InterpreterState
+from achse.motion.channels.states import TRANSITIONS, InterpreterEvent, InterpreterState
+from achse.motion.channels.waits import WAITS, WaitReason
 from achse.motion.groups.group import AxisGroup
 from achse.motion.groups.path_group import PathGroup
 
@@ -39,6 +40,8 @@ class ProgramStates(NcChannel):
         )
         self.files = ChannelFiles(self.channel_id, self.data, parameters.store)
         self.state = InterpreterState.IDLE
+        self.waiting: WaitReason | None = WaitReason.LOAD
+        """Reason why no blocks are interpreted; None while they are."""
         self.program: PartProgram | None = None
         self.interpreter: Interpreter | None = None
         self.feeder: Feeder | None = None
@@ -46,12 +49,34 @@ class ProgramStates(NcChannel):
         self.fault: ProgramFault | None = None
         """The fault that ended the program, until a start or reset."""
         self.default_g_code = 0
+        self.trace_mode = self.feeder_log_enable = 0
         self.plans = 0
         """Counts up with each other planned path."""
         self._file: Path | None = None
         self._began_at: tuple[float, ...] = ()
         """Positions as the program began."""
         self._planned: PlannedPath | None = None
+
+    def happens(self, event: InterpreterEvent) -> None:
+        """Change the state as the table of transitions says; nothing without a row."""
+        self.state = TRANSITIONS.get((self.state, event), self.state)
+
+    def wait(self, reason: WaitReason) -> None:
+        """Wait for something; the state shows it."""
+        self.waiting = reason
+        begins = WAITS[reason].begins
+        if begins is not None:
+            self.happens(begins)
+
+    def end_wait(self) -> None:
+        """Go on with blocks, or with the next wait of the table."""
+        if self.waiting is None:
+            return
+        row, self.waiting = WAITS[self.waiting], None
+        if row.ends is not None:
+            self.happens(row.ends)
+        if row.then is not None:
+            self.wait(row.then)
 
     @property
     def program_name(self) -> str:
