@@ -93,7 +93,7 @@ def test_no_other_place_advises_to_install() -> None:
         for path in (ROOT / "src").rglob("*.py")
         if "pip install" in path.read_text("utf-8")
     ]
-    assert sorted(places) == ["src/achse/cli/new.py", "src/achse/extras.py"]
+    assert sorted(places) == ["src/achse/cli/start/new.py", "src/achse/extras.py"]
 
 
 def test_page_on_installing_names_each_extra_for_users() -> None:

@@ -217,7 +217,12 @@ def blocks() -> None:
 
 
 WARM = (
-    *("achse.cli.move", "achse.cli.nc", "achse.cli.run", "achse.client.nc.blocking"),
+    *(
+        "achse.cli.axes.move",
+        "achse.cli.axes.nc",
+        "achse.cli.start.run",
+        "achse.client.nc.blocking",
+    ),
     *("achse.monitor.capture", "achse.monitor.symbols", "achse.scope"),
     *("concurrent.futures.thread", "encodings.idna", "rich.progress", "unittest.mock"),
     *("pytest", *(f"_pytest.{name}" for name in default_plugins)),

@@ -3,15 +3,17 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from typer.main import get_command
 from typer.testing import CliRunner
 
-from achse.cli import run
+import achse.cli
 from achse.cli.app import app
 from achse.cli.front import PANELS
 from achse.cli.root import new_root
+from achse.cli.start import run
 
 
 @pytest.mark.parametrize(
@@ -38,6 +40,13 @@ def test_a_start_loads_no_other_commands() -> None:
 
 def test_help_has_a_panel_for_each_command() -> None:
     told = CliRunner().invoke(app, ["--help"]).stdout
-    assert [told.index(panel) for panel in PANELS] == sorted(told.index(panel) for panel in PANELS)
+    places = [told.index(f"─ {panel} ─") for panel in PANELS]
+    assert places == sorted(places)
     commands = set(get_command(app).commands)  # type: ignore[attr-defined]
     assert commands == {name for names in PANELS.values() for name in names}
+
+
+def test_each_panel_is_a_room() -> None:
+    inside = Path(achse.cli.__file__).parent.iterdir()
+    rooms = {place.name for place in inside if (place / "__init__.py").is_file()}
+    assert {panel.lower() for panel in PANELS} == rooms

@@ -139,7 +139,7 @@ elsewhere(
 elsewhere(
     "With `let_everybody_in` it says at the start what everybody may do.",
     f"{NETWORK}::test_a_station_says_what_everybody_may",
-    "tests/cli/test_run.py::test_beyond_this_computer_it_listens_only_if_told_in_so_many_words",
+    "tests/cli/start/test_run.py::test_beyond_this_computer_it_listens_only_if_told_in_so_many_words",
 )
 elsewhere(
     "Only programs on this computer get AMS ports of their own.",

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from achse.cli.new import GITHUB, GITLAB
+from achse.cli.start.new import GITHUB, GITLAB
 
 PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "run-in-ci.md"
 

@@ -25,7 +25,8 @@ from achse.ams.discovery import (
     RouterInfo,
     info_request,
 )
-from achse.cli import drive, monitor
+from achse.cli.fieldbus import drive
+from achse.cli.record import monitor
 from achse.client.nc import RemoteNc
 from achse.client.nc.services import CYCLIC, named
 from achse.devices.system.device import _REFUSED

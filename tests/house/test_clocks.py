@@ -12,9 +12,9 @@ import paho.mqtt.client
 from tests.house.sources import Module, Texts
 
 MAY: dict[str, str] = {
-    "src/achse/cli/detached.py": "how old the log of a station is that has ended",
-    "src/achse/cli/monitor.py": "beside times of captures, which are times of day",
-    "src/achse/cli/run.py": "stamps of a station until its pace starts",
+    "src/achse/cli/start/detached.py": "how old the log of a station is that has ended",
+    "src/achse/cli/record/monitor.py": "beside times of captures, which are times of day",
+    "src/achse/cli/start/run.py": "stamps of a station until its pace starts",
     "src/achse/fleet/worker.py": "stamps of a station until its pace starts",
     "src/achse/monitor/replay.py": "where the time of a recording that is played begins",
     "src/achse/station/buses/frame_link.py": "beside the kernel's note; never more than went by",

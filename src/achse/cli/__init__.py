@@ -1,4 +1,11 @@
-"""The command line: `achse run` starts a station, `achse ads` and `achse axis` talk to one."""
+"""The command line: `achse run` starts a station, `achse ads` and `achse axis` talk to one.
+
+Each panel of `achse --help` is a room: `start`, `ads`, `axes`, `programs`, `fieldbus`, `plc`,
+`record`, `test` and `install`. Beside them are the root (`app`, `root`, `front`), the base of
+client commands (`target`, `complete`), and the output (`output`, `plot`, `files`, `failure`,
+`logs`). Read `target` first, then `ads.ads`, the plainest commands. Modules import what they need
+when a command runs.
+"""
 
 import errno
 import gc
@@ -16,7 +23,11 @@ _YOUNG = 100_000
 """New objects until Python looks for garbage: a start makes about as many, and keeps them."""
 
 
-_ALONE = {"run": "achse.cli.run", "check": "achse.cli.check", "test": "achse.cli.unit_tests"}
+_ALONE = {
+    "run": "achse.cli.start.run",
+    "check": "achse.cli.plc.check",
+    "test": "achse.cli.plc.unit_tests",
+}
 """Commands that are started often, with their modules."""
 
 _FULL = (errno.ENOSPC, errno.EIO, getattr(errno, "EDQUOT", errno.ENOSPC), errno.EFBIG)

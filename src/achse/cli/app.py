@@ -1,40 +1,15 @@
 """The command tree. Commands import what they need when they run, so that `--help` stays quick."""
 
-from achse.cli import (
-    ads,
-    axis,
-    bus,
-    camshaft,
-    certificate,
-    channel,
-    check,
-    demo,
-    detached,
-    docs,
-    drive,
-    excite,
-    fault,
-    fleet,
-    gcode,
-    gear,
-    monitor,
-    new,
-    parameters,
-    plc,
-    record,
-    route,
-    run,
-    scan,
-    scope,
-    stats,
-    sweep,
-    symbols,
-    table,
-    unit_tests,
-    warmup,
-    web,
-)
+from achse.cli.ads import ads, route, scan, stats, symbols
+from achse.cli.axes import axis, camshaft, excite, gear, parameters, table
+from achse.cli.fieldbus import bus, drive
+from achse.cli.install import certificate, docs, warmup
+from achse.cli.plc import check, plc, unit_tests
+from achse.cli.programs import channel, gcode
+from achse.cli.record import monitor, record, scope
 from achse.cli.root import in_panels, new_root
+from achse.cli.start import demo, detached, fleet, new, run, web
+from achse.cli.test import fault, sweep
 
 __all__ = ["app"]
 

@@ -60,7 +60,7 @@ def _asked(
 
 def axes(ctx: Any, incomplete: str) -> list[str]:
     """Names of axes, and ids where one has no name."""
-    from achse.cli.nc import axes_of
+    from achse.cli.axes.nc import axes_of
 
     async def ask(client: Any) -> list[str]:
         return [axis.name or str(axis.axis_id) for axis in await axes_of(client)]

@@ -12,13 +12,17 @@ from achse.cli.failure import errors_in_json, in_json, tell, wants_json
 __all__ = ["PANELS", "Front"]
 
 PANELS = {
-    "Describe and start": ("new", "check", "run", "demo", "wait", "stop", "fleet", "drive"),
-    "Ask and move": ("ads", "axis", "table", "channel", "camshaft", "bus", "symbols"),
-    "Watch and record": ("web", "scope", "monitor", "record", "replay", "diff"),
-    "Test": ("test", "fault", "sweep", "plc", "gcode"),
-    "Install and look up": ("docs", "warmup", "certificate", "hash-password"),
+    "Start": ("new", "run", "demo", "wait", "stop", "fleet", "web"),
+    "ADS": ("ads", "symbols"),
+    "Axes": ("axis", "table", "camshaft"),
+    "Programs": ("channel", "gcode"),
+    "Fieldbus": ("bus", "drive"),
+    "PLC": ("check", "test", "plc"),
+    "Record": ("scope", "monitor", "record", "replay", "diff"),
+    "Test": ("fault", "sweep"),
+    "Install": ("docs", "warmup", "certificate", "hash-password"),
 }
-"""Panels of `achse --help`, by purpose, with their commands."""
+"""Panels of `achse --help`, by purpose, with their commands; each is a room of `achse.cli`."""
 
 _MOST_OPTIONS = 6
 

@@ -1,0 +1,280 @@
+"""`achse ads` asks any ADS device: name, state, symbols, values by name."""
+
+import asyncio
+import contextlib
+import re
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from achse.cli import complete
+from achse.cli.ads import raw
+from achse.cli.ads.selection import selected
+from achse.cli.failure import fail_by
+from achse.cli.output import as_json, as_text, print_json, print_table
+from achse.cli.target import Json, client_command
+
+if TYPE_CHECKING:
+    from achse.client import Client
+    from achse.client.target import Target
+
+__all__ = ["ads"]
+
+PLC_PORT = 851
+
+ads = typer.Typer(no_args_is_help=True, help="Ask an ADS device: state, symbols, values.")
+ads.add_typer(raw.raw, name="raw")
+
+_INDICES = re.compile(r"\[[^]]*\]")
+_BETWEEN = re.compile(r",(?![^[]*\])")
+"""A comma that is not between brackets."""
+
+Name = Annotated[
+    str, typer.Argument(help="A symbol, like MAIN.nCounter.", autocompletion=complete.symbols)
+]
+
+
+def _apart(names: list[str]) -> list[str]:
+    """Commas are between indices only; `A,B` are two words."""
+    joined = next((name for name in names if "," in _INDICES.sub("", name)), None)
+    if joined is not None:
+        words = " ".join(word.strip() for word in _BETWEEN.split(joined) if word.strip())
+        raise typer.BadParameter(f"names are separate words: {words}; got {joined!r}")
+    return names
+
+
+Names = Annotated[
+    list[str],
+    typer.Argument(
+        help="Symbols, like MAIN.nCounter.", autocompletion=complete.symbols, callback=_apart
+    ),
+]
+
+
+@client_command(ads, PLC_PORT)
+async def info(client: "Client", in_json: Json = False) -> None:
+    """Name, version and state of the device."""
+    device, state = await asyncio.gather(client.device_info(), client.state())
+    version = f"{device.major}.{device.minor}.{device.build}"
+    if in_json:
+        print_json(
+            {
+                "name": device.name,
+                "version": version,
+                "address": str(client.address),
+                **_state_json(*state),
+            }
+        )
+        return
+    print_table(
+        (
+            ("name", device.name),
+            ("version", version),
+            ("address", str(client.address)),
+            ("state", _state_text(*state)),
+        )
+    )
+
+
+@client_command(ads, PLC_PORT)
+async def state(
+    client: "Client",
+    wanted: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[run|stop|reset|config|…]", help="Ask for this state.", show_default=False
+        ),
+    ] = None,
+    device_state: Annotated[int, typer.Option(min=0, max=0xFFFF, help="To go with it.")] = 0,
+    in_json: Json = False,
+) -> None:
+    """Show the state of the device, or ask for another one."""
+    if wanted is not None:
+        await client.write_control(_state_number(wanted), device_state)
+    now = await client.state()
+    if in_json:
+        print_json(_state_json(*now))
+    else:
+        print(_state_text(*now))
+
+
+def _state_number(text: str) -> int:
+    from achse.ams import AdsState
+
+    try:
+        return AdsState[text.upper().replace("-", "_")]
+    except KeyError:
+        names = ", ".join(item.name.lower().replace("_", "-") for item in AdsState)
+        raise typer.BadParameter(f"one of {names}; got {text!r}") from None
+
+
+def _state_text(ads_state: int, device_state: int) -> str:
+    return f"{_state_name(ads_state)} ({int(ads_state)}), device state {device_state}"
+
+
+def _state_json(ads_state: int, device_state: int) -> dict[str, Any]:
+    return {
+        "state": _state_name(ads_state),
+        "ads_state": int(ads_state),
+        "device_state": device_state,
+    }
+
+
+def _state_name(ads_state: int) -> str:
+    return getattr(ads_state, "name", "unknown")
+
+
+def _place(client: "Client", name: str) -> tuple["Target", str]:
+    """Return the device and the path of a name that may begin with an AMS port: `500:Axes.X`."""
+    port, colon, path = name.partition(":")
+    if not colon or not port.isdecimal() or int(port) > 0xFFFF:
+        return client, name
+    return client.at_port(int(port)), path
+
+
+@client_command(ads, PLC_PORT)
+async def read(client: "Client", names: Names, in_json: Json = False) -> None:
+    """Read variables by name; `500:Axes.X.ActPos` is one of another AMS port."""
+    from achse.ams import AdsError
+
+    places = {name: _place(client, name) for name in names}
+    values: dict[str, Any] = {}
+    for device in dict.fromkeys(target.address for target, _ in places.values()):
+        of_device = {name: at for name, at in places.items() if at[0].address == device}
+        target = next(iter(of_device.values()))[0]
+        found = await target.read_many({path for _, path in of_device.values()}, strict=False)
+        values |= {name: found[path] for name, (_, path) in of_device.items()}
+    refusals = [value for value in values.values() if isinstance(value, AdsError)]
+    shown = {}
+    for name, (target, path) in places.items():
+        value = values[name]
+        if isinstance(value, AdsError):
+            continue
+        type = await target.type_of(path)
+        if in_json:
+            shown[name] = as_json(type, value)
+        else:
+            print(f"{name} = {as_text(type, value)}")
+    if in_json:
+        print_json(shown)
+    if refusals:
+        fail_by(*refusals)
+
+
+@client_command(ads, PLC_PORT, signed=True)
+async def write(
+    client: "Client",
+    name: Name,
+    value: Annotated[
+        str, typer.Argument(help="An IEC literal: 5, 16#FF, TRUE, 'text', T#1s, [1, 2], (a := 1).")
+    ],
+    in_json: Json = False,
+) -> None:
+    """Write a variable by name; `500:…` is one of another AMS port."""
+    from achse.iec import IecValueError
+    from achse.iec.literals import parse_value
+
+    target, path = _place(client, name)
+    type = await target.type_of(path)
+    try:
+        parsed = parse_value(type, value)
+    except IecValueError as fault:
+        raise typer.BadParameter(str(fault), param_hint="VALUE") from None
+    await target.write(path, parsed)
+    if in_json:
+        print_json({name: as_json(type, parsed)})
+    else:
+        print(f"{name} = {as_text(type, parsed)}")
+
+
+@client_command(ads, PLC_PORT, endless=True)
+async def watch(
+    client: "Client",
+    names: Names,
+    cycle_time: Annotated[
+        float,
+        typer.Option("--cycle-time", "-c", min=0, max=429, help="The device looks so often, s."),
+    ] = 0.1,
+    cyclic: Annotated[
+        bool, typer.Option("--cyclic/--on-change", help="Each time, or when the value changed.")
+    ] = False,
+    count: Annotated[
+        int | None, typer.Option("--count", "-n", min=1, help="End after so many samples.")
+    ] = None,
+    duration: Annotated[
+        float | None, typer.Option("--for", metavar="SECONDS", min=0, help="End after that time.")
+    ] = None,
+    in_json: Json = False,
+) -> None:
+    """Print values as they change, until Ctrl-C."""
+    types = {name: await client.type_of(name) for name in names}
+    left = count
+    with contextlib.suppress(TimeoutError):
+        async with (
+            asyncio.timeout(duration),
+            client.subscribe(
+                names, cycle_time=cycle_time, mode="cycle" if cyclic else "change"
+            ) as samples,
+        ):
+            async for sample in samples:
+                type = types[sample.name]
+                if in_json:
+                    print_json(
+                        {
+                            "time": sample.time.isoformat(),
+                            "name": sample.name,
+                            "value": as_json(type, sample.value),
+                            "lost": sample.lost,
+                            "gap": sample.gap,
+                        }
+                    )
+                else:
+                    if sample.lost or sample.gap:
+                        print("… samples are missing here", flush=True)
+                    clock = f"{sample.time.astimezone():%H:%M:%S.%f}"[:-3]
+                    print(f"{clock}  {sample.name} = {as_text(type, sample.value)}", flush=True)
+                if left is not None:
+                    left -= 1
+                    if left == 0:
+                        break
+
+
+@client_command(ads, PLC_PORT)
+async def symbols(
+    client: "Client",
+    pattern: Annotated[
+        str, typer.Argument(help="Names like GVL.* or *counter; a plain name takes its members.")
+    ] = "*",
+    type_pattern: Annotated[str, typer.Option("--type", help="Types like INT or ARRAY*.")] = "*",
+    in_json: Json = False,
+) -> None:
+    """List the symbols of the device, with type, size and place."""
+    chosen = list(selected(await client.symbols(), pattern, type_pattern))
+    if in_json:
+        print_json(
+            [
+                {
+                    "name": entry.name,
+                    "type": entry.type_name,
+                    "size": entry.size,
+                    "index_group": entry.index_group,
+                    "index_offset": entry.index_offset,
+                    "comment": entry.comment,
+                }
+                for entry in chosen
+            ]
+        )
+    elif chosen:
+        print_table(
+            [
+                (
+                    entry.name,
+                    entry.type_name,
+                    f"0x{entry.index_group:X}:0x{entry.index_offset:X}",
+                    str(entry.size),
+                    entry.comment,
+                )
+                for entry in chosen
+            ],
+            right=frozenset({3}),
+        )

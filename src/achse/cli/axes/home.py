@@ -1,0 +1,55 @@
+"""Homing from its start to its end, step by step."""
+
+from collections.abc import Mapping
+from math import inf
+from typing import Any
+
+from achse.cli.axes.move import ACTIVE_WITHIN, Judge
+from achse.cli.axes.nc import NcAxis
+from achse.cli.output import decimal
+from achse.codes.axis import HomingState, OperationModeBit, StateBit
+
+__all__ = ["Homing", "HomingJudge"]
+
+
+class Homing:
+    """Homing as the reference mode of the axis says."""
+
+    endless = True
+
+    async def begin(self, axis: NcAxis) -> "HomingJudge":
+        await axis.remote.home(wait=False)
+        return HomingJudge(axis)
+
+
+class HomingJudge(Judge):
+    """The judge of a homing, which the NC does, or asks the application to do."""
+
+    def __init__(self, axis: NcAxis) -> None:
+        super().__init__(axis)
+        self._begun = False
+        self._accepted_at = inf
+
+    def see(self, seconds: float, values: Mapping[str, Any], *, before: bool = False) -> None:
+        state, step = values["state_dword"], values["homing_state"]
+        asked = values["operation_mode_and_cycle"] & OperationModeBit.APPLICATION_REQUEST
+        going_on = bool(state & StateBit.HOMING_BUSY or asked)
+        if not self._begun and not going_on:
+            self.began = seconds
+            if before:
+                return
+            self._accepted_at = min(self._accepted_at, seconds)
+        self._begun |= going_on
+        if step and step in HomingState.__members__.values():
+            name = HomingState(step).name
+            if not self.steps or self.steps[-1][1] != name:
+                self.steps.append((seconds - self.began, name))
+        self.trouble = self.failure(values)
+        if self.trouble is not None or self.interrupted or going_on:
+            return
+        if self._begun or seconds > self._accepted_at + ACTIVE_WITHIN:
+            self.target = values["actual_position"]
+            self.done = bool(state & StateBit.HOMED)
+            if not self.done:
+                here = f"{decimal(self.target)} {self.axis.unit}"
+                self.trouble = f"{self.axis}: homing ended at {here}, the axis is not homed"

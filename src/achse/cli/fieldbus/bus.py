@@ -1,0 +1,565 @@
+"""`achse bus` shows and changes the buses of a station, and looks at slaves on an interface."""
+
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+
+import typer
+
+from achse.cli import complete
+from achse.cli.failure import fail, in_json
+from achse.cli.output import hex_dump, print_json, print_table
+from achse.cli.target import IO_PORT, Json, client_command
+from achse.cli.test.fault import fault_commands
+
+if TYPE_CHECKING:
+    from achse.client import Client
+    from achse.client.target import Target
+    from achse.ethercat.master.esi_reader import EsiDevice
+    from achse.ethercat.master.scanning import FoundSlave
+    from achse.ethercat.master.steps import Steps
+    from achse.faults.fault import FaultKinds
+
+__all__ = ["bus"]
+
+MASTER_PORT = 0xFFFF
+
+bus = typer.Typer(
+    no_args_is_help=True, help="EtherCAT buses: slaves, states, objects, EEPROMs, statistics."
+)
+
+
+def _kinds() -> "FaultKinds[Any]":
+    from achse.faults.drives import DRIVE_FAULTS
+
+    return DRIVE_FAULTS
+
+
+bus.add_typer(
+    fault_commands(
+        _kinds,
+        "Faults of the virtual drives on a bus of a station.",
+        command="achse bus fault",
+        clock="bus",
+        example="drive=2 by=2000 lasting=2s",
+        completion=(complete.drive_fault_kinds, complete.drive_fault_fields),
+        by_bus=True,
+    ),
+    name="fault",
+)
+
+T = TypeVar("T")
+
+_DEVICES = 0x5000
+_IDS, _NAME, _NET_ID, _BOX_NAME = 1, 1, 5, 6
+_MASTER_STATE, _ADDRESSES, _STATES, _FRAMES, _IDENTITY, _ERRORS = 0x3, 0x7, 0x9, 0xC, 0x11, 0x12
+_ABNORMAL, _LOSSES, _DEV_STATE = 0x13, 0x14, 0x45
+_TRIPS, _WAY, _CLOCKS, _TROUBLE = 0x101, 0x102, 0x103, 0x104
+_STATE_OFFSET = 0x100
+_SDO, _COMPLETE = 0xF302, 0x100
+_LONGEST = 0x1_0000
+_STATE_NAMES = {1: "INIT", 2: "PREOP", 3: "BOOT", 4: "SAFEOP", 8: "OP"}
+_STATE_NUMBERS = {name: number for number, name in _STATE_NAMES.items()}
+_FLAGS = ((0x10, "error"), (0x20, "wrong slave"), (0x40, "start command refused"))
+_LINKS = ((0x01, "not present"), (0x04, "link missing"), (0x08, "additional link"))
+_DEV_FLAGS = (
+    (0x0001, "link error"),
+    (0x0004, "second link lost"),
+    (0x0008, "ring is open"),
+    (0x0100, "slaves in Init"),
+    (0x0200, "slaves in PreOp"),
+    (0x0400, "slaves in SafeOp"),
+    (0x0800, "slaves with errors"),
+    (0x1000, "clocks apart"),
+)
+
+_COUNTED = ("station", "port_errors", "losses", "states_left", "clock_ns")
+
+Device = Annotated[int, typer.Option("--device", min=1, help="Id of the bus.")]
+Station = Annotated[
+    int, typer.Argument(min=1, max=0xFFFE, metavar="STATION", help="Station address: 1001, 1002, …")
+]
+Interface = Annotated[
+    str, typer.Option("--interface", metavar="IF", help="Network interface with the slaves.")
+]
+
+
+def _number(text: str) -> int:
+    try:
+        return int(text, 0)
+    except ValueError:
+        raise typer.BadParameter(f"a number like 24640 or 0x6040, got {text!r}") from None
+
+
+async def _master(client: "Client", device: int) -> "Target":
+    """The master of a bus."""
+    from achse.ams import NetId
+
+    numbers = struct.unpack("<H", (await client.read_raw(_DEVICES, _IDS, 2))[:2])
+    net_id = NetId(await client.read_raw(_DEVICES + device, _NET_ID, 6))
+    if not numbers[0]:
+        fail("this station has no bus")
+    return client.at_port(MASTER_PORT, net_id)
+
+
+def _flags(value: int, names: tuple[tuple[int, str], ...]) -> list[str]:
+    return [name for bit, name in names if value & bit]
+
+
+async def _slaves(client: "Client", device: int) -> list[dict[str, Any]]:
+    """The slaves of a bus: address, name, state, identity, what is wrong."""
+    master = await _master(client, device)
+    data = await master.read_raw(_ADDRESSES, 0, _LONGEST)
+    stations = struct.unpack(f"<{len(data) // 2}H", data)
+    states = await master.read_raw(_STATES, 0, _LONGEST)
+    found = []
+    for number, station in enumerate(stations):
+        name = await client.read_write_raw(
+            _DEVICES + device, _BOX_NAME, 256, station.to_bytes(2, "little")
+        )
+        identity = struct.unpack("<4I", await master.read_raw(_IDENTITY, station, 16))
+        state, link = states[2 * number], states[2 * number + 1]
+        faults = _flags(state, _FLAGS) + _flags(link, _LINKS)
+        if faults or _STATE_NAMES.get(state) != "OP":
+            faults += await _trouble(master, station)
+        found.append(
+            {
+                "station": station,
+                "name": name.rstrip(b"\0").decode("cp1252"),
+                "state": _STATE_NAMES.get(state & 0x0F, "none"),
+                "faults": faults,
+                "vendor": identity[0],
+                "product": identity[1],
+                "revision": identity[2],
+                "serial": identity[3],
+            }
+        )
+    return found
+
+
+async def _trouble(master: "Target", station: int) -> list[str]:
+    """Return the reason why a slave did not reach its state, as achse's own masters report it;
+    empty without one."""
+    from achse.ams import AdsError
+
+    try:
+        text = await master.read_raw(_TROUBLE, station, _LONGEST)
+    except AdsError:
+        return []
+    return [text.rstrip(b"\0").decode()] if text.rstrip(b"\0") else []
+
+
+@client_command(bus, IO_PORT, "list")
+async def list_(client: "Client", device: Device = 1, in_json: Json = False) -> None:
+    """The slaves of a bus: state, identity, what is wrong."""
+    found = await _slaves(client, device)
+    if in_json:
+        print_json(found)
+        return
+    print_table(
+        [
+            ("station", "name", "state", "vendor", "product", "revision", "faults"),
+            *(
+                (
+                    *(str(each["station"]), each["name"], each["state"]),
+                    *(f"{each[key]:08X}" for key in ("vendor", "product", "revision")),
+                    ", ".join(each["faults"]) or "none",
+                )
+                for each in found
+            ),
+        ]
+    )
+
+
+@client_command(bus, IO_PORT)
+async def state(
+    client: "Client",
+    station: Annotated[
+        int | None,
+        typer.Argument(metavar="STATION", help="A slave.", show_default="the whole bus"),
+    ] = None,
+    wanted: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="STATE", help="init, preop, boot, safeop or op.", show_default="show it"
+        ),
+    ] = None,
+    everything: Annotated[
+        str | None, typer.Option("--all", metavar="STATE", help="Ask all slaves for a state.")
+    ] = None,
+    device: Device = 1,
+    in_json: Json = False,
+) -> None:
+    """Show states, or ask for one: `achse bus state 1001 safeop`, `achse bus state --all op`."""
+    master = await _master(client, device)
+    if everything is not None:
+        await master.write_raw(_MASTER_STATE, _state_number(everything), b"")
+    elif wanted is not None and station is not None:
+        await master.write_raw(_STATES, station, _state_number(wanted).to_bytes(2, "little"))
+    flags = int.from_bytes(await master.read_raw(_DEV_STATE, 0, 2), "little")
+    slaves = [each for each in await _slaves(client, device) if station in (None, each["station"])]
+    if station is not None and not slaves:
+        fail(f"no slave has the address {station}")
+    lowest = int.from_bytes(await master.read_raw(_MASTER_STATE, _STATE_OFFSET, 2), "little")
+    told: dict[str, Any] = {
+        "bus": _STATE_NAMES.get(lowest, "none"),
+        "faults": _flags(flags, _DEV_FLAGS),
+        "slaves": slaves,
+    }
+    if in_json:
+        print_json(told)
+        return
+    if station is None:
+        print(f"bus: {told['bus']}; {', '.join(told['faults']) or 'no fault'}")
+    for each in slaves:
+        print(f"{each['station']}  {each['state']}  {', '.join(each['faults']) or 'no fault'}")
+
+
+def _state_number(name: str) -> int:
+    if name.upper() not in _STATE_NUMBERS:
+        raise typer.BadParameter(f"init, preop, boot, safeop or op, got {name!r}")
+    return _STATE_NUMBERS[name.upper()]
+
+
+@client_command(bus, IO_PORT, signed=True)
+async def sdo(
+    client: "Client",
+    station: Station,
+    index: Annotated[int, typer.Argument(parser=_number, metavar="INDEX", help="0x6041")],
+    subindex: Annotated[int, typer.Argument(min=0, max=255, metavar="SUB")] = 0,
+    value: Annotated[
+        int | None,
+        typer.Option(parser=_number, metavar="N", help="Write this.", show_default=False),
+    ] = None,
+    size: Annotated[int, typer.Option(min=1, max=8, help="Bytes of what is written.")] = 4,
+    complete: Annotated[bool, typer.Option(help="The whole object.")] = False,
+    device: Device = 1,
+    in_json: Json = False,
+) -> None:
+    """Read an object of a slave, or write it: `achse bus sdo 1001 0x6060 --value 8 --size 1`."""
+    master = await _master(client, device)
+    slave = client.at_port(station, master.address.net_id)
+    offset = index << 16 | complete * _COMPLETE | subindex
+    if value is not None:
+        try:
+            data = value.to_bytes(size, "little", signed=value < 0)
+        except OverflowError:
+            raise typer.BadParameter(f"{value} does not fit into {size} bytes") from None
+        await slave.write_raw(_SDO, offset, data)
+    found = await slave.read_raw(_SDO, offset, _LONGEST)
+    if in_json:
+        number = int.from_bytes(found, "little") if len(found) <= 8 else None
+        print_json({"index": index, "subindex": subindex, "bytes": found.hex(), "value": number})
+    elif len(found) <= 8:
+        unsigned = int.from_bytes(found, "little")
+        signed = int.from_bytes(found, "little", signed=True)
+        both = f"{unsigned}" if signed == unsigned else f"{unsigned} ({signed})"
+        print(f"{index:04X}:{subindex:02X} = 0x{unsigned:0{2 * len(found)}X} {both}")
+    else:
+        for line in hex_dump(found):
+            print(line)
+
+
+@client_command(bus, IO_PORT)
+async def file(
+    client: "Client",
+    station: Station,
+    name: Annotated[str, typer.Argument(metavar="NAME", help="As the slave calls it.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Save it here.", dir_okay=False),
+    ] = None,
+    write: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write this.", dir_okay=False, exists=True),
+    ] = None,
+    password: Annotated[int, typer.Option(min=0, max=0xFFFF_FFFF, metavar="N")] = 0,
+    device: Device = 1,
+    in_json: Json = False,
+) -> None:
+    """Read a file of a slave, or write it: `achse bus file 1001 firmware.bin -o saved.bin`."""
+    if (output is None) == (write is None):
+        raise typer.BadParameter("give either --output or --write")
+    from achse.cli.fieldbus.bus_file import read_file, write_file
+
+    master = await _master(client, device)
+    slave = client.at_port(station, master.address.net_id)
+    if write is not None:
+        data = write.read_bytes()
+        await write_file(slave, name, password, data)
+    else:
+        data = await read_file(slave, name, password)
+    if output is not None:
+        try:
+            output.write_bytes(data)
+        except OSError as trouble:
+            fail(f"{output} cannot be written: {trouble.strerror}")
+    if in_json:
+        print_json({"station": station, "name": name, "bytes": len(data)})
+    else:
+        print(f"{name}: {len(data)} bytes {'read' if write is None else 'written'}")
+
+
+@client_command(bus, IO_PORT)
+async def statistics(
+    client: "Client",
+    reset: Annotated[bool, typer.Option("--reset", help="Count from 0 after it.")] = False,
+    device: Device = 1,
+    in_json: Json = False,
+) -> None:
+    """Frames sent and lost, round trips, errors of ports, slaves lost and states left."""
+    master = await _master(client, device)
+    _, *frames = struct.unpack("<5I", await master.read_raw(_FRAMES, 0, 20))
+    names = ("cyclic", "cyclic_lost", "acyclic", "acyclic_lost")
+    told: dict[str, Any] = dict(zip(names, frames, strict=True))
+    for which, name in enumerate(("interface", "trouble", "second_interface", "ring_open")):
+        told[name] = (await master.read_raw(_WAY, which, _LONGEST)).rstrip(b"\0").decode()
+    trips = struct.unpack("<6Q", await master.read_raw(_TRIPS, 0, 48))
+    keys = ("count", "missing", "last_ns", "mean_ns", "within_99_percent_ns", "largest_ns")
+    told["round_trips"] = dict(zip(keys, trips, strict=True))
+    data = await master.read_raw(_ADDRESSES, 0, _LONGEST)
+    stations = struct.unpack(f"<{len(data) // 2}H", data)
+    columns = [
+        struct.unpack(f"<{len(stations)}I", await master.read_raw(group, 0, _LONGEST))
+        for group in (_ERRORS, _LOSSES, _ABNORMAL)
+    ]
+    clocks = await master.read_raw(_CLOCKS, 0, _LONGEST)
+    columns.append(struct.unpack(f"<{len(stations)}i", clocks))
+    told["slaves"] = [
+        dict(zip(_COUNTED, each, strict=True)) for each in zip(stations, *columns, strict=True)
+    ]
+    if reset:
+        await master.write_raw(_FRAMES, 0, b"")
+        await master.write_raw(_ERRORS, 0, b"")
+        await master.write_raw(_TRIPS, 0, b"")
+    if in_json:
+        print_json(told)
+        return
+    print_table([(name.replace("_", " "), str(told[name])) for name in names], frozenset((1,)))
+    if told["interface"]:
+        count, missing, *times = trips
+        last, mean, most_of, largest = (f"{each / 1000:.0f}" for each in times)
+        where = ", ".join(filter(None, (told["interface"], told["second_interface"])))
+        print(f"{where}: {told['trouble'] or 'complete'}")
+        print(
+            f"round trips: {count}, {missing} cycles without; µs: last {last}, mean {mean},"
+            f" 99 % {most_of}, most {largest}"
+        )
+    if told["ring_open"]:
+        print(f"the ring is open {told['ring_open']}")
+    print_table(
+        [
+            tuple(name.replace("_", " ") for name in _COUNTED),
+            *(tuple(map(str, each.values())) for each in told["slaves"]),
+        ],
+        frozenset(range(len(_COUNTED))),
+    )
+
+
+@client_command(bus, IO_PORT, endless=True)
+async def watch(
+    client: "Client",
+    count: Annotated[
+        int | None, typer.Option(min=1, help="End after so many.", show_default="Ctrl-C")
+    ] = None,
+    cycle: Annotated[float, typer.Option(min=0.01, help="How often to look, seconds.")] = 0.1,
+    device: Device = 1,
+    in_json: Json = False,
+) -> None:
+    """A line for each change of a slave's state or of the bus."""
+    import asyncio
+
+    before: dict[int, tuple[str, str]] = {}
+    seen = 0
+    while True:
+        for each in await _slaves(client, device):
+            now = each["state"], ", ".join(each["faults"]) or "no fault"
+            if before.get(each["station"]) == now:
+                continue
+            before[each["station"]] = now
+            if in_json:
+                print_json(each)
+            else:
+                print(f"{each['station']}  {each['name']}  {now[0]}  {now[1]}", flush=True)
+            seen += 1
+            if seen == count:
+                return
+        await asyncio.sleep(cycle)
+
+
+# on an interface, without a station
+
+
+def _on(interface: str, steps: "Steps[T]") -> T:
+    """Do steps on the bus at an interface."""
+    from achse.ethercat.master import BusError
+    from achse.station.buses.frame_link import do_steps
+    from achse.transport.ethernet import EthernetLink, LinkError
+
+    try:
+        link = EthernetLink(interface)
+    except LinkError as refusal:
+        fail(str(refusal))
+    try:
+        return do_steps(link, steps)
+    except BusError as trouble:
+        fail(str(trouble))
+    finally:
+        link.close()
+
+
+@bus.command()
+def scan(
+    interface: Interface,
+    eni: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write what is found as an ENI file.", dir_okay=False),
+    ] = None,
+    esi: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE",
+            help="ESI files of the slaves: the ENI file gets their clock modes and start commands.",
+            dir_okay=False,
+            exists=True,
+        ),
+    ] = None,
+    objects: Annotated[
+        bool, typer.Option(help="Read PDOs from the objects too; slaves go to PreOp for it.")
+    ] = True,
+    in_json: Json = False,
+) -> None:
+    """Look what slaves are at a network interface. The bus goes to Init for it."""
+    from achse.ethercat.master import BusConfiguration
+    from achse.ethercat.master.eni import write_eni
+    from achse.ethercat.master.esi_reader import described
+    from achse.ethercat.master.scanning import scan_bus
+
+    devices = _devices(esi or [])
+    found = _on(interface, scan_bus(with_objects=objects, progress=_progress()))
+    if eni is not None:
+        slaves = tuple(described(each.configuration, devices) for each in found)
+        text = write_eni(BusConfiguration(slaves))
+        try:
+            eni.write_text(text, encoding="utf-8")
+        except OSError as trouble:
+            fail(f"{eni} cannot be written: {trouble.strerror}")
+    if in_json:
+        print_json([_as_json(each) for each in found])
+        return
+    print_table(
+        [
+            ("station", "name", "vendor", "product", "revision", "out", "in", "clock", "trouble"),
+            *(
+                (
+                    *(str(each.station), each.configuration.name),
+                    *(f"{number:08X}" for number in each.facts.identity[:3]),
+                    *(str(bits) for bits in _bits(each)),
+                    "yes" if each.facts.has_clock else "no",
+                    each.trouble or "none",
+                )
+                for each in found
+            ),
+        ],
+        frozenset((5, 6)),
+    )
+
+
+def _devices(files: list[Path]) -> list["EsiDevice"]:
+    """The devices of ESI files."""
+    from achse.ethercat.master.esi_reader import EsiError, read_esi
+
+    devices = []
+    for each in files:
+        try:
+            devices += read_esi(each.read_bytes())
+        except (EsiError, OSError) as fault:
+            fail(f"{each}: {fault}")
+    return devices
+
+
+def _progress() -> Callable[[int, int], None]:
+    """A bar on a terminal, nothing else."""
+    import sys
+
+    if in_json() or not sys.stderr.isatty():
+        return lambda done, all_: None
+
+    def show(done: int, all_: int) -> None:
+        end = "\n" if done == all_ else ""
+        print(f"\rslave {done} of {all_}", end=end, file=sys.stderr, flush=True)
+
+    return show
+
+
+def _bits(found: "FoundSlave") -> tuple[int, int]:
+    managers = found.configuration.sync_managers
+    sizes = {
+        output: sum(found.configuration.bits(each) for each in managers if each.output == output)
+        for output in (True, False)
+    }
+    return sizes[True], sizes[False]
+
+
+def _as_json(found: "FoundSlave") -> dict[str, Any]:
+    outputs, inputs = _bits(found)
+    names = ("vendor", "product", "revision", "serial")
+    return {
+        "station": found.station,
+        "name": found.configuration.name,
+        **dict(zip(names, found.facts.identity, strict=True)),
+        "output_bits": outputs,
+        "input_bits": inputs,
+        "clock": found.facts.has_clock,
+        "coe": found.configuration.coe,
+        "trouble": found.trouble,
+    }
+
+
+@bus.command()
+def eeprom(
+    interface: Interface,
+    position: Annotated[int, typer.Argument(min=0, metavar="POSITION", help="0 is the first.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Save the image.", dir_okay=False),
+    ] = None,
+    write: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write this image.", dir_okay=False, exists=True),
+    ] = None,
+    in_json: Json = False,
+) -> None:
+    """Show, save or write the EEPROM of a slave. The bus goes to Init for it."""
+    from achse.ethercat.master.eeprom_client import whole_image
+    from achse.ethercat.master.sii_reader import read_sii
+
+    new = b"" if write is None else write.read_bytes()
+    if len(new) & 1:
+        fail(f"{write}: an EEPROM holds words of 2 bytes, the file has {len(new)}")
+    if write is not None and not read_sii(new).valid:
+        fail(f"{write} is not an EEPROM image: the checksum of its first words is wrong")
+    image = _on(interface, whole_image(position, new))
+    if output is not None:
+        try:
+            output.write_bytes(image)
+        except OSError as trouble:
+            fail(f"{output} cannot be written: {trouble.strerror}")
+    content = read_sii(image)
+    facts = {
+        "name": content.name,
+        "order": content.order,
+        "vendor": f"{content.vendor_id:08X}",
+        "product": f"{content.product_code:08X}",
+        "revision": f"{content.revision_number:08X}",
+        "serial": str(content.serial_number),
+        "alias": str(content.alias),
+        "bytes": str(len(image)),
+        "checksum": "right" if content.valid else "wrong",
+        "damage": content.damage or "none",
+    }
+    if in_json:
+        print_json({**facts, "image": image.hex()})
+    else:
+        print_table(list(facts.items()))

@@ -1,0 +1,196 @@
+"""`achse drive get|set|watch|fault`: what drives that are served do, beside their master."""
+
+import asyncio
+import json
+import time
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from achse.cli import complete
+from achse.cli.failure import fail
+from achse.cli.fieldbus.objects import entry_of
+from achse.cli.output import on_terminal, print_json, print_table
+from achse.cli.target import DRIVES, STATION_PORT, Json, client_command
+from achse.cli.test.fault import fault_commands
+
+if TYPE_CHECKING:
+    from achse.client import Client
+    from achse.faults.fault import FaultKinds
+
+__all__ = ["fault", "register"]
+
+_LONGEST = 1 << 20
+
+
+def _an_entry(text: str) -> str:
+    """Return the text of an entry; report a wrong one before any request."""
+    entry_of(text)
+    return text
+
+
+DriveOption = Annotated[
+    int, typer.Option("--drive", "-d", min=1, help="Which one, counted along the cable.")
+]
+
+
+def _faults_of_drives() -> "FaultKinds[Any]":
+    from achse.faults.drives import DRIVE_FAULTS
+
+    return DRIVE_FAULTS
+
+
+fault = fault_commands(
+    _faults_of_drives,
+    "Faults of drives that are served.",
+    command="achse drive fault",
+    clock="bus",
+    example="drive=2 code=AL.720 lasting=2s",
+    listens=DRIVES,
+    completion=(complete.drive_fault_kinds, complete.drive_fault_fields),
+)
+
+
+def register(drive: typer.Typer) -> None:
+    """Put the commands beside those of `achse drive`."""
+    drive.add_typer(fault, name="fault")
+
+    @client_command(drive, STATION_PORT, listens=DRIVES)
+    async def get(
+        client: "Client",
+        entry: Annotated[
+            str, typer.Argument(metavar="INDEX[:SUB]", help="6041, 0x1C32:02.", callback=_an_entry)
+        ],
+        drive: DriveOption = 1,
+        in_json: Json = False,
+    ) -> None:
+        """Read an object of a drive that is served."""
+        index, subindex = entry_of(entry)
+        value = await _access(client, drive=drive, index=index, subindex=subindex or 0)
+        _tell(index, subindex or 0, value, in_json)
+
+    @client_command(drive, STATION_PORT, "set", signed=True, listens=DRIVES)
+    async def set_entry(
+        client: "Client",
+        entry: Annotated[
+            str, typer.Argument(metavar="INDEX[:SUB]", help="6072, 0x60C2:01.", callback=_an_entry)
+        ],
+        value: Annotated[str, typer.Argument(help="A number, 0x… allowed.")],
+        drive: DriveOption = 1,
+        in_json: Json = False,
+    ) -> None:
+        """Write an object of a drive that is served, as an SDO would."""
+        index, subindex = entry_of(entry)
+        number = _number(value)
+        held = await _access(client, drive=drive, index=index, subindex=subindex or 0, value=number)
+        _tell(index, subindex or 0, held, in_json)
+        if held != number and index != 0x1010:
+            fail("the drive did not take it: it stores, or its master sends this object")
+
+    @client_command(drive, STATION_PORT, endless=True, listens=DRIVES)
+    async def watch(
+        client: "Client",
+        interval: Annotated[float, typer.Option(min=0.01, help="Seconds between looks.")] = 0.5,
+        duration: Annotated[
+            float | None,
+            typer.Option("--for", metavar="SECONDS", min=0, help="End after this time."),
+        ] = None,
+        in_json: Json = False,
+    ) -> None:
+        """Show what the drives do: states, position, velocity, torque, alarms."""
+        from achse.devices.drives import DRIVES
+
+        end = None if duration is None else time.monotonic() + duration
+
+        async def states() -> list[dict[str, Any]]:
+            found: list[dict[str, Any]] = json.loads(await client.read_raw(DRIVES, 0, _LONGEST))
+            return found
+
+        if in_json or not on_terminal():
+            while True:
+                drives = await states()
+                if in_json:
+                    print_json(drives)
+                else:
+                    print_table(_rows(drives), right=_NUMBERS)
+                if end is not None and time.monotonic() + interval > end:
+                    return
+                await asyncio.sleep(interval)
+        from rich.live import Live
+
+        with Live(_picture(await states()), refresh_per_second=20) as live:
+            while end is None or time.monotonic() + interval <= end:
+                await asyncio.sleep(interval)
+                live.update(_picture(await states()))
+
+
+async def _access(client: "Client", **request: Any) -> int | float:
+    from achse.devices.drives import OBJECTS
+
+    asked = json.dumps(request).encode()
+    answer = json.loads(await client.read_write_raw(OBJECTS, 0, _LONGEST, asked))
+    if "error" in answer:
+        fail(answer["error"])
+    value: int | float = answer["value"]
+    return value
+
+
+def _tell(index: int, subindex: int, value: int | float, in_json: bool) -> None:
+    if in_json:
+        print_json({"index": f"0x{index:04X}", "subindex": subindex, "value": value})
+    else:
+        print(f"{index:04X}:{subindex:02X} = {value}")
+
+
+def _number(text: str) -> int | float:
+    try:
+        return int(text, 0)
+    except ValueError:
+        try:
+            return float(text)
+        except ValueError:
+            raise typer.BadParameter(f"a number expected, got {text!r}") from None
+
+
+_NUMBERS = frozenset({0, 4, 5, 6, 7})
+
+
+def _rows(drives: list[dict[str, Any]]) -> list[tuple[str, ...]]:
+    """A heading, then a line for each drive."""
+    rows: list[tuple[str, ...]] = [
+        ("drive", "bus", "power", "mode", "position", "velocity", "torque", "error", "")
+    ]
+    for each in drives:
+        bus = each["state"] if each["reachable"] else "out of reach"
+        if each["al_status"]:
+            bus += f" 0x{each['al_status']:04X}"
+        rows.append(
+            (
+                str(each["drive"]),
+                bus,
+                _words(each["power"]),
+                _words(each["mode"]),
+                str(each["position"]),
+                str(each["velocity"]),
+                str(each["torque"]),
+                str(each["following_error"]),
+                f"0x{each['error_code']:04X} {each['alarm']}" if each["error_code"] else "",
+            )
+        )
+    return rows
+
+
+def _words(name: str) -> str:
+    return name.lower().replace("_", " ")
+
+
+def _picture(drives: list[dict[str, Any]]) -> Any:
+    from rich.table import Table
+
+    heading, *rows = _rows(drives)
+    table = Table(box=None)
+    for number, name in enumerate(heading):
+        table.add_column(name, justify="right" if number in _NUMBERS else "left")
+    for row in rows:
+        table.add_row(*row)
+    return table

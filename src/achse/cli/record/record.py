@@ -1,0 +1,121 @@
+"""`achse record`, `achse replay` and `achse diff`: a target's answers kept, served and compared."""
+
+import asyncio
+import contextlib
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from achse.cli.failure import fail, in_json
+from achse.cli.output import print_json, tell_event
+from achse.cli.record.monitor import Host, TcpPort, Via, run_until_ended, watching
+from achse.cli.target import Json
+
+if TYPE_CHECKING:
+    from achse.monitor.recording import Recording
+
+__all__ = ["register"]
+
+Capture = Annotated[Path, typer.Argument(help="A capture: pcapng or pcap.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module to `app`."""
+    app.command()(record)
+    app.command()(replay)
+    app.command()(diff)
+
+
+def record(
+    file: Annotated[Path, typer.Argument(help="Where to write the capture (pcapng).")],
+    via: Via = None,
+    duration: Annotated[
+        float | None, typer.Option("--for", metavar="SECONDS", min=0, help="End after that time.")
+    ] = None,
+    host: Host = "127.0.0.1",
+    tcp_port: TcpPort = 48898,
+    as_json: Json = False,
+) -> None:
+    """Keep what passes, until Ctrl-C: on a station of ours, or --via in front of any target."""
+    run_until_ended(_record(file, via, duration, host, tcp_port), host, tcp_port)
+
+
+async def _record(
+    file: Path, via: str | None, duration: float | None, host: str, tcp_port: int
+) -> None:
+    from achse.monitor.capture import CaptureWriter
+
+    with CaptureWriter(file) as write:
+        try:
+            async with watching(host, tcp_port, via, write):
+                await asyncio.sleep(1e9 if duration is None else duration)
+        finally:
+            if in_json():
+                print_json({"event": "done", "file": str(file), "packets": write.count})
+            else:
+                print(f"{file}: {write.count} packets")
+
+
+def replay(
+    file: Capture,
+    host: Annotated[str, typer.Option(envvar="ACHSE_HOST", help="Where to listen.")] = "127.0.0.1",
+    tcp_port: TcpPort = 48898,
+    as_json: Json = False,
+) -> None:
+    """Serve a recording as the target it was taken from, until Ctrl-C."""
+    run_until_ended(_replay(_recording(file), host, tcp_port), host, tcp_port)
+
+
+async def _replay(recording: "Recording", host: str, tcp_port: int) -> None:
+    from achse.monitor.replay import Replay
+    from achse.transport.reason import reason
+
+    target = Replay(recording)
+    try:
+        async with target.serving(host, tcp_port) as listener:
+            tell_event(
+                "ready",
+                net_id=str(recording.net_id),
+                tcp=f"{listener.host}:{listener.port}",
+                ports=",".join(map(str, target.router.ports)),
+            )
+            with contextlib.suppress(asyncio.CancelledError):
+                await asyncio.get_running_loop().create_future()
+    except OSError as failure:
+        fail(f"cannot listen on {host}:{tcp_port}: {reason(failure)} (another address: --host)")
+
+
+def diff(first: Capture, second: Capture, as_json: Json = False) -> None:
+    """Compare what two targets answered.
+
+    Exit code 1 if it differs, 2 if a capture cannot be read.
+    """
+    from achse.monitor.names import rows_of
+    from achse.monitor.recording import differences
+    from achse.station import Station
+
+    recordings = _recording(first, 2), _recording(second, 2)
+    found = list(differences(*recordings, rows_of(Station.demo().devices)))
+    if as_json:
+        print_json(found)
+    elif found:
+        print("\n".join(found))
+    if found:
+        raise typer.Exit(1)
+
+
+def _recording(file: Path, trouble: int = 1) -> "Recording":
+    """The recording in a file; without one, the exit code is `trouble`."""
+    from achse.monitor.capture import CaptureError, read_capture
+    from achse.monitor.recording import Recording
+
+    try:
+        recording = Recording(read_capture(file))
+    except CaptureError as failure:
+        fail(str(failure), trouble, name="CAPTURE")
+    except OSError as failure:
+        fail(f"{file}: {failure.strerror}", trouble)
+    if not recording.devices:
+        fail(f"{file}: no AMS packets to or from port 48898", trouble)
+    return recording

@@ -1,0 +1,366 @@
+"""`achse run` starts a station; its configuration may be looked at only."""
+
+import asyncio
+import contextlib
+import functools
+import logging
+import math
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NoReturn
+
+import typer
+
+from achse.cli.failure import fail, in_json, tell
+from achse.cli.interrupts import ending, ending_signals
+from achse.cli.logs import LogFormat, LogLevel, set_up_logs
+from achse.cli.output import on_terminal, print_json, tell_event
+from achse.cli.process import loop_factory, raise_file_limit
+from achse.cli.start import detached
+from achse.cli.start.next_steps import next_steps
+from achse.cli.start.web import WebHost, WebPort, station_web
+from achse.cli.target import Json, net_id_of
+
+if TYPE_CHECKING:
+    from achse.station import RunningStation, Station
+    from achse.web.server import WebServer
+
+__all__ = ["check_configuration", "register"]
+
+log = logging.getLogger("achse.cli")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of this module to `app`."""
+    app.command()(run)
+
+
+def run(
+    file: Annotated[
+        Path | None,
+        typer.Argument(help="A station.toml; without one the demo station.", show_default=False),
+    ] = None,
+    host: Annotated[
+        str | None,
+        typer.Option(envvar="ACHSE_HOST", help="Address to listen on.", show_default="127.0.0.1"),
+    ] = None,
+    tcp_port: Annotated[
+        int | None,
+        typer.Option(
+            envvar="ACHSE_TCP_PORT",
+            min=0,
+            max=65535,
+            help="TCP port to listen on, 0 for a free one.",
+            show_default="48898",
+        ),
+    ] = None,
+    net_id: Annotated[
+        str | None,
+        typer.Option(
+            help="AMS NetId of the station.", show_default="IP address that others reach, with .1.1"
+        ),
+    ] = None,
+    interface: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="[BUS=]IF",
+            help="Network interface where the slaves of a bus are, instead of virtual ones.",
+            show_default=False,
+        ),
+    ] = None,
+    redundant: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="[BUS=]IF",
+            help="Second interface, where the line of slaves ends: a cut cable stops nothing.",
+            show_default=False,
+        ),
+    ] = None,
+    speed: Annotated[
+        str, typer.Option(help="Station time per wall-clock time: a number, or `max`.")
+    ] = "1",
+    duration: Annotated[
+        float | None,
+        typer.Option("--for", metavar="SECONDS", min=0, help="End at this station time."),
+    ] = None,
+    let_everybody_in: Annotated[
+        bool,
+        typer.Option(
+            "--let-everybody-in",
+            help="Allow a --host that other computers reach: they may do anything, no password.",
+        ),
+    ] = False,
+    web: Annotated[
+        bool, typer.Option("--web", help="Show the station in the browser, at port 8080.")
+    ] = False,
+    web_port: WebPort = None,
+    web_host: WebHost = None,
+    web_read_only: Annotated[
+        bool, typer.Option("--web-read-only", help="Pages may look, and change nothing.")
+    ] = False,
+    log_level: Annotated[LogLevel, typer.Option(help="What is logged.")] = LogLevel.WARNING,
+    log_format: Annotated[
+        LogFormat, typer.Option(help="Log lines, or a JSON document each.")
+    ] = LogFormat.TEXT,
+    detach: Annotated[
+        bool,
+        typer.Option(
+            "--detach", "-d", help="Leave it running when it is ready; `achse stop` ends it."
+        ),
+    ] = False,
+    timeout: Annotated[
+        float, typer.Option(min=0.1, help="With --detach: wait so long until it is ready, s.")
+    ] = 60.0,
+    as_json: Json = False,
+) -> None:
+    """Start a station and serve ADS clients until interrupted."""
+    factor = _speed(speed)
+    if net_id is not None:
+        net_id_of(net_id)
+    if detach:
+        options = {
+            "--host": host, "--tcp-port": tcp_port, "--net-id": net_id, "--speed": speed,
+            "--for": duration, "--log-level": log_level.value, "--log-format": log_format.value,
+            "--web-port": web_port, "--web-host": web_host,
+        }  # fmt: skip
+        flags = ["--let-everybody-in"] * let_everybody_in + ["--web"] * web
+        flags += ["--web-read-only"] * web_read_only
+        words = [] if file is None else [str(file)]
+        flags += [f"--interface={each}" for each in interface or ()]
+        flags += [f"--redundant={each}" for each in redundant or ()]
+        for option, value in options.items():
+            words += [] if value is None else [f"{option}={value}"]
+        detached.start([*words, *flags], timeout)
+        return
+    from achse.web.process_log import ProcessLog
+
+    set_up_logs(log_format, log_level)
+    process_log = ProcessLog()
+    process_log.attach()  # until it is known that there are no pages
+    try:
+        ends = ending_signals()
+        for number in ends:  # until the loop takes them over
+            signal.signal(number, _leave)
+        if duration == math.inf:
+            duration = None
+        raise_file_limit()
+        # the time of day until the cycle starts; a station at another pace starts at a fixed moment
+        station = _station(
+            file,
+            net_id,
+            host=host,
+            wall_clock=factor == 1,
+            interfaces=_interfaces(interface, "--interface"),
+            redundant=_interfaces(redundant, "--redundant"),
+        )
+        for warning in station.warnings:
+            log.warning("%s", warning)
+        from achse.station.running.collection import seldom_collected
+
+        page = functools.partial(
+            station_web, station, web, web_host, web_port, web_read_only, process_log
+        )
+        with seldom_collected(), asyncio.Runner(loop_factory=loop_factory()) as runner:
+            code = runner.run(
+                _serve(
+                    station, host, tcp_port, factor, duration, let_everybody_in or None, ends, page
+                )
+            )
+    finally:
+        process_log.detach()
+    raise typer.Exit(code)
+
+
+def check_configuration(file: Path, as_json: bool = False) -> None:
+    """Validate a station.toml without starting it."""
+    station = _station(file, None, wall_clock=False)
+    devices, axes = len(station.devices), len(station.config.axis)
+    if as_json:
+        print_json(
+            {
+                "file": str(file),
+                "devices": devices,
+                "axes": axes,
+                "warnings": list(station.warnings),
+            }
+        )
+        return
+    for warning in station.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+    print(f"{file}: {devices} devices, {axes} axes: ok")
+
+
+def _leave(*_: object) -> NoReturn:
+    os._exit(0)  # nothing is open yet, and no code of the user's may keep us
+
+
+def _speed(text: str) -> float:
+    if text == "max":
+        return math.inf
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = math.nan
+    if not 0 < factor < math.inf:
+        raise typer.BadParameter(f"a number above 0 or `max`, got {text!r}", param_hint="--speed")
+    return factor
+
+
+def _interfaces(words: Sequence[str] | None, option: str) -> dict[str, str]:
+    """The interfaces of an option by the name of the bus, "" without one."""
+    found: dict[str, str] = {}
+    for word in words or ():
+        bus, _, interface = word.rpartition("=")
+        if not interface or bus in found:
+            hint = "each bus once" if interface else "IF or BUS=IF"
+            raise typer.BadParameter(f"{hint}, got {word!r}", param_hint=option)
+        found[bus] = interface
+    return found
+
+
+def _station(
+    file: Path | None,
+    net_id: str | None,
+    *,
+    host: str | None = None,
+    wall_clock: bool,
+    interfaces: Mapping[str, str] | None = None,
+    redundant: Mapping[str, str] | None = None,
+) -> "Station":
+    from achse.station import ConfigError, Station
+    from achse.station.station import DEFAULT_EPOCH_NS, DEMO
+
+    try:
+        return Station.load(
+            DEMO if file is None else file,
+            net_id=net_id,
+            host=host or None,
+            interfaces=interfaces,
+            redundant=redundant,
+            epoch_ns=time.time_ns() if wall_clock else DEFAULT_EPOCH_NS,
+        )
+    except ConfigError as faults:
+        fail(str(faults), name="CONFIGURATION")
+    except OSError as failure:
+        inside = file is not None and file.is_dir() and (file / "station.toml").is_file()
+        hint = f"; did you mean {file}/station.toml?" if inside else ""
+        fail(f"{file}: {failure.strerror}{hint}", name="CONFIGURATION")
+
+
+async def _serve(
+    station: "Station",
+    host: str | None,
+    tcp_port: int | None,
+    speed: float,
+    duration: float | None,
+    let_everybody_in: bool | None,
+    ends: Sequence[signal.Signals],
+    page: "Callable[[], AbstractAsyncContextManager[WebServer | None]]",
+) -> int:
+    from achse.station import ConfigError
+    from achse.transport.reason import reason
+
+    loop = asyncio.get_running_loop()
+    stop = asyncio.Event()
+
+    def end(_: int) -> None:
+        with contextlib.suppress(RuntimeError):  # the loop is closed
+            loop.call_soon_threadsafe(stop.set)
+
+    try:
+        with contextlib.ExitStack() as to_the_end, ending(end, ends):
+            async with (
+                station.running(
+                    host, tcp_port, speed=speed, until=duration, let_everybody_in=let_everybody_in
+                ) as running,
+                page() as web,
+            ):
+                await _until_ended(station, running, web, speed, duration, stop, to_the_end)
+    except ConfigError as refusal:
+        tell(str(refusal), name="CONFIGURATION")
+        return 1
+    except (OSError, UnicodeError) as failure:  # the latter for what cannot be a host name
+        config = station.config.router
+        where = _endpoint(host or config.host, config.tcp_port if tcp_port is None else tcp_port)
+        why = reason(failure) if isinstance(failure, OSError) else "this is not a host name"
+        there = [each for each in detached.detached_stations() if each.address == where]
+        told = "".join(f"; {each} is there, `achse stop` ends it" for each in there)
+        tell(
+            f"cannot listen on {where}: {why} (another address: --host, --tcp-port){told}",
+            name="CANNOT_LISTEN",
+        )
+        return 1
+    return 0
+
+
+async def _until_ended(
+    station: "Station",
+    running: "RunningStation",
+    web: "WebServer | None",
+    speed: float,
+    duration: float | None,
+    stop: asyncio.Event,
+    to_the_end: contextlib.ExitStack,
+) -> None:
+    """Tell that the station is ready, and wait for a signal or its end.
+
+    `to_the_end` outlasts it: a record is there until all is saved.
+    """
+    from achse.router import FIRST_CLIENT_PORT
+
+    facts = {
+        "net_id": str(station.router.net_id),
+        **_listens_at(running),
+        "speed": "max" if math.isinf(speed) else format(speed, "g"),
+        "ports": ",".join(str(port) for port in station.router.ports if port < FIRST_CLIENT_PORT),
+        "axes": str(len(station.config.axis)),
+    }
+    to_the_end.enter_context(
+        detached.recorded(station.config.name, running.host, running.tcp_port, facts["net_id"])
+    )
+    _tell_facts("ready", facts)
+    if web is not None:
+        _tell_facts("web", {"url": web.url})
+    if on_terminal() and not in_json():
+        axes = [each.name for each in station.config.axis]
+        print(*next_steps(running.host, running.tcp_port, axes, web.url if web else None), sep="\n")
+    interrupted = asyncio.create_task(stop.wait())
+    finished = asyncio.create_task(running.finished())
+    await asyncio.wait((interrupted, finished), return_when=asyncio.FIRST_COMPLETED)
+    interrupted.cancel()
+    if not finished.done():
+        finished.cancel()
+        return
+    finished.result()
+    if duration is not None:
+        _tell_facts("done", {"t": f"{station.time_ns / 1e9:.9g}", "state": station.digest()})
+
+
+def _listens_at(running: "RunningStation") -> dict[str, str]:
+    """Return the addresses at which clients connect."""
+    where = {}
+    if running.tcp_port:
+        where["tcp"] = _endpoint(running.host, running.tcp_port)
+    if (secure := running.network.secure) is not None:
+        where["secure"] = _endpoint(secure.host, secure.port)
+    if running.metrics.port:
+        where["metrics"] = _endpoint(running.metrics.host, running.metrics.port)
+    return where
+
+
+def _endpoint(host: str, tcp_port: int) -> str:
+    return f"[{host}]:{tcp_port}" if ":" in host else f"{host}:{tcp_port}"
+
+
+def _tell_facts(event: str, facts: Mapping[str, str]) -> None:
+    """One line on stdout; a station that runs does not end because nobody can take it."""
+    try:
+        tell_event(event, **facts)
+    except OSError as failure:
+        log.warning("stdout cannot be written: %s", failure.strerror)
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, to the end

@@ -1,0 +1,215 @@
+"""`achse bus`: a bus beside the demo station, and slaves on an interface."""
+
+import json
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from achse.cli.fieldbus.bus import bus
+from achse.codes import AlState
+from achse.devices.io import AttachedBuses, ServedBus, default_net_id
+from achse.drive import Drive
+from achse.drive.firmware import Firmware
+from achse.ethercat import Loopback, Segment, Slave, build_sii, describe
+from achse.ethercat.esi import build_esi
+from achse.ethercat.foe import FoeServer
+from achse.ethercat.mailbox import MailboxProtocol
+from achse.ethercat.master import BusConfiguration, Master, Ring, from_description
+from achse.ethercat.master.eni import read_eni
+from achse.transport import ethernet
+
+Lines = Callable[..., list[str]]
+Cli = Callable[..., Any]
+
+
+def segment() -> Segment:
+    return Segment(Slave(Loopback(serial_number=number)) for number in range(2))
+
+
+@pytest.fixture(autouse=True)
+def box(live: Any) -> Iterator[Ring]:
+    """A bus whose frames go round with each step of the demo station."""
+    slaves = tuple(
+        from_description(describe(Loopback(serial_number=number)), f"Box {number + 1}")
+        for number in range(2)
+    )
+    ring = Ring(Master(BusConfiguration(slaves)), segment())
+    router = live.station.router
+    served = ServedBus(1, ring.master, default_net_id(router.net_id, 1))
+    attached = AttachedBuses(router, [served], clock=lambda: 0)
+    live.hook = lambda: ring.exchange(ring.master.now_ns + 2_000_000)
+    ring.master.request(AlState.OP)
+    yield ring
+    live.hook = None
+    attached.close()
+
+
+def up(lines: Lines) -> list[str]:
+    """The states once all are in Op."""
+    for _ in range(200):
+        shown = lines("bus", "state")
+        if shown[0] == "bus: OP; no fault":
+            return shown
+    raise AssertionError(shown)
+
+
+def test_states_are_shown_and_asked_for(lines: Lines, cli: Cli) -> None:
+    assert bus.info.help
+    assert up(lines)[1:] == ["1001  OP  no fault", "1002  OP  no fault"]
+    lines("bus", "state", "1002", "safeop")
+    assert lines("bus", "state", "--all", "op")[0].startswith("bus:")
+    up(lines)
+    document = json.loads(cli("bus", "state", "1001", "--json").stdout)
+    assert [each["station"] for each in document["slaves"]] == [1001]
+    assert "no slave has the address 1099" in cli("bus", "state", "1099", exit_code=1).stderr
+    assert (
+        "init, preop, boot, safeop or op" in cli("bus", "state", "1001", "fast", exit_code=2).stderr
+    )
+
+
+def test_slaves_are_listed(lines: Lines, cli: Cli) -> None:
+    up(lines)
+    header, first, second = lines("bus", "list")
+    assert header.split()[:4] == ["station", "name", "state", "vendor"]
+    assert first.split() == [
+        "1001",
+        "Box",
+        "1",
+        "OP",
+        *("00000000", "0000100B", "00000001", "none"),
+    ]
+    assert second.split()[0] == "1002"
+    assert json.loads(cli("bus", "list", "--json").stdout)[1]["serial"] == 1
+    assert cli("bus", "list", "--device", "3", exit_code=1).stderr
+
+
+def test_objects_are_read_and_written(lines: Lines, cli: Cli) -> None:
+    up(lines)
+    assert lines("bus", "sdo", "1001", "0x1000") == [
+        "1000:00 = 0xC0DE0001 3235774465 (-1059192831)"
+    ]
+    assert lines("bus", "sdo", "1001", "0x2000", "--value", "-2", "--size", "1") == [
+        "2000:00 = 0xFE 254 (-2)"
+    ]
+    told = json.loads(cli("bus", "sdo", "1001", "0x1018", "2", "--json").stdout)
+    assert (told["value"], told["index"]) == (0x100B, 0x1018)
+    assert lines("bus", "sdo", "1001", "0x1018", "--complete")[0].startswith("0000")
+    assert cli("bus", "sdo", "1001", "0x5FFF", exit_code=1).stderr
+    assert cli("bus", "sdo", "1001", "x", exit_code=2).stderr
+    assert cli("bus", "sdo", "1001", "0x7000", "1", "--value", "300", "--size", "1", exit_code=2)
+
+
+def test_statistics(lines: Lines, cli: Cli) -> None:
+    up(lines)
+    shown = lines("bus", "statistics", "--reset")
+    assert shown[0].startswith("cyclic")
+    assert shown[-1].split() == ["1002", "0", "0", "0", "0"]
+    document = json.loads(cli("bus", "statistics", "--json").stdout)
+    assert (document["cyclic_lost"], len(document["slaves"])) == (0, 2)
+
+
+def test_changes_are_watched(lines: Lines) -> None:
+    up(lines)
+    first, second = lines("bus", "watch", "--count", "2")
+    assert first == "1001  Box 1  OP  no fault"
+    assert second == "1002  Box 2  OP  no fault"
+
+
+class CableToSegment:
+    """An interface with a segment at its other end."""
+
+    slaves: Segment
+
+    def __init__(self, interface: str) -> None:
+        if interface != "cable0":
+            raise ethernet.LinkError(f"no interface {interface}")
+        self.replies: list[bytes] = []
+
+    def send(self, frame: bytes) -> bool:
+        reply = self.slaves.process(frame)
+        if reply is not None:
+            self.replies.append(reply)
+        return True
+
+    def receive(self, timeout_s: float) -> bytes | None:
+        return self.replies.pop(0) if self.replies else None
+
+    def close(self) -> None: ...
+
+
+@pytest.fixture
+def interface(monkeypatch: pytest.MonkeyPatch) -> Segment:
+    CableToSegment.slaves = segment()
+    monkeypatch.setattr(ethernet, "EthernetLink", CableToSegment)
+    return CableToSegment.slaves
+
+
+def test_an_interface_is_scanned(
+    lines: Lines, cli: Cli, interface: Segment, tmp_path: Path
+) -> None:
+    file = tmp_path / "bus.eni"
+    shown = lines("bus", "scan", "--interface", "cable0", "--eni", str(file))
+    assert shown[1].split()[0] == "1001"
+    assert [each.station for each in read_eni(file.read_bytes()).slaves] == [1001, 1002]
+    esi = tmp_path / "box.xml"
+    esi.write_text(build_esi(describe(Loopback()), vendor="nobody"))
+    lines("bus", "scan", "--interface", "cable0", "--eni", str(file), "--esi", str(esi))
+    assert read_eni(file.read_bytes()).slaves[0].clock is None  # FreeRun is its first mode
+    esi.write_text("<a/>")
+    told = cli("bus", "scan", "--interface", "cable0", "--esi", str(esi), exit_code=1).stderr
+    assert "expected EtherCATInfo, the root is a" in told
+    document = json.loads(cli("bus", "scan", "--interface", "cable0", "--json").stdout)
+    assert [each["output_bits"] for each in document] == [32, 32]
+    assert "no interface eth9" in cli("bus", "scan", "--interface", "eth9", exit_code=1).stderr
+
+
+def test_an_eeprom_is_shown_saved_and_written(
+    lines: Lines, cli: Cli, interface: Segment, tmp_path: Path
+) -> None:
+    image = tmp_path / "image.bin"
+    shown = lines("bus", "eeprom", "--interface", "cable0", "1", "--output", str(image))
+    assert ["name", "loopback"] in [line.split() for line in shown]
+    other = tmp_path / "other.bin"
+    other.write_bytes(build_sii(describe(Loopback(2, "another")))[:512])
+    shown = lines("bus", "eeprom", "--interface", "cable0", "1", "--write", str(other))
+    assert ["name", "another"] in [line.split() for line in shown]
+    other.write_bytes(bytes(200))
+    wrong = cli("bus", "eeprom", "--interface", "cable0", "1", "--write", str(other), exit_code=1)
+    assert "checksum" in wrong.stderr
+    none = cli("bus", "eeprom", "--interface", "cable0", "7", exit_code=1)
+    assert "there are 2 slaves" in none.stderr
+
+
+def test_files_are_read_and_written(
+    lines: Lines, cli: Cli, box: Ring, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    up(lines)
+    lines("bus", "state", "1001", "preop")
+    drive = Drive(firmware=Firmware(content=bytes(range(256)) * 200, password=7))
+    files = FoeServer(drive)
+    files.reset(256, 256)
+    services = box.segment.slaves[0]._mailbox._services
+    monkeypatch.setitem(services, MailboxProtocol.FOE, files.answer)
+    saved, new = tmp_path / "saved", tmp_path / "new"
+    new.write_bytes(b"new")
+    told = lines("bus", "file", "1001", "firmware.bin", "-o", str(saved), "--password", "7")
+    assert told == ["firmware.bin: 51200 bytes read"]
+    assert saved.read_bytes() == drive.firmware.content
+
+    def answer(data: bytes) -> Iterable[bytes] | int:
+        drive.step(1_000_000)  # time passes between two messages
+        return files.answer(data)
+
+    monkeypatch.setitem(services, MailboxProtocol.FOE, answer)
+    document = cli(
+        "bus", "file", "1001", "firmware.bin", "--write", str(new), "--password", "7", "--json"
+    )
+    assert json.loads(document.stdout)["bytes"] == 3
+    assert drive.firmware.content == b"new"
+    for each in (("-o", str(saved)), ("--write", str(new))):
+        refused = cli("bus", "file", "1001", "firmware.bin", *each, exit_code=1)
+        assert "0x704" in refused.stderr
+    assert "either" in cli("bus", "file", "1001", "x", exit_code=2).stderr
+    lines("bus", "state", "1001", "op")
