@@ -19,53 +19,54 @@ def place(document: Callable[..., Any]) -> tuple[str, str]:
 
 
 def test_a_value_is_written_and_read_by_type(lines: Lines, place: tuple[str, str]) -> None:
-    assert lines(*RAW, "write", *place, "-2", "--type", "DINT") == []
-    assert lines(*RAW, "read", *place, "--type", "DINT") == ["-2"]
-    assert lines(*RAW, "read", *place, "--length", "4") == ["fe ff ff ff"]
+    assert lines(*RAW, *place, "-2", "--type", "DINT") == []
+    assert lines(*RAW, *place, "--type", "DINT") == ["-2"]
+    assert lines(*RAW, *place, "--length", "4") == ["fe ff ff ff"]
 
 
 def test_bytes_are_written_in_hex(lines: Lines, place: tuple[str, str]) -> None:
-    lines(*RAW, "write", *place, "01 02 00 00")
-    assert lines(*RAW, "read", *place, "--type", "UDINT") == ["513"]
+    lines(*RAW, *place, "01 02 00 00")
+    assert lines(*RAW, *place, "--type", "UDINT") == ["513"]
 
 
 def test_json_has_bytes_and_value(
     document: Callable[..., Any], lines: Lines, place: tuple[str, str]
 ) -> None:
-    lines(*RAW, "write", *place, "0a000000")
-    assert document(*RAW, "read", *place, "-t", "DINT") == {"data": "0a000000", "value": 10}
+    lines(*RAW, *place, "0a000000")
+    assert document(*RAW, *place, "-t", "DINT") == {"data": "0a000000", "value": 10}
 
 
 def test_a_value_by_name_in_one_request(lines: Lines) -> None:
-    name = ("GVL.nUdint", "--write-type", "STRING(20)")
-    assert lines(*RAW, "readwrite", "0xF004", "0", *name, "--type", "UDINT") == ["32"]
-    assert lines(*RAW, "readwrite", "61444", "16#0", *name, "-l", "4") == ["20 00 00 00"]
+    name = ("GVL.nUdint", "--type", "STRING(20)")
+    assert lines(*RAW, "0xF004", "0", *name, "--answer", "UDINT") == ["32"]
+    assert lines(*RAW, "61444", "16#0", *name, "-l", "4") == ["20 00 00 00"]
 
 
 def test_many_bytes_are_dumped(lines: Lines) -> None:
-    dump = lines(*RAW, "read", "0xF00F", "0", "-l", "64")
+    dump = lines(*RAW, "0xF00F", "0", "-l", "64")
     assert [line[:4] for line in dump] == ["0000", "0010", "0020", "0030"]
 
 
 def test_a_refusal_names_the_place(cli: Cli) -> None:
-    result = cli(*RAW, "read", "0x4101", "0xFFFF", "-l", "4", "--port", "501", exit_code=1)
+    result = cli(*RAW, "0x4101", "0xFFFF", "-l", "4", "--port", "501", exit_code=1)
     assert "0x4101:0xFFFF" in result.stderr
     assert "0x703 INVALID_OFFSET" in result.stderr
 
 
 def test_fewer_bytes_than_the_type_has_are_no_value(cli: Cli, place: tuple[str, str]) -> None:
-    result = cli(*RAW, "read", *place, "--type", "LREAL", "-l", "4", exit_code=1)
+    result = cli(*RAW, *place, "--type", "LREAL", "-l", "4", exit_code=1)
     assert "LREAL has 8 bytes, got 4" in result.stderr
 
 
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (("read", "12345678901", "0", "-l", "1"), "0..0xFFFFFFFF"),
-        (("read", "1", "0"), "--length or --type"),
-        (("read", "1", "0", "--type", "FLOAT"), "FLOAT"),
-        (("write", "1", "0", "abc"), "pairs of hexadecimal digits"),
-        (("write", "1", "0", "300", "--type", "USINT"), "0..255"),
+        (("12345678901", "0", "-l", "1"), "0..0xFFFFFFFF"),
+        (("1", "0"), "--length or --type"),
+        (("1", "0", "--type", "INT", "--answer", "INT"), "--answer goes with DATA"),
+        (("1", "0", "--type", "FLOAT"), "FLOAT"),
+        (("1", "0", "abc"), "pairs of hexadecimal digits"),
+        (("1", "0", "300", "--type", "USINT"), "0..255"),
     ],
 )
 def test_bad_usage(cli: Cli, arguments: tuple[str, ...], complaint: str) -> None:

@@ -1,4 +1,4 @@
-"""`achse ads route`, `achse ads router`, `achse hash-password`."""
+"""`achse ads route` and `achse hash-password`."""
 
 import json
 from collections.abc import Callable, Iterator
@@ -144,17 +144,6 @@ def test_what_cannot_be(arguments: tuple[str, ...], exit_code: int, told: str) -
     refusal = run("ads", "route", "add", *arguments, "--password", "1", exit_code=exit_code,
                   ACHSE_HOST="127.0.0.1")  # fmt: skip
     assert told in refusal.stderr
-
-
-def test_the_router_tells_what_it_carries(host: str) -> None:
-    told = dict(
-        line.split(None, 1) for line in run("ads", "router", ACHSE_HOST=host).stdout.splitlines()
-    )
-    assert told["ports"].startswith("1, 30, 100, 110, 200, 10000")
-    assert told["memory"] == "700 kB"
-    facts = json.loads(run("ads", "router", "--json", ACHSE_HOST=host).stdout)
-    assert (facts["routes"], facts["notifications"], facts["memory"]) == (1, 0, 700)
-    assert 10_000 in facts["ports"]
 
 
 def test_a_password_is_hashed_from_a_pipe() -> None:

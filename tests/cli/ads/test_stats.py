@@ -20,9 +20,18 @@ def test_figures(lines: Callable[..., list[str]]) -> None:
     ]
 
 
+def test_the_figures_have_those_of_the_router(lines: Callable[..., list[str]]) -> None:
+    words = [line.removeprefix("router ") for line in lines("ads", "stats") if "router " in line]
+    router = dict(line.rsplit(None, 1) if "kB" not in line else ("memory", line) for line in words)
+    assert router["routes"] == "0"
+    assert router["memory"].split() == ["memory", "700", "kB"]
+
+
 def test_json(document: Callable[..., Any]) -> None:
     figures = document("ads", "stats")
     assert figures["connections"] == 1
+    assert figures["router"]["memory"] == 700
+    assert {1, 851, 10_000} <= set(figures["router"]["ports"])
     ports = [device["ports"] for device in figures["devices"]]
     assert {(10_000,), (500, 501), (851,), (26_000,)} <= set(map(tuple, ports))
 

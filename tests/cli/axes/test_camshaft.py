@@ -23,7 +23,7 @@ def test_values_and_cams_are_shown(lines: Lines, cli: Cli) -> None:
     zeros = "00000000"
     cam = "0101010001000001" + "5a000000" + "b4000000" + "04000000" + zeros
     cam += "01000000" + "14000000" + "01000000" + zeros + "02000000"
-    lines("ads", "raw", "write", "0x1103", "0", cam, "--port", "900")
+    lines("ads", "raw", "0x1103", "0", cam, "--port", "900")
     shown = lines("camshaft", "show", "press")
     assert any(line.split() == ["and_mask", "4294967295"] for line in shown)
     assert shown[-1] == ("cam 3: way on track 4, 90..180 degrees, forward backward force")

@@ -70,7 +70,7 @@ def test_what_cannot_be(cli: Cli) -> None:
 def test_offsets_and_tools(lines: Lines, document: Callable[..., Any]) -> None:
     assert lines("channel", "offsets")[0].split() == ["shift", "X", "Y", "Z"]
     assert document("channel", "offsets")["offsets"]["G54_FINE"] == [0.0, 0.0, 0.0]
-    lines("ads", "raw", "write", "0x2001", "0x40302", "0000000000804b40", "--port", "501")
+    lines("ads", "raw", "0x2001", "0x40302", "0000000000804b40", "--port", "501")
     assert lines("channel", "tools")[-1].split()[:4] == ["D3", "0.0000", "0.0000", "55.0000"]
     assert document("channel", "tools")["tools"][0]["length"] == 55.0
 

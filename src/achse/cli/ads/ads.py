@@ -23,7 +23,7 @@ __all__ = ["ads"]
 PLC_PORT = 851
 
 ads = typer.Typer(no_args_is_help=True, help="Ask an ADS device: state, symbols, values.")
-ads.add_typer(raw.raw, name="raw")
+raw.register(ads)
 
 _INDICES = re.compile(r"\[[^]]*\]")
 _BETWEEN = re.compile(r",(?![^[]*\])")

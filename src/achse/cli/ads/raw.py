@@ -11,11 +11,14 @@ if TYPE_CHECKING:
     from achse.client import Client
     from achse.iec import IecType
 
-__all__ = ["raw"]
+__all__ = ["register"]
 
 PLC_PORT = 851
 
-raw = typer.Typer(no_args_is_help=True, help="Read and write by index group and offset.")
+
+def register(app: typer.Typer) -> None:
+    """Add the command of this module to `app`."""
+    client_command(app, PLC_PORT, signed=True)(raw)
 
 
 def _number(text: str) -> int:
@@ -40,13 +43,6 @@ def _bytes(text: str) -> bytes:
 
 Group = Annotated[int, typer.Argument(parser=_number, metavar="GROUP")]
 Offset = Annotated[int, typer.Argument(parser=_number, metavar="OFFSET")]
-Length = Annotated[
-    int | None, typer.Option("--length", "-l", min=0, help="Bytes to ask for.", show_default=False)
-]
-Type = Annotated[
-    str | None,
-    typer.Option("--type", "-t", help="IEC type: LREAL, STRING(80), ARRAY [0..2] OF INT."),
-]
 
 
 def _type(name: str) -> "IecType[Any]":
@@ -103,50 +99,42 @@ def _length(length: int | None, type_name: str | None) -> int:
     return _type(type_name).size
 
 
-@client_command(raw, PLC_PORT)
-async def read(
+async def raw(
     client: "Client",
     group: Group,
     offset: Offset,
-    type: Type = None,
-    length: Length = None,
-    in_json: Json = False,
-) -> None:
-    """Read bytes, or a value of a type."""
-    data = await client.read_raw(group, offset, _length(length, type))
-    _show(data, type, in_json)
-
-
-@client_command(raw, PLC_PORT, signed=True)
-async def write(
-    client: "Client",
-    group: Group,
-    offset: Offset,
-    data: Annotated[str, typer.Argument(help="Hex digits, or a literal of the type.")] = "",
-    type: Type = None,
-    in_json: Json = False,
-) -> None:
-    """Write bytes, or a value of a type."""
-    content = _data(data, type)
-    await client.write_raw(group, offset, content)
-    if in_json:
-        print_json({"written": len(content)})
-
-
-@client_command(raw, PLC_PORT, signed=True)
-async def readwrite(
-    client: "Client",
-    group: Group,
-    offset: Offset,
-    data: Annotated[str, typer.Argument(help="Hex digits, or a literal of --write-type.")] = "",
-    type: Type = None,
-    length: Length = None,
-    write_type: Annotated[
-        str | None, typer.Option(help="IEC type of what is written.", show_default=False)
+    data: Annotated[
+        str | None,
+        typer.Argument(help="Write this: hex digits, or a literal of --type.", show_default="read"),
+    ] = None,
+    type: Annotated[
+        str | None,
+        typer.Option("--type", "-t", help="IEC type: LREAL, STRING(80), ARRAY [0..2] OF INT."),
+    ] = None,
+    length: Annotated[
+        int | None,
+        typer.Option("--length", "-l", min=0, help="Bytes to read.", show_default=False),
+    ] = None,
+    answer: Annotated[
+        str | None,
+        typer.Option(help="With DATA: IEC type of the answer.", show_default=False),
     ] = None,
     in_json: Json = False,
 ) -> None:
-    """Write and read in one request."""
-    content = _data(data, write_type)
-    answer = await client.read_write_raw(group, offset, _length(length, type), content)
-    _show(answer, type, in_json)
+    """Read or write by index group and offset: bytes, or a value of a type.
+
+    With DATA and --answer or --length, both are one request (ReadWrite).
+    """
+    if data is None:
+        if answer is not None:
+            raise typer.BadParameter("--answer goes with DATA; without it --type is the answer's")
+        _show(await client.read_raw(group, offset, _length(length, type)), type, in_json)
+        return
+    content = _data(data, type)
+    if answer is not None or length is not None:
+        read = await client.read_write_raw(group, offset, _length(length, answer), content)
+        _show(read, answer, in_json)
+        return
+    await client.write_raw(group, offset, content)
+    if in_json:
+        print_json({"written": len(content)})

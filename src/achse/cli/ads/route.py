@@ -1,4 +1,4 @@
-"""`achse ads route` lists and changes the routes of a router, `achse ads router` tells about it."""
+"""`achse ads route` lists and changes the routes of a router."""
 
 import asyncio
 import ipaddress
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["hash_password", "register", "route"]
 
-SYSTEM_PORT, ROUTER_PORT = 10_000, 1
+SYSTEM_PORT = 10_000
 _LIST, _REMOVE = 803, 802
 _LONGEST = 1024
 """Bytes read for one route; names and hosts have 255 at most."""
@@ -47,7 +47,6 @@ def register(app: typer.Typer, ads: typer.Typer) -> None:
     """Add the commands of this module: to `app`, and to `ads`."""
     app.command()(hash_password)
     ads.add_typer(route, name="route")
-    client_command(ads, ROUTER_PORT)(router)
 
 
 @client_command(route, SYSTEM_PORT, "list")
@@ -273,38 +272,6 @@ def _our_address(host: str) -> str:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.connect((host, 48899))
         return str(probe.getsockname()[0])
-
-
-async def router(client: "Client", in_json: Json = False) -> None:
-    """Tell about a router of ours: ports, clients, notifications, memory by the manual's rule."""
-    import struct
-
-    from achse.ams import NetId
-    from achse.devices.router import FIGURES, ROUTER_FIGURES
-
-    facts: dict[str, object] = {}
-    for row in ROUTER_FIGURES:
-        data = await client.read_raw(FIGURES, row.offset, 0x2_0000)
-        if row.name == "net_id":
-            facts[row.name] = str(NetId(data))
-        elif row.name == "ports":
-            facts[row.name] = [port for (port,) in struct.iter_unpack("<H", data)]
-        else:
-            facts[row.name] = int.from_bytes(data, "little")
-    if in_json:
-        print_json(facts)
-        return
-    units = {row.name: row.unit for row in ROUTER_FIGURES}
-    print_table(
-        [
-            (
-                name.replace("_", " "),
-                f"{', '.join(map(str, value)) if isinstance(value, list) else value}"
-                f" {units[name]}".rstrip(),
-            )
-            for name, value in facts.items()
-        ]
-    )
 
 
 def hash_password(in_json: Json = False) -> None:

@@ -1,6 +1,7 @@
-"""`achse ads stats` shows how a station of ours is doing."""
+"""`achse ads stats` shows the figures of a station of achse, and of its router."""
 
 import json
+import struct
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -15,6 +16,8 @@ __all__ = ["register"]
 
 LONGEST = 1 << 20
 
+ROUTER_PORT = 1
+
 
 def register(app: typer.Typer) -> None:
     """Add the command of this module to `app`."""
@@ -22,15 +25,16 @@ def register(app: typer.Typer) -> None:
 
 
 async def stats(client: "Client", in_json: Json = False) -> None:
-    """Connections, subscriptions, handles and queues of an achse station."""
+    """Show connections, subscriptions, handles, queues and the router of an achse station."""
     from achse.devices.station import STATISTICS
 
     figures: dict[str, Any] = json.loads(await client.read_raw(STATISTICS, 0, LONGEST))
+    figures["router"] = await _router(client)
     if in_json:
         print_json(figures)
         return
     devices, buses = figures.pop("devices"), figures.pop("buses", [])
-    clients = figures.pop("clients", [])
+    clients, router = figures.pop("clients", []), figures.pop("router")
     print_table(
         [(name.replace("_", " "), format(value, "g")) for name, value in figures.items()],
         right=frozenset({1}),
@@ -50,12 +54,44 @@ async def stats(client: "Client", in_json: Json = False) -> None:
         ports = ",".join(map(str, device["ports"]))
         rows.append((ports, device["name"], *(str(device[name]) for name in columns)))
     print_table(rows, right=frozenset(range(3, 9)))
+    print()
+    _print_router(router)
     if clients:
         print()
         _print_clients(clients)
     if buses:
         print()
         _print_buses(buses)
+
+
+async def _router(client: "Client") -> dict[str, Any]:
+    """Return ports, clients, notifications and memory of the router, by the manual's rule."""
+    from achse.ams import NetId
+    from achse.devices.router import FIGURES, ROUTER_FIGURES
+
+    router = client.at_port(ROUTER_PORT)
+    figures: dict[str, Any] = {}
+    for row in ROUTER_FIGURES:
+        data = await router.read_raw(FIGURES, row.offset, 0x2_0000)
+        if row.name == "net_id":
+            figures[row.name] = str(NetId(data))
+        elif row.name == "ports":
+            figures[row.name] = [port for (port,) in struct.iter_unpack("<H", data)]
+        else:
+            figures[row.name] = int.from_bytes(data, "little")
+    return figures
+
+
+def _print_router(figures: dict[str, Any]) -> None:
+    """Print the figures of the router with their units."""
+    from achse.devices.router import ROUTER_FIGURES
+
+    units = {row.name: row.unit for row in ROUTER_FIGURES}
+    rows = []
+    for name, value in figures.items():
+        text = ", ".join(map(str, value)) if isinstance(value, list) else value
+        rows.append((f"router {name.replace('_', ' ')}", f"{text} {units[name]}".rstrip()))
+    print_table(rows)
 
 
 def _print_clients(clients: list[dict[str, Any]]) -> None:
