@@ -50,13 +50,16 @@ def test_who_does_not_answer_offers_nothing_and_costs_little(
 
 
 def test_kinds_of_faults_and_their_fields() -> None:
-    assert "drop" in complete.fault_kinds("")
-    assert complete.fault_kinds("sl") == ["slow_cycle"]
-    assert complete.drive_fault_kinds("al") == ["alarm"]
+    assert "drop" in complete.fault_kinds(None, "")
+    assert complete.fault_kinds(None, "sl") == ["slow_cycle"]
+    drives = {"drives": True}
+    assert complete.fault_kinds(SimpleNamespace(params=drives), "al") == ["alarm"]
+    assert complete.fault_kinds(SimpleNamespace(params={"bus": 1}), "al") == ["alarm"]
     slow = SimpleNamespace(params={"kind": "slow_cycle"})
     assert complete.fault_fields(slow, "f") == ["factor="]
     assert "at=" in complete.fault_fields(slow, "")
-    assert "drive=" in complete.drive_fault_fields(SimpleNamespace(params={"kind": "alarm"}), "")
+    alarm = SimpleNamespace(params=drives | {"kind": "alarm"})
+    assert "drive=" in complete.fault_fields(alarm, "")
     assert complete.fault_fields(SimpleNamespace(params={}), "") == []
 
 

@@ -9,8 +9,6 @@ from typing import Any
 
 __all__ = [
     "axes",
-    "drive_fault_fields",
-    "drive_fault_kinds",
     "fault_fields",
     "fault_kinds",
     "symbols",
@@ -83,39 +81,27 @@ def symbols(ctx: Any, incomplete: str) -> list[str]:
     return list(parts)[:_MOST]
 
 
-def fault_kinds(incomplete: str) -> list[str]:
-    """Kinds of faults of a station."""
-    from achse.faults.kinds import STATION_FAULTS
-
-    return _beginning(incomplete, STATION_FAULTS)
-
-
-def drive_fault_kinds(incomplete: str) -> list[str]:
-    """Kinds of faults of drives that are served."""
-    from achse.faults.drives import DRIVE_FAULTS
-
-    return _beginning(incomplete, DRIVE_FAULTS)
+def fault_kinds(ctx: Any, incomplete: str) -> list[str]:
+    """Kinds of faults: those of drives with `--drives` or `--bus` before, else of a station."""
+    return _beginning(incomplete, _fault_kinds(ctx))
 
 
 def fault_fields(ctx: Any, incomplete: str) -> list[str]:
     """`KEY=` for the fields of the kind that is there already."""
-    from achse.faults.kinds import STATION_FAULTS
-
-    return _fields(STATION_FAULTS, ctx, incomplete)
-
-
-def drive_fault_fields(ctx: Any, incomplete: str) -> list[str]:
-    """The same of drives."""
-    from achse.faults.drives import DRIVE_FAULTS
-
-    return _fields(DRIVE_FAULTS, ctx, incomplete)
-
-
-def _fields(kinds: Any, ctx: Any, incomplete: str) -> list[str]:
+    kinds = _fault_kinds(ctx)
     kind = (getattr(ctx, "params", None) or {}).get("kind")
     if kind not in list(kinds):
         return []
     return _beginning(incomplete, [f"{name}=" for name in ("at", *kinds.parameters(kind))])
+
+
+def _fault_kinds(context: Any) -> Any:
+    """Return the kinds that the options of the command line select."""
+    from achse.faults.drives import DRIVE_FAULTS
+    from achse.faults.kinds import STATION_FAULTS
+
+    options = getattr(context, "params", None) or {}
+    return DRIVE_FAULTS if options.get("drives") or options.get("bus") else STATION_FAULTS
 
 
 def _beginning(incomplete: str, names: Any) -> list[str]:

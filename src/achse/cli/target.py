@@ -3,6 +3,7 @@
 import asyncio
 import functools
 import inspect
+import os
 from collections.abc import Callable, Coroutine, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn, get_type_hints
 
@@ -45,6 +46,9 @@ _PORT_ANSWERS_WITHIN = 1.0
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
+Listens = tuple[str, int]
+"""Environment variable and default of a TCP port."""
+
 Ask = Callable[..., Coroutine[Any, Any, None]]
 
 
@@ -55,7 +59,7 @@ def client_command(
     *,
     endless: bool = False,
     signed: bool = False,
-    listens: tuple[str, int] = ROUTER,
+    listens: Listens | Callable[[dict[str, Any]], Listens] = ROUTER,
     alone: Callable[[dict[str, Any]], bool] | None = None,
 ) -> Callable[[Ask], Ask]:
     """Make the coroutine `command(client, …)` a command of `app` that talks to AMS port `port`.
@@ -63,7 +67,8 @@ def client_command(
     It gets the options of the target beside its own, and a connected `achse.client.Client`. An
     `AdsError` becomes one line on stderr and exit code 1. An `endless` command reconnects after a
     loss, and Ctrl-C is its proper end. `signed` ones take arguments like `-5`. `listens` is the
-    environment variable and the default of the TCP port. Where `alone` says so of its own options,
+    environment variable and the default of the TCP port, or a function of its own options that
+    returns them. Where `alone` says so of its own options,
     nothing is connected and the client is None.
     """
 
@@ -75,16 +80,35 @@ def client_command(
             if alone is not None and alone(own):
                 asyncio.run(command(None, **own))
                 return
+            if callable(listens):
+                tcp_port = _tcp_port(own.pop("context"), tcp_port, listens(own))
             _run(command, host, tcp_port, net_id, port, timeout, endless, own)
 
         _, *parameters = inspect.signature(command).parameters.values()
-        parameters += _target_options(port, *listens)
+        parameters += _target_options(port, *(ROUTER if callable(listens) else listens))
+        if callable(listens):
+            context = inspect.Parameter(
+                "context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context
+            )
+            parameters.append(context)
         run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
         run.__annotations__ = {item.name: item.annotation for item in parameters}
         app.command(name, context_settings={"ignore_unknown_options": signed})(run)
         return command
 
     return register
+
+
+def _tcp_port(context: typer.Context, given: int, listens: Listens) -> int:
+    """Return the TCP port: that of the command line, else that of a variable, else the default."""
+    source = context.get_parameter_source("tcp_port")
+    if listens == ROUTER or (source is not None and source.name == "COMMANDLINE"):
+        return given
+    variable, default = listens
+    text = os.environ.get(variable) or str(default)
+    if not text.isdecimal() or not 0 < int(text) < 1 << 16:
+        raise typer.BadParameter(f"{variable}: expected a TCP port, got {text!r}")
+    return int(text)
 
 
 def _target_options(port: int, variable: str, tcp_port: int) -> list[inspect.Parameter]:

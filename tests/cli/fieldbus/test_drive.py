@@ -137,7 +137,7 @@ def test_frames_may_be_the_clock(serving: Callable[..., Any], tmp_path: Path) ->
     environment = {"ACHSE_DRIVE_PORT": told["control"].rpartition(":")[2]}
 
     def state() -> str:
-        listed = CliRunner().invoke(app, ["drive", "fault", "list", "--json"], env=environment)
+        listed = CliRunner().invoke(app, ["fault", "list", "--drives", "--json"], env=environment)
         return str(json.loads(listed.stdout)[0]["state"])
 
     host, _, port = told["udp"].rpartition(":")

@@ -1,4 +1,4 @@
-"""`achse drive list|show`: what the drive's dictionary holds; complaints."""
+"""`achse drive objects`: the dictionary of the drive, one object, and objects it does not have."""
 
 import json
 
@@ -11,13 +11,13 @@ from achse.drive.objects import ROWS
 
 
 def _achse(*arguments: str, exit_code: int = 0) -> Result:
-    result = CliRunner().invoke(app, ["drive", *arguments])
+    result = CliRunner().invoke(app, ["drive", "objects", *arguments])
     assert result.exit_code == exit_code, (result.output, result.exception)
     return result
 
 
 def test_the_list_has_a_line_for_every_entry() -> None:
-    heading, *lines = _achse("list").stdout.splitlines()
+    heading, *lines = _achse().stdout.splitlines()
     assert heading.split() == ["index", "type", "access", "pdo", "default", "unit", "name"]
     assert [line.split()[0] for line in lines] == [
         f"{row.index:04X}:{row.subindex:02X}" for row in ROWS
@@ -25,7 +25,7 @@ def test_the_list_has_a_line_for_every_entry() -> None:
 
 
 def test_the_list_can_be_narrowed_and_printed_as_json() -> None:
-    facts = json.loads(_achse("list", "0x607", "--json").stdout)
+    facts = json.loads(_achse("0x607", "--json").stdout)
     assert {fact["index"][:5] for fact in facts} == {"0x607"}
     [target] = [fact for fact in facts if fact["index"] == "0x607A"]
     assert (target["name"], target["type"], target["pdo"]) == (
@@ -36,19 +36,19 @@ def test_the_list_can_be_narrowed_and_printed_as_json() -> None:
 
 
 def test_one_entry_is_shown_with_all_that_is_known() -> None:
-    shown = dict(line.split(None, 1) for line in _achse("show", "1C32:02").stdout.splitlines())
+    shown = dict(line.split(None, 1) for line in _achse("1C32:02").stdout.splitlines())
     assert (shown["index"], shown["subindex"], shown["unit"]) == ("0x1C32", "2", "ns")
     assert "minimum" in shown
 
 
 def test_an_object_is_shown_with_its_entries() -> None:
-    facts = json.loads(_achse("show", "1018h", "--json").stdout)
+    facts = json.loads(_achse("1018h", "--json").stdout)
     assert [fact["default"] for fact in facts[:3]] == [4, VENDOR, PRODUCT]
 
 
-@pytest.mark.parametrize("arguments", [("show", "5FFF"), ("show", "6041:7"), ("list", "F")])
+@pytest.mark.parametrize("arguments", [("5FFF",), ("6041:7",), ("F",)])
 def test_what_the_drive_does_not_have(arguments: tuple[str, ...]) -> None:
-    assert "achse drive list" in _achse(*arguments, exit_code=1).stderr
+    assert "achse drive objects" in _achse(*arguments, exit_code=1).stderr
 
 
 @pytest.mark.parametrize(
@@ -62,16 +62,14 @@ def test_what_the_drive_does_not_have(arguments: tuple[str, ...]) -> None:
     ],
 )
 def test_an_object_by_its_name(entry: str, same: str) -> None:
-    assert _achse("show", entry).stdout == _achse("show", same).stdout
+    assert _achse(entry).stdout == _achse(same).stdout
 
 
 @pytest.mark.parametrize(
     ("words", "code", "hint"),
     [
-        (("show", "Contolword"), 2, "did you mean 'Controlword'?"),
-        (("show", "vendor"), 2, "did you mean 'Identity object: Vendor ID'?"),
-        (("list", "Contolword"), 1, "did you mean 'Controlword'?"),
-        (("list", "wombat"), 1, "see `achse drive list`"),
+        (("Contolword",), 1, "did you mean 'Controlword'?"),
+        (("wombat",), 1, "see `achse drive objects`"),
     ],
 )
 def test_near_names_of_objects_are_offered(words: tuple[str, ...], code: int, hint: str) -> None:
@@ -80,11 +78,11 @@ def test_near_names_of_objects_are_offered(words: tuple[str, ...], code: int, hi
 
 
 def test_the_list_can_be_searched_by_name() -> None:
-    _, *lines = _achse("list", "target pos").stdout.splitlines()
+    _, *lines = _achse("target pos").stdout.splitlines()
     assert [line.split()[0] for line in lines] == ["3058:00", "607A:00"]
-    assert len(_achse("list", "dec").stdout.splitlines()) > 3  # of deceleration
+    assert len(_achse("dec").stdout.splitlines()) > 3  # of deceleration
 
 
-@pytest.mark.parametrize("entry", ["speed", "", "12345", "6041:", "6041:100"])
+@pytest.mark.parametrize("entry", ["12345", "6041:", "6041:100"])
 def test_an_entry_that_is_no_number(entry: str) -> None:
-    assert "hexadecimal" in _achse("show", entry, exit_code=2).stderr
+    assert "hexadecimal" in _achse(entry, exit_code=2).stderr

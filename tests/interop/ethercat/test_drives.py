@@ -201,13 +201,13 @@ def test_faults_come_from_the_command_line_while_a_master_exchanges(
 ) -> None:
     witness("pysoem")
     bus.drives("--count", 2, "--interpreted")
-    achse = (sys.executable, "-m", "achse", "drive")
+    achse = (sys.executable, "-m", "achse")
     bus.record()
     with bus.beside("pysoem_faults.py", "watch", ready="in Op") as found:
-        bus.run(*achse, "fault", "add", "alarm", "code=AL.720", "drive=1")
-        bus.run(*achse, "fault", "add", "link_break", "drive=2")
-        watched = bus.run(*achse, "watch", "--for", "0", "--json")
-        bus.run(*achse, "fault", "clear")
+        bus.run(*achse, "fault", "add", "--drives", "alarm", "code=AL.720", "drive=1")
+        bus.run(*achse, "fault", "add", "--drives", "link_break", "drive=2")
+        watched = bus.run(*achse, "drive", "watch", "--for", "0", "--json")
+        bus.run(*achse, "fault", "clear", "--drives")
     bus.end_record()
     assert [each["alarm"] for each in json.loads(watched)] == ["AL.720", ""]
     assert found["op"] == OP

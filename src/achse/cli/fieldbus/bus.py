@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
-from achse.cli import complete
 from achse.cli.failure import fail, in_json
 from achse.cli.output import hex_dump, print_json, print_table
 from achse.cli.target import IO_PORT, Json, client_command
-from achse.cli.test.fault import fault_commands
 
 if TYPE_CHECKING:
     from achse.client import Client
@@ -19,7 +17,6 @@ if TYPE_CHECKING:
     from achse.ethercat.master.esi_reader import EsiDevice
     from achse.ethercat.master.scanning import FoundSlave
     from achse.ethercat.master.steps import Steps
-    from achse.faults.fault import FaultKinds
 
 __all__ = ["bus"]
 
@@ -29,25 +26,6 @@ bus = typer.Typer(
     no_args_is_help=True, help="EtherCAT buses: slaves, states, objects, EEPROMs, statistics."
 )
 
-
-def _kinds() -> "FaultKinds[Any]":
-    from achse.faults.drives import DRIVE_FAULTS
-
-    return DRIVE_FAULTS
-
-
-bus.add_typer(
-    fault_commands(
-        _kinds,
-        "Faults of the virtual drives on a bus of a station.",
-        command="achse bus fault",
-        clock="bus",
-        example="drive=2 by=2000 lasting=2s",
-        completion=(complete.drive_fault_kinds, complete.drive_fault_fields),
-        by_bus=True,
-    ),
-    name="fault",
-)
 
 T = TypeVar("T")
 

@@ -1,4 +1,4 @@
-"""`achse drive get|set|watch|fault`: what drives that are served do, beside their master."""
+"""`achse drive sdo|watch`: what drives that are served do, beside their master."""
 
 import asyncio
 import json
@@ -7,18 +7,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from achse.cli import complete
 from achse.cli.failure import fail
 from achse.cli.fieldbus.objects import entry_of
 from achse.cli.output import on_terminal, print_json, print_table
 from achse.cli.target import DRIVES, STATION_PORT, Json, client_command
-from achse.cli.test.fault import fault_commands
 
 if TYPE_CHECKING:
     from achse.client import Client
-    from achse.faults.fault import FaultKinds
 
-__all__ = ["fault", "register"]
+__all__ = ["register"]
 
 _LONGEST = 1 << 20
 
@@ -34,55 +31,32 @@ DriveOption = Annotated[
 ]
 
 
-def _faults_of_drives() -> "FaultKinds[Any]":
-    from achse.faults.drives import DRIVE_FAULTS
-
-    return DRIVE_FAULTS
-
-
-fault = fault_commands(
-    _faults_of_drives,
-    "Faults of drives that are served.",
-    command="achse drive fault",
-    clock="bus",
-    example="drive=2 code=AL.720 lasting=2s",
-    listens=DRIVES,
-    completion=(complete.drive_fault_kinds, complete.drive_fault_fields),
-)
-
-
 def register(drive: typer.Typer) -> None:
     """Put the commands beside those of `achse drive`."""
-    drive.add_typer(fault, name="fault")
 
-    @client_command(drive, STATION_PORT, listens=DRIVES)
-    async def get(
+    @client_command(drive, STATION_PORT, signed=True, listens=DRIVES)
+    async def sdo(
         client: "Client",
         entry: Annotated[
-            str, typer.Argument(metavar="INDEX[:SUB]", help="6041, 0x1C32:02.", callback=_an_entry)
+            str,
+            typer.Argument(
+                metavar="INDEX[:SUB]", help="6041, 0x1C32:02, Statusword.", callback=_an_entry
+            ),
         ],
+        value: Annotated[
+            str | None, typer.Argument(help="Write this number, 0x… allowed.", show_default="read")
+        ] = None,
         drive: DriveOption = 1,
         in_json: Json = False,
     ) -> None:
-        """Read an object of a drive that is served."""
+        """Read an object of a drive that is served, or write it, as an SDO would."""
         index, subindex = entry_of(entry)
-        value = await _access(client, drive=drive, index=index, subindex=subindex or 0)
-        _tell(index, subindex or 0, value, in_json)
-
-    @client_command(drive, STATION_PORT, "set", signed=True, listens=DRIVES)
-    async def set_entry(
-        client: "Client",
-        entry: Annotated[
-            str, typer.Argument(metavar="INDEX[:SUB]", help="6072, 0x60C2:01.", callback=_an_entry)
-        ],
-        value: Annotated[str, typer.Argument(help="A number, 0x… allowed.")],
-        drive: DriveOption = 1,
-        in_json: Json = False,
-    ) -> None:
-        """Write an object of a drive that is served, as an SDO would."""
-        index, subindex = entry_of(entry)
+        place = {"drive": drive, "index": index, "subindex": subindex or 0}
+        if value is None:
+            _tell(index, subindex or 0, await _access(client, **place), in_json)
+            return
         number = _number(value)
-        held = await _access(client, drive=drive, index=index, subindex=subindex or 0, value=number)
+        held = await _access(client, **place, value=number)
         _tell(index, subindex or 0, held, in_json)
         if held != number and index != 0x1010:
             fail("the drive did not take it: it stores, or its master sends this object")

@@ -1,6 +1,6 @@
-"""`achse drive list|show`: the object dictionary of the drive, without a drive."""
+"""`achse drive objects`: the object dictionary of the drive, without a drive."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -15,39 +15,43 @@ if TYPE_CHECKING:
 
 __all__ = ["entry_of", "register"]
 
+_DIGITS = 4
+"""Of an index."""
+
 _SHOWN = 3
 _SHORTEST = 3
 """Hexadecimal digits that are looked for as part of a name, too: `dec`."""
 
 
 def register(drive: typer.Typer) -> None:
-    """Put the commands beside those of `achse drive`."""
-    drive.command("list")(list_rows)
-    drive.command()(show)
+    """Put the command beside those of `achse drive`."""
+    drive.command()(objects)
 
 
-def list_rows(
-    index: Annotated[
+def objects(
+    wanted: Annotated[
         str | None,
         typer.Argument(
-            help="Only objects whose index begins so: 60, 1C1; or with this in their name.",
+            metavar="[INDEX[:SUB]]",
+            help="Objects whose index begins so, 60 or 1C1, or with this in their name; of one"
+            " object all facts: 6041, 0x1C32:02, Statusword.",
             show_default=False,
         ),
     ] = None,
     in_json: Json = False,
 ) -> None:
-    """List the object dictionary, one line per entry."""
+    """List the object dictionary, one line per entry, or show all facts of one object."""
     from achse.drive.objects import ROWS
-    from achse.iec.nearest import did_you_mean
 
-    wanted = index or ""
-    prefix = _digits(wanted)
-    rows = [row for row in ROWS if prefix is not None and f"{row.index:04X}".startswith(prefix)]
-    if not rows and (prefix is None or len(prefix) >= _SHORTEST):
-        rows = [row for row in ROWS if _folded(wanted) in _folded(row.name)]
-    if not rows:
-        hint = did_you_mean(wanted, _names(ROWS)) or "; see `achse drive list`"
-        fail(f"no object's index begins with {wanted!r}, and no name has it{hint}")
+    rows = _one_object(wanted) if wanted else []
+    if rows and not in_json:
+        for number, row in enumerate(rows):
+            if number:
+                print()
+            facts = _facts(row).items()
+            print_table([(name, _cell(value)) for name, value in facts if value not in ("", [])])
+        return
+    rows = rows or _beginning(wanted or "", ROWS)
     if in_json:
         print_json([_facts(row) for row in rows])
         return
@@ -56,27 +60,37 @@ def list_rows(
     print_table(lines, right=frozenset({4}))
 
 
-def show(
-    entry: Annotated[
-        str, typer.Argument(metavar="INDEX[:SUB]", help="6041, 0x1C32:02, Statusword.")
-    ],
-    in_json: Json = False,
-) -> None:
-    """Show all that is known of one object, or of one entry of it."""
+def _one_object(text: str) -> "list[ObjectRow]":
+    """Return the entries of one object, or one entry; empty if the text names several or none."""
     from achse.drive.objects import ROWS
 
-    wanted = entry_of(entry)
-    rows = [row for row in ROWS if row.index == wanted[0] and wanted[1] in (None, row.subindex)]
+    index, colon, _ = text.partition(":")
+    digits = _digits(index)
+    if digits is None:
+        folded = _folded(text)
+        named = [row for row in ROWS if folded == _folded(row.name)]
+        return named[:1] or [row for row in ROWS if folded == _folded(row.name.partition(":")[0])]
+    if not colon and len(digits) < _DIGITS:
+        return []
+    number, entry = entry_of(text)
+    rows = [row for row in ROWS if row.index == number and entry in (None, row.subindex)]
     if not rows:
-        fail(f"the drive has no {entry}; see `achse drive list`")
-    facts = [_facts(row) for row in rows]
-    if in_json:
-        print_json(facts)
-        return
-    for number, fact in enumerate(facts):
-        if number:
-            print()
-        print_table([(name, _cell(value)) for name, value in fact.items() if value not in ("", [])])
+        fail(f"the drive has no {text}; see `achse drive objects`")
+    return rows
+
+
+def _beginning(wanted: str, every: "Sequence[ObjectRow]") -> "list[ObjectRow]":
+    """Return the rows whose index begins so, or whose name has it; ends the command without any."""
+    from achse.iec.nearest import did_you_mean
+
+    prefix = _digits(wanted)
+    rows = [row for row in every if prefix is not None and f"{row.index:04X}".startswith(prefix)]
+    if not rows and (prefix is None or len(prefix) >= _SHORTEST):
+        rows = [row for row in every if _folded(wanted) in _folded(row.name)]
+    if not rows:
+        hint = did_you_mean(wanted, _names(every)) or "; see `achse drive objects`"
+        fail(f"no object's index begins with {wanted!r}, and no name has it{hint}")
+    return rows
 
 
 def entry_of(text: str) -> tuple[int, int | None]:
@@ -102,7 +116,7 @@ def _named(text: str) -> tuple[int, int | None]:
     inside = [name for name in names if wanted and wanted in _folded(name)][:_SHOWN]
     hint = f"; did you mean {' or '.join(map(repr, inside))}?" if inside else None
     raise typer.BadParameter(
-        "INDEX or INDEX:SUB in hexadecimal expected, or a name as in `achse drive list`, got"
+        "INDEX or INDEX:SUB in hexadecimal expected, or a name as in `achse drive objects`, got"
         f" {text!r}{hint or did_you_mean(text, names)}"
     )
 
