@@ -143,7 +143,7 @@ def free_host() -> Callable[[], str]:
 def warm_commands(tmp_path_factory: pytest.TempPathFactory) -> Iterator[warm.WarmCommands]:
     """Commands of achse that are forked from a process that has loaded it.
 
-    `warm_commands.run("axis", "list")` and `warm_commands.popen(...)` are as of `subprocess`;
+    `warm_commands.run("axis", "show")` and `warm_commands.popen(...)` are as of `subprocess`;
     `warm_commands.folder` has a quick `achse`, for the PATH of shells and foreign programs. Only
     real processes show start-up, signals of a terminal and what Python does at its end.
     """

@@ -344,7 +344,7 @@ def load() -> Callable[[], None]:
             import_module(name)
     nothing = io.StringIO()
     with contextlib.redirect_stdout(nothing), contextlib.redirect_stderr(nothing):
-        for words in (["axis", "list", "--tcp-port", "1"], ["axis", "--help"], ["check", "none"]):
+        for words in (["axis", "show", "--tcp-port", "1"], ["axis", "--help"], ["check", "none"]):
             with contextlib.suppress(SystemExit):
                 tree.main(words, prog_name="achse")
     Station.demo().advance(0.01)

@@ -26,7 +26,7 @@ def _run(*words: str) -> Any:
         (("run", "--net-id", "1.2", "--json"), "six numbers"),
         (("run", "--speed", "fast", "--json"), "a number above 0"),
         (("ads", "route", "add", "--net-id", "x", "--password", "y", "--json"), "six numbers"),
-        (("ads", "raw", "read", "x", "0", "--json"), "0x4040"),
+        (("ads", "raw", "x", "0", "--json"), "0x4040"),
     ],
 )
 def test_an_error_of_the_command_line_is_an_object(words: tuple[str, ...], told: str) -> None:
@@ -40,7 +40,7 @@ def test_an_error_of_the_command_line_is_an_object(words: tuple[str, ...], told:
 def test_a_value_without_its_option_tells_the_options() -> None:
     for words, option in [
         (("axis", "move", "X", "100"), "--to"),
-        (("ads", "raw", "read", "0x4020", "0", "4"), "--length"),
+        (("ads", "write", "GVL.nInt", "1", "2"), "--port"),
     ]:
         error = json.loads(_run(*words, "--json").stderr)
         assert "unexpected extra argument" in error["message"]

@@ -49,7 +49,7 @@ COMMANDS = {
     "wait 1.2.3.4": (1,),
     "docs --out {folder}/docs": (0,),
     "symbols stubs": (0,),
-    "drive list": (0,),
+    "drive objects": (0,),
     "drive serve --udp 127.0.0.1:0 --control none --interpreted --ordinary": (0,),
     "fault list": (0,),
     "warmup": (0, 1),
@@ -233,7 +233,7 @@ def test_a_terminal_that_closes_stops_the_axis_that_is_jogged(
         os.close(writer)
 
         def moving() -> bool:
-            told = warm_commands.run("axis", "status", "X", "--json", env=environment).stdout
+            told = warm_commands.run("axis", "show", "X", "--json", env=environment).stdout
             [x] = json.loads(told)
             return "not moving" not in x["flags"]
 

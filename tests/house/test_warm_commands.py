@@ -52,7 +52,7 @@ def test_folder_and_environment_are_the_callers(start: Start, tmp_path: Path) ->
     environment = os.environ | {"ACHSE_HOST": "nowhere.invalid"}
     with start("check", "here.toml", "--json", cwd=tmp_path) as process:
         assert "here.toml" in process.communicate()[1]
-    with start("axis", "list", "--json", env=environment) as process:
+    with start("axis", "show", "--json", env=environment) as process:
         assert "nowhere.invalid" in json.loads(process.communicate()[1])["message"]
 
 

@@ -12,35 +12,33 @@ Cli = Callable[..., Any]
 
 
 def test_the_axes_are_listed(lines: Lines, document: Document) -> None:
-    listed = [line.split() for line in lines("axis", "list")]
+    listed = [line.split() for line in lines("axis", "show")]
     assert [words[:2] for words in listed] == [["1", "X"], ["2", "Y"], ["3", "C"]]
     assert all(words[-1] in ("Disabled", "Standstill") for words in listed)
-    assert [(axis["id"], axis["name"], axis["unit"]) for axis in document("axis", "list")] == [
+    assert [(axis["id"], axis["name"], axis["unit"]) for axis in document("axis", "show")] == [
         (1, "X", "mm"),
         (2, "Y", "mm"),
         (3, "C", "degree"),
     ]
 
 
-def test_status_says_everything(lines: Lines) -> None:
-    title, *facts = lines("axis", "status", "y")
+def test_one_axis_is_shown_by_its_state(lines: Lines) -> None:
+    title, *facts = lines("axis", "show", "y")
     assert title.startswith("2 Y: ")
     labels = [line[:17].strip() for line in facts]
     assert labels == ["position", "velocity", "following error", "override", "error", "flags"]
     assert "not moving" in facts[-1]
 
 
-def test_status_of_all(lines: Lines, document: Document) -> None:
-    titles = [line for line in lines("axis", "status") if line[:1].isdigit()]
-    assert [title.split(":")[0] for title in titles] == ["1 X", "2 Y", "3 C"]
-    [one] = document("axis", "status", "3")
+def test_one_axis_as_json_has_its_online_structure(document: Document) -> None:
+    [one] = document("axis", "show", "3")
     assert one["name"] == "C"
     assert one["error_code"] == 0
 
 
 def test_enable_with_an_override_and_disable(lines: Lines, document: Document) -> None:
     assert lines("axis", "enable", "Y", "--override", "50")[0].endswith("Standstill")
-    [axis] = document("axis", "status", "Y")
+    [axis] = document("axis", "show", "Y")
     assert axis["velocity_override"] == 500_000
     assert "operational" in axis["flags"]
     assert lines("axis", "disable", "Y")[0].endswith("Disabled")
@@ -107,7 +105,7 @@ def test_an_endless_move_runs_until_it_is_stopped(lines: Lines, document: Docume
     course = document("axis", "move", "Y", "--endless", "-", "-v", "50")
     assert course["done"]
     assert course["trace"]["set_velocity"][-1] == pytest.approx(-50.0)
-    assert document("axis", "status", "Y")[0]["state"] == "ContinuousMotion"
+    assert document("axis", "show", "Y")[0]["state"] == "ContinuousMotion"
     assert lines("axis", "stop", "Y", "--deceleration", "5000", "--jerk", "50000")[0].endswith(
         "Standstill"
     )
@@ -130,11 +128,11 @@ def test_a_refused_move_is_told_by_name(cli: Cli) -> None:
 def test_an_error_is_shown_and_reset(lines: Lines) -> None:
     lines("axis", "enable", "Y")
     external = ("0x4202", "0x19", "17744", "--type", "UDINT", "--port", "501")
-    lines("ads", "raw", "write", *external)
-    [listed] = lines("axis", "list")[1:2]
+    lines("ads", "raw", *external)
+    [listed] = lines("axis", "show")[1:2]
     assert "ErrorStop" in listed
     assert "0x4550" in listed
-    assert any("0x4550" in line for line in lines("axis", "status", "Y"))
+    assert any("0x4550" in line for line in lines("axis", "show", "Y"))
     assert "ErrorStop" not in lines("axis", "reset", "Y")[0]
 
 
@@ -168,7 +166,7 @@ def test_watch_prints_samples(lines: Lines, cli: Cli) -> None:
 
 
 def test_near_axes_are_offered(cli: Callable[..., Any]) -> None:
-    told = cli("axis", "status", "XX", exit_code=1).stderr
+    told = cli("axis", "show", "XX", exit_code=1).stderr
     assert "no such axis" in told
 
 

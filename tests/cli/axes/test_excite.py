@@ -1,4 +1,4 @@
-"""`achse axis jog`, `reverse`, `sine` and `torque` on the demo station's axes."""
+"""`achse axis jog` and `achse axis excite` on the demo station's axes."""
 
 from collections.abc import Callable
 from math import pi
@@ -28,7 +28,7 @@ def test_reverse(cli: Callable[..., Any], document: Callable[..., Any]) -> None:
     cli("axis", "enable", "X")
     cli("axis", "move", "X", "--to", "0", "--velocity", "1000")
     told = document(
-        "axis", "reverse", "X", "--between", "-20", "30", "--velocity", "100",
+        "axis", "excite", "X", "--between", "-20", "30", "--velocity", "100",
         "--pause", "0.2", "--for", "6", "--sample-time", "0.02",
     )  # fmt: skip
     assert told["done"]
@@ -44,7 +44,7 @@ def test_reverse(cli: Callable[..., Any], document: Callable[..., Any]) -> None:
 def test_sine_ends_by_itself(lines: Callable[..., list[str]]) -> None:
     lines("axis", "enable", "Y")
     begin = 0.0
-    [told] = lines("axis", "sine", "Y", "--amplitude", "50", "--frequency", "1", "--for", "3")
+    [told] = lines("axis", "excite", "Y", "--amplitude", "50", "--frequency", "1", "--for", "3")
     words = told.split()
     assert words[0] == "Y:"
     assert float(words[1]) == pytest.approx(begin, abs=0.5)
@@ -55,7 +55,7 @@ def test_sine_ends_by_itself(lines: Callable[..., list[str]]) -> None:
 def test_a_sweep(document: Callable[..., Any], cli: Callable[..., Any]) -> None:
     cli("axis", "enable", "Y")
     told = document(
-        "axis", "sine", "Y", "--amplitude", "20", "--frequency", "1", "--signal", "2",
+        "axis", "excite", "Y", "--amplitude", "20", "--frequency", "1", "--signal", "2",
         "--sweep", "5", "50", "--for", "2",
     )  # fmt: skip
     assert told["done"]
@@ -66,7 +66,7 @@ def test_torque_keeps_its_velocity_limit(
     cli: Callable[..., Any], document: Callable[..., Any]
 ) -> None:
     cli("axis", "enable", "C")
-    told = document("axis", "torque", "C", "-5", "--limit", "90", "--for", "3")
+    told = document("axis", "excite", "C", "--torque", "-5", "--limit", "90", "--for", "3")
     assert told["done"]
     assert told["peak_velocity"] == pytest.approx(90.0, rel=0.02)
     assert told["lowest"] < told["highest"] - 90.0
@@ -74,7 +74,23 @@ def test_torque_keeps_its_velocity_limit(
     assert status["state"] == "Standstill"
 
 
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        ((), "one of --between, --amplitude and --torque"),
+        (("--torque", "5", "--amplitude", "1"), "one of --between, --amplitude and --torque"),
+        (("--between", "0", "9"), "--between needs --velocity"),
+        (("--torque", "5"), "--torque needs --limit"),
+    ],
+)
+def test_one_way_of_excitation_is_needed(
+    cli: Callable[..., Any], options: tuple[str, ...], complaint: str
+) -> None:
+    refusal = cli("axis", "excite", "X", *options, exit_code=2).stderr
+    assert complaint in " ".join(refusal.replace("│", " ").split())
+
+
 def test_a_refusal_is_told_by_name(cli: Callable[..., Any]) -> None:
     cli("axis", "disable", "C")
-    result = cli("axis", "torque", "C", "5", "--limit", "90", exit_code=1)
+    result = cli("axis", "excite", "C", "--torque", "5", "--limit", "90", exit_code=1)
     assert "C, start torque control: 0x4260 CONTROLLER_ENABLE_MISSING" in result.stderr

@@ -92,7 +92,7 @@ def test_the_demo_axis_homes(lines: Callable[..., list[str]], document: Callable
     assert told[-1].startswith("X: homed in ")
     again = document("axis", "home", "X")
     assert again["done"]
-    [status] = document("axis", "status", "X")
+    [status] = document("axis", "show", "X")
     assert "homed" in status["flags"]
     brake = 30.0 * (30.0 / 2250.0) ** 0.5
     assert again["position"] == pytest.approx(brake, abs=0.5)

@@ -11,7 +11,7 @@ Cli = Callable[..., Any]
 
 
 def test_an_axis_is_shown_whole(document: Document) -> None:
-    shown = {one["name"]: one for one in document("axis", "show", "C")}
+    shown = {one["name"]: one for one in document("axis", "show", "C", "*")}
     assert shown["max_velocity"] == {
         "name": "max_velocity",
         "value": 3600.0,
@@ -82,7 +82,7 @@ def test_the_nc_refuses_and_the_row_says_what_is_expected(cli: Cli) -> None:
         (("set", "X", "encoder_sub_mask", "-1"), 2, "a whole number expected (15..4.29497e+09)"),
         (("set", "X", "override_type", "new"), 2, "expected (1=REDUCED, 2=ORIGINAL"),
         (("set", "X", "velocity", "1"), 1, "no velocity; names with it: homing_velocity_towards"),
-        (("show", "X", "nothing*"), 1, "no nothing*; see `achse axis show X`"),
+        (("show", "X", "nothing*"), 1, "no nothing*; see `achse axis show X '*'`"),
         (("show", "X", "--element", "1"), 1, "0x4013"),
         (("set", "X", "max_velocity", "1", "--element", "1"), 1, "no max_velocity"),
     ],

@@ -67,6 +67,6 @@ def test_a_terminal_gets_them_and_nobody_else(
         os.close(ours)
     assert run.returncode == 0
     assert len(printed.splitlines()) == lines
-    assert (b"\nnext:  achse axis list" in printed) == (not words)
+    assert (b"\nnext:  achse axis show" in printed) == (not words)
     piped = warm_commands.run(*command).stdout
     assert len(piped.splitlines()) == 2

@@ -18,7 +18,16 @@ if TYPE_CHECKING:
     from achse.cli.axes.nc import NcAxis
     from achse.client import Client
 
-__all__ = ["NC_PORT", "AxisName", "Plot", "SampleTime", "Velocity", "axis", "draw"]
+__all__ = [
+    "NC_PORT",
+    "AxisName",
+    "Plot",
+    "SampleTime",
+    "axis",
+    "draw",
+    "report",
+    "show_state",
+]
 
 NC_PORT = 501
 
@@ -31,7 +40,6 @@ AxisNames = Annotated[
     list[str],
     typer.Argument(metavar="AXIS...", help="Ids or names.", autocompletion=complete.axes),
 ]
-Velocity = Annotated[float, typer.Option("--velocity", "-v", help="Units/s.")]
 Wait = Annotated[bool, typer.Option("--wait/--no-wait", help="Follow it; Ctrl-C stops the axis.")]
 Plot = Annotated[
     bool | None, typer.Option("--plot/--no-plot", help="Draw it.", show_default="on a terminal")
@@ -54,57 +62,31 @@ class Way(StrEnum):
     NEGATIVE = "-"
 
 
-@client_command(axis, NC_PORT, "list")
-async def list_axes(client: "Client", in_json: Json = False) -> None:
-    """List the axes of the NC."""
-    from achse.cli.axes.nc import axes_of
-
-    await _report(await axes_of(client), in_json)
-
-
-@client_command(axis, NC_PORT)
-async def status(
-    client: "Client",
-    names: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[AXIS]...", help="Ids or names; all of them.", autocompletion=complete.axes
-        ),
-    ] = None,
-    in_json: Json = False,
-) -> None:
-    """Show everything the NC says of axes."""
+async def show_state(item: "NcAxis") -> None:
+    """Print the state of one axis."""
     from achse.ams.errors import describe_code
-    from achse.cli.axes.nc import chosen, flag_names, motion_state
+    from achse.cli.axes.nc import flag_names, motion_state
     from achse.client.nc.access import FULL_OVERRIDE
 
-    axes = await chosen(client, names or [])
-    if in_json:
-        await _report(axes, in_json)
-        return
-    for number, item in enumerate(axes):
-        online = await item.online()
-        unit = item.unit
+    online = await item.online()
 
-        def figure(name: str, per: str = "", online: Any = online, unit: str = unit) -> str:
-            return f"{decimal(online[name]):>14} {unit}{per}"
+    def figure(name: str, per: str = "") -> str:
+        return f"{decimal(online[name]):>14} {item.unit}{per}"
 
-        print("\n" * bool(number), end="")
-        print(f"{item.axis_id} {item.name}: {motion_state(online['state_dword'])}")
-        print(f"  position         {figure('actual_position')}  set {figure('set_position')}")
-        print(
-            f"  velocity         {figure('actual_velocity', '/s')}"
-            f"  set {figure('set_velocity', '/s')}"
-        )
-        print(f"  following error  {figure('following_error')}")
-        print(f"  override         {online['velocity_override'] / FULL_OVERRIDE:>14g} %")
-        code = online["error_code"]
-        print(f"  error            {describe_code(code) if code else 'none':>14}")
-        print(f"  flags            {', '.join(flag_names(online['state_dword']))}".rstrip())
+    print(f"{item.axis_id} {item.name}: {motion_state(online['state_dword'])}")
+    print(f"  position         {figure('actual_position')}  set {figure('set_position')}")
+    print(
+        f"  velocity         {figure('actual_velocity', '/s')}  set {figure('set_velocity', '/s')}"
+    )
+    print(f"  following error  {figure('following_error')}")
+    print(f"  override         {online['velocity_override'] / FULL_OVERRIDE:>14g} %")
+    code = online["error_code"]
+    print(f"  error            {describe_code(code) if code else 'none':>14}")
+    print(f"  flags            {', '.join(flag_names(online['state_dword']))}".rstrip())
 
 
-async def _report(axes: Sequence["NcAxis"], in_json: bool) -> None:
-    """A line per axis, or all of its online structure."""
+async def report(axes: Sequence["NcAxis"], in_json: bool) -> None:
+    """Print a line per axis, in JSON its online structure."""
     from achse.ams.errors import describe_code
     from achse.cli.axes.nc import flag_names, motion_state
 
@@ -154,7 +136,7 @@ async def enable(
     axes = await chosen(client, names)
     within = client.timeout
     await asyncio.gather(*(item.remote.enable(override=override, within=within) for item in axes))
-    await _report(axes, in_json)
+    await report(axes, in_json)
 
 
 @client_command(axis, NC_PORT)
@@ -164,7 +146,7 @@ async def disable(client: "Client", names: AxisNames, in_json: Json = False) -> 
 
     axes = await chosen(client, names)
     await asyncio.gather(*(item.remote.disable(within=client.timeout) for item in axes))
-    await _report(axes, in_json)
+    await report(axes, in_json)
 
 
 @client_command(axis, NC_PORT)
@@ -188,7 +170,7 @@ async def stop(
         for item in axes
     ]
     await asyncio.gather(*(each.finished() for each in stops))
-    await _report(axes, in_json)
+    await report(axes, in_json)
 
 
 @client_command(axis, NC_PORT)
@@ -198,7 +180,7 @@ async def reset(client: "Client", names: AxisNames, in_json: Json = False) -> No
 
     axes = await chosen(client, names)
     await asyncio.gather(*(item.remote.reset(within=client.timeout) for item in axes))
-    await _report(axes, in_json)
+    await report(axes, in_json)
 
 
 @client_command(axis, NC_PORT)
@@ -277,7 +259,7 @@ async def home(
     [item] = await chosen(client, [name])
     if not wait:
         await Homing().begin(item)
-        await _report([item], in_json)
+        await report([item], in_json)
         return
     course = await follow(item, Homing(), sample_time)
     if in_json:

@@ -1,11 +1,11 @@
-"""`achse axis jog`, `reverse`, `sine` and `torque` excite an axis for a time, and follow it."""
+"""`achse axis jog` and `achse axis excite` move an axis for a time, and follow it."""
 
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from achse.cli.axes.axis import NC_PORT, AxisName, Plot, SampleTime, Velocity, draw
+from achse.cli.axes.axis import NC_PORT, AxisName, Plot, SampleTime, draw
 from achse.cli.failure import fail
 from achse.cli.output import decimal, on_terminal, print_json
 from achse.cli.target import Json, client_command
@@ -38,9 +38,7 @@ class Speed(StrEnum):
 def register(app: typer.Typer) -> None:
     """Add the commands of this module to `app`."""
     client_command(app, NC_PORT)(jog)
-    client_command(app, NC_PORT)(reverse)
-    client_command(app, NC_PORT)(sine)
-    client_command(app, NC_PORT, signed=True)(torque)
+    client_command(app, NC_PORT)(excite)
 
 
 async def jog(
@@ -64,46 +62,106 @@ async def jog(
     await _carry_out(client, name, excitation, sample_time, plot, in_json)
 
 
-async def reverse(
+async def excite(
     client: "Client",
     name: AxisName,
-    velocity: Velocity,
     between: Annotated[
-        tuple[float, float], typer.Option(metavar="POSITION POSITION", help="The two targets.")
-    ],
-    pause: Annotated[float, typer.Option(min=0.0, help="At each target, s.")] = 0.0,
-    duration: Duration = 5.0,
-    plot: Plot = None,
-    sample_time: SampleTime = 0.01,
-    in_json: Json = False,
-) -> None:
-    """Move an axis to and fro; Ctrl-C stops it earlier."""
-    from achse.cli.axes.excitation import Excitation
-
-    excitation = Excitation("start_reversing_positioning", (1, *between, velocity, pause), duration)
-    await _carry_out(client, name, excitation, sample_time, plot, in_json)
-
-
-async def sine(
-    client: "Client",
-    name: AxisName,
-    amplitude: Annotated[float, typer.Option(help="Of the velocity, units/s.")],
-    frequency: Annotated[float, typer.Option(max=10.0, help="Hz.")],
+        tuple[float, float] | None,
+        typer.Option(
+            metavar="POSITION POSITION",
+            help="Move to and fro between these targets.",
+            show_default=False,
+            rich_help_panel="Reversing",
+        ),
+    ] = None,
+    velocity: Annotated[
+        float,
+        typer.Option(
+            "--velocity", "-v", help="Units/s.", show_default=False, rich_help_panel="Reversing"
+        ),
+    ] = 0.0,
+    pause: Annotated[
+        float, typer.Option(min=0.0, help="At each target, s.", rich_help_panel="Reversing")
+    ] = 0.0,
+    amplitude: Annotated[
+        float | None,
+        typer.Option(
+            help="Swing with this velocity amplitude, units/s.",
+            show_default=False,
+            rich_help_panel="Sine",
+        ),
+    ] = None,
+    frequency: Annotated[float, typer.Option(max=10.0, help="Hz.", rich_help_panel="Sine")] = 1.0,
     sweep: Annotated[
         tuple[float, float],
         typer.Option(
             metavar="HZ HZ",
             help="A second sine goes through these frequencies.",
-            show_default=False,
+            rich_help_panel="Sine",
         ),
     ] = (1.0, 1.0),
-    signal: Annotated[float, typer.Option(help="Velocity amplitude of the second, units/s.")] = 0.0,
+    signal: Annotated[
+        float,
+        typer.Option(help="Velocity amplitude of the second, units/s.", rich_help_panel="Sine"),
+    ] = 0.0,
+    torque: Annotated[
+        float | None,
+        typer.Option(
+            metavar="PERCENT",
+            help="Drive by this torque, in percent of the rated one, signed.",
+            show_default=False,
+            rich_help_panel="Torque",
+        ),
+    ] = None,
+    limit: Annotated[
+        float | None,
+        typer.Option(
+            help="Velocity that it keeps to, units/s.",
+            show_default=False,
+            rich_help_panel="Torque",
+        ),
+    ] = None,
+    ramp: Annotated[
+        float, typer.Option(min=0.0, help="%/s; 0 = at once.", rich_help_panel="Torque")
+    ] = 0.0,
     duration: Duration = 5.0,
     plot: Plot = None,
     sample_time: SampleTime = 0.01,
     in_json: Json = False,
 ) -> None:
-    """Let an axis swing; Ctrl-C stops it earlier."""
+    """Excite an axis: to and fro (--between), by a sine (--amplitude) or by its torque (--torque).
+
+    Ctrl-C stops it earlier; it ends in position control.
+    """
+    if sum(way is not None for way in (between, amplitude, torque)) != 1:
+        raise typer.BadParameter("one of --between, --amplitude and --torque says how")
+    if between is not None:
+        if not velocity:
+            raise typer.BadParameter("--between needs --velocity")
+        excitation = _reversing(between, velocity, pause, duration)
+    elif amplitude is not None:
+        excitation = _swinging(amplitude, frequency, sweep, signal, duration)
+    else:
+        assert torque is not None
+        if limit is None:
+            raise typer.BadParameter("--torque needs --limit, a velocity")
+        excitation = _driven_by_torque(torque, ramp, limit, duration)
+    await _carry_out(client, name, excitation, sample_time, plot, in_json)
+
+
+def _reversing(
+    between: tuple[float, float], velocity: float, pause: float, duration: float
+) -> "Excitation":
+    """Return the excitation that moves an axis to and fro."""
+    from achse.cli.axes.excitation import Excitation
+
+    return Excitation("start_reversing_positioning", (1, *between, velocity, pause), duration)
+
+
+def _swinging(
+    amplitude: float, frequency: float, sweep: tuple[float, float], signal: float, duration: float
+) -> "Excitation":
+    """Return the excitation by one sine, or by a second one that goes through frequencies."""
     from achse.cli.axes.excitation import Excitation
 
     count = FREQUENCIES if signal else 1
@@ -111,22 +169,11 @@ async def sine(
         1, amplitude, frequency, signal, 1.0, *sweep, duration / count, count, 1,
     )  # fmt: skip
     # a little longer than it takes, so that it ends by itself
-    excitation = Excitation("start_sine_oscillation", arguments, 1.1 * duration + 1.0)
-    await _carry_out(client, name, excitation, sample_time, plot, in_json)
+    return Excitation("start_sine_oscillation", arguments, 1.1 * duration + 1.0)
 
 
-async def torque(
-    client: "Client",
-    name: AxisName,
-    percent: Annotated[float, typer.Argument(help="Of the rated torque, signed.")],
-    limit: Annotated[float, typer.Option(help="Velocity that it keeps to, units/s.")],
-    ramp: Annotated[float, typer.Option(min=0.0, help="%/s; 0 = at once.")] = 0.0,
-    duration: Duration = 5.0,
-    plot: Plot = None,
-    sample_time: SampleTime = 0.01,
-    in_json: Json = False,
-) -> None:
-    """Drive an axis by its torque, then stop it in position control."""
+def _driven_by_torque(percent: float, ramp: float, limit: float, duration: float) -> "Excitation":
+    """Return the excitation by a torque."""
     from achse.cli.axes.excitation import Excitation
     from achse.motion.states import TorqueStartType
 
@@ -134,8 +181,7 @@ async def torque(
         TorqueStartType.ABSOLUTE, 0, 0, 0, percent * PER_PERCENT, ramp * PER_PERCENT,
         limit, -limit, 0.0, 0.0, 0.0,
     )  # fmt: skip
-    excitation = Excitation("start_torque_control", arguments, duration)
-    await _carry_out(client, name, excitation, sample_time, plot, in_json)
+    return Excitation("start_torque_control", arguments, duration)
 
 
 async def _carry_out(

@@ -1,4 +1,4 @@
-"""`achse axis gear`, `couple` and `decouple`: axes that follow axes."""
+"""`achse axis couple` and `decouple`: axes that follow axes."""
 
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated
@@ -42,8 +42,7 @@ class Then(StrEnum):
 
 def register(axis: typer.Typer) -> None:
     """Add the commands to `achse axis`."""
-    client_command(axis, NC_PORT, signed=True)(gear)
-    client_command(axis, NC_PORT)(couple)
+    client_command(axis, NC_PORT, signed=True)(couple)
     client_command(axis, NC_PORT)(decouple)
 
 
@@ -69,50 +68,71 @@ async def _report(client: "Client", name: str, in_json: bool, did: str) -> None:
         print(f"{item}: {did}, is at {here}")
 
 
-async def gear(
-    client: "Client",
-    name: AxisName,
-    master: Master,
-    ratio: Annotated[
-        float, typer.Argument(help="Slave units per master unit, not 0; either sign.")
-    ] = 1.0,
-    change: Annotated[
-        bool, typer.Option("--change", help="The slave follows already: a new ratio, at once.")
-    ] = False,
-    in_json: Json = False,
-) -> None:
-    """Let an axis follow a master by a gear: slave way = ratio · master way."""
-    from achse.cli.axes.nc import chosen
-
-    slave, leader = await chosen(client, [name, master])
-    remote = client.nc.axis(slave.axis_id)
-    if change:
-        await remote.change_gear(ratio)
-    else:
-        await remote.gear_in(leader.axis_id, ratio)
-    await _report(client, name, in_json, f"follows {leader} by a gear of {ratio:g}")
-
-
 async def couple(
     client: "Client",
     name: AxisName,
     master: Master,
-    table: Annotated[int, typer.Option(min=1, max=4095, help="Id of a table of the NC.")],
-    joined: Annotated[Joined, typer.Option(help="How its rows are joined.")] = Joined.SPLINE,
-    relative: Annotated[
-        bool, typer.Option("--relative", help="Count both axes from where they are now.")
+    ratio: Annotated[
+        float | None,
+        typer.Argument(
+            help="Of a gear: slave units per master unit, not 0; either sign.", show_default="1"
+        ),
+    ] = None,
+    change: Annotated[
+        bool, typer.Option("--change", help="The slave follows already: a new ratio, at once.")
     ] = False,
-    master_offset: Annotated[float, typer.Option(help="Units of the master.")] = 0.0,
-    slave_offset: Annotated[float, typer.Option(help="Units of the slave.")] = 0.0,
-    master_scaling: Annotated[float, typer.Option(help="Stretches the cam, not 0.")] = 1.0,
-    slave_scaling: Annotated[float, typer.Option(help="Raises the cam.")] = 1.0,
+    table: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            max=4095,
+            help="Follow by this table of the NC, not by a gear.",
+            show_default=False,
+            rich_help_panel="Cam",
+        ),
+    ] = None,
+    joined: Annotated[
+        Joined, typer.Option(help="How its rows are joined.", rich_help_panel="Cam")
+    ] = Joined.SPLINE,
+    relative: Annotated[
+        bool,
+        typer.Option(
+            "--relative", help="Count both axes from where they are now.", rich_help_panel="Cam"
+        ),
+    ] = False,
+    master_offset: Annotated[
+        float, typer.Option(help="Units of the master.", rich_help_panel="Cam")
+    ] = 0.0,
+    slave_offset: Annotated[
+        float, typer.Option(help="Units of the slave.", rich_help_panel="Cam")
+    ] = 0.0,
+    master_scaling: Annotated[
+        float, typer.Option(help="Stretches the cam, not 0.", rich_help_panel="Cam")
+    ] = 1.0,
+    slave_scaling: Annotated[
+        float, typer.Option(help="Raises the cam.", rich_help_panel="Cam")
+    ] = 1.0,
     in_json: Json = False,
 ) -> None:
-    """Let an axis follow a master by a cam table or a motion function."""
+    """Let an axis follow a master: by a gear, or by a cam table or motion function (--table).
+
+    By a gear slave way = ratio · master way.
+    """
     from achse.cli.axes.nc import chosen
 
+    if table is not None and (ratio is not None or change):
+        raise typer.BadParameter("RATIO and --change are of a gear; --table is none")
     slave, leader = await chosen(client, [name, master])
-    await client.nc.axis(slave.axis_id).cam_in(
+    remote = client.nc.axis(slave.axis_id)
+    if table is None:
+        ratio = 1.0 if ratio is None else ratio
+        if change:
+            await remote.change_gear(ratio)
+        else:
+            await remote.gear_in(leader.axis_id, ratio)
+        await _report(client, name, in_json, f"follows {leader} by a gear of {ratio:g}")
+        return
+    await remote.cam_in(
         leader.axis_id,
         table,
         interpolation=joined.value,

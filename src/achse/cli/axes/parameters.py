@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from achse.cli.axes.axis import NC_PORT, AxisName
+from achse.cli import complete
+from achse.cli.axes.axis import NC_PORT, AxisName, report, show_state
 from achse.cli.failure import fail
 from achse.cli.output import print_json, print_table
 from achse.cli.target import Json, client_command
@@ -41,26 +42,49 @@ def register(axis: typer.Typer) -> None:
 
 async def show(
     client: "Client",
-    name: AxisName,
+    name: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[AXIS]",
+            help="Id or name.",
+            show_default="a line for each axis",
+            autocompletion=complete.axes,
+        ),
+    ] = None,
     patterns: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[NAME]...", help="Names or patterns like 'homing_*'; all of them."),
+        typer.Argument(
+            metavar="[NAME]...",
+            help="Parameters and states by name or pattern: 'homing_*', '*'.",
+            show_default="what the axis does",
+        ),
     ] = None,
     element: Element = 0,
     in_json: Json = False,
 ) -> None:
-    """Show parameters and states of an axis: value, unit, range and meaning."""
+    """Show axes: all in a line each, one by its state, or its parameters by NAME.
+
+    A parameter has value, unit, range and meaning.
+    """
     from achse.cli.axes.nc import chosen
 
-    [item] = await chosen(client, [name])
+    axes = await chosen(client, [] if name is None else [name])
+    if name is None or (in_json and not patterns):
+        await report(axes, in_json)
+    elif not patterns:
+        await show_state(axes[0])
+    else:
+        await _show_parameters(axes[0], patterns, element, in_json)
+
+
+async def _show_parameters(
+    item: "NcAxis", patterns: list[str], element: int, in_json: bool
+) -> None:
+    """Print the parameters and states whose names are like a pattern."""
     every = list(_values(item.remote, element))
-    wanted = [
-        row
-        for row in every
-        if not patterns or any(fnmatchcase(row.name, pattern.lower()) for pattern in patterns)
-    ]
+    wanted = [row for row in every if any(fnmatchcase(row.name, text.lower()) for text in patterns)]
     if not wanted:
-        fail(_unknown(item.name, " ".join(patterns or ()), [row.name for row in every]))
+        fail(_unknown(item.name, " ".join(patterns), [row.name for row in every]))
     seen = await asyncio.gather(*map(_look, wanted))
     refused = [one.refusal for one in seen if one.refusal is not None]
     if len(refused) == len(seen):
@@ -146,7 +170,8 @@ def _number(row: "AxisValue", text: str) -> int | float:
 def _unknown(axis: str, name: str, known: list[str]) -> str:
     from achse.client.nc.services import nearest_service
 
-    return f"no {name}{nearest_service(name, known) or f'; see `achse axis show {axis}`'}"
+    where = f"; see `achse axis show {axis} '*'`"
+    return f"no {name}{nearest_service(name, known) or where}"
 
 
 def _line(one: Shown) -> tuple[str, str, str, str, str]:

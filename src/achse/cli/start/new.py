@@ -240,7 +240,7 @@ def _station(name: str, plc: PlcKind, axes: list[str]) -> Iterator[str]:
 def _axis(number: int, name: str, *, first: bool) -> Iterator[str]:
     yield "\n[[axis]]\n"
     if first:
-        yield "# Any parameter of axis, encoder, controller, drive: `achse axis show` lists them.\n"
+        yield "# Any parameter of axis, encoder, controller, drive: `achse axis show AXIS '*'`.\n"
     yield f"id = {number}\nname = {json.dumps(name, ensure_ascii=False)}\n"
     yield 'unit = "mm"\n'
     yield "max_velocity = 500.0   # mm/s\n" if first else "max_velocity = 500.0\n"

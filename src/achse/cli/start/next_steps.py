@@ -28,7 +28,7 @@ def next_steps(host: str, tcp_port: int, axes: Sequence[str], page: str | None) 
     else:
         do = f"achse monitor{target}"
     return [
-        f"next:  achse {'axis list' if axes else 'ads info --port 10000'}{target}"
+        f"next:  achse {'axis show' if axes else 'ads info --port 10000'}{target}"
         "  (in another terminal)",
         f"       {do}",
         f"       {see or f'achse web{target}'}",
