@@ -11,11 +11,11 @@ Cli = Callable[..., Any]
 
 
 def test_the_controllers_are_listed(lines: Lines, cli: Cli) -> None:
-    assert lines("camshaft", "list") == [
+    assert lines("camshaft", "show") == [
         "name   degrees  1/min  cams  tracks on  errors",
         "Press      0.0      0     0  -          none",
     ]
-    [listed] = json.loads(cli("camshaft", "list", "--json").stdout)
+    [listed] = json.loads(cli("camshaft", "show", "--json").stdout)
     assert (listed["name"], listed["configured_cams"], listed["errors"]) == ("Press", 0, [])
 
 
@@ -27,7 +27,7 @@ def test_values_and_cams_are_shown(lines: Lines, cli: Cli) -> None:
     shown = lines("camshaft", "show", "press")
     assert any(line.split() == ["and_mask", "4294967295"] for line in shown)
     assert shown[-1] == ("cam 3: way on track 4, 90..180 degrees, forward backward force")
-    document = json.loads(cli("camshaft", "show", "--json").stdout)
+    document = json.loads(cli("camshaft", "show", "press", "--json").stdout)
     assert document["cam"][0]["hysteresis"] == 20
     assert document["parameters"]["box_address"] == 1
 

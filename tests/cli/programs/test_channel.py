@@ -13,18 +13,18 @@ Cli = Callable[..., Any]
 
 def test_channels_are_listed(lines: Lines, document: Callable[..., Any]) -> None:
     assert channel.info.help
-    assert [line.split()[:4] for line in lines("channel", "list")] == [
+    assert [line.split()[:4] for line in lines("channel", "show")] == [
         ["channel", "name", "type", "group"],
         ["1", "Interpolation", "interpreter", "11"],
         ["2", "Axes", "standard", "1"],
     ]
-    assert document("channel", "list")[0]["group"] == 11
+    assert document("channel", "show")[0]["group"] == 11
 
 
 def until(document: Callable[..., Any], name: str, value: object) -> None:
     """Ask until the state of the channel says so."""
     for _ in range(3000):
-        if document("channel", "state")[name] == value:
+        if document("channel", "show", "1")[name] == value:
             return
     raise AssertionError(f"{name} never was {value!r}")
 
@@ -53,7 +53,7 @@ def test_an_m_function_is_confirmed(lines: Lines, document: Callable[..., Any]) 
     lines("channel", "load", "plate.nc")
     lines("channel", "start")
     until(document, "m_function", 40)
-    assert "M40 waits: achse channel confirm" in lines("channel", "state")[0]
+    assert "M40 waits: achse channel confirm" in lines("channel", "show", "1")[0]
     assert "M40" not in lines("channel", "confirm")[0]
     lines("channel", "reset")
     until(document, "state", "idle")
@@ -62,17 +62,22 @@ def test_an_m_function_is_confirmed(lines: Lines, document: Callable[..., Any]) 
 
 def test_what_cannot_be(cli: Cli) -> None:
     assert "0x4110" in cli("channel", "load", "none.nc", exit_code=1).stderr
-    assert "0x4010" in cli("channel", "state", "--channel", "9", exit_code=1).stderr
+    assert "0x4010" in cli("channel", "show", "9", exit_code=1).stderr
     assert "NoAxis" in cli("channel", "assign", "NoAxis", exit_code=1).stderr
     assert "8 at most" in cli("channel", "assign", *"XXXXXXXXX", exit_code=1).stderr
 
 
 def test_offsets_and_tools(lines: Lines, document: Callable[..., Any]) -> None:
-    assert lines("channel", "offsets")[0].split() == ["shift", "X", "Y", "Z"]
-    assert document("channel", "offsets")["offsets"]["G54_FINE"] == [0.0, 0.0, 0.0]
+    assert lines("channel", "show", "--offsets")[0].split() == ["shift", "X", "Y", "Z"]
+    assert document("channel", "show", "--offsets")["offsets"]["G54_FINE"] == [0.0, 0.0, 0.0]
     lines("ads", "raw", "0x2001", "0x40302", "0000000000804b40", "--port", "501")
-    assert lines("channel", "tools")[-1].split()[:4] == ["D3", "0.0000", "0.0000", "55.0000"]
-    assert document("channel", "tools")["tools"][0]["length"] == 55.0
+    assert lines("channel", "show", "1", "--tools")[-1].split()[:4] == [
+        "D3",
+        "0.0000",
+        "0.0000",
+        "55.0000",
+    ]
+    assert document("channel", "show", "1", "--tools")["tools"][0]["length"] == 55.0
 
 
 async def test_a_controller_without_places_has_none() -> None:

@@ -25,7 +25,7 @@ def test_channels_are_recorded_as_they_come(lines: Lines, tmp_path: Path) -> Non
     data = ScopeData.load(file)
     counts = data["MAIN.nCounter"].values
     assert counts == list(range(counts[0], counts[0] + 100))
-    assert lines("scope", "list") == ["1  offline  0 channels  scope"]
+    assert lines("scope", "show") == ["1  offline  0 channels  scope"]
 
 
 def test_a_trigger_is_waited_for(cli: Cli, tmp_path: Path) -> None:
@@ -57,10 +57,10 @@ def test_a_trigger_is_waited_for(cli: Cli, tmp_path: Path) -> None:
         (("start", "77"), 1, "no scope has the number 77"),
         (("trigger", "1"), 1, "scope 1 does not wait for a trigger: start it"),
         (("trigger", "0"), 2, "equal to 1"),
-        (("show", "77"), 1, "no scope has the number 77, see `achse scope list`"),
-        (("export", "1", "a.csv"), 1, "scope 1 has recorded nothing"),
-        (("open", "none.scope"), 1, "none.scope: No such file"),
-        (("open", "notes.scope"), 1, "not a recording in binary form"),
+        (("show", "77"), 1, "no scope has the number 77, see `achse scope show`"),
+        (("show", "1", "--to", "a.csv"), 1, "scope 1 has recorded nothing"),
+        (("show", "none.scope"), 1, "none.scope: No such file"),
+        (("show", "notes.scope"), 1, "not a recording in binary form"),
     ],
 )
 def test_what_cannot_be_is_told(
@@ -89,10 +89,9 @@ def test_a_scope_that_records_is_shown_and_exported(
         [row] = document("scope", "show", str(made.number))["channels"]
         assert (row["samples"], row["type"]) == (50, "UINT32")
         file = tmp_path / "a.parquet"
-        assert lines("scope", "export", str(made.number), str(file)) == [
-            f"{file}: 1 channels, 50 samples"
-        ]
-        assert [each["name"] for each in document("scope", "list")] == ["scope", "mine"]
+        [line] = lines("scope", "show", str(made.number), "--to", str(file))
+        assert line == f"{file}: 1 channels, 50 samples"
+        assert [each["name"] for each in document("scope", "show")] == ["scope", "mine"]
 
 
 def test_a_scope_of_the_station_is_started_triggered_and_stopped(
@@ -124,12 +123,12 @@ def test_a_file_is_shown_and_written_in_another_form(
 ) -> None:
     file = tmp_path / "a.scope"
     recording().save(file)
-    assert "level" in lines("scope", "open", str(file))[-1]
-    facts = document("scope", "open", str(file))
+    assert "level" in lines("scope", "show", str(file))[-1]
+    facts = document("scope", "show", str(file))
     assert facts["trigger"] == 0.004
     assert facts["channels"][-1]["last"] == -0.5
     to = tmp_path / "a.csv"
-    [line] = lines("scope", "open", str(file), "--to", str(to))
+    [line] = lines("scope", "show", str(file), "--to", str(to))
     assert line == f"{to}: 12 channels, 67 samples"
     assert to.exists()
     assert scope.registered_commands

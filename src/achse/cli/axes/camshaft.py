@@ -26,9 +26,8 @@ Name = Annotated[
 ]
 
 
-@client_command(camshaft, CAMSHAFT_PORT, "list")
-async def list_(client: "Client", in_json: Json = False) -> None:
-    """The controllers: angle, stroke rate, cams, tracks that are on, errors."""
+async def _list(client: "Client", in_json: bool) -> None:
+    """Print the controllers: angle, stroke rate, cams, tracks that are on, errors."""
     found = [await _state(client, name) for name in await _names(client)]
     if in_json:
         print_json(found)
@@ -50,8 +49,17 @@ async def list_(client: "Client", in_json: Json = False) -> None:
 
 
 @client_command(camshaft, CAMSHAFT_PORT)
-async def show(client: "Client", name: Name = None, in_json: Json = False) -> None:
-    """All values of a controller, and the cams that have a type."""
+async def show(
+    client: "Client",
+    name: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[NAME]", help="The controller.", show_default="list the controllers"
+        ),
+    ] = None,
+    in_json: Json = False,
+) -> None:
+    """List the controllers, or show all values of one, and its cams that have a type."""
     from achse.camshaft.parameters import (
         CAM_PARAMETERS,
         CAMS,
@@ -60,6 +68,9 @@ async def show(client: "Client", name: Name = None, in_json: Json = False) -> No
         CamType,
     )
 
+    if name is None:
+        await _list(client, in_json)
+        return
     name = await _chosen(client, name)
     own = {f"{name}.{each.name}": each for each in CONTROLLER_PARAMETERS}
     own |= {f"{name}.Encoder.{each.name}": each for each in ENCODER_PARAMETERS}
@@ -102,7 +113,7 @@ async def watch(
     ] = None,
     in_json: Json = False,
 ) -> None:
-    """A line for each change of the tracks."""
+    """Print a line for each change of the tracks, until Ctrl-C."""
     name = await _chosen(client, name)
     async with client.subscribe(f"{name}.Outputs.cams", cycle_time=cycle) as samples:
         seen = 0

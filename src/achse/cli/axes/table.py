@@ -22,29 +22,8 @@ __all__ = ["table"]
 table = typer.Typer(no_args_is_help=True, help="Cam tables and motion functions of an NC.")
 
 TableId = Annotated[int, typer.Argument(metavar="TABLE", min=1, max=4095, help="Its id.")]
-Source = Annotated[
-    str, typer.Argument(metavar="TABLE", help="Id of a table of the NC, or a file with its rows.")
-]
-JoinedBy = Annotated[Joined, typer.Option("--joined", help="How rows of a cam are joined.")]
-Cyclic = Annotated[bool, typer.Option("--cyclic", help="It goes on from its end; for files.")]
-MasterVelocity = Annotated[
-    float, typer.Option("--master-velocity", "-v", min=0, help="Units of the master/s.")
-]
 Limit = float | None
-MinPosition = Annotated[Limit, typer.Option(help="Limit of the slave.", show_default=False)]
-MaxPosition = Annotated[Limit, typer.Option(help="Limit of the slave.", show_default=False)]
-MaxVelocity = Annotated[Limit, typer.Option(help="Units/s.", show_default=False)]
-MaxAcceleration = Annotated[Limit, typer.Option(help="Units/s².", show_default=False)]
-MaxJerk = Annotated[Limit, typer.Option(help="Units/s³.", show_default=False)]
-OfAxis = Annotated[
-    str | None,
-    typer.Option(
-        "--axis",
-        help="Its soft limits, maximum velocity and acceleration, default jerk.",
-        autocompletion=complete.axes,
-        show_default=False,
-    ),
-]
+LimitOption = Annotated[Limit, typer.Option(help="Limit of the slave.", show_default=False)]
 
 
 def _offline(options: dict[str, Any]) -> bool:
@@ -52,9 +31,34 @@ def _offline(options: dict[str, Any]) -> bool:
     return not options["source"].isdecimal() and not options["axis"]
 
 
-@client_command(table, NC_PORT, "list")
-async def list_tables(client: "Client", in_json: Json = False) -> None:
-    """List the tables of the NC."""
+@client_command(table, NC_PORT)
+async def show(
+    client: "Client",
+    number: Annotated[
+        int | None,
+        typer.Argument(
+            metavar="[TABLE]", min=1, max=4095, help="Its id.", show_default="list the tables"
+        ),
+    ] = None,
+    to: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write its rows there (CSV).", show_default=False),
+    ] = None,
+    in_json: Json = False,
+) -> None:
+    """List the tables of the NC, show the rows or points of one, or write them to a file."""
+    if number is None:
+        if to is not None:
+            raise typer.BadParameter("--to writes one table: which?", param_hint="TABLE")
+        await _list(client, in_json)
+    elif to is None:
+        await _show(client, number, in_json)
+    else:
+        await _write(client, number, to, in_json)
+
+
+async def _list(client: "Client", in_json: bool) -> None:
+    """Print the tables of the NC, a line each."""
     facts = [await each.facts() for each in await client.nc.tables()]
     if in_json:
         print_json([_facts_json(each) for each in facts])
@@ -99,9 +103,8 @@ async def _content(client: "Client", table_id: int) -> "Content":
     return [(row[0], row[-1] if len(row) == 1 else row[1]) for row in await remote.read_rows()]
 
 
-@client_command(table, NC_PORT)
-async def show(client: "Client", number: TableId, in_json: Json = False) -> None:
-    """Show what a table is, and its rows or points."""
+async def _show(client: "Client", number: int, in_json: bool) -> None:
+    """Print the facts of a table, and its rows or points."""
     from achse.cli.axes.table_files import NAMES
     from achse.client.nc import FunctionPoint
 
@@ -169,13 +172,7 @@ async def import_table(
         print(f"table {number}: {_words(kind.name)}, {facts.rows} rows")
 
 
-@client_command(table, NC_PORT)
-async def export(
-    client: "Client",
-    number: TableId,
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Where the rows go (CSV).")],
-    in_json: Json = False,
-) -> None:
+async def _write(client: "Client", number: int, file: Path, in_json: bool) -> None:
     """Write the rows or points of a table to a file."""
     from achse.cli.axes.table_files import written
     from achse.cli.files import write_file
@@ -189,69 +186,66 @@ async def export(
 
 
 @client_command(table, NC_PORT, alone=_offline)
-async def plot(
-    client: "Client | None",
-    source: Source,
-    out: Annotated[
-        Path | None, typer.Option(help="A picture: .svg, .png or .pdf.", show_default=False)
-    ] = None,
-    joined: JoinedBy = Joined.SPLINE,
-    cyclic: Cyclic = False,
-    master_velocity: MasterVelocity = 1.0,
-    axis: OfAxis = None,
-    min_position: MinPosition = None,
-    max_position: MaxPosition = None,
-    max_velocity: MaxVelocity = None,
-    max_acceleration: MaxAcceleration = None,
-    max_jerk: MaxJerk = None,
-    in_json: Json = False,
-) -> None:
-    """Draw position, velocity, acceleration and jerk of the slave over the master."""
-    from rich.console import Console
-
-    curve = await _curve(client, source, joined, cyclic, master_velocity)
-    own = min_position, max_position, max_velocity, max_acceleration, max_jerk
-    limits, unit = await _limits(client, axis, own)
-    if out is not None:
-        curve.save(out, limits, unit, f"table {source}")
-    if in_json:
-        print_json(_curve_json(curve, curve.violations(limits), samples=True))
-        return
-    if out is not None:
-        print(out)
-        return
-    console = Console(highlight=False)
-    console.print(curve.text(limits, unit, min(console.width, 100) if on_terminal() else 80))
-    _tell(curve.violations(limits), unit)
-
-
-@client_command(table, NC_PORT, alone=_offline)
 async def check(
     client: "Client | None",
-    source: Source,
-    joined: JoinedBy = Joined.SPLINE,
-    cyclic: Cyclic = False,
-    master_velocity: MasterVelocity = 1.0,
-    axis: OfAxis = None,
-    min_position: MinPosition = None,
-    max_position: MaxPosition = None,
-    max_velocity: MaxVelocity = None,
-    max_acceleration: MaxAcceleration = None,
-    max_jerk: MaxJerk = None,
+    source: Annotated[
+        str,
+        typer.Argument(metavar="TABLE", help="Id of a table of the NC, or a file with its rows."),
+    ],
+    joined: Annotated[Joined, typer.Option(help="How rows of a cam are joined.")] = Joined.SPLINE,
+    cyclic: Annotated[
+        bool, typer.Option("--cyclic", help="It goes on from its end; for files.")
+    ] = False,
+    master_velocity: Annotated[
+        float, typer.Option("--master-velocity", "-v", min=0, help="Units of the master/s.")
+    ] = 1.0,
+    axis: Annotated[
+        str | None,
+        typer.Option(
+            help="Its soft limits, maximum velocity and acceleration, default jerk.",
+            autocompletion=complete.axes,
+            show_default=False,
+        ),
+    ] = None,
+    min_position: LimitOption = None,
+    max_position: LimitOption = None,
+    max_velocity: LimitOption = None,
+    max_acceleration: LimitOption = None,
+    max_jerk: LimitOption = None,
+    plot: Annotated[
+        bool, typer.Option("--plot", help="Draw it; with --json all samples of the curves.")
+    ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Draw it to a file: .svg, .png or .pdf.", show_default=False),
+    ] = None,
     in_json: Json = False,
 ) -> None:
-    """Check what a table demands of its slave against limits; exit code 1 if it breaks one."""
+    """Check what a table demands of its slave: position, velocity, acceleration, jerk.
+
+    Exit code 1 if it breaks a limit.
+    """
     curve = await _curve(client, source, joined, cyclic, master_velocity)
     own = min_position, max_position, max_velocity, max_acceleration, max_jerk
     limits, unit = await _limits(client, axis, own)
     broken = curve.violations(limits)
+    if out is not None:
+        curve.save(out, limits, unit, f"table {source}")
     if in_json:
-        print_json(_curve_json(curve, broken, samples=False))
+        print_json(_curve_json(curve, broken, samples=plot))
+    elif plot:
+        from rich.console import Console
+
+        console = Console(highlight=False)
+        console.print(curve.text(limits, unit, min(console.width, 100) if on_terminal() else 80))
     else:
         from achse.cli.axes.table_curve import QUANTITIES
 
         for name, (least, most) in zip(QUANTITIES, curve.extremes, strict=True):
             print(f"{name:<13} {least:>14.6g} … {most:<14.6g}".rstrip())
+    if not in_json:
+        if out is not None:
+            print(out)
         _tell(broken, unit)
     if broken:
         raise typer.Exit(1)

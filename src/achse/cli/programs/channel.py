@@ -138,9 +138,38 @@ async def _report(client: "Client", id: int, in_json: bool) -> None:
         print(_told(state))
 
 
-@client_command(channel, NC_PORT, "list")
-async def list_(client: "Client", in_json: Json = False) -> None:
-    """All channels: type, groups, axes."""
+@client_command(channel, NC_PORT)
+async def show(
+    client: "Client",
+    number: Annotated[
+        int | None,
+        typer.Argument(
+            metavar="[CHANNEL]", min=1, max=255, help="Its id.", show_default="list the channels"
+        ),
+    ] = None,
+    offsets: Annotated[bool, typer.Option("--offsets", help="Its zero shifts.")] = False,
+    tools: Annotated[
+        bool, typer.Option("--tools", help="Its tools D1 … D50 that have values.")
+    ] = False,
+    in_json: Json = False,
+) -> None:
+    """List the channels, or show the state of one: program, line, waiting M function, error."""
+    if offsets and tools:
+        raise typer.BadParameter("--offsets or --tools, not both")
+    if number is None and not (offsets or tools):
+        await _list(client, in_json)
+        return
+    id = await _chosen(client, number)
+    if offsets:
+        await _show_offsets(client, id, in_json)
+    elif tools:
+        await _show_tools(client, id, in_json)
+    else:
+        await _report(client, id, in_json)
+
+
+async def _list(client: "Client", in_json: bool) -> None:
+    """Print all channels: type, groups, axes."""
     from achse.motion.groups.states import ChannelType
 
     found: list[dict[str, Any]] = []
@@ -166,12 +195,6 @@ async def list_(client: "Client", in_json: Json = False) -> None:
         for each in found
     ]
     print_table([("channel", "name", "type", "group", "axes"), *rows], right=frozenset((0, 3)))
-
-
-@client_command(channel, NC_PORT)
-async def state(client: "Client", number: Number = None, in_json: Json = False) -> None:
-    """Show the state of the interpreter: program, line, M function that waits, error."""
-    await _report(client, await _chosen(client, number), in_json)
 
 
 @client_command(channel, NC_PORT)
@@ -297,12 +320,10 @@ async def confirm(client: "Client", number: Number = None, in_json: Json = False
     await _report(client, id, in_json)
 
 
-@client_command(channel, NC_PORT)
-async def offsets(client: "Client", number: Number = None, in_json: Json = False) -> None:
-    """Zero shifts of the channel."""
+async def _show_offsets(client: "Client", id: int, in_json: bool) -> None:
+    """Print the zero shifts of a channel."""
     from achse.gcode.offsets import ZeroShift
 
-    id = await _chosen(client, number)
     found = {}
     for shift in ZeroShift:
         places = (0x1_0000 + 0x100 * axis + shift for axis in (1, 2, 3))
@@ -315,12 +336,10 @@ async def offsets(client: "Client", number: Number = None, in_json: Json = False
     print_table([("shift", "X", "Y", "Z"), *rows], right=frozenset((1, 2, 3)))
 
 
-@client_command(channel, NC_PORT)
-async def tools(client: "Client", number: Number = None, in_json: Json = False) -> None:
-    """Tools D1 … D50 that have values."""
+async def _show_tools(client: "Client", id: int, in_json: bool) -> None:
+    """Print the tools D1 … D50 that have values."""
     from achse.gcode.tool_table import ToolParameter
 
-    id = await _chosen(client, number)
     found = []
     for place in range(1, 51):
         read = client.read_raw

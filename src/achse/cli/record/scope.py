@@ -30,7 +30,7 @@ scope = typer.Typer(
     no_args_is_help=True, help="Record values in the cycle of a station, show and export them."
 )
 
-Number = Annotated[int, typer.Argument(min=1, help="Number of the scope, see `achse scope list`.")]
+Number = Annotated[int, typer.Argument(min=1, help="Number of the scope, see `achse scope show`.")]
 Output = Annotated[
     Path, typer.Argument(metavar="FILE", help="Where to: .csv, .scope (binary) or .parquet.")
 ]
@@ -148,9 +148,52 @@ def _picture(facts: dict[str, Any], seconds: float | None) -> "ScopePicture":
     return ScopePicture(facts["decks"], seconds, live=on_terminal())
 
 
-@client_command(scope, PLC_PORT, "list")
-async def list_scopes(client: "Client", in_json: Json = False) -> None:
-    """List the scopes of a station: those of its configuration, and those of clients."""
+def _in_file(options: dict[str, Any]) -> bool:
+    """Return True if the command is about a file, not about a station."""
+    source = options["source"]
+    return source is not None and not source.isdecimal()
+
+
+@client_command(scope, PLC_PORT, alone=_in_file)
+async def show(
+    client: "Client | None",
+    source: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[NUMBER or FILE]",
+            help="A scope of the station, or a .scope file.",
+            show_default="list the scopes",
+        ),
+    ] = None,
+    to: Annotated[
+        Path | None,
+        typer.Option(help="Write it as .csv, .scope or .parquet; no picture.", show_default=False),
+    ] = None,
+    in_json: Json = False,
+) -> None:
+    """List the scopes of a station, show the recording of one or of a file, or write it."""
+    from achse.client.scope import RemoteScope
+
+    if to is not None:
+        _check_output(to, "--to")
+    if source is None:
+        assert client is not None
+        await _list(client, in_json)
+        return
+    with _told():
+        if client is None:
+            data = _loaded(Path(source))
+        else:
+            data = await _recorded(RemoteScope.of(client, int(source)))
+        if to is None:
+            _show(data, in_json)
+        else:
+            _save(data, to)
+            _tell_saved(data, to, in_json)
+
+
+async def _list(client: "Client", in_json: bool) -> None:
+    """Print the scopes of a station: those of its configuration, and those of clients."""
     from achse.client.scope import scopes_of
 
     listed = await scopes_of(client)
@@ -166,14 +209,14 @@ async def list_scopes(client: "Client", in_json: Json = False) -> None:
         )
 
 
-@client_command(scope, PLC_PORT)
-async def show(client: "Client", number: Number = 1, in_json: Json = False) -> None:
-    """Show what a scope has recorded so far."""
-    from achse.client.scope import RemoteScope
+def _loaded(file: Path) -> "ScopeData":
+    """Return the recording in a file."""
+    from achse.scope.data import ScopeData
 
-    with _told():
-        remote = RemoteScope.of(client, number)
-        _show(await _recorded(remote), in_json)
+    try:
+        return ScopeData.load(file)
+    except OSError as failure:
+        fail(f"{file}: {failure.strerror}", name="CANNOT_READ")
 
 
 async def _recorded(remote: "RemoteScope") -> "ScopeData":
@@ -224,7 +267,7 @@ def _numbered(number: int) -> Iterator[None]:
     from achse.codes import ReturnCode
 
     reasons = {
-        ReturnCode.NOT_FOUND: f"no scope has the number {number}, see `achse scope list`",
+        ReturnCode.NOT_FOUND: f"no scope has the number {number}, see `achse scope show`",
         ReturnCode.INVALID_STATE: f"scope {number} does not wait for a trigger: start it",
         ReturnCode.DEVICE_ACCESS_DENIED: f"scope {number} is another client's",
     }
@@ -235,43 +278,6 @@ def _numbered(number: int) -> Iterator[None]:
             if refusal.code == code.number:
                 fail(reason, name=code.name, code=refusal.code)
         raise
-
-
-@client_command(scope, PLC_PORT)
-async def export(client: "Client", number: Number, file: Output, in_json: Json = False) -> None:
-    """Write what a scope has recorded so far to a file."""
-    from achse.client.scope import RemoteScope
-
-    _check_output(file)
-    with _told():
-        data = await _recorded(RemoteScope.of(client, number))
-        _save(data, file)
-    _tell_saved(data, file, in_json)
-
-
-@scope.command("open")
-def open_file(
-    source: Annotated[Path, typer.Argument(metavar="FILE", help="A .scope file.")],
-    to: Annotated[
-        Path | None, typer.Option(help="Write it as .csv, .scope or .parquet; no picture.")
-    ] = None,
-    in_json: Json = False,
-) -> None:
-    """Show a recording in a file, or write it in another form."""
-    from achse.scope.data import ScopeData
-
-    if to is not None:
-        _check_output(to)
-    with _told():
-        try:
-            data = ScopeData.load(source)
-        except OSError as failure:
-            fail(f"{source}: {failure.strerror}", name="CANNOT_READ")
-        if to is None:
-            _show(data, in_json)
-        else:
-            _save(data, to)
-            _tell_saved(data, to, in_json)
 
 
 def _show(data: "ScopeData", as_json: bool) -> None:
@@ -307,14 +313,14 @@ def _samples(data: "ScopeData") -> int:
     return sum(map(len, data.tracks))
 
 
-def _check_output(file: Path) -> None:
+def _check_output(file: Path, option: str = "FILE") -> None:
     """End before the recording if it could not be written."""
     if file.suffix.lower() not in ENDINGS:
         from achse.iec.nearest import did_you_mean
 
         near = did_you_mean(file.suffix, ENDINGS) if file.suffix else ""
         raise typer.BadParameter(
-            f"expected the ending {', '.join(ENDINGS)}, got {file.name!r}{near}", param_hint="FILE"
+            f"expected the ending {', '.join(ENDINGS)}, got {file.name!r}{near}", param_hint=option
         )
     if not file.absolute().parent.is_dir():
         fail(f"{file.parent}: no such folder", name="CANNOT_WRITE")

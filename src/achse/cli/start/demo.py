@@ -44,7 +44,7 @@ STEPS = (
         (
             "axis move X --to 350 --velocity 25 --no-wait",
             "scope record move.scope 500:Axes.X.ActPos 500:Axes.X.ActVelo --for 2",
-            "scope open move.scope",
+            "scope show move.scope",
         ),
         "axes",
     ),
