@@ -21,7 +21,7 @@ def request(number: int, command: str, **arguments: Any) -> bytes:
 
 def test_standard_streams(project: Path, warm_commands: WarmCommands) -> None:
     program = subprocess.run(
-        [warm_commands.folder / "achse", "plc", "debug", "--dap"],
+        [warm_commands.folder / "achse", "plc", "debug"],
         input=request(1, "initialize")
         + request(2, "launch", program=str(project), tcpPort=0)
         + request(3, "threads")
@@ -39,7 +39,7 @@ def test_standard_streams(project: Path, warm_commands: WarmCommands) -> None:
 
 def test_bytes_that_are_no_frames_end_the_conversation(warm_commands: WarmCommands) -> None:
     program = subprocess.run(
-        [warm_commands.folder / "achse", "plc", "debug", "--dap"],
+        [warm_commands.folder / "achse", "plc", "debug"],
         input=b"GET / HTTP/1.1\r\n\r\n",
         capture_output=True,
         check=True,

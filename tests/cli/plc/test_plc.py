@@ -53,39 +53,46 @@ def printed(live: LiveStation, *words: str) -> str:
 
 def test_a_session(live: LiveStation, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("achse.cli.plc.plc._PATIENCE", 0.0)
-    assert printed(live, "where") == "Port_851: run"
+    assert printed(live, "show") == "Port_851: run"
     assert printed(live, "break", "main.st:8", "--if", "nStep = 2") == (
         "1  main.st:8  if nStep = 2  0 hits"
     )
     assert printed(live, "break", "main.st:1") == "2  main.st:8  0 hits"
-    assert printed(live, "clear", "2") == ""
+    assert printed(live, "break", "--clear", "2").startswith("1  main.st:8")
     live.advance(1.0)
-    assert printed(live, "where").splitlines() == [
+    assert printed(live, "show").splitlines() == [
         "Port_851: breakpoint in FB_Count (main.st:8), task PlcTask",
         "  0  FB_Count  main.st:8",
         "  1  MAIN  main.st:17",
     ]
-    assert printed(live, "watch").split() == ["nStep", "INT", "2", "nTotal", "DINT", "1"]
-    assert printed(live, "watch", "nCycle", "nCycle * 2", "--call", "1").split() == [
+    assert printed(live, "show", "--variables").split() == [
+        "nStep",
+        "INT",
+        "2",
+        "nTotal",
+        "DINT",
+        "1",
+    ]
+    assert printed(live, "show", "nCycle", "nCycle * 2", "--call", "1").split() == [
         *("nCycle", "INT", "2"),
         *("nCycle", "*", "2", "4"),
     ]
     assert printed(live, "set", "nStep", "-20") == "nStep = -20"
-    assert printed(live, "breaks") == "1  main.st:8  if nStep = 2  1 hits"
+    assert printed(live, "break") == "1  main.st:8  if nStep = 2  1 hits"
     assert printed(live, "step") == "Port_851: run"
     live.advance(0.01)
-    assert "step in MAIN (main.st:16)" in printed(live, "where")
+    assert "step in MAIN (main.st:16)" in printed(live, "show")
     assert "step in MAIN (main.st:17)" in printed(live, "step")
     assert "step in FB_Count (main.st:8)" in printed(live, "step", "--in")
-    assert json.loads(printed(live, "where", "--json"))["calls"][0]["routine"] == "FB_Count"
+    assert json.loads(printed(live, "show", "--json"))["calls"][0]["routine"] == "FB_Count"
     assert printed(live, "step", "--out") == "Port_851: run"
     live.advance(0.01)
     assert printed(live, "continue") == "Port_851: run"
     assert printed(live, "pause") == "Port_851: run"
     live.advance(0.01)
-    assert "pause in MAIN" in printed(live, "where")
-    assert printed(live, "end") == ""
-    assert printed(live, "breaks") == ""
+    assert "pause in MAIN" in printed(live, "show")
+    assert printed(live, "continue", "--end") == "Port_851: run"
+    assert printed(live, "break") == ""
 
 
 DIVIDES = """\
@@ -136,8 +143,8 @@ def test_an_exception_is_told_everywhere_and_others_go_on(
                 told = [messages.next(10.0), messages.next(10.0)]
             assert COMPLAINT.encode() in b"".join(one.value for one in told if one is not None)
             assert cli("ads", "state") == "EXCEPTION (19), device state 0\n"
-            assert COMPLAINT in cli("plc", "where")
-            assert COMPLAINT in json.loads(cli("plc", "where", "--json"))["fault"]
+            assert COMPLAINT in cli("plc", "show")
+            assert COMPLAINT in json.loads(cli("plc", "show", "--json"))["fault"]
             assert [one.levelname for one in caplog.records if COMPLAINT in one.message] == [
                 "ERROR"
             ]
@@ -145,12 +152,12 @@ def test_an_exception_is_told_everywhere_and_others_go_on(
             assert refused.exit_code == 1
             assert "Traceback" not in refused.output
 
-            assert cli("plc", "where", "--plc", "852") == "Port_852: run\n"
+            assert cli("plc", "show", "--plc", "852") == "Port_852: run\n"
             assert other.read("MAIN.nCycle") == cycles + 100
             assert position() == pytest.approx(place + 10.0)
 
             assert cli("ads", "state", "reset").startswith("STOP")
-            assert cli("plc", "where") == "Port_851: stop\n"
+            assert cli("plc", "show") == "Port_851: stop\n"
             assert cli("ads", "state", "run").startswith("RUN")
             live.advance(0.1)
             assert press.read("MAIN.nCycle") == 10
@@ -158,9 +165,9 @@ def test_an_exception_is_told_everywhere_and_others_go_on(
 
 def test_in_json(live: LiveStation) -> None:
     assert json.loads(printed(live, "break", "main.st:8", "--json"))["found"]
-    assert json.loads(printed(live, "breaks", "--json"))[0]["line"] == 8
+    assert json.loads(printed(live, "break", "--json"))[0]["line"] == 8
     live.advance(0.1)
-    assert json.loads(printed(live, "watch", "nStep", "--json"))[0]["value"] == "1"
+    assert json.loads(printed(live, "show", "nStep", "--json"))[0]["value"] == "1"
     assert json.loads(printed(live, "set", "nStep", "7", "--json"))["value"] == "7"
     assert json.loads(printed(live, "continue", "--json"))["state"] == "run"
 
@@ -170,13 +177,14 @@ def test_what_is_wrong(live: LiveStation) -> None:
         (("break", "main.st"), "FILE:LINE"),
         (("step", "--in", "--out"), "not both"),
         (("continue",), "nothing stands still"),
-        (("watch", "nothing"), "nothing is named"),
+        (("show", "nothing"), "nothing is named"),
         (("set", "MAIN.nCycle", "'a'"), ""),
-        (("where", "--plc", "900"), "port 900 is not a PLC"),
-        (("clear", "5"), ""),
+        (("show", "--plc", "900"), "port 900 is not a PLC"),
+        (("break", "--clear", "5"), ""),
+        (("break", "main.st:8", "--clear", "5"), "not both"),
     ):
         result = outcome(live, *words)
-        assert result.exit_code != 0 or words[0] == "clear", words
+        assert result.exit_code != 0 or words == ("break", "--clear", "5"), words
         assert says in result.output
         assert "Traceback" not in result.output
     missing = outcome(live, "break", "other.st:1")
@@ -184,12 +192,9 @@ def test_what_is_wrong(live: LiveStation) -> None:
     assert "no file of this PLC" in missing.stdout
 
 
-def test_debugging_by_other_means_is_not_there() -> None:
-    result = CliRunner().invoke(app, ["plc", "debug"])
-    assert result.exit_code == 1
-    assert "--dap" in result.stderr
-    wrong = CliRunner().invoke(app, ["plc", "debug", "--dap", "--listen", "x"])
+def test_an_editor_is_served_at_a_proper_address_only() -> None:
+    wrong = CliRunner().invoke(app, ["plc", "debug", "--listen", "x"])
     assert wrong.exit_code == 2
-    everybody = CliRunner().invoke(app, ["plc", "debug", "--dap", "--listen", "0.0.0.0:0"])
+    everybody = CliRunner().invoke(app, ["plc", "debug", "--listen", "0.0.0.0:0"])
     assert everybody.exit_code == 1
     assert "--let-everybody-in" in everybody.stderr

@@ -1,6 +1,5 @@
 """`achse symbols` carries symbols between PLCs, symbol files and Python."""
 
-import json
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,7 +9,7 @@ import typer
 from achse.cli.failure import fail
 from achse.cli.files import write_file
 from achse.cli.output import print_json, print_table
-from achse.cli.target import STATION_PORT, Json, client_command, fail_to_connect
+from achse.cli.target import Json, client_command, fail_to_connect
 
 if TYPE_CHECKING:
     from achse.client import Target
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
 __all__ = ["symbols"]
 
 PLC_PORT = 851
-LONGEST_ANSWER = 1 << 16
 
 _ROOTS = {".tmc": b"<TcModuleClass", ".tpy": b"<PlcProjectInfo"}
 """Beginning of symbol files, by the ending of their names."""
@@ -213,30 +211,6 @@ async def stubs(
             print_json({"file": str(output), "symbols": len(chosen)})
         else:
             print(f"{output}: {len(chosen)} symbols")
-
-
-@client_command(symbols, STATION_PORT)
-async def reload(
-    client: "Target",
-    plc: Annotated[
-        int | None,
-        typer.Option(min=1, max=65535, help="AMS port of the PLC.", show_default="all"),
-    ] = None,
-    in_json: Json = False,
-) -> None:
-    """Online change: a running achse station reads its sources or symbol files again."""
-    from achse.devices.station import ONLINE_CHANGE
-
-    answer = await client.read_write_raw(ONLINE_CHANGE, plc or 0, LONGEST_ANSWER, b"")
-    told = json.loads(answer)
-    if "error" in told:
-        fail(told["error"])
-    chosen = {port: count for port, count in told.items() if plc in (None, int(port))}
-    if in_json:
-        print_json(chosen)
-        return
-    for port, count in chosen.items():
-        print(f"{port}: {count} online changes")
 
 
 async def _of_target(client: "Target", name: str) -> "SymbolFile":

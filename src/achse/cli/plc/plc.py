@@ -1,6 +1,7 @@
 """`achse plc` debugs the Structured Text of a running station: breakpoints, steps, variables."""
 
 import asyncio
+import json
 import sys
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -34,6 +35,8 @@ _PATIENCE = 2.0
 
 _PAUSE = 0.02
 
+_LONGEST_ANSWER = 1 << 16
+
 
 def _place(text: str) -> tuple[str, int]:
     path, colon, line = text.rpartition(":")
@@ -61,37 +64,36 @@ def _link(client: "Client", plc: int) -> "DebugLink":
 
 
 @client_command(plc, STATION_PORT, "break")
-async def set_breakpoint(
+async def breakpoints(
     client: "Client",
-    place: Annotated[str, typer.Argument(metavar="FILE:LINE", show_default=False)],
+    place: Annotated[
+        str | None, typer.Argument(metavar="[FILE:LINE]", show_default="list the breakpoints")
+    ] = None,
     condition: Annotated[
         str, typer.Option("--if", metavar="EXPRESSION", help="Stop if this holds.")
     ] = "",
     hits: Annotated[int, typer.Option(min=0, help="Stop from this hit on.")] = 0,
+    clear: Annotated[
+        int | None,
+        typer.Option(metavar="NUMBER", min=0, help="Remove this one; 0: all.", show_default=False),
+    ] = None,
     plc: Plc = 0,
     in_json: Json = False,
 ) -> None:
-    """Stop before the first statement at a line, or after it.
+    """Stop before the first statement at a line, or after it; list breakpoints, or clear them.
 
     A cycle that stops stands still, with all tasks of its PLC; the station, its NC, other PLCs and
     ADS go on.
     """
-    path, line = _place(place)
-    found = await _ask(
-        _link(client, plc), "break", path=path, line=line, condition=condition, hits=hits
-    )
-    if in_json:
-        print_json(found)
-    else:
-        print(_breakpoint(found))
-    if not found["found"]:
-        raise typer.Exit(1)
-
-
-@client_command(plc, STATION_PORT)
-async def breaks(client: "Client", plc: Plc = 0, in_json: Json = False) -> None:
-    """List the breakpoints."""
-    found = await _ask(_link(client, plc), "breaks")
+    link = _link(client, plc)
+    if place is not None and clear is not None:
+        raise typer.BadParameter("FILE:LINE or --clear, not both")
+    if place is not None:
+        await _set_breakpoint(link, place, condition, hits, in_json)
+        return
+    if clear is not None:
+        await _ask(link, "clear", number=clear)
+    found = await _ask(link, "breaks")
     if in_json:
         print_json(found)
         return
@@ -99,14 +101,17 @@ async def breaks(client: "Client", plc: Plc = 0, in_json: Json = False) -> None:
         print(_breakpoint(each))
 
 
-@client_command(plc, STATION_PORT)
-async def clear(
-    client: "Client",
-    number: Annotated[int, typer.Argument(min=0, help="Which one.", show_default="all")] = 0,
-    plc: Plc = 0,
+async def _set_breakpoint(
+    link: "DebugLink", place: str, condition: str, hits: int, in_json: bool
 ) -> None:
-    """Forget a breakpoint, or all."""
-    await _ask(_link(client, plc), "clear", number=number)
+    path, line = _place(place)
+    found = await _ask(link, "break", path=path, line=line, condition=condition, hits=hits)
+    if in_json:
+        print_json(found)
+    else:
+        print(_breakpoint(found))
+    if not found["found"]:
+        raise typer.Exit(1)
 
 
 def _breakpoint(facts: dict[str, Any]) -> str:
@@ -121,9 +126,22 @@ def _breakpoint(facts: dict[str, Any]) -> str:
 
 
 @client_command(plc, STATION_PORT, "continue")
-async def go_on(client: "Client", plc: Plc = 0, in_json: Json = False) -> None:
-    """Go on after a breakpoint."""
-    _tell(await _ask(_link(client, plc), "go"), in_json)
+async def go_on(
+    client: "Client",
+    end: Annotated[
+        bool,
+        typer.Option("--end", help="End debugging: no breakpoints, full speed again."),
+    ] = False,
+    plc: Plc = 0,
+    in_json: Json = False,
+) -> None:
+    """Go on after a breakpoint, or end debugging."""
+    link = _link(client, plc)
+    if end:
+        await _ask(link, "end")
+        _tell(await _ask(link, "state"), in_json)
+    else:
+        _tell(await _ask(link, "go"), in_json)
 
 
 @client_command(plc, STATION_PORT)
@@ -159,19 +177,43 @@ async def _until_held(link: "DebugLink", state: dict[str, Any]) -> dict[str, Any
     return state
 
 
-@client_command(plc, STATION_PORT)
-async def end(client: "Client", plc: Plc = 0) -> None:
-    """Forget all breakpoints, go on, and run at full speed again."""
-    await _ask(_link(client, plc), "end")
-
-
 # looking -------------------------------------------------------------------------------------
 
 
-@client_command(plc, STATION_PORT)
-async def where(client: "Client", plc: Plc = 0, in_json: Json = False) -> None:
-    """Show where the PLC stands still: the calls inside each other."""
+@client_command(plc, STATION_PORT, signed=True)
+async def show(
+    client: "Client",
+    expressions: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[EXPRESSION]…",
+            help="Variables, or expressions of them; of global variables at any time.",
+            show_default="where the PLC stands still",
+        ),
+    ] = None,
+    variables: Annotated[
+        bool, typer.Option("--variables", help="Show all variables of the call.")
+    ] = False,
+    call: Call = 0,
+    plc: Plc = 0,
+    in_json: Json = False,
+) -> None:
+    """Show where the PLC stands still, with the calls inside each other, or values."""
     link = _link(client, plc)
+    if not expressions and not variables:
+        await _where(link, in_json)
+        return
+    found = [await _ask(link, "evaluate", expression=text, call=call) for text in expressions or ()]
+    for scope in ("locals", "instance", "unit") if variables else ():
+        found += await _ask(link, "variables", scope=scope, call=call)
+    if in_json:
+        print_json(found)
+    elif found:
+        print_table([(each["name"], each["type"], each["value"]) for each in found])
+
+
+async def _where(link: "DebugLink", in_json: bool) -> None:
+    """Print the state of the PLC, and its calls."""
     state = await _ask(link, "state")
     calls = await _ask(link, "calls")
     if in_json:
@@ -180,35 +222,6 @@ async def where(client: "Client", plc: Plc = 0, in_json: Json = False) -> None:
     _tell(state, in_json)
     for call in calls:
         print(f"  {call['number']}  {call['routine']}  {call['path']}:{call['line']}")
-
-
-@client_command(plc, STATION_PORT, signed=True)
-async def watch(
-    client: "Client",
-    expressions: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[EXPRESSION]…",
-            help="Variables, or expressions of them.",
-            show_default="the variables of the call",
-        ),
-    ] = None,
-    call: Call = 0,
-    plc: Plc = 0,
-    in_json: Json = False,
-) -> None:
-    """Show values at a breakpoint; of global variables at any time."""
-    link = _link(client, plc)
-    if expressions:
-        found = [await _ask(link, "evaluate", expression=text, call=call) for text in expressions]
-    else:
-        found = []
-        for scope in ("locals", "instance", "unit"):
-            found += await _ask(link, "variables", scope=scope, call=call)
-    if in_json:
-        print_json(found)
-    elif found:
-        print_table([(each["name"], each["type"], each["value"]) for each in found])
 
 
 @client_command(plc, STATION_PORT, "set", signed=True)
@@ -244,14 +257,38 @@ def _tell(state: dict[str, Any], in_json: bool) -> None:
     )
 
 
+# online change -------------------------------------------------------------------------------
+
+
+@client_command(plc, STATION_PORT)
+async def reload(
+    client: "Client",
+    plc: Annotated[
+        int | None,
+        typer.Option(min=1, max=65535, help="AMS port of the PLC.", show_default="all"),
+    ] = None,
+    in_json: Json = False,
+) -> None:
+    """Online change: a running achse station reads its sources or symbol files again."""
+    from achse.devices.station import ONLINE_CHANGE
+
+    answer = await client.read_write_raw(ONLINE_CHANGE, plc or 0, _LONGEST_ANSWER, b"")
+    told = json.loads(answer)
+    if "error" in told:
+        fail(told["error"])
+    chosen = {port: count for port, count in told.items() if plc in (None, int(port))}
+    if in_json:
+        print_json(chosen)
+        return
+    for port, count in chosen.items():
+        print(f"{port}: {count} online changes")
+
+
 # editors -------------------------------------------------------------------------------------
 
 
 @plc.command()
 def debug(
-    dap: Annotated[
-        bool, typer.Option("--dap", help="Speak the Debug Adapter Protocol; needed.")
-    ] = False,
     listen: Annotated[
         str | None,
         typer.Option(
@@ -268,12 +305,10 @@ def debug(
         ),
     ] = False,
 ) -> None:
-    """Serve an editor that debugs Structured Text: VS Code and others, over their own protocol.
+    """Serve an editor that debugs Structured Text by the Debug Adapter Protocol, as VS Code.
 
     The editor says by `launch` which station.toml to run, or by `attach` where a station runs.
     """
-    if not dap:
-        fail("achse plc debug: --dap is the only way to debug so far")
     from achse.dap.serve import OpenToAllError, serve_standard_streams, serve_tcp
 
     try:
