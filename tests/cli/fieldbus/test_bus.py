@@ -71,7 +71,7 @@ def test_states_are_shown_and_asked_for(lines: Lines, cli: Cli) -> None:
 
 def test_slaves_are_listed(lines: Lines, cli: Cli) -> None:
     up(lines)
-    header, first, second = lines("bus", "list")
+    _, header, first, second = lines("bus", "state", "--identity")
     assert header.split()[:4] == ["station", "name", "state", "vendor"]
     assert first.split() == [
         "1001",
@@ -81,8 +81,8 @@ def test_slaves_are_listed(lines: Lines, cli: Cli) -> None:
         *("00000000", "0000100B", "00000001", "none"),
     ]
     assert second.split()[0] == "1002"
-    assert json.loads(cli("bus", "list", "--json").stdout)[1]["serial"] == 1
-    assert cli("bus", "list", "--device", "3", exit_code=1).stderr
+    assert json.loads(cli("bus", "state", "--json").stdout)["slaves"][1]["serial"] == 1
+    assert cli("bus", "state", "--device", "3", exit_code=1).stderr
 
 
 def test_objects_are_read_and_written(lines: Lines, cli: Cli) -> None:

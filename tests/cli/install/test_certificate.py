@@ -33,20 +33,20 @@ def run(*arguments: str, exit_code: int = 0, **environment: Any) -> Any:
 
 def test_ours_is_made_once_and_shown(tmp_path: Path) -> None:
     place = str(tmp_path / "mine")
-    missing = run("certificate", "show", "--folder", place, exit_code=1)
-    assert "achse.crt is not there; `achse certificate create` makes it" in missing.stderr
-    made = json.loads(run("certificate", "create", "--json", "--folder", place).stdout)
+    missing = run("certificate", "--folder", place, exit_code=1)
+    assert "achse.crt is not there; `achse certificate --create` makes it" in missing.stderr
+    made = json.loads(run("certificate", "--create", "--json", "--folder", place).stdout)
     assert made["key"].endswith("achse.key")
-    shown = run("certificate", "show", ACHSE_CERTIFICATES=place).stdout.split()
+    shown = run("certificate", ACHSE_CERTIFICATES=place).stdout.split()
     assert shown == ["certificate", made["certificate"], "fingerprint", made["fingerprint"]]
-    twice = run("certificate", "create", "--folder", place, exit_code=1)
+    twice = run("certificate", "--create", "--folder", place, exit_code=1)
     assert "is there already" in twice.stderr
 
 
 def test_first_contact_then_commands_by_secure_ads(station: Any, tmp_path: Path) -> None:
     mine: dict[str, Any] = {"ACHSE_CERTIFICATES": str(tmp_path)}
     host = station.host
-    shown = json.loads(run("certificate", "show", host, "--json", **mine).stdout)
+    shown = json.loads(run("certificate", host, "--json", **mine).stdout)
     added = run("ads", "route", "add", "--secure", "--host", host, "--password", "1", **mine)
     first, where = added.stdout.splitlines()
     assert first == f"{station.net_id} knows our certificate now; it is reached by --host"
@@ -67,5 +67,5 @@ def test_refusals_are_told(station: Any, tmp_path: Path) -> None:
     assert "shows the fingerprint" in told
     told = run("ads", "state", "--host", f"secure://{host}?x=1", exit_code=2, **mine).stderr
     assert "not 'x'" in told
-    told = run("certificate", "show", "127.0.0.1:1", exit_code=1, **mine).stderr
+    told = run("certificate", "127.0.0.1:1", exit_code=1, **mine).stderr
     assert told.startswith("127.0.0.1:1 (Secure ADS): ")

@@ -128,28 +128,6 @@ async def _trouble(master: "Target", station: int) -> list[str]:
     return [text.rstrip(b"\0").decode()] if text.rstrip(b"\0") else []
 
 
-@client_command(bus, IO_PORT, "list")
-async def list_(client: "Client", device: Device = 1, in_json: Json = False) -> None:
-    """The slaves of a bus: state, identity, what is wrong."""
-    found = await _slaves(client, device)
-    if in_json:
-        print_json(found)
-        return
-    print_table(
-        [
-            ("station", "name", "state", "vendor", "product", "revision", "faults"),
-            *(
-                (
-                    *(str(each["station"]), each["name"], each["state"]),
-                    *(f"{each[key]:08X}" for key in ("vendor", "product", "revision")),
-                    ", ".join(each["faults"]) or "none",
-                )
-                for each in found
-            ),
-        ]
-    )
-
-
 @client_command(bus, IO_PORT)
 async def state(
     client: "Client",
@@ -164,12 +142,15 @@ async def state(
         ),
     ] = None,
     everything: Annotated[
-        str | None, typer.Option("--all", metavar="STATE", help="Ask all slaves for a state.")
+        str | None, typer.Option("--all", metavar="STATE", help="Request a state of all slaves.")
     ] = None,
+    identity: Annotated[
+        bool, typer.Option("--identity", help="Show names, vendors and products, too.")
+    ] = False,
     device: Device = 1,
     in_json: Json = False,
 ) -> None:
-    """Show states, or ask for one: `achse bus state 1001 safeop`, `achse bus state --all op`."""
+    """Show the slaves and their states, or request one: `1001 safeop`, `--all op`."""
     master = await _master(client, device)
     if everything is not None:
         await master.write_raw(_MASTER_STATE, _state_number(everything), b"")
@@ -190,8 +171,28 @@ async def state(
         return
     if station is None:
         print(f"bus: {told['bus']}; {', '.join(told['faults']) or 'no fault'}")
+    if identity:
+        _print_identities(slaves)
+        return
     for each in slaves:
         print(f"{each['station']}  {each['state']}  {', '.join(each['faults']) or 'no fault'}")
+
+
+def _print_identities(found: list[dict[str, Any]]) -> None:
+    """Print slaves with name, state, identity and faults."""
+    print_table(
+        [
+            ("station", "name", "state", "vendor", "product", "revision", "faults"),
+            *(
+                (
+                    *(str(each["station"]), each["name"], each["state"]),
+                    *(f"{each[key]:08X}" for key in ("vendor", "product", "revision")),
+                    ", ".join(each["faults"]) or "none",
+                )
+                for each in found
+            ),
+        ]
+    )
 
 
 def _state_number(name: str) -> int:

@@ -14,63 +14,75 @@ from achse.cli.target import Json
 if TYPE_CHECKING:
     from achse.client.secure_link import SecureTarget
 
-__all__ = ["certificate", "connect_first", "secure_target"]
-
-certificate = typer.Typer(
-    no_args_is_help=True, help="Certificates of Secure ADS: ours, and those that targets show."
-)
-
-Folder = Annotated[
-    Path | None,
-    typer.Option(
-        help="Where certificate and key are.",
-        show_default="ACHSE_CERTIFICATES, else achse in the user's configuration",
-    ),
-]
+__all__ = ["connect_first", "register", "secure_target"]
 
 
-@certificate.command()
-def create(
-    folder: Folder = None,
+def register(app: typer.Typer) -> None:
+    """Add the command of this module to `app`."""
+    app.command()(certificate)
+
+
+def certificate(
+    target: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[HOST]",
+            help="Host or host:port whose certificate is to be shown.",
+            show_default="our own",
+        ),
+    ] = None,
+    create: Annotated[
+        bool, typer.Option("--create", help="Make ours; one that is there stays.")
+    ] = False,
     name: Annotated[
-        str | None, typer.Option(help="Whose it is (CN).", show_default="this host's name")
+        str | None,
+        typer.Option(help="With --create: its owner (CN).", show_default="this host's name"),
+    ] = None,
+    folder: Annotated[
+        Path | None,
+        typer.Option(
+            help="Folder of our certificate and key.",
+            show_default="ACHSE_CERTIFICATES, else achse in the user's configuration",
+        ),
     ] = None,
     in_json: Json = False,
 ) -> None:
-    """Make a key and a self-signed certificate (RSA 2048); one that is there stays."""
+    """Show the fingerprint of our certificate for Secure ADS, or of a target's; make ours.
+
+    Ours has a key (RSA 2048) and is signed by itself.
+    """
+    if create and target is not None:
+        raise typer.BadParameter("--create makes our own certificate: leave HOST out")
+    if create:
+        _tell(_made(_place(folder), name or socket.gethostname()), in_json)
+    elif target is not None:
+        shown = asyncio.run(_shown_by(secure_target(target, folder)))
+        _tell({"target": target, "fingerprint": shown}, in_json)
+    else:
+        _tell(_own(_place(folder)), in_json)
+
+
+def _made(place: Path, name: str) -> dict[str, str]:
+    """Make key and certificate; return their places and the fingerprint."""
     from achse.transport.own_certificate import CERTIFICATE_FILE, CertificateError, OwnCertificate
 
-    place = _place(folder)
     if (place / CERTIFICATE_FILE).exists():
-        fail(f"{place / CERTIFICATE_FILE} is there already; `achse certificate show` shows it")
+        fail(f"{place / CERTIFICATE_FILE} is there already; `achse certificate` shows it")
     try:
-        made = OwnCertificate.made(place, name or socket.gethostname())
+        made = OwnCertificate.made(place, name)
     except CertificateError as fault:
         fail(str(fault))
     except OSError as failure:
         fail(f"{failure.filename or place}: {failure.strerror}", name="CANNOT_WRITE")
-    _tell(
-        {
-            "certificate": str(made.certificate),
-            "key": str(made.key),
-            "fingerprint": made.fingerprint,
-        },
-        in_json,
-    )
+    return {
+        "certificate": str(made.certificate),
+        "key": str(made.key),
+        "fingerprint": made.fingerprint,
+    }
 
 
-@certificate.command()
-def show(
-    target: Annotated[
-        str | None,
-        typer.Argument(
-            help="Host or host:port whose certificate is to be shown.", show_default="our own"
-        ),
-    ] = None,
-    folder: Folder = None,
-    in_json: Json = False,
-) -> None:
-    """Show the fingerprint of our certificate, or of the one that a target shows."""
+def _own(place: Path) -> dict[str, str]:
+    """Return place and fingerprint of the certificate in a folder."""
     from achse.transport.own_certificate import (
         CERTIFICATE_FILE,
         KEY_FILE,
@@ -78,20 +90,15 @@ def show(
         OwnCertificate,
     )
 
-    if target is not None:
-        shown = asyncio.run(_shown_by(secure_target(target, folder)))
-        _tell({"target": target, "fingerprint": shown}, in_json)
-        return
-    place = _place(folder)
     if not (place / CERTIFICATE_FILE).exists():
-        fail(f"{place / CERTIFICATE_FILE} is not there; `achse certificate create` makes it")
+        fail(f"{place / CERTIFICATE_FILE} is not there; `achse certificate --create` makes it")
     try:
         own = OwnCertificate.load(place / CERTIFICATE_FILE, place / KEY_FILE)
     except CertificateError as fault:
         fail(str(fault))
     except OSError as failure:
         fail(f"{failure.filename}: {failure.strerror}")
-    _tell({"certificate": str(own.certificate), "fingerprint": own.fingerprint}, in_json)
+    return {"certificate": str(own.certificate), "fingerprint": own.fingerprint}
 
 
 def secure_target(text: str, folder: Path | None = None) -> "SecureTarget":

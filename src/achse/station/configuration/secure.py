@@ -46,7 +46,7 @@ class RouteTlsConfig(ConfigTable):
 
     kind: Literal["self_signed", "shared_ca", "psk"] = "self_signed"
     fingerprint: str = ""
-    """Of the other side's certificate: 64 hex digits, as `achse certificate show` prints them."""
+    """Of the other side's certificate: 64 hex digits, as `achse certificate` prints them."""
     ignore_name: bool = False
     """With `shared_ca`: its certificate may be for another name."""
     identity: str = ""
