@@ -2,9 +2,9 @@
 
 Each panel of `achse --help` is a room: `start`, `ads`, `axes`, `programs`, `fieldbus`, `plc`,
 `record`, `test` and `install`. Beside them are the root (`app`, `root`, `front`), the base of
-client commands (`target`, `complete`), and the output (`output`, `plot`, `files`, `failure`,
-`logs`). Read `target` first, then `ads.ads`, the plainest commands. Modules import what they need
-when a command runs.
+client commands (`target`, `options`, `complete`), and the output (`output`, `plot`, `files`,
+`failure`, `logs`). Read `target` first, then `ads.ads`, the plainest commands. Modules import what
+they need when a command runs.
 """
 
 import errno
@@ -25,8 +25,8 @@ _YOUNG = 100_000
 
 _ALONE = {
     "run": "achse.cli.start.run",
-    "check": "achse.cli.plc.check",
-    "test": "achse.cli.plc.unit_tests",
+    "check": "achse.cli.test.check",
+    "test": "achse.cli.test.unit_tests",
 }
 """Commands that are started often, with their modules."""
 

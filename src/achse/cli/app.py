@@ -1,15 +1,15 @@
 """The command tree. Commands import what they need when they run, so that `--help` stays quick."""
 
-from achse.cli.ads import ads, route, scan, stats, symbols
+from achse.cli.ads import ads, route, scan, stats
 from achse.cli.axes import axis, camshaft, excite, gear, parameters, table
 from achse.cli.fieldbus import bus, drive
 from achse.cli.install import certificate, docs, warmup
-from achse.cli.plc import check, plc, unit_tests
+from achse.cli.plc import plc, symbols
 from achse.cli.programs import channel, gcode
 from achse.cli.record import monitor, record, scope
 from achse.cli.root import in_panels, new_root
 from achse.cli.start import demo, detached, fleet, new, run, web
-from achse.cli.test import fault, sweep
+from achse.cli.test import check, fault, sweep, unit_tests
 
 __all__ = ["app"]
 
@@ -30,7 +30,7 @@ app.add_typer(fault.fault, name="fault")
 app.add_typer(fleet.fleet, name="fleet")
 app.add_typer(table.table, name="table")
 app.add_typer(plc.plc, name="plc")
-app.add_typer(gcode.gcode, name="gcode")
+gcode.register(app)
 app.add_typer(scope.scope, name="scope")
 app.add_typer(camshaft.camshaft, name="camshaft")
 app.add_typer(bus.bus, name="bus")
@@ -43,7 +43,7 @@ stats.register(ads.ads)
 monitor.register(app)
 scan.register(ads.ads)
 route.register(app, ads.ads)
-app.add_typer(symbols.symbols, name="symbols")
+symbols.register(app)
 record.register(app)
 sweep.register(app)
 warmup.register(app)

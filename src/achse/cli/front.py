@@ -13,13 +13,13 @@ __all__ = ["PANELS", "Front"]
 
 PANELS = {
     "Start": ("new", "run", "demo", "wait", "stop", "fleet", "web"),
-    "ADS": ("ads", "symbols"),
+    "ADS": ("ads",),
     "Axes": ("axis", "table", "camshaft"),
     "Programs": ("channel", "gcode"),
     "Fieldbus": ("bus", "drive"),
-    "PLC": ("check", "test", "plc"),
+    "PLC": ("plc", "symbols"),
     "Record": ("scope", "monitor", "record", "replay", "diff"),
-    "Test": ("fault", "sweep"),
+    "Test": ("check", "test", "fault", "sweep"),
     "Install": ("docs", "warmup", "certificate", "hash-password"),
 }
 """Panels of `achse --help`, by purpose, with their commands; each is a room of `achse.cli`."""
@@ -37,8 +37,33 @@ _ELSEWHERE = {
     "move": "axis move",
     "jog": "axis jog",
     "validate": "check",
+    "breakpoint": "plc break",
+    "debug": "plc debug",
+    "password": "hash-password",
 }
 """Commands as other tools call them, and ours."""
+
+_INSIDE = {
+    **dict.fromkeys(("list", "ls", "status", "state", "print"), ("show", "state", "objects")),
+    **dict.fromkeys(("get", "set"), ("show", "sdo")),
+    "show": ("state", "list", "objects"),
+    "read": ("show", "sdo"),
+    "write": ("set", "sdo"),
+    "watch": ("show", "state"),
+    "gear": ("couple",),
+    "reverse": ("excite",),
+    "sine": ("excite",),
+    "torque": ("excite",),
+    "export": ("show",),
+    "open": ("show",),
+    "plot": ("check",),
+    "esi": ("export",),
+    "sii": ("export",),
+    "where": ("show",),
+    "clear": ("break",),
+    "station": ("project",),
+}
+"""Words that others use inside a group, and the commands for them: the first that the group has."""
 
 _UsageError = cast(type[Exception], typer.BadParameter.__base__)
 _CommandError = cast(type[Exception], _UsageError.__base__)
@@ -89,8 +114,8 @@ def _told(fault: Any) -> int:
     if fault.message.startswith("Got unexpected extra argument"):
         fault.message += _options(fault)
     unknown = fault.message.removeprefix("No such command '").partition("'")[0]
-    if unknown in _ELSEWHERE and "Did you mean" not in fault.message:
-        fault.message += f" Did you mean '{_ELSEWHERE[unknown]}'?"
+    if "Did you mean" not in fault.message and (near := _command_for(unknown, fault)):
+        fault.message += f" Did you mean '{near}'?"
     if in_json():
         tell(fault.format_message(), name="USAGE" if isinstance(fault, _UsageError) else "FAILED")
     else:
@@ -98,6 +123,15 @@ def _told(fault: Any) -> int:
 
         rich_format_error(fault)
     return int(fault.exit_code)
+
+
+def _command_for(word: str, fault: Any) -> str | None:
+    """Return our command for a word that another tool uses, in the group where it was typed."""
+    context = getattr(fault, "ctx", None)
+    group = None if context is None else context.command
+    if group is None or isinstance(group, Front):
+        return _ELSEWHERE.get(word)
+    return next((name for name in _INSIDE.get(word, ()) if name in group.commands), None)
 
 
 def _options(fault: Any) -> str:

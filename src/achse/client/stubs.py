@@ -38,7 +38,7 @@ _TIMES = {
 _OF_SYMBOLS = ("call", "kind", "name", "read", "samples", "target", "write")
 """Names that the classes of symbols have taken."""
 
-_HEADER = '''"""Symbols of {title}, written by `achse symbols stubs`."""
+_HEADER = '''"""Symbols of {title}, written by `achse symbols`."""
 # ruff: noqa
 # fmt: off
 

@@ -1,4 +1,4 @@
-"""Symbols with a Python type: what the modules are made of that `achse symbols stubs` writes.
+"""Symbols with a Python type: what the modules are made of that `achse symbols` writes.
 
 Structures are dataclasses there, enumerations `IntEnum`s; values of the target become these and
 back, by the types the target itself declares.

@@ -48,7 +48,7 @@ __all__ = ["Declarations", "declare", "examine"]
 _HINT = (
     "types of libraries come from `libraries`: their sources, or declarations that stand in for"
     " them; or from the .tmc of the built project, there or beside the sources;"
-    " achse symbols stand-ins writes declarations to start from"
+    " achse check --stand-ins FOLDER writes declarations to start from"
 )
 
 

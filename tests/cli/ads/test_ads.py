@@ -97,12 +97,12 @@ def test_watch_ends_in_time(lines: Lines) -> None:
 
 
 def test_symbols_by_pattern_and_type(lines: Lines, document: Document) -> None:
-    names = [line.split()[0] for line in lines("ads", "symbols", "gvl", "--type", "ARRAY*OF INT")]
+    names = [line.split()[0] for line in lines("symbols", "gvl", "--type", "ARRAY*OF INT")]
     assert names == ["GVL.aInt"]
-    [counter] = document("ads", "symbols", "*.ncounter")
+    [counter] = document("symbols", "*.ncounter")
     assert counter["name"] == "MAIN.nCounter"
     assert (counter["type"], counter["size"]) == ("UDINT", 4)
-    assert lines("ads", "symbols", "nothing*") == []
+    assert lines("symbols", "nothing*") == []
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ RAW = ("ads", "raw")
 @pytest.fixture
 def place(document: Callable[..., Any]) -> tuple[str, str]:
     """Group and offset of GVL.nDint."""
-    [entry] = document("ads", "symbols", "GVL.nDint")
+    [entry] = document("symbols", "GVL.nDint")
     return f"0x{entry['index_group']:X}", str(entry["index_offset"])
 
 

@@ -1,4 +1,4 @@
-"""`achse ads` asks any ADS device: name, state, symbols, values by name."""
+"""`achse ads` talks to any ADS device: name, state, values by name."""
 
 import asyncio
 import contextlib
@@ -9,7 +9,6 @@ import typer
 
 from achse.cli import complete
 from achse.cli.ads import raw
-from achse.cli.ads.selection import selected
 from achse.cli.failure import fail_by
 from achse.cli.output import as_json, as_text, print_json, print_table
 from achse.cli.target import Json, client_command
@@ -22,7 +21,7 @@ __all__ = ["ads"]
 
 PLC_PORT = 851
 
-ads = typer.Typer(no_args_is_help=True, help="Ask an ADS device: state, symbols, values.")
+ads = typer.Typer(no_args_is_help=True, help="Talk to an ADS device: state, values, routes.")
 raw.register(ads)
 
 _INDICES = re.compile(r"\[[^]]*\]")
@@ -237,44 +236,3 @@ async def watch(
                     left -= 1
                     if left == 0:
                         break
-
-
-@client_command(ads, PLC_PORT)
-async def symbols(
-    client: "Client",
-    pattern: Annotated[
-        str, typer.Argument(help="Names like GVL.* or *counter; a plain name takes its members.")
-    ] = "*",
-    type_pattern: Annotated[str, typer.Option("--type", help="Types like INT or ARRAY*.")] = "*",
-    in_json: Json = False,
-) -> None:
-    """List the symbols of the device, with type, size and place."""
-    chosen = list(selected(await client.symbols(), pattern, type_pattern))
-    if in_json:
-        print_json(
-            [
-                {
-                    "name": entry.name,
-                    "type": entry.type_name,
-                    "size": entry.size,
-                    "index_group": entry.index_group,
-                    "index_offset": entry.index_offset,
-                    "comment": entry.comment,
-                }
-                for entry in chosen
-            ]
-        )
-    elif chosen:
-        print_table(
-            [
-                (
-                    entry.name,
-                    entry.type_name,
-                    f"0x{entry.index_group:X}:0x{entry.index_offset:X}",
-                    str(entry.size),
-                    entry.comment,
-                )
-                for entry in chosen
-            ],
-            right=frozenset({3}),
-        )

@@ -1,5 +1,5 @@
-"""Commands about PLC programs: `achse check`, `achse test` and `achse plc`.
+"""Commands about the PLCs of a station: `achse plc` and `achse symbols`.
 
-Read `check` first: it reads a project and runs nothing. `unit_tests` runs the suites of a project
-in virtual time. `plc` debugs the programs of a running station.
+Read `plc` first: it debugs the programs of a running station. `symbols` carries the symbols of a
+PLC between devices, sources and symbol files; `selection` chooses them by pattern.
 """

@@ -1,4 +1,4 @@
-"""`achse record`, `achse replay` and `achse diff`: a target's answers kept, served and compared."""
+"""`achse record`, `replay` and `diff`: answers of targets, recorded, served and compared."""
 
 import asyncio
 import contextlib
@@ -18,6 +18,15 @@ if TYPE_CHECKING:
 __all__ = ["register"]
 
 Capture = Annotated[Path, typer.Argument(help="A capture: pcapng or pcap.")]
+Compared = Annotated[
+    Path,
+    typer.Argument(
+        help="A capture: .pcapng or .pcap; or symbols: .tmc, .tpy, sources, - for the running PLC."
+    ),
+]
+
+_CAPTURES = {".pcap", ".pcapng"}
+"""Endings of captures."""
 
 
 def register(app: typer.Typer) -> None:
@@ -86,11 +95,27 @@ async def _replay(recording: "Recording", host: str, tcp_port: int) -> None:
         fail(f"cannot listen on {host}:{tcp_port}: {reason(failure)} (another address: --host)")
 
 
-def diff(first: Capture, second: Capture, as_json: Json = False) -> None:
-    """Compare what two targets answered.
+def diff(
+    first: Compared,
+    second: Compared,
+    places: Annotated[
+        bool, typer.Option("--places", help="Of symbols: compare addresses as well.")
+    ] = False,
+    port: Annotated[
+        int, typer.Option(min=1, max=65535, help="Of symbols: AMS port of the running PLC.")
+    ] = 851,
+    as_json: Json = False,
+) -> None:
+    """Compare the answers of two targets, or the types and variables of two PLCs.
 
-    Exit code 1 if it differs, 2 if a capture cannot be read.
+    Exit code 1 if they differ, 2 if a capture cannot be read. The running PLC is at ACHSE_HOST and
+    ACHSE_TCP_PORT, else on this host.
     """
+    if not {first.suffix.lower(), second.suffix.lower()} & _CAPTURES:
+        from achse.cli.plc.symbols import tell_differences
+
+        tell_differences(first, second, places, port, as_json)
+        return
     from achse.monitor.names import rows_of
     from achse.monitor.recording import differences
     from achse.station import Station

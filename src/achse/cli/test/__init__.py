@@ -1,4 +1,6 @@
-"""Commands that try a machine: `achse fault` and `achse sweep`.
+"""Commands that test: `achse check`, `test`, `fault` and `sweep`.
 
-`fault` makes things go wrong on a running station; `sweep` runs a scenario for many parameters.
+Read `check` first: it reads a station.toml or a PLC project and runs nothing; `stand_ins` writes
+declarations that a project misses. `unit_tests` runs the suites of a project in virtual time.
+`fault` makes things go wrong on a running station, `sweep` runs a scenario for many parameters.
 """

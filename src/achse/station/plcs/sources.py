@@ -287,7 +287,7 @@ class PlcSource:
                 lines = sum(text.count("\n") for text in project.stand_ins.values())
                 log.warning(
                     "%s: %d lines of stand-ins for undeclared names;"
-                    " achse symbols stand-ins %s writes them",
+                    " achse check %s --stand-ins FOLDER writes them",
                     self.key,
                     lines,
                     config.sources,

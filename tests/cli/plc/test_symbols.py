@@ -34,7 +34,7 @@ def test_a_running_plc_is_exported_and_equals_the_file(
     lines: Lines, cli: Cli, tmp_path: Path
 ) -> None:
     file = tmp_path / "demo.tmc"
-    (line,) = lines("symbols", "export", str(file))
+    (line,) = lines("symbols", "--to", str(file))
     found = read_tmc(file.read_bytes(), "demo.tmc")
     assert line == f"{file}: {len(found.variables)} variables, {len(found.types)} types"
     assert "GVL.stPoint" in [item.name for item in found.variables]
@@ -42,35 +42,33 @@ def test_a_running_plc_is_exported_and_equals_the_file(
 
 def test_sources_become_a_station_and_a_tmc(cli: Cli, sources: Path, tmp_path: Path) -> None:
     toml, tmc = tmp_path / "station.toml", tmp_path / "plc.tmc"
-    told = cli("symbols", "import", str(sources), "--to", str(toml), "--port", "852").stdout
+    told = cli("symbols", "--from", str(sources), "--to", str(toml), "--station-port", "852").stdout
     assert told.splitlines()[:3] == ["name       plc", "port       852", "tasks      PlcTask"]
     assert toml.read_text() == '[[plc]]\nport = 852\nsources = "plc"\n'
     assert Station.load(toml).plcs[852].instance("MAIN")["nCounter"] == 3
-    cli("symbols", "import", str(sources), "--to", str(tmc))
+    cli("symbols", "--from", str(sources), "--to", str(tmc))
     toml.unlink()
-    facts = json.loads(cli("symbols", "import", str(tmc), "--to", str(toml), "--json").stdout)
+    facts = json.loads(cli("symbols", "--from", str(tmc), "--to", str(toml), "--json").stdout)
     assert facts["name"] == "plc"
     assert Station.load(toml).plcs[851].instance("MAIN")["nCounter"] == 3
     assert (
         "add this to it"
-        in cli("symbols", "import", str(tmc), "--to", str(toml), exit_code=1).stderr
+        in cli("symbols", "--from", str(tmc), "--to", str(toml), exit_code=1).stderr
     )
-    cli("symbols", "import", str(tmc), "--to", "x.txt", exit_code=2)
+    cli("symbols", "--from", str(tmc), "--to", "x.txt", exit_code=2)
 
 
 def test_differences_are_one_line_each(cli: Cli, sources: Path, tmp_path: Path) -> None:
     old = tmp_path / "old.tmc"
-    cli("symbols", "import", str(sources), "--to", str(old))
-    assert cli("symbols", "diff", str(old), str(sources)).stdout == ""
+    cli("symbols", "--from", str(sources), "--to", str(old))
+    assert cli("diff", str(old), str(sources)).stdout == ""
     text = SOURCES.replace("UDINT := 3", "DINT").replace("STRING(10)", "STRING(10); bNew : BOOL")
     (sources / "MAIN.st").write_text(text)
-    assert cli("symbols", "diff", str(old), str(sources), exit_code=1).stdout.splitlines() == [
+    assert cli("diff", str(old), str(sources), exit_code=1).stdout.splitlines() == [
         "+ variable MAIN.bNew: BOOL",
         "~ variable MAIN.nCounter: UDINT -> DINT",
     ]
-    changes = json.loads(
-        cli("symbols", "diff", str(old), str(sources), "--json", exit_code=1).stdout
-    )
+    changes = json.loads(cli("diff", str(old), str(sources), "--json", exit_code=1).stdout)
     assert changes[0] == {"kind": "variable", "name": "MAIN.bNew", "before": "", "after": "BOOL"}
 
 
@@ -84,64 +82,64 @@ def test_what_cannot_be_read_is_one_line(
     file = tmp_path / "bad.tmc"
     if content is not None:
         file.write_text(content)
-    (line,) = cli("symbols", "import", str(file), exit_code=1).stderr.splitlines()
+    (line,) = cli("symbols", "--from", str(file), exit_code=1).stderr.splitlines()
     assert fault in line
 
 
 def test_a_station_file_has_no_symbols(cli: Cli, sources: Path, tmp_path: Path) -> None:
     file = tmp_path / "station.toml"
     file.write_text('[[plc]]\nsources = "plc"\n')
-    told = cli("symbols", "import", str(file), exit_code=1).stderr
+    told = cli("symbols", "--from", str(file), exit_code=1).stderr
     assert told.startswith(f"{file}: a station is described there, no symbols: name the sources")
     missing = tmp_path / "no.st"
-    told = cli("symbols", "import", str(missing), exit_code=1).stderr
+    told = cli("symbols", "--from", str(missing), exit_code=1).stderr
     assert told == f"{missing} does not exist\n"
 
 
 def test_faults_of_sources_are_told(cli: Cli, sources: Path) -> None:
     (sources / "MAIN.st").write_text("PROGRAM MAIN\nVAR x : ; END_VAR\nEND_PROGRAM\n")
-    told = cli("symbols", "import", str(sources), exit_code=1).stderr
+    told = cli("symbols", "--from", str(sources), exit_code=1).stderr
     assert "MAIN.st:2" in told
 
 
 def test_stubs_of_a_running_plc(cli: Cli, lines: Lines, tmp_path: Path) -> None:
     file = tmp_path / "plc.py"
-    (line,) = lines("symbols", "stubs", "GVL", "-o", str(file))
+    (line,) = lines("symbols", "GVL", "--to", str(file))
     assert line.startswith(f"{file}: ")
     scope: dict[str, Any] = {"__name__": "generated_by_cli"}
     exec(file.read_text(), scope)
     assert set(scope["__all__"]) == {"E_Colour", "ST_Point", "Symbols"}
-    printed = cli("symbols", "stubs", "MAIN.*").stdout
+    printed = cli("symbols", "MAIN.*", "--to", "-").stdout
     assert 'self.nCounter: Symbol[int] = Symbol(target, "MAIN.nCounter", int)' in printed
 
 
 def test_an_export_never_replaces_a_file_of_another_kind(cli: Cli, tmp_path: Path) -> None:
     source = tmp_path / "keep.st"
     source.write_text(SOURCES)
-    told = cli("symbols", "export", str(source), exit_code=2).stderr
+    told = cli("symbols", "--to", str(source), exit_code=2).stderr
     assert ".tmc or .tpy" in " ".join(told.replace("│", " ").split())
     disguised = tmp_path / "keep.tmc"
     disguised.write_text(SOURCES)
-    assert "not a .tmc" in cli("symbols", "export", str(disguised), exit_code=1).stderr
+    assert "not a .tmc" in cli("symbols", "--to", str(disguised), exit_code=1).stderr
     tpy = tmp_path / "keep.tpy"
-    cli("symbols", "export", str(disguised.with_name("x.tmc")))
+    cli("symbols", "--to", str(disguised.with_name("x.tmc")))
     (tmp_path / "x.tmc").rename(tpy)
-    assert "not a .tpy" in cli("symbols", "export", str(tpy), exit_code=1).stderr
+    assert "not a .tpy" in cli("symbols", "--to", str(tpy), exit_code=1).stderr
     assert source.read_text() == disguised.read_text() == SOURCES
 
 
 def test_tpy_means_tpy(cli: Cli, lines: Lines, sources: Path, tmp_path: Path) -> None:
     file = tmp_path / "demo.tpy"
-    cli("symbols", "export", str(file))
-    cli("symbols", "export", str(file))  # of its kind: replaced
+    cli("symbols", "--to", str(file))
+    cli("symbols", "--to", str(file))  # of its kind: replaced
     assert file.read_bytes().count(b"<PlcProjectInfo>") == 1
-    assert lines("symbols", "diff", str(file), "-") == [] or True
+    assert lines("diff", str(file), "-") == [] or True
     to = tmp_path / "plc.tpy"
-    cli("symbols", "import", str(sources), "--to", str(to))
-    assert lines("symbols", "diff", "--places", str(sources), str(to)) == []
+    cli("symbols", "--from", str(sources), "--to", str(to))
+    assert lines("diff", "--places", str(sources), str(to)) == []
     assert (
         "not a .tpy"
-        in cli("symbols", "import", str(sources), "--to", str(_text(tmp_path)), exit_code=1).stderr
+        in cli("symbols", "--from", str(sources), "--to", str(_text(tmp_path)), exit_code=1).stderr
     )
 
 
@@ -154,36 +152,18 @@ def _text(folder: Path) -> Path:
 def test_stubs_replace_stubs_only(cli: Cli, tmp_path: Path) -> None:
     mine = tmp_path / "mine.py"
     mine.write_text("print('mine')\n")
-    told = cli("symbols", "stubs", "-o", str(mine), exit_code=1).stderr
+    told = cli("symbols", "--to", str(mine), exit_code=1).stderr
     assert "not made by this command" in told
     assert mine.read_text() == "print('mine')\n"
     made = tmp_path / "made.py"
     for _ in range(2):
-        cli("symbols", "stubs", "GVL.*", "-o", str(made))
+        cli("symbols", "GVL.*", "--to", str(made))
 
 
-def test_stand_ins_for_missing_types(
-    cli: Cli, lines: Lines, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("plc.st").write_text(
-        "PROGRAM MAIN VAR fb : FB_Pump(nId := 1); a : ARRAY [1..Lib.cMost] OF INT; END_VAR"
-        " fb(bRun := TRUE); END_PROGRAM"
-    )
-    station = Path("station.toml")
-    station.write_text('[[plc]]\nsources = "plc.st"\nlibraries = ["stand-ins"]\n')
-    assert "missing types" not in cli("symbols", "stand-ins", "plc.st", "--to", "other").stderr
-    told = lines("symbols", "stand-ins", "plc.st")
-    assert told == [
-        "stand-ins/Lib.st: 3 lines",
-        "stand-ins/types.st: 11 lines",
-        'libraries = ["stand-ins"]',
+def test_symbols_of_sources_are_listed(lines: Lines, sources: Path) -> None:
+    assert sorted(line.split() for line in lines("symbols", "--from", str(sources))) == [
+        ["MAIN.aNames", "ARRAY", "[1..2]", "OF", "STRING(10)"],
+        ["MAIN.nCounter", "UDINT"],
     ]
-    assert Station.load(station).plcs[851].instance("MAIN")["a"].type.count == 16
-    refused = cli("symbols", "stand-ins", "plc.st", exit_code=1).stderr
-    assert "stand-ins/Lib.st exists already" in refused
-    options = ("--library", "stand-ins", "--to", "third")
-    assert json.loads(cli("symbols", "stand-ins", "plc.st", *options, "--json").stdout) == {}
-    assert not Path("third").exists()
-    assert cli("symbols", "stand-ins", "plc.st", *options).stdout == "nothing is missing\n"
-    cli("symbols", "stand-ins", "nothing.st", exit_code=1)
+    [counter] = lines("symbols", "*.ncounter", "--from", str(sources), "--tcp-port", "1")
+    assert counter.split() == ["MAIN.nCounter", "UDINT"]

@@ -44,6 +44,14 @@ def check(
         bool,
         typer.Option("--machine", help="Tell what cannot become machine code, and why."),
     ] = False,
+    stand_ins: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Write declarations for names that the sources use and nothing declares.",
+            show_default=False,
+        ),
+    ] = None,
     in_json: Json = False,
 ) -> None:
     """Check a station.toml or a PLC project without starting it.
@@ -51,7 +59,15 @@ def check(
     Warnings of a station.toml name what the sources of a PLC say and only a running program could
     do. Of a project every declaration and statement is checked; errors and warnings have file,
     line, column and a caret. Ends with 1 if there are errors.
+
+    Declarations of --stand-ins have the members, values and inputs that the sources use. A guess
+    has a question mark: fill it in, and name the folder in `libraries`.
     """
+    if stand_ins is not None:
+        from achse.cli.test.stand_ins import write_stand_ins
+
+        write_stand_ins(file, stand_ins, library or [], in_json)
+        return
     is_project = file.suffix.lower() != ".toml" and file.exists()
     if is_project:
         _check_project(file, library or [], define or [], warnings, in_json)

@@ -2,17 +2,27 @@
 
 from collections.abc import Iterable, Iterator
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from achse.iec.symbols import SymbolEntry
+from typing import Protocol, TypeVar
 
 __all__ = ["selected"]
 
 
+class Named(Protocol):
+    """A symbol by its name and the name of its type."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def type_name(self) -> str: ...
+
+
+Symbol = TypeVar("Symbol", bound=Named)
+
+
 def selected(
-    entries: "Iterable[SymbolEntry]", pattern: str = "*", type_pattern: str = "*"
-) -> "Iterator[SymbolEntry]":
+    entries: Iterable[Symbol], pattern: str = "*", type_pattern: str = "*"
+) -> Iterator[Symbol]:
     """The symbols whose name and type are like the patterns; case does not matter."""
     for entry in entries:
         named = _like(entry.name, pattern) or _like(entry.name, f"{pattern}.*")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from achse.cli.ads.selection import selected
+from achse.cli.plc.selection import selected
 from achse.iec.symbols import SymbolEntry
 
 ENTRIES = [

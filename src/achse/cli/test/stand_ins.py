@@ -1,0 +1,46 @@
+"""Declarations for names that sources use and nothing declares: `achse check --stand-ins`."""
+
+from pathlib import Path
+
+from achse.cli.failure import fail
+from achse.cli.output import print_json
+from achse.st.project import examine_project
+from achse.st.source import SourceError
+from achse.st.unknown import MissingNames, stand_ins
+
+__all__ = ["write_stand_ins"]
+
+
+def write_stand_ins(sources: Path, to: Path, libraries: list[Path], in_json: bool) -> None:
+    """Write the declarations to a folder, over no file that is there."""
+    try:
+        project, _ = examine_project(sources, libraries=libraries)
+    except SourceError as fault:
+        fail(str(fault))
+    missing = MissingNames(project.declarations.names)
+    files = {to / name: text for name, text in stand_ins(missing).items()}
+    for file in files:
+        if file.exists():
+            fail(f"{file} exists already: name another folder by --stand-ins")
+    if files:
+        _make_folder(to)
+    for file, text in files.items():
+        try:
+            file.write_text(text)
+        except OSError as failure:
+            fail(f"{file}: {failure.strerror}")
+    found = {str(file): text.count("\n") for file, text in files.items()}
+    if in_json:
+        print_json(found)
+        return
+    for name, lines in found.items():
+        print(f"{name}: {lines} lines")
+    print(f'libraries = ["{to.as_posix()}"]' if found else "nothing is missing")
+
+
+def _make_folder(folder: Path) -> None:
+    """Make a folder and those above it; ends the command if that fails."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as failure:
+        fail(f"{folder}: {failure.strerror}")
