@@ -79,7 +79,7 @@ def test_the_commands_use_it(ctx: Any, environment: dict[str, str]) -> None:
     [
         ("bash", "achse axis move ", ["X", "Y", "C"]),
         ("bash", "achse fault add dr", ["drop", "drop_link"]),
-        ("bash", "achse new ", ["project", "station", "test"]),
+        ("bash", "achse new ", ["project", "test"]),
         ("fish", "achse ads read MA", ["MAIN."]),
     ],
 )

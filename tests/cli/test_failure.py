@@ -94,7 +94,14 @@ def test_an_error_without_a_code_of_ads_is_no_success(capsys: pytest.CaptureFixt
 
 
 @pytest.mark.parametrize(
-    "words", ["docs --help", "axis --help", "drive objects", "fault kinds", "fault kinds --json"]
+    "words",
+    [
+        "docs --help",
+        "axis --help",
+        "drive objects",
+        "fault list --kinds",
+        "fault list --kinds --json",
+    ],
 )
 def test_commands_work_where_the_encoding_is_ascii(warm_commands: WarmCommands, words: str) -> None:
     environment = os.environ | {"PYTHONIOENCODING": "ascii", "LC_ALL": "C"}
@@ -105,7 +112,7 @@ def test_commands_work_where_the_encoding_is_ascii(warm_commands: WarmCommands, 
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full device")
-@pytest.mark.parametrize("words", ["drive objects", "fault kinds --json", "--help"])
+@pytest.mark.parametrize("words", ["drive objects", "fault list --kinds --json", "--help"])
 def test_a_full_disk_behind_stdout_is_told(warm_commands: WarmCommands, words: str) -> None:
     with open("/dev/full", "w") as full:
         run = warm_commands.run(*words.split(), stdout=full, real=words == "drive objects")

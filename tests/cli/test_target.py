@@ -43,7 +43,7 @@ def test_the_net_id_of_the_station_can_be_named(cli: Callable[..., Any]) -> None
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("command", ["ads watch MAIN.nCounter", "axis watch X"])
+@pytest.mark.parametrize("command", ["ads watch MAIN.nCounter", "axis show X --watch"])
 def test_a_watch_ends_cleanly_by_signal(
     warm_commands: WarmCommands, environment: dict[str, str], number: signal.Signals, command: str
 ) -> None:

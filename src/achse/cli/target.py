@@ -57,7 +57,7 @@ def client_command(
     port: int,
     name: str | None = None,
     *,
-    endless: bool = False,
+    endless: bool | Callable[[dict[str, Any]], bool] = False,
     signed: bool = False,
     listens: Listens | Callable[[dict[str, Any]], Listens] = ROUTER,
     alone: Callable[[dict[str, Any]], bool] | None = None,
@@ -65,10 +65,10 @@ def client_command(
     """Make the coroutine `command(client, …)` a command of `app` that talks to AMS port `port`.
 
     It gets the options of the target beside its own, and a connected `achse.client.Client`. An
-    `AdsError` becomes one line on stderr and exit code 1. An `endless` command reconnects after a
-    loss, and Ctrl-C is its proper end. `signed` ones take arguments like `-5`. `listens` is the
-    environment variable and the default of the TCP port, or a function of its own options that
-    returns them. Where `alone` says so of its own options,
+    `AdsError` becomes one line on stderr and exit code 1. An `endless` command (or a
+    function of its options) reconnects after a loss, and Ctrl-C is its proper end. `signed` ones
+    accept arguments like `-5`. `listens` is the environment variable and the default of the TCP
+    port, or a function of its options that returns them. Where `alone` is true for its options,
     nothing is connected and the client is None.
     """
 
@@ -82,7 +82,8 @@ def client_command(
                 return
             if callable(listens):
                 tcp_port = _tcp_port(own.pop("context"), tcp_port, listens(own))
-            _run(command, host, tcp_port, net_id, port, timeout, endless, own)
+            lasting = endless(own) if callable(endless) else endless
+            _run(command, host, tcp_port, net_id, port, timeout, lasting, own)
 
         _, *parameters = inspect.signature(command).parameters.values()
         parameters += _target_options(port, *(ROUTER if callable(listens) else listens))

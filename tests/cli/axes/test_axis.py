@@ -156,13 +156,13 @@ def test_half_a_ramp_is_none(cli: Cli) -> None:
 
 
 def test_watch_prints_samples(lines: Lines, cli: Cli) -> None:
-    watched = lines("axis", "watch", "X", "-n", "3", "-c", "0.01")
+    watched = lines("axis", "show", "X", "--watch", "-n", "3", "-c", "0.01")
     assert len(watched) == 3
     assert all(" X " in line and " mm/s " in line for line in watched)
-    result = cli("axis", "watch", "X", "-n", "2", "-c", "0.01", "--json")
+    result = cli("axis", "show", "X", "--watch", "-n", "2", "-c", "0.01", "--json")
     samples = [json.loads(line) for line in result.stdout.splitlines()]
     assert [sample["axis_id"] for sample in samples] == [1, 1]
-    assert lines("axis", "watch", "X", "--for", "0") == []
+    assert lines("axis", "show", "X", "--watch", "--for", "0") == []
 
 
 def test_near_axes_are_offered(cli: Callable[..., Any]) -> None:

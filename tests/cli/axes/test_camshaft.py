@@ -39,7 +39,7 @@ def test_another_name_is_told(cli: Cli) -> None:
 
 def test_changes_are_watched(lines: Lines, cli: Cli) -> None:
     assert camshaft.info.help
-    [line] = lines("camshaft", "watch", "--count", "1")
+    [line] = lines("camshaft", "show", "--watch", "--count", "1")
     assert line.split()[1:] == ["Press", "-"]
-    told = json.loads(cli("camshaft", "watch", "--count", "1", "--json").stdout)
+    told = json.loads(cli("camshaft", "show", "--watch", "--count", "1", "--json").stdout)
     assert told["cams"] == 0

@@ -10,12 +10,12 @@ def test_the_picture_has_a_line_of_figures_and_two_curves(
     cli: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("achse.cli.axes.watch.on_terminal", lambda: True)
-    result = cli("axis", "watch", "X", "-n", "4", "-c", "0.01")
+    result = cli("axis", "show", "X", "--watch", "-n", "4", "-c", "0.01")
     title, *picture = result.stdout.splitlines()
     assert title.split()[1] == "X"
     assert [line.split()[0] for line in picture if "mm" in line] == ["position", "velocity"]
 
 
 def test_a_line_says_position_velocity_and_state(cli: Callable[..., Any]) -> None:
-    [line] = cli("axis", "watch", "C", "-n", "1").stdout.splitlines()
+    [line] = cli("axis", "show", "C", "--watch", "-n", "1").stdout.splitlines()
     assert line.split()[1:] == ["C", "0.0000", "degree", "0.0000", "degree/s", "Disabled"]

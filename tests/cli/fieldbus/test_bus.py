@@ -112,7 +112,7 @@ def test_statistics(lines: Lines, cli: Cli) -> None:
 
 def test_changes_are_watched(lines: Lines) -> None:
     up(lines)
-    first, second = lines("bus", "watch", "--count", "2")
+    first, second = lines("bus", "state", "--watch", "--count", "2")
     assert first == "1001  Box 1  OP  no fault"
     assert second == "1002  Box 2  OP  no fault"
 

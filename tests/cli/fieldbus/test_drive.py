@@ -170,12 +170,16 @@ def test_each_drive_has_its_type_and_alias(serving: Callable[..., Any]) -> None:
 
 def test_the_sii_image_is_what_the_slave_holds(tmp_path: Path) -> None:
     image = tmp_path / "drive.bin"
-    _achse("sii", str(image), "--type", "linear", "--alias", "7")
+    _achse("export", str(image), "--type", "linear", "--alias", "7")
     data = image.read_bytes()
     assert len(data) == 4096
     assert struct.unpack_from("<H", data, 8) == (7,)
     assert struct.unpack_from("<II", data, 16) == (VENDOR, PRODUCT)
-    assert "no_such" in _achse("sii", str(tmp_path / "no_such" / "x"), exit_code=1).stderr
+    esi = tmp_path / "drive.xml"
+    _achse("export", str(esi), "--type", "linear")
+    assert _numbers(esi.read_text()) == (VENDOR, PRODUCT)
+    assert ".xml or .bin" in _achse("export", str(tmp_path / "drive"), exit_code=2).stderr
+    assert "no_such" in _achse("export", str(tmp_path / "no_such" / "x.bin"), exit_code=1).stderr
 
 
 def _numbers(text: str) -> tuple[int, int]:
@@ -189,16 +193,16 @@ def _numbers(text: str) -> tuple[int, int]:
 
 @pytest.mark.parametrize("kind", ["linear", "direct", "ac"])
 def test_esi_file_has_an_identity_of_no_maker(kind: str) -> None:
-    text = _achse("esi", "--type", kind).stdout
+    text = _achse("export", "-", "--type", kind).stdout
     assert _numbers(text) == (VENDOR, PRODUCT)
     assert "AAAA" not in text
 
 
 def test_identity_of_the_manual_is_on_request(tmp_path: Path, serving: Callable[..., Any]) -> None:
     chosen = ("--identity", "manual")
-    assert _numbers(_achse("esi", *chosen).stdout) == (0xAAAA, 5)
+    assert _numbers(_achse("export", "-", *chosen).stdout) == (0xAAAA, 5)
     image = tmp_path / "drive.bin"
-    _achse("sii", str(image), *chosen)
+    _achse("export", str(image), *chosen)
     assert struct.unpack_from("<II", image.read_bytes(), 16) == (0xAAAA, 5)
     run, _ = serving("--udp", "127.0.0.1:0", "--for", "0.01", *chosen)
     assert run.wait() == 0
@@ -222,6 +226,8 @@ def test_a_machine_file_with_a_fault_is_told(tmp_path: Path) -> None:
 
 
 def test_the_description_follows_the_preset() -> None:
-    manual, cia402 = (_achse("esi", "--preset", preset).stdout for preset in ("manual", "cia402"))
+    manual, cia402 = (
+        _achse("export", "-", "--preset", preset).stdout for preset in ("manual", "cia402")
+    )
     assert manual != cia402
     assert "#x60FF" in cia402.partition("<TxPdo")[0].rpartition("<RxPdo")[2]

@@ -122,7 +122,7 @@ def test_what_is_stored_outlives_the_program(tmp_path: Path, warm_commands: Warm
 
 
 def test_kinds_are_listed(achse: Achse) -> None:
-    listed = achse("fault", "kinds", "--drives").stdout
+    listed = achse("fault", "list", "--kinds", "--drives").stdout
     for kind in ("alarm: ", "lost_frames: ", "clock_drift: "):
         assert kind in listed
 

@@ -33,7 +33,15 @@ def _new(*words: str, exit_code: int = 0) -> Any:
 @pytest.mark.parametrize("axes", ["", "X", "X, Y,Ω"])
 def test_the_station_runs(tmp_path: Path, plc: PlcKind, axes: str) -> None:
     told = _new(
-        "station", str(tmp_path), "--plc", plc.value, "--axes", axes, "--name", 'a "cell"'
+        "project",
+        str(tmp_path),
+        "--no-tests",
+        "--plc",
+        plc.value,
+        "--axes",
+        axes,
+        "--name",
+        'a "cell"',
     ).stdout
     assert {Path(line).relative_to(tmp_path).as_posix() for line in told.splitlines()} == {
         path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()
@@ -53,7 +61,7 @@ def test_its_tests_pass(tmp_path: Path, plc: PlcKind, monkeypatch: pytest.Monkey
     monkeypatch.chdir(tmp_path)
     _new("test", "feed")
     (tmp_path / "rig").mkdir()
-    _new("station", "rig/none", "--axes", "", "--plc", "none")
+    _new("project", "rig/none", "--no-tests", "--axes", "", "--plc", "none")
     _new("test", "time passes", "--station", "rig/none/station.toml", "--folder", "rig/tests")
     run = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(tmp_path)],
@@ -66,7 +74,7 @@ def test_its_tests_pass(tmp_path: Path, plc: PlcKind, monkeypatch: pytest.Monkey
 
 
 def test_the_editor_finds_the_schema(tmp_path: Path) -> None:
-    _new("station", str(tmp_path))
+    _new("project", str(tmp_path), "--no-tests")
     first = (tmp_path / "station.toml").read_text().splitlines()[0]
     assert first == "#:schema ./station.schema.json"
     assert json.loads((tmp_path / "station.schema.json").read_text()) == station_schema()
@@ -92,7 +100,7 @@ def test_each_key_in_a_comment_can_be_used(model: Any) -> None:
 def test_what_is_there_stays(tmp_path: Path) -> None:
     (tmp_path / "plc").mkdir()
     (tmp_path / "plc" / "MAIN.st").write_text("mine")
-    told = _new("station", str(tmp_path), exit_code=1).stderr
+    told = _new("project", str(tmp_path), "--no-tests", exit_code=1).stderr
     assert "plc/MAIN.st" in told
     assert not (tmp_path / "station.toml").exists()
     assert (tmp_path / "plc" / "MAIN.st").read_text() == "mine"
@@ -100,14 +108,14 @@ def test_what_is_there_stays(tmp_path: Path) -> None:
 
 def test_the_schema_alone_is_written_again(tmp_path: Path) -> None:
     for _ in range(2):
-        files = json.loads(_new("station", str(tmp_path / "new"), "--schema", "--json").stdout)
+        files = json.loads(_new("project", str(tmp_path / "new"), "--schema", "--json").stdout)
     assert files == [str(tmp_path / "new" / "station.schema.json")]
 
 
 def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     assert (
-        str(tmp_path / "file") in _new("station", str(tmp_path / "file" / "x"), exit_code=1).stderr
+        str(tmp_path / "file") in _new("project", str(tmp_path / "file" / "x"), exit_code=1).stderr
     )
 
 
@@ -131,7 +139,9 @@ def test_the_recipe_is_yaml_that_installs_checks_and_tests(server: Server, text:
 
 def test_an_axis_that_is_named_twice_is_refused(tmp_path: Path) -> None:
     """A file was written that `achse check` refused."""
-    result = CliRunner().invoke(app, ["new", "station", str(tmp_path), "--axes", "X,Y,x"])
+    result = CliRunner().invoke(
+        app, ["new", "project", str(tmp_path), "--no-tests", "--axes", "X,Y,x"]
+    )
     assert result.exit_code == 2
     assert "X, x more than once" in result.stderr
     assert list(tmp_path.iterdir()) == []
@@ -144,7 +154,7 @@ def test_a_test_is_called_like_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, file: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    _new("station", ".")
+    _new("project", ".", "--no-tests")
     assert json.loads(_new("test", name, "--json").stdout) == [
         str(Path("tests") / f"test_{file}.py")
     ]
@@ -165,7 +175,7 @@ def test_a_test_needs_a_name_of_python(
 
 def test_a_test_needs_a_station(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    assert "`achse new station NAME` writes one" in _new("test", "feed", exit_code=1).stderr
+    assert "`achse new project NAME` writes one" in _new("test", "feed", exit_code=1).stderr
     (tmp_path / "station.toml").write_text("[nonsense]")
     assert "nonsense" in _new("test", "feed", exit_code=1).stderr
     assert not (tmp_path / "tests").exists()

@@ -63,6 +63,6 @@ def test_what_cannot_be_is_refused(
 
 
 def test_kinds_are_listed(lines: Lines) -> None:
-    listed = lines("fault", "kinds")
+    listed = lines("fault", "list", "--kinds")
     assert "drop: Frames vanish: the answer never comes." in listed
     assert "    lasting port factor" in listed

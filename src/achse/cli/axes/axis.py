@@ -27,6 +27,7 @@ __all__ = [
     "draw",
     "report",
     "show_state",
+    "watch_axis",
 ]
 
 NC_PORT = 501
@@ -349,27 +350,12 @@ def _course_json(item: "NcAxis", order: "Order", course: "Course") -> dict[str, 
     }
 
 
-@client_command(axis, NC_PORT, endless=True)
-async def watch(
-    client: "Client",
-    name: AxisName,
-    cycle_time: Annotated[
-        float,
-        typer.Option("--cycle-time", "-c", min=0.001, max=429, help="Between samples, s."),
-    ] = 0.05,
-    count: Annotated[
-        int | None, typer.Option("--count", "-n", min=1, help="End after so many samples.")
-    ] = None,
-    duration: Annotated[
-        float | None, typer.Option("--for", metavar="SECONDS", min=0, help="End after that time.")
-    ] = None,
-    in_json: Json = False,
+async def watch_axis(
+    item: "NcAxis", cycle_time: float, count: int | None, duration: float | None, in_json: bool
 ) -> None:
-    """Watch an axis until Ctrl-C: a picture on a terminal, else a line per sample."""
-    from achse.cli.axes.nc import chosen
+    """Show samples of an axis: a picture on a terminal, else a line per sample."""
     from achse.cli.axes.watch import shown
 
-    [item] = await chosen(client, [name])
     left = count
     with shown(item, in_json) as show, contextlib.suppress(TimeoutError):
         async with asyncio.timeout(duration), item.samples(cycle_time) as samples:

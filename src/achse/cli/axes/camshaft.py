@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from achse.cli.failure import fail
+from achse.cli.options import Count, CycleTime, Watch
 from achse.cli.output import print_json, print_table
 from achse.cli.target import Json, client_command
 
@@ -19,11 +20,6 @@ _FIRST_WORD = ".configured_cams"
 """Each controller has one symbol with this ending: how its name is found."""
 
 camshaft = typer.Typer(no_args_is_help=True, help="Show camshaft controllers and their cams.")
-
-Name = Annotated[
-    str | None,
-    typer.Argument(metavar="NAME", help="The controller.", show_default="the first"),
-]
 
 
 async def _list(client: "Client", in_json: bool) -> None:
@@ -48,7 +44,7 @@ async def _list(client: "Client", in_json: bool) -> None:
     )
 
 
-@client_command(camshaft, CAMSHAFT_PORT)
+@client_command(camshaft, CAMSHAFT_PORT, endless=lambda options: bool(options["watch"]))
 async def show(
     client: "Client",
     name: Annotated[
@@ -57,9 +53,15 @@ async def show(
             metavar="[NAME]", help="The controller.", show_default="list the controllers"
         ),
     ] = None,
+    watch: Watch = False,
+    cycle_time: CycleTime = 0.01,
+    count: Count = None,
     in_json: Json = False,
 ) -> None:
-    """List the controllers, or show all values of one, and its cams that have a type."""
+    """List the controllers, or show all values of one, and its cams that have a type.
+
+    With --watch each change of the tracks of a controller, the first one without NAME, is a line.
+    """
     from achse.camshaft.parameters import (
         CAM_PARAMETERS,
         CAMS,
@@ -68,6 +70,9 @@ async def show(
         CamType,
     )
 
+    if watch:
+        await _watch(client, await _chosen(client, name), cycle_time, count, in_json)
+        return
     if name is None:
         await _list(client, in_json)
         return
@@ -101,21 +106,11 @@ async def show(
         )
 
 
-@client_command(camshaft, CAMSHAFT_PORT, endless=True)
-async def watch(
-    client: "Client",
-    name: Name = None,
-    cycle: Annotated[
-        float, typer.Option(min=0.001, help="How often the station looks, seconds.")
-    ] = 0.01,
-    count: Annotated[
-        int | None, typer.Option(min=1, help="End after so many.", show_default="Ctrl-C")
-    ] = None,
-    in_json: Json = False,
+async def _watch(
+    client: "Client", name: str, cycle_time: float, count: int | None, in_json: bool
 ) -> None:
-    """Print a line for each change of the tracks, until Ctrl-C."""
-    name = await _chosen(client, name)
-    async with client.subscribe(f"{name}.Outputs.cams", cycle_time=cycle) as samples:
+    """Print a line for each change of the tracks."""
+    async with client.subscribe(f"{name}.Outputs.cams", cycle_time=cycle_time) as samples:
         seen = 0
         async for sample in samples:
             bits = int(sample.value)

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from achse.cli import complete
-from achse.cli.axes.axis import NC_PORT, AxisName, report, show_state
+from achse.cli.axes.axis import NC_PORT, AxisName, report, show_state, watch_axis
 from achse.cli.failure import fail
+from achse.cli.options import Count, CycleTime, Duration, Watch
 from achse.cli.output import print_json, print_table
 from achse.cli.target import Json, client_command
 
@@ -36,7 +37,7 @@ class Shown(NamedTuple):
 
 def register(axis: typer.Typer) -> None:
     """Put the commands beside the others of `achse axis`."""
-    client_command(axis, NC_PORT)(show)
+    client_command(axis, NC_PORT, endless=lambda options: bool(options["watch"]))(show)
     client_command(axis, NC_PORT, "set", signed=True)(set_parameter)
 
 
@@ -60,14 +61,27 @@ async def show(
         ),
     ] = None,
     element: Element = 0,
+    watch: Watch = False,
+    cycle_time: CycleTime = 0.05,
+    count: Count = None,
+    duration: Duration = None,
     in_json: Json = False,
 ) -> None:
     """Show axes: all in a line each, one by its state, or its parameters by NAME.
 
-    A parameter has value, unit, range and meaning.
+    A parameter has value, unit, range and meaning. With --watch one axis is shown until Ctrl-C: by
+    a picture on a terminal, else by a line per sample.
     """
     from achse.cli.axes.nc import chosen
 
+    if watch:
+        if name is None or patterns:
+            raise typer.BadParameter("--watch shows one axis: which?", param_hint="AXIS")
+        [item] = await chosen(client, [name])
+        await watch_axis(item, cycle_time, count, duration, in_json)
+        return
+    if element and not patterns:
+        patterns = ["*"]
     axes = await chosen(client, [] if name is None else [name])
     if name is None or (in_json and not patterns):
         await report(axes, in_json)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 import typer
 
 from achse.cli.failure import fail, in_json
+from achse.cli.options import Count, CycleTime, Watch
 from achse.cli.output import hex_dump, print_json, print_table
 from achse.cli.target import IO_PORT, Json, client_command
 
@@ -128,7 +129,7 @@ async def _trouble(master: "Target", station: int) -> list[str]:
     return [text.rstrip(b"\0").decode()] if text.rstrip(b"\0") else []
 
 
-@client_command(bus, IO_PORT)
+@client_command(bus, IO_PORT, endless=lambda options: bool(options["watch"]))
 async def state(
     client: "Client",
     station: Annotated[
@@ -147,10 +148,19 @@ async def state(
     identity: Annotated[
         bool, typer.Option("--identity", help="Show names, vendors and products, too.")
     ] = False,
+    watch: Watch = False,
+    cycle_time: CycleTime = 0.1,
+    count: Count = None,
     device: Device = 1,
     in_json: Json = False,
 ) -> None:
-    """Show the slaves and their states, or request one: `1001 safeop`, `--all op`."""
+    """Show the slaves and their states, or request one: `1001 safeop`, `--all op`.
+
+    With --watch each change of a slave's state is a line.
+    """
+    if watch:
+        await _watch(client, device, cycle_time, count, in_json)
+        return
     master = await _master(client, device)
     if everything is not None:
         await master.write_raw(_MASTER_STATE, _state_number(everything), b"")
@@ -336,17 +346,10 @@ async def statistics(
     )
 
 
-@client_command(bus, IO_PORT, endless=True)
-async def watch(
-    client: "Client",
-    count: Annotated[
-        int | None, typer.Option(min=1, help="End after so many.", show_default="Ctrl-C")
-    ] = None,
-    cycle: Annotated[float, typer.Option(min=0.01, help="How often to look, seconds.")] = 0.1,
-    device: Device = 1,
-    in_json: Json = False,
+async def _watch(
+    client: "Client", device: int, cycle_time: float, count: int | None, in_json: bool
 ) -> None:
-    """A line for each change of a slave's state or of the bus."""
+    """Print a line for each change of a slave's state."""
     import asyncio
 
     before: dict[int, tuple[str, str]] = {}
@@ -364,7 +367,7 @@ async def watch(
             seen += 1
             if seen == count:
                 return
-        await asyncio.sleep(cycle)
+        await asyncio.sleep(cycle_time)
 
 
 # on an interface, without a station

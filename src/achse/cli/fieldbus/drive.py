@@ -262,26 +262,13 @@ def serve(
 
 
 @drive.command()
-def esi(
-    kind: KindOption = "ac",
-    preset: PresetOption = Preset.MANUAL,
-    identity: IdentityOption = IdentityName.ACHSE,
-    in_json: Json = False,
-) -> None:
-    """Write the ESI file of the drive, which configurators read, to stdout."""
-    from achse.ethercat import describe
-    from achse.ethercat.esi import build_esi
-
-    text = build_esi(describe(_drive(kind, preset, identity)), vendor="achse")
-    if in_json:
-        print_json({"esi": text})
-    else:
-        print(text)
-
-
-@drive.command()
-def sii(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="Where the image goes.")],
+def export(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE", help="An ESI file (.xml; - prints it), or an SII image (.bin)."
+        ),
+    ],
     kind: KindOption = "ac",
     alias: Annotated[
         int, typer.Option(min=0, max=_HIGHEST_ALIAS, help="The alias in the image.")
@@ -290,15 +277,28 @@ def sii(
     identity: IdentityOption = IdentityName.ACHSE,
     in_json: Json = False,
 ) -> None:
-    """Write the SII image of the drive, the content of its EEPROM."""
+    """Write the ESI file of the drive, which configurators read, or the content of its EEPROM."""
     from achse.ethercat import build_sii, describe
+    from achse.ethercat.esi import build_esi
 
-    image = build_sii(describe(_drive(kind, preset, identity)), alias)
-    write_file(file, image)
-    if in_json:
-        print_json({"file": str(file), "bytes": len(image)})
+    description = describe(_drive(kind, preset, identity))
+    printed = str(file) == "-"
+    if printed or file.suffix.lower() == ".xml":
+        content = build_esi(description, vendor="achse").encode()
+    elif file.suffix.lower() == ".bin":
+        content = build_sii(description, alias)
     else:
-        print(f"{file}: {len(image)} bytes")
+        raise typer.BadParameter(f"a file that ends in .xml or .bin, got {str(file)!r}")
+    if printed and in_json:
+        print_json({"esi": content.decode()})
+    elif printed:
+        print(content.decode())
+    else:
+        write_file(file, content)
+        if in_json:
+            print_json({"file": str(file), "bytes": len(content)})
+        else:
+            print(f"{file}: {len(content)} bytes")
 
 
 objects.register(drive)

@@ -32,7 +32,7 @@ def register(app: typer.Typer) -> None:
     """Add the commands of this module to `app`."""
     group = typer.Typer(cls=Docs, help="The documentation: reference pages, the site, one entry.")
     group.command()(write)
-    for command in (build, serve, entry):
+    for command in (serve, entry):
         group.command()(command)
     app.add_typer(group, name="docs")
 
@@ -69,20 +69,25 @@ def write(
         print_json([{"file": str(out / name), "title": _title(text)} for name, text in wanted])
 
 
-def build(
-    out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path(".site"),
-) -> None:
-    """Build the site from docs/ and the rows: MkDocs, in a clone. Needs the extra docs."""
-    _mkdocs("build", "--strict", "--quiet", "--site-dir", str(out.absolute()))
-    print(out)
-
-
 def serve(
     host: Annotated[str, typer.Option(help="Address to listen at.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=1, max=65535, help="TCP port.")] = 8000,
+    build: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER", help="Write the site to a folder instead.", show_default=False
+        ),
+    ] = None,
 ) -> None:
-    """Build the site, show it in a browser at http://host:port, and build what changes."""
-    _mkdocs("serve", "--dev-addr", f"{host}:{port}")
+    """Build the site from docs/ and the rows, and show it in a browser at http://host:port.
+
+    MkDocs does it, in a clone, with the extra docs; pages that change are built again.
+    """
+    if build is not None:
+        _mkdocs("build", "--strict", "--quiet", "--site-dir", str(build.absolute()))
+        print(build)
+    else:
+        _mkdocs("serve", "--dev-addr", f"{host}:{port}")
 
 
 def _mkdocs(*words: str) -> None:

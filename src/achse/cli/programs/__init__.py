@@ -1,4 +1,4 @@
-"""Commands about part programs: `achse channel` runs them, `achse gcode` looks at files.
+"""Commands about part programs: `achse channel` runs them, `achse gcode` reads files.
 
 Read `channel` first: a program on the interpreter of an NC. `gcode` needs no machine: it checks a
 file, draws its path and tells its time, for which `gcode_run` runs it on a path alone.

@@ -1,4 +1,4 @@
-"""`achse new` writes what people start from: a project, a station, a test."""
+"""`achse new` writes the files that people start from: a project, a test."""
 
 import json
 import os
@@ -49,7 +49,7 @@ class Server(StrEnum):
     GITLAB = "gitlab"
 
 
-new = typer.Typer(no_args_is_help=True, help="Write a project, a station or a test to start from.")
+new = typer.Typer(no_args_is_help=True, help="Write a project or a test to start from.")
 
 Folder = Annotated[
     Path, typer.Argument(metavar="NAME", help="The folder to write to, called like the station.")
@@ -67,41 +67,30 @@ def new_project(
     name: StationName = None,
     plc: Plc = PlcKind.ST,
     axes: Axes = "X",
+    tests: Annotated[
+        bool, typer.Option("--tests/--no-tests", help="With a test of the station.")
+    ] = True,
     ci: Annotated[
         Server | None,
         typer.Option(help="Write a recipe for this CI, which runs the tests.", show_default=False),
     ] = None,
-    in_json: Json = False,
-) -> None:
-    """Write a station, a test of it, and if you like a recipe for CI.
-
-    Files that are there are left alone: then nothing is written.
-    """
-    names = _axes(axes)
-    _write(folder, project(name or _called(folder), plc, names, tests=True, ci=ci), in_json)
-
-
-@new.command("station")
-def new_station(
-    folder: Folder,
-    name: StationName = None,
-    plc: Plc = PlcKind.ST,
-    axes: Axes = "X",
     schema: Annotated[
         bool,
         typer.Option("--schema", help=f"Write {SCHEMA_FILE} only, again."),
     ] = False,
     in_json: Json = False,
 ) -> None:
-    """Write a commented station.toml, its schema for editors, and a program for its PLC.
+    """Write a commented station.toml, its schema for editors, a program for its PLC, and a test.
 
     Files that are there are left alone: then nothing is written.
     """
     if schema:
         _write(folder, {SCHEMA_FILE: _schema()}, in_json, over=True)
         return
-    names = _axes(axes)
-    _write(folder, project(name or _called(folder), plc, names, tests=False, ci=None), in_json)
+    if ci is not None and not tests:
+        raise typer.BadParameter("--ci runs the tests: leave --no-tests out")
+    files = project(name or _called(folder), plc, _axes(axes), tests=tests, ci=ci)
+    _write(folder, files, in_json)
 
 
 @new.command("test")
@@ -143,7 +132,7 @@ def _first_axis(station: Path) -> str | None:
     except ConfigError as faults:
         fail(str(faults), name="CONFIGURATION")
     except OSError as failure:
-        hint = "; `achse new station NAME` writes one, --station says where it is"
+        hint = "; `achse new project NAME` writes one, --station says where it is"
         fail(f"{station}: {failure.strerror}{hint}", name="CONFIGURATION")
     return config.axis[0].name if config.axis else None
 

@@ -53,7 +53,8 @@ def _kinds(bus: int | None, drives: bool) -> "FaultKinds[Any]":
 async def add(
     client: "Client",
     kind: Annotated[
-        str, typer.Argument(help="See `achse fault kinds`.", autocompletion=complete.fault_kinds)
+        str,
+        typer.Argument(help="See `achse fault list --kinds`.", autocompletion=complete.fault_kinds),
     ],
     fields: Annotated[
         list[str] | None,
@@ -87,23 +88,59 @@ async def add(
         print(f"{answer['number']}  {wanted}")
 
 
-@client_command(fault, STATION_PORT, "list", listens=_listens)
+@client_command(
+    fault, STATION_PORT, "list", listens=_listens, alone=lambda options: bool(options["kinds"])
+)
 async def list_faults(
-    client: "Client", bus: Bus = None, drives: Drives = False, in_json: Json = False
+    client: "Client | None",
+    kinds: Annotated[
+        bool, typer.Option("--kinds", help="The kinds there are, with the fields of each.")
+    ] = False,
+    bus: Bus = None,
+    drives: Drives = False,
+    in_json: Json = False,
 ) -> None:
-    """List the faults that wait for their time or are at work."""
+    """List the faults that wait for their time or are at work, or the kinds of faults."""
     from achse.devices.station import FAULTS
 
-    of = _kinds(bus, drives).of
+    of_place = _kinds(bus, drives)
+    if client is None:
+        _list_kinds(of_place, in_json)
+        return
     faults = json.loads(await client.read_raw(FAULTS, bus or 0, LONGEST_LIST))
     if in_json:
         print_json(faults)
     elif faults:
         rows = [
-            (str(each["number"]), each["state"], f"{each['hits']} hits", str(of(each["fault"])))
+            (
+                str(each["number"]),
+                each["state"],
+                f"{each['hits']} hits",
+                str(of_place.of(each["fault"])),
+            )
             for each in faults
         ]
         print_table(rows, right=frozenset({0}))
+
+
+def _list_kinds(kinds: "FaultKinds[Any]", in_json: bool) -> None:
+    """Print the kinds of faults, and the fields of each beside `at`."""
+    if in_json:
+        print_json(
+            [
+                {
+                    "kind": kind,
+                    "meaning": kinds.description(kind),
+                    "fields": list(kinds.parameters(kind)),
+                }
+                for kind in kinds
+            ]
+        )
+        return
+    for kind in kinds:
+        print(f"{kind}: {kinds.description(kind)}")
+        if parameters := kinds.parameters(kind):
+            print(f"    {' '.join(parameters)}")
 
 
 @client_command(fault, STATION_PORT, listens=_listens)
@@ -134,30 +171,3 @@ async def clear(
         )
     if in_json:
         print_json({"cleared": number or "all"})
-
-
-@fault.command()
-def kinds(
-    drives: Annotated[
-        bool, typer.Option("--drives", help="Those of drives, on a bus or served.")
-    ] = False,
-    in_json: Json = False,
-) -> None:
-    """List the kinds of faults, and what each takes beside `at`."""
-    faults = _kinds(None, drives)
-    if in_json:
-        print_json(
-            [
-                {
-                    "kind": kind,
-                    "meaning": faults.description(kind),
-                    "fields": list(faults.parameters(kind)),
-                }
-                for kind in faults
-            ]
-        )
-        return
-    for kind in faults:
-        print(f"{kind}: {faults.description(kind)}")
-        if parameters := faults.parameters(kind):
-            print(f"    {' '.join(parameters)}")

@@ -1,7 +1,7 @@
 """What a part program asks of the path, as the path takes it: moves as segments, settings as
 parameters.
 
-The channel's feeder and `achse gcode time` both go through here, so that a program has the same
+The channel's feeder and `achse gcode --time` both go through here, so that a program has the same
 path, feeds and limits in both.
 """
 
