@@ -1,18 +1,30 @@
-"""Options that several commands share."""
+"""Options that several commands share; those of a target are in `achse.cli.target`."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-__all__ = ["Count", "CycleTime", "Duration", "LetEverybodyIn", "Watch"]
+__all__ = [
+    "Acceleration",
+    "Count",
+    "CycleTime",
+    "Cyclic",
+    "Deceleration",
+    "Duration",
+    "EndWithin",
+    "Jerk",
+    "LetEverybodyIn",
+    "Library",
+    "ReadyWithin",
+    "SaveTo",
+    "Watch",
+]
 
 Watch = Annotated[bool, typer.Option("--watch", "-w", help="Show it live until Ctrl-C.")]
 
 CycleTime = Annotated[
-    float,
-    typer.Option(
-        "--cycle-time", "-c", min=0.001, max=429, help="With --watch: seconds between samples."
-    ),
+    float, typer.Option("--cycle-time", "-c", min=0.001, max=429, help="Between samples, s.")
 ]
 
 Count = Annotated[
@@ -27,7 +39,35 @@ Duration = Annotated[
     ),
 ]
 
+Acceleration = Annotated[float, typer.Option(help="Units/s²; 0 = that of the axis.")]
+Deceleration = Acceleration
+Jerk = Annotated[float, typer.Option(help="Units/s³; 0 = that of the axis.")]
+
+Cyclic = Annotated[
+    bool, typer.Option("--cyclic", help="The table of the file goes on from its end.")
+]
+
+Library = Annotated[
+    list[Path] | None,
+    typer.Option(
+        help="Sources of a library that the project uses, or a folder of libraries; once for each."
+    ),
+]
+
+SaveTo = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", metavar="FILE", help="Save it here.", dir_okay=False),
+]
+
+ReadyWithin = Annotated[
+    float, typer.Option(min=0.1, help="With --detach: wait so long until it is ready, s.")
+]
+EndWithin = Annotated[float, typer.Option(min=0.0, help="Wait so long for the end, s.")]
+
 LetEverybodyIn = Annotated[
     bool,
-    typer.Option("--let-everybody-in", help="Allow an address that other computers reach."),
+    typer.Option(
+        "--let-everybody-in",
+        help="Allow an address that other computers reach: they may do anything, no password.",
+    ),
 ]

@@ -10,6 +10,7 @@ import typer
 from achse.cli import complete
 from achse.cli.ads import raw
 from achse.cli.failure import fail_by
+from achse.cli.options import Count, Duration
 from achse.cli.output import as_json, as_text, print_json, print_table
 from achse.cli.target import Json, client_command
 
@@ -191,18 +192,13 @@ async def watch(
     client: "Client",
     names: Names,
     cycle_time: Annotated[
-        float,
-        typer.Option("--cycle-time", "-c", min=0, max=429, help="The device looks so often, s."),
+        float, typer.Option("--cycle-time", "-c", min=0, max=429, help="Between samples, s.")
     ] = 0.1,
     cyclic: Annotated[
         bool, typer.Option("--cyclic/--on-change", help="Each time, or when the value changed.")
     ] = False,
-    count: Annotated[
-        int | None, typer.Option("--count", "-n", min=1, help="End after so many samples.")
-    ] = None,
-    duration: Annotated[
-        float | None, typer.Option("--for", metavar="SECONDS", min=0, help="End after that time.")
-    ] = None,
+    count: Count = None,
+    duration: Duration = None,
     in_json: Json = False,
 ) -> None:
     """Print values as they change, until Ctrl-C."""

@@ -10,6 +10,7 @@ import typer
 
 from achse.cli import complete
 from achse.cli.failure import fail
+from achse.cli.options import Acceleration, Deceleration, Jerk
 from achse.cli.output import decimal, on_terminal, print_json, print_table
 from achse.cli.target import Json, client_command
 
@@ -208,9 +209,9 @@ async def move(
             "--velocity", "-v", help="Units/s.", show_default="rapid traverse of the axis"
         ),
     ] = None,
-    acceleration: Annotated[float, typer.Option(help="Units/s²; 0 = that of the axis.")] = 0.0,
-    deceleration: Annotated[float, typer.Option(help="Units/s²; 0 = that of the axis.")] = 0.0,
-    jerk: Annotated[float, typer.Option(help="Units/s³; 0 = that of the axis.")] = 0.0,
+    acceleration: Acceleration = 0.0,
+    deceleration: Deceleration = 0.0,
+    jerk: Jerk = 0.0,
     wait: Wait = True,
     plot: Plot = None,
     sample_time: SampleTime = 0.01,

@@ -7,13 +7,14 @@ import typer
 
 from achse.cli import complete
 from achse.cli.axes.axis import NC_PORT, AxisName
+from achse.cli.options import Acceleration, Deceleration, Jerk
 from achse.cli.output import decimal, print_json
 from achse.cli.target import Json, client_command
 
 if TYPE_CHECKING:
     from achse.client import Client
 
-__all__ = ["register"]
+__all__ = ["Joined", "JoinedBy", "register"]
 
 Master = Annotated[
     str, typer.Argument(metavar="MASTER", help="Id or name.", autocompletion=complete.axes)
@@ -27,6 +28,9 @@ class Joined(StrEnum):
     FOUR_POINTS = "four points"
     SPLINE = "spline"
     LOCAL = "local"
+
+
+JoinedBy = Annotated[Joined, typer.Option("--joined", help="How the rows of a cam are joined.")]
 
 
 class Then(StrEnum):
@@ -91,9 +95,7 @@ async def couple(
             rich_help_panel="Cam",
         ),
     ] = None,
-    joined: Annotated[
-        Joined, typer.Option(help="How its rows are joined.", rich_help_panel="Cam")
-    ] = Joined.SPLINE,
+    joined: JoinedBy = Joined.SPLINE,
     relative: Annotated[
         bool,
         typer.Option(
@@ -154,9 +156,9 @@ async def decouple(
     ] = Then.GO_ON,
     position: Annotated[float, typer.Option(help="For a new position, or a stop at one.")] = 0.0,
     velocity: Annotated[float, typer.Option(help="For a new velocity or position.")] = 0.0,
-    acceleration: Annotated[float, typer.Option(help="Units/s²; 0 = that of the axis.")] = 0.0,
-    deceleration: Annotated[float, typer.Option(help="Units/s²; 0 = that of the axis.")] = 0.0,
-    jerk: Annotated[float, typer.Option(help="Units/s³; 0 = that of the axis.")] = 0.0,
+    acceleration: Acceleration = 0.0,
+    deceleration: Deceleration = 0.0,
+    jerk: Jerk = 0.0,
     in_json: Json = False,
 ) -> None:
     """Let a slave go: it goes on at its velocity unless something else is said."""

@@ -7,8 +7,9 @@ import typer
 
 from achse.cli import complete
 from achse.cli.axes.axis import NC_PORT
-from achse.cli.axes.gear import Joined
+from achse.cli.axes.gear import Joined, JoinedBy
 from achse.cli.failure import fail
+from achse.cli.options import Cyclic
 from achse.cli.output import on_terminal, print_json, print_table
 from achse.cli.target import Json, client_command
 
@@ -133,7 +134,7 @@ async def import_table(
     client: "Client",
     number: TableId,
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Rows with commas or blanks.")],
-    cyclic: Annotated[bool, typer.Option("--cyclic", help="It goes on from its end.")] = False,
+    cyclic: Cyclic = False,
     replace: Annotated[
         bool, typer.Option("--replace", help="Forget a table with that id first.")
     ] = False,
@@ -192,10 +193,8 @@ async def check(
         str,
         typer.Argument(metavar="TABLE", help="Id of a table of the NC, or a file with its rows."),
     ],
-    joined: Annotated[Joined, typer.Option(help="How rows of a cam are joined.")] = Joined.SPLINE,
-    cyclic: Annotated[
-        bool, typer.Option("--cyclic", help="It goes on from its end; for files.")
-    ] = False,
+    joined: JoinedBy = Joined.SPLINE,
+    cyclic: Cyclic = False,
     master_velocity: Annotated[
         float, typer.Option("--master-velocity", "-v", min=0, help="Units of the master/s.")
     ] = 1.0,

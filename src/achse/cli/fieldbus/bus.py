@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 import typer
 
 from achse.cli.failure import fail, in_json
-from achse.cli.options import Count, CycleTime, Watch
+from achse.cli.options import Count, CycleTime, SaveTo, Watch
 from achse.cli.output import hex_dump, print_json, print_table
 from achse.cli.target import IO_PORT, Json, client_command
 
@@ -255,10 +255,7 @@ async def file(
     client: "Client",
     station: Station,
     name: Annotated[str, typer.Argument(metavar="NAME", help="As the slave calls it.")],
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="Save it here.", dir_okay=False),
-    ] = None,
+    output: SaveTo = None,
     write: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Write this.", dir_okay=False, exists=True),
@@ -503,10 +500,7 @@ def _as_json(found: "FoundSlave") -> dict[str, Any]:
 def eeprom(
     interface: Interface,
     position: Annotated[int, typer.Argument(min=0, metavar="POSITION", help="0 is the first.")],
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="Save the image.", dir_okay=False),
-    ] = None,
+    output: SaveTo = None,
     write: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Write this image.", dir_okay=False, exists=True),

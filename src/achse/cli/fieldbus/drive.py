@@ -16,6 +16,7 @@ from achse.cli.failure import fail
 from achse.cli.fieldbus import drive_control, objects
 from achse.cli.files import write_file
 from achse.cli.interrupts import ending_signals
+from achse.cli.options import Duration
 from achse.cli.output import print_json, tell_event
 from achse.cli.target import DRIVES, Json
 from achse.extras import needs_extra
@@ -97,9 +98,7 @@ def serve(
             help=f"What they move: {_TYPES}. One for all, or one for each.",
         ),
     ] = "ac",
-    duration: Annotated[
-        float | None, typer.Option("--for", metavar="SECONDS", min=0, help="End after this time.")
-    ] = None,
+    duration: Duration = None,
     alias: Annotated[
         int,
         typer.Option(

@@ -9,6 +9,7 @@ import typer
 
 from achse.cli.failure import fail
 from achse.cli.fieldbus.objects import entry_of
+from achse.cli.options import Duration
 from achse.cli.output import on_terminal, print_json, print_table
 from achse.cli.target import DRIVES, STATION_PORT, Json, client_command
 
@@ -65,10 +66,7 @@ def register(drive: typer.Typer) -> None:
     async def watch(
         client: "Client",
         interval: Annotated[float, typer.Option(min=0.01, help="Seconds between looks.")] = 0.5,
-        duration: Annotated[
-            float | None,
-            typer.Option("--for", metavar="SECONDS", min=0, help="End after this time."),
-        ] = None,
+        duration: Duration = None,
         in_json: Json = False,
     ) -> None:
         """Show what the drives do: states, position, velocity, torque, alarms."""

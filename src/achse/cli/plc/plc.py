@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from achse.cli.failure import fail
+from achse.cli.options import LetEverybodyIn
 from achse.cli.output import print_json, print_table
 from achse.cli.target import STATION_PORT, Json, client_command
 
@@ -264,19 +265,19 @@ def _tell(state: dict[str, Any], in_json: bool) -> None:
 async def reload(
     client: "Client",
     plc: Annotated[
-        int | None,
-        typer.Option(min=1, max=65535, help="AMS port of the PLC.", show_default="all"),
-    ] = None,
+        int,
+        typer.Option(min=0, max=65535, help="AMS port of the PLC.", show_default="all"),
+    ] = 0,
     in_json: Json = False,
 ) -> None:
     """Online change: a running achse station reads its sources or symbol files again."""
     from achse.devices.station import ONLINE_CHANGE
 
-    answer = await client.read_write_raw(ONLINE_CHANGE, plc or 0, _LONGEST_ANSWER, b"")
+    answer = await client.read_write_raw(ONLINE_CHANGE, plc, _LONGEST_ANSWER, b"")
     told = json.loads(answer)
     if "error" in told:
         fail(told["error"])
-    chosen = {port: count for port, count in told.items() if plc in (None, int(port))}
+    chosen = {port: count for port, count in told.items() if plc in (0, int(port))}
     if in_json:
         print_json(chosen)
         return
@@ -297,13 +298,7 @@ def debug(
             show_default="standard input and output",
         ),
     ] = None,
-    let_everybody_in: Annotated[
-        bool,
-        typer.Option(
-            "--let-everybody-in",
-            help="Allow an address that other computers reach: they may run programs here.",
-        ),
-    ] = False,
+    let_everybody_in: LetEverybodyIn = False,
 ) -> None:
     """Serve an editor that debugs Structured Text by the Debug Adapter Protocol, as VS Code.
 

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from achse.cli.failure import fail
+from achse.cli.options import Count, Duration
 from achse.cli.output import print_json, tell_event, visible
-from achse.cli.target import STATION_PORT, fail_to_connect
+from achse.cli.target import STATION_PORT, Json, fail_to_connect
 
 if TYPE_CHECKING:
     from achse.ams import AmsAddress
@@ -78,13 +79,9 @@ def monitor(
     samples: Annotated[
         bool, typer.Option("--samples/--no-samples", help="Notifications as well.")
     ] = True,
-    count: Annotated[
-        int | None, typer.Option("--count", "-n", min=1, help="End after so many lines.")
-    ] = None,
-    duration: Annotated[
-        float | None, typer.Option("--for", metavar="SECONDS", min=0, help="End after that time.")
-    ] = None,
-    in_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    count: Count = None,
+    duration: Duration = None,
+    in_json: Json = False,
     host: Host = "127.0.0.1",
     tcp_port: TcpPort = 48898,
 ) -> None:

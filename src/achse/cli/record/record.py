@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from achse.cli.failure import fail, in_json
+from achse.cli.options import Duration
 from achse.cli.output import print_json, tell_event
 from achse.cli.record.monitor import Host, TcpPort, Via, run_until_ended, watching
 from achse.cli.target import Json
@@ -39,9 +40,7 @@ def register(app: typer.Typer) -> None:
 def record(
     file: Annotated[Path, typer.Argument(help="Where to write the capture (pcapng).")],
     via: Via = None,
-    duration: Annotated[
-        float | None, typer.Option("--for", metavar="SECONDS", min=0, help="End after that time.")
-    ] = None,
+    duration: Duration = None,
     host: Host = "127.0.0.1",
     tcp_port: TcpPort = 48898,
     as_json: Json = False,

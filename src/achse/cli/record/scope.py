@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from achse.cli.failure import fail
+from achse.cli.options import Duration
 from achse.cli.output import on_terminal, print_json, print_table, tell_event
 from achse.cli.target import Json, client_command
 
@@ -47,10 +48,7 @@ async def record(
             help="SYMBOL, PORT:SYMBOL or PORT:GROUP:OFFSET[:TYPE]; @2ms behind it is how often.",
         ),
     ],
-    seconds: Annotated[
-        float | None,
-        typer.Option("--for", metavar="SECONDS", min=0.0, help="How long.", show_default="Ctrl-C"),
-    ] = None,
+    seconds: Duration = None,
     trigger: Annotated[
         list[str] | None,
         typer.Option(

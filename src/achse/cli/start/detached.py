@@ -23,6 +23,7 @@ import typer
 
 from achse.cli.failure import fail, in_json
 from achse.cli.interrupts import ending
+from achse.cli.options import EndWithin
 from achse.cli.output import print_json
 from achse.cli.target import ROUTER, Json
 from achse.transport.file_lock import lock_file
@@ -346,7 +347,7 @@ async def _answer(host: str, tcp_port: int, end: float) -> str:
 def stop(
     which: Which = None,
     every: Annotated[bool, typer.Option("--all", help="All detached stations.")] = False,
-    timeout: Annotated[float, typer.Option(min=0.0, help="Wait so long for the end, s.")] = 30.0,
+    timeout: EndWithin = 30.0,
     as_json: Json = False,
 ) -> None:
     """End a detached station, in order: persistent data are saved. Without a name the only one."""

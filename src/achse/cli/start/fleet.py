@@ -18,9 +18,10 @@ import typer
 from achse.cli.failure import fail, tell
 from achse.cli.interrupts import ending
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
+from achse.cli.options import EndWithin, LetEverybodyIn, ReadyWithin
 from achse.cli.output import on_terminal, print_json, print_table, tell_event
 from achse.cli.start.detached import own_session, runtime_folder
-from achse.cli.start.fleet_export import export
+from achse.cli.start.fleet_export import FleetFile, export
 from achse.cli.start.fleet_record import (
     FleetRecord,
     fleet_logs,
@@ -49,7 +50,6 @@ fleet = typer.Typer(
     no_args_is_help=True, help="Many stations on this computer, joined by an MQTT broker."
 )
 
-File = Annotated[Path, typer.Argument(metavar="FLEET.TOML", help="What the fleet consists of.")]
 Broker = Annotated[
     str | None,
     typer.Option(
@@ -75,7 +75,7 @@ fleet.command()(export)
 
 @fleet.command()
 def up(
-    file: File,
+    file: FleetFile,
     broker: Broker = None,
     detach: Annotated[
         bool,
@@ -83,9 +83,7 @@ def up(
             "--detach", "-d", help="Leave it running when it is ready; `achse fleet down` ends it."
         ),
     ] = False,
-    timeout: Annotated[
-        float, typer.Option(min=0.1, help="With --detach: wait so long until it is ready, s.")
-    ] = 120.0,
+    timeout: ReadyWithin = 120.0,
     checked: Annotated[bool, typer.Option("--checked", hidden=True)] = False,
     as_json: Json = False,
 ) -> None:
@@ -160,7 +158,7 @@ def logs(
 @fleet.command()
 def down(
     which: Which = None,
-    timeout: Annotated[float, typer.Option(min=0.0, help="Wait so long for the end, s.")] = 60.0,
+    timeout: EndWithin = 60.0,
     as_json: Json = False,
 ) -> None:
     """End all stations of a fleet, in order: persistent data are saved."""
@@ -181,7 +179,7 @@ def down(
 
 @fleet.command()
 def station(
-    file: File,
+    file: FleetFile,
     numbers: Annotated[
         str,
         typer.Argument(
@@ -198,9 +196,7 @@ def station(
         int | None,
         typer.Option(envvar="ACHSE_TCP_PORT", min=0, max=65535, help="TCP port to listen on."),
     ] = None,
-    let_everybody_in: Annotated[
-        bool, typer.Option("--let-everybody-in", help="As of `achse run`.")
-    ] = False,
+    let_everybody_in: LetEverybodyIn = False,
     process: Annotated[
         bool, typer.Option("--process", help="The number is that of a process: all its stations.")
     ] = False,

@@ -10,7 +10,7 @@ from achse.cli.failure import fail
 from achse.cli.output import print_json
 from achse.cli.target import Json
 
-__all__ = ["ExportKind", "export"]
+__all__ = ["ExportKind", "FleetFile", "export"]
 
 
 class ExportKind(Enum):
@@ -20,9 +20,14 @@ class ExportKind(Enum):
     KUBERNETES = "kubernetes"
 
 
+FleetFile = Annotated[
+    Path, typer.Argument(metavar="FLEET.TOML", help="What the fleet consists of.")
+]
+
+
 def export(
     kind: Annotated[ExportKind, typer.Argument(help="For which program.")],
-    file: Annotated[Path, typer.Argument(metavar="FLEET.TOML", help="What the fleet consists of.")],
+    file: FleetFile,
     image: Annotated[str, typer.Option(help="The image of the stations.")] = "achse:latest",
     as_json: Json = False,
 ) -> None:

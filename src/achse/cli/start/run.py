@@ -19,6 +19,7 @@ import typer
 from achse.cli.failure import fail, in_json, tell
 from achse.cli.interrupts import ending, ending_signals
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
+from achse.cli.options import LetEverybodyIn, ReadyWithin
 from achse.cli.output import on_terminal, print_json, tell_event
 from achse.cli.process import loop_factory, raise_file_limit
 from achse.cli.start import detached
@@ -88,13 +89,7 @@ def run(
         float | None,
         typer.Option("--for", metavar="SECONDS", min=0, help="End at this station time."),
     ] = None,
-    let_everybody_in: Annotated[
-        bool,
-        typer.Option(
-            "--let-everybody-in",
-            help="Allow a --host that other computers reach: they may do anything, no password.",
-        ),
-    ] = False,
+    let_everybody_in: LetEverybodyIn = False,
     web: Annotated[
         bool, typer.Option("--web", help="Show the station in the browser, at port 8080.")
     ] = False,
@@ -113,9 +108,7 @@ def run(
             "--detach", "-d", help="Leave it running when it is ready; `achse stop` ends it."
         ),
     ] = False,
-    timeout: Annotated[
-        float, typer.Option(min=0.1, help="With --detach: wait so long until it is ready, s.")
-    ] = 60.0,
+    timeout: ReadyWithin = 60.0,
     as_json: Json = False,
 ) -> None:
     """Start a station and serve ADS clients until interrupted."""

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from achse.cli.failure import fail
+from achse.cli.options import Library
 from achse.cli.output import print_json
 from achse.cli.target import Json
 
@@ -28,13 +29,7 @@ def check(
             show_default=False,
         ),
     ],
-    library: Annotated[
-        list[Path] | None,
-        typer.Option(
-            help="Sources of a library that the project uses, or a folder of libraries; once for"
-            " each."
-        ),
-    ] = None,
+    library: Library = None,
     define: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME", help="What {IF defined (NAME)} finds, once for each."),

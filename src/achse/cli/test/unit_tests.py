@@ -8,6 +8,7 @@ import typer
 
 from achse.cli.failure import fail
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
+from achse.cli.options import Library
 
 if TYPE_CHECKING:
     from achse.tcunit import TestRun, UnitTest
@@ -28,10 +29,7 @@ def run_unit_tests(
             show_default=False,
         ),
     ],
-    library: Annotated[
-        list[Path] | None,
-        typer.Option(help="Sources of a library that the project uses, once for each; of TcUnit."),
-    ] = None,
+    library: Library = None,
     junit: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Write the results as JUnit XML.", show_default=False),
