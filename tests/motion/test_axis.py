@@ -41,16 +41,16 @@ def test_every_scalar_can_be_written_and_is_its_own(either: Any) -> None:
 
 
 def test_array_elements_can_be_written(either: Any) -> None:
-    either.axis.segment_jerk[3] = 2.5
+    either.axis.profile.jerk[3] = 2.5
     either.axis.master[3] = 7
-    assert either.axis.segment_jerk[3] == 2.5
+    assert either.axis.profile.jerk[3] == 2.5
     assert either.axis.master[3] == 7
-    assert either.axis.segment_time[3] == 0.0
+    assert either.axis.profile.time[3] == 0.0
 
 
 def test_arrays_cannot_be_replaced(either: Any) -> None:
     with pytest.raises(AttributeError):
-        either.axis.segment_jerk = [0.0]
+        either.axis.profile.jerk = [0.0]
 
 
 def test_jobs_are_within_the_axis_and_wake_it(either: Any) -> None:

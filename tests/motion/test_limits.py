@@ -328,7 +328,7 @@ def test_limits_in_force_are_enabled_and_no_farther_than_1e15(
 def test_only_a_changed_limit_is_watched_again(make_rig: Any) -> None:
     rig = limited(make_rig, 60.0, encoder_soft_limit_min=-60.0, encoder_soft_limit_min_enable=1)
     axis, encoder = rig.axis, rig.axis.encoder
-    axis.planned_fastest, axis.limit_watch = fastest(axis), 0
+    axis.profile.fastest, axis.limit_watch = fastest(axis), 0
     adapt_limits(axis)
     assert axis.limit_watch == 0
     for owner, name, value in (
@@ -340,7 +340,7 @@ def test_only_a_changed_limit_is_watched_again(make_rig: Any) -> None:
         axis.limit_watch = 0
         adapt_limits(axis)
         assert axis.limit_watch == 1
-        axis.planned_fastest = fastest(axis)
+        axis.profile.fastest = fastest(axis)
 
 
 @pytest.mark.parametrize("position", [0.0, 4e9])
@@ -356,7 +356,7 @@ def test_table_passes_a_limit_by_more_than_the_rounding_of_its_position(
     high = max(axis.limit_high, axis.set_position) + tolerance
     low = min(axis.limit_low, axis.set_position) - tolerance
     for n in range(3):
-        axis.segment_time[n] = axis.segment_jerk[n] = 0.0
+        axis.profile.time[n] = axis.profile.jerk[n] = 0.0
     for place, limit in (
         (high, 0),
         (nextafter(high, inf), 1),
@@ -364,11 +364,11 @@ def test_table_passes_a_limit_by_more_than_the_rounding_of_its_position(
         (nextafter(low, -inf), -1),
     ):
         assert passes(axis, 0, 1, place, 0.0, 0.0) == limit
-        axis.segment_index, axis.segment_count = 1, 2
-        axis.segment_position = place
-        axis.segment_velocity = axis.segment_acceleration = 0.0
+        axis.profile.index, axis.profile.count = 1, 2
+        axis.profile.position = place
+        axis.profile.velocity = axis.profile.acceleration = 0.0
         assert table_passes(axis) == limit
-    axis.segment_time[0], axis.segment_jerk[0] = 1.0, 6e9
+    axis.profile.time[0], axis.profile.jerk[0] = 1.0, 6e9
     assert passes(axis, 0, 1, position, 0.0, 0.0) == 1
     assert passes(axis, 1, 2, position, 0.0, 0.0) == 0
 

@@ -80,7 +80,7 @@ def test_the_hash_sees_every_change(make_rig: Any) -> None:
     rig = make_rig(count=3)
     first = rig.nc.digest()
     assert rig.nc.digest() == first
-    rig.nc.axis(3).segment_jerk[11] = 1e-300
+    rig.nc.axis(3).profile.jerk[11] = 1e-300
     second = rig.nc.digest()
     assert second != first
     rig.run(1)

@@ -499,11 +499,11 @@ DROPPED: dict[str, float] = {
     "buffer_count": 0,
     "switch_armed": 0,
     "loop_outward": 0,
-    "replan": 0,
+    "profile.replan": 0,
     "border_time": -1.0,
     "job.timing": 0,
-    "segment_count": 0,
-    "segment_index": 0,
+    "profile.count": 0,
+    "profile.index": 0,
     "set_velocity": 0.0,
     "set_acceleration": 0.0,
     "set_jerk": 0.0,
@@ -579,11 +579,11 @@ def test_fast_stop_replaces_only_a_weaker_one(
     strongest = fault_deceleration(axis), fault_jerk(axis)
     assert strongest == (8e4, 8e5)
     axis.job.deceleration, axis.job.jerk = deceleration * strongest[0], jerk * strongest[1]
-    axis.replan = 0
+    axis.profile.replan = 0
     stop_fast(axis)
     assert (axis.job.deceleration, axis.job.jerk) == strongest
     assert axis.set_motion_phase == MotionPhase.STOPPING
-    assert axis.replan == begins
+    assert axis.profile.replan == begins
 
 
 @pytest.mark.parametrize(

@@ -112,7 +112,7 @@ def _finish(ax: AxisFields) -> None:
         return
     if ax.loop_outward:
         ax.loop_outward = 0
-        ax.replan = 1
+        ax.profile.replan = 1
         return
     if phase != MotionPhase.POSITIONING:
         ax.target_position = ax.encoder.actual_position
@@ -226,8 +226,8 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
             )
         ):
             take_next(ax)
-        if ax.replan:
-            ax.replan = 0
+        if ax.profile.replan:
+            ax.profile.replan = 0
             drive.switch_start = encoder.actual_position
             ax.border_position = ax.target_position
             if ax.set_motion_phase == MotionPhase.POSITIONING:
@@ -246,7 +246,7 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
             _enter(ax, _BRAKED)
         if ax.switch_armed:
             pass_switch_position(ax)
-    ax.planned_override = ax.velocity_override
+    ax.profile.override = ax.velocity_override
     velocity = _put_out(ax)
     ax.set_position = encoder.actual_position
     ax.set_velocity = velocity

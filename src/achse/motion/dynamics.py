@@ -45,8 +45,8 @@ def fault_deceleration(ax: AxisFields) -> float:
     if default > ax.max_deceleration:
         default = ax.max_deceleration
     deceleration = ax.job.deceleration
-    if ax.table_deceleration > deceleration:
-        deceleration = ax.table_deceleration
+    if ax.profile.deceleration > deceleration:
+        deceleration = ax.profile.deceleration
     if default > deceleration:
         deceleration = default
     if ax.fast_axis_stop_deceleration > deceleration:
@@ -57,10 +57,10 @@ def fault_deceleration(ax: AxisFields) -> float:
 def fault_jerk(ax: AxisFields) -> float:
     """Strongest jerk of the axis: of command, table, default and fast axis stop, or running."""
     jerk = ax.job.jerk
-    if ax.table_jerk > jerk:
-        jerk = ax.table_jerk
-    if ax.running_jerk > jerk:
-        jerk = ax.running_jerk
+    if ax.profile.jerk_limit > jerk:
+        jerk = ax.profile.jerk_limit
+    if ax.profile.running_jerk > jerk:
+        jerk = ax.profile.running_jerk
     if ax.default_jerk > jerk:
         jerk = ax.default_jerk
     if ax.fast_axis_stop_jerk > jerk:
@@ -72,9 +72,9 @@ def run_out(ax: AxisFields) -> float:
     """Velocity that an axis reaches while its acceleration is taken away as it was made."""
     v = ax.set_velocity
     a = ax.set_acceleration
-    if a * v < 0.0 or a == 0.0 or ax.running_jerk <= 0.0:
+    if a * v < 0.0 or a == 0.0 or ax.profile.running_jerk <= 0.0:
         return v
-    way = a * a / (2.0 * ax.running_jerk)
+    way = a * a / (2.0 * ax.profile.running_jerk)
     return v + way if a > 0.0 else v - way
 
 
@@ -88,8 +88,8 @@ def drop_foreign(ax: AxisFields, foreign: float) -> None:
         ax.set_acceleration -= foreign
     elif ax.set_acceleration * v < 0.0:
         steep = ax.set_acceleration * ax.set_acceleration / abs(v)
-        if steep > 2.0 * ax.running_jerk:
-            ax.running_jerk = steep
+        if steep > 2.0 * ax.profile.running_jerk:
+            ax.profile.running_jerk = steep
 
 
 def shed_foreign(ax: AxisFields, foreign: float) -> None:
@@ -102,7 +102,7 @@ def shed_foreign(ax: AxisFields, foreign: float) -> None:
     if foreign * v >= 0.0:
         ax.set_acceleration -= foreign
     a = ax.set_acceleration
-    most = _NEARLY * sqrt(2.0 * ax.running_jerk * abs(v))
+    most = _NEARLY * sqrt(2.0 * ax.profile.running_jerk * abs(v))
     if a * v < 0.0 and abs(a) > most:
         ax.set_acceleration = most if a > 0.0 else -most
 
@@ -114,8 +114,8 @@ def shed_excess(ax: AxisFields, jerk: float) -> int:
     """
     v = ax.set_velocity
     a = ax.set_acceleration
-    if ax.running_jerk > jerk:
-        jerk = ax.running_jerk
+    if ax.profile.running_jerk > jerk:
+        jerk = ax.profile.running_jerk
     room = fastest(ax) - abs(v)
     if a * v <= 0.0 or a * a <= 2.0 * jerk * room:
         return 0
@@ -133,10 +133,10 @@ def release(ax: AxisFields, jerk: float) -> float:
     """
     v = ax.set_velocity
     a = ax.set_acceleration
-    ax.plan_position = ax.set_position
-    ax.plan_velocity = v
-    ax.plan_acceleration = a
-    running = ax.running_jerk
+    ax.profile.plan_position = ax.set_position
+    ax.profile.plan_velocity = v
+    ax.profile.plan_acceleration = a
+    running = ax.profile.running_jerk
     if a == 0.0 or jerk >= running * _NEARLY:
         return 0.0
     size = abs(a)
@@ -152,9 +152,9 @@ def release(ax: AxisFields, jerk: float) -> float:
     if time <= 0.0:
         return 0.0
     j = -running if a > 0.0 else running
-    ax.plan_position = segment_position(time, j, ax.set_position, v, a)
-    ax.plan_velocity = segment_velocity(time, j, v, a)
-    ax.plan_acceleration = 0.0
+    ax.profile.plan_position = segment_position(time, j, ax.set_position, v, a)
+    ax.profile.plan_velocity = segment_velocity(time, j, v, a)
+    ax.profile.plan_acceleration = 0.0
     if rest > 0.0:
-        ax.plan_acceleration = segment_acceleration(time, j, a)
+        ax.profile.plan_acceleration = segment_acceleration(time, j, a)
     return time

@@ -184,7 +184,7 @@ def _generate_fast(ax: AxisFields, rows: NcRows, dt: float) -> None:
     if ax.set_motion_phase == MotionPhase.COUPLED:
         coupled.step(ax, dt)
     elif keeps_its_table(ax, dt):
-        walk(ax, ax.segment_elapsed + dt)
+        walk(ax, ax.profile.elapsed + dt)
         show_remaining(ax, dt)
     else:
         generate(ax, dt)

@@ -39,7 +39,7 @@ def adapt_limits(ax: AxisFields) -> None:
         low = encoder.soft_limit_min
     if encoder.soft_limit_max_enable and encoder.soft_limit_max < _FARTHEST:
         high = encoder.soft_limit_max
-    if low != ax.limit_low or high != ax.limit_high or fastest(ax) != ax.planned_fastest:
+    if low != ax.limit_low or high != ax.limit_high or fastest(ax) != ax.profile.fastest:
         ax.limit_watch = 1
     ax.limit_low = low
     ax.limit_high = high
@@ -84,8 +84,8 @@ def passes(ax: AxisFields, first: int, count: int, p: float, v: float, a: float)
     high += tolerance
     low -= tolerance
     for i in range(first, count):
-        t = ax.segment_time[i]
-        j = ax.segment_jerk[i]
+        t = ax.profile.time[i]
+        j = ax.profile.jerk[i]
         p = segment_position(t, j, p, v, a)
         v = segment_velocity(t, j, v, a)
         a = segment_acceleration(t, j, a)
@@ -100,11 +100,11 @@ def table_passes(ax: AxisFields) -> int:
     """Whether what is left of the present table leads across a limit, as in `passes`."""
     return passes(
         ax,
-        ax.segment_index,
-        ax.segment_count,
-        ax.segment_position,
-        ax.segment_velocity,
-        ax.segment_acceleration,
+        ax.profile.index,
+        ax.profile.count,
+        ax.profile.position,
+        ax.profile.velocity,
+        ax.profile.acceleration,
     )
 
 

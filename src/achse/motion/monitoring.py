@@ -463,7 +463,7 @@ def show_state(ax: AxisFields, fast: bool = False) -> None:
         motion = MotionState.RUNNING
         a = ax.set_acceleration
         facing = v if v != 0.0 else along_the_set_point(ax)
-        if facing == 0.0 and not ax.planned_override and phase != MotionPhase.STOPPING:
+        if facing == 0.0 and not ax.profile.override and phase != MotionPhase.STOPPING:
             # At override 0 an axis moves logically (004 §4.1.1).
             facing = ax.job.direction
             if phase == MotionPhase.POSITIONING:
@@ -483,7 +483,7 @@ def show_state(ax: AxisFields, fast: bool = False) -> None:
                 motion = MotionState.ACCELERATING
             else:
                 motion = MotionState.DECELERATING
-        elif not ax.planned_override and phase != MotionPhase.STOPPING:
+        elif not ax.profile.override and phase != MotionPhase.STOPPING:
             motion = MotionState.OVERRIDE_ZERO
     state |= encoder.homed * StateBit.HOMED
     state |= ax.in_position_range * StateBit.IN_POSITION_AREA

@@ -14,12 +14,12 @@ __all__ = ["follow_axis"]
 
 def follow_axis(ax: AxisFields) -> None:
     """The set point is where the axis is and as fast as it is; the output filter is there, too."""
-    ax.abrupt = 1
+    ax.profile.abrupt = 1
     ax.set_position = ax.encoder.actual_position
     ax.set_velocity = ax.encoder.actual_velocity
     ax.set_acceleration = 0.0
     ax.set_jerk = 0.0
     ax.target_position = ax.set_position
-    ax.planned_override = ax.velocity_override
+    ax.profile.override = ax.velocity_override
     if ax.drive.filter_count > 0:
         fill_filter(ax, ax.drive)

@@ -43,7 +43,7 @@ TO_TARGET = 1
 TO_CONSTANT_VELOCITY = 2
 TO_LIMIT = 3
 TO_PAUSE = 4
-"""What follows the table, `table_end`."""
+"""End of a profile, `MotionProfile.end`."""
 
 _FULL_OVERRIDE = 1_000_000
 
@@ -61,8 +61,8 @@ def _peak_velocity(ax: AxisFields, v: float, a: float, count: int) -> float:
     """Largest speed in the table from (v, a), at the ends of its rows, up to the job's own."""
     peak = 0.0
     for i in range(count):
-        t = ax.segment_time[i]
-        j = ax.segment_jerk[i]
+        t = ax.profile.time[i]
+        j = ax.profile.jerk[i]
         v += t * (a + t * (0.5 * j))
         a += t * j
         if abs(v) > peak:
@@ -73,19 +73,19 @@ def _peak_velocity(ax: AxisFields, v: float, a: float, count: int) -> float:
 def _plan_to_target(ax: AxisFields, limit: float, end_velocity: float) -> int:
     """Rows of the table to the border, negative if there is no such table."""
     count = plan_to_position(
-        ax.segment_time,
-        ax.segment_jerk,
-        ax.plan_position,
-        ax.plan_velocity,
-        ax.plan_acceleration,
+        ax.profile.time,
+        ax.profile.jerk,
+        ax.profile.plan_position,
+        ax.profile.plan_velocity,
+        ax.profile.plan_acceleration,
         ax.border_position,
         end_velocity,
         limit,
         ax.job.acceleration,
-        ax.table_deceleration,
-        ax.table_jerk,
+        ax.profile.deceleration,
+        ax.profile.jerk_limit,
     )
-    ax.table_velocity = end_velocity
+    ax.profile.end_velocity = end_velocity
     return count
 
 
@@ -97,15 +97,17 @@ def _plan_to_border(ax: AxisFields, limit: float, end_velocity: float) -> int:
     count = _plan_to_target(ax, limit, end_velocity)
     if count != END_VELOCITY_UNREACHABLE:
         return count
-    way = ax.border_position - ax.plan_position
+    way = ax.border_position - ax.profile.plan_position
     sign = 1.0 if way > 0.0 else -1.0
-    v = sign * ax.plan_velocity
-    a = sign * ax.plan_acceleration
+    v = sign * ax.profile.plan_velocity
+    a = sign * ax.profile.plan_acceleration
     if v < 0.0:
-        way -= sign * stopping_distance(v, a, ax.table_deceleration, ax.table_jerk)
+        way -= sign * stopping_distance(v, a, ax.profile.deceleration, ax.profile.jerk_limit)
         v = 0.0
         a = 0.0
-    reachable = _NEARLY * reachable_velocity(sign * way, v, a, ax.job.acceleration, ax.table_jerk)
+    reachable = _NEARLY * reachable_velocity(
+        sign * way, v, a, ax.job.acceleration, ax.profile.jerk_limit
+    )
     if 0.0 < reachable < end_velocity:
         return _plan_to_target(ax, limit, reachable)
     return count
@@ -114,8 +116,8 @@ def _plan_to_border(ax: AxisFields, limit: float, end_velocity: float) -> int:
 def _way_back(ax: AxisFields, limit: float) -> float:
     """Time of a loop's second part, from beyond the target to it."""
     count = plan_to_position(
-        ax.segment_time,
-        ax.segment_jerk,
+        ax.profile.time,
+        ax.profile.jerk,
         ax.border_position,
         0.0,
         0.0,
@@ -123,25 +125,25 @@ def _way_back(ax: AxisFields, limit: float) -> float:
         0.0,
         limit,
         ax.job.acceleration,
-        ax.table_deceleration,
-        ax.table_jerk,
+        ax.profile.deceleration,
+        ax.profile.jerk_limit,
     )
-    return duration(ax.segment_time, count)
+    return duration(ax.profile.time, count)
 
 
 def _plan_to_speed(ax: AxisFields, velocity: float) -> int:
     """Rows of the table to a signed velocity."""
-    ax.table_velocity = velocity
-    ax.table_end = TO_CONSTANT_VELOCITY if velocity != 0.0 else TO_REST
+    ax.profile.end_velocity = velocity
+    ax.profile.end = TO_CONSTANT_VELOCITY if velocity != 0.0 else TO_REST
     return plan_to_velocity(
-        ax.segment_time,
-        ax.segment_jerk,
-        ax.plan_velocity,
-        ax.plan_acceleration,
+        ax.profile.time,
+        ax.profile.jerk,
+        ax.profile.plan_velocity,
+        ax.profile.plan_acceleration,
         velocity,
         ax.job.acceleration,
-        ax.table_deceleration,
-        ax.table_jerk,
+        ax.profile.deceleration,
+        ax.profile.jerk_limit,
     )
 
 
@@ -153,8 +155,8 @@ def _time_to_border(ax: AxisFields, count: int) -> float:
     direction = ax.job.direction
     begin = 0.0
     for i in range(count):
-        step = ax.segment_time[i]
-        j = ax.segment_jerk[i]
+        step = ax.profile.time[i]
+        j = ax.profile.jerk[i]
         after = segment_position(step, j, p, v, a)
         if (after - ax.border_position) * direction >= 0.0:
             low = 0.0
@@ -170,8 +172,8 @@ def _time_to_border(ax: AxisFields, count: int) -> float:
         v = segment_velocity(step, j, v, a)
         a = segment_acceleration(step, j, a)
         begin += step
-    if ax.table_velocity * direction > 0.0:
-        return begin + (ax.border_position - p) / ax.table_velocity
+    if ax.profile.end_velocity * direction > 0.0:
+        return begin + (ax.border_position - p) / ax.profile.end_velocity
     return -1.0
 
 
@@ -204,20 +206,23 @@ def _put_release_before(ax: AxisFields, count: int, time: float) -> int:
     """Make room for the release in front of the rows; their number with it."""
     for n in range(count):
         i = count - n
-        ax.segment_time[i] = ax.segment_time[i - 1]
-        ax.segment_jerk[i] = ax.segment_jerk[i - 1]
-    ax.segment_time[0] = time
-    ax.segment_jerk[0] = -ax.running_jerk if ax.set_acceleration > 0.0 else ax.running_jerk
+        ax.profile.time[i] = ax.profile.time[i - 1]
+        ax.profile.jerk[i] = ax.profile.jerk[i - 1]
+    ax.profile.time[0] = time
+    ax.profile.jerk[0] = (
+        -ax.profile.running_jerk if ax.set_acceleration > 0.0 else ax.profile.running_jerk
+    )
     return count + 1
 
 
 def _fill(ax: AxisFields, limit: float, share: float, bounded: int) -> int:
-    """Fill the table, with `table_deceleration` and `table_jerk`; number of rows or negative.
+    """Compute the segments of the profile; return their number, or an error below 0.
 
+    The profile has its deceleration and its jerk limit.
     `limit` is the velocity, `share` the override, `bounded` whether the border is a soft limit.
     """
     phase = ax.set_motion_phase
-    time = release(ax, ax.table_jerk)
+    time = release(ax, ax.profile.jerk_limit)
     ax.border_time = -1.0
     ax.remaining_time = 0.0
     count = END_VELOCITY_UNREACHABLE
@@ -234,14 +239,14 @@ def _fill(ax: AxisFields, limit: float, share: float, bounded: int) -> int:
         if end_velocity > top:
             end_velocity = top
         count = _plan_to_border(ax, limit, end_velocity)
-        ax.table_end = TO_LIMIT if bounded else TO_TARGET
+        ax.profile.end = TO_LIMIT if bounded else TO_TARGET
     blended = phase == MotionPhase.POSITIONING and ax.border_velocity > 0.0
     to_speed = count == END_VELOCITY_UNREACHABLE
     if to_speed:
         if phase == MotionPhase.POSITIONING and limit > 0.0:  # near the border, and too fast for it
             limit = ax.border_velocity * share
-            if limit > abs(ax.plan_velocity):
-                limit = abs(ax.plan_velocity)
+            if limit > abs(ax.profile.plan_velocity):
+                limit = abs(ax.profile.plan_velocity)
             if limit < _SLOWEST:
                 limit = _SLOWEST
             velocity = ax.job.direction * limit
@@ -250,13 +255,13 @@ def _fill(ax: AxisFields, limit: float, share: float, bounded: int) -> int:
         return count
     if time > 0.0:
         count = _put_release_before(ax, count, time)
-        ax.table_release = 1
+        ax.profile.begins_with_release = 1
     else:
-        ax.table_release = 0
+        ax.profile.begins_with_release = 0
     if to_speed and blended:
         ax.border_time = _time_to_border(ax, count)
     if phase == MotionPhase.POSITIONING:
-        ax.remaining_time = duration(ax.segment_time, count) + back
+        ax.remaining_time = duration(ax.profile.time, count) + back
     return count
 
 
@@ -280,20 +285,20 @@ def _fill_within_limits(ax: AxisFields, limit: float, share: float, bounded: int
     p = ax.set_position
     v = ax.set_velocity
     a = ax.set_acceleration
-    ax.table_deceleration = ax.job.deceleration
-    ax.table_jerk = ax.job.jerk
+    ax.profile.deceleration = ax.job.deceleration
+    ax.profile.jerk_limit = ax.job.jerk
     if bounded >= 0:
         count = _fill(ax, limit, share, bounded)
         rests = v == 0.0 and a == 0.0
         if count < 0 or rests or (passes(ax, 0, count, p, v, a) == 0 and _holds_the_sum(ax)):
             return count
-    ax.table_deceleration = strongest
-    ax.table_jerk = steepest
+    ax.profile.deceleration = strongest
+    ax.profile.jerk_limit = steepest
     count = _fill(ax, limit, share, -1)
     ax.limit_reached = passes(ax, 0, count, p, v, a)
-    if ax.limit_reached and ax.abrupt:
+    if ax.limit_reached and ax.profile.abrupt:
         steepest = STEEPEST
-        ax.table_jerk = steepest
+        ax.profile.jerk_limit = steepest
         count = _fill(ax, limit, share, -1)
         ax.limit_reached = passes(ax, 0, count, p, v, a)
     if bounded < 0:
@@ -302,7 +307,7 @@ def _fill_within_limits(ax: AxisFields, limit: float, share: float, bounded: int
         ax.job.deceleration = strongest
         ax.job.jerk = steepest
     elif share > 0.0:
-        ax.table_end = TO_PAUSE
+        ax.profile.end = TO_PAUSE
     return count
 
 
@@ -316,23 +321,23 @@ def plan(ax: AxisFields) -> int:
         if _is_past_border(ax):
             ax.border_time = 0.0
             return 0
-    ax.replan = 0
+    ax.profile.replan = 0
     if ax.set_acceleration == 0.0:
-        ax.running_jerk = 0.0
-    elif ax.table_release and ax.segment_index > 0:
-        ax.running_jerk = ax.table_jerk
+        ax.profile.running_jerk = 0.0
+    elif ax.profile.begins_with_release and ax.profile.index > 0:
+        ax.profile.running_jerk = ax.profile.jerk_limit
     override = ax.velocity_override
-    ax.planned_override = override
+    ax.profile.override = override
     if override > _FULL_OVERRIDE:
         override = _FULL_OVERRIDE
     if override < 0:
         override = 0
     share = override / 1e6
     phase = ax.set_motion_phase
-    ax.planned_fastest = fastest(ax)
+    ax.profile.fastest = fastest(ax)
     commanded = ax.job.velocity
-    if commanded > ax.planned_fastest:
-        commanded = ax.planned_fastest
+    if commanded > ax.profile.fastest:
+        commanded = ax.profile.fastest
     limit = commanded * share
     bounded = 0
     limited = ax.limited == 1 and ax.external_setpoint_active == 0
@@ -343,15 +348,17 @@ def plan(ax: AxisFields) -> int:
         bounded = _find_limit(ax)
     if phase == MotionPhase.POSITIONING and ax.override_type % 2 == 1 and override < _FULL_OVERRIDE:
         if ax.job.peak_velocity == 0.0:
-            strongest = ax.table_deceleration
-            steepest = ax.table_jerk
-            ax.table_deceleration = ax.job.deceleration
-            ax.table_jerk = ax.job.jerk
+            strongest = ax.profile.deceleration
+            steepest = ax.profile.jerk_limit
+            ax.profile.deceleration = ax.job.deceleration
+            ax.profile.jerk_limit = ax.job.jerk
             release(ax, ax.job.jerk)
             count = _plan_to_border(ax, commanded, ax.border_velocity)
-            ax.job.peak_velocity = _peak_velocity(ax, ax.plan_velocity, ax.plan_acceleration, count)
-            ax.table_deceleration = strongest
-            ax.table_jerk = steepest
+            ax.job.peak_velocity = _peak_velocity(
+                ax, ax.profile.plan_velocity, ax.profile.plan_acceleration, count
+            )
+            ax.profile.deceleration = strongest
+            ax.profile.jerk_limit = steepest
         if ax.job.peak_velocity < commanded:
             limit = ax.job.peak_velocity * share
     if limit < _SLOWEST:
@@ -361,22 +368,22 @@ def plan(ax: AxisFields) -> int:
     if limited:
         count = _fill_within_limits(ax, limit, share, bounded)
     else:
-        ax.table_deceleration = ax.job.deceleration
-        ax.table_jerk = ax.job.jerk
+        ax.profile.deceleration = ax.job.deceleration
+        ax.profile.jerk_limit = ax.job.jerk
         count = _fill(ax, limit, share, 0)
     if count < 0:
         return count
     if phase == MotionPhase.POSITIONING and ax.job.peak_velocity == 0.0:
         ax.job.peak_velocity = _peak_velocity(ax, ax.set_velocity, ax.set_acceleration, count)
-    ax.abrupt = 0
-    if ax.table_release == 0:
-        ax.running_jerk = ax.table_jerk
-    ax.segment_count = count
-    ax.segment_index = 0
-    ax.segment_elapsed = 0.0
-    ax.segment_position = ax.set_position
-    ax.segment_velocity = ax.set_velocity
-    ax.segment_acceleration = ax.set_acceleration
+    ax.profile.abrupt = 0
+    if ax.profile.begins_with_release == 0:
+        ax.profile.running_jerk = ax.profile.jerk_limit
+    ax.profile.count = count
+    ax.profile.index = 0
+    ax.profile.elapsed = 0.0
+    ax.profile.position = ax.set_position
+    ax.profile.velocity = ax.set_velocity
+    ax.profile.acceleration = ax.set_acceleration
     return count
 
 
@@ -390,7 +397,7 @@ def _braking(ax: AxisFields) -> int:
     way = abs(way)
     v = ax.set_velocity
     a = ax.set_acceleration
-    brake = abs(stopping_distance(v, a, ax.table_deceleration, ax.table_jerk))
+    brake = abs(stopping_distance(v, a, ax.profile.deceleration, ax.profile.jerk_limit))
     return 1 if way * (1.0 - 1e-9) <= brake <= way * (1.0 + 1e-9) + 1e-9 else 0
 
 
@@ -400,6 +407,6 @@ def follow_override(ax: AxisFields) -> None:
     if phase in (MotionPhase.ENDLESS, MotionPhase.HOMING) or (
         phase == MotionPhase.POSITIONING and not _braking(ax)
     ):
-        ax.replan = 1
+        ax.profile.replan = 1
     else:
-        ax.planned_override = ax.velocity_override
+        ax.profile.override = ax.velocity_override

@@ -60,6 +60,7 @@ from achse.motion.fields.often import OFTEN
 from achse.motion.fields.setpoint import (
     COMMAND_BUFFER,
     SEGMENTS,
+    MotionProfile,
     SetpointInternal,
     SetpointState,
 )
@@ -203,6 +204,7 @@ class _AxisLinks(InternalFields):
     external: ExternalMotion = _part("external motion", ExternalMotion)
     homing: HomingSequence = _part("homing sequence", HomingSequence)
     phasing: PhasingProfile = _part("phasing profile", PhasingProfile)
+    profile: MotionProfile = _part("motion profile", MotionProfile)
     sine: SineOscillation = _part("sine oscillation", SineOscillation)
     superposed: SuperposedMotion = _part("superposed motion", SuperposedMotion)
     sync: Synchronisation = _part("synchronisation", Synchronisation)

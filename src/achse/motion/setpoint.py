@@ -91,7 +91,7 @@ def begin_job(ax: AxisFields) -> None:
     job.peak_velocity = 0.0
     job.timing = 0 if start_type == StartType.HALT else 1
     job.time = 0.0
-    ax.replan = 1
+    ax.profile.replan = 1
     ax.switch_armed = 0
     ax.got_new_target = 0
     ax.has_been_stopped = 0
@@ -111,7 +111,7 @@ def absorb(ax: AxisFields) -> None:
     Its velocity stays; its acceleration, which no jerk limits, does not.
     """
     if ax.compensating:
-        ax.abrupt = 1
+        ax.profile.abrupt = 1
     ax.compensating = 0
     if ax.superposed.set_velocity != 0.0 or ax.superposed.set_acceleration != 0.0:
         shed_foreign(ax, ax.superposed.set_acceleration)
@@ -134,12 +134,12 @@ def begin_stop(ax: AxisFields, deceleration: float, jerk: float) -> None:
         ax.set_command_state = CommandState.ABORTED
     absorb(ax)
     if ax.set_motion_phase == MotionPhase.GROUPED and shed_excess(ax, jerk):
-        ax.abrupt = 1
+        ax.profile.abrupt = 1
     end_homing(ax)
     ax.set_motion_phase = MotionPhase.STOPPING
     ax.job.deceleration = deceleration
     ax.job.jerk = jerk
-    ax.replan = 1
+    ax.profile.replan = 1
 
 
 def drop_job(ax: AxisFields) -> None:
@@ -152,11 +152,11 @@ def drop_job(ax: AxisFields) -> None:
     ax.buffer_count = 0
     ax.switch_armed = 0
     ax.loop_outward = 0
-    ax.replan = 0
+    ax.profile.replan = 0
     ax.border_time = -1.0
     ax.job.timing = 0
-    ax.segment_count = 0
-    ax.segment_index = 0
+    ax.profile.count = 0
+    ax.profile.index = 0
     ax.set_velocity = 0.0
     ax.set_acceleration = 0.0
     ax.set_jerk = 0.0
@@ -243,7 +243,7 @@ def pass_switch_position(ax: AxisFields) -> None:
     ax.job.peak_velocity = 0.0
     ax.got_new_target = 1
     ax.features |= Feature.STATUS
-    ax.replan = 1
+    ax.profile.replan = 1
 
 
 def _pass_border(ax: AxisFields) -> None:
@@ -253,16 +253,17 @@ def _pass_border(ax: AxisFields) -> None:
         return
     ax.set_motion_phase = MotionPhase.ENDLESS
     ax.job.velocity = ax.job.end_velocity
-    ax.replan = 1
+    ax.profile.replan = 1
 
 
 def walk(ax: AxisFields, t: float) -> None:
     """Set values at a time within the active row of the table."""
-    p = ax.segment_position
-    v = ax.segment_velocity
-    a = ax.segment_acceleration
-    j = ax.segment_jerk[ax.segment_index]
-    ax.segment_elapsed = t
+    profile = ax.profile
+    p = profile.position
+    v = profile.velocity
+    a = profile.acceleration
+    j = profile.jerk[profile.index]
+    profile.elapsed = t
     ax.set_position = p + t * (v + t * (0.5 * a + t * (j / 6.0)))
     ax.set_velocity = v + t * (a + t * (0.5 * j))
     ax.set_acceleration = a + t * j
@@ -271,28 +272,30 @@ def walk(ax: AxisFields, t: float) -> None:
 
 def keeps_its_table(ax: AxisFields, dt: float) -> bool:
     """Whether a move only goes on along the active row of its table in this cycle."""
+    profile = ax.profile
     phase = ax.set_motion_phase
     return (
         (phase == MotionPhase.POSITIONING or (phase != MotionPhase.NONE and ax.buffer_count == 0))
-        and ax.velocity_override == ax.planned_override
-        and ax.limit_watch | ax.replan | ax.switch_armed == 0
+        and ax.velocity_override == profile.override
+        and ax.limit_watch | profile.replan | ax.switch_armed == 0
         and ax.border_time < 0.0
-        and ax.segment_index < ax.segment_count
-        and ax.segment_elapsed + dt < ax.segment_time[ax.segment_index]
+        and profile.index < profile.count
+        and profile.elapsed + dt < profile.time[profile.index]
     )
 
 
 def advance(ax: AxisFields, dt: float) -> float:
     """Walk `dt` seconds along the table; returns the time left when a blended job begins."""
-    t = ax.segment_elapsed + dt
-    i = ax.segment_index
-    count = ax.segment_count
-    p = ax.segment_position
-    v = ax.segment_velocity
-    a = ax.segment_acceleration
+    profile = ax.profile
+    t = profile.elapsed + dt
+    i = profile.index
+    count = profile.count
+    p = profile.position
+    v = profile.velocity
+    a = profile.acceleration
     if i < count:
-        step = ax.segment_time[i]
-        j = ax.segment_jerk[i]
+        step = profile.time[i]
+        j = profile.jerk[i]
         if t >= step:
             while t >= step:
                 p += step * (v + step * (0.5 * a + step * (j / 6.0)))
@@ -302,32 +305,32 @@ def advance(ax: AxisFields, dt: float) -> float:
                 i += 1
                 if i == count:
                     break
-                step = ax.segment_time[i]
-                j = ax.segment_jerk[i]
-            ax.segment_index = i
-            ax.segment_position = p
-            ax.segment_velocity = v
-            ax.segment_acceleration = a
-        ax.segment_elapsed = t
+                step = profile.time[i]
+                j = profile.jerk[i]
+            profile.index = i
+            profile.position = p
+            profile.velocity = v
+            profile.acceleration = a
+        profile.elapsed = t
         if i < count:
             walk(ax, t)
             return 0.0
-    ax.segment_elapsed = t
+    profile.elapsed = t
     ax.set_acceleration = 0.0
     ax.set_jerk = 0.0
     arrival = v
-    v = ax.table_velocity
-    if ax.replan:  # to be planned again from here
+    v = profile.end_velocity
+    if profile.replan:  # to be planned again from here
         ax.set_position = p
         ax.set_velocity = -v if v * arrival < 0.0 else v
         return t
-    if ax.table_end == TO_CONSTANT_VELOCITY:
-        ax.segment_velocity = v
-        ax.segment_acceleration = 0.0
+    if profile.end == TO_CONSTANT_VELOCITY:
+        profile.velocity = v
+        profile.acceleration = 0.0
         ax.set_velocity = v
         ax.set_position = p + t * v
         return 0.0
-    if ax.table_end == TO_TARGET:
+    if profile.end == TO_TARGET:
         ax.set_position = ax.border_position
         if v != 0.0:
             ax.set_velocity = v if arrival > 0.0 else -v
@@ -336,17 +339,17 @@ def advance(ax: AxisFields, dt: float) -> float:
         if ax.loop_outward:
             ax.loop_outward = 0
             ax.set_velocity = 0.0
-            ax.replan = 1
+            profile.replan = 1
             return t
         ax.set_command_state = CommandState.DONE
         ax.set_motion_phase = MotionPhase.NONE
         ax.remaining_time = 0.0
-    elif ax.table_end == TO_PAUSE:
+    elif profile.end == TO_PAUSE:
         ax.set_position = p
         ax.set_velocity = 0.0
-        ax.replan = 1
+        profile.replan = 1
         return t
-    elif ax.table_end == TO_LIMIT:
+    elif profile.end == TO_LIMIT:
         ax.set_position = ax.border_position
         ax.limit_reached = 1 if ax.job.direction > 0.0 else -1
     else:
@@ -362,11 +365,11 @@ def advance(ax: AxisFields, dt: float) -> float:
 
 def _in_velocity(ax: AxisFields) -> bool:
     """Whether an endless move has its velocity, which is all that it wants."""
-    if ax.replan:
+    if ax.profile.replan:
         return False
-    if ax.table_end == TO_LIMIT:
+    if ax.profile.end == TO_LIMIT:
         return ax.set_velocity != 0.0 and ax.set_acceleration == 0.0 and ax.set_jerk == 0.0
-    return ax.table_end == TO_CONSTANT_VELOCITY and ax.segment_index == ax.segment_count
+    return ax.profile.end == TO_CONSTANT_VELOCITY and ax.profile.index == ax.profile.count
 
 
 def _look_at_limits(ax: AxisFields) -> None:
@@ -375,11 +378,11 @@ def _look_at_limits(ax: AxisFields) -> None:
     phase = ax.set_motion_phase
     if (
         phase in (MotionPhase.ENDLESS, MotionPhase.HOMING)
-        or ax.table_end == TO_LIMIT
-        or fastest(ax) != ax.planned_fastest
+        or ax.profile.end == TO_LIMIT
+        or fastest(ax) != ax.profile.fastest
         or table_passes(ax)
     ):
-        ax.replan = 1
+        ax.profile.replan = 1
 
 
 def generate(ax: AxisFields, dt: float) -> None:
@@ -390,7 +393,7 @@ def generate(ax: AxisFields, dt: float) -> None:
         take_next(ax)
     elif ax.set_motion_phase == MotionPhase.ENDLESS and ax.buffer_count > 0 and _in_velocity(ax):
         take_next(ax)
-    if ax.velocity_override != ax.planned_override:
+    if ax.velocity_override != ax.profile.override:
         if ax.velocity_override <= 0 and ax.set_motion_phase == MotionPhase.STOPPING:
             stop_fast(ax)
         follow_override(ax)
@@ -398,7 +401,7 @@ def generate(ax: AxisFields, dt: float) -> None:
         _look_at_limits(ax)
     left = dt
     while left > 0.0:
-        if ax.replan and plan(ax) < 0:
+        if ax.profile.replan and plan(ax) < 0:
             fail(ax, NcError.DYNAMICS_NOT_ALLOWED, 1)
             return
         t = ax.border_time
@@ -460,7 +463,7 @@ def displace(ax: AxisFields, way: float) -> None:
         job.blending_position += way
     ax.set_position += way
     ax.target_position += way
-    ax.segment_position += way
+    ax.profile.position += way
     ax.switch_position += way
     ax.switch_target += way
     ax.border_position += way

@@ -116,7 +116,7 @@ def superpose(ax: AxisFields, begin: float, dt: float) -> None:
             room = left if left > 0.0 else 0.0
     t = _cover(ax, way, room, dt)
     pace = ax.set_velocity * ax.superposed.direction
-    standing = pace <= 0.0 and (ax.planned_override != 0 or ax.coupling != 0)
+    standing = pace <= 0.0 and (ax.profile.override != 0 or ax.coupling != 0)
     if t >= ax.superposed.end or standing or ax.set_motion_phase == MotionPhase.NONE:
         absorb(ax)
         return

@@ -12,7 +12,7 @@ from achse.motion.generators.sequence import finish, override_share
 def test_the_override_is_a_share_of_one_at_most(rig: Any, override: int, share: float) -> None:
     rig.axis.velocity_override = override
     assert override_share(rig.axis) == share
-    assert rig.axis.planned_override == override
+    assert rig.axis.profile.override == override
 
 
 @pytest.mark.parametrize("velocity", [0.0, 1e-7, -20.0])

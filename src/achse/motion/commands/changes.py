@@ -104,7 +104,7 @@ def new_end_position_and_velocity(
             axis.set_motion_phase = MotionPhase.POSITIONING
             axis.target_position = target
     axis.job.peak_velocity = 0.0
-    axis.replan = 1
+    axis.profile.replan = 1
     return OK
 
 
@@ -138,7 +138,7 @@ def _begin_earlier(axis: Axis, velocity: float) -> None:
     The ramp is that of the running command, from its velocity at the present override. Where there
     is no room for it any more it begins at once, and the velocity is reached later.
     """
-    share = min(axis.planned_override, _FULL_OVERRIDE) / _FULL_OVERRIDE
+    share = min(axis.profile.override, _FULL_OVERRIDE) / _FULL_OVERRIDE
     times, jerks = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
     job = axis.job
     before = job.velocity * share
@@ -169,7 +169,7 @@ def new_dynamics(axis: Axis, acceleration: float, deceleration: float, jerk: flo
     axis.job.deceleration = deceleration
     axis.job.jerk = jerk
     axis.job.peak_velocity = 0.0
-    axis.replan = 1
+    axis.profile.replan = 1
     return OK
 
 
@@ -179,5 +179,5 @@ def freeze_override(axis: Axis) -> int:
     A braking positioning, which no longer follows the override, is planned again with it as well.
     """
     if axis.set_motion_phase in (MotionPhase.POSITIONING, MotionPhase.ENDLESS):
-        axis.replan = 1
+        axis.profile.replan = 1
     return OK

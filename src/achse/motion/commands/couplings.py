@@ -345,7 +345,7 @@ def _free(slave: Axis) -> None:
     slave.release()
     absorb(slave)
     v, a = slave.set_velocity, slave.set_acceleration
-    slave.running_jerk = a * a / abs(v) if a * v < 0.0 else 0.0
+    slave.profile.running_jerk = a * a / abs(v) if a * v < 0.0 else 0.0
 
 
 def _run_out(slave: Axis, jerk: float) -> float:

@@ -46,7 +46,7 @@ def stop_external_setpoint(axis: Axis) -> int:
     leave_external(axis)
     if axis.set_motion_phase != MotionPhase.EXTERNAL:
         axis.job.peak_velocity = 0.0
-        axis.replan = 1
+        axis.profile.replan = 1
     elif axis.set_velocity == 0.0:
         axis.set_acceleration = 0.0
         axis.set_jerk = 0.0

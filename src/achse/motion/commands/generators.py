@@ -27,11 +27,11 @@ def begin_generator(axis: Axis, phase: MotionPhase) -> None:
     """Make `phase` the active job; a stop of it brakes with the dynamics of the axis."""
     axis.set_motion_phase = phase
     axis.job.acceleration, axis.job.deceleration, axis.job.jerk = dynamics(axis, 0.0, 0.0, 0.0)
-    axis.table_deceleration = axis.job.deceleration
-    axis.table_jerk = axis.job.jerk
+    axis.profile.deceleration = axis.job.deceleration
+    axis.profile.jerk_limit = axis.job.jerk
     if axis.set_acceleration == 0.0:  # another one was made with the running jerk
-        axis.running_jerk = axis.job.jerk
-    axis.table_release = 0
+        axis.profile.running_jerk = axis.job.jerk
+    axis.profile.begins_with_release = 0
     axis.job.timing = 0
     axis.generator_time = 0.0
     axis.generator_stage = 0

@@ -69,7 +69,7 @@ def home(axis: Axis) -> int:
     axis.homing.latch = 0
     axis.job.velocity = axis.homing_velocity_towards_cam
     axis.job.direction = 0.0
-    axis.replan = 1
+    axis.profile.replan = 1
     axis.switch_armed = 0
     axis.state_dword = axis.state_dword & ~StateBit.HOMED | StateBit.HOMING_BUSY
     return OK

@@ -162,8 +162,8 @@ def start_sine_oscillation(
     begin_generator(axis, MotionPhase.SINE)
     axis.job.deceleration = max(axis.job.deceleration, acceleration)
     axis.job.jerk = max(axis.job.jerk, base_amplitude * base**2 + start_amplitude * fast**2)
-    axis.table_deceleration = axis.job.deceleration
-    axis.running_jerk = axis.table_jerk = axis.job.jerk
+    axis.profile.deceleration = axis.job.deceleration
+    axis.profile.running_jerk = axis.profile.jerk_limit = axis.job.jerk
     axis.sine.base_velocity = base_amplitude
     axis.sine.base_frequency = base_frequency
     axis.sine.base_angle = 0.0

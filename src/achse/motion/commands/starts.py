@@ -295,4 +295,4 @@ def _wait(axis: Axis) -> None:
         look_ahead(axis)
         if border != (axis.border_position, axis.border_velocity):
             axis.job.peak_velocity = 0.0
-            axis.replan = 1
+            axis.profile.replan = 1

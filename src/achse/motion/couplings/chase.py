@@ -51,14 +51,14 @@ def _walk(
     for i in range(count):
         if left <= 0.0:
             break
-        t = ax.segment_time[i]
+        t = ax.profile.time[i]
         if t > left:
             t = left
-        j = ax.segment_jerk[i]
+        j = ax.profile.jerk[i]
         p = segment_position(t, j, p, v, a)
         v = segment_velocity(t, j, v, a)
         a = segment_acceleration(t, j, a)
-        left -= ax.segment_time[i]
+        left -= ax.profile.time[i]
     return left > 0.0, p, v, a
 
 
@@ -147,7 +147,7 @@ def approach_velocity(
     w = ax.set_velocity - ax.sync.lead_velocity
     b = ax.set_acceleration - ax.sync.lead_acceleration
     limit, jerk_limit = limits_beside(ax, velocity, rising, jerk)
-    count = plan_to_velocity(ax.segment_time, ax.segment_jerk, w, b, 0.0, limit, limit, jerk_limit)
+    count = plan_to_velocity(ax.profile.time, ax.profile.jerk, w, b, 0.0, limit, limit, jerk_limit)
     done, p, w, b = _walk(ax, count, dt, w, b)
     if done:
         w = 0.0
@@ -170,7 +170,7 @@ def approach_place(
     limit, jerk_limit = limits_beside(ax, velocity, rising, jerk)
     offset = ax.sync.offset
     count = plan_to_position(
-        ax.segment_time, ax.segment_jerk, offset, w, b, 0.0, 0.0, top, limit, limit, jerk_limit
+        ax.profile.time, ax.profile.jerk, offset, w, b, 0.0, 0.0, top, limit, limit, jerk_limit
     )
     done, p, w, b = _walk(ax, count, dt, w, b)
     if done:
@@ -190,8 +190,8 @@ def settle(ax: AxisFields, velocity: float, way: float, dt: float) -> bool:
     w = ax.set_velocity - ax.sync.lead_velocity
     was = ax.set_acceleration
     count = plan_to_velocity(
-        ax.segment_time,
-        ax.segment_jerk,
+        ax.profile.time,
+        ax.profile.jerk,
         w,
         was,
         0.0,
@@ -226,7 +226,7 @@ def settle_place(ax: AxisFields, velocity: float, way: float, top: float, dt: fl
     if ax.sync.deceleration < limit:
         limit = ax.sync.deceleration
     count = plan_to_position(
-        ax.segment_time, ax.segment_jerk, offset, w, was, 0.0, 0.0, top, limit, limit, ax.sync.jerk
+        ax.profile.time, ax.profile.jerk, offset, w, was, 0.0, 0.0, top, limit, limit, ax.sync.jerk
     )
     done, p, w, b = _walk(ax, count, dt, w, was)
     if done:

@@ -82,8 +82,8 @@ def _swing(ax: AxisFields, goal: float, dt: float) -> int:
     v = ax.set_velocity
     a = ax.set_acceleration
     count = plan_to_velocity(
-        ax.segment_time,
-        ax.segment_jerk,
+        ax.profile.time,
+        ax.profile.jerk,
         v,
         a,
         goal,
@@ -95,12 +95,12 @@ def _swing(ax: AxisFields, goal: float, dt: float) -> int:
     reached = 1
     ax.set_jerk = 0.0
     for i in range(count):
-        t = ax.segment_time[i]
+        t = ax.profile.time[i]
         if t > left:
             t = left
             reached = 0
         if t > 0.0:
-            j = ax.segment_jerk[i]
+            j = ax.profile.jerk[i]
             p = segment_position(t, j, p, v, a)
             v = segment_velocity(t, j, v, a)
             a = segment_acceleration(t, j, a)

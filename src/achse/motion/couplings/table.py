@@ -278,8 +278,8 @@ def _follow(ax: AxisFields, rows: NcRows, dt: float) -> None:
     ax.target_position = ax.set_position
     v = ax.set_velocity
     a = ax.set_acceleration
-    ax.abrupt = 1  # whatever the law does, no jerk limits it
-    ax.running_jerk = a * a / abs(v) if a * v < 0.0 else 0.0
+    ax.profile.abrupt = 1  # whatever the law does, no jerk limits it
+    ax.profile.running_jerk = a * a / abs(v) if a * v < 0.0 else 0.0
 
 
 def _fault(ax: AxisFields, begin: float, dt: float) -> int:
@@ -291,7 +291,7 @@ def _fault(ax: AxisFields, begin: float, dt: float) -> int:
 def _brake(ax: AxisFields, rows: NcRows, code: int, dt: float) -> None:
     """Let go with an axis error, and brake from the set point of the last cycle on."""
     drop_foreign(ax, ax.set_acceleration)
-    ax.abrupt = 1
+    ax.profile.abrupt = 1
     fail(ax, code, 0)
     let_go(ax, rows)
     generate(ax, dt)

@@ -11,9 +11,7 @@ OFTEN: dict[str, tuple[str, ...]] = {
     "axis": (
         *("encoder", "controller", "drive", "set_cycle_counter", "resting", "features"),
         *("drive_status", "io_invalid", "limit_switch", "control_dword", "loop_closed"),
-        *("set_motion_phase", "buffer_count", "velocity_override", "planned_override"),
-        *("limit_watch", "replan", "border_time", "segment_elapsed", "segment_index"),
-        *("segment_count", "segment_position", "segment_velocity", "segment_acceleration"),
+        *("set_motion_phase", "buffer_count", "velocity_override", "limit_watch", "border_time"),
         *("set_position", "set_velocity", "set_acceleration", "set_jerk", "switch_armed"),
         *("target_position", "loop_outward", "remaining_time", "remaining_distance"),
         *("coupling", "coupling_state", "external_controller_component"),
@@ -21,14 +19,7 @@ OFTEN: dict[str, tuple[str, ...]] = {
         *("position_range_window", "target_position_monitoring_enable"),
         *("target_position_window", "in_target_position", "target_window_time", "peh_time"),
         *("state_dword", "operation_mode", "operation_mode_feedback", "motion_state"),
-        *(
-            "quiet_cycles",
-            "encoder_count",
-            "motion_monitoring_enable",
-            "segment_time",
-            "segment_jerk",
-            "job",
-        ),
+        *("quiet_cycles", "encoder_count", "motion_monitoring_enable", "profile", "job"),
         # of what is more than a plain move
         *("axis_type", "external_setpoint_active", "drive_operation_mode"),
         *("fast_axis_stop_signal_type", "external_error", "axis_disabled"),

@@ -4,7 +4,7 @@ from math import inf
 
 from achse.motion.fields.declare import InternalFields, States, flag, real, reals, whole
 
-__all__ = ["COMMAND_BUFFER", "SEGMENTS", "SetpointInternal", "SetpointState"]
+__all__ = ["COMMAND_BUFFER", "SEGMENTS", "MotionProfile", "SetpointInternal", "SetpointState"]
 
 COMMAND_BUFFER = 8
 """Commands that can wait behind the active one; one more is refused with 0x4292."""
@@ -38,7 +38,6 @@ class SetpointState(States):
 class SetpointInternal(InternalFields):
     """The generator's memory from cycle to cycle."""
 
-    replan: int = flag(0, "the set-point table must be computed again")
     limit_low: float = real(-inf, "mm", "lower soft limit in force")
     limit_high: float = real(inf, "mm", "upper soft limit in force")
     limited: int = flag(0, "a soft limit is in force")
@@ -52,28 +51,36 @@ class SetpointInternal(InternalFields):
     border_position: float = real(0.0, "mm", "where the next command takes over, or the target")
     border_velocity: float = real(0.0, "mm/s", "velocity there at 100 % override")
     border_time: float = real(-1.0, "s", "until a table that goes on passes it; -1 = it does not")
-    planned_override: int = whole(0, "1e-6", "override the table was computed for")
-    table_end: int = whole(0, "1", "what follows the table: 0 rest, 1 target, 2 constant velocity")
-    table_velocity: float = real(0.0, "mm/s", "velocity at its end")
     loop_undecided: int = flag(1, "the next plan decides whether the target is passed first")
     loop_outward: int = flag(0, "the way leads beyond the target first")
     loop_target: float = real(0.0, "mm", "target that this was decided for")
-    segment_count: int = whole(0, "1", "rows of the table")
-    segment_index: int = whole(0, "1", "active row")
-    segment_elapsed: float = real(0.0, "s", "time since its start")
-    segment_position: float = real(0.0, "mm", "position at its start")
-    segment_velocity: float = real(0.0, "mm/s", "velocity at its start")
-    segment_acceleration: float = real(0.0, "mm/s²", "acceleration at its start")
-    segment_time: list[float] = reals(SEGMENTS, "s", "duration of each row")
-    segment_jerk: list[float] = reals(SEGMENTS, "mm/s³", "jerk of each row")
     buffer_first: int = whole(0, "1", "oldest of the jobs that wait")
     buffer_count: int = whole(0, "1", "jobs that wait")
-    table_deceleration: float = real(0.0, "mm/s²", "deceleration it was made with")
-    table_jerk: float = real(0.0, "mm/s³", "jerk it was made with, but for its release")
-    table_release: int = flag(0, "its first row takes acceleration away with the running jerk")
+
+
+class MotionProfile(InternalFields):
+    """Segments of constant jerk that the set point moves along."""
+
+    replan: int = flag(0, "the segments must be computed again")
+    override: int = whole(0, "1e-6", "override they were computed for")
+    count: int = whole(0, "1", "segments")
+    index: int = whole(0, "1", "active segment")
+    elapsed: float = real(0.0, "s", "time since the start of the active segment")
+    position: float = real(0.0, "mm", "position at its start")
+    velocity: float = real(0.0, "mm/s", "velocity at its start")
+    acceleration: float = real(0.0, "mm/s²", "acceleration at its start")
+    end: int = whole(0, "1", "what follows the last one: 0 rest, 1 target, 2 constant velocity")
+    end_velocity: float = real(0.0, "mm/s", "velocity at the end of the last one")
+    deceleration: float = real(0.0, "mm/s²", "deceleration they were made with")
+    jerk_limit: float = real(0.0, "mm/s³", "jerk they were made with, but for the release")
+    begins_with_release: int = flag(
+        0, "the first segment takes the acceleration away with the running jerk"
+    )
     running_jerk: float = real(0.0, "mm/s³", "jerk that takes the present acceleration away")
-    plan_position: float = real(0.0, "mm", "where the table begins behind its release")
+    plan_position: float = real(0.0, "mm", "position behind the release")
     plan_velocity: float = real(0.0, "mm/s", "velocity there")
     plan_acceleration: float = real(0.0, "mm/s²", "acceleration there")
-    abrupt: int = flag(0, "the axis moves as no jerk limits; a stop before a soft limit may, too")
-    planned_fastest: float = real(0.0, "mm/s", "largest velocity the table was made for")
+    abrupt: int = flag(0, "the axis moves without a jerk limit, so a stop before a soft limit may")
+    fastest: float = real(0.0, "mm/s", "largest velocity they were made for")
+    time: list[float] = reals(SEGMENTS, "s", "duration of each segment")
+    jerk: list[float] = reals(SEGMENTS, "mm/s³", "jerk of each segment")

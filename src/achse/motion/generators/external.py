@@ -31,7 +31,7 @@ def leave_external(ax: AxisFields) -> None:
     """Take no further external set points; what the axis does now is its own motion."""
     ax.external_setpoint_active = 0
     ax.limit_watch = 1
-    ax.abrupt = 1
+    ax.profile.abrupt = 1
     drop_foreign(ax, ax.external.acceleration)
     ax.external.velocity = 0.0
     ax.external.acceleration = 0.0

@@ -40,7 +40,7 @@ def step(ax: AxisFields, dt: float) -> None:
     fault = _fault(ax, ax.group_position - ax.set_position, dt)
     if fault:
         ax.limit_watch = 1
-        ax.abrupt = 1
+        ax.profile.abrupt = 1
         drop_foreign(ax, ax.set_acceleration)
         fail(ax, fault, 0)
         generate(ax, dt)

@@ -32,7 +32,7 @@ def _run(ax: AxisFields, velocity: float, direction: float) -> None:
     """Go on endlessly, or come to rest with direction 0."""
     ax.job.velocity = velocity
     ax.job.direction = direction
-    ax.replan = 1
+    ax.profile.replan = 1
 
 
 def _stop(ax: AxisFields) -> None:
@@ -41,7 +41,7 @@ def _stop(ax: AxisFields) -> None:
 
 def _stands(ax: AxisFields) -> bool:
     return (
-        ax.replan == 0
+        ax.profile.replan == 0
         and ax.drive.switch_phase == 0  # a two-speed axis is held by its brake
         and ax.set_velocity == 0.0
         and ax.set_acceleration == 0.0

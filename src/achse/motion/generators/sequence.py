@@ -15,7 +15,7 @@ _STILL = 1e-6
 
 def override_share(ax: AxisFields) -> float:
     """The override in force, 1 = 100 %."""
-    ax.planned_override = ax.velocity_override
+    ax.profile.override = ax.velocity_override
     share = ax.velocity_override / 1e6
     return share if share < 1.0 else 1.0
 
@@ -31,4 +31,4 @@ def finish(ax: AxisFields) -> None:
         ax.set_motion_phase = MotionPhase.NONE
     else:
         ax.set_motion_phase = MotionPhase.STOPPING
-        ax.replan = 1
+        ax.profile.replan = 1

@@ -54,7 +54,7 @@ def _ease(ax: AxisFields, dt: float) -> float:
 
 def step(ax: AxisFields, dt: float) -> None:
     """One cycle of base and measuring oscillation, each integrated over it."""
-    ax.abrupt = 1
+    ax.profile.abrupt = 1
     if ax.generator_time >= ax.generator_duration - 0.5 * dt:
         ax.generator_time = 0.0
         ax.generator_round += 1

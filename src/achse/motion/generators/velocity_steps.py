@@ -18,7 +18,7 @@ _STAGES = 4
 
 def step(ax: AxisFields, dt: float) -> None:
     """One cycle of a velocity or a pause."""
-    ax.abrupt = 1
+    ax.profile.abrupt = 1
     stage = ax.generator_stage
     pausing = stage % 2 == 1
     velocity = 0.0
