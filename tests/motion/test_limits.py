@@ -322,24 +322,24 @@ def test_limits_in_force_are_enabled_and_no_farther_than_1e15(
     encoder.soft_limit_min, encoder.soft_limit_min_enable = low or 0.0, int(low is not None)
     encoder.soft_limit_max, encoder.soft_limit_max_enable = high or 0.0, int(high is not None)
     adapt_limits(axis)
-    assert (axis.limit_low, axis.limit_high, axis.limited) == in_force
+    assert (axis.limits.low, axis.limits.high, axis.limits.active) == in_force
 
 
 def test_only_a_changed_limit_is_watched_again(make_rig: Any) -> None:
     rig = limited(make_rig, 60.0, encoder_soft_limit_min=-60.0, encoder_soft_limit_min_enable=1)
     axis, encoder = rig.axis, rig.axis.encoder
-    axis.profile.fastest, axis.limit_watch = fastest(axis), 0
+    axis.profile.fastest, axis.limits.changed = fastest(axis), 0
     adapt_limits(axis)
-    assert axis.limit_watch == 0
+    assert axis.limits.changed == 0
     for owner, name, value in (
         (encoder, "soft_limit_min", -61.0),
         (encoder, "soft_limit_max", 61.0),
         (axis, "max_velocity", 0.5 * fastest(axis)),
     ):
         setattr(owner, name, value)
-        axis.limit_watch = 0
+        axis.limits.changed = 0
         adapt_limits(axis)
-        assert axis.limit_watch == 1
+        assert axis.limits.changed == 1
         axis.profile.fastest = fastest(axis)
 
 
@@ -351,10 +351,10 @@ def test_table_passes_a_limit_by_more_than_the_rounding_of_its_position(
     """An axis that is beyond a limit already may stay where it is."""
     axis = rig.axis
     axis.set_position = position + beyond
-    axis.limit_low, axis.limit_high = position - 10.0, position + 10.0
+    axis.limits.low, axis.limits.high = position - 10.0, position + 10.0
     tolerance = TOLERANCE + 1e-12 * abs(axis.set_position)
-    high = max(axis.limit_high, axis.set_position) + tolerance
-    low = min(axis.limit_low, axis.set_position) - tolerance
+    high = max(axis.limits.high, axis.set_position) + tolerance
+    low = min(axis.limits.low, axis.set_position) - tolerance
     for n in range(3):
         axis.profile.time[n] = axis.profile.jerk[n] = 0.0
     for place, limit in (
@@ -384,10 +384,10 @@ def test_axis_brakes_where_it_could_not_rest_before_a_limit(
     faster = v + max(acceleration, 0.0) * dt
     rest = v * dt + faster * faster / (2.0 * fault_deceleration(axis))
     tolerance = TOLERANCE + 1e-12 * position
-    axis.limit_low, axis.limit_high = -inf, inf
+    axis.limits.low, axis.limits.high = -inf, inf
     for far, limit in ((0.9, 0), (1.1, sign)):
-        name = "limit_high" if sign > 0.0 else "limit_low"
-        setattr(axis, name, sign * (position + rest - far * tolerance))
+        name = "high" if sign > 0.0 else "low"
+        setattr(axis.limits, name, sign * (position + rest - far * tolerance))
         assert limit_ahead(axis, sign * position, sign * v, sign * acceleration, dt) == limit
     assert limit_ahead(axis, sign * position, -sign * v, 0.0, dt) == 0
 
@@ -399,9 +399,9 @@ def test_axis_that_can_just_rest_at_a_limit_need_not_brake(rig: Any) -> None:
     while limit + TOLERANCE < rest:
         limit = nextafter(limit, inf)
     assert limit + TOLERANCE == rest
-    axis.limit_high = limit
+    axis.limits.high = limit
     assert limit_ahead(axis, 0.0, v, 0.0, dt) == 0
-    axis.limit_high = inf
+    axis.limits.high = inf
     assert limit_ahead(axis, 0.0, v, 0.0, dt) == limit_ahead(axis, 0.0, v, inf, dt) == 0
-    axis.limit_high = limit - 1e-15
+    axis.limits.high = limit - 1e-15
     assert limit_ahead(axis, 0.0, v, 0.0, dt) == 1

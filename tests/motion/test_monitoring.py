@@ -88,7 +88,7 @@ def test_enable_of_a_slave_at_rest_may_go(make_rig: Any) -> None:
 
 def test_axis_beyond_a_limit_without_a_table_is_at_the_limit(make_rig: Any) -> None:
     axis = make_rig(count=1).axis
-    axis.limit_low, axis.limit_high = -60.0, 60.0
+    axis.limits.low, axis.limits.high = -60.0, 60.0
     for position, velocity, where in (
         (61.0, 5.0, 1),
         (61.0, -5.0, 0),
@@ -99,8 +99,8 @@ def test_axis_beyond_a_limit_without_a_table_is_at_the_limit(make_rig: Any) -> N
     ):
         axis.set_position, axis.set_velocity = position, velocity
         assert _at_limit(axis) == where
-    axis.limit_reached = -1
-    assert (_at_limit(axis), axis.limit_reached) == (-1, 0)
+    axis.limits.reached = -1
+    assert (_at_limit(axis), axis.limits.reached) == (-1, 0)
 
 
 def test_the_enable_may_go_at_rest(rig: Any) -> None:

@@ -285,7 +285,7 @@ def test_set_position_may_be_beyond_a_limit_by_rounding(rig: Any, sign: int) -> 
         put(axis, set_position=sign * place, set_velocity=sign * velocity, limit_reached=0)
         assert _at_limit(axis) == where
     put(axis, set_position=0.0, limit_reached=-sign)
-    assert (_at_limit(axis), axis.limit_reached) == (-sign, 0)
+    assert (_at_limit(axis), axis.limits.reached) == (-sign, 0)
 
 
 @pytest.mark.parametrize("sign", [1, -1])

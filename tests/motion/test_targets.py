@@ -48,15 +48,15 @@ def test_the_mode_names_the_velocity_of_the_border(
 ) -> None:
     queue(rig, (300.0, 80.0), (600.0, 150.0), mode=mode)
     look_ahead(rig.axis)
-    assert rig.axis.border_position == 300.0
-    assert rig.axis.border_velocity == border
+    assert rig.axis.border.position == 300.0
+    assert rig.axis.border.velocity == border
 
 
 def test_a_border_is_passed_no_faster_than_the_way_behind_it_allows(rig: Any) -> None:
     slow = 50.0
     queue(rig, (300.0, V), (300.0 + stopping_way(slow), V), mode=BufferMode.BLENDING_HIGH)
     look_ahead(rig.axis)
-    assert rig.axis.border_velocity == pytest.approx(slow)
+    assert rig.axis.border.velocity == pytest.approx(slow)
 
 
 def test_further_commands_lengthen_the_way_to_brake(rig: Any) -> None:
@@ -64,7 +64,7 @@ def test_further_commands_lengthen_the_way_to_brake(rig: Any) -> None:
     ends = [300.0 + share * way for share in (0.0, 0.1, 0.2, 0.3, 0.4, 0.6, 0.7, 0.9, 1.0)]
     queue(rig, *((end, V) for end in ends), mode=BufferMode.BLENDING_PREVIOUS)
     look_ahead(rig.axis)
-    several = rig.axis.border_velocity
+    several = rig.axis.border.velocity
     # Each border has to be passed without acceleration: slower than one ramp over the whole way,
     # faster than the first stretch alone would allow.
     assert stopping_way(several) < way
@@ -75,35 +75,35 @@ def test_an_endless_command_behind_allows_any_velocity(rig: Any) -> None:
     queue(rig, (300.0, V), mode=BufferMode.BUFFERED)
     commands.universal_start(rig.axis, 3, 0.0, 150.0, buffer_mode=BufferMode.BLENDING_NEXT)
     look_ahead(rig.axis)
-    assert rig.axis.border_velocity == 150.0
+    assert rig.axis.border.velocity == 150.0
 
 
 def test_a_new_target_beyond_the_next_one_ends_the_blending(rig: Any) -> None:
     queue(rig, (300.0, V), (600.0, V), mode=BufferMode.BLENDING_HIGH)
     assert commands.new_end_position(rig.axis, 1, 700.0) == 0
     look_ahead(rig.axis)
-    assert rig.axis.border_velocity == 0.0
-    assert rig.axis.border_position == 700.0
+    assert rig.axis.border.velocity == 0.0
+    assert rig.axis.border.position == 700.0
     assert commands.new_end_position(rig.axis, 1, 200.0) == 0
     look_ahead(rig.axis)
-    assert rig.axis.border_velocity == V
+    assert rig.axis.border.velocity == V
 
 
 def test_segment_velocities_stand_above_the_mode(rig: Any) -> None:
     axis = rig.axis
     assert commands.universal_start(axis, 1, 300.0, V, segment_end_velocity=60.0) == 0
     look_ahead(axis)
-    assert axis.border_velocity == 60.0
+    assert axis.border.velocity == 60.0
     queue(rig, (600.0, V), mode=BufferMode.BUFFERED)
     look_ahead(axis)
-    assert axis.border_velocity == 60.0
+    assert axis.border.velocity == 60.0
     axis.buffer_count = 0
     code = commands.universal_start(
         axis, 1, 600.0, V, buffer_mode=BufferMode.BLENDING_HIGH, segment_start_velocity=90.0
     )
     assert code == 0
     look_ahead(axis)
-    assert axis.border_velocity == 90.0
+    assert axis.border.velocity == 90.0
 
 
 def test_the_blending_position_is_the_border(rig: Any) -> None:
@@ -113,7 +113,7 @@ def test_the_blending_position_is_the_border(rig: Any) -> None:
     )
     assert code == 0
     look_ahead(rig.axis)
-    assert (rig.axis.border_position, rig.axis.target_position) == (250.0, 300.0)
+    assert (rig.axis.border.position, rig.axis.target_position) == (250.0, 300.0)
 
 
 MODES = [BufferMode(18), BufferMode(19), BufferMode(20), BufferMode(21)]
@@ -195,7 +195,7 @@ def test_a_loop_passes_its_target_and_comes_back(make_rig: Any, loop: float, tar
     assert axis.remaining_time == pytest.approx(sum(both), abs=rig.dt)
     assert axis.remaining_distance == pytest.approx(140.0, abs=0.1)
     assert axis.target_position == target
-    first = rig.until(lambda ax: ax.loop_outward == 0)
+    first = rig.until(lambda ax: ax.loop.outward == 0)
     assert first * rig.dt == pytest.approx(both[0], abs=2 * rig.dt)
     assert abs(axis.set_position - target) == pytest.approx(20.0, abs=0.01)
     assert not rig.has(StateBit.IN_TARGET_POSITION)

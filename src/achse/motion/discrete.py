@@ -65,7 +65,7 @@ def _direction(ax: AxisFields) -> float:
     if ax.set_motion_phase in (MotionPhase.ENDLESS, MotionPhase.HOMING) and ax.job.direction != 0.0:
         return ax.job.direction
     if ax.set_motion_phase == MotionPhase.POSITIONING:
-        return 1.0 if ax.border_position >= ax.encoder.actual_position else -1.0
+        return 1.0 if ax.border.position >= ax.encoder.actual_position else -1.0
     return ax.drive.switch_direction
 
 
@@ -88,7 +88,7 @@ def _main_speed(ax: AxisFields) -> int:
 
 def _way(ax: AxisFields) -> float:
     """Way to the target, or past it if negative."""
-    return (ax.border_position - ax.encoder.actual_position) * ax.drive.switch_direction
+    return (ax.border.position - ax.encoder.actual_position) * ax.drive.switch_direction
 
 
 def _braking_way(ax: AxisFields) -> float:
@@ -110,8 +110,8 @@ def _finish(ax: AxisFields) -> None:
         phase == MotionPhase.POSITIONING and _way(ax) > _braking_way(ax)
     ):
         return
-    if ax.loop_outward:
-        ax.loop_outward = 0
+    if ax.loop.outward:
+        ax.loop.outward = 0
         ax.profile.replan = 1
         return
     if phase != MotionPhase.POSITIONING:
@@ -121,7 +121,7 @@ def _finish(ax: AxisFields) -> None:
     if ax.set_command_state == CommandState.ACTIVE:
         ax.set_command_state = CommandState.DONE
     ax.set_motion_phase = MotionPhase.NONE
-    ax.switch_armed = 0
+    ax.switch.armed = 0
     ax.remaining_distance = 0.0
 
 
@@ -229,7 +229,7 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
         if ax.profile.replan:
             ax.profile.replan = 0
             drive.switch_start = encoder.actual_position
-            ax.border_position = ax.target_position
+            ax.border.position = ax.target_position
             if ax.set_motion_phase == MotionPhase.POSITIONING:
                 overrun(ax)
             if (
@@ -244,7 +244,7 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
             _choose(ax, dt)
         else:  # a reset may have taken the job away
             _enter(ax, _BRAKED)
-        if ax.switch_armed:
+        if ax.switch.armed:
             pass_switch_position(ax)
     ax.profile.override = ax.velocity_override
     velocity = _put_out(ax)
@@ -254,8 +254,8 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
     ax.controller.following_error_velocity = 0.0
     drive.output = velocity
     if ax.set_motion_phase == MotionPhase.POSITIONING:
-        ax.remaining_distance = abs(ax.border_position - encoder.actual_position)
-        if ax.loop_outward:
+        ax.remaining_distance = abs(ax.border.position - encoder.actual_position)
+        if ax.loop.outward:
             ax.remaining_distance += abs(ax.loop_distance)
     elif velocity != 0.0:
         ax.target_position = encoder.actual_position

@@ -39,11 +39,11 @@ def adapt_limits(ax: AxisFields) -> None:
         low = encoder.soft_limit_min
     if encoder.soft_limit_max_enable and encoder.soft_limit_max < _FARTHEST:
         high = encoder.soft_limit_max
-    if low != ax.limit_low or high != ax.limit_high or fastest(ax) != ax.profile.fastest:
-        ax.limit_watch = 1
-    ax.limit_low = low
-    ax.limit_high = high
-    ax.limited = 1 if low > -inf or high < inf else 0
+    if low != ax.limits.low or high != ax.limits.high or fastest(ax) != ax.profile.fastest:
+        ax.limits.changed = 1
+    ax.limits.low = low
+    ax.limits.high = high
+    ax.limits.active = 1 if low > -inf or high < inf else 0
 
 
 def _additional_way(ax: AxisFields) -> float:
@@ -56,13 +56,13 @@ def _additional_way(ax: AxisFields) -> float:
 def lowest_rest(ax: AxisFields) -> float:
     """Where a table may end at least."""
     more = _additional_way(ax)
-    return ax.limit_low - more if more < 0.0 else ax.limit_low
+    return ax.limits.low - more if more < 0.0 else ax.limits.low
 
 
 def highest_rest(ax: AxisFields) -> float:
     """Where a table may end at most."""
     more = _additional_way(ax)
-    return ax.limit_high - more if more > 0.0 else ax.limit_high
+    return ax.limits.high - more if more > 0.0 else ax.limits.high
 
 
 def _tolerance(ax: AxisFields) -> float:
@@ -119,7 +119,7 @@ def running_into(ax: AxisFields, v: float, dt: float) -> int:
 def limit_ahead(ax: AxisFields, p: float, v: float, a: float, dt: float) -> int:
     """Return the limit before which an axis at `p` could not rest, as `running_into`."""
     sign = 1.0 if v > 0.0 else -1.0
-    room = ax.limit_high - p if v > 0.0 else p - ax.limit_low
+    room = ax.limits.high - p if v > 0.0 else p - ax.limits.low
     if v == 0.0 or room == inf:
         return 0
     a *= sign

@@ -237,14 +237,14 @@ def _at_limit(ax: AxisFields) -> int:
 
     A table knows beforehand that it ends at one or has to pass it.
     """
-    where = ax.limit_reached
-    ax.limit_reached = 0
+    where = ax.limits.reached
+    ax.limits.reached = 0
     if where != 0:
         return where
     direction = along_the_set_point(ax)
-    if direction > 0.0 and ax.set_position > ax.limit_high + TOLERANCE:
+    if direction > 0.0 and ax.set_position > ax.limits.high + TOLERANCE:
         return 1
-    if direction < 0.0 and ax.set_position < ax.limit_low - TOLERANCE:
+    if direction < 0.0 and ax.set_position < ax.limits.low - TOLERANCE:
         return -1
     return 0
 
@@ -288,7 +288,7 @@ def supervise_motion(ax: AxisFields, dt: float, fast: bool = False) -> None:
         return
     encoder = ax.encoder
     _supervise_following_error(ax, dt)
-    if not fast and ax.limited and ax.set_motion_phase != MotionPhase.NONE:
+    if not fast and ax.limits.active and ax.set_motion_phase != MotionPhase.NONE:
         _supervise_limits(ax, dt)
     if ax.set_velocity == 0.0:
         ax.motion_time = 0.0
@@ -310,7 +310,7 @@ def _travelling(ax: AxisFields, fast: bool) -> bool:
         TRAVELLING[phase] == 1
         or (phase == MotionPhase.COUPLED and ax.set_velocity != 0.0)
         or (not fast and phase == MotionPhase.HOMING and ax.set_velocity != 0.0)
-        or ax.loop_outward == 1
+        or ax.loop.outward == 1
     )
 
 
@@ -467,7 +467,7 @@ def show_state(ax: AxisFields, fast: bool = False) -> None:
             # At override 0 an axis moves logically (004 §4.1.1).
             facing = ax.job.direction
             if phase == MotionPhase.POSITIONING:
-                facing = ax.border_position - ax.set_position
+                facing = ax.border.position - ax.set_position
         if facing > 0.0:
             state |= StateBit.POSITIVE_DIRECTION
         elif facing < 0.0:

@@ -78,7 +78,7 @@ def _plan_to_target(ax: AxisFields, limit: float, end_velocity: float) -> int:
         ax.profile.plan_position,
         ax.profile.plan_velocity,
         ax.profile.plan_acceleration,
-        ax.border_position,
+        ax.border.position,
         end_velocity,
         limit,
         ax.job.acceleration,
@@ -97,7 +97,7 @@ def _plan_to_border(ax: AxisFields, limit: float, end_velocity: float) -> int:
     count = _plan_to_target(ax, limit, end_velocity)
     if count != END_VELOCITY_UNREACHABLE:
         return count
-    way = ax.border_position - ax.profile.plan_position
+    way = ax.border.position - ax.profile.plan_position
     sign = 1.0 if way > 0.0 else -1.0
     v = sign * ax.profile.plan_velocity
     a = sign * ax.profile.plan_acceleration
@@ -118,7 +118,7 @@ def _way_back(ax: AxisFields, limit: float) -> float:
     count = plan_to_position(
         ax.profile.time,
         ax.profile.jerk,
-        ax.border_position,
+        ax.border.position,
         0.0,
         0.0,
         ax.target_position,
@@ -158,12 +158,12 @@ def _time_to_border(ax: AxisFields, count: int) -> float:
         step = ax.profile.time[i]
         j = ax.profile.jerk[i]
         after = segment_position(step, j, p, v, a)
-        if (after - ax.border_position) * direction >= 0.0:
+        if (after - ax.border.position) * direction >= 0.0:
             low = 0.0
             high = step
             for _ in range(_HALVINGS):
                 t = 0.5 * (low + high)
-                if (segment_position(t, j, p, v, a) - ax.border_position) * direction < 0.0:
+                if (segment_position(t, j, p, v, a) - ax.border.position) * direction < 0.0:
                     low = t
                 else:
                     high = t
@@ -173,15 +173,15 @@ def _time_to_border(ax: AxisFields, count: int) -> float:
         a = segment_acceleration(step, j, a)
         begin += step
     if ax.profile.end_velocity * direction > 0.0:
-        return begin + (ax.border_position - p) / ax.profile.end_velocity
+        return begin + (ax.border.position - p) / ax.profile.end_velocity
     return -1.0
 
 
 def _is_past_border(ax: AxisFields) -> int:
     """Whether the axis is past the border to the next command before this one could be planned."""
-    if ax.border_velocity == 0.0 or ax.set_velocity * ax.job.direction <= 0.0:
+    if ax.border.velocity == 0.0 or ax.set_velocity * ax.job.direction <= 0.0:
         return 0
-    return 1 if (ax.set_position - ax.border_position) * ax.job.direction > 0.0 else 0
+    return 1 if (ax.set_position - ax.border.position) * ax.job.direction > 0.0 else 0
 
 
 def _find_limit(ax: AxisFields) -> int:
@@ -191,14 +191,14 @@ def _find_limit(ax: AxisFields) -> int:
     if abs(limit) == inf or ax.job.direction == 0.0:
         return 0
     if ax.set_motion_phase == MotionPhase.POSITIONING:
-        border = ax.border_position
+        border = ax.border.position
         if (border <= limit) if forth else (border >= limit):
             return 0
     elif ax.set_motion_phase not in (MotionPhase.ENDLESS, MotionPhase.HOMING):
         return 0
-    ax.border_position = limit
-    ax.border_velocity = 0.0
-    ax.loop_outward = 0
+    ax.border.position = limit
+    ax.border.velocity = 0.0
+    ax.loop.outward = 0
     return 1 if (limit - ax.set_position) * ax.job.direction > 0.0 else -1
 
 
@@ -223,7 +223,7 @@ def _fill(ax: AxisFields, limit: float, share: float, bounded: int) -> int:
     """
     phase = ax.set_motion_phase
     time = release(ax, ax.profile.jerk_limit)
-    ax.border_time = -1.0
+    ax.border.time = -1.0
     ax.remaining_time = 0.0
     count = END_VELOCITY_UNREACHABLE
     back = 0.0
@@ -232,19 +232,19 @@ def _fill(ax: AxisFields, limit: float, share: float, bounded: int) -> int:
         limit = 0.0
         velocity = 0.0
     if limit > 0.0 and (phase == MotionPhase.POSITIONING or bounded > 0):
-        if ax.loop_outward:
+        if ax.loop.outward:
             back = _way_back(ax, limit)
-        end_velocity = ax.border_velocity * share
+        end_velocity = ax.border.velocity * share
         top = fastest(ax)
         if end_velocity > top:
             end_velocity = top
         count = _plan_to_border(ax, limit, end_velocity)
         ax.profile.end = TO_LIMIT if bounded else TO_TARGET
-    blended = phase == MotionPhase.POSITIONING and ax.border_velocity > 0.0
+    blended = phase == MotionPhase.POSITIONING and ax.border.velocity > 0.0
     to_speed = count == END_VELOCITY_UNREACHABLE
     if to_speed:
         if phase == MotionPhase.POSITIONING and limit > 0.0:  # near the border, and too fast for it
-            limit = ax.border_velocity * share
+            limit = ax.border.velocity * share
             if limit > abs(ax.profile.plan_velocity):
                 limit = abs(ax.profile.plan_velocity)
             if limit < _SLOWEST:
@@ -259,7 +259,7 @@ def _fill(ax: AxisFields, limit: float, share: float, bounded: int) -> int:
     else:
         ax.profile.begins_with_release = 0
     if to_speed and blended:
-        ax.border_time = _time_to_border(ax, count)
+        ax.border.time = _time_to_border(ax, count)
     if phase == MotionPhase.POSITIONING:
         ax.remaining_time = duration(ax.profile.time, count) + back
     return count
@@ -270,7 +270,7 @@ def _holds_the_sum(ax: AxisFields) -> bool:
     if ax.compensating == 0:
         return True
     v = ax.set_velocity + ax.superposed.set_velocity
-    room = ax.limit_high - ax.set_position if v > 0.0 else ax.set_position - ax.limit_low
+    room = ax.limits.high - ax.set_position if v > 0.0 else ax.set_position - ax.limits.low
     return v * v <= 2.0 * room * fault_deceleration(ax)
 
 
@@ -295,14 +295,14 @@ def _fill_within_limits(ax: AxisFields, limit: float, share: float, bounded: int
     ax.profile.deceleration = strongest
     ax.profile.jerk_limit = steepest
     count = _fill(ax, limit, share, -1)
-    ax.limit_reached = passes(ax, 0, count, p, v, a)
-    if ax.limit_reached and ax.profile.abrupt:
+    ax.limits.reached = passes(ax, 0, count, p, v, a)
+    if ax.limits.reached and ax.profile.abrupt:
         steepest = STEEPEST
         ax.profile.jerk_limit = steepest
         count = _fill(ax, limit, share, -1)
-        ax.limit_reached = passes(ax, 0, count, p, v, a)
+        ax.limits.reached = passes(ax, 0, count, p, v, a)
     if bounded < 0:
-        ax.limit_reached = 1 if ax.job.direction > 0.0 else -1
+        ax.limits.reached = 1 if ax.job.direction > 0.0 else -1
     elif ax.set_motion_phase == MotionPhase.STOPPING:  # and is never weakened again
         ax.job.deceleration = strongest
         ax.job.jerk = steepest
@@ -319,7 +319,7 @@ def plan(ax: AxisFields) -> int:
     if ax.set_motion_phase == MotionPhase.POSITIONING:
         look_ahead(ax)
         if _is_past_border(ax):
-            ax.border_time = 0.0
+            ax.border.time = 0.0
             return 0
     ax.profile.replan = 0
     if ax.set_acceleration == 0.0:
@@ -340,10 +340,10 @@ def plan(ax: AxisFields) -> int:
         commanded = ax.profile.fastest
     limit = commanded * share
     bounded = 0
-    limited = ax.limited == 1 and ax.external_setpoint_active == 0
+    limited = ax.limits.active == 1 and ax.external_setpoint_active == 0
     if phase == MotionPhase.POSITIONING:
         overrun(ax)
-        ax.job.direction = 1.0 if ax.border_position >= ax.set_position else -1.0
+        ax.job.direction = 1.0 if ax.border.position >= ax.set_position else -1.0
     if limited:
         bounded = _find_limit(ax)
     if phase == MotionPhase.POSITIONING and ax.override_type % 2 == 1 and override < _FULL_OVERRIDE:
@@ -353,7 +353,7 @@ def plan(ax: AxisFields) -> int:
             ax.profile.deceleration = ax.job.deceleration
             ax.profile.jerk_limit = ax.job.jerk
             release(ax, ax.job.jerk)
-            count = _plan_to_border(ax, commanded, ax.border_velocity)
+            count = _plan_to_border(ax, commanded, ax.border.velocity)
             ax.job.peak_velocity = _peak_velocity(
                 ax, ax.profile.plan_velocity, ax.profile.plan_acceleration, count
             )
@@ -389,9 +389,9 @@ def plan(ax: AxisFields) -> int:
 
 def _braking(ax: AxisFields) -> int:
     """Whether a positioning that ends at rest is in its last ramp."""
-    if ax.set_motion_phase != MotionPhase.POSITIONING or ax.border_velocity > 0.0:
+    if ax.set_motion_phase != MotionPhase.POSITIONING or ax.border.velocity > 0.0:
         return 0
-    way = ax.border_position - ax.set_position
+    way = ax.border.position - ax.set_position
     if way * ax.set_velocity <= 0.0:
         return 0
     way = abs(way)

@@ -60,9 +60,13 @@ from achse.motion.fields.often import OFTEN
 from achse.motion.fields.setpoint import (
     COMMAND_BUFFER,
     SEGMENTS,
+    Border,
+    CommandBuffer,
     MotionProfile,
-    SetpointInternal,
     SetpointState,
+    SoftLimits,
+    TargetLoop,
+    VelocitySwitch,
 )
 from achse.motion.fields.superposition import (
     PhasingProfile,
@@ -201,12 +205,16 @@ class _AxisLinks(InternalFields):
     job: JobFields = within(JOB, Field)
     waiting: list[JobFields] = within(JOB, Field, COMMAND_BUFFER)
     cams: list[CamFields] = within(CAM, Field, CAM_LAYERS)
+    border: Border = _part("border", Border)
     external: ExternalMotion = _part("external motion", ExternalMotion)
     homing: HomingSequence = _part("homing sequence", HomingSequence)
+    limits: SoftLimits = _part("soft limits", SoftLimits)
+    loop: TargetLoop = _part("target loop", TargetLoop)
     phasing: PhasingProfile = _part("phasing profile", PhasingProfile)
     profile: MotionProfile = _part("motion profile", MotionProfile)
     sine: SineOscillation = _part("sine oscillation", SineOscillation)
     superposed: SuperposedMotion = _part("superposed motion", SuperposedMotion)
+    switch: VelocitySwitch = _part("velocity switch", VelocitySwitch)
     sync: Synchronisation = _part("synchronisation", Synchronisation)
     torque: TorqueCommand = _part("torque command", TorqueCommand)
 
@@ -223,7 +231,7 @@ class AxisFields(
     SetpointState,
     PhasingState,
     MonitoringInternal,
-    SetpointInternal,
+    CommandBuffer,
     GeneratorMemory,
     CouplingMemory,
     CamSlave,

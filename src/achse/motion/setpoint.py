@@ -85,14 +85,14 @@ def begin_job(ax: AxisFields) -> None:
         ax.set_motion_phase = MotionPhase.POSITIONING
         ax.target_position = resolve_target(ax, start_type, job.position, ax.set_position)
         job.direction = 1.0 if ax.target_position >= ax.set_position else -1.0
-    ax.border_time = -1.0
-    ax.loop_undecided = 1
-    ax.loop_outward = 0
+    ax.border.time = -1.0
+    ax.loop.undecided = 1
+    ax.loop.outward = 0
     job.peak_velocity = 0.0
     job.timing = 0 if start_type == StartType.HALT else 1
     job.time = 0.0
     ax.profile.replan = 1
-    ax.switch_armed = 0
+    ax.switch.armed = 0
     ax.got_new_target = 0
     ax.has_been_stopped = 0
     if start_type == StartType.HALT:
@@ -122,9 +122,9 @@ def absorb(ax: AxisFields) -> None:
 def begin_stop(ax: AxisFields, deceleration: float, jerk: float) -> None:
     """Drop the job and everything that waits; brake to rest."""
     ax.buffer_count = 0
-    ax.switch_armed = 0
-    ax.loop_outward = 0
-    ax.border_time = -1.0
+    ax.switch.armed = 0
+    ax.loop.outward = 0
+    ax.border.time = -1.0
     ax.has_been_stopped = 1
     ax.features |= Feature.STATUS
     ax.job.timing = 0
@@ -150,10 +150,10 @@ def drop_job(ax: AxisFields) -> None:
     end_homing(ax)
     ax.set_motion_phase = MotionPhase.NONE
     ax.buffer_count = 0
-    ax.switch_armed = 0
-    ax.loop_outward = 0
+    ax.switch.armed = 0
+    ax.loop.outward = 0
     ax.profile.replan = 0
-    ax.border_time = -1.0
+    ax.border.time = -1.0
     ax.job.timing = 0
     ax.profile.count = 0
     ax.profile.index = 0
@@ -162,7 +162,7 @@ def drop_job(ax: AxisFields) -> None:
     ax.set_jerk = 0.0
     ax.external.velocity = 0.0
     ax.external.acceleration = 0.0
-    ax.limit_reached = 0
+    ax.limits.reached = 0
     ax.set_torque = 0.0
     ax.set_torque_derivative = 0.0
     ax.remaining_time = 0.0
@@ -226,18 +226,18 @@ def take_next(ax: AxisFields) -> None:
 
 def pass_switch_position(ax: AxisFields) -> None:
     """Carry out the change that waits for the switch position, once the set point is past it."""
-    if ax.switch_from_below:
-        if ax.set_position < ax.switch_position:
+    if ax.switch.from_below:
+        if ax.set_position < ax.switch.position:
             return
-    elif ax.set_position > ax.switch_position:
+    elif ax.set_position > ax.switch.position:
         return
-    if ax.switch_armed == _SWITCH_TARGET:
+    if ax.switch.armed == _SWITCH_TARGET:
         ax.set_motion_phase = MotionPhase.POSITIONING
-        ax.target_position = ax.switch_target
+        ax.target_position = ax.switch.target
         ax.job.direction = 1.0 if ax.target_position >= ax.set_position else -1.0
         ax.job.end_velocity = 0.0
-    ax.switch_armed = 0
-    ax.job.velocity = ax.switch_velocity
+    ax.switch.armed = 0
+    ax.job.velocity = ax.switch.velocity
     if ax.job.end_velocity > ax.job.velocity:
         ax.job.end_velocity = ax.job.velocity
     ax.job.peak_velocity = 0.0
@@ -277,8 +277,8 @@ def keeps_its_table(ax: AxisFields, dt: float) -> bool:
     return (
         (phase == MotionPhase.POSITIONING or (phase != MotionPhase.NONE and ax.buffer_count == 0))
         and ax.velocity_override == profile.override
-        and ax.limit_watch | profile.replan | ax.switch_armed == 0
-        and ax.border_time < 0.0
+        and ax.limits.changed | profile.replan | ax.switch.armed == 0
+        and ax.border.time < 0.0
         and profile.index < profile.count
         and profile.elapsed + dt < profile.time[profile.index]
     )
@@ -331,13 +331,13 @@ def advance(ax: AxisFields, dt: float) -> float:
         ax.set_position = p + t * v
         return 0.0
     if profile.end == TO_TARGET:
-        ax.set_position = ax.border_position
+        ax.set_position = ax.border.position
         if v != 0.0:
             ax.set_velocity = v if arrival > 0.0 else -v
             _pass_border(ax)
             return t
-        if ax.loop_outward:
-            ax.loop_outward = 0
+        if ax.loop.outward:
+            ax.loop.outward = 0
             ax.set_velocity = 0.0
             profile.replan = 1
             return t
@@ -350,8 +350,8 @@ def advance(ax: AxisFields, dt: float) -> float:
         profile.replan = 1
         return t
     elif profile.end == TO_LIMIT:
-        ax.set_position = ax.border_position
-        ax.limit_reached = 1 if ax.job.direction > 0.0 else -1
+        ax.set_position = ax.border.position
+        ax.limits.reached = 1 if ax.job.direction > 0.0 else -1
     else:
         ax.set_position = p
         if ax.set_motion_phase == MotionPhase.STOPPING:
@@ -374,7 +374,7 @@ def _in_velocity(ax: AxisFields) -> bool:
 
 def _look_at_limits(ax: AxisFields) -> None:
     """Ask for a new table where limits or positions changed, and the present one does not fit."""
-    ax.limit_watch = 0
+    ax.limits.changed = 0
     phase = ax.set_motion_phase
     if (
         phase in (MotionPhase.ENDLESS, MotionPhase.HOMING)
@@ -397,25 +397,25 @@ def generate(ax: AxisFields, dt: float) -> None:
         if ax.velocity_override <= 0 and ax.set_motion_phase == MotionPhase.STOPPING:
             stop_fast(ax)
         follow_override(ax)
-    if ax.limit_watch and ax.external_setpoint_active == 0:
+    if ax.limits.changed and ax.external_setpoint_active == 0:
         _look_at_limits(ax)
     left = dt
     while left > 0.0:
         if ax.profile.replan and plan(ax) < 0:
             fail(ax, NcError.DYNAMICS_NOT_ALLOWED, 1)
             return
-        t = ax.border_time
+        t = ax.border.time
         if 0.0 <= t <= left:
-            ax.border_time = -1.0
+            ax.border.time = -1.0
             left -= t
             if t > 0.0:
                 advance(ax, t)
             _pass_border(ax)
         else:
             if t > 0.0:
-                ax.border_time -= left
+                ax.border.time -= left
             left = advance(ax, left)
-    if ax.switch_armed:
+    if ax.switch.armed:
         pass_switch_position(ax)
     show_remaining(ax, dt)
 
@@ -424,8 +424,8 @@ def show_remaining(ax: AxisFields, dt: float) -> None:
     """How far and how long it is to the target."""
     if ax.set_motion_phase == MotionPhase.POSITIONING:
         ax.remaining_distance = abs(ax.target_position - ax.set_position)
-        if ax.loop_outward:
-            ax.remaining_distance = abs(ax.border_position - ax.set_position)
+        if ax.loop.outward:
+            ax.remaining_distance = abs(ax.border.position - ax.set_position)
             ax.remaining_distance += abs(ax.loop_distance)
         ax.remaining_time -= dt
         if ax.remaining_time < 0.0:
@@ -464,10 +464,10 @@ def displace(ax: AxisFields, way: float) -> None:
     ax.set_position += way
     ax.target_position += way
     ax.profile.position += way
-    ax.switch_position += way
-    ax.switch_target += way
-    ax.border_position += way
-    ax.loop_target += way
+    ax.switch.position += way
+    ax.switch.target += way
+    ax.border.position += way
+    ax.loop.target += way
     ax.reversing_target += way
 
 
@@ -475,7 +475,7 @@ def shift_setpoint(ax: AxisFields, shift: float) -> None:
     """Rename the set positions alone: what is planned goes on as it is, `shift` further."""
     drive = ax.drive
     displace(ax, shift)
-    ax.limit_watch = 1
+    ax.limits.changed = 1
     ax.external.origin += shift
     ax.slave_base += shift
     ax.lead_offset += shift

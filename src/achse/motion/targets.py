@@ -114,7 +114,7 @@ def look_ahead(ax: AxisFields) -> None:
     direction = ax.job.direction
     before = ax.job.velocity
     end_velocity = ax.job.end_velocity
-    ax.border_position = target
+    ax.border.position = target
     border = target
     count = ax.buffer_count
     for n in range(count):
@@ -123,7 +123,7 @@ def look_ahead(ax: AxisFields) -> None:
         if (blending - here) * direction > 0.0 and (border - blending) * direction > 0.0:
             border = blending
         if n == 0:
-            ax.border_position = border
+            ax.border.position = border
         else:
             ax.waiting[(ax.buffer_first + n - 1) % COMMAND_BUFFER].way = abs(border - here)
         here = border
@@ -164,9 +164,9 @@ def look_ahead(ax: AxisFields) -> None:
         velocity = job.border_velocity
         if velocity > highest:
             velocity = highest
-    ax.border_velocity = velocity
+    ax.border.velocity = velocity
     if velocity == 0.0:
-        ax.border_position = ax.target_position
+        ax.border.position = ax.target_position
 
 
 def overrun(ax: AxisFields) -> None:
@@ -176,13 +176,13 @@ def overrun(ax: AxisFields) -> None:
     meanwhile, the axis goes straight to its target.
     """
     if ax.loop_enable == 0:
-        ax.loop_outward = 0
+        ax.loop.outward = 0
         return
-    if ax.loop_undecided or ax.target_position != ax.loop_target:
-        ax.loop_undecided = 0
-        ax.loop_target = ax.target_position
+    if ax.loop.undecided or ax.target_position != ax.loop.target:
+        ax.loop.undecided = 0
+        ax.loop.target = ax.target_position
         way = ax.target_position - ax.set_position
-        ax.loop_outward = 1 if way * ax.loop_distance > 0.0 else 0
-    if ax.loop_outward:
-        ax.border_position = ax.target_position + ax.loop_distance
-        ax.border_velocity = 0.0
+        ax.loop.outward = 1 if way * ax.loop_distance > 0.0 else 0
+    if ax.loop.outward:
+        ax.border.position = ax.target_position + ax.loop_distance
+        ax.border.velocity = 0.0

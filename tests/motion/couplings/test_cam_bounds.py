@@ -390,7 +390,7 @@ def test_change_waits_while_it_would_lead_beyond_a_soft_limit(
     lead.lead_position = it.seen = OFFSET + SCALING * 70.0
     ax.cams[0], ax.cam_count, ax.set_position = it, 1, 32.0
     ax.coupled_offset, ax.max_velocity, ax.drive.reference_velocity = superposed, 1e4, 1e4
-    ax.limited, ax.limit_low, ax.limit_high = 1, -50.0, 60.0
+    ax.limits.active, ax.limits.low, ax.limits.high = 1, -50.0, 60.0
     it.next.slave_offset = 4.0 if superposed > 0.0 else 0.0
     cams.carry_out(ax, both, 0.002)
     assert it.now.slave_offset == at_work

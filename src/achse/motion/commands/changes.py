@@ -90,7 +90,7 @@ def new_end_position_and_velocity(
         if not code and command_type == NewEndPositionCommand.VELOCITY_REACHED_AT_SWITCH_POSITION:
             _begin_earlier(axis, velocity)
         return code
-    axis.switch_armed = 0
+    axis.switch.armed = 0
     axis.job.velocity = velocity
     axis.job.end_velocity = min(axis.job.end_velocity, velocity)
     if changes & NewEndPositionCommand.POSITION:
@@ -124,11 +124,11 @@ def _arm_switch(
         on_way = (where - p) * axis.job.direction >= 0.0
     if not on_way:
         return NcError.ACTIVATION_POSITION_NOT_ON_WAY
-    axis.switch_from_below = int(where >= p)
-    axis.switch_position = where
-    axis.switch_target = target
-    axis.switch_velocity = velocity
-    axis.switch_armed = 2 if has_target else 1
+    axis.switch.from_below = int(where >= p)
+    axis.switch.position = where
+    axis.switch.target = target
+    axis.switch.velocity = velocity
+    axis.switch.armed = 2 if has_target else 1
     return OK
 
 
@@ -146,9 +146,9 @@ def _begin_earlier(axis: Axis, velocity: float) -> None:
     goal = velocity * share
     count = append_velocity_ramp(times, jerks, 0, 1.0, before, 0.0, goal, limits)
     way = end_state(times, jerks, count, 0.0, before, 0.0)[0]
-    room = abs(axis.switch_position - axis.set_position)
+    room = abs(axis.switch.position - axis.set_position)
     back = min(way, room)
-    axis.switch_position += -back if axis.switch_from_below else back
+    axis.switch.position += -back if axis.switch.from_below else back
 
 
 def new_dynamics(axis: Axis, acceleration: float, deceleration: float, jerk: float = 0.0) -> int:

@@ -70,7 +70,7 @@ def home(axis: Axis) -> int:
     axis.job.velocity = axis.homing_velocity_towards_cam
     axis.job.direction = 0.0
     axis.profile.replan = 1
-    axis.switch_armed = 0
+    axis.switch.armed = 0
     axis.state_dword = axis.state_dword & ~StateBit.HOMED | StateBit.HOMING_BUSY
     return OK
 
@@ -87,7 +87,7 @@ def _let_the_drive_home(axis: Axis) -> int:
     axis.homing_state = HomingState.AWAIT_LATCH
     axis.homing.latch = 0
     axis.drive.io.state1 &= ~(STATUS_HOMED | STATUS_HOMING_FAILED)
-    axis.switch_armed = 0
+    axis.switch.armed = 0
     axis.state_dword = axis.state_dword & ~StateBit.HOMED | StateBit.HOMING_BUSY
     return OK
 

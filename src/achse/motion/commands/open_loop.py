@@ -177,7 +177,7 @@ def _begin_torque(
     if code:
         return code
     axis.buffer_count = 0
-    axis.switch_armed = 0
+    axis.switch.armed = 0
     absorb(axis)
     begin_generator(axis, MotionPhase.TORQUE)
     axis.torque.target = torque

@@ -291,8 +291,8 @@ def _wait(axis: Axis) -> None:
     """Let the job behind those that wait be one of them."""
     axis.buffer_count += 1
     if axis.set_motion_phase == MotionPhase.POSITIONING:
-        border = axis.border_position, axis.border_velocity
+        border = axis.border.position, axis.border.velocity
         look_ahead(axis)
-        if border != (axis.border_position, axis.border_velocity):
+        if border != (axis.border.position, axis.border.velocity):
             axis.job.peak_velocity = 0.0
             axis.profile.replan = 1

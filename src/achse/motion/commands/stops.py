@@ -118,7 +118,7 @@ def oriented_stop(axis: Axis, modulo_position: float, deceleration: float, jerk:
         return code
     absorb(axis)
     axis.buffer_count = 0
-    axis.switch_armed = 0
+    axis.switch.armed = 0
     axis.set_motion_phase = MotionPhase.POSITIONING
     axis.target_position = target
     axis.job.end_velocity = 0.0

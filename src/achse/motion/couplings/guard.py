@@ -31,10 +31,10 @@ def why_not_step(
     rounding = ROUNDING + _RELATIVE * abs(position)
     if not (abs(way) <= limit * dt + rounding and abs(velocity) <= limit):
         return NcError.SET_VELOCITY_TOO_HIGH
-    if ax.limited:
+    if ax.limits.active:
         where = limit_ahead(ax, position, velocity, acceleration, dt)
-        if where > 0 or (way > 0.0 and position > ax.limit_high + TOLERANCE + rounding):
+        if where > 0 or (way > 0.0 and position > ax.limits.high + TOLERANCE + rounding):
             return NcError.SOFT_LIMIT_MAX_PASSED
-        if where < 0 or (way < 0.0 and position < ax.limit_low - TOLERANCE - rounding):
+        if where < 0 or (way < 0.0 and position < ax.limits.low - TOLERANCE - rounding):
             return NcError.SOFT_LIMIT_MIN_PASSED
     return 0

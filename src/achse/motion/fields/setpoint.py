@@ -4,7 +4,17 @@ from math import inf
 
 from achse.motion.fields.declare import InternalFields, States, flag, real, reals, whole
 
-__all__ = ["COMMAND_BUFFER", "SEGMENTS", "MotionProfile", "SetpointInternal", "SetpointState"]
+__all__ = [
+    "COMMAND_BUFFER",
+    "SEGMENTS",
+    "Border",
+    "CommandBuffer",
+    "MotionProfile",
+    "SetpointState",
+    "SoftLimits",
+    "TargetLoop",
+    "VelocitySwitch",
+]
 
 COMMAND_BUFFER = 8
 """Commands that can wait behind the active one; one more is refused with 0x4292."""
@@ -35,27 +45,47 @@ class SetpointState(States):
     got_new_target: int = flag(0, "the target was changed during motion")
 
 
-class SetpointInternal(InternalFields):
-    """The generator's memory from cycle to cycle."""
+class CommandBuffer(InternalFields):
+    """Ring of the jobs that wait."""
 
-    limit_low: float = real(-inf, "mm", "lower soft limit in force")
-    limit_high: float = real(inf, "mm", "upper soft limit in force")
-    limited: int = flag(0, "a soft limit is in force")
-    limit_watch: int = flag(0, "limits or positions changed: the table is looked at again")
-    limit_reached: int = whole(0, "1", "soft limit that ends the motion: 1 upper, -1 lower")
-    switch_armed: int = whole(0, "1", "change at the switch position: 1 velocity, 2 target too")
-    switch_from_below: int = flag(0, "the switch position is in positive direction")
-    switch_position: float = real(0.0, "mm", "where the change happens")
-    switch_target: float = real(0.0, "mm", "target from there on")
-    switch_velocity: float = real(0.0, "mm/s", "velocity from there on")
-    border_position: float = real(0.0, "mm", "where the next command takes over, or the target")
-    border_velocity: float = real(0.0, "mm/s", "velocity there at 100 % override")
-    border_time: float = real(-1.0, "s", "until a table that goes on passes it; -1 = it does not")
-    loop_undecided: int = flag(1, "the next plan decides whether the target is passed first")
-    loop_outward: int = flag(0, "the way leads beyond the target first")
-    loop_target: float = real(0.0, "mm", "target that this was decided for")
     buffer_first: int = whole(0, "1", "oldest of the jobs that wait")
     buffer_count: int = whole(0, "1", "jobs that wait")
+
+
+class SoftLimits(InternalFields):
+    """Soft limits in force."""
+
+    changed: int = flag(0, "limits or positions changed: the profile must be checked again")
+    active: int = flag(0, "a soft limit is in force")
+    low: float = real(-inf, "mm", "lower soft limit")
+    high: float = real(inf, "mm", "upper soft limit")
+    reached: int = whole(0, "1", "soft limit that ends the motion: 1 upper, -1 lower")
+
+
+class VelocitySwitch(InternalFields):
+    """Change of velocity, and of the target, at a position on the way."""
+
+    armed: int = whole(0, "1", "change at the switch position: 1 velocity, 2 target too")
+    from_below: int = flag(0, "the switch position is in positive direction")
+    position: float = real(0.0, "mm", "switch position")
+    target: float = real(0.0, "mm", "target from there on")
+    velocity: float = real(0.0, "mm/s", "velocity from there on")
+
+
+class Border(InternalFields):
+    """Point where the next command takes over, or the target."""
+
+    position: float = real(0.0, "mm", "position of the border")
+    velocity: float = real(0.0, "mm/s", "velocity there at 100 % override")
+    time: float = real(-1.0, "s", "until a profile that goes on passes it; -1 = it does not")
+
+
+class TargetLoop(InternalFields):
+    """Approach of each target from one side, if need be by way of a point beyond it."""
+
+    undecided: int = flag(1, "the next plan decides whether the target is passed first")
+    outward: int = flag(0, "the axis moves beyond the target first")
+    target: float = real(0.0, "mm", "target of this decision")
 
 
 class MotionProfile(InternalFields):

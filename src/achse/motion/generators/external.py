@@ -30,7 +30,7 @@ _INCONSISTENT = 1e-3
 def leave_external(ax: AxisFields) -> None:
     """Take no further external set points; what the axis does now is its own motion."""
     ax.external_setpoint_active = 0
-    ax.limit_watch = 1
+    ax.limits.changed = 1
     ax.profile.abrupt = 1
     drop_foreign(ax, ax.external.acceleration)
     ax.external.velocity = 0.0
@@ -69,9 +69,9 @@ def _fault(ax: AxisFields, way: float, dt: float) -> int:
         return NcError.SET_VELOCITY_TOO_HIGH
     if abs(ax.external_set_acceleration) > ax.max_acceleration * _ROUNDED:
         return NcError.SET_ACCELERATION_TOO_HIGH
-    if way > 0.0 and ax.set_position + way > ax.limit_high + TOLERANCE:  # whatever velocity is fed
+    if way > 0.0 and ax.set_position + way > ax.limits.high + TOLERANCE:  # whatever velocity is fed
         return NcError.SOFT_LIMIT_MAX_PASSED
-    if way < 0.0 and ax.set_position + way < ax.limit_low - TOLERANCE:
+    if way < 0.0 and ax.set_position + way < ax.limits.low - TOLERANCE:
         return NcError.SOFT_LIMIT_MIN_PASSED
     return 0
 

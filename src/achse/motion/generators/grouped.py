@@ -28,9 +28,9 @@ def _fault(ax: AxisFields, way: float, dt: float) -> int:
         return NcError.EXTERNAL_SETPOINT_DATA
     if abs(way) > fastest(ax) * _ROUNDED * dt + ax.encoder.scaling_factor:
         return NcError.SET_VELOCITY_TOO_HIGH
-    if way > 0.0 and ax.group_position > ax.limit_high + TOLERANCE:
+    if way > 0.0 and ax.group_position > ax.limits.high + TOLERANCE:
         return NcError.SOFT_LIMIT_MAX_PASSED
-    if way < 0.0 and ax.group_position < ax.limit_low - TOLERANCE:
+    if way < 0.0 and ax.group_position < ax.limits.low - TOLERANCE:
         return NcError.SOFT_LIMIT_MIN_PASSED
     return 0
 
@@ -39,7 +39,7 @@ def step(ax: AxisFields, dt: float) -> None:
     """One cycle led by the group."""
     fault = _fault(ax, ax.group_position - ax.set_position, dt)
     if fault:
-        ax.limit_watch = 1
+        ax.limits.changed = 1
         ax.profile.abrupt = 1
         drop_foreign(ax, ax.set_acceleration)
         fail(ax, fault, 0)

@@ -30,9 +30,9 @@ def step(ax: AxisFields, dt: float) -> None:
             velocity = top
         elif velocity < -top:
             velocity = -top
-        if ax.limited:  # a jump is not braked in time
-            ax.limit_reached = running_into(ax, velocity, dt)
-            if ax.limit_reached != 0:
+        if ax.limits.active:  # a jump is not braked in time
+            ax.limits.reached = running_into(ax, velocity, dt)
+            if ax.limits.reached != 0:
                 velocity = 0.0
     if stage == _STAGES:
         ax.set_velocity = 0.0
