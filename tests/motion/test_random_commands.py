@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from achse.motion import Axis, AxisParameters, BufferMode, Nc, OverrideType, StartType, commands
-from achse.motion.record import LAYOUT
+from achse.motion.record import LAYOUT, PART_OF
 from achse.motion.states import DriveOperationMode, MotionPhase
 from achse.native.compiled import checked_builds
 
@@ -395,9 +395,9 @@ def view(nc: Nc) -> Callable[[], tuple[Any, Any]]:
 
 def _columns(nc: Nc, words: Any, names: tuple[str, ...]) -> Any:
     """These fields of all axes: from memory, those of the encoder one by one."""
-    found = words[:, [LAYOUT.fields[name].offset if name in LAYOUT.fields else 0 for name in names]]
+    found = words[:, [PART_OF[name][1].offset for name in names]]
     for column, name in enumerate(names):
-        if name not in LAYOUT.fields:
+        if PART_OF[name][0]:
             found[:, column] = [getattr(axis, name) for axis in nc]
     return found
 

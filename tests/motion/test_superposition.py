@@ -345,18 +345,18 @@ def test_targets_that_wait_move_along(rig: Any) -> None:
 def test_both_targets_of_a_reversing_operation_move_along(rig: Any) -> None:
     axis = rig.axis
     assert commands.start_reversing(axis, 1, 400.0, 0.0, V, 0.2) == 0
-    rig.until(lambda ax: ax.set_velocity == V)
+    rig.until(lambda ax: ax.set.velocity == V)
     start(rig, 3, 30.0, 20.0, 200.0)
     rig.until(lambda ax: ax.set_motion_phase == MotionPhase.REVERSING)
     assert axis.compensating == 0
     assert axis.set_position == pytest.approx(420.0)
     refused, _ = commands.start_superposition(axis, Compensation(1, A, D, 30.0, V, 5.0, 100.0))
     assert refused == 0x4245  # it rests
-    rig.until(lambda ax: ax.set_velocity == -V)
+    rig.until(lambda ax: ax.set.velocity == -V)
     start(rig, 3, 30.0, -5.0, 200.0)
     rig.until(lambda ax: ax.set_motion_phase == MotionPhase.REVERSING)
     assert axis.set_position == pytest.approx(25.0)
-    rig.until(lambda ax: ax.set_velocity == V)
+    rig.until(lambda ax: ax.set.velocity == V)
     rig.until(lambda ax: ax.set_motion_phase == MotionPhase.REVERSING)
     assert axis.set_position == pytest.approx(425.0)
 
@@ -366,7 +366,7 @@ def test_a_compensation_keeps_both_targets_of_a_reversing_operation_within_the_l
 ) -> None:
     rig = make_rig(encoder_soft_limit_min_enable=1, encoder_soft_limit_min=-10.0)
     assert commands.start_reversing(rig.axis, 1, 400.0, 0.0, V, 0.2) == 0
-    rig.until(lambda ax: ax.set_velocity == V)
+    rig.until(lambda ax: ax.set.velocity == V)
     asked = Compensation(3, A, D, 30.0, V, -20.0, 200.0)
     assert commands.start_superposition(rig.axis, asked)[0] == 0x4460
     start(rig, 3, 30.0, -5.0, 200.0)

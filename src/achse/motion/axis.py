@@ -23,14 +23,23 @@ from achse.motion.monitoring import show_state
 from achse.motion.order import CycleOrder
 from achse.motion.parts import AxisController, AxisDrive, AxisEncoder
 from achse.motion.port import STATUS_INVALID
-from achse.motion.record import LAYOUT, MASTERS, PART_OF, AxisFields, Field, Role
+from achse.motion.record import (
+    AXIS_PARTS,
+    LAYOUT,
+    MASTERS,
+    PART_OF,
+    SHOWN_PARTS,
+    AxisFields,
+    Field,
+    Role,
+)
 from achse.motion.rows import NcRows
 from achse.motion.shown import ShownField
 from achse.motion.shown_values import shown_cell
 from achse.motion.signals import probe_counts, probe_status
 from achse.motion.states import MotionPhase
 from achse.motion.tables import Tables
-from achse.motion.views import InnerView, View, views_of
+from achse.motion.views import InnerView, View, property_within, views_of
 from achse.native.memory import ComputedCell, MemoryCell
 
 __all__ = ["Axis", "ObjectAxis", "WordsAxis"]
@@ -50,6 +59,10 @@ if TYPE_CHECKING:
         actual_velocity_unfiltered: float
         actual_acceleration: float
         homed: int
+        set_position: float
+        set_velocity: float
+        set_acceleration: float
+        set_jerk: float
         set_velocity_override: float
         set_direction: float
         set_position_modulo: float
@@ -353,6 +366,9 @@ def _of_the_machine(part: str, name: str) -> property:
     return property(read, write)
 
 
+for _part in SHOWN_PARTS:
+    for _field in AXIS_PARTS[_part].fields.values():
+        setattr(Axis, f"{_part}_{_field.name}", property_within(Axis, _part, _field))
 for _name, (_part, _field) in PART_OF.items():
     if _part:
         setattr(Axis, _name, _of_a_part(_part, _field.name))

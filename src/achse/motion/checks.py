@@ -121,7 +121,7 @@ def why_not_position(axis: Axis, start_type: int, position: float) -> int:
 def why_not_target(axis: Axis, target: float, begin: float | None = None) -> int:
     """What is wrong with a target, on the way from `begin` or from where the axis is."""
     if begin is None:
-        begin = axis.set_position
+        begin = axis.set.position
     if abs(target) > FARTHEST:
         return NcError.PRECISION_LOST
     lowest = highest = target
@@ -145,7 +145,7 @@ def why_not_target(axis: Axis, target: float, begin: float | None = None) -> int
 
 def why_not_away(axis: Axis, direction: float) -> int:
     """An endless start must not lead away from a soft limit that is already passed."""
-    p = axis.set_position
+    p = axis.set.position
     if direction < 0.0 and axis.encoder.soft_limit_min_enable and p <= axis.encoder.soft_limit_min:
         return NcError.SOFT_LIMIT_MIN_AT_START
     if direction > 0.0 and axis.encoder.soft_limit_max_enable and p >= axis.encoder.soft_limit_max:

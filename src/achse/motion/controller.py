@@ -128,7 +128,7 @@ def _calibrate_offset(ax: AxisFields, part: float, full: float, dt: float) -> fl
     """Automatic offset calibration: the P-part at low feed-forward is drift, learned slowly."""
     controller = ax.controller
     offset = controller.auto_offset_part
-    feedforward = abs(ax.set_velocity) * controller.velocity_feedforward_weight
+    feedforward = abs(ax.set.velocity) * controller.velocity_feedforward_weight
     weight = dt / controller.auto_offset_time_constant
     if feedforward <= controller.auto_offset_feedforward_limit * full:
         offset += part * weight
@@ -246,7 +246,7 @@ def _special(ax: AxisFields, error: float, full: float, dt: float) -> float:
         error = 0.0
     kv = controller.position_kv
     if kind == ControllerType.PP_POSITION:
-        speed = abs(ax.set_velocity)
+        speed = abs(ax.set.velocity)
         threshold = controller.position_kv_velocity_threshold * full
         share = speed / threshold if speed < threshold else 1.0
         kv += (controller.position_kv_fast - kv) * share
@@ -265,10 +265,10 @@ def _special(ax: AxisFields, error: float, full: float, dt: float) -> float:
         if kind == ControllerType.P_POSITION and controller.auto_offset_enable:
             part += _calibrate_offset(ax, part, full, dt)
     if kind in (ControllerType.P_VELOCITY, ControllerType.PI_VELOCITY):
-        goal = part + controller.velocity_feedforward_weight * ax.set_velocity
+        goal = part + controller.velocity_feedforward_weight * ax.set.velocity
         part = _velocity_loop(ax, goal, full, dt)
     controller.acceleration_feedforward = (
-        controller.acceleration_feedforward_ka * ax.set_acceleration
+        controller.acceleration_feedforward_ka * ax.set.acceleration
     )
     limit = controller.output_limit * full
     held = 0
@@ -336,8 +336,8 @@ def control(ax: AxisFields, dt: float, fast: bool = False) -> None:
     controller = ax.controller
     drive = ax.drive
     phase = ax.set_motion_phase
-    v = ax.set_velocity
-    error = ax.set_position - encoder.actual_position
+    v = ax.set.velocity
+    error = ax.set.position - encoder.actual_position
     output_only = not fast and phase == MotionPhase.DRIVE_OUTPUT
     if drive.ideal and ax.loop_closed and not output_only:  # it has had a cycle to go there
         error = drive.sent_position - encoder.actual_position
@@ -345,7 +345,7 @@ def control(ax: AxisFields, dt: float, fast: bool = False) -> None:
     if drive.on_bus:
         late += drive.io.dc_time * 1e-9
     if late > 0.0:
-        error -= late * (v - 0.5 * late * ax.set_acceleration)
+        error -= late * (v - 0.5 * late * ax.set.acceleration)
     controller.following_error = error
     if not fast and ax.features & Feature.OUTPUT_LIMIT:
         drive.limit_active = 0

@@ -147,13 +147,13 @@ def _show(image: CyclicImage, ax: AxisFields, encoder: EncoderFields) -> None:
     )
     image.actual_velocity = encoder.actual_velocity
     image.following_error = ax.controller.following_error
-    image.set_position = ax.set_position
-    image.set_velocity = ax.set_velocity
-    image.set_acceleration = ax.set_acceleration
+    image.set_position = ax.set.position
+    image.set_velocity = ax.set.velocity
+    image.set_acceleration = ax.set.acceleration
     image.target_position = ax.target_position
-    image.set_modulo = modulo_of(ax.set_position, period)
-    image.turns_and_command = _pair(modulo_turns_of(ax.set_position, period), command)
-    image.set_jerk = ax.set_jerk
+    image.set_modulo = modulo_of(ax.set.position, period)
+    image.turns_and_command = _pair(modulo_turns_of(ax.set.position, period), command)
+    image.set_jerk = ax.set.jerk
     image.set_torque = ax.set_torque
     image.actual_torque = drive.actual_torque
     image.inputs = _pair(0, _inputs(ax))

@@ -248,8 +248,8 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
             pass_switch_position(ax)
     ax.profile.override = ax.velocity_override
     velocity = _put_out(ax)
-    ax.set_position = encoder.actual_position
-    ax.set_velocity = velocity
+    ax.set.position = encoder.actual_position
+    ax.set.velocity = velocity
     ax.controller.following_error = 0.0
     ax.controller.following_error_velocity = 0.0
     drive.output = velocity

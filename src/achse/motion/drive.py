@@ -78,7 +78,7 @@ def adapt_drive(ax: AxisFields, drive: AxisDriveFields, dt: float) -> None:
     if discrete:
         ideal = 0
     if ideal and drive.ideal == 0:
-        drive.sent_position = ax.set_position
+        drive.sent_position = ax.set.position
     drive.ideal = ideal
     digital = ideal
     if (
@@ -119,7 +119,7 @@ def adapt_drive(ax: AxisFields, drive: AxisDriveFields, dt: float) -> None:
 
 def fill_filter(ax: AxisFields, drive: AxisDriveFields) -> None:
     """Set the output filter to the set position."""
-    p = ax.set_position
+    p = ax.set.position
     for i in range(drive.filter_count):
         drive.filter_ring[i] = p
     for i in range(FILTER_ORDER):
@@ -175,7 +175,7 @@ def read_drive(ax: AxisFields, dt: float, fast: bool = False) -> None:
 def position_output(ax: AxisFields, dt: float) -> float:
     """Position that goes to the drive: the set position filtered and extrapolated."""
     drive = ax.drive
-    position = ax.set_position
+    position = ax.set.position
     if ax.loop_closed == 0:
         fill_filter(ax, ax.drive)
     elif drive.output_filter_type == OutputFilter.MOVING_AVERAGE and drive.filter_count > 0:
@@ -194,8 +194,8 @@ def position_output(ax: AxisFields, dt: float) -> float:
             stage += (position - stage) * weight
             drive.filter_stage[i] = stage
             position = stage
-        if abs(position - ax.set_position) < _STILL:
-            position = ax.set_position
+        if abs(position - ax.set.position) < _STILL:
+            position = ax.set.position
     velocity = (position - drive.filtered_set_position) / dt
     drive.filtered_set_acceleration = (velocity - drive.filtered_set_velocity) / dt
     drive.filtered_set_velocity = velocity
@@ -204,9 +204,9 @@ def position_output(ax: AxisFields, dt: float) -> float:
     way = 0.0
     if mode >= _BY_VELOCITY:
         late = drive.dead_time_compensation_shift * 1e-9
-        way = ax.set_velocity * late
+        way = ax.set.velocity * late
         if mode == _BY_ACCELERATION:
-            way += 0.5 * ax.set_acceleration * late * late
+            way += 0.5 * ax.set.acceleration * late * late
     drive.dead_time_position_correction = way
     return position + way
 
@@ -294,8 +294,8 @@ def _put_out_set_values(ax: AxisFields, dt: float) -> None:
     drive = ax.drive
     io = drive.io
     scale = encoder.scale
-    position = position_output(ax, dt) if drive.special else ax.set_position
-    drive.sent_position = ax.set_position + drive.dead_time_position_correction
+    position = position_output(ax, dt) if drive.special else ax.set.position
+    drive.sent_position = ax.set.position + drive.dead_time_position_correction
     if drive.dsc_gain > 0.0 and drive.ideal == 0:
         io.data_out1 = drive.dsc_kpc
     else:
@@ -306,7 +306,7 @@ def _put_out_set_values(ax: AxisFields, dt: float) -> None:
         io.data_out1 = wrapped(floor(way * drive.position_scaling + 0.5))
     output = _late(ax, drive.output)
     io.data_out2 = _turned(ax, output * drive.velocity_scaling)
-    acceleration = ax.set_acceleration - ax.set_jerk * drive.acceleration_output_delay
+    acceleration = ax.set.acceleration - ax.set.jerk * drive.acceleration_output_delay
     io.data_out3 = _turned(ax, acceleration * drive.acceleration_scaling)
     error = ax.controller.following_error / abs(scale) * drive.dsc_xerr_scaling
     io.data_out6 = _turned(ax, error)

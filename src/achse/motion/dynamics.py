@@ -70,8 +70,8 @@ def fault_jerk(ax: AxisFields) -> float:
 
 def run_out(ax: AxisFields) -> float:
     """Velocity that an axis reaches while its acceleration is taken away as it was made."""
-    v = ax.set_velocity
-    a = ax.set_acceleration
+    v = ax.set.velocity
+    a = ax.set.acceleration
     if a * v < 0.0 or a == 0.0 or ax.profile.running_jerk <= 0.0:
         return v
     way = a * a / (2.0 * ax.profile.running_jerk)
@@ -83,11 +83,11 @@ def drop_foreign(ax: AxisFields, foreign: float) -> None:
 
     What makes the axis faster ends at once; what makes it slower is taken away before rest.
     """
-    v = ax.set_velocity
+    v = ax.set.velocity
     if foreign * v >= 0.0:
-        ax.set_acceleration -= foreign
-    elif ax.set_acceleration * v < 0.0:
-        steep = ax.set_acceleration * ax.set_acceleration / abs(v)
+        ax.set.acceleration -= foreign
+    elif ax.set.acceleration * v < 0.0:
+        steep = ax.set.acceleration * ax.set.acceleration / abs(v)
         if steep > 2.0 * ax.profile.running_jerk:
             ax.profile.running_jerk = steep
 
@@ -98,13 +98,13 @@ def shed_foreign(ax: AxisFields, foreign: float) -> None:
     What makes the axis faster ends at once. Of a deceleration, what the running jerk could not take
     away before rest ends at once, too; so what comes then keeps that jerk.
     """
-    v = ax.set_velocity
+    v = ax.set.velocity
     if foreign * v >= 0.0:
-        ax.set_acceleration -= foreign
-    a = ax.set_acceleration
+        ax.set.acceleration -= foreign
+    a = ax.set.acceleration
     most = _NEARLY * sqrt(2.0 * ax.profile.running_jerk * abs(v))
     if a * v < 0.0 and abs(a) > most:
-        ax.set_acceleration = most if a > 0.0 else -most
+        ax.set.acceleration = most if a > 0.0 else -most
 
 
 def shed_excess(ax: AxisFields, jerk: float) -> int:
@@ -112,15 +112,15 @@ def shed_excess(ax: AxisFields, jerk: float) -> int:
 
     A group of axes asks for any acceleration; an axis that leaves it has its limits again.
     """
-    v = ax.set_velocity
-    a = ax.set_acceleration
+    v = ax.set.velocity
+    a = ax.set.acceleration
     if ax.profile.running_jerk > jerk:
         jerk = ax.profile.running_jerk
     room = fastest(ax) - abs(v)
     if a * v <= 0.0 or a * a <= 2.0 * jerk * room:
         return 0
     most = sqrt(2.0 * jerk * room) if room > 0.0 else 0.0
-    ax.set_acceleration = most if a > 0.0 else -most
+    ax.set.acceleration = most if a > 0.0 else -most
     return 1
 
 
@@ -131,9 +131,9 @@ def release(ax: AxisFields, jerk: float) -> float:
     than its present acceleration does anyway. A deceleration is kept as far as `jerk` can take it
     away before rest.
     """
-    v = ax.set_velocity
-    a = ax.set_acceleration
-    ax.profile.plan_position = ax.set_position
+    v = ax.set.velocity
+    a = ax.set.acceleration
+    ax.profile.plan_position = ax.set.position
     ax.profile.plan_velocity = v
     ax.profile.plan_acceleration = a
     running = ax.profile.running_jerk
@@ -152,7 +152,7 @@ def release(ax: AxisFields, jerk: float) -> float:
     if time <= 0.0:
         return 0.0
     j = -running if a > 0.0 else running
-    ax.profile.plan_position = segment_position(time, j, ax.set_position, v, a)
+    ax.profile.plan_position = segment_position(time, j, ax.set.position, v, a)
     ax.profile.plan_velocity = segment_velocity(time, j, v, a)
     ax.profile.plan_acceleration = 0.0
     if rest > 0.0:

@@ -115,9 +115,9 @@ def _correct(ax: AxisFields, encoder: EncoderFields, dt: float) -> float:
     if encoder.actual_position_correction_enable:
         goal = ax.actual_position_correction
     if ax.backlash_compensation_enable and encoder.leads:
-        if ax.set_velocity > 0.0:
+        if ax.set.velocity > 0.0:
             encoder.backlash_side = 1.0
-        elif ax.set_velocity < 0.0:
+        elif ax.set.velocity < 0.0:
             encoder.backlash_side = -1.0
         if encoder.backlash_side < 0.0:
             goal += ax.backlash

@@ -94,7 +94,7 @@ def begin(ax: AxisFields, dt: float) -> None:
     """Begin with the present encoder, controller and drive."""
     adapt(ax, dt)
     begin_encoder(ax, ax.encoder, dt)
-    ax.set_position = ax.encoder.actual_position
+    ax.set.position = ax.encoder.actual_position
     ax.target_position = ax.encoder.actual_position
     ax.motion_position = ax.encoder.actual_position
     adapt(ax, dt)

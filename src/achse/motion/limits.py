@@ -66,7 +66,7 @@ def highest_rest(ax: AxisFields) -> float:
 
 
 def _tolerance(ax: AxisFields) -> float:
-    return TOLERANCE + _RELATIVE * abs(ax.set_position)
+    return TOLERANCE + _RELATIVE * abs(ax.set.position)
 
 
 def passes(ax: AxisFields, first: int, count: int, p: float, v: float, a: float) -> int:
@@ -76,11 +76,11 @@ def passes(ax: AxisFields, first: int, count: int, p: float, v: float, a: float)
     """
     tolerance = _tolerance(ax)
     high = highest_rest(ax)
-    if ax.set_position > high:
-        high = ax.set_position
+    if ax.set.position > high:
+        high = ax.set.position
     low = lowest_rest(ax)
-    if ax.set_position < low:
-        low = ax.set_position
+    if ax.set.position < low:
+        low = ax.set.position
     high += tolerance
     low -= tolerance
     for i in range(first, count):
@@ -113,7 +113,7 @@ def running_into(ax: AxisFields, v: float, dt: float) -> int:
 
     For motions without a table: no jerk limits them, nor their stop.
     """
-    return limit_ahead(ax, ax.set_position, v, ax.set_acceleration, dt)
+    return limit_ahead(ax, ax.set.position, v, ax.set.acceleration, dt)
 
 
 def limit_ahead(ax: AxisFields, p: float, v: float, a: float, dt: float) -> int:

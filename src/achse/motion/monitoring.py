@@ -175,7 +175,7 @@ def supervise_enable(ax: AxisFields, dt: float) -> None:
         if (
             phase != MotionPhase.NONE
             and ax.error_code == 0
-            and (phase != MotionPhase.COUPLED or ax.set_velocity != 0.0)
+            and (phase != MotionPhase.COUPLED or ax.set.velocity != 0.0)
         ):
             if ready:
                 fail(ax, NcError.CONTROLLER_ENABLE_MISSING, 0)
@@ -188,7 +188,7 @@ def supervise_enable(ax: AxisFields, dt: float) -> None:
     if closed and ax.loop_closed:
         return
     encoder = ax.encoder
-    ax.set_position = encoder.actual_position
+    ax.set.position = encoder.actual_position
     if closed == 0:
         drop_job(ax)
     else:
@@ -242,9 +242,9 @@ def _at_limit(ax: AxisFields) -> int:
     if where != 0:
         return where
     direction = along_the_set_point(ax)
-    if direction > 0.0 and ax.set_position > ax.limits.high + TOLERANCE:
+    if direction > 0.0 and ax.set.position > ax.limits.high + TOLERANCE:
         return 1
-    if direction < 0.0 and ax.set_position < ax.limits.low - TOLERANCE:
+    if direction < 0.0 and ax.set.position < ax.limits.low - TOLERANCE:
         return -1
     return 0
 
@@ -253,7 +253,7 @@ def _supervise_limits(ax: AxisFields, dt: float) -> None:
     """Soft limits end every motion. A delayed reaction waits only where the axis stands by then."""
     where = _at_limit(ax)
     if ax.compensating or ax.external_setpoint_active or UNPLANNED[ax.set_motion_phase]:
-        ahead = running_into(ax, ax.set_velocity, dt)
+        ahead = running_into(ax, ax.set.velocity, dt)
         if ahead != 0:
             where = ahead
     if where == 0:
@@ -261,7 +261,7 @@ def _supervise_limits(ax: AxisFields, dt: float) -> None:
     code = _not_found(
         ax, NcError.SOFT_LIMIT_MAX_PASSED if where > 0 else NcError.SOFT_LIMIT_MIN_PASSED
     )
-    if ax.set_velocity == 0.0:
+    if ax.set.velocity == 0.0:
         report(ax, code, 0)
     else:
         fail(ax, code, 0)
@@ -290,7 +290,7 @@ def supervise_motion(ax: AxisFields, dt: float, fast: bool = False) -> None:
     _supervise_following_error(ax, dt)
     if not fast and ax.limits.active and ax.set_motion_phase != MotionPhase.NONE:
         _supervise_limits(ax, dt)
-    if ax.set_velocity == 0.0:
+    if ax.set.velocity == 0.0:
         ax.motion_time = 0.0
         ax.motion_position = encoder.actual_position
     elif ax.motion_monitoring_enable:
@@ -308,8 +308,8 @@ def _travelling(ax: AxisFields, fast: bool) -> bool:
     phase = ax.set_motion_phase
     return (
         TRAVELLING[phase] == 1
-        or (phase == MotionPhase.COUPLED and ax.set_velocity != 0.0)
-        or (not fast and phase == MotionPhase.HOMING and ax.set_velocity != 0.0)
+        or (phase == MotionPhase.COUPLED and ax.set.velocity != 0.0)
+        or (not fast and phase == MotionPhase.HOMING and ax.set.velocity != 0.0)
         or ax.loop.outward == 1
     )
 
@@ -445,7 +445,7 @@ def show_state(ax: AxisFields, fast: bool = False) -> None:
     """Show the status double word and the motion state; on the fast path without rare bits."""
     encoder = ax.encoder
     phase = ax.set_motion_phase
-    v = ax.set_velocity
+    v = ax.set.velocity
     if phase == MotionPhase.COUPLED and v == 0.0:
         phase = MotionPhase.NONE  # shows as an axis at rest
     motion: int = MotionState.INACTIVE
@@ -461,13 +461,13 @@ def show_state(ax: AxisFields, fast: bool = False) -> None:
         state |= StateBit.NOT_MOVING
     else:
         motion = MotionState.RUNNING
-        a = ax.set_acceleration
+        a = ax.set.acceleration
         facing = v if v != 0.0 else along_the_set_point(ax)
         if facing == 0.0 and not ax.profile.override and phase != MotionPhase.STOPPING:
             # At override 0 an axis moves logically (004 §4.1.1).
             facing = ax.job.direction
             if phase == MotionPhase.POSITIONING:
-                facing = ax.border.position - ax.set_position
+                facing = ax.border.position - ax.set.position
         if facing > 0.0:
             state |= StateBit.POSITIVE_DIRECTION
         elif facing < 0.0:
@@ -476,7 +476,7 @@ def show_state(ax: AxisFields, fast: bool = False) -> None:
         if CONTINUOUS[phase]:
             state |= StateBit.CONTINUOUS_MOTION
         if v != 0.0:
-            if ax.set_jerk == 0.0 and abs(a) <= 1e-9 * ax.job.acceleration:
+            if ax.set.jerk == 0.0 and abs(a) <= 1e-9 * ax.job.acceleration:
                 motion = MotionState.CONSTANT_VELOCITY
                 state |= StateBit.CONSTANT_VELOCITY
             elif a > 0.0:

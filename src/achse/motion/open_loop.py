@@ -15,11 +15,11 @@ __all__ = ["follow_axis"]
 def follow_axis(ax: AxisFields) -> None:
     """The set point is where the axis is and as fast as it is; the output filter is there, too."""
     ax.profile.abrupt = 1
-    ax.set_position = ax.encoder.actual_position
-    ax.set_velocity = ax.encoder.actual_velocity
-    ax.set_acceleration = 0.0
-    ax.set_jerk = 0.0
-    ax.target_position = ax.set_position
+    ax.set.position = ax.encoder.actual_position
+    ax.set.velocity = ax.encoder.actual_velocity
+    ax.set.acceleration = 0.0
+    ax.set.jerk = 0.0
+    ax.target_position = ax.set.position
     ax.profile.override = ax.velocity_override
     if ax.drive.filter_count > 0:
         fill_filter(ax, ax.drive)

@@ -149,9 +149,9 @@ def _plan_to_speed(ax: AxisFields, velocity: float) -> int:
 
 def _time_to_border(ax: AxisFields, count: int) -> float:
     """When the table, or what goes on behind it, passes the border; -1 if it stops before."""
-    p = ax.set_position
-    v = ax.set_velocity
-    a = ax.set_acceleration
+    p = ax.set.position
+    v = ax.set.velocity
+    a = ax.set.acceleration
     direction = ax.job.direction
     begin = 0.0
     for i in range(count):
@@ -179,9 +179,9 @@ def _time_to_border(ax: AxisFields, count: int) -> float:
 
 def _is_past_border(ax: AxisFields) -> int:
     """Whether the axis is past the border to the next command before this one could be planned."""
-    if ax.border.velocity == 0.0 or ax.set_velocity * ax.job.direction <= 0.0:
+    if ax.border.velocity == 0.0 or ax.set.velocity * ax.job.direction <= 0.0:
         return 0
-    return 1 if (ax.set_position - ax.border.position) * ax.job.direction > 0.0 else 0
+    return 1 if (ax.set.position - ax.border.position) * ax.job.direction > 0.0 else 0
 
 
 def _find_limit(ax: AxisFields) -> int:
@@ -199,7 +199,7 @@ def _find_limit(ax: AxisFields) -> int:
     ax.border.position = limit
     ax.border.velocity = 0.0
     ax.loop.outward = 0
-    return 1 if (limit - ax.set_position) * ax.job.direction > 0.0 else -1
+    return 1 if (limit - ax.set.position) * ax.job.direction > 0.0 else -1
 
 
 def _put_release_before(ax: AxisFields, count: int, time: float) -> int:
@@ -210,7 +210,7 @@ def _put_release_before(ax: AxisFields, count: int, time: float) -> int:
         ax.profile.jerk[i] = ax.profile.jerk[i - 1]
     ax.profile.time[0] = time
     ax.profile.jerk[0] = (
-        -ax.profile.running_jerk if ax.set_acceleration > 0.0 else ax.profile.running_jerk
+        -ax.profile.running_jerk if ax.set.acceleration > 0.0 else ax.profile.running_jerk
     )
     return count + 1
 
@@ -269,8 +269,8 @@ def _holds_the_sum(ax: AxisFields) -> bool:
     """Whether the ramps that are left stop main motion and compensation before a soft limit."""
     if ax.compensating == 0:
         return True
-    v = ax.set_velocity + ax.superposed.set_velocity
-    room = ax.limits.high - ax.set_position if v > 0.0 else ax.set_position - ax.limits.low
+    v = ax.set.velocity + ax.superposed.set_velocity
+    room = ax.limits.high - ax.set.position if v > 0.0 else ax.set.position - ax.limits.low
     return v * v <= 2.0 * room * fault_deceleration(ax)
 
 
@@ -282,9 +282,9 @@ def _fill_within_limits(ax: AxisFields, limit: float, share: float, bounded: int
     """
     strongest = fault_deceleration(ax)
     steepest = fault_jerk(ax)
-    p = ax.set_position
-    v = ax.set_velocity
-    a = ax.set_acceleration
+    p = ax.set.position
+    v = ax.set.velocity
+    a = ax.set.acceleration
     ax.profile.deceleration = ax.job.deceleration
     ax.profile.jerk_limit = ax.job.jerk
     if bounded >= 0:
@@ -322,7 +322,7 @@ def plan(ax: AxisFields) -> int:
             ax.border.time = 0.0
             return 0
     ax.profile.replan = 0
-    if ax.set_acceleration == 0.0:
+    if ax.set.acceleration == 0.0:
         ax.profile.running_jerk = 0.0
     elif ax.profile.begins_with_release and ax.profile.index > 0:
         ax.profile.running_jerk = ax.profile.jerk_limit
@@ -343,7 +343,7 @@ def plan(ax: AxisFields) -> int:
     limited = ax.limits.active == 1 and ax.external_setpoint_active == 0
     if phase == MotionPhase.POSITIONING:
         overrun(ax)
-        ax.job.direction = 1.0 if ax.border.position >= ax.set_position else -1.0
+        ax.job.direction = 1.0 if ax.border.position >= ax.set.position else -1.0
     if limited:
         bounded = _find_limit(ax)
     if phase == MotionPhase.POSITIONING and ax.override_type % 2 == 1 and override < _FULL_OVERRIDE:
@@ -374,16 +374,16 @@ def plan(ax: AxisFields) -> int:
     if count < 0:
         return count
     if phase == MotionPhase.POSITIONING and ax.job.peak_velocity == 0.0:
-        ax.job.peak_velocity = _peak_velocity(ax, ax.set_velocity, ax.set_acceleration, count)
+        ax.job.peak_velocity = _peak_velocity(ax, ax.set.velocity, ax.set.acceleration, count)
     ax.profile.abrupt = 0
     if ax.profile.begins_with_release == 0:
         ax.profile.running_jerk = ax.profile.jerk_limit
     ax.profile.count = count
     ax.profile.index = 0
     ax.profile.elapsed = 0.0
-    ax.profile.position = ax.set_position
-    ax.profile.velocity = ax.set_velocity
-    ax.profile.acceleration = ax.set_acceleration
+    ax.profile.position = ax.set.position
+    ax.profile.velocity = ax.set.velocity
+    ax.profile.acceleration = ax.set.acceleration
     return count
 
 
@@ -391,12 +391,12 @@ def _braking(ax: AxisFields) -> int:
     """Whether a positioning that ends at rest is in its last ramp."""
     if ax.set_motion_phase != MotionPhase.POSITIONING or ax.border.velocity > 0.0:
         return 0
-    way = ax.border.position - ax.set_position
-    if way * ax.set_velocity <= 0.0:
+    way = ax.border.position - ax.set.position
+    if way * ax.set.velocity <= 0.0:
         return 0
     way = abs(way)
-    v = ax.set_velocity
-    a = ax.set_acceleration
+    v = ax.set.velocity
+    a = ax.set.acceleration
     brake = abs(stopping_distance(v, a, ax.profile.deceleration, ax.profile.jerk_limit))
     return 1 if way * (1.0 - 1e-9) <= brake <= way * (1.0 + 1e-9) + 1e-9 else 0
 

@@ -13,6 +13,7 @@ Positions are in the axis unit (mm, degree), times in seconds, flags 0 or 1.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from achse.motion.features import SWITCHES
@@ -63,6 +64,7 @@ from achse.motion.fields.setpoint import (
     Border,
     CommandBuffer,
     MotionProfile,
+    SetPoint,
     SetpointState,
     SoftLimits,
     TargetLoop,
@@ -101,6 +103,7 @@ __all__ = [
     "POSITION_HISTORY",
     "PROBE_EDGES",
     "SEGMENTS",
+    "SHOWN_PARTS",
     "TOUCH_PROBES",
     "AxisDriveFields",
     "AxisFields",
@@ -189,10 +192,22 @@ PART_LAYOUTS: dict[type, RecordLayout[Field]] = {}
 """Layouts of the parts of an axis that are records within its own, by their classes."""
 
 
+_ROLES: dict[type, Role] = {
+    Parameters: Role.PARAMETER,
+    Inputs: Role.INPUT,
+    States: Role.STATE,
+    InternalFields: Role.INTERNAL,
+}
+
+
 # Any: declarations are annotated with the class of the record
 def _part(name: str, section: type) -> Any:
-    """Declare a part of an axis."""
-    layout = PART_LAYOUTS[section] = lay_out(name, (section,), Field)
+    """Declare a part of an axis; parts of one class have one layout."""
+    layout = PART_LAYOUTS.get(section)
+    if layout is None:
+        layout = PART_LAYOUTS[section] = lay_out(name, (section,), Field)
+        for row in layout.fields.values():
+            row.role = _ROLES[section.__bases__[0]]
     return within(layout, Field)
 
 
@@ -212,6 +227,7 @@ class _AxisLinks(InternalFields):
     loop: TargetLoop = _part("target loop", TargetLoop)
     phasing: PhasingProfile = _part("phasing profile", PhasingProfile)
     profile: MotionProfile = _part("motion profile", MotionProfile)
+    set: SetPoint = _part("set point", SetPoint)
     sine: SineOscillation = _part("sine oscillation", SineOscillation)
     superposed: SuperposedMotion = _part("superposed motion", SuperposedMotion)
     switch: VelocitySwitch = _part("velocity switch", VelocitySwitch)
@@ -237,14 +253,6 @@ class AxisFields(
     CamSlave,
 ):
     """All fields of the axis itself."""
-
-
-_ROLES: dict[type, Role] = {
-    Parameters: Role.PARAMETER,
-    Inputs: Role.INPUT,
-    States: Role.STATE,
-    InternalFields: Role.INTERNAL,
-}
 
 
 LAYOUT = lay_out("axis", AxisFields.__bases__, Field, OFTEN["axis"], whole_lines=True)
@@ -274,6 +282,9 @@ for _feature, _switches in SWITCHES.items():
         _owner, _, _name = _path.rpartition(".")
         (AXIS_PARTS | PARTS).get(_owner, LAYOUT).fields[_name].feature = _feature.value
 
+SHOWN_PARTS = ("set",)
+"""Parts whose values rows show: `set.position` is `set_position` at the axis."""
+
 AT_THE_AXIS = frozenset(
     {
         *("actual_position", "actual_position_modulo", "actual_modulo_turns"),
@@ -291,6 +302,11 @@ def _flat() -> Iterator[tuple[str, tuple[str, Field]]]:
     for name, row in LAYOUT.fields.items():
         if row.refers is None and row.holds is None:
             yield name, ("", row)
+    for part in SHOWN_PARTS:
+        begin = LAYOUT.fields[part].offset
+        for name, row in AXIS_PARTS[part].fields.items():
+            own = f"{part}_{name}"
+            yield own, ("", replace(row, name=own, offset=begin + row.offset))
     for part, layout in PARTS.items():
         for name, row in layout.fields.items():
             if row.refers is None:

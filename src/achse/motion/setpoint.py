@@ -83,8 +83,8 @@ def begin_job(ax: AxisFields) -> None:
         ax.set_motion_phase = MotionPhase.STOPPING
     else:
         ax.set_motion_phase = MotionPhase.POSITIONING
-        ax.target_position = resolve_target(ax, start_type, job.position, ax.set_position)
-        job.direction = 1.0 if ax.target_position >= ax.set_position else -1.0
+        ax.target_position = resolve_target(ax, start_type, job.position, ax.set.position)
+        job.direction = 1.0 if ax.target_position >= ax.set.position else -1.0
     ax.border.time = -1.0
     ax.loop.undecided = 1
     ax.loop.outward = 0
@@ -157,9 +157,9 @@ def drop_job(ax: AxisFields) -> None:
     ax.job.timing = 0
     ax.profile.count = 0
     ax.profile.index = 0
-    ax.set_velocity = 0.0
-    ax.set_acceleration = 0.0
-    ax.set_jerk = 0.0
+    ax.set.velocity = 0.0
+    ax.set.acceleration = 0.0
+    ax.set.jerk = 0.0
     ax.external.velocity = 0.0
     ax.external.acceleration = 0.0
     ax.limits.reached = 0
@@ -167,7 +167,7 @@ def drop_job(ax: AxisFields) -> None:
     ax.set_torque_derivative = 0.0
     ax.remaining_time = 0.0
     ax.remaining_distance = 0.0
-    ax.target_position = ax.set_position
+    ax.target_position = ax.set.position
 
 
 def fail(ax: AxisFields, code: int, cut: int) -> None:
@@ -212,7 +212,7 @@ def arrived(ax: AxisFields) -> int:
 def take_next(ax: AxisFields) -> None:
     """Make the oldest waiting command the active one; it counts from the target before it."""
     start = (
-        ax.target_position if ax.set_motion_phase == MotionPhase.POSITIONING else ax.set_position
+        ax.target_position if ax.set_motion_phase == MotionPhase.POSITIONING else ax.set.position
     )
     i = ax.buffer_first
     ax.buffer_first = (i + 1) % COMMAND_BUFFER
@@ -227,14 +227,14 @@ def take_next(ax: AxisFields) -> None:
 def pass_switch_position(ax: AxisFields) -> None:
     """Carry out the change that waits for the switch position, once the set point is past it."""
     if ax.switch.from_below:
-        if ax.set_position < ax.switch.position:
+        if ax.set.position < ax.switch.position:
             return
-    elif ax.set_position > ax.switch.position:
+    elif ax.set.position > ax.switch.position:
         return
     if ax.switch.armed == _SWITCH_TARGET:
         ax.set_motion_phase = MotionPhase.POSITIONING
         ax.target_position = ax.switch.target
-        ax.job.direction = 1.0 if ax.target_position >= ax.set_position else -1.0
+        ax.job.direction = 1.0 if ax.target_position >= ax.set.position else -1.0
         ax.job.end_velocity = 0.0
     ax.switch.armed = 0
     ax.job.velocity = ax.switch.velocity
@@ -264,10 +264,11 @@ def walk(ax: AxisFields, t: float) -> None:
     a = profile.acceleration
     j = profile.jerk[profile.index]
     profile.elapsed = t
-    ax.set_position = p + t * (v + t * (0.5 * a + t * (j / 6.0)))
-    ax.set_velocity = v + t * (a + t * (0.5 * j))
-    ax.set_acceleration = a + t * j
-    ax.set_jerk = j
+    set_point = ax.set
+    set_point.position = p + t * (v + t * (0.5 * a + t * (j / 6.0)))
+    set_point.velocity = v + t * (a + t * (0.5 * j))
+    set_point.acceleration = a + t * j
+    set_point.jerk = j
 
 
 def keeps_its_table(ax: AxisFields, dt: float) -> bool:
@@ -316,50 +317,50 @@ def advance(ax: AxisFields, dt: float) -> float:
             walk(ax, t)
             return 0.0
     profile.elapsed = t
-    ax.set_acceleration = 0.0
-    ax.set_jerk = 0.0
+    ax.set.acceleration = 0.0
+    ax.set.jerk = 0.0
     arrival = v
     v = profile.end_velocity
     if profile.replan:  # to be planned again from here
-        ax.set_position = p
-        ax.set_velocity = -v if v * arrival < 0.0 else v
+        ax.set.position = p
+        ax.set.velocity = -v if v * arrival < 0.0 else v
         return t
     if profile.end == TO_CONSTANT_VELOCITY:
         profile.velocity = v
         profile.acceleration = 0.0
-        ax.set_velocity = v
-        ax.set_position = p + t * v
+        ax.set.velocity = v
+        ax.set.position = p + t * v
         return 0.0
     if profile.end == TO_TARGET:
-        ax.set_position = ax.border.position
+        ax.set.position = ax.border.position
         if v != 0.0:
-            ax.set_velocity = v if arrival > 0.0 else -v
+            ax.set.velocity = v if arrival > 0.0 else -v
             _pass_border(ax)
             return t
         if ax.loop.outward:
             ax.loop.outward = 0
-            ax.set_velocity = 0.0
+            ax.set.velocity = 0.0
             profile.replan = 1
             return t
         ax.set_command_state = CommandState.DONE
         ax.set_motion_phase = MotionPhase.NONE
         ax.remaining_time = 0.0
     elif profile.end == TO_PAUSE:
-        ax.set_position = p
-        ax.set_velocity = 0.0
+        ax.set.position = p
+        ax.set.velocity = 0.0
         profile.replan = 1
         return t
     elif profile.end == TO_LIMIT:
-        ax.set_position = ax.border.position
+        ax.set.position = ax.border.position
         ax.limits.reached = 1 if ax.job.direction > 0.0 else -1
     else:
-        ax.set_position = p
+        ax.set.position = p
         if ax.set_motion_phase == MotionPhase.STOPPING:
             ax.set_motion_phase = MotionPhase.NONE
             ax.target_position = p
             if ax.set_command_state == CommandState.ACTIVE:  # a halt
                 ax.set_command_state = CommandState.DONE
-    ax.set_velocity = 0.0
+    ax.set.velocity = 0.0
     return 0.0
 
 
@@ -368,7 +369,7 @@ def _in_velocity(ax: AxisFields) -> bool:
     if ax.profile.replan:
         return False
     if ax.profile.end == TO_LIMIT:
-        return ax.set_velocity != 0.0 and ax.set_acceleration == 0.0 and ax.set_jerk == 0.0
+        return ax.set.velocity != 0.0 and ax.set.acceleration == 0.0 and ax.set.jerk == 0.0
     return ax.profile.end == TO_CONSTANT_VELOCITY and ax.profile.index == ax.profile.count
 
 
@@ -423,9 +424,9 @@ def generate(ax: AxisFields, dt: float) -> None:
 def show_remaining(ax: AxisFields, dt: float) -> None:
     """How far and how long it is to the target."""
     if ax.set_motion_phase == MotionPhase.POSITIONING:
-        ax.remaining_distance = abs(ax.target_position - ax.set_position)
+        ax.remaining_distance = abs(ax.target_position - ax.set.position)
         if ax.loop.outward:
-            ax.remaining_distance = abs(ax.border.position - ax.set_position)
+            ax.remaining_distance = abs(ax.border.position - ax.set.position)
             ax.remaining_distance += abs(ax.loop_distance)
         ax.remaining_time -= dt
         if ax.remaining_time < 0.0:
@@ -433,8 +434,8 @@ def show_remaining(ax: AxisFields, dt: float) -> None:
     else:
         ax.remaining_distance = 0.0
         ax.remaining_time = 0.0
-        if ax.set_velocity != 0.0:
-            ax.target_position = ax.set_position
+        if ax.set.velocity != 0.0:
+            ax.target_position = ax.set.position
 
 
 def shift_encoder(ax: AxisFields, encoder: EncoderFields, shift: float) -> None:
@@ -461,7 +462,7 @@ def displace(ax: AxisFields, way: float) -> None:
         if job.start_type == StartType.ABSOLUTE:
             job.position += way
         job.blending_position += way
-    ax.set_position += way
+    ax.set.position += way
     ax.target_position += way
     ax.profile.position += way
     ax.switch.position += way

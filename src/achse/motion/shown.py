@@ -41,7 +41,7 @@ def _direction(axis: Any) -> float:
     """Sign of the set velocity; an external set point may have a direction without a velocity."""
     if axis.set_motion_phase == 0:
         return 0.0
-    velocity = axis.set_velocity
+    velocity = axis.set.velocity
     if velocity == 0.0 and axis.external_setpoint_active:
         velocity = axis.external_set_direction
     return float((velocity > 0.0) - (velocity < 0.0))
@@ -75,11 +75,11 @@ SHOWN: dict[str, dict[str, ShownField]] = {
         _real("set_direction", "1", "-1, 0, 1: sign of the set velocity", _direction),
         _real(
             "set_position_modulo", "mm", "set position within its period",
-            lambda axis: modulo_place(axis.set_position, axis.encoder.modulo_factor)[0],
+            lambda axis: modulo_place(axis.set.position, axis.encoder.modulo_factor)[0],
         ),
         _whole(
             "set_modulo_turns", "period of the set position",
-            lambda axis: modulo_place(axis.set_position, axis.encoder.modulo_factor)[1],
+            lambda axis: modulo_place(axis.set.position, axis.encoder.modulo_factor)[1],
         ),
         _whole("coupling_table_index", "table of the coupling, 0 = none", _table),
     ),

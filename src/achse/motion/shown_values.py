@@ -37,7 +37,7 @@ def show_values(values: Sequence[ShownValues]) -> None:
 
 
 def _show(shown: ShownValues, ax: AxisFields, encoder: EncoderFields) -> None:
-    velocity = ax.set_velocity
+    velocity = ax.set.velocity
     if velocity == 0.0 and ax.external_setpoint_active:
         velocity = float(ax.external_set_direction)
     direction = 0.0
@@ -49,8 +49,8 @@ def _show(shown: ShownValues, ax: AxisFields, encoder: EncoderFields) -> None:
     period = encoder.modulo_factor
     shown.set_velocity_override = ax.velocity_override / 1e6
     shown.set_direction = direction
-    shown.set_position_modulo = modulo_of(ax.set_position, period)
-    shown.set_modulo_turns = modulo_turns_of(ax.set_position, period)
+    shown.set_position_modulo = modulo_of(ax.set.position, period)
+    shown.set_modulo_turns = modulo_turns_of(ax.set.position, period)
     shown.actual_position_modulo = modulo_of(encoder.actual_position, period)
     shown.actual_modulo_turns = modulo_turns_of(encoder.actual_position, period)
 

@@ -96,10 +96,10 @@ def _cover(ax: AxisFields, way: float, room: float, dt: float) -> float:
 
 def generate_superposed(ax: AxisFields, dt: float) -> None:
     """One cycle of the set-point generator with the compensation on top."""
-    ax.set_velocity -= ax.superposed.set_velocity
-    ax.set_acceleration -= ax.superposed.set_acceleration
+    ax.set.velocity -= ax.superposed.set_velocity
+    ax.set.acceleration -= ax.superposed.set_acceleration
     ax.superposed.set_acceleration = 0.0
-    begin = ax.set_position
+    begin = ax.set.position
     generate(ax, dt)
     if ax.compensating:  # it was not dropped with the job
         ax.superposed.set_velocity = 0.0
@@ -109,18 +109,18 @@ def generate_superposed(ax: AxisFields, dt: float) -> None:
 def superpose(ax: AxisFields, begin: float, dt: float) -> None:
     """What the compensation adds to a cycle in which the main motion began at `begin`."""
     room = _room(ax)
-    way = (ax.set_position - begin) * ax.superposed.direction
+    way = (ax.set.position - begin) * ax.superposed.direction
     if ax.coupling:  # a law may jump within the position window: less of the room is left then
         left = ax.superposed.limit - way / dt
         if ax.superposed.sign == ax.superposed.direction and left < room:
             room = left if left > 0.0 else 0.0
     t = _cover(ax, way, room, dt)
-    pace = ax.set_velocity * ax.superposed.direction
+    pace = ax.set.velocity * ax.superposed.direction
     standing = pace <= 0.0 and (ax.profile.override != 0 or ax.coupling != 0)
     if t >= ax.superposed.end or standing or ax.set_motion_phase == MotionPhase.NONE:
         absorb(ax)
         return
-    gain = ax.set_acceleration * ax.superposed.direction
+    gain = ax.set.acceleration * ax.superposed.direction
     if pace < 0.0:
         pace = 0.0
     elif pace > ax.superposed.fastest:
@@ -130,11 +130,11 @@ def superpose(ax: AxisFields, begin: float, dt: float) -> None:
     speed = superposed_speed(ax, t)
     if speed * share > room:
         ax.superposed.set_velocity = ax.superposed.sign * room
-        ax.superposed.set_acceleration = -ax.set_acceleration if room > 0.0 else 0.0
+        ax.superposed.set_acceleration = -ax.set.acceleration if room > 0.0 else 0.0
     else:
         ax.superposed.set_velocity = ax.superposed.sign * speed * share
         ax.superposed.set_acceleration = ax.superposed.sign * (
             _bend(ax, t) * share * share + speed * gain / ax.superposed.process_velocity
         )
-    ax.set_velocity += ax.superposed.set_velocity
-    ax.set_acceleration += ax.superposed.set_acceleration
+    ax.set.velocity += ax.superposed.set_velocity
+    ax.set.acceleration += ax.superposed.set_acceleration

@@ -109,7 +109,7 @@ def look_ahead(ax: AxisFields) -> None:
     segment end velocity unless a next command follows. Forwards through the waiting commands for
     their ways and velocities at their starts; then backwards for what can be braked.
     """
-    here = ax.set_position
+    here = ax.set.position
     target = ax.target_position
     direction = ax.job.direction
     before = ax.job.velocity
@@ -181,7 +181,7 @@ def overrun(ax: AxisFields) -> None:
     if ax.loop.undecided or ax.target_position != ax.loop.target:
         ax.loop.undecided = 0
         ax.loop.target = ax.target_position
-        way = ax.target_position - ax.set_position
+        way = ax.target_position - ax.set.position
         ax.loop.outward = 1 if way * ax.loop_distance > 0.0 else 0
     if ax.loop.outward:
         ax.border.position = ax.target_position + ax.loop_distance

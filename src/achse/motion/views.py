@@ -13,7 +13,7 @@ from achse.motion.fields.declare import Field
 from achse.native.declare import RecordLayout, pack
 from achse.native.memory import Rows, RowView, reader, structure_of
 
-__all__ = ["InnerView", "Store", "View", "views_of"]
+__all__ = ["InnerView", "Store", "View", "property_within", "views_of"]
 
 
 class View:
@@ -164,6 +164,21 @@ def views_of(base: type[View], layout: RecordLayout[Field]) -> tuple[Any, Any]:
         type(base.__name__, (_OfObject, base), shared | objects),
         type(base.__name__, (_OfRow, base), shared | rows),
     )
+
+
+def property_within(base: type[View], part: str, field: Field) -> property:
+    """Return the property of a view for a field of a record within, which wakes as its own do."""
+    source = (
+        "def write(view, value):\n"
+        f" inner = view.{part}._record\n"
+        f" if inner.{field.name} != value:\n"
+        f"  inner.{field.name} = {'float' if field.is_real else 'int'}(value)\n"
+        "  record = view._record\n"
+        f"  {base.after_change(field)}\n"
+    )
+    scope: dict[str, Any] = {}
+    exec(source, scope)
+    return property(attrgetter(f"_{part}._record.{field.name}"), scope["write"])
 
 
 class Store:

@@ -388,7 +388,7 @@ def test_change_waits_while_it_would_lead_beyond_a_soft_limit(
     it.now.slave_scaling, it.next.master_scaling, it.change.master_type = 1.0, SCALING, OFF
     lead: Any = both.axes[0]
     lead.lead_position = it.seen = OFFSET + SCALING * 70.0
-    ax.cams[0], ax.cam_count, ax.set_position = it, 1, 32.0
+    ax.cams[0], ax.cam_count, ax.set.position = it, 1, 32.0
     ax.coupled_offset, ax.max_velocity, ax.drive.reference_velocity = superposed, 1e4, 1e4
     ax.limits.active, ax.limits.low, ax.limits.high = 1, -50.0, 60.0
     it.next.slave_offset = 4.0 if superposed > 0.0 else 0.0

@@ -32,8 +32,8 @@ def test_a_constant_target_is_met_as_fast_as_can_be() -> None:
         cycles += 1
     assert cycles * DT == pytest.approx(0.3, abs=1.01 * DT)
     after = 100.0 * (cycles * DT - 0.3)
-    assert ax.set_position - after == pytest.approx(15.0, abs=1e-9)
-    assert (ax.set_velocity, ax.set_acceleration) == (100.0, 0.0)
+    assert ax.set.position - after == pytest.approx(15.0, abs=1e-9)
+    assert (ax.set.velocity, ax.set.acceleration) == (100.0, 0.0)
 
 
 def test_without_jerk_the_way_is_that_of_the_acceleration() -> None:
@@ -42,7 +42,7 @@ def test_without_jerk_the_way_is_that_of_the_acceleration() -> None:
     cycles = 1
     while not approach_velocity(ax, 100.0, 0.0, 0.0, 100.0 * DT, False, DT):
         cycles += 1
-    assert ax.set_position - 100.0 * (cycles * DT - 0.2) == pytest.approx(10.0, abs=1e-6)
+    assert ax.set.position - 100.0 * (cycles * DT - 0.2) == pytest.approx(10.0, abs=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -90,21 +90,21 @@ def test_limits_are_kept_whatever_the_target_does(
         way, rising = 0.5 * (now + before) * DT, (now - before) / DT
         before = now
         target += way
-        s, v, a = ax.set_position, ax.set_velocity, ax.set_acceleration
+        s, v, a = ax.set.position, ax.set.velocity, ax.set.acceleration
         if place:
             met = approach_place(ax, now, rising, 0.0, way, 1000.0, DT)
-            assert ax.sync.offset == pytest.approx(ax.set_position + offset - target, abs=1e-6)
+            assert ax.sync.offset == pytest.approx(ax.set.position + offset - target, abs=1e-6)
         else:
             met = approach_velocity(ax, now, rising, 0.0, way, noisy, DT)
-        assert abs(ax.set_acceleration) <= largest * (1 + 1e-9) + 1e-9
-        assert abs(ax.set_acceleration - a) <= jerk * DT * (1 + 1e-9) + 1e-6
-        assert abs(ax.set_velocity - v) <= largest * DT * (1 + 1e-9) + 1e-6
-        fastest = max(abs(v), abs(ax.set_velocity)) + largest * DT
-        assert abs(ax.set_position - s) <= fastest * DT + 1e-9
+        assert abs(ax.set.acceleration) <= largest * (1 + 1e-9) + 1e-9
+        assert abs(ax.set.acceleration - a) <= jerk * DT * (1 + 1e-9) + 1e-6
+        assert abs(ax.set.velocity - v) <= largest * DT * (1 + 1e-9) + 1e-6
+        fastest = max(abs(v), abs(ax.set.velocity)) + largest * DT
+        assert abs(ax.set.position - s) <= fastest * DT + 1e-9
         if met and n >= calm:
             break
     assert met
     if place:
         assert ax.sync.offset == pytest.approx(0.0, abs=1e-6)
     if not noisy:
-        assert ax.set_velocity == pytest.approx(wanted, abs=1e-9)
+        assert ax.set.velocity == pytest.approx(wanted, abs=1e-9)

@@ -75,8 +75,8 @@ def test_it_comes_to_the_angle_of_its_master_with_a_share_of_its_acceleration(
             assert abs(slave.set_position - s) <= largest * 0.002 + 1e-9
             if running and mode:
                 leader = master if mode == 1.0 else other
-                assert abs(beside(slave.set_position, leader.set_position)) < 1e-7
-                assert slave.set_velocity == leader.set_velocity
+                assert abs(beside(slave.set_position, leader.set.position)) < 1e-7
+                assert slave.set_velocity == leader.set.velocity
             if running and cycles == 12000:
                 break
         if mode == 0.0 and cycles > 1400 and share > 0.9:

@@ -19,16 +19,16 @@ TWICE, SUM = 7, 8
 
 def _twice(ax: AxisFields, rows: NcRows, dt: float) -> None:
     master = rows.axes[ax.master[0]]
-    ax.set_position = 2.0 * master.set_position
-    ax.set_velocity = 2.0 * master.set_velocity
+    ax.set.position = 2.0 * master.set.position
+    ax.set.velocity = 2.0 * master.set.velocity
 
 
 def _sum(ax: AxisFields, rows: NcRows, dt: float) -> None:
-    ax.set_position = 0.0
-    ax.set_velocity = 0.0
+    ax.set.position = 0.0
+    ax.set.velocity = 0.0
     for n in range(ax.master_count):
-        ax.set_position += rows.axes[ax.master[n]].set_position
-        ax.set_velocity += rows.axes[ax.master[n]].set_velocity
+        ax.set.position += rows.axes[ax.master[n]].set.position
+        ax.set.velocity += rows.axes[ax.master[n]].set.velocity
 
 
 @pytest.fixture(params=[False, True], ids=["plain", "compiled"])

@@ -41,8 +41,8 @@ def test_another_step_in_a_row_is_another_generator(
     make_rig: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def creep(ax: AxisFields, dt: float) -> None:
-        ax.set_velocity = 1.0
-        ax.set_position += dt
+        ax.set.velocity = 1.0
+        ax.set.position += dt
 
     rows = [row._replace(step=creep) if row.name == "sine" else row for row in GENERATORS]
     monkeypatch.setattr(table, "GENERATORS", tuple(rows))

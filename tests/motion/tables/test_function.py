@@ -281,11 +281,11 @@ def test_a_slave_keeps_its_law_in_both_kernels(
             nc.cycle()
         plain, fast = (nc.axis(2) for nc in stations)
         leader = stations[0].axis(1)
-        s, v, a, _ = values_at(elements, leader.set_position)
+        s, v, a, _ = values_at(elements, leader.set.position)
         assert plain.set_position == pytest.approx(s, abs=1e-9)
-        assert plain.set_velocity == pytest.approx(v * leader.set_velocity, abs=1e-6)
+        assert plain.set_velocity == pytest.approx(v * leader.set.velocity, abs=1e-6)
         assert plain.set_acceleration == pytest.approx(
-            a * leader.set_velocity**2 + v * leader.set_acceleration, abs=1e-4, rel=1e-9
+            a * leader.set.velocity**2 + v * leader.set.acceleration, abs=1e-4, rel=1e-9
         )
         assert (plain.set_position, plain.set_velocity, plain.set_acceleration) == (
             fast.set_position,

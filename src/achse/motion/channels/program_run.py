@@ -86,7 +86,7 @@ class ProgramRun:
         if self._channel.state is not InterpreterState.SEARCHING or found is None:
             return NcError.CHANNEL_COMMAND_NOT_NOW
         for axis, place in zip(group.places, found.position, strict=False):
-            if axis is not None and abs(axis.set_position - place) > _NEAR:
+            if axis is not None and abs(axis.set.position - place) > _NEAR:
                 return NcError.START_NOT_ON_CONTOUR
         code = group.begin()
         if code:

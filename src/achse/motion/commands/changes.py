@@ -65,7 +65,7 @@ def new_end_position_and_velocity(
             return code
     else:
         velocity = axis.job.velocity
-    p = axis.set_position
+    p = axis.set.position
     target, direction = axis.target_position, 0.0
     start_type = axis.job.start_type
     if changes & NewEndPositionCommand.POSITION:
@@ -117,7 +117,7 @@ def _arm_switch(
         return NcError.START_AXIS_DATA
     if has_target and start_type in ENDLESS:
         return NcError.JOB_START_TYPE
-    p = axis.set_position
+    p = axis.set.position
     if axis.set_motion_phase == MotionPhase.POSITIONING:
         on_way = min(p, axis.target_position) <= where <= max(p, axis.target_position)
     else:
@@ -146,7 +146,7 @@ def _begin_earlier(axis: Axis, velocity: float) -> None:
     goal = velocity * share
     count = append_velocity_ramp(times, jerks, 0, 1.0, before, 0.0, goal, limits)
     way = end_state(times, jerks, count, 0.0, before, 0.0)[0]
-    room = abs(axis.switch.position - axis.set_position)
+    room = abs(axis.switch.position - axis.set.position)
     back = min(way, room)
     axis.switch.position += -back if axis.switch.from_below else back
 

@@ -155,7 +155,7 @@ def _moves(axis: Axis) -> bool:
     if axis.axis_type == AxisType.ENCODER:
         return abs(axis.actual_velocity) * axis.cycle_ns > axis.encoder.scaling_factor * 1e9
     own = busy(axis) and axis.set_motion_phase != MotionPhase.COUPLED
-    return own or axis.set_velocity != 0.0
+    return own or axis.set.velocity != 0.0
 
 
 def _any(masters: Sequence[Axis]) -> int:
@@ -324,7 +324,7 @@ def _decouple(
             _endless(slave, reached, abs(reached), given)
             return OK
         case DecouplingType.ENDLESS_NEW_VELOCITY:
-            _endless(slave, slave.set_velocity or 1.0, velocity, given)
+            _endless(slave, slave.set.velocity or 1.0, velocity, given)
             return OK
         case DecouplingType.NEW_POSITION:
             velocity = abs(_run_out(slave, given[2]))
@@ -334,7 +334,7 @@ def _decouple(
 
 
 def _rests(slave: Axis) -> bool:
-    return slave.set_velocity == 0.0 and slave.set_acceleration == 0.0
+    return slave.set.velocity == 0.0 and slave.set.acceleration == 0.0
 
 
 def _free(slave: Axis) -> None:
@@ -344,13 +344,13 @@ def _free(slave: Axis) -> None:
     """
     slave.release()
     absorb(slave)
-    v, a = slave.set_velocity, slave.set_acceleration
+    v, a = slave.set.velocity, slave.set.acceleration
     slave.profile.running_jerk = a * a / abs(v) if a * v < 0.0 else 0.0
 
 
 def _run_out(slave: Axis, jerk: float) -> float:
     """Velocity once the acceleration is taken away; not across rest."""
-    v, a = slave.set_velocity, slave.set_acceleration
+    v, a = slave.set.velocity, slave.set.acceleration
     reached = v + a * abs(a) / (2.0 * jerk)
     return 0.0 if reached * v < 0.0 else reached
 
@@ -382,7 +382,7 @@ def _stop_oriented(slave: Axis, position: float, given: tuple[float, float, floa
     """Come to rest at a position within the period."""
     job = slave.job
     job.acceleration, job.deceleration, job.jerk = given
-    job.velocity = abs(slave.set_velocity)
+    job.velocity = abs(slave.set.velocity)
     phase = slave.set_motion_phase
     slave.set_motion_phase = MotionPhase.ENDLESS
     code = _as_free(slave, oriented_stop, position, *given[1:])

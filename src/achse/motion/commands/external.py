@@ -29,9 +29,9 @@ def start_external_setpoint(axis: Axis, start_type: int, end_position: float) ->
         return NcError.START_AXIS_DATA
     begin_generator(axis, MotionPhase.EXTERNAL)
     axis.external_setpoint_active = 1
-    axis.external.position = axis.set_position
+    axis.external.position = axis.set.position
     axis.external.origin = 0.0
-    start = axis.set_position if start_type == StartType.RELATIVE else 0.0
+    start = axis.set.position if start_type == StartType.RELATIVE else 0.0
     axis.target_position = start + end_position
     return OK
 
@@ -47,9 +47,9 @@ def stop_external_setpoint(axis: Axis) -> int:
     if axis.set_motion_phase != MotionPhase.EXTERNAL:
         axis.job.peak_velocity = 0.0
         axis.profile.replan = 1
-    elif axis.set_velocity == 0.0:
-        axis.set_acceleration = 0.0
-        axis.set_jerk = 0.0
+    elif axis.set.velocity == 0.0:
+        axis.set.acceleration = 0.0
+        axis.set.jerk = 0.0
         axis.set_torque = 0.0
         axis.set_torque_derivative = 0.0
         axis.set_motion_phase = MotionPhase.NONE

@@ -29,7 +29,7 @@ def begin_generator(axis: Axis, phase: MotionPhase) -> None:
     axis.job.acceleration, axis.job.deceleration, axis.job.jerk = dynamics(axis, 0.0, 0.0, 0.0)
     axis.profile.deceleration = axis.job.deceleration
     axis.profile.jerk_limit = axis.job.jerk
-    if axis.set_acceleration == 0.0:  # another one was made with the running jerk
+    if axis.set.acceleration == 0.0:  # another one was made with the running jerk
         axis.profile.running_jerk = axis.job.jerk
     axis.profile.begins_with_release = 0
     axis.job.timing = 0

@@ -49,7 +49,7 @@ def leave_group(axis: Axis) -> None:
 
 def begin_group_motion(axis: Axis) -> None:
     """Let the group lead the axis from the next cycle on; it asks for the present position."""
-    axis.group_position = axis.set_position
+    axis.group_position = axis.set.position
     axis.group_velocity = axis.group_acceleration = axis.group_jerk = 0.0
     begin_generator(axis, MotionPhase.GROUPED)
 
@@ -59,8 +59,8 @@ def end_group_motion(axis: Axis) -> None:
     if axis.set_motion_phase != MotionPhase.GROUPED:
         return
     axis.set_motion_phase = MotionPhase.NONE
-    axis.set_velocity = axis.set_acceleration = axis.set_jerk = 0.0
-    axis.target_position = axis.set_position
+    axis.set.velocity = axis.set.acceleration = axis.set.jerk = 0.0
+    axis.target_position = axis.set.position
     axis.set_command_state = CommandState.DONE
 
 

@@ -31,21 +31,21 @@ def switch_control_loop(
         return NcError.REQUEST_PARAMETER
     if axis.set_motion_phase == MotionPhase.HOMING and switch_type != ControlLoopSwitch.STANDARD:
         return NcError.GROUP_BUSY
-    error, output = axis.set_position - axis.actual_position, axis.drive.output
+    error, output = axis.set.position - axis.actual_position, axis.drive.output
     choose_control_loop(axis, loop)
     reset_controller(axis)
     axis.following_error_time = axis.following_error_velocity_time = 0.0
     axis.motion_position = axis.actual_position
     if switch_type == ControlLoopSwitch.STANDARD or not axis.loop_closed:
         drop_job(axis)
-        shift_setpoint(axis, axis.actual_position - axis.set_position)
+        shift_setpoint(axis, axis.actual_position - axis.set.position)
         return OK
-    feedforward = axis.controller.velocity_feedforward_weight * axis.set_velocity
+    feedforward = axis.controller.velocity_feedforward_weight * axis.set.velocity
     beside = axis.external_controller_component + axis.drive.velocity_offset
     part = sync_value
     if switch_type == ControlLoopSwitch.SYNC_INTERNAL:
         part = output - beside - feedforward
-        part -= axis.controller.acceleration_feedforward_ka * axis.set_acceleration
+        part -= axis.controller.acceleration_feedforward_ka * axis.set.acceleration
     kind, kv = axis.controller.type, axis.controller.position_kv
     if kind == ControllerType.PID_POSITION and axis.controller.position_tn > 0.0:
         axis.controller.position_i_part = part - kv * error
@@ -55,5 +55,5 @@ def switch_control_loop(
     elif kv > 0.0 and kind not in _POSITION_IN_DRIVE:
         error = part / kv
     axis.controller.error_before = error
-    shift_setpoint(axis, axis.actual_position + error - axis.set_position)
+    shift_setpoint(axis, axis.actual_position + error - axis.set.position)
     return OK

@@ -94,7 +94,7 @@ def start_velocity_steps(
         return NcError.START_AXIS_DATA
     own = dynamics(axis, 0.0, 0.0, 0.0)[1]
     twice = 2.0 * max(own, axis.fast_axis_stop_deceleration)
-    first = axis.set_position + velocity_1 * move_time
+    first = axis.set.position + velocity_1 * move_time
     second = first + velocity_2 * move_time
     code = why_not_target(axis, first) or why_not_target(axis, second)
     for end, velocity in (
@@ -156,7 +156,7 @@ def start_sine_oscillation(
     slow = 2.0 * pi * min(start_frequency, stop_frequency)
     way = (2.0 * base_amplitude / base if base else 0.0) + 2.0 * start_amplitude / slow
     code = why_not_velocity(axis, base_amplitude + start_amplitude)
-    code = code or why_not_target(axis, axis.set_position + way)
+    code = code or why_not_target(axis, axis.set.position + way)
     if code:
         return code
     begin_generator(axis, MotionPhase.SINE)

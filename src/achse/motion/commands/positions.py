@@ -116,7 +116,7 @@ def set_actual_position_on_the_fly(
         return code
     _rename(encoder, shift)
     if control_dword & _CLEAR_FOLLOWING_ERROR and _controls(encoder):
-        shift_setpoint(encoder.owner, encoder.actual_position - encoder.owner.set_position)
+        shift_setpoint(encoder.owner, encoder.actual_position - encoder.owner.set.position)
     return OK
 
 

@@ -21,7 +21,7 @@ __all__ = [
 
 def busy(axis: Axis) -> bool:
     """Whether it has a job; a slave at rest with its masters has none."""
-    stands = axis.set_motion_phase == MotionPhase.COUPLED and axis.set_velocity == 0.0
+    stands = axis.set_motion_phase == MotionPhase.COUPLED and axis.set.velocity == 0.0
     return axis.buffer_count > 0 or (axis.set_motion_phase != MotionPhase.NONE and not stands)
 
 
@@ -38,11 +38,11 @@ def sign(value: float) -> float:
 
 def heading(axis: Axis) -> float:
     """Direction of travel; where the set point stands (override zero), of the job."""
-    if axis.set_velocity != 0.0:
-        return sign(axis.set_velocity)
+    if axis.set.velocity != 0.0:
+        return sign(axis.set.velocity)
     if axis.set_motion_phase == MotionPhase.ENDLESS:
         return axis.job.direction
-    return sign(axis.target_position - axis.set_position) or 1.0
+    return sign(axis.target_position - axis.set.position) or 1.0
 
 
 def dynamics(
@@ -61,7 +61,7 @@ def journey(axis: Axis) -> tuple[float, float, float]:
 
     Where it has no end, both are where it begins, as far as that is known.
     """
-    begin = axis.set_position
+    begin = axis.set.position
     if axis.set_motion_phase == MotionPhase.POSITIONING:
         end = axis.target_position
         direction = sign(end - begin)
@@ -94,7 +94,7 @@ def as_resolved_start(axis: Axis, start_type: int, position: float) -> tuple[int
     if start_type == StartType.ADDITIVE:
         base = axis.target_position
         if occupied(axis):
-            base = axis.set_position
+            base = axis.set.position
             if axis.set_motion_phase == MotionPhase.POSITIONING or axis.buffer_count:
                 base = journey(axis)[1]
         return StartType.ABSOLUTE, base + position

@@ -16,7 +16,7 @@ __all__ = ["start_special"]
 
 def _on_way(axis: Axis, start_type: int, position: float, where: float) -> bool:
     """Whether a move that starts here comes past `where`."""
-    here = axis.set_position
+    here = axis.set.position
     if start_type in ENDLESS:
         return (where - here) * ENDLESS[StartType(start_type)] >= 0.0
     target = resolve_target(axis, start_type, position, here)

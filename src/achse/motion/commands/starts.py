@@ -187,7 +187,7 @@ def _accept(
         return NcError.GROUP_BUSY  # where it ends, and at which position, is not known yet
     before, begin, direction_before = journey(axis)
     if not queued:
-        begin = axis.set_position
+        begin = axis.set.position
     if start_type in ENDLESS:
         target = begin
         direction = ENDLESS[StartType(start_type)]

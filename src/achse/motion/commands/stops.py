@@ -107,9 +107,9 @@ def oriented_stop(axis: Axis, modulo_position: float, deceleration: float, jerk:
     if axis.set_motion_phase not in (MotionPhase.POSITIONING, MotionPhase.ENDLESS):
         return NcError.NO_MOTION
     ramp = stopping_distance(
-        axis.set_velocity, axis.set_acceleration, axis.job.deceleration, axis.job.jerk
+        axis.set.velocity, axis.set.acceleration, axis.job.deceleration, axis.job.jerk
     )
-    rest = axis.set_position + ramp
+    rest = axis.set.position + ramp
     direction = sign(ramp) or heading(axis)
     way = modulo_part((modulo_position - rest) * direction, axis.encoder.modulo_factor)
     target = rest + direction * way
@@ -162,5 +162,5 @@ def stop_information(axis: Axis, deceleration: float, jerk: float) -> tuple[floa
         deceleration = axis.job.deceleration if moving else axis.default_deceleration
     if not jerk > 0.0:
         jerk = axis.job.jerk if moving else axis.default_jerk
-    state = axis.set_velocity, axis.set_acceleration, deceleration, jerk
+    state = axis.set.velocity, axis.set.acceleration, deceleration, jerk
     return stopping_distance(*state), stopping_time(*state)

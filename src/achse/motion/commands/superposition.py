@@ -159,7 +159,7 @@ def _why_not(axis: Axis, asked: Compensation) -> int:
     if axis.external_setpoint_active:
         return NcError.EXTERNAL_GENERATOR_ACTIVE
     moving = axis.set_motion_phase in (MotionPhase.POSITIONING, MotionPhase.ENDLESS) or (
-        axis.set_motion_phase == MotionPhase.COUPLED and axis.set_velocity != 0.0
+        axis.set_motion_phase == MotionPhase.COUPLED and axis.set.velocity != 0.0
     )
     if axis.compensating or not moving:
         return NcError.COMPENSATION_ACTIVE
@@ -179,7 +179,7 @@ def _fastest(axis: Axis, asked: Compensation) -> float:
     if asked.distance < 0.0:
         return min(asked.velocity_increase, asked.process_velocity)
     most = min(axis.max_velocity, axis.drive.reference_velocity)
-    main = abs(axis.set_velocity) if axis.coupling else axis.job.velocity
+    main = abs(axis.set.velocity) if axis.coupling else axis.job.velocity
     ratio = most / main - 1.0
     return min(asked.velocity_increase, asked.process_velocity * ratio)
 

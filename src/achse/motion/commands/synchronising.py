@@ -142,8 +142,8 @@ def _plan(slave: Axis, master: AxisFields, request: _Request) -> tuple[int, list
     velocity = master.lead_velocity + slave.phasing.velocity
     if abs(velocity) < AT_REST:
         velocity = 0.0
-    state = slave.set_position, slave.set_velocity, slave.set_acceleration
-    if velocity == 0.0 and slave.set_velocity != 0.0:
+    state = slave.set.position, slave.set.velocity, slave.set.acceleration
+    if velocity == 0.0 and slave.set.velocity != 0.0:
         return NcError.FLYING_COUPLING_MASTER_STANDS, []
     limits, mask = request.limits, request.mask
     if not request.by_position:
@@ -152,7 +152,7 @@ def _plan(slave: Axis, master: AxisFields, request: _Request) -> tuple[int, list
         )
         return why_not_course(course, mask, limits), []
     master_way = request.master_position - master.lead_offset - seen
-    slave_way = request.slave_position - slave.set_position
+    slave_way = request.slave_position - slave.set.position
     if abs(master_way) < NO_WAY or master_way * velocity < 0.0:
         return NcError.SYNCHRONISING_PROFILE, []
     if slave_way * request.gear * master_way <= 0.0:
@@ -184,10 +184,10 @@ def _in_one(
     """The way of `achse.motion.couplings.approach.meet`."""
     heading = 1.0 if way > 0.0 else -1.0
     speed = heading * velocity
-    slope = slave.set_velocity / speed
+    slope = slave.set.velocity / speed
     own = 0.0
     if not request.mask & SynchronisingBit.IGNORE_SLAVE_ACCELERATION:
-        own = slave.set_acceleration
+        own = slave.set.acceleration
     if not request.mask & SynchronisingBit.IGNORE_MASTER_ACCELERATION:
         own -= slope * heading * (master.lead_acceleration + slave.phasing.acceleration)
     bend = own / (speed * speed)
@@ -218,10 +218,10 @@ def _with_constant(
     acceleration is to be ignored.
     """
     ignored = request.mask & SynchronisingBit.IGNORE_SLAVE_ACCELERATION
-    if slave.set_acceleration != 0.0 and not ignored:
+    if slave.set.acceleration != 0.0 and not ignored:
         return []
     total = way / velocity
-    begin, end = slave.set_velocity, request.gear * velocity
+    begin, end = slave.set.velocity, request.gear * velocity
     limits = request.limits
     jerk = limits.jerk if request.mask & SynchronisingBit.MAX_JERK else None
 

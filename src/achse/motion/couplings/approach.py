@@ -149,13 +149,13 @@ def begin_approach(
     """Count from here, where the slave sees its master at a position and with a velocity."""
     ax.gear = gear
     ax.set_gear_ratio = gear
-    ax.slave_base = ax.set_position
+    ax.slave_base = ax.set.position
     ax.sync.seen = seen
     ax.sync.begin = seen
-    ax.sync.moved = 1 if ax.set_velocity != 0.0 or ax.set_acceleration != 0.0 else 0
-    ax.sync.begin_position = ax.set_position
-    ax.sync.begin_velocity = ax.set_velocity
-    ax.sync.begin_acceleration = ax.set_acceleration
+    ax.sync.moved = 1 if ax.set.velocity != 0.0 or ax.set.acceleration != 0.0 else 0
+    ax.sync.begin_position = ax.set.position
+    ax.sync.begin_velocity = ax.set.velocity
+    ax.sync.begin_acceleration = ax.set.acceleration
     ax.sync.master_velocity = velocity
     ax.sync.master_acceleration = acceleration
     ax.sync.lead_velocity = gear * velocity
@@ -213,9 +213,9 @@ def take_gear(ax: AxisFields, velocity: float, acceleration: float, gear: float)
 
 
 def _stand(ax: AxisFields) -> None:
-    ax.set_velocity = 0.0
-    ax.set_acceleration = 0.0
-    ax.set_jerk = 0.0
+    ax.set.velocity = 0.0
+    ax.set.acceleration = 0.0
+    ax.set.jerk = 0.0
 
 
 def _stop_because_it_goes_back(ax: AxisFields) -> None:
@@ -237,7 +237,7 @@ def _by_position(
         if ax.sync.moved:
             _stop_because_it_goes_back(ax)
             return
-        ax.set_position = ax.slave_base
+        ax.set.position = ax.slave_base
         ax.sync.state = MotionState.SLAVE_PREPHASE
         _stand(ax)
         return
@@ -258,10 +258,10 @@ def _by_position(
     s, d1, d2, d3 = place_at(ax.sync.terms, SYNC_TERMS * piece, length, way / length)
     v = ax.sync.heading * velocity
     a = ax.sync.heading * acceleration
-    ax.set_position = ax.slave_base + s
-    ax.set_velocity = d1 * v
-    ax.set_acceleration = d2 * v * v + d1 * a
-    ax.set_jerk = d3 * v * v * v + 3.0 * d2 * v * a + d1 * ax.sync.heading * jerk
+    ax.set.position = ax.slave_base + s
+    ax.set.velocity = d1 * v
+    ax.set.acceleration = d2 * v * v + d1 * a
+    ax.set.jerk = d3 * v * v * v + 3.0 * d2 * v * a + d1 * ax.sync.heading * jerk
     ax.sync.state = MotionState.SLAVE_SYNCHRONISING
 
 
@@ -282,7 +282,7 @@ def _by_time(
         way = wanted * dt
     if ax.sync.method == SETTLING and not too_fast:
         if settle(ax, wanted, way, dt):
-            run_with(ax, ax.set_position, seen, ax.gear)
+            run_with(ax, ax.set.position, seen, ax.gear)
         return
     ax.sync.method = BY_TIME
     if approach_velocity(ax, wanted, rising, jerk, way, noisy, dt) and not too_fast:
@@ -290,7 +290,7 @@ def _by_time(
             ax.sync.method = SETTLING
             ax.quiet_cycles = 0
         else:
-            run_with(ax, ax.set_position, seen, ax.gear)
+            run_with(ax, ax.set.position, seen, ax.gear)
 
 
 def follow_approach(
@@ -312,8 +312,8 @@ def follow_approach(
         ax.sync.state = MotionState.INACTIVE
         _stand(ax)
     elif ax.sync.method == LINEAR:
-        ax.set_position = ax.slave_base + ax.gear * (seen - ax.master_base[0])
-        ax.set_velocity = ax.gear * velocity
-        ax.set_acceleration = ax.gear * acceleration
-        ax.set_jerk = ax.gear * master.lead_jerk
+        ax.set.position = ax.slave_base + ax.gear * (seen - ax.master_base[0])
+        ax.set.velocity = ax.gear * velocity
+        ax.set.acceleration = ax.gear * acceleration
+        ax.set.jerk = ax.gear * master.lead_jerk
     ax.sync.seen = seen

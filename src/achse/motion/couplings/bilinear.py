@@ -19,7 +19,7 @@ __all__ = ["base", "others", "step", "why_not"]
 
 def base(ax: AxisFields, rows: NcRows) -> None:
     """Count from here: where the slave and both masters are now."""
-    ax.slave_base = ax.set_position
+    ax.slave_base = ax.set.position
     ax.master_base[0] = seen(ax, rows, 0)
     ax.master_base[1] = seen(ax, rows, 1)
     ax.gear = ax.coupling_parameter[0]
@@ -40,20 +40,20 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     first = ax.coupling_parameter[0]
     second = ax.coupling_parameter[1]
     if moves or ax.master_moved:  # the last part of its way, too
-        ax.set_position = (
+        ax.set.position = (
             ax.slave_base
             + first * (seen(ax, rows, 0) - ax.master_base[0])
             + second * (seen(ax, rows, 1) - ax.master_base[1])
         )
-        ax.set_velocity = first * seen_velocity(ax, rows, 0) + second * seen_velocity(ax, rows, 1)
-        ax.set_acceleration = first * seen_acceleration(ax, rows, 0)
-        ax.set_acceleration += second * seen_acceleration(ax, rows, 1)
-        ax.set_jerk = first * seen_jerk(ax, rows, 0)
-        ax.set_jerk += second * seen_jerk(ax, rows, 1)
+        ax.set.velocity = first * seen_velocity(ax, rows, 0) + second * seen_velocity(ax, rows, 1)
+        ax.set.acceleration = first * seen_acceleration(ax, rows, 0)
+        ax.set.acceleration += second * seen_acceleration(ax, rows, 1)
+        ax.set.jerk = first * seen_jerk(ax, rows, 0)
+        ax.set.jerk += second * seen_jerk(ax, rows, 1)
     if moves == 0:
-        ax.set_velocity = 0.0
-        ax.set_acceleration = 0.0
-        ax.set_jerk = 0.0
+        ax.set.velocity = 0.0
+        ax.set.acceleration = 0.0
+        ax.set.jerk = 0.0
         base(ax, rows)
     ax.master_moved = moves
 

@@ -56,16 +56,16 @@ def why_not_follow(slave: "Axis", position: float, velocity: float, acceleration
 @contextmanager
 def _without_superposition(slave: "Axis") -> Iterator[None]:
     """Let the set position be what the law makes, as it is for the law in the cycle."""
-    position = slave.set_position
-    slave.set_position = position - slave.coupled_offset
+    position = slave.set.position
+    slave.set.position = position - slave.coupled_offset
     try:
         yield
     finally:
-        slave.set_position = position
+        slave.set.position = position
 
 
 def _why_not_values(slave: "Axis", position: float, velocity: float, acceleration: float) -> int:
-    jump = position - slave.set_position
+    jump = position - slave.set.position
     code = why_not_jump(slave, jump)
     if code:
         return code

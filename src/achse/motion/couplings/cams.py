@@ -220,7 +220,7 @@ def planned(ax: AxisFields, rows: NcRows, layer: CamFields, at: float, after: Ca
     if change.slave_type == CamScaling.AUTO_OFFSET and (not fresh or layer.next.slave_absolute):
         stays = before
         if _alone(ax):
-            stays = ax.set_position
+            stays = ax.set.position
         after.slave_offset = stays - after.slave_reference - after.slave_scaling * value
     return after.slave_reference + after.slave_offset + after.slave_scaling * value
 
@@ -335,7 +335,7 @@ def jump_of(ax: AxisFields, rows: NcRows, layer: CamFields, at: float) -> float:
     if layer.now.table:
         return part - _part(rows, layer, at)
     if layer.next.slave_absolute and _alone(ax):
-        return part - ax.set_position
+        return part - ax.set.position
     return part
 
 
@@ -351,7 +351,7 @@ def law_after(
     if layer.change.kind == CHANGE_REMOVE:
         return s + _part(rows, layer, at), v, a
     if _alone(ax):
-        s = 0.0 if layer.next.slave_absolute else ax.set_position
+        s = 0.0 if layer.next.slave_absolute else ax.set.position
     after = CAM_LAW.plain()
     planned(ax, rows, layer, at, after)
     seen, velocity, acceleration, _ = seen_of_row(ax, rows, layer.master)
@@ -369,7 +369,7 @@ def law_after(
 
 def why_not_jump(ax: AxisFields, jump: float) -> int:
     """Return the code that refuses a jump of the slave, which is one beyond its position window."""
-    most = ax.position_range_window + TOLERANCE + _RELATIVE * abs(ax.set_position)
+    most = ax.position_range_window + TOLERANCE + _RELATIVE * abs(ax.set.position)
     return 0 if abs(jump) <= most else NcError.TABLE_SLAVE_RANGE
 
 
@@ -379,7 +379,7 @@ def _carry_out_one(ax: AxisFields, rows: NcRows, number: int, layer: CamFields, 
     if is_due == 0 or why_not_jump(ax, jump_of(ax, rows, layer, at)):
         return
     s, v, a = law_after(ax, rows, number, layer, at)
-    if why_not_step(ax, s - ax.set_position, s + ax.coupled_offset, v, a, dt):
+    if why_not_step(ax, s - ax.set.position, s + ax.coupled_offset, v, a, dt):
         return
     change(ax, rows, layer, at)
     show_waiting(ax)
@@ -417,7 +417,7 @@ def base(ax: AxisFields, rows: NcRows) -> None:
         layer.seen = seen_master(ax, rows, layer)
         if layer.now.table:
             total += part_at(rows, layer, _cam_position(layer.now, layer.seen))[0]
-    ax.slave_base = ax.set_position - total
+    ax.slave_base = ax.set.position - total
 
 
 def show_cams(ax: AxisFields, rows: NcRows) -> None:
@@ -468,8 +468,8 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
                 layer.part = part
                 layer.slope = factor * share * slope
                 slopes += layer.slope
-    ax.set_position = s
-    ax.set_velocity = v
-    ax.set_acceleration = a
-    ax.set_jerk = j
+    ax.set.position = s
+    ax.set.velocity = v
+    ax.set.acceleration = a
+    ax.set.jerk = j
     ax.set_gear_ratio = slopes

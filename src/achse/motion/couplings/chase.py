@@ -26,7 +26,7 @@ def limits_beside(
     ax: AxisFields, velocity: float, rising: float, jerk: float
 ) -> tuple[float, float]:
     """Acceleration and jerk that a target of this velocity and acceleration leaves to the slave."""
-    v = ax.set_velocity
+    v = ax.set.velocity
     limit = ax.sync.acceleration
     if v * velocity < 0.0:  # it passes rest: both limits
         if ax.sync.deceleration < limit:
@@ -65,18 +65,18 @@ def _walk(
 def _most(ax: AxisFields, velocity: float, change: float, dt: float) -> float:
     """Largest acceleration in a cycle whose velocity changes to this way, or goes on changing."""
     limit = ax.sync.acceleration if change * velocity >= 0.0 else ax.sync.deceleration
-    if ax.set_velocity * velocity < 0.0:
+    if ax.set.velocity * velocity < 0.0:
         if ax.sync.acceleration < limit:
             limit = ax.sync.acceleration
         if ax.sync.deceleration < limit:
             limit = ax.sync.deceleration
-    before = abs(ax.set_acceleration) - ax.sync.jerk * dt
+    before = abs(ax.set.acceleration) - ax.sync.jerk * dt
     return before if before > limit else limit
 
 
 def _kept(ax: AxisFields, velocity: float, acceleration: float, dt: float) -> float:
     """The acceleration nearest to this one that the limits allow in this cycle."""
-    before = ax.set_acceleration
+    before = ax.set.acceleration
     change = ax.sync.jerk * dt
     limit = _most(ax, velocity, acceleration, dt)
     kept = acceleration
@@ -97,11 +97,11 @@ def _changes_too_fast(ax: AxisFields, velocity: float, dt: float) -> bool:
     Those at its ends may be within them even so: they are samples, and a target that jumps has
     others between.
     """
-    change = velocity - ax.set_velocity
+    change = velocity - ax.set.velocity
     most = _most(ax, velocity, change, dt)
-    if abs(ax.set_acceleration) > most:
-        most = abs(ax.set_acceleration)
-    return abs(change) > most * dt + _DIGITS * (abs(velocity) + abs(ax.set_velocity))
+    if abs(ax.set.acceleration) > most:
+        most = abs(ax.set.acceleration)
+    return abs(change) > most * dt + _DIGITS * (abs(velocity) + abs(ax.set.velocity))
 
 
 def _take(
@@ -115,8 +115,8 @@ def _take(
     dt: float,
 ) -> bool:
     """Go where the target goes and `p` besides; less if that is beyond the limits (False)."""
-    before = ax.set_velocity
-    was = ax.set_acceleration
+    before = ax.set.velocity
+    was = ax.set.acceleration
     a = rising + b
     v = velocity + w
     kept = _kept(ax, v, a, dt)
@@ -126,10 +126,10 @@ def _take(
     if not exact:
         v = before + 0.5 * (was + a) * dt
         moved = dt * (before + dt * (2.0 * was + a) / 6.0)
-    ax.set_position += moved
-    ax.set_velocity = v
-    ax.set_acceleration = a
-    ax.set_jerk = (a - was) / dt
+    ax.set.position += moved
+    ax.set.velocity = v
+    ax.set.acceleration = a
+    ax.set.jerk = (a - was) / dt
     ax.sync.offset += moved - way
     ax.sync.lead_velocity = velocity
     ax.sync.lead_acceleration = rising
@@ -144,8 +144,8 @@ def approach_velocity(
     `rising` is the acceleration of the target, `way` what it moved in this cycle. A `noisy` one is
     met with what one cycle of acceleration changes.
     """
-    w = ax.set_velocity - ax.sync.lead_velocity
-    b = ax.set_acceleration - ax.sync.lead_acceleration
+    w = ax.set.velocity - ax.sync.lead_velocity
+    b = ax.set.acceleration - ax.sync.lead_acceleration
     limit, jerk_limit = limits_beside(ax, velocity, rising, jerk)
     count = plan_to_velocity(ax.profile.time, ax.profile.jerk, w, b, 0.0, limit, limit, jerk_limit)
     done, p, w, b = _walk(ax, count, dt, w, b)
@@ -154,7 +154,7 @@ def approach_velocity(
         b = 0.0
     exact = _take(ax, velocity, rising, way, p, w, b, dt)
     if noisy:
-        return abs(ax.set_velocity - velocity) <= limit * dt
+        return abs(ax.set.velocity - velocity) <= limit * dt
     return done and exact
 
 
@@ -165,8 +165,8 @@ def approach_place(
 
     `top` is the largest velocity beside it.
     """
-    w = ax.set_velocity - ax.sync.lead_velocity
-    b = ax.set_acceleration - ax.sync.lead_acceleration
+    w = ax.set.velocity - ax.sync.lead_velocity
+    b = ax.set.acceleration - ax.sync.lead_acceleration
     limit, jerk_limit = limits_beside(ax, velocity, rising, jerk)
     offset = ax.sync.offset
     count = plan_to_position(
@@ -187,8 +187,8 @@ def settle(ax: AxisFields, velocity: float, way: float, dt: float) -> bool:
     acceleration beside it goes within the limits.
     """
     ax.quiet_cycles = 0  # it is not done even if all stand
-    w = ax.set_velocity - ax.sync.lead_velocity
-    was = ax.set_acceleration
+    w = ax.set.velocity - ax.sync.lead_velocity
+    was = ax.set.acceleration
     count = plan_to_velocity(
         ax.profile.time,
         ax.profile.jerk,
@@ -203,10 +203,10 @@ def settle(ax: AxisFields, velocity: float, way: float, dt: float) -> bool:
     if done:
         w = 0.0
         b = 0.0
-    ax.set_position += way + p
-    ax.set_velocity = velocity + w
-    ax.set_acceleration = b
-    ax.set_jerk = (b - was) / dt
+    ax.set.position += way + p
+    ax.set.velocity = velocity + w
+    ax.set.acceleration = b
+    ax.set.jerk = (b - was) / dt
     ax.sync.lead_velocity = velocity
     return done
 
@@ -219,8 +219,8 @@ def settle_place(ax: AxisFields, velocity: float, way: float, top: float, dt: fl
     most with the velocity `top`.
     """
     ax.quiet_cycles = 0  # it is not done even if all stand
-    w = ax.set_velocity - ax.sync.lead_velocity
-    was = ax.set_acceleration
+    w = ax.set.velocity - ax.sync.lead_velocity
+    was = ax.set.acceleration
     offset = ax.sync.offset
     limit = ax.sync.acceleration
     if ax.sync.deceleration < limit:
@@ -233,10 +233,10 @@ def settle_place(ax: AxisFields, velocity: float, way: float, top: float, dt: fl
         p = -offset
         w = 0.0
         b = 0.0
-    ax.set_position += way + p
-    ax.set_velocity = velocity + w
-    ax.set_acceleration = b
-    ax.set_jerk = (b - was) / dt
+    ax.set.position += way + p
+    ax.set.velocity = velocity + w
+    ax.set.acceleration = b
+    ax.set.jerk = (b - was) / dt
     ax.sync.offset = offset + p
     ax.sync.lead_velocity = velocity
     return done

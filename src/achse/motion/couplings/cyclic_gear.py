@@ -24,7 +24,7 @@ nothing."""
 
 def base(ax: AxisFields, rows: NcRows) -> None:
     """Count from here, with a ratio of 0."""
-    ax.slave_base = ax.set_position
+    ax.slave_base = ax.set.position
     ax.master_base[0] = seen(ax, rows, 0)
     ax.master_before[0] = ax.master_base[0]
     ax.gear = 0.0
@@ -62,19 +62,19 @@ def turn(ax: AxisFields, rows: NcRows, weight: float, dt: float) -> None:
     v = seen_velocity(ax, rows, 0)
     ratio = ax.gear * weight
     if ax.gear == before and weight == ax.gear_weight:
-        ax.set_position = ax.slave_base + ratio * (position - ax.master_base[0])
+        ax.set.position = ax.slave_base + ratio * (position - ax.master_base[0])
     else:
         mean = 0.5 * (before + ax.gear) * share + ax.gear * (1.0 - share)
         mean *= 0.5 * (ax.gear_weight + weight)
-        ax.set_position += mean * (position - ax.master_before[0])
-        ax.slave_base = ax.set_position
+        ax.set.position += mean * (position - ax.master_before[0])
+        ax.slave_base = ax.set.position
         ax.master_base[0] = position
         ax.gear_weight = weight
     ax.master_before[0] = position
     a = seen_acceleration(ax, rows, 0)
-    ax.set_velocity = ratio * v
-    ax.set_acceleration = ratio * a + slope * weight * v
-    ax.set_jerk = ratio * seen_jerk(ax, rows, 0) + 2.0 * slope * weight * a
+    ax.set.velocity = ratio * v
+    ax.set.acceleration = ratio * a + slope * weight * v
+    ax.set.jerk = ratio * seen_jerk(ax, rows, 0) + 2.0 * slope * weight * a
     ax.set_gear_ratio = ratio
 
 

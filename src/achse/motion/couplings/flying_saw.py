@@ -79,7 +79,7 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     begin_approach(ax, here, velocity, acceleration, gear)
     if again or _by_velocity(ax.coupling, ax.coupling_parameter):
         return
-    length = 2.0 * (ax.coupling_parameter[1] - ax.set_position) / gear
+    length = 2.0 * (ax.coupling_parameter[1] - ax.set.position) / gear
     heading = 1.0 if length > 0.0 else -1.0
     begin = ax.coupling_parameter[0] - master.lead_offset - length
     if heading * length < NO_WAY or (here - begin) * heading > 0.0:
@@ -123,7 +123,7 @@ def _why_not(
     if _by_velocity(slave_type, parameters):
         return 0
     master = as_leader(masters[0])
-    length = 2.0 * (parameters[1] - ax.set_position) / _gear(parameters)
+    length = 2.0 * (parameters[1] - ax.set.position) / _gear(parameters)
     heading = heading_of(master.lead_velocity + ax.phasing.velocity) or 1.0
     begin = parameters[0] - master.lead_offset - length
     here = master.lead_position + ax.phasing_position
@@ -150,7 +150,7 @@ def change(ax: AxisFields, rows: NcRows) -> None:
     """New parameters: another gear acts at once; a saw that waits, waits by the new ones."""
     gear = _gear(ax.coupling_parameter)
     if ax.sync.method == LINEAR:
-        run_with(ax, ax.set_position, seen(ax, rows, 0), gear)
+        run_with(ax, ax.set.position, seen(ax, rows, 0), gear)
     elif ax.sync.method == BY_TIME or ax.sync.method == SETTLING:
         take_gear(ax, seen_velocity(ax, rows, 0), seen_acceleration(ax, rows, 0), gear)
     else:

@@ -16,6 +16,7 @@ from achse.motion.fields.coupling import COUPLING_PARAMETERS
 from achse.motion.record import LAYOUT, AxisFields
 from achse.motion.rows import NcRows
 from achse.motion.states import AxisType
+from achse.native.declare import assign
 
 __all__ = [
     "as_leader",
@@ -132,7 +133,7 @@ def _hold(ax: AxisFields, dt: float) -> None:
     ax.lead_velocity = v + a * time if time == dt else 0.0
     ax.lead_acceleration = a if ax.lead_velocity != 0.0 else 0.0
     ax.lead_jerk = 0.0
-    ax.lead_offset = ax.set_position - ax.lead_position
+    ax.lead_offset = ax.set.position - ax.lead_position
     ax.lead_held = 1
 
 
@@ -199,10 +200,10 @@ def lead_on(ax: AxisFields, dt: float) -> None:
             ax.lead_held = 0
         ax.lead_by_actual = 0
         return
-    position = ax.set_position
-    velocity = ax.set_velocity
-    acceleration = ax.set_acceleration
-    jerk = ax.set_jerk
+    position = ax.set.position
+    velocity = ax.set.velocity
+    acceleration = ax.set.acceleration
+    jerk = ax.set.jerk
     if by_actual:
         encoder = ax.encoder
         position = encoder.actual_position
@@ -235,6 +236,7 @@ def as_leader(ax: AxisFields) -> AxisFields:
     if ax.followers:
         return ax
     leader: AxisFields = LAYOUT.plain()
+    assign(leader.set, ax.set)
     for name in _LEADING:
         setattr(leader, name, getattr(ax, name))
     begin_to_lead(leader)
@@ -245,6 +247,5 @@ _LEADING = (
     *("encoder", "axis_type", "loop_closed", "couple_slaves_by_actual_values"),
     *("fading_acceleration", "default_acceleration", "default_deceleration"),
     *("coupling_dead_time", "lead_position", "lead_acceleration"),
-    *("set_position", "set_velocity", "set_acceleration", "set_jerk"),
 )
 """Fields that decide what a first follower sees."""

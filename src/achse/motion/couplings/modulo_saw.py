@@ -58,16 +58,16 @@ def base(ax: AxisFields, rows: NcRows) -> None:
         begin_approach(ax, place, velocity, acceleration, 0.0)
         return
     begin_approach(ax, place, velocity, acceleration, 1.0)
-    relative = ax.set_velocity - velocity
-    bend = ax.set_acceleration
+    relative = ax.set.velocity - velocity
+    bend = ax.set.acceleration
     if rows.axes[ax.master[leader]].axis_type != AxisType.ENCODER:
         bend -= acceleration
-    offset = ax.set_position - (place + rows.axes[ax.master[leader]].lead_offset)
+    offset = ax.set.position - (place + rows.axes[ax.master[leader]].lead_offset)
     beside = offset + stopping_distance(relative, bend, limit, ax.sync.jerk)
     period = ax.encoder.modulo_factor
     offset -= period * floor(beside / period + 0.5)
     ax.sync.offset = offset
-    ax.slave_base = ax.set_position - offset
+    ax.slave_base = ax.set.position - offset
     ax.master_base[0] = place
     ax.sync.method = _TO_PLACE
 
@@ -88,7 +88,7 @@ def _come_near(ax: AxisFields, rows: NcRows, leader: int, place: float, dt: floa
     if ax.sync.method == _SETTLING_THERE:
         return settle_place(ax, velocity, way, top, dt)
     there = approach_place(ax, velocity, acceleration, jerk, way, top, dt)
-    if noisy and abs(ax.set_velocity - velocity) <= ax.sync.acceleration * dt:
+    if noisy and abs(ax.set.velocity - velocity) <= ax.sync.acceleration * dt:
         ax.sync.method = _SETTLING_THERE
         ax.quiet_cycles = 0
         return False
@@ -107,8 +107,8 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
             ax.sync.state = MotionState.INACTIVE
         return
     if _come_near(ax, rows, leader, place, dt):
-        ax.set_position = ax.slave_base + (place - ax.master_base[0])
-        run_with(ax, ax.set_position, place, 1.0)
+        ax.set.position = ax.slave_base + (place - ax.master_base[0])
+        run_with(ax, ax.set.position, place, 1.0)
     ax.sync.seen = place
 
 

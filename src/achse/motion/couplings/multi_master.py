@@ -38,7 +38,7 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     """Begin with the velocity that the slave has."""
     for n in range(ax.master_count):
         ax.master_base[n] = seen(ax, rows, n)
-    ax.slave_base = ax.set_position
+    ax.slave_base = ax.set.position
     ax.in_gear = 0
 
 
@@ -59,28 +59,28 @@ def _limit(ax: AxisFields, v: float, change: float) -> float:
 
 def _bend(ax: AxisFields, goal: float, dt: float) -> int:
     """Come nearer to the goal velocity, as no jerk limits it; whether it is reached."""
-    v = ax.set_velocity
+    v = ax.set.velocity
     aim = goal if v * goal >= 0.0 else 0.0
     change = aim - v
     limit = _limit(ax, v, change)
     if abs(change) <= limit * dt * _MORE:
         bending = abs(change) / limit
-        ax.set_position += 0.5 * (v + aim) * bending + aim * (dt - bending)
-        ax.set_velocity = aim
-        ax.set_acceleration = change / dt
+        ax.set.position += 0.5 * (v + aim) * bending + aim * (dt - bending)
+        ax.set.velocity = aim
+        ax.set.acceleration = change / dt
         return 1 if aim == goal else 0
     a = limit if change > 0.0 else -limit
-    ax.set_position += dt * (v + 0.5 * a * dt)
-    ax.set_velocity = v + a * dt
-    ax.set_acceleration = a
+    ax.set.position += dt * (v + 0.5 * a * dt)
+    ax.set.velocity = v + a * dt
+    ax.set.acceleration = a
     return 0
 
 
 def _swing(ax: AxisFields, goal: float, dt: float) -> int:
     """Come nearer to the goal velocity along a ramp of limited jerk; whether it is reached."""
-    p = ax.set_position
-    v = ax.set_velocity
-    a = ax.set_acceleration
+    p = ax.set.position
+    v = ax.set.velocity
+    a = ax.set.acceleration
     count = plan_to_velocity(
         ax.profile.time,
         ax.profile.jerk,
@@ -93,7 +93,7 @@ def _swing(ax: AxisFields, goal: float, dt: float) -> int:
     )
     left = dt
     reached = 1
-    ax.set_jerk = 0.0
+    ax.set.jerk = 0.0
     for i in range(count):
         t = ax.profile.time[i]
         if t > left:
@@ -105,16 +105,16 @@ def _swing(ax: AxisFields, goal: float, dt: float) -> int:
             v = segment_velocity(t, j, v, a)
             a = segment_acceleration(t, j, a)
             left -= t
-            ax.set_jerk = 0.0 if reached else j
+            ax.set.jerk = 0.0 if reached else j
         if reached == 0:
             break
     if reached:
         v = goal
         a = 0.0
         p += v * left
-    ax.set_position = p
-    ax.set_velocity = v
-    ax.set_acceleration = a
+    ax.set.position = p
+    ax.set.velocity = v
+    ax.set.acceleration = a
     return reached
 
 
@@ -136,18 +136,18 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     if capped:
         goal = most if goal > 0.0 else -most
         ax.in_gear = 0
-    change = goal - ax.set_velocity
-    if abs(change) > _limit(ax, ax.set_velocity, change) * dt * _MORE:
+    change = goal - ax.set.velocity
+    if abs(change) > _limit(ax, ax.set.velocity, change) * dt * _MORE:
         ax.in_gear = 0
-    if ax.gear_jerk > 0.0 and abs(a - ax.set_acceleration) > ax.gear_jerk * dt * _MORE:
+    if ax.gear_jerk > 0.0 and abs(a - ax.set.acceleration) > ax.gear_jerk * dt * _MORE:
         ax.in_gear = 0
     if ax.in_gear:
-        ax.set_position = ax.slave_base + way
-        ax.set_velocity = goal
-        ax.set_acceleration = a
-        ax.set_jerk = j
+        ax.set.position = ax.slave_base + way
+        ax.set.velocity = goal
+        ax.set.acceleration = a
+        ax.set.jerk = j
         return
-    ax.set_jerk = 0.0
+    ax.set.jerk = 0.0
     reached = _swing(ax, goal, dt) if ax.gear_jerk > 0.0 else _bend(ax, goal, dt)
     base(ax, rows)
     ax.in_gear = 0 if capped else reached

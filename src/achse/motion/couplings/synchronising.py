@@ -49,7 +49,7 @@ def base(ax: AxisFields, rows: NcRows) -> None:
         ax.sync.method = INACTIVE
         ax.sync.state = MotionState.INACTIVE
         return
-    meet(ax, way, ax.coupling_parameter[2] - ax.set_position)
+    meet(ax, way, ax.coupling_parameter[2] - ax.set.position)
 
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
@@ -78,7 +78,7 @@ def change(ax: AxisFields, rows: NcRows) -> None:
     if ax.sync.method == BY_TIME or ax.sync.method == SETTLING:
         take_gear(ax, seen_velocity(ax, rows, 0), seen_acceleration(ax, rows, 0), gear)
     elif ax.sync.state == MotionState.SLAVE_SYNCHRONOUS:
-        run_with(ax, ax.set_position, seen(ax, rows, 0), gear)
+        run_with(ax, ax.set.position, seen(ax, rows, 0), gear)
     else:  # it stands, or comes to rest, and stays there
         ax.gear = gear
         ax.set_gear_ratio = gear

@@ -249,13 +249,13 @@ def _follow(ax: AxisFields, rows: NcRows, dt: float) -> None:
     if phase == MotionPhase.NONE:
         ax.set_motion_phase = MotionPhase.COUPLED
         count_from_here(ax, rows)
-    begin = ax.set_position
-    velocity = ax.set_velocity
-    acceleration = ax.set_acceleration
+    begin = ax.set.position
+    velocity = ax.set.velocity
+    acceleration = ax.set.acceleration
     fault = 0
-    ax.set_position -= ax.coupled_offset
-    ax.set_velocity -= ax.superposed.set_velocity
-    ax.set_acceleration -= ax.superposed.set_acceleration
+    ax.set.position -= ax.coupled_offset
+    ax.set.velocity -= ax.superposed.set_velocity
+    ax.set.acceleration -= ax.superposed.set_acceleration
     for row in COUPLINGS:
         if ax.coupling == row.number:
             row.step(ax, rows, dt)
@@ -263,34 +263,34 @@ def _follow(ax: AxisFields, rows: NcRows, dt: float) -> None:
                 fault = _fault(ax, begin, dt)
             break
     if fault:
-        ax.set_position = begin
-        ax.set_velocity = velocity
-        ax.set_acceleration = acceleration
+        ax.set.position = begin
+        ax.set.velocity = velocity
+        ax.set.acceleration = acceleration
         _brake(ax, rows, fault, dt)
         return
-    ax.set_position += ax.coupled_offset
+    ax.set.position += ax.coupled_offset
     if ax.compensating:
         ax.superposed.set_velocity = 0.0
         ax.superposed.set_acceleration = 0.0
-        before = ax.set_position
+        before = ax.set.position
         superpose(ax, begin, dt)
-        ax.coupled_offset += ax.set_position - before
-    ax.target_position = ax.set_position
-    v = ax.set_velocity
-    a = ax.set_acceleration
+        ax.coupled_offset += ax.set.position - before
+    ax.target_position = ax.set.position
+    v = ax.set.velocity
+    a = ax.set.acceleration
     ax.profile.abrupt = 1  # whatever the law does, no jerk limits it
     ax.profile.running_jerk = a * a / abs(v) if a * v < 0.0 else 0.0
 
 
 def _fault(ax: AxisFields, begin: float, dt: float) -> int:
     """Code that refuses the set point of a law, without what is superposed; 0 = it can be taken."""
-    position = ax.set_position + ax.coupled_offset
-    return why_not_step(ax, position - begin, position, ax.set_velocity, ax.set_acceleration, dt)
+    position = ax.set.position + ax.coupled_offset
+    return why_not_step(ax, position - begin, position, ax.set.velocity, ax.set.acceleration, dt)
 
 
 def _brake(ax: AxisFields, rows: NcRows, code: int, dt: float) -> None:
     """Let go with an axis error, and brake from the set point of the last cycle on."""
-    drop_foreign(ax, ax.set_acceleration)
+    drop_foreign(ax, ax.set.acceleration)
     ax.profile.abrupt = 1
     fail(ax, code, 0)
     let_go(ax, rows)
@@ -299,16 +299,16 @@ def _brake(ax: AxisFields, rows: NcRows, code: int, dt: float) -> None:
 
 def count_from_here(ax: AxisFields, rows: NcRows) -> None:
     """Let the law count from where slave and masters are now, without what is superposed."""
-    ax.set_position -= ax.coupled_offset
-    ax.set_velocity -= ax.superposed.set_velocity
-    ax.set_acceleration -= ax.superposed.set_acceleration
+    ax.set.position -= ax.coupled_offset
+    ax.set.velocity -= ax.superposed.set_velocity
+    ax.set.acceleration -= ax.superposed.set_acceleration
     for row in COUPLINGS:
         if ax.coupling == row.number:
             row.base(ax, rows)
             break
-    ax.set_position += ax.coupled_offset
-    ax.set_velocity += ax.superposed.set_velocity
-    ax.set_acceleration += ax.superposed.set_acceleration
+    ax.set.position += ax.coupled_offset
+    ax.set.velocity += ax.superposed.set_velocity
+    ax.set.acceleration += ax.superposed.set_acceleration
 
 
 def led(ax: AxisFields, rows: NcRows) -> bool:

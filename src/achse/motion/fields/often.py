@@ -12,7 +12,7 @@ OFTEN: dict[str, tuple[str, ...]] = {
         *("encoder", "controller", "drive", "set_cycle_counter", "resting", "features"),
         *("drive_status", "io_invalid", "limit_switch", "control_dword", "loop_closed"),
         *("set_motion_phase", "buffer_count", "velocity_override", "limits"),
-        *("set_position", "set_velocity", "set_acceleration", "set_jerk", "switch"),
+        *("set", "switch"),
         *("target_position", "loop", "border", "remaining_time", "remaining_distance"),
         *("coupling", "coupling_state", "external_controller_component"),
         *("following_error_time", "in_position_range", "position_range_monitoring_enable"),

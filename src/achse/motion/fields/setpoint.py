@@ -10,6 +10,7 @@ __all__ = [
     "Border",
     "CommandBuffer",
     "MotionProfile",
+    "SetPoint",
     "SetpointState",
     "SoftLimits",
     "TargetLoop",
@@ -23,15 +24,20 @@ SEGMENTS = 13
 """Room of the set-point table: the planner's MAX_SEGMENTS behind a release."""
 
 
+class SetPoint(States):
+    """Set values of one moment."""
+
+    position: float = real(0.0, "mm", "set position")
+    velocity: float = real(0.0, "mm/s", "set velocity")
+    acceleration: float = real(0.0, "mm/s²", "set acceleration")
+    jerk: float = real(0.0, "mm/s³", "set jerk")
+
+
 class SetpointState(States):
     """Set values and commands (002 §6.4.4.2)."""
 
     homing_state: int = whole(0, "1", "step of the homing sequence, 0 = done")
     set_cycle_counter: int = whole(0, "1", "cycles of this axis")
-    set_position: float = real(0.0, "mm", "set position")
-    set_velocity: float = real(0.0, "mm/s", "set velocity")
-    set_acceleration: float = real(0.0, "mm/s²", "set acceleration")
-    set_jerk: float = real(0.0, "mm/s³", "set jerk")
     set_motion_phase: int = whole(0, "MotionPhase", "what makes the set point, 0 = nothing")
     target_position: float = real(0.0, "mm", "position where the axis will stand")
     remaining_time: float = real(0.0, "s", "until the set point arrives")

@@ -69,9 +69,9 @@ def _fault(ax: AxisFields, way: float, dt: float) -> int:
         return NcError.SET_VELOCITY_TOO_HIGH
     if abs(ax.external_set_acceleration) > ax.max_acceleration * _ROUNDED:
         return NcError.SET_ACCELERATION_TOO_HIGH
-    if way > 0.0 and ax.set_position + way > ax.limits.high + TOLERANCE:  # whatever velocity is fed
+    if way > 0.0 and ax.set.position + way > ax.limits.high + TOLERANCE:  # whatever velocity is fed
         return NcError.SOFT_LIMIT_MAX_PASSED
-    if way < 0.0 and ax.set_position + way < ax.limits.low - TOLERANCE:
+    if way < 0.0 and ax.set.position + way < ax.limits.low - TOLERANCE:
         return NcError.SOFT_LIMIT_MIN_PASSED
     return 0
 
@@ -112,23 +112,23 @@ def step(ax: AxisFields, dt: float) -> None:
         return
     if ax.set_motion_phase == MotionPhase.EXTERNAL:
         _take(ax, way, dt)
-        ax.set_position = ax.external.origin + ax.external.position
-        ax.set_velocity = ax.external.velocity
-        ax.set_acceleration = ax.external.acceleration
-        ax.set_jerk = ax.external.jerk
+        ax.set.position = ax.external.origin + ax.external.position
+        ax.set.velocity = ax.external.velocity
+        ax.set.acceleration = ax.external.acceleration
+        ax.set.jerk = ax.external.jerk
         return
-    position = ax.set_position
-    velocity = ax.set_velocity
-    acceleration = ax.set_acceleration
-    ax.set_velocity -= ax.external.velocity
-    ax.set_acceleration -= ax.external.acceleration
+    position = ax.set.position
+    velocity = ax.set.velocity
+    acceleration = ax.set.acceleration
+    ax.set.velocity -= ax.external.velocity
+    ax.set.acceleration -= ax.external.acceleration
     generate(ax, dt)
     if ax.output_cut:  # such a profile cannot be
         return
     if abs(run_out(ax) + ax.external_set_velocity) > fastest(ax) * _ROUNDED:
-        ax.set_position = position
-        ax.set_velocity = velocity
-        ax.set_acceleration = acceleration
+        ax.set.position = position
+        ax.set.velocity = velocity
+        ax.set.acceleration = acceleration
         ax.set_motion_phase = MotionPhase.EXTERNAL
         fail(ax, NcError.SET_VELOCITY_TOO_HIGH, 0)
         leave_external(ax)
@@ -136,8 +136,8 @@ def step(ax: AxisFields, dt: float) -> None:
         return
     _take(ax, way, dt)
     displace(ax, way)
-    ax.set_velocity += ax.external.velocity
-    ax.set_acceleration += ax.external.acceleration
+    ax.set.velocity += ax.external.velocity
+    ax.set.acceleration += ax.external.acceleration
     if ax.set_motion_phase == MotionPhase.NONE and ax.buffer_count == 0:
         ax.set_motion_phase = MotionPhase.EXTERNAL
-        ax.external.origin = ax.set_position - ax.external.position
+        ax.external.origin = ax.set.position - ax.external.position

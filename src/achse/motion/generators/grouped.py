@@ -37,15 +37,15 @@ def _fault(ax: AxisFields, way: float, dt: float) -> int:
 
 def step(ax: AxisFields, dt: float) -> None:
     """One cycle led by the group."""
-    fault = _fault(ax, ax.group_position - ax.set_position, dt)
+    fault = _fault(ax, ax.group_position - ax.set.position, dt)
     if fault:
         ax.limits.changed = 1
         ax.profile.abrupt = 1
-        drop_foreign(ax, ax.set_acceleration)
+        drop_foreign(ax, ax.set.acceleration)
         fail(ax, fault, 0)
         generate(ax, dt)
         return
-    ax.set_position = ax.group_position
-    ax.set_velocity = ax.group_velocity
-    ax.set_acceleration = ax.group_acceleration
-    ax.set_jerk = ax.group_jerk
+    ax.set.position = ax.group_position
+    ax.set.velocity = ax.group_velocity
+    ax.set.acceleration = ax.group_acceleration
+    ax.set.jerk = ax.group_jerk

@@ -43,8 +43,8 @@ def _stands(ax: AxisFields) -> bool:
     return (
         ax.profile.replan == 0
         and ax.drive.switch_phase == 0  # a two-speed axis is held by its brake
-        and ax.set_velocity == 0.0
-        and ax.set_acceleration == 0.0
+        and ax.set.velocity == 0.0
+        and ax.set.acceleration == 0.0
         and arrived(ax) == 1
     )
 
@@ -64,7 +64,7 @@ def _arm(ax: AxisFields) -> None:
 
 def _found(ax: AxisFields, latched: float) -> None:
     """The place that is at `latched` has the reference position; homing is over."""
-    ax.target_position = ax.set_position
+    ax.target_position = ax.set.position
     end_homing(ax)
     shift_origin(ax, ax.encoder.reference_position - latched)
     ax.encoder.homed = 1
@@ -114,9 +114,9 @@ def _by_drive(ax: AxisFields) -> None:
     Its latch of the homing says what it counts at its reference.
     """
     encoder = ax.encoder
-    ax.set_position = encoder.actual_position
-    ax.set_velocity = 0.0
-    ax.set_acceleration = 0.0
+    ax.set.position = encoder.actual_position
+    ax.set.velocity = 0.0
+    ax.set.acceleration = 0.0
     status = ax.drive.io.state1
     if status & STATUS_HOMING_FAILED:
         fail(ax, NcError.HOMING_CAM_NOT_FOUND, 0)

@@ -40,7 +40,7 @@ def step(ax: AxisFields, dt: float) -> None:
     job.start_type = StartType.ABSOLUTE
     job.position = ax.reversing_target
     job.end_velocity = 0.0
-    ax.reversing_target = ax.set_position
+    ax.reversing_target = ax.set.position
     begin_job(ax)
     generate(ax, dt)
     position_in_turn(ax)

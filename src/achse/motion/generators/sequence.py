@@ -24,10 +24,10 @@ def finish(ax: AxisFields) -> None:
     """The sequence is complete: brake where the axis still moves."""
     absorb(ax)
     ax.set_command_state = CommandState.DONE
-    if abs(ax.set_velocity) < _STILL:
-        ax.set_velocity = 0.0
-        ax.set_acceleration = 0.0
-        ax.set_jerk = 0.0
+    if abs(ax.set.velocity) < _STILL:
+        ax.set.velocity = 0.0
+        ax.set.acceleration = 0.0
+        ax.set.jerk = 0.0
         ax.set_motion_phase = MotionPhase.NONE
     else:
         ax.set_motion_phase = MotionPhase.STOPPING

@@ -79,9 +79,9 @@ def step(ax: AxisFields, dt: float) -> None:
     acceleration += more_acceleration
     jerk += more_jerk
     share = ax.sine.share
-    ax.set_position += (share - 0.5 * growth) * way
-    ax.set_velocity = share * velocity
+    ax.set.position += (share - 0.5 * growth) * way
+    ax.set.velocity = share * velocity
     ax.superposed.set_acceleration = growth / dt * velocity
-    ax.set_acceleration = share * acceleration + ax.superposed.set_acceleration
-    ax.set_jerk = share * jerk + 2.0 * growth / dt * acceleration
-    ax.target_position = ax.set_position
+    ax.set.acceleration = share * acceleration + ax.superposed.set_acceleration
+    ax.set.jerk = share * jerk + 2.0 * growth / dt * acceleration
+    ax.target_position = ax.set.position

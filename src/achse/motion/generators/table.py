@@ -49,9 +49,9 @@ def _stays(ax: AxisFields) -> None:
 
 def along_the_set_point(ax: AxisFields) -> float:
     """Where the set point moves, by its sign; an external one may say so without a velocity."""
-    if ax.set_velocity == 0.0 and ax.external_setpoint_active:
+    if ax.set.velocity == 0.0 and ax.external_setpoint_active:
         return float(ax.external_set_direction)
-    return ax.set_velocity
+    return ax.set.velocity
 
 
 class Generator(NamedTuple):

@@ -35,12 +35,12 @@ def step(ax: AxisFields, dt: float) -> None:
             if ax.limits.reached != 0:
                 velocity = 0.0
     if stage == _STAGES:
-        ax.set_velocity = 0.0
+        ax.set.velocity = 0.0
         finish(ax)
         return
-    ax.set_velocity = velocity
-    ax.set_position += velocity * dt
-    ax.target_position = ax.set_position
+    ax.set.velocity = velocity
+    ax.set.position += velocity * dt
+    ax.target_position = ax.set.position
     ax.generator_time += dt
     duration = ax.generator_pause if pausing else ax.generator_duration
     while ax.generator_time >= duration - 0.5 * dt:

@@ -127,7 +127,7 @@ class FifoGroup(AxisGroup):
             return NcError.TABLE_FIFO_EMPTY
         row = self._at(self._place) if self.started else self._rows[0]
         for axis, position in zip(self.places, row, strict=True):
-            if axis is not None and abs(axis.set_position - position) > _reach(axis):
+            if axis is not None and abs(axis.set.position - position) > _reach(axis):
                 return NcError.START_NOT_ON_CONTOUR
         if not self.started:
             self.started = True

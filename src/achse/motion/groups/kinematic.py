@@ -102,7 +102,7 @@ class KinematicGroup(AxisGroup):
                 return NcError.GROUP_BUSY if busy(axis) else NcError.MASTER_NOT_INSERTED
             if axis is not None and axis.encoder.is_absolute:
                 return NcError.FUNCTION_NOT_ALLOWED
-        here = [0.0 if axis is None else axis.set_position for axis in both[False]]
+        here = [0.0 if axis is None else axis.set.position for axis in both[False]]
         places = [0.0] * COORDINATES
         if not self._solve(self.law.forward, here, places):
             return NcError.NUMBER_RANGE_LEFT
@@ -169,10 +169,10 @@ class KinematicGroup(AxisGroup):
 
     def _why_not_follow(self) -> int:
         leads = [axis for axis in self.leading if axis is not None]
-        if any(axis.set_velocity for axis in leads):
+        if any(axis.set.velocity for axis in leads):
             return NcError.GROUP_BUSY
         wanted = list(self._pose)
-        places = [0.0 if axis is None else axis.set_position for axis in self.leading]
+        places = [0.0 if axis is None else axis.set.position for axis in self.leading]
         law = self.law.forward if self.by_axes else self.law.inverse
         if not self._solve(law, places, wanted):
             return NcError.NUMBER_RANGE_LEFT
@@ -180,7 +180,7 @@ class KinematicGroup(AxisGroup):
         for axis, position in zip(self.places, wanted, strict=True):
             if axis is not None:
                 at_once = axis.max_acceleration * dt * dt + axis.encoder.scaling_factor
-                if abs(position - axis.set_position) > at_once:
+                if abs(position - axis.set.position) > at_once:
                     return NcError.GROUP_PARAMETER
         return OK
 
@@ -189,7 +189,7 @@ class KinematicGroup(AxisGroup):
         if self._lost():
             self._fail(self.error_code or NcError.GROUP_CONSEQUENTIAL_ERROR)
             return
-        leads = [0.0 if axis is None else axis.set_position for axis in self.leading]
+        leads = [0.0 if axis is None else axis.set.position for axis in self.leading]
         if self.by_axes:
             self._pose = leads
             led = [0.0] * COORDINATES
@@ -280,7 +280,7 @@ class KinematicGroup(AxisGroup):
     def _settle(self) -> None:
         acs = self.leading if self.by_axes else self.places
         mcs = self.places if self.by_axes else self.leading
-        here = [0.0 if axis is None else axis.set_position for axis in acs]
+        here = [0.0 if axis is None else axis.set.position for axis in acs]
         places = [0.0] * COORDINATES
         if self._solve(self.law.forward, here, places):
             self._pose = here
@@ -310,6 +310,6 @@ class KinematicGroup(AxisGroup):
 
 def _rename(axis: Axis, position: float) -> None:
     """Let the set position of an axis at rest be this."""
-    if axis.set_position != position:
-        lag = axis.actual_position - axis.set_position
+    if axis.set.position != position:
+        lag = axis.actual_position - axis.set.position
         set_actual_position(axis, ActualPositionType.ABSOLUTE, position + lag)

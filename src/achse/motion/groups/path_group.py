@@ -121,7 +121,7 @@ class PathGroup(PathGroupParameters):
     @property
     def positions(self) -> tuple[float, ...]:
         """Set positions of X, Y, Z, Q1..Q5; 0 for an empty place."""
-        return tuple(0.0 if axis is None else axis.set_position for axis in self.places)
+        return tuple(0.0 if axis is None else axis.set.position for axis in self.places)
 
     # motion
 
