@@ -350,7 +350,7 @@ class Player:
         if axis.external_setpoint_active:
             self.call(commands.stop_external_setpoint)
         own = axis.set_motion_phase > MotionPhase.STOPPING
-        if own or axis.reversing_number or axis.compensating:
+        if own or axis.reversing.number or axis.compensating:
             self.call(commands.stop)
 
     def calm_down(self) -> float:

@@ -274,7 +274,7 @@ def test_homing_that_comes_to_a_limit_says_what_it_has_not_found(rig: Any) -> No
 @pytest.mark.parametrize("sign", [1, -1])
 def test_set_position_may_be_beyond_a_limit_by_rounding(rig: Any, sign: int) -> None:
     axis = rig.axis
-    put(axis, limit_low=-60.0, limit_high=60.0)
+    put(axis, limits__low=-60.0, limits__high=60.0)
     bound = 60.0 + TOLERANCE
     for place, velocity, where in (
         (bound, 1.0, 0),
@@ -282,9 +282,9 @@ def test_set_position_may_be_beyond_a_limit_by_rounding(rig: Any, sign: int) -> 
         (nextafter(bound, inf), 0.0, 0),
         (nextafter(bound, inf), -1.0, 0),
     ):
-        put(axis, set_position=sign * place, set_velocity=sign * velocity, limit_reached=0)
+        put(axis, set_position=sign * place, set_velocity=sign * velocity, limits__reached=0)
         assert _at_limit(axis) == where
-    put(axis, set_position=0.0, limit_reached=-sign)
+    put(axis, set_position=0.0, limits__reached=-sign)
     assert (_at_limit(axis), axis.limits.reached) == (-sign, 0)
 
 
@@ -297,10 +297,10 @@ def test_soft_limit_ends_each_motion_at_once_unless_it_stands(rig: Any, sign: in
         (MotionPhase.ENDLESS, MotionPhase.SINE), (0, 1), (0, 1), (0, 1), (0.0, 59.999), (0.0, 32.0)
     ):
         moving(axis, phase, sign * velocity)
-        put(axis, limit_low=-60.0, limit_high=60.0, delayed_error_code=0, delayed_error_cut=0)
+        put(axis, limits__low=-60.0, limits__high=60.0, delayed_error_code=0, delayed_error_cut=0)
         put(axis, compensating=compensating, external_setpoint_active=external)
         put(axis, external_set_direction=0, set_position=sign * place)
-        put(axis, limit_reached=sign * reached)
+        put(axis, limits__reached=sign * reached)
         _supervise_limits(axis, DT)
         unplanned = compensating or external or UNPLANNED[phase]
         ahead = unplanned and place > 0.0 and velocity > 0.0
@@ -338,7 +338,7 @@ def test_limits_are_supervised_where_a_closed_loop_moves(rig: Any) -> None:
         (False, True), (0, 1), (0, 1), (MotionPhase.NONE, MotionPhase.ENDLESS)
     ):
         moving(axis, phase)
-        put(axis, limited=limited, loop_closed=closed, limit_reached=1)
+        put(axis, limits__active=limited, loop_closed=closed, limits__reached=1)
         supervise_motion(axis, DT, fast)
         watched = not fast and limited and closed and phase != MotionPhase.NONE
         assert axis.error_code == (MAX if watched else 0), (fast, limited, closed, phase)
@@ -401,7 +401,7 @@ def test_windows_of_the_target_end_at_their_width(rig: Any, sign: float) -> None
         (False, True),
     ):
         moving(axis, phase, velocity)
-        put(axis, position_range_monitoring_enable=enable, loop_outward=loop)
+        put(axis, position_range_monitoring_enable=enable, loop__outward=loop)
         put(axis, target_position_monitoring_enable=enable, encoder__actual_position=100.0 + way)
         put(axis, in_position_range=1, in_target_position=1, target_window_time=9.0)
         axis.encoder.actual_position = 100.0 + sign * way
@@ -419,7 +419,7 @@ def test_windows_of_the_target_end_at_their_width(rig: Any, sign: float) -> None
 def test_target_is_reached_after_its_time_inside_the_window(rig: Any) -> None:
     axis = rig.axis
     put(axis, target_position_monitoring_enable=1, target_position_monitoring_time=4.0 * DT)
-    put(axis, set_motion_phase=MotionPhase.NONE, target_position=0.0, loop_outward=0)
+    put(axis, set_motion_phase=MotionPhase.NONE, target_position=0.0, loop__outward=0)
     axis.encoder.actual_position = 0.0
     for time, reached in ((nextafter(4.0 * DT, 0.0), 0), (4.0 * DT, 1)):
         put(axis, in_target_position=0, target_window_time=time)

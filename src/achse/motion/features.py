@@ -90,7 +90,7 @@ SWITCHES: Mapping[Feature, tuple[str, ...]] = {
     Feature.GENERATOR: ("set_motion_phase",),
     Feature.EXTERNAL_SETPOINT: ("external_setpoint_active",),
     Feature.SUPERPOSITION: ("compensating",),
-    Feature.REVERSING: ("reversing_number",),
+    Feature.REVERSING: ("reversing.number",),
     Feature.PHASING: ("phasing_active",),
     Feature.HOMING: ("homing_state", "homing.latch"),
     Feature.LATCH: ("encoder.latch_active", "encoder.latch_valid", "encoder.armed"),

@@ -176,7 +176,7 @@ def _generate(ax: AxisFields, rows: NcRows, dt: float) -> None:
         ax.features |= Feature.GENERATOR
     if ax.compensating == 0:
         ax.features &= ~Feature.SUPERPOSITION
-    if ax.reversing_number == 0:
+    if ax.reversing.number == 0:
         ax.features &= ~Feature.REVERSING
 
 

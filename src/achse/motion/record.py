@@ -24,7 +24,7 @@ from achse.motion.fields.controller import (
     ControllerParameters,
     ControllerState,
 )
-from achse.motion.fields.coupling import MASTERS, CouplingMemory
+from achse.motion.fields.coupling import MASTERS, CouplingMemory, LeadingValue
 from achse.motion.fields.cyclic import CyclicInput
 from achse.motion.fields.declare import Field, Inputs, InternalFields, Parameters, Role, States
 from achse.motion.fields.drive import (
@@ -50,7 +50,9 @@ from achse.motion.fields.functions import FunctionInput
 from achse.motion.fields.generators import (
     ExternalMotion,
     GeneratorMemory,
+    GeneratorSequence,
     GeneratorSwitch,
+    ReversingCommand,
     SineOscillation,
     TorqueCommand,
 )
@@ -222,11 +224,15 @@ class _AxisLinks(InternalFields):
     cams: list[CamFields] = within(CAM, Field, CAM_LAYERS)
     border: Border = _part("border", Border)
     external: ExternalMotion = _part("external motion", ExternalMotion)
+    group_set_point: SetPoint = _part("set point", SetPoint)
     homing: HomingSequence = _part("homing sequence", HomingSequence)
+    leading_value: LeadingValue = _part("leading value", LeadingValue)
     limits: SoftLimits = _part("soft limits", SoftLimits)
     loop: TargetLoop = _part("target loop", TargetLoop)
     phasing: PhasingProfile = _part("phasing profile", PhasingProfile)
     profile: MotionProfile = _part("motion profile", MotionProfile)
+    reversing: ReversingCommand = _part("reversing command", ReversingCommand)
+    sequence: GeneratorSequence = _part("generator sequence", GeneratorSequence)
     set: SetPoint = _part("set point", SetPoint)
     sine: SineOscillation = _part("sine oscillation", SineOscillation)
     superposed: SuperposedMotion = _part("superposed motion", SuperposedMotion)

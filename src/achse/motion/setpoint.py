@@ -469,7 +469,7 @@ def displace(ax: AxisFields, way: float) -> None:
     ax.switch.target += way
     ax.border.position += way
     ax.loop.target += way
-    ax.reversing_target += way
+    ax.reversing.target += way
 
 
 def shift_setpoint(ax: AxisFields, shift: float) -> None:
@@ -479,7 +479,7 @@ def shift_setpoint(ax: AxisFields, shift: float) -> None:
     ax.limits.changed = 1
     ax.external.origin += shift
     ax.slave_base += shift
-    ax.lead_offset += shift
+    ax.leading_value.offset += shift
     drive.switch_start += shift
     drive.sent_position += shift
     drive.filtered_set_position += shift

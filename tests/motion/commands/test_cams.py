@@ -339,7 +339,11 @@ def test_cam_cannot_begin_at_a_place_behind_a_moving_master(
     nc = build()
     master, slave = nc.axis(1), nc.axis(2)
     assert couple(nc) == 0
-    master.lead_position, master.lead_offset, master.lead_velocity = 20.0, 7.0, moves
+    master.leading_value.position, master.leading_value.offset, master.leading_value.velocity = (
+        20.0,
+        7.0,
+        moves,
+    )
     later: dict[str, Any] = {"activation": activation, "position": 27.0 + ahead}
     passed = moves * ahead < 0.0
     demand = CamDemand(**later, slave_type=CamScaling.AUTO_OFFSET)
@@ -347,11 +351,15 @@ def test_cam_cannot_begin_at_a_place_behind_a_moving_master(
     layer.next.slave_absolute = 0
     refused = _why_not_begin(slave, layer, demand, master) == NcError.ACTIVATION_POSITION_PASSED
     if moves:
-        master.lead_position = 20.0
+        master.leading_value.position = 20.0
         assert refused is (moves * (demand.position - _seen(slave, layer, master)) < 0.0)
     else:
         assert refused is False
-    master.lead_position, master.lead_offset, master.lead_velocity = 20.0, 7.0, moves
+    master.leading_value.position, master.leading_value.offset, master.leading_value.velocity = (
+        20.0,
+        7.0,
+        moves,
+    )
     code = commands.change_cam_scaling(slave, demand)
     by_axis = activation == CamActivation.MASTER_AXIS_POSITION
     assert (code == NcError.ACTIVATION_POSITION_PASSED) is (by_axis and passed)

@@ -381,7 +381,7 @@ def test_oriented_stop_becomes_a_move_that_ends_at_rest(
 ) -> None:
     axis = running(rig)
     axis.job.end_velocity = axis.job.peak_velocity = 7.0
-    axis.buffer_count = axis.switch.armed = axis.reversing_number = 1
+    axis.buffer_count = axis.switch.armed = axis.reversing.number = 1
     axis.profile.replan = axis.has_been_stopped = 0
     code = commands.oriented_stop(axis, place, 1000.0, 10_000.0)
     assert code == (0 if error is None else error.number)
@@ -389,7 +389,7 @@ def test_oriented_stop_becomes_a_move_that_ends_at_rest(
         return
     assert axis.set_motion_phase == MotionPhase.POSITIONING
     assert (axis.job.end_velocity, axis.job.peak_velocity) == (0.0, 0.0)
-    assert (axis.buffer_count, axis.switch.armed, axis.reversing_number) == (0, 0, 0)
+    assert (axis.buffer_count, axis.switch.armed, axis.reversing.number) == (0, 0, 0)
     assert (axis.profile.replan, axis.has_been_stopped) == (1, 1)
     assert rig.has(StateBit.HAS_BEEN_STOPPED)
 

@@ -25,7 +25,7 @@ from achse.motion.couplings.cams import (
     why_not_jump,
 )
 from achse.motion.limits import TOLERANCE
-from achse.motion.record import CAM, CAM_LAW
+from achse.motion.record import CAM, CAM_LAW, LAYOUT
 from achse.motion.rows import NcRows
 from achse.motion.states import CamActivation, CamScaling, StateBit
 from achse.motion.tables.memory import BEGIN, COUNT, CYCLIC, HEADER, PERIOD, PIECE, STROKE
@@ -55,9 +55,8 @@ def rows(*, cyclic: bool) -> NcRows:
     numbers[SECOND + CYCLIC] = float(cyclic)
     lines = array("d", [20.0, 0.0, 0.5, 0.0, 0.0, 220.0, 100.0, 0.0, 0.0, 0.0])
     numbers[SECOND + HEADER :] = lines
-    master: Any = SimpleNamespace(
-        lead_offset=LEAD, lead_position=0.0, lead_velocity=0.0, lead_acceleration=0.0, lead_jerk=0.0
-    )
+    master: Any = LAYOUT.plain()
+    master.leading_value.offset = LEAD
     return NcRows([master], (), (), (), numbers)
 
 
@@ -273,7 +272,11 @@ def test_law_of_all_cams_but_one() -> None:
     """Two of them are at work; the slave has a phase shift beside its first master."""
     both, first, second = rows(cyclic=True), layer(), layer()
     master: Any = both.axes[0]
-    master.lead_position, master.lead_velocity, master.lead_acceleration = 88.0, 6.0, 4.0
+    (
+        master.leading_value.position,
+        master.leading_value.velocity,
+        master.leading_value.acceleration,
+    ) = 88.0, 6.0, 4.0
     second.now.slave_reference, second.now.slave_offset, second.now.slave_scaling = 3.0, 4.0, 2.0
     unused = layer()
     unused.now.table = 0
@@ -344,12 +347,13 @@ def test_change_makes_references_offsets_and_scalings(
     it.next.slave_offset, it.next.slave_scaling = 1.0, 3.0
     it.next.master_absolute, it.next.slave_absolute = absolute
     ax: Any = SimpleNamespace(
-        set_position=20.0, slave_base=20.0, cam_count=1, cams=[it], coupling=1, master=[0],
+        set=SimpleNamespace(position=20.0), slave_base=20.0,
+        cam_count=1, cams=[it], coupling=1, master=[0],
         phasing_position=0.0, phasing=SimpleNamespace(velocity=0.0, acceleration=0.0),
     )  # fmt: skip
     both = rows(cyclic=True)
-    lead: Any = both.axes[0]
-    lead.lead_position, lead.lead_velocity, lead.lead_acceleration = 89.0, 6.0, 4.0
+    lead: Any = both.axes[0].leading_value
+    lead.position, lead.velocity, lead.acceleration = 89.0, 6.0, 4.0
     before, after = pack(CAM, it), CAM_LAW.plain()
     assert cams.planned(ax, both, it, 88.0, after) == expected[-1]
     values = [after.master_reference, after.master_offset, after.master_scaling, after.base_cycle]
@@ -366,7 +370,7 @@ def test_change_makes_references_offsets_and_scalings(
 def test_cam_that_begins_beside_others_stays_where_nothing_is_added() -> None:
     it, other = layer(CHANGE_BEGIN), layer()
     it.change.slave_type, it.next.slave_absolute, it.next.slave_scaling = AUTO, 1, 3.0
-    ax: Any = SimpleNamespace(set_position=20.0, cam_count=2, cams=[it, other])
+    ax: Any = SimpleNamespace(set=SimpleNamespace(position=20.0), cam_count=2, cams=[it, other])
     assert cams.planned(ax, rows(cyclic=True), it, 88.0, CAM_LAW.plain()) == 0.0
     assert jump_of(ax, rows(cyclic=True), it, 88.0) == 0.0
 
@@ -386,8 +390,8 @@ def test_change_waits_while_it_would_lead_beyond_a_soft_limit(
     both, it = rows(cyclic=True), layer(CHANGE_SCALING)
     it.now.slave_offset, it.next.slave_scaling = 2.0, 1.0
     it.now.slave_scaling, it.next.master_scaling, it.change.master_type = 1.0, SCALING, OFF
-    lead: Any = both.axes[0]
-    lead.lead_position = it.seen = OFFSET + SCALING * 70.0
+    lead: Any = both.axes[0].leading_value
+    lead.position = it.seen = OFFSET + SCALING * 70.0
     ax.cams[0], ax.cam_count, ax.set.position = it, 1, 32.0
     ax.coupled_offset, ax.max_velocity, ax.drive.reference_velocity = superposed, 1e4, 1e4
     ax.limits.active, ax.limits.low, ax.limits.high = 1, -50.0, 60.0

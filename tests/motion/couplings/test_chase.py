@@ -14,13 +14,13 @@ DT = 0.002
 
 
 def slave(**values: float) -> Any:
-    """A slave with these values, those that begin with `sync_` of its synchronisation."""
+    """Return a slave with these values of its parts: `sync_jerk` is that of its synchronisation."""
     record = SlotsRecord()
     record.sync.acceleration = record.sync.deceleration = 500.0
     record.sync.jerk = 5000.0
     for name, value in values.items():
-        own = record.sync if name.startswith("sync_") else record
-        setattr(own, name.removeprefix("sync_"), value)
+        part, _, own = name.partition("_")
+        setattr(getattr(record, part), own, value)
     return record
 
 

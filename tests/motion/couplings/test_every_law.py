@@ -233,7 +233,7 @@ def expected(nc: Nc, slave: Axis, before: dict[int, float], shifted: float) -> f
     `before` is where the slave saw its masters, `shifted` its phase then.
     """
     axes = list(nc)
-    ways = [axes[row].lead_position - before[row] for row in slave.followed]
+    ways = [axes[row].leading_value.position - before[row] for row in slave.followed]
     ways[0] += slave.phasing_position - shifted
     given = slave.coupling_parameter
     runs = slave.motion_state == RUNS
@@ -275,7 +275,7 @@ def watch(nc: Nc, seed: int, healthy: bool) -> Iterator[tuple[object, ...]]:
         for n in range(dice.choice((1, dice.randint(1, 80)))):
             axes = list(nc)
             laws = [law_of(axis) for axis in axes]
-            before = {row: axis.lead_position for row, axis in enumerate(axes)}
+            before = {row: axis.leading_value.position for row, axis in enumerate(axes)}
             here = [
                 (axis.set_position - axis.coupled_offset, axis.phasing_position,
                  axis.set_motion_phase)

@@ -414,17 +414,17 @@ def test_a_saw_takes_over_from_an_encoder_without_a_step(trembling: float) -> No
         if n == 300:
             assert commands.couple(slave, 2, 1, 0, 0, 0.0, 0.0, 90.0, 1.0) == 0
         change = slave.set_velocity - v
-        trembled = abs(master.lead_velocity - seen)
+        trembled = abs(master.leading_value.velocity - seen)
         assert abs(change) <= 500.0 * 0.002 + trembled + 1e-9
         if n > 300 and slave.motion_state == RUNS:
             if state != RUNS:  # in the cycle after it there is nothing left but the trembling
                 assert abs(change) <= max(abs(a), 10.0) * 0.002 + trembled + 1e-9
             ran += 1
-            assert slave.set_velocity == pytest.approx(master.lead_velocity, abs=1e-9)
+            assert slave.set_velocity == pytest.approx(master.leading_value.velocity, abs=1e-9)
         state, v, seen, a = (
             slave.motion_state,
             slave.set_velocity,
-            master.lead_velocity,
+            master.leading_value.velocity,
             abs(slave.set_acceleration),
         )
     assert ran > 500

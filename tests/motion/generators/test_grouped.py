@@ -19,7 +19,7 @@ def test_the_axis_is_where_its_group_wants_it(make_rig: Any, compiled: bool) -> 
     rig = make_rig(compiled=compiled)
     axis = led(rig)
     for n in range(1, 100):
-        axis.group_position, axis.group_velocity = n * 0.1, 50.0
+        axis.group_set_point.position, axis.group_set_point.velocity = n * 0.1, 50.0
         rig.run(1)
         assert (axis.set_position, axis.set_velocity) == (n * 0.1, 50.0)
     commands.end_group_motion(axis)
@@ -49,7 +49,7 @@ def test_where_the_axis_cannot_be(
 ) -> None:
     rig = make_rig(**values)
     axis = led(rig)
-    axis.group_position = position
+    axis.group_set_point.position = position
     rig.run(1)
     assert axis.error_code == error
     rig.seconds(0.5)

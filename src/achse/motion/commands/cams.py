@@ -234,7 +234,7 @@ def _why_not_begin(slave: Axis, layer: CamFields, demand: CamDemand, master: Axi
     rows = _rows_as_seen(slave, master)
     at = seen_master(slave, rows, layer)
     names = names_of(rows, layer)
-    moves = rows.axes[layer.master].lead_velocity
+    moves = rows.axes[layer.master].leading_value.velocity
     by_axis = (
         CamActivation.MASTER_AXIS_POSITION,
         CamActivation.MASTER_AXIS_POSITION_POSITIVE,
@@ -282,7 +282,7 @@ def _let_wait(slave: Axis, layer: CamFields, kind: int, demand: CamDemand, cam: 
     """Order a change of a cam at work, unless its master is already past the place for it, or the
     slave would have to jump."""
     axes = list(slave.fellows.values())
-    moves = axes[layer.master].lead_velocity
+    moves = axes[layer.master].leading_value.velocity
     at = seen_master(slave, slave.rows, layer)
     at += names_of(slave.rows, layer)
     by_axis = demand.activation == CamActivation.MASTER_AXIS_POSITION

@@ -33,9 +33,9 @@ def begin_generator(axis: Axis, phase: MotionPhase) -> None:
         axis.profile.running_jerk = axis.job.jerk
     axis.profile.begins_with_release = 0
     axis.job.timing = 0
-    axis.generator_time = 0.0
-    axis.generator_stage = 0
-    axis.generator_round = 0
+    axis.sequence.time = 0.0
+    axis.sequence.stage = 0
+    axis.sequence.round = 0
     axis.has_been_stopped = 0
     axis.got_new_target = 0
     axis.set_command_number = next_number(axis)

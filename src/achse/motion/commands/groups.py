@@ -6,6 +6,7 @@ from achse.motion.checks import OK
 from achse.motion.commands.generators import begin_generator
 from achse.motion.commands.queue import busy
 from achse.motion.states import AxisType, CommandState, MotionPhase
+from achse.native.declare import reset
 
 __all__ = [
     "begin_group_motion",
@@ -49,8 +50,8 @@ def leave_group(axis: Axis) -> None:
 
 def begin_group_motion(axis: Axis) -> None:
     """Let the group lead the axis from the next cycle on; it asks for the present position."""
-    axis.group_position = axis.set.position
-    axis.group_velocity = axis.group_acceleration = axis.group_jerk = 0.0
+    reset(axis.group_set_point)
+    axis.group_set_point.position = axis.set.position
     begin_generator(axis, MotionPhase.GROUPED)
 
 

@@ -60,9 +60,9 @@ def start_reversing(
         0.0,
     )
     begin_job(axis)
-    axis.reversing_number = axis.command_counter
-    axis.reversing_target = end_position_2
-    axis.generator_pause = idle_time
+    axis.reversing.number = axis.command_counter
+    axis.reversing.target = end_position_2
+    axis.sequence.pause = idle_time
     show_accepted(axis)
     return OK
 
@@ -105,10 +105,10 @@ def start_velocity_steps(
     if code:
         return code
     begin_generator(axis, MotionPhase.VELOCITY_STEPS)
-    axis.step_velocity_1, axis.step_velocity_2 = velocities
-    axis.generator_duration = max(move_time, axis.owner.cycle_ns * 1e-9)
-    axis.generator_pause = idle_time
-    axis.generator_rounds = repeat_count
+    axis.sequence.velocity_1, axis.sequence.velocity_2 = velocities
+    axis.sequence.duration = max(move_time, axis.owner.cycle_ns * 1e-9)
+    axis.sequence.pause = idle_time
+    axis.sequence.rounds = repeat_count
     return OK
 
 
@@ -173,6 +173,6 @@ def start_sine_oscillation(
     axis.sine.frequency_ratio = (stop_frequency / start_frequency) ** (1.0 / steps) if steps else 1
     axis.sine.angle = 0.0
     axis.sine.share = min(axis.velocity_override, 1_000_000) / 1e6
-    axis.generator_duration = step_duration
-    axis.generator_rounds = measurement_count
+    axis.sequence.duration = step_duration
+    axis.sequence.rounds = measurement_count
     return OK

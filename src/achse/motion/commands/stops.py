@@ -123,7 +123,7 @@ def oriented_stop(axis: Axis, modulo_position: float, deceleration: float, jerk:
     axis.target_position = target
     axis.job.end_velocity = 0.0
     axis.job.peak_velocity = 0.0
-    axis.reversing_number = 0
+    axis.reversing.number = 0
     axis.profile.replan = 1
     axis.has_been_stopped = 1
     axis.state_dword |= StateBit.HAS_BEEN_STOPPED

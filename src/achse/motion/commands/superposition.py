@@ -79,8 +79,8 @@ def start_superposition(axis: Axis, asked: Compensation) -> tuple[int, Compensat
     if axis.set_motion_phase == MotionPhase.POSITIONING:
         shift = direction * done.distance
         code = why_not_target(axis, axis.target_position + shift)
-        if not code and axis.reversing_number:
-            code = why_not_target(axis, axis.reversing_target + shift)
+        if not code and axis.reversing.number:
+            code = why_not_target(axis, axis.reversing.target + shift)
         if code:
             return code, asked
     _begin(axis, direction, done)

@@ -138,8 +138,8 @@ def _take(slave: Axis, way: _Way) -> None:
 
 def _plan(slave: Axis, master: AxisFields, request: _Request) -> tuple[int, list[_Way]]:
     """Code that refuses it; the way to take, if it is not in a single piece."""
-    seen = master.lead_position + slave.phasing_position
-    velocity = master.lead_velocity + slave.phasing.velocity
+    seen = master.leading_value.position + slave.phasing_position
+    velocity = master.leading_value.velocity + slave.phasing.velocity
     if abs(velocity) < AT_REST:
         velocity = 0.0
     state = slave.set.position, slave.set.velocity, slave.set.acceleration
@@ -147,11 +147,10 @@ def _plan(slave: Axis, master: AxisFields, request: _Request) -> tuple[int, list
         return NcError.FLYING_COUPLING_MASTER_STANDS, []
     limits, mask = request.limits, request.mask
     if not request.by_position:
-        course = course_by_time(
-            seen + master.lead_offset, velocity, state, request.gear * velocity, limits[1:4]
-        )
+        begin = seen + master.leading_value.offset
+        course = course_by_time(begin, velocity, state, request.gear * velocity, limits[1:4])
         return why_not_course(course, mask, limits), []
-    master_way = request.master_position - master.lead_offset - seen
+    master_way = request.master_position - master.leading_value.offset - seen
     slave_way = request.slave_position - slave.set.position
     if abs(master_way) < NO_WAY or master_way * velocity < 0.0:
         return NcError.SYNCHRONISING_PROFILE, []
@@ -164,7 +163,7 @@ def _plan(slave: Axis, master: AxisFields, request: _Request) -> tuple[int, list
         ways[:0] = _with_constant(slave, request, velocity, master_way, slave_way)
 
     def course_on(way: _Way) -> SlaveCourse:
-        begin = seen + master.lead_offset
+        begin = seen + master.leading_value.offset
         return course_over_master(begin, nominal, state[0], way.lengths, way.terms)
 
     codes = [why_not_course(course_on(way), mask, limits, nominal=not velocity) for way in ways]
@@ -189,7 +188,7 @@ def _in_one(
     if not request.mask & SynchronisingBit.IGNORE_SLAVE_ACCELERATION:
         own = slave.set.acceleration
     if not request.mask & SynchronisingBit.IGNORE_MASTER_ACCELERATION:
-        own -= slope * heading * (master.lead_acceleration + slave.phasing.acceleration)
+        own -= slope * heading * (master.leading_value.acceleration + slave.phasing.acceleration)
     bend = own / (speed * speed)
     terms = [0.0] * SYNC_TERMS
     quintic(terms, 0, heading * way, 0.0, height, slope, bend, heading * request.gear)

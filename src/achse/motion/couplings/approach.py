@@ -272,7 +272,7 @@ def _by_time(
     noisy = master.axis_type == AxisType.ENCODER
     wanted = ax.gear * velocity
     rising = 0.0 if noisy else ax.gear * acceleration
-    jerk = 0.0 if noisy else ax.gear * master.lead_jerk
+    jerk = 0.0 if noisy else ax.gear * master.leading_value.jerk
     way = ax.gear * (seen - ax.sync.seen)
     too_fast = ax.sync.mask & SynchronisingBit.MAX_VELOCITY and abs(wanted) > ax.sync.velocity
     if too_fast:
@@ -303,7 +303,7 @@ def follow_approach(
     if behind and ax.sync.method == LINEAR and ax.sync.mask & SynchronisingBit.ROLLBACK_LOCK:
         _stop_because_it_goes_back(ax)
     if ax.sync.method == BY_POSITION:
-        _by_position(ax, seen, velocity, acceleration, master.lead_jerk)
+        _by_position(ax, seen, velocity, acceleration, master.leading_value.jerk)
     if ax.sync.method == BY_TIME or ax.sync.method == SETTLING:
         _by_time(ax, master, seen, velocity, acceleration, dt)
     elif ax.sync.method == STOPPING and approach_velocity(ax, 0.0, 0.0, 0.0, 0.0, False, dt):
@@ -315,5 +315,5 @@ def follow_approach(
         ax.set.position = ax.slave_base + ax.gear * (seen - ax.master_base[0])
         ax.set.velocity = ax.gear * velocity
         ax.set.acceleration = ax.gear * acceleration
-        ax.set.jerk = ax.gear * master.lead_jerk
+        ax.set.jerk = ax.gear * master.leading_value.jerk
     ax.sync.seen = seen

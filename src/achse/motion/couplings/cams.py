@@ -74,7 +74,7 @@ def seen_master(ax: AxisFields, rows: NcRows, layer: CamFields) -> float:
 def names_of(rows: NcRows, layer: CamFields) -> float:
     """What the master's own positions are larger than those that are seen: it was renamed while
     others followed it."""
-    return rows.axes[layer.master].lead_offset
+    return rows.axes[layer.master].leading_value.offset
 
 
 def _cycle_of(rows: NcRows, cam: int, position: float) -> int:

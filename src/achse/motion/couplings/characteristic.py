@@ -30,7 +30,7 @@ def course_of(slave: "Axis") -> SlaveCourse | None:
     if slave.coupling not in _SYNCHRONISING:
         return None
     (row,) = slave.followed
-    begin = slave.sync.begin + slave.rows.axes[row].lead_offset
+    begin = slave.sync.begin + slave.rows.axes[row].leading_value.offset
     velocity = slave.sync.master_velocity
     if slave.sync.count:
         if abs(velocity) < AT_REST:

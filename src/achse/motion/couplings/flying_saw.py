@@ -81,7 +81,7 @@ def base(ax: AxisFields, rows: NcRows) -> None:
         return
     length = 2.0 * (ax.coupling_parameter[1] - ax.set.position) / gear
     heading = 1.0 if length > 0.0 else -1.0
-    begin = ax.coupling_parameter[0] - master.lead_offset - length
+    begin = ax.coupling_parameter[0] - master.leading_value.offset - length
     if heading * length < NO_WAY or (here - begin) * heading > 0.0:
         ax.sync.method = INACTIVE
         ax.sync.state = MotionState.INACTIVE
@@ -124,9 +124,9 @@ def _why_not(
         return 0
     master = as_leader(masters[0])
     length = 2.0 * (parameters[1] - ax.set.position) / _gear(parameters)
-    heading = heading_of(master.lead_velocity + ax.phasing.velocity) or 1.0
-    begin = parameters[0] - master.lead_offset - length
-    here = master.lead_position + ax.phasing_position
+    heading = heading_of(master.leading_value.velocity + ax.phasing.velocity) or 1.0
+    begin = parameters[0] - master.leading_value.offset - length
+    here = master.leading_value.position + ax.phasing_position
     if length * heading < NO_WAY or (here - begin) * heading > 0.0:
         return NcError.SLAVE_COUPLING_PARAMETER
     return 0

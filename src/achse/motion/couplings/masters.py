@@ -48,25 +48,25 @@ def show_coupling(ax: AxisFields) -> None:
 
 def seen(ax: AxisFields, rows: NcRows, n: int) -> float:
     """Position of master n as its slave sees it: a phase shift moves the first one."""
-    position = rows.axes[ax.master[n]].lead_position
+    position = rows.axes[ax.master[n]].leading_value.position
     return position + ax.phasing_position if n == 0 else position
 
 
 def seen_velocity(ax: AxisFields, rows: NcRows, n: int) -> float:
     """Velocity of master n as its slave sees it."""
-    velocity = rows.axes[ax.master[n]].lead_velocity
+    velocity = rows.axes[ax.master[n]].leading_value.velocity
     return velocity + ax.phasing.velocity if n == 0 else velocity
 
 
 def seen_acceleration(ax: AxisFields, rows: NcRows, n: int) -> float:
     """Acceleration of master n as its slave sees it."""
-    acceleration = rows.axes[ax.master[n]].lead_acceleration
+    acceleration = rows.axes[ax.master[n]].leading_value.acceleration
     return acceleration + ax.phasing.acceleration if n == 0 else acceleration
 
 
 def seen_jerk(ax: AxisFields, rows: NcRows, n: int) -> float:
     """Jerk of master n; that of a phase shift is left out."""
-    return rows.axes[ax.master[n]].lead_jerk
+    return rows.axes[ax.master[n]].leading_value.jerk
 
 
 def seen_of_row(ax: AxisFields, rows: NcRows, row: int) -> tuple[float, float, float, float]:
@@ -75,15 +75,15 @@ def seen_of_row(ax: AxisFields, rows: NcRows, row: int) -> tuple[float, float, f
     A phase shift moves the first master alone. An axis that follows nobody yet looks at the one
     that it is to follow first.
     """
-    master = rows.axes[row]
-    position = master.lead_position
-    velocity = master.lead_velocity
-    acceleration = master.lead_acceleration
+    value = rows.axes[row].leading_value
+    position = value.position
+    velocity = value.velocity
+    acceleration = value.acceleration
     if ax.coupling == 0 or row == ax.master[0]:
         position += ax.phasing_position
         velocity += ax.phasing.velocity
         acceleration += ax.phasing.acceleration
-    return position, velocity, acceleration, master.lead_jerk
+    return position, velocity, acceleration, value.jerk
 
 
 def let_go(ax: AxisFields, rows: NcRows) -> None:
@@ -121,7 +121,8 @@ def _fading_acceleration(ax: AxisFields) -> float:
 
 def _hold(ax: AxisFields, dt: float) -> None:
     """Followers see the axis stand, or come to rest with the fading acceleration."""
-    v = ax.lead_velocity
+    value = ax.leading_value
+    v = value.velocity
     a = _fading_acceleration(ax)
     time = abs(v) / a
     if time > dt:
@@ -129,12 +130,12 @@ def _hold(ax: AxisFields, dt: float) -> None:
         ax.quiet_cycles = 0
     if v > 0.0:
         a = -a
-    ax.lead_position += time * (v + 0.5 * a * time)
-    ax.lead_velocity = v + a * time if time == dt else 0.0
-    ax.lead_acceleration = a if ax.lead_velocity != 0.0 else 0.0
-    ax.lead_jerk = 0.0
-    ax.lead_offset = ax.set.position - ax.lead_position
-    ax.lead_held = 1
+    value.position += time * (v + 0.5 * a * time)
+    value.velocity = v + a * time if time == dt else 0.0
+    value.acceleration = a if value.velocity != 0.0 else 0.0
+    value.jerk = 0.0
+    value.offset = ax.set.position - value.position
+    value.frozen = 1
 
 
 def _fade(ax: AxisFields, dt: float) -> None:
@@ -175,11 +176,12 @@ def _fade(ax: AxisFields, dt: float) -> None:
 
 def begin_to_lead(ax: AxisFields) -> None:
     """The first follower comes: show it what is, without any history."""
-    ax.lead_held = 0
-    ax.lead_offset = 0.0
-    ax.lead_by_actual = _by_actual_values(ax)
-    ax.lead_dead_time = ax.coupling_dead_time if ax.axis_type == AxisType.ENCODER else 0.0
-    ax.lead_velocity = 0.0
+    value = ax.leading_value
+    value.frozen = 0
+    value.offset = 0.0
+    value.by_actual = _by_actual_values(ax)
+    value.dead_time = ax.coupling_dead_time if ax.axis_type == AxisType.ENCODER else 0.0
+    value.velocity = 0.0
     ax.fading_position_difference = 0.0
     ax.fading_relative_velocity = 0.0
     lead_on(ax, 0.0)
@@ -193,12 +195,13 @@ def _by_actual_values(ax: AxisFields) -> int:
 
 def lead_on(ax: AxisFields, dt: float) -> None:
     """What followers see of this cycle."""
+    value = ax.leading_value
     by_actual = _by_actual_values(ax)
-    if by_actual == 0 and (ax.loop_closed == 0 or ax.lead_held):
+    if by_actual == 0 and (ax.loop_closed == 0 or value.frozen):
         _hold(ax, dt)
-        if ax.loop_closed and ax.lead_velocity == 0.0:
-            ax.lead_held = 0
-        ax.lead_by_actual = 0
+        if ax.loop_closed and value.velocity == 0.0:
+            value.frozen = 0
+        value.by_actual = 0
         return
     position = ax.set.position
     velocity = ax.set.velocity
@@ -216,19 +219,19 @@ def lead_on(ax: AxisFields, dt: float) -> None:
     if ahead != 0.0:
         position += ahead * velocity
         velocity += ahead * acceleration
-    position -= ax.lead_offset
-    if by_actual != ax.lead_by_actual or ahead != ax.lead_dead_time:
-        ax.lead_by_actual = by_actual
-        ax.lead_dead_time = ahead
-        ax.fading_position_difference = ax.lead_position + ax.lead_velocity * dt - position
-        ax.fading_relative_velocity = ax.lead_velocity - velocity
+    position -= value.offset
+    if by_actual != value.by_actual or ahead != value.dead_time:
+        value.by_actual = by_actual
+        value.dead_time = ahead
+        ax.fading_position_difference = value.position + value.velocity * dt - position
+        ax.fading_relative_velocity = value.velocity - velocity
     else:
         _fade(ax, dt)
-    ax.lead_position = position + ax.fading_position_difference
-    ax.lead_velocity = velocity + ax.fading_relative_velocity
-    ax.lead_acceleration = acceleration + ax.fading_relative_acceleration
-    ax.lead_jerk = jerk
-    ax.lead_held = 0
+    value.position = position + ax.fading_position_difference
+    value.velocity = velocity + ax.fading_relative_velocity
+    value.acceleration = acceleration + ax.fading_relative_acceleration
+    value.jerk = jerk
+    value.frozen = 0
 
 
 def as_leader(ax: AxisFields) -> AxisFields:
@@ -237,6 +240,7 @@ def as_leader(ax: AxisFields) -> AxisFields:
         return ax
     leader: AxisFields = LAYOUT.plain()
     assign(leader.set, ax.set)
+    assign(leader.leading_value, ax.leading_value)
     for name in _LEADING:
         setattr(leader, name, getattr(ax, name))
     begin_to_lead(leader)
@@ -246,6 +250,6 @@ def as_leader(ax: AxisFields) -> AxisFields:
 _LEADING = (
     *("encoder", "axis_type", "loop_closed", "couple_slaves_by_actual_values"),
     *("fading_acceleration", "default_acceleration", "default_deceleration"),
-    *("coupling_dead_time", "lead_position", "lead_acceleration"),
+    "coupling_dead_time",
 )
 """Fields that decide what a first follower sees."""

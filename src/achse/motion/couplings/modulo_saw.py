@@ -62,7 +62,7 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     bend = ax.set.acceleration
     if rows.axes[ax.master[leader]].axis_type != AxisType.ENCODER:
         bend -= acceleration
-    offset = ax.set.position - (place + rows.axes[ax.master[leader]].lead_offset)
+    offset = ax.set.position - (place + rows.axes[ax.master[leader]].leading_value.offset)
     beside = offset + stopping_distance(relative, bend, limit, ax.sync.jerk)
     period = ax.encoder.modulo_factor
     offset -= period * floor(beside / period + 0.5)

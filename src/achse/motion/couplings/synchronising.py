@@ -44,7 +44,7 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     begin_approach(ax, here, velocity, acceleration, ax.coupling_parameter[0])
     if again or ax.coupling == SlaveType.SYNCHRONISING_VELOCITY:
         return
-    way = ax.coupling_parameter[1] - master.lead_offset - here
+    way = ax.coupling_parameter[1] - master.leading_value.offset - here
     if abs(way) < NO_WAY or way * ax.sync.heading < 0.0:
         ax.sync.method = INACTIVE
         ax.sync.state = MotionState.INACTIVE

@@ -8,7 +8,7 @@ before (`achse.motion.order`), so their set values are those of this cycle.
 A law is a module beside this one with a row here:
 
 - `step` makes position, velocity, acceleration and jerk of this cycle in closed form, from what
-  masters show (`lead_position` … of `rows.axes[ax.master[n]]`) and from the law's own memory.
+  masters show (`rows.axes[ax.master[n]].leading_value`) and from the law's own memory.
 - `base` lets it count from where slave and masters are now. It is called at the end of coupling,
   when parameters change (unless the law says how), and when the slave's open loop is closed again.
 - Its memory is fields of its own (a class in `achse.motion.fields`, named in `record.AxisFields`).
@@ -24,7 +24,8 @@ A law is a module beside this one with a row here:
 A superposition is on top of what the law makes (`coupled_offset`); a law does not see it.
 
 What masters show does not jump when they are renamed: a position of the master's own is
-`lead_position + lead_offset`. `masters.seen` has the phase shift of the slave in it.
+`leading_value.position + leading_value.offset`. `masters.seen` has the phase shift of the slave
+in it.
 
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """

@@ -2,7 +2,7 @@
 
 from achse.motion.fields.declare import InternalFields, flag, real, reals, whole, wholes
 
-__all__ = ["COUPLING_PARAMETERS", "MASTERS", "CouplingMemory"]
+__all__ = ["COUPLING_PARAMETERS", "MASTERS", "CouplingMemory", "LeadingValue"]
 
 MASTERS = 4
 """Axes that one axis can follow at the same time (002 §6.4.4.3, 0x4200 + ID:0x40)."""
@@ -32,15 +32,20 @@ class CouplingMemory(InternalFields):
     gear_jerk: float = real(0.0, "mm/s³", "jerk towards them; 0 = not limited")
     slave_base: float = real(0.0, "mm", "set position from which the law counts")
     master_base: list[float] = reals(MASTERS, "mm", "positions of the masters there")
-    lead_position: float = real(0.0, "mm", "what followers see of it")
-    lead_velocity: float = real(0.0, "mm/s", "what followers see of it")
-    lead_acceleration: float = real(0.0, "mm/s²", "what followers see of it")
-    lead_jerk: float = real(0.0, "mm/s³", "what followers see of it")
-    lead_offset: float = real(0.0, "mm", "its own position at what they see as 0")
-    lead_by_actual: int = flag(0, "its actual values are what they see")
     coupling_dead_time: float = real(
         0.0, "s", "how far ahead followers see an encoder axis", 0.0, 60.0
     )
-    lead_dead_time: float = real(0.0, "s", "the same, as they see it now")
     coupled_offset: float = real(0.0, "mm", "what superposition has added to the law")
-    lead_held: int = flag(0, "followers see it stand where it was, for it was not ready")
+
+
+class LeadingValue(InternalFields):
+    """Values that the followers of an axis receive from it."""
+
+    position: float = real(0.0, "mm", "position")
+    velocity: float = real(0.0, "mm/s", "velocity")
+    acceleration: float = real(0.0, "mm/s²", "acceleration")
+    jerk: float = real(0.0, "mm/s³", "jerk")
+    offset: float = real(0.0, "mm", "position of the axis where followers receive 0")
+    by_actual: int = flag(0, "the values come from actual values")
+    dead_time: float = real(0.0, "s", "dead time that they are extrapolated by")
+    frozen: int = flag(0, "the axis was not ready: followers receive the position of then")

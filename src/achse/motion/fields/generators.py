@@ -5,7 +5,9 @@ from achse.motion.fields.declare import Inputs, InternalFields, flag, real, whol
 __all__ = [
     "ExternalMotion",
     "GeneratorMemory",
+    "GeneratorSequence",
     "GeneratorSwitch",
+    "ReversingCommand",
     "SineOscillation",
     "TorqueCommand",
 ]
@@ -18,26 +20,30 @@ class GeneratorSwitch(Inputs):
 
 
 class GeneratorMemory(InternalFields):
-    """Jobs of functions 0x25, 0x28 and 0x32, and of groups (002 §6.4.4.3)."""
-
-    reversing_number: int = whole(0, "1", "number of the reversing command, 0 = none")
-    reversing_target: float = real(0.0, "mm", "target that comes next")
-    generator_pause: float = real(0.0, "s", "time at rest between two moves")
-    generator_time: float = real(0.0, "s", "time in the present stage")
-    generator_stage: int = whole(0, "1", "stage of the generator's sequence")
-    generator_round: int = whole(0, "1", "sequences or steps done")
-    generator_rounds: int = whole(0, "1", "sequences or steps to do, 0 = without end")
-    generator_duration: float = real(0.0, "s", "time of one velocity or frequency")
-    step_velocity_1: float = real(0.0, "mm/s", "first velocity of the steps")
-    step_velocity_2: float = real(0.0, "mm/s", "second velocity of the steps")
+    """Output in open loop (function 0x28), membership of a group of several axes."""
 
     grouped: int = flag(0, "the axis belongs to a group of several axes")
-    group_position: float = real(0.0, "mm", "set position that its group asks for")
-    group_velocity: float = real(0.0, "mm/s", "its velocity there")
-    group_acceleration: float = real(0.0, "mm/s²", "its acceleration there")
-    group_jerk: float = real(0.0, "mm/s³", "its jerk there")
-
     direct_output: float = real(0.0, "mm/s", "output to the drive past the controller")
+
+
+class ReversingCommand(InternalFields):
+    """Reversing operation between two targets (function 0x25)."""
+
+    number: int = whole(0, "1", "number of the reversing command, 0 = none")
+    target: float = real(0.0, "mm", "target that comes next")
+
+
+class GeneratorSequence(InternalFields):
+    """Sequence of moves, velocities or frequencies, and its progress (0x25, 0x32, 0x33)."""
+
+    pause: float = real(0.0, "s", "time at rest between two moves")
+    time: float = real(0.0, "s", "time in the present stage")
+    stage: int = whole(0, "1", "stage of the sequence")
+    round: int = whole(0, "1", "sequences or steps done")
+    rounds: int = whole(0, "1", "sequences or steps to do, 0 = without end")
+    duration: float = real(0.0, "s", "time of one velocity or frequency")
+    velocity_1: float = real(0.0, "mm/s", "first velocity of the steps")
+    velocity_2: float = real(0.0, "mm/s", "second velocity of the steps")
 
 
 class ExternalMotion(InternalFields):

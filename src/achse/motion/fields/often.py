@@ -24,7 +24,7 @@ OFTEN: dict[str, tuple[str, ...]] = {
         *("axis_type", "external_setpoint_active", "drive_operation_mode"),
         *("fast_axis_stop_signal_type", "external_error", "axis_disabled"),
         *("drive_output_disabled", "error_code", "output_cut", "phasing_active"),
-        *("compensating", "reversing_number", "setpoint_velocity_position_delay"),
+        *("compensating", "reversing", "setpoint_velocity_position_delay"),
         *("delayed_error_code", "set_torque_offset"),
         *("has_been_stopped", "got_new_target", "homing_state", "motion_locked"),
         "grouped",

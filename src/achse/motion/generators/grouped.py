@@ -12,6 +12,7 @@ from achse.motion.dynamics import drop_foreign, fastest
 from achse.motion.limits import TOLERANCE
 from achse.motion.record import AxisFields
 from achse.motion.setpoint import fail, generate
+from achse.native.declare import assign
 
 __all__ = ["step"]
 
@@ -24,20 +25,20 @@ _ROUNDED = 1.0 + 1e-6
 
 def _fault(ax: AxisFields, way: float, dt: float) -> int:
     """Why the axis cannot be where its group wants it, 0 = nothing."""
-    if not (abs(way) <= _LARGEST and abs(ax.group_velocity) <= _LARGEST):
+    if not (abs(way) <= _LARGEST and abs(ax.group_set_point.velocity) <= _LARGEST):
         return NcError.EXTERNAL_SETPOINT_DATA
     if abs(way) > fastest(ax) * _ROUNDED * dt + ax.encoder.scaling_factor:
         return NcError.SET_VELOCITY_TOO_HIGH
-    if way > 0.0 and ax.group_position > ax.limits.high + TOLERANCE:
+    if way > 0.0 and ax.group_set_point.position > ax.limits.high + TOLERANCE:
         return NcError.SOFT_LIMIT_MAX_PASSED
-    if way < 0.0 and ax.group_position < ax.limits.low - TOLERANCE:
+    if way < 0.0 and ax.group_set_point.position < ax.limits.low - TOLERANCE:
         return NcError.SOFT_LIMIT_MIN_PASSED
     return 0
 
 
 def step(ax: AxisFields, dt: float) -> None:
     """One cycle led by the group."""
-    fault = _fault(ax, ax.group_position - ax.set.position, dt)
+    fault = _fault(ax, ax.group_set_point.position - ax.set.position, dt)
     if fault:
         ax.limits.changed = 1
         ax.profile.abrupt = 1
@@ -45,7 +46,4 @@ def step(ax: AxisFields, dt: float) -> None:
         fail(ax, fault, 0)
         generate(ax, dt)
         return
-    ax.set.position = ax.group_position
-    ax.set.velocity = ax.group_velocity
-    ax.set.acceleration = ax.group_acceleration
-    ax.set.jerk = ax.group_jerk
+    assign(ax.set, ax.group_set_point)

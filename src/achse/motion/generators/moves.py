@@ -19,5 +19,5 @@ def step(ax: AxisFields, dt: float) -> None:
         generate_superposed(ax, dt)
     else:
         generate(ax, dt)
-    if ax.reversing_number:
+    if ax.reversing.number:
         position_in_turn(ax)

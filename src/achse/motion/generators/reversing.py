@@ -14,33 +14,33 @@ __all__ = ["position_in_turn", "step"]
 
 def position_in_turn(ax: AxisFields) -> None:
     """After each cycle of a reversing command: at a target the pause begins."""
-    if ax.set_command_number != ax.reversing_number or ax.set_command_state not in (
+    if ax.set_command_number != ax.reversing.number or ax.set_command_state not in (
         CommandState.ACTIVE,
         CommandState.DONE,
     ):
-        ax.reversing_number = 0
+        ax.reversing.number = 0
     elif ax.set_motion_phase == MotionPhase.NONE and ax.buffer_count == 0:
         ax.set_motion_phase = MotionPhase.REVERSING
         ax.set_command_state = CommandState.ACTIVE
-        ax.generator_time = 0.0
+        ax.sequence.time = 0.0
         ax.job.timing = 0
 
 
 def step(ax: AxisFields, dt: float) -> None:
     """One cycle of the pause at a target, then to the other one; a command that waits is let in."""
-    ax.generator_time += dt
+    ax.sequence.time += dt
     if ax.buffer_count > 0:
         ax.set_motion_phase = MotionPhase.NONE
         ax.set_command_state = CommandState.DONE
         return
-    if ax.generator_time < ax.generator_pause + 0.5 * dt:
+    if ax.sequence.time < ax.sequence.pause + 0.5 * dt:
         return
     job = ax.job
-    job.number = ax.reversing_number
+    job.number = ax.reversing.number
     job.start_type = StartType.ABSOLUTE
-    job.position = ax.reversing_target
+    job.position = ax.reversing.target
     job.end_velocity = 0.0
-    ax.reversing_target = ax.set.position
+    ax.reversing.target = ax.set.position
     begin_job(ax)
     generate(ax, dt)
     position_in_turn(ax)

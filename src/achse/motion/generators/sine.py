@@ -55,16 +55,16 @@ def _ease(ax: AxisFields, dt: float) -> float:
 def step(ax: AxisFields, dt: float) -> None:
     """One cycle of base and measuring oscillation, each integrated over it."""
     ax.profile.abrupt = 1
-    if ax.generator_time >= ax.generator_duration - 0.5 * dt:
-        ax.generator_time = 0.0
-        ax.generator_round += 1
+    if ax.sequence.time >= ax.sequence.duration - 0.5 * dt:
+        ax.sequence.time = 0.0
+        ax.sequence.round += 1
         ax.sine.frequency *= ax.sine.frequency_ratio
-    if ax.generator_round == ax.generator_rounds:
+    if ax.sequence.round == ax.sequence.rounds:
         finish(ax)
         if ax.set_motion_phase == MotionPhase.STOPPING:
             generate(ax, dt)
         return
-    ax.generator_time += dt
+    ax.sequence.time += dt
     growth = _ease(ax, dt)
     angle, way, velocity, acceleration, jerk = _wave(
         ax.sine.base_angle, ax.sine.base_frequency, ax.sine.base_velocity, dt

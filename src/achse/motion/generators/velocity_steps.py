@@ -19,11 +19,11 @@ _STAGES = 4
 def step(ax: AxisFields, dt: float) -> None:
     """One cycle of a velocity or a pause."""
     ax.profile.abrupt = 1
-    stage = ax.generator_stage
+    stage = ax.sequence.stage
     pausing = stage % 2 == 1
     velocity = 0.0
     if not pausing:
-        velocity = ax.step_velocity_1 if stage == 0 else ax.step_velocity_2
+        velocity = ax.sequence.velocity_1 if stage == 0 else ax.sequence.velocity_2
         velocity *= override_share(ax)
         top = fastest(ax)
         if velocity > top:
@@ -41,15 +41,15 @@ def step(ax: AxisFields, dt: float) -> None:
     ax.set.velocity = velocity
     ax.set.position += velocity * dt
     ax.target_position = ax.set.position
-    ax.generator_time += dt
-    duration = ax.generator_pause if pausing else ax.generator_duration
-    while ax.generator_time >= duration - 0.5 * dt:
-        ax.generator_time = 0.0
+    ax.sequence.time += dt
+    duration = ax.sequence.pause if pausing else ax.sequence.duration
+    while ax.sequence.time >= duration - 0.5 * dt:
+        ax.sequence.time = 0.0
         stage += 1
         if stage == _STAGES:
-            ax.generator_round += 1
-            if ax.generator_round == ax.generator_rounds:
+            ax.sequence.round += 1
+            if ax.sequence.round == ax.sequence.rounds:
                 break
             stage = 0
-        duration = ax.generator_pause if stage % 2 == 1 else ax.generator_duration
-    ax.generator_stage = stage
+        duration = ax.sequence.pause if stage % 2 == 1 else ax.sequence.duration
+    ax.sequence.stage = stage

@@ -180,9 +180,9 @@ class FifoGroup(AxisGroup):
         for n, axis in enumerate(self.places):
             if axis is None:
                 continue
-            velocity = (row[n] - axis.group_position) / dt
+            velocity = (row[n] - axis.group_set_point.position) / dt
             self._velocities[n] = velocity
-            axis.group_position, axis.group_velocity = row[n], velocity
+            axis.group_set_point.position, axis.group_set_point.velocity = row[n], velocity
         self._drop_taken()
 
     def _drop_taken(self) -> None:

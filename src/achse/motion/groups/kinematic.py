@@ -206,11 +206,11 @@ class KinematicGroup(AxisGroup):
         for n, axis in enumerate(self.places):
             if axis is None:
                 continue
-            velocity = (led[n] - axis.group_position) / dt
+            velocity = (led[n] - axis.group_set_point.position) / dt
             acceleration = (velocity - self._velocities[n]) / dt
             self._velocities[n] = velocity
-            axis.group_position, axis.group_velocity = led[n], velocity
-            axis.group_acceleration = acceleration
+            axis.group_set_point.position, axis.group_set_point.velocity = led[n], velocity
+            axis.group_set_point.acceleration = acceleration
             still = still and velocity == 0.0
         if still and not any(
             axis is not None and axis.set_motion_phase != MotionPhase.NONE for axis in self.leading

@@ -285,8 +285,8 @@ class PathGroup(PathGroupParameters):
         )
         for axis, position, velocity, acceleration in point:
             if axis is not None and axis is not self._homing:
-                axis.group_position, axis.group_velocity = position, velocity
-                axis.group_acceleration = acceleration
+                axis.group_set_point.position, axis.group_set_point.velocity = position, velocity
+                axis.group_set_point.acceleration = acceleration
 
     def _ends(self, planner: PathPlanner) -> bool:
         """At rest: end what stops, drop what is deleted; whether the path goes on."""
