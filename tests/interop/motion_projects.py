@@ -83,7 +83,7 @@ def slits(cell: Cell) -> Report:
         (
             f"{'done' if ready else 'stuck'} in state {main['iState']},"
             f" powered {sum(_powered(cell.axis(n)) for n in range(1, 9))} of 8,"
-            f" coupled {sum(bool(cell.axis(n).coupling) for n in range(1, 5))} of 4"
+            f" coupled {sum(bool(cell.axis(n).coupling.law) for n in range(1, 5))} of 4"
         ),
     )
 

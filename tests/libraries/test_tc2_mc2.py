@@ -243,7 +243,7 @@ def test_a_gear_of_any_ratio_changes_within_its_acceleration(
     assert on.shown("gear") == "DB"
     slave = on.axis_of(7)
     most = (acceleration or slave.default_acceleration) / on.axis.max_velocity
-    assert slave.coupling_parameter[0] == pytest.approx(most)
+    assert slave.coupling.parameters[0] == pytest.approx(most)
     on.call(600)
     on.edge("run", 150, Velocity=20.0)
     assert slave.set_velocity == pytest.approx(20.0 * ratio)

@@ -42,9 +42,9 @@ def test_every_scalar_can_be_written_and_is_its_own(either: Any) -> None:
 
 def test_array_elements_can_be_written(either: Any) -> None:
     either.axis.profile.jerk[3] = 2.5
-    either.axis.master[3] = 7
+    either.axis.coupling.masters[3] = 7
     assert either.axis.profile.jerk[3] == 2.5
-    assert either.axis.master[3] == 7
+    assert either.axis.coupling.masters[3] == 7
     assert either.axis.profile.time[3] == 0.0
 
 

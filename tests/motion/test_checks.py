@@ -112,7 +112,7 @@ def test_state_forbids_commands(rig: Any, state: dict[str, int], error: NcError 
     for name, value in state.items():
         setattr(rig.axis, name, value)
     assert checks.why_no_command(rig.axis) == number(error)
-    follows = rig.axis.coupling and not rig.axis.allow_slave_motion_commands
+    follows = rig.axis.coupling.law and not rig.axis.allow_slave_motion_commands
     assert checks.why_not_own(rig.axis) == number(NcError.FUNCTION_FOR_SLAVE if follows else None)
 
 

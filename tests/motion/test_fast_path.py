@@ -113,7 +113,7 @@ def test_input_or_a_master_wakes_an_axis(make_rig: Any, change: str, sleeps: boo
     axis.encoder.io.news = int(change == "encoder")
     axis.drive.io.news = int(change == "drive")
     if change == "no slave":
-        axis.master_count, axis.master[0] = 1, 1
+        axis.coupling.master_count, axis.coupling.masters[0] = 1, 1
     axis.quiet_cycles = 40
     axis.resting = 1
     rig.nc.axis(2).resting = int(change != "no slave" and change != "master")

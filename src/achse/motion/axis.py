@@ -232,13 +232,13 @@ class Axis(View, _Fields):
         if not coupling or not 1 <= len(masters) <= MASTERS:
             raise ValueError(f"coupling {coupling} to {len(masters)} axes, expected 1..{MASTERS}")
         rows = [master.index for master in masters]
-        others = {axis.index: axis.followed for axis in self.fellows.values() if axis.coupling}
+        others = {axis.index: axis.followed for axis in self.fellows.values() if axis.coupling.law}
         self.order.arrange(others | {self.index: rows})
         led = {master.index for master in masters if master.followers}
         self.release()
-        self.coupling, self.master_count = coupling, len(rows)
+        self.coupling.law, self.coupling.master_count = coupling, len(rows)
         for n in range(MASTERS):
-            self.master[n] = rows[n] if n < len(rows) else 0
+            self.coupling.masters[n] = rows[n] if n < len(rows) else 0
         for master in masters:
             if not master.followers and master.index not in led:
                 begin_to_lead(master)
@@ -254,7 +254,7 @@ class Axis(View, _Fields):
     @property
     def followed(self) -> list[int]:
         """Rows of the axes that it follows."""
-        return list(self.master[: self.master_count])
+        return list(self.coupling.masters[: self.coupling.master_count])
 
     @property
     def rows(self) -> NcRows:

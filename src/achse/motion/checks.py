@@ -50,7 +50,7 @@ def why_no_command(axis: Axis) -> int:
         return NcError.FUNCTION_NOT_ALLOWED
     if axis.motion_locked:
         return NcError.AXIS_LOCKED_BY_STOP
-    if axis.coupling and not axis.allow_slave_motion_commands:
+    if axis.coupling.law and not axis.allow_slave_motion_commands:
         return NcError.JOB_FOR_SLAVE
     if axis.external_setpoint_active and not axis.allow_motion_commands_with_external_setpoint:
         return NcError.EXTERNAL_GENERATOR_ACTIVE
@@ -59,7 +59,7 @@ def why_no_command(axis: Axis) -> int:
 
 def why_not_own(axis: Axis) -> int:
     """A slave takes no function about a motion of its own, unless parameter 0x20 lets it."""
-    if axis.coupling and not axis.allow_slave_motion_commands:
+    if axis.coupling.law and not axis.allow_slave_motion_commands:
         return NcError.FUNCTION_FOR_SLAVE
     return OK
 

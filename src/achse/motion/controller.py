@@ -317,7 +317,7 @@ def control_coupling(ax: AxisFields, rows: NcRows) -> None:
     of the master times the gear ratio.
     """
     controller = ax.controller
-    error = rows.axes[ax.master[0]].controller.following_error
+    error = rows.axes[ax.coupling.masters[0]].controller.following_error
     difference = error - controller.following_error_difference_scaling * controller.following_error
     controller.following_error_difference = difference
     if difference < controller.following_error_difference_peak_negative:

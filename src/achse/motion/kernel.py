@@ -103,7 +103,11 @@ def begin(ax: AxisFields, dt: float) -> None:
 
 def _asleep(ax: AxisFields, rows: NcRows) -> bool:
     """Whether the axis rests on: nobody writes to it, no input has changed, no master moves."""
-    if ax.encoder.io.news == 0 and ax.drive.io.news == 0 and not (ax.coupling and led(ax, rows)):
+    if (
+        ax.encoder.io.news == 0
+        and ax.drive.io.news == 0
+        and not (ax.coupling.law and led(ax, rows))
+    ):
         return True
     ax.resting = 0
     ax.quiet_cycles = 0
@@ -203,13 +207,13 @@ def _couple_fast(ax: AxisFields, rows: NcRows, dt: float) -> None:
 def _control(ax: AxisFields, rows: NcRows, dt: float) -> None:
     if ax.axis_type != AxisType.DISCRETE_RAPID_CREEP:
         control(ax, dt)
-        if ax.coupling:
+        if ax.coupling.law:
             control_coupling(ax, rows)
 
 
 def _control_fast(ax: AxisFields, rows: NcRows, dt: float) -> None:
     control(ax, dt, fast=True)
-    if ax.coupling:
+    if ax.coupling.law:
         control_coupling(ax, rows)
 
 
@@ -305,7 +309,7 @@ def cycle(ax: AxisFields, rows: NcRows, dt: float) -> None:
         for step in FAST:
             step(ax, rows, dt)
     phase = ax.set_motion_phase
-    if (phase and phase != MotionPhase.COUPLED) or (ax.coupling and led(ax, rows)):
+    if (phase and phase != MotionPhase.COUPLED) or (ax.coupling.law and led(ax, rows)):
         ax.quiet_cycles = 0
     else:
         settle(ax)

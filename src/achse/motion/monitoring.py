@@ -490,9 +490,9 @@ def show_state(ax: AxisFields, fast: bool = False) -> None:
     state |= ax.in_target_position * StateBit.IN_TARGET_POSITION
     if ax.drive_status & STATUS_ERROR:
         state |= StateBit.DRIVE_DEVICE_ERROR
-    if ax.coupling:
+    if ax.coupling.law:
         state += _FOLLOWING
-        if ax.coupling in CAM_COUPLINGS:
+        if ax.coupling.law in CAM_COUPLINGS:
             state |= ax.cam_status
         if ax.sync.state:
             motion = ax.sync.state

@@ -24,7 +24,7 @@ from achse.motion.fields.controller import (
     ControllerParameters,
     ControllerState,
 )
-from achse.motion.fields.coupling import MASTERS, CouplingMemory, LeadingValue
+from achse.motion.fields.coupling import MASTERS, Followers, LeadingValue, SlaveCoupling
 from achse.motion.fields.cyclic import CyclicInput
 from achse.motion.fields.declare import Field, Inputs, InternalFields, Parameters, Role, States
 from achse.motion.fields.drive import (
@@ -223,6 +223,7 @@ class _AxisLinks(InternalFields):
     waiting: list[JobFields] = within(JOB, Field, COMMAND_BUFFER)
     cams: list[CamFields] = within(CAM, Field, CAM_LAYERS)
     border: Border = _part("border", Border)
+    coupling: SlaveCoupling = _part("coupling", SlaveCoupling)
     external: ExternalMotion = _part("external motion", ExternalMotion)
     group_set_point: SetPoint = _part("set point", SetPoint)
     homing: HomingSequence = _part("homing sequence", HomingSequence)
@@ -255,7 +256,7 @@ class AxisFields(
     MonitoringInternal,
     CommandBuffer,
     GeneratorMemory,
-    CouplingMemory,
+    Followers,
     CamSlave,
 ):
     """All fields of the axis itself."""

@@ -478,7 +478,7 @@ def shift_setpoint(ax: AxisFields, shift: float) -> None:
     displace(ax, shift)
     ax.limits.changed = 1
     ax.external.origin += shift
-    ax.slave_base += shift
+    ax.coupling.slave_base += shift
     ax.leading_value.offset += shift
     drive.switch_start += shift
     drive.sent_position += shift

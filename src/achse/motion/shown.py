@@ -49,7 +49,7 @@ def _direction(axis: Any) -> float:
 
 def _table(axis: Any) -> float:
     """Id of the table that a slave follows, of several that of the first."""
-    if axis.coupling not in CAM_COUPLINGS:
+    if axis.coupling.law not in CAM_COUPLINGS:
         return 0
     return next((layer.now.table for layer in axis.cams[: axis.cam_count] if layer.now.table), 0)
 

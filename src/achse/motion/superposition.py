@@ -81,7 +81,7 @@ def _cover(ax: AxisFields, way: float, room: float, dt: float) -> float:
         ax.superposed.main_way += way
     t = ax.superposed.main_way / process
     covered = superposed_way(ax, t)
-    if ax.coupling and covered - ax.superposed.position > room * dt:  # the law jumps
+    if ax.coupling.law and covered - ax.superposed.position > room * dt:  # the law jumps
         ax.superposed.main_way = begin + way * room * dt / (covered - ax.superposed.position)
         t = ax.superposed.main_way / process
         covered = superposed_way(ax, t)
@@ -110,13 +110,13 @@ def superpose(ax: AxisFields, begin: float, dt: float) -> None:
     """What the compensation adds to a cycle in which the main motion began at `begin`."""
     room = _room(ax)
     way = (ax.set.position - begin) * ax.superposed.direction
-    if ax.coupling:  # a law may jump within the position window: less of the room is left then
+    if ax.coupling.law:  # a law may jump within the position window: less of the room is left then
         left = ax.superposed.limit - way / dt
         if ax.superposed.sign == ax.superposed.direction and left < room:
             room = left if left > 0.0 else 0.0
     t = _cover(ax, way, room, dt)
     pace = ax.set.velocity * ax.superposed.direction
-    standing = pace <= 0.0 and (ax.profile.override != 0 or ax.coupling != 0)
+    standing = pace <= 0.0 and (ax.profile.override != 0 or ax.coupling.law != 0)
     if t >= ax.superposed.end or standing or ax.set_motion_phase == MotionPhase.NONE:
         absorb(ax)
         return

@@ -49,7 +49,7 @@ def _reaches(follows: dict[int, list[int]], begin: int, end: int) -> bool:
 def _shown(bench: Any) -> list[object]:
     """What all axes show of couplings, and where they are."""
     return [
-        (axis.coupling, axis.coupling_state, list(axis.master), axis.set_position)
+        (axis.coupling.law, axis.coupling_state, list(axis.coupling.masters), axis.set_position)
         for axis in map(bench.nc.axis, AXES)
     ]
 

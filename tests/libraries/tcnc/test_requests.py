@@ -105,10 +105,10 @@ def test_a_gear_ratio_changes_while_coupled(bench: Any) -> None:
         return [offset for _, _, offset, _ in on.requests()]
 
     assert couple(AXID=2, MASTERID=1, CPLMODE=1, CPLPAR1=2.0) == [0x40]
-    assert on.axis(2).coupling_parameter[0] == 2.0
+    assert on.axis(2).coupling.parameters[0] == 2.0
     assert couple(CPLPAR1=2.5) == [0x42]
     assert on.shown("c") == (False, False, 0)
-    assert on.axis(2).coupling_parameter[0] == 2.5
+    assert on.axis(2).coupling.parameters[0] == 2.5
     assert couple(MASTERID=3) == [0x40]  # another master: refused as any second coupling
     assert on.shown("c")[1]
     on.set("c", CPLOFF=True, MASTERID=1)
@@ -117,7 +117,7 @@ def test_a_gear_ratio_changes_while_coupled(bench: Any) -> None:
     on.set("c", CPLOFF=False)
     on.requests()
     assert couple() == [0x40]
-    assert on.axis(2).coupling == 1
+    assert on.axis(2).coupling.law == 1
 
 
 def test_somebody_else_uncoupled_the_slave(bench: Any) -> None:
@@ -130,7 +130,7 @@ def test_somebody_else_uncoupled_the_slave(bench: Any) -> None:
         assert [each[2] for each in on.requests()] == [offset]
         on.set("c", CPLON=False)
         on.call()
-        if offset == 0x40 and on.axis(2).coupling:
+        if offset == 0x40 and on.axis(2).coupling.law:
             assert commands.decouple(on.axis(2)) == 0
     assert not on.shown("c")[1]
 

@@ -477,7 +477,7 @@ def test_further_cams_count_all_that_are_at_work() -> None:
     assert couple(nc, 11, slave_absolute=0) == 0
     nc.cycle()
     assert slave.set_position == pytest.approx(60.0)
-    assert (slave.cam_count, slave.master_count) == (3, 1)
+    assert (slave.cam_count, slave.coupling.master_count) == (3, 1)
 
 
 @pytest.mark.parametrize(
@@ -516,7 +516,7 @@ def test_slave_follows_four_masters_at_most() -> None:
     nc.cycle()
     assert couple(nc, 11, 1, REMOVE) == 0
     nc.cycle()
-    assert nc.axis(2).master_count == 4
+    assert nc.axis(2).coupling.master_count == 4
     assert couple(nc, 11, 6) == NcError.TOO_MANY_TABLES
     assert couple(nc, 11, 5) == 0
 
@@ -556,4 +556,4 @@ def test_correction_that_runs_again_takes_its_own_place() -> None:
     for _ in range(5):
         assert commands.follow_correction(axis, 10) == 0
         nc.cycle()
-    assert (axis.cam_count, axis.master_count, nc.axis(1).coupling_state) == (2, 1, 0)
+    assert (axis.cam_count, axis.coupling.master_count, nc.axis(1).coupling_state) == (2, 1, 0)

@@ -284,7 +284,7 @@ def test_emergency_stop_has_bounds(
 @pytest.mark.parametrize("coupled", [False, True])
 def test_stops_of_its_own_are_not_for_slaves(rig: Any, coupled: bool) -> None:
     axis = running(rig)
-    axis.coupling = int(coupled)
+    axis.coupling.law = int(coupled)
     for stop, arguments in (
         (commands.stop, ()),
         (commands.parameterized_stop, (1000.0, 10_000.0)),

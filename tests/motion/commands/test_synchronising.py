@@ -74,11 +74,16 @@ GOOD: dict[str, Any] = {
 )
 def test_what_is_refused(moving: Nc, change: dict[str, Any], code: NcError) -> None:
     slave = moving.axis(2)
-    record = slave.set_position, slave.coupling, slave.set_motion_phase, slave.sync.mask
+    record = slave.set_position, slave.coupling.law, slave.set_motion_phase, slave.sync.mask
     assert NcError.of(commands.synchronise(slave, **(GOOD | change))) is code
-    assert record == (slave.set_position, slave.coupling, slave.set_motion_phase, slave.sync.mask)
+    assert record == (
+        slave.set_position,
+        slave.coupling.law,
+        slave.set_motion_phase,
+        slave.sync.mask,
+    )
     moving.cycle(10)
-    assert (slave.set_velocity, slave.error_code, slave.coupling) == (0.0, 0, 0)
+    assert (slave.set_velocity, slave.error_code, slave.coupling.law) == (0.0, 0, 0)
 
 
 @pytest.mark.parametrize("kind", [5, 6])
@@ -114,7 +119,7 @@ def test_a_ring_leaves_a_saw_that_runs_as_it_was() -> None:
     assert commands.couple(third, 1, 2, 0, 0, 1.0) == 0
     code = commands.synchronise(second, 6, 3, 0, 0, 1.0, 100.0, 50.0, jerk=88.0, mask=2)
     assert code == NcError.MASTER_NOT_INSERTED
-    assert (second.coupling, second.sync.jerk, second.sync.mask) == (6, 77.0, 1)
+    assert (second.coupling.law, second.sync.jerk, second.sync.mask) == (6, 77.0, 1)
     commands.universal_start(first, 1, 100.0, 100.0)
     nc.cycle(2000)
     assert second.set_position == pytest.approx(50.0)
@@ -248,7 +253,7 @@ def test_limits_are_kept_or_a_code_says_why_not(
     if code:
         detailed = 0x4372 <= code <= 0x438B
         assert detailed <= bool(mask & Bit.DETAILED_ERROR_CODES)
-        assert slave.coupling == 0
+        assert slave.coupling.law == 0
         return
     v_max = (velocity or 1e4) if mask & Bit.MAX_VELOCITY else 1e300
     a_max = (acceleration or 500.0) if mask & Bit.MAX_ACCELERATION or kind == 5 else 1e300

@@ -281,7 +281,8 @@ def test_law_of_all_cams_but_one() -> None:
     unused = layer()
     unused.now.table = 0
     ax: Any = SimpleNamespace(
-        slave_base=1.0, cam_count=3, cams=[first, second, unused, layer()], coupling=1, master=[0],
+        coupling=SimpleNamespace(law=1, masters=[0], slave_base=1.0),
+        cam_count=3, cams=[first, second, unused, layer()],
         phasing_position=0.0, phasing=SimpleNamespace(velocity=0.0, acceleration=0.0),
     )  # fmt: skip
     # cam position 40: 15, with a slope of 1/2 by the cam, 1/4 by the master
@@ -347,8 +348,8 @@ def test_change_makes_references_offsets_and_scalings(
     it.next.slave_offset, it.next.slave_scaling = 1.0, 3.0
     it.next.master_absolute, it.next.slave_absolute = absolute
     ax: Any = SimpleNamespace(
-        set=SimpleNamespace(position=20.0), slave_base=20.0,
-        cam_count=1, cams=[it], coupling=1, master=[0],
+        set=SimpleNamespace(position=20.0), cam_count=1, cams=[it],
+        coupling=SimpleNamespace(law=1, masters=[0], slave_base=20.0),
         phasing_position=0.0, phasing=SimpleNamespace(velocity=0.0, acceleration=0.0),
     )  # fmt: skip
     both = rows(cyclic=True)
@@ -393,7 +394,7 @@ def test_change_waits_while_it_would_lead_beyond_a_soft_limit(
     lead: Any = both.axes[0].leading_value
     lead.position = it.seen = OFFSET + SCALING * 70.0
     ax.cams[0], ax.cam_count, ax.set.position = it, 1, 32.0
-    ax.coupled_offset, ax.max_velocity, ax.drive.reference_velocity = superposed, 1e4, 1e4
+    ax.coupling.offset, ax.max_velocity, ax.drive.reference_velocity = superposed, 1e4, 1e4
     ax.limits.active, ax.limits.low, ax.limits.high = 1, -50.0, 60.0
     it.next.slave_offset = 4.0 if superposed > 0.0 else 0.0
     cams.carry_out(ax, both, 0.002)

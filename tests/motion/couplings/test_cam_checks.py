@@ -164,12 +164,12 @@ class Plant:
         kind = self.kinds[slave.axis_id]
         table_id = FUNCTION if kind == 13 else dice.choice(TABLES)
         demand, master, running = self.demand(table_id), dice.randint(1, MASTERS), 0
-        if slave.coupling:
+        if slave.coupling.law:
             layer = dice.choice(slave.cams[: slave.cam_count])
             running = layer.now.table
             if dice.random() < 0.7:
                 master = self.nc.axis(layer.master + 1).axis_id
-        match dice.randint(0, 14) if slave.coupling else 14:
+        match dice.randint(0, 14) if slave.coupling.law else 14:
             case 0:
                 return commands.change_cam_offsets(
                     slave, demand.slave_offset, demand.master_offset,
@@ -199,7 +199,7 @@ class Plant:
         if slave.error_code:
             commands.reset(slave)
         slave.control_dword = 7
-        operation = dice.choice((1, 1, 1, 2, 2, 2, 3)) if slave.coupling else 0
+        operation = dice.choice((1, 1, 1, 2, 2, 2, 3)) if slave.coupling.law else 0
         return commands.couple_by_cam(slave, kind, master, demand, operation, running)
 
     def turn(self) -> None:

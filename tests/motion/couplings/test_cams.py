@@ -329,7 +329,7 @@ def test_cams_of_other_masters_come_and_go(line: Line) -> None:
     add = CamDemand(8, master_absolute=1)
     assert commands.couple_by_cam(line.slave, SEVERAL, 3, add, CamOperation.ADDITIVE) == 0
     line.nc.cycle()
-    assert (line.other.coupling_state, line.slave.master_count) == (1, 2)
+    assert (line.other.coupling_state, line.slave.coupling.master_count) == (1, 2)
     line.to(100.0)
     assert line.to(60.0, axis=line.other) == pytest.approx(130.0)
     remove = CamDemand(8, activation=CamActivation.INSTANTANEOUS)
@@ -514,7 +514,7 @@ def test_tables_that_are_named_at_coupling_are_held(line: Line) -> None:
     demand = CamDemand(7, slave_absolute=1, master_absolute=1)
     couple = commands.couple_by_cam
     assert couple(line.slave, 11, 1, demand, further_tables=(8, 5)) == NcError.TABLE_NOT_FOUND
-    assert line.slave.coupling == 0
+    assert line.slave.coupling.law == 0
     assert couple(line.slave, 11, 1, demand, further_tables=(8,)) == 0
     assert line.nc.tables.user_count(8) == 1
     with pytest.raises(TableError):

@@ -56,10 +56,10 @@ def test_the_limit_changes_while_it_runs(make_axes: Any) -> None:
     commands.couple(slave, 15, 1, 0, 0, 2.0)
     slave.operation_mode_value = 10.0
     nc.cycle(100)
-    assert slave.gear == pytest.approx(0.4)
+    assert slave.coupling.gear == pytest.approx(0.4)
     assert commands.change_coupling(slave, 20.0, 0.0, 0.0, 0.0) == 0
     nc.cycle(100)
-    assert slave.gear == pytest.approx(4.4)
+    assert slave.coupling.gear == pytest.approx(4.4)
 
 
 @pytest.mark.parametrize("p_a", [0.0, -1.0, 1e7, float("nan")])
@@ -77,7 +77,7 @@ def test_a_ratio_that_is_none_changes_nothing(make_axes: Any, ratio: float) -> N
     nc.cycle(10)
     slave.operation_mode_value = ratio
     nc.cycle(10)
-    assert (slave.gear, slave.error_code) == (0.5, 0)
+    assert (slave.coupling.gear, slave.error_code) == (0.5, 0)
 
 
 @settings(max_examples=25, deadline=None)
@@ -111,5 +111,5 @@ def test_any_ratios(p_a: float, steps: Any, cycle_ns: int) -> None:
             share = min(1.0, abs(wanted - before) / (p_a * dt))
             s += (0.5 * (before + g) * share + g * (1 - share)) * (master.set_position - at)
             assert slave.set_position == pytest.approx(s, rel=1e-9, abs=1e-9)
-            assert slave.gear == pytest.approx(g, rel=1e-9, abs=1e-12)
-            assert slave.set_velocity == slave.gear * master.set_velocity
+            assert slave.coupling.gear == pytest.approx(g, rel=1e-9, abs=1e-12)
+            assert slave.set_velocity == slave.coupling.gear * master.set_velocity

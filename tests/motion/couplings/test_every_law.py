@@ -137,7 +137,7 @@ def couple(nc: Nc, dice: random.Random, slave: Axis) -> int:
 def change(dice: random.Random, slave: Axis) -> int:
     """New parameters, ratios or a shift of the phase."""
     gear = dice.choice((-1.0, 1.0)) * 10.0 ** dice.uniform(-1.0, 0.5)
-    given = list(slave.coupling_parameter)
+    given = list(slave.coupling.parameters)
     match dice.randint(0, 6):
         case 5:
             return commands.start_phasing(
@@ -153,7 +153,7 @@ def change(dice: random.Random, slave: Axis) -> int:
             return commands.scale_slave(slave, gear)
         case 2:
             return commands.change_cam_offsets(slave, gear, 5.0 * gear)
-        case 3 if slave.coupling in (2, 3):
+        case 3 if slave.coupling.law in (2, 3):
             given[3] = gear
         case _:
             given[0] = gear
@@ -184,7 +184,7 @@ def act(nc: Nc, dice: random.Random, healthy: bool) -> list[object]:
     axis = dice.choice(list(nc))
     top = axis.max_velocity
     kind = dice.randint(0, 13)
-    if kind < 4 and not axis.coupling:
+    if kind < 4 and not axis.coupling.law:
         return [
             commands.universal_start(
                 axis,
@@ -193,14 +193,14 @@ def act(nc: Nc, dice: random.Random, healthy: bool) -> list[object]:
                 dice.uniform(0.1, 1.0) * top,
             )
         ]
-    if kind < 7 and not axis.coupling:
+    if kind < 7 and not axis.coupling.law:
         return [couple(nc, dice, axis)]
     if kind == 7:
         axis.velocity_override = dice.choice((FULL, dice.randint(0, FULL)))
         return []
     if kind == 8:
-        return [commands.stop(axis)] if not axis.coupling else [change(dice, axis)]
-    if kind == 9 and axis.coupling:
+        return [commands.stop(axis)] if not axis.coupling.law else [change(dice, axis)]
+    if kind == 9 and axis.coupling.law:
         return [change(dice, axis)]
     if kind == 10 and not healthy:
         axis.control_dword = dice.choice((0, 7, 7))
@@ -212,8 +212,8 @@ def act(nc: Nc, dice: random.Random, healthy: bool) -> list[object]:
 
 def law_of(axis: Axis) -> tuple[float, ...]:
     """While this stays, the law has one closed form."""
-    return (axis.coupling, axis.sync.state, axis.in_gear, axis.gear, axis.gear_weight,
-            axis.master_moved)  # fmt: skip
+    law = axis.coupling
+    return law.law, axis.sync.state, law.in_gear, law.gear, law.gear_weight, law.master_moved
 
 
 def begin(nc: Nc, dice: random.Random) -> list[object]:
@@ -221,7 +221,7 @@ def begin(nc: Nc, dice: random.Random) -> list[object]:
     axes = list(nc)
     told: list[object] = [couple(nc, dice, axis) for axis in dice.sample(axes, len(axes) - 1)]
     for axis in nc:
-        if not axis.coupling and dice.random() < 0.7:
+        if not axis.coupling.law and dice.random() < 0.7:
             velocity = dice.uniform(0.1, 1.0) * axis.max_velocity
             told.append(commands.universal_start(axis, dice.choice((3, 4)), 0.0, velocity))
     return told
@@ -235,9 +235,9 @@ def expected(nc: Nc, slave: Axis, before: dict[int, float], shifted: float) -> f
     axes = list(nc)
     ways = [axes[row].leading_value.position - before[row] for row in slave.followed]
     ways[0] += slave.phasing_position - shifted
-    given = slave.coupling_parameter
+    given = slave.coupling.parameters
     runs = slave.motion_state == RUNS
-    match slave.coupling:
+    match slave.coupling.law:
         case SlaveType.LINEAR:
             return given[0] * ways[0]
         case SlaveType.FLYING_SAW_VELOCITY | SlaveType.FLYING_SAW_POSITION if runs:
@@ -247,13 +247,13 @@ def expected(nc: Nc, slave: Axis, before: dict[int, float], shifted: float) -> f
         case SlaveType.MODULO_SAW if runs:
             return ways[int(given[0]) - 1]
         case SlaveType.CYCLIC_GEAR:
-            return slave.gear * ways[0]
+            return slave.coupling.gear * ways[0]
         case SlaveType.SURFACE_SPEED:
-            return 180.0 / pi / slave.encoders[1].actual_position * slave.gear * ways[0]
-        case SlaveType.BILINEAR if slave.master_moved:
+            return 180.0 / pi / slave.encoders[1].actual_position * slave.coupling.gear * ways[0]
+        case SlaveType.BILINEAR if slave.coupling.master_moved:
             return given[0] * ways[0] + given[1] * ways[1]
-        case SlaveType.MULTI_MASTER if slave.in_gear:
-            return sum(slave.ratio[n] * way for n, way in enumerate(ways))
+        case SlaveType.MULTI_MASTER if slave.coupling.in_gear:
+            return sum(slave.coupling.ratios[n] * way for n, way in enumerate(ways))
     return None
 
 
@@ -263,21 +263,21 @@ def watch(nc: Nc, seed: int, healthy: bool) -> Iterator[tuple[object, ...]]:
     dt = nc.cycle_seconds
     for turn in range(41):
         told = act(nc, dice, healthy) if turn else begin(nc, dice)
-        slaves = [axis for axis in nc if axis.coupling]
+        slaves = [axis for axis in nc if axis.coupling.law]
         released, stands = None, False
         if slaves and dice.random() < 0.25:
             released = dice.choice(slaves)
             at, v, a = released.set_position, released.set_velocity, released.set_acceleration
             code, stands = free(dice, released)
             told.append(code)
-            if released.coupling:
+            if released.coupling.law:
                 released = None
         for n in range(dice.choice((1, dice.randint(1, 80)))):
             axes = list(nc)
             laws = [law_of(axis) for axis in axes]
             before = {row: axis.leading_value.position for row, axis in enumerate(axes)}
             here = [
-                (axis.set_position - axis.coupled_offset, axis.phasing_position,
+                (axis.set_position - axis.coupling.offset, axis.phasing_position,
                  axis.set_motion_phase)
                 for axis in axes
             ]  # fmt: skip
@@ -294,13 +294,13 @@ def watch(nc: Nc, seed: int, healthy: bool) -> Iterator[tuple[object, ...]]:
                         assert abs(released.set_velocity - v) <= 2.0 * bend * dt + 1e-9
             for axis, law, (position, shifted, phase) in zip(axes, laws, here, strict=True):
                 assert abs(axis.set_position) < 1e9
-                if not axis.coupling or law != law_of(axis) or not axis.loop_closed:
+                if not axis.coupling.law or law != law_of(axis) or not axis.loop_closed:
                     continue
                 way = expected(nc, axis, before, shifted)
                 if way is None or n == 0 or phase != MotionPhase.COUPLED:
                     continue
                 scale = 1.0 + abs(axis.set_position) + abs(before[axis.followed[0]])
-                moved = axis.set_position - axis.coupled_offset - position
+                moved = axis.set_position - axis.coupling.offset - position
                 assert moved == pytest.approx(way, abs=1e-12 * scale + 1e-9)
             yield (
                 *told,

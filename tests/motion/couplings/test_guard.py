@@ -67,7 +67,7 @@ def test_slave_brakes_where_its_cam_is_too_steep(
         before = slave.set_position
     assert slave.error_code == NcError.SET_VELOCITY_TOO_HIGH
     assert farthest <= 200.0 * DT + 1e-9
-    assert (slave.coupling, slave.set_velocity) == (0, 0.0)
+    assert (slave.coupling.law, slave.set_velocity) == (0, 0.0)
     assert 100.0 <= slave.set_position <= 100.0 + 200.0**2 / 5000.0 + 5.0
     assert (master.set_position, master.error_code) == (400.0, 0)
 

@@ -130,7 +130,7 @@ def test_other_parameters_are_refused(parameters: tuple[float, ...]) -> None:
     nc = station()
     slave = nc.axis(2)
     code = commands.couple(slave, 12, 1, 0, 0, *parameters)
-    assert (code, slave.coupling) == (NcError.SLAVE_COUPLING_PARAMETER, 0)
+    assert (code, slave.coupling.law) == (NcError.SLAVE_COUPLING_PARAMETER, 0)
 
 
 def test_periods_have_to_be_the_same_and_a_second_master_has_to_be_there() -> None:

@@ -37,7 +37,7 @@ def test_worked_numbers(make_axes: Any, compiled: bool, jerk: float) -> None:
     nc.cycle(100)
     ways = [axis.set_position - at for axis, at in zip((*masters, slave), begin, strict=True)]
     assert ways[3] == pytest.approx(ways[0] + 0.5 * ways[1] - ways[2], abs=1e-9)
-    assert slave.ratio[:3] == pytest.approx([1.0, 0.5, -1.0])
+    assert slave.coupling.ratios[:3] == pytest.approx([1.0, 0.5, -1.0])
 
 
 def test_places_that_name_no_master(make_axes: Any) -> None:
@@ -140,20 +140,20 @@ def test_limits_hold_and_in_gear_positions_follow(
                 slave.set_position,
                 slave.set_velocity,
                 slave.set_acceleration,
-                slave.in_gear,
+                slave.coupling.in_gear,
             )
             at = [axis.set_position for axis in masters]
             nc.cycle()
             limit = max(acceleration, deceleration)
             assert abs(slave.set_velocity - v) <= limit * dt * (1 + 1e-5) + 1e-9
-            if jerk and not (geared and slave.in_gear):
+            if jerk and not (geared and slave.coupling.in_gear):
                 assert abs(slave.set_acceleration - a) <= jerk * dt * (1 + 1e-6) + 1e-6
             assert abs(slave.set_position - p - 0.5 * (v + slave.set_velocity) * dt) <= (
                 limit * dt * dt + 1e-9
             )
             if most:
                 assert abs(slave.set_velocity) <= most * (1 + 1e-9) or slave.set_acceleration
-            if turn and geared and slave.in_gear:
+            if turn and geared and slave.coupling.in_gear:
                 way = sum(
                     g * (axis.set_position - m)
                     for g, axis, m in zip(asked, masters, at, strict=True)

@@ -18,7 +18,7 @@ TWICE, SUM = 7, 8
 
 
 def _twice(ax: AxisFields, rows: NcRows, dt: float) -> None:
-    master = rows.axes[ax.master[0]]
+    master = rows.axes[ax.coupling.masters[0]]
     ax.set.position = 2.0 * master.set.position
     ax.set.velocity = 2.0 * master.set.velocity
 
@@ -26,9 +26,9 @@ def _twice(ax: AxisFields, rows: NcRows, dt: float) -> None:
 def _sum(ax: AxisFields, rows: NcRows, dt: float) -> None:
     ax.set.position = 0.0
     ax.set.velocity = 0.0
-    for n in range(ax.master_count):
-        ax.set.position += rows.axes[ax.master[n]].set.position
-        ax.set.velocity += rows.axes[ax.master[n]].set.velocity
+    for n in range(ax.coupling.master_count):
+        ax.set.position += rows.axes[ax.coupling.masters[n]].set.position
+        ax.set.velocity += rows.axes[ax.coupling.masters[n]].set.velocity
 
 
 @pytest.fixture(params=[False, True], ids=["plain", "compiled"])

@@ -45,7 +45,10 @@ def test_only_slaves_of_cams_use_tables() -> None:
 
     def axis(coupling: int, *layers: Any, closed: int = 1) -> Any:
         return SimpleNamespace(
-            coupling=coupling, cam_count=2, loop_closed=closed, cams=[*layers, layer(9, 9)]
+            coupling=SimpleNamespace(law=coupling),
+            cam_count=2,
+            loop_closed=closed,
+            cams=[*layers, layer(9, 9)],
         )
 
     gear = axis(1, layer(7, 8), layer(7, 8))

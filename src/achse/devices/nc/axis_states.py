@@ -119,7 +119,7 @@ _OPERATION_MODE = bound(
 
 
 _COUPLING_PARAMETERS = bound(
-    _ROWS["coupling_parameters"], read=lambda axis: tuple(axis.coupling_parameter)
+    _ROWS["coupling_parameters"], read=lambda axis: tuple(axis.coupling.parameters)
 )
 
 
@@ -133,10 +133,11 @@ class _RatioTo(NamedTuple):
     def value(self) -> float:
         if self.master == 0:
             return self.axis.set_gear_ratio
-        places = self.axis.ratio_place[: self.axis.master_count]
-        if self.axis.coupling != SlaveType.MULTI_MASTER:
+        coupling = self.axis.coupling
+        places = coupling.ratio_places[: coupling.master_count]
+        if coupling.law != SlaveType.MULTI_MASTER:
             return self.axis.set_gear_ratio if self.master == 1 else 0.0
-        return sum(self.axis.ratio[n] for n, place in enumerate(places) if place == self.master - 1)
+        return sum(coupling.ratios[n] for n, place in enumerate(places) if place == self.master - 1)
 
 
 def _ratio_to(axis: Axis, n: int) -> _RatioTo:

@@ -19,8 +19,9 @@ from achse.motion.couplings.cams import (
     seen_master,
 )
 from achse.motion.couplings.masters import as_leader
+from achse.motion.fields.coupling import SlaveCoupling
 from achse.motion.order import CouplingRing
-from achse.motion.record import CAM, CAM_LAYERS, CamFields
+from achse.motion.record import AXIS_PARTS, CAM, CAM_LAYERS, CamFields
 from achse.motion.rows import NcRows
 from achse.motion.states import (
     CAM_COUPLINGS,
@@ -110,7 +111,7 @@ def couple_by_cam(
         return NcError.TABLE_EXECUTION_MODE
     if slave_type == SlaveType.MULTI_TABULAR and operation == CamOperation.REMOVE:
         return _remove(slave, demand)
-    exchanges = slave.coupling == slave_type and (
+    exchanges = slave.coupling.law == slave_type and (
         slave_type != SlaveType.MULTI_TABULAR or operation == CamOperation.EXCHANGE
     )
     code = _why_not(slave, demand, _AT_EXCHANGE if exchanges else _AT_COUPLING)
@@ -124,7 +125,7 @@ def couple_by_cam(
             slave.tables.find(table_id)
     except TableError as fault:
         return fault.error
-    if slave.coupling != slave_type:
+    if slave.coupling.law != slave_type:
         code = _begin(slave, slave_type, master_id, demand, cam, operation)
         for n, table_id in enumerate(further_tables if not code else ()):
             slave.cam_list[n] = table_id
@@ -355,23 +356,27 @@ def _follow_too(slave: Axis, master: Axis) -> int:
         return NcError.TOO_MANY_TABLES
     if master.error_code:
         return master.error_code
-    parameters, tables = list(slave.coupling_parameter), list(slave.cam_list)
-    count, offset = slave.cam_count, slave.coupled_offset
+    before: SlaveCoupling = AXIS_PARTS["coupling"].plain()
+    assign(before, slave.coupling)
+    tables, count = list(slave.cam_list), slave.cam_count
     try:
-        slave.follow(slave.coupling, [*masters, master])
+        slave.follow(slave.coupling.law, [*masters, master])
     except CouplingRing:
         return NcError.MASTER_NOT_INSERTED
-    for n, value in enumerate(parameters):
-        slave.coupling_parameter[n] = value
+    coupling = slave.coupling
+    for n, row in enumerate(coupling.masters):
+        before.masters[n] = row
+    before.master_count = coupling.master_count
+    assign(coupling, before)
     for n, table_id in enumerate(tables):
         slave.cam_list[n] = table_id
-    slave.cam_count, slave.coupled_offset = count, offset
+    slave.cam_count = count
     return OK
 
 
 def _remove(slave: Axis, demand: CamDemand) -> int:
     """Take a cam out; what it adds then remains."""
-    if slave.coupling != SlaveType.MULTI_TABULAR:
+    if slave.coupling.law != SlaveType.MULTI_TABULAR:
         return NcError.TABLE_SLAVE_WITHOUT_TABLE
     code = _why_not(slave, demand, _AT_COUPLING)
     if code:
@@ -396,7 +401,7 @@ def change_cam_scaling(slave: Axis, demand: CamDemand) -> int:
 
     Activation 6 keeps the values waiting for good, 7 forgets what waits.
     """
-    if slave.coupling not in CAM_COUPLINGS:
+    if slave.coupling.law not in CAM_COUPLINGS:
         return NcError.SLAVE_TYPE
     code = _why_not(slave, demand, _WHILE_RUNNING)
     if code:
@@ -431,7 +436,7 @@ def change_cam_offsets(slave: Axis, slave_offset: float, master_offset: float, *
 
     `more` is empty, or slave scaling and master scaling, or these and the position.
     """
-    if slave.coupling not in CAM_COUPLINGS:
+    if slave.coupling.law not in CAM_COUPLINGS:
         return NcError.SLAVE_TYPE
     layer = _layer_of(slave, 0)
     if layer is None:
@@ -459,7 +464,7 @@ def change_cam_offsets(slave: Axis, slave_offset: float, master_offset: float, *
 
 def scale_slave(slave: Axis, scaling: float) -> int:
     """Change the slave scaling of the first cam at once (0x49)."""
-    if slave.coupling not in CAM_COUPLINGS:
+    if slave.coupling.law not in CAM_COUPLINGS:
         return NcError.SLAVE_TYPE
     layer = _layer_of(slave, 0)
     if layer is None:
@@ -477,7 +482,7 @@ def follow_correction(slave: Axis, table_id: int, position: float | None = None)
 
     Its slave positions are added from where it begins; its stroke remains.
     """
-    if slave.coupling != SlaveType.MULTI_TABULAR:
+    if slave.coupling.law != SlaveType.MULTI_TABULAR:
         return NcError.SLAVE_TYPE
     begins = CamActivation.INSTANTANEOUS
     if position is not None:
@@ -503,7 +508,7 @@ def follow_correction(slave: Axis, table_id: int, position: float | None = None)
 
 def end_profile(slave: Axis, table_id: int) -> int:
     """Take a cam out at the end of its cycle (0x47)."""
-    if slave.coupling != SlaveType.MULTI_TABULAR:
+    if slave.coupling.law != SlaveType.MULTI_TABULAR:
         return NcError.SLAVE_TYPE
     return _remove(slave, CamDemand(table_id, activation=CamActivation.NEXT_CYCLE))
 

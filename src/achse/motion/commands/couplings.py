@@ -108,10 +108,10 @@ def couple_to_several(
         return code
 
     def fill() -> None:
-        slave.gear_acceleration, slave.gear_deceleration = ramp[:2]
-        slave.gear_jerk, slave.gear_velocity = jerk, velocity
+        slave.coupling.acceleration, slave.coupling.deceleration = ramp[:2]
+        slave.coupling.jerk, slave.coupling.velocity = jerk, velocity
         for n, place in enumerate(places):
-            slave.ratio_place[n], slave.ratio[n] = place, 0.0
+            slave.coupling.ratio_places[n], slave.coupling.ratios[n] = place, 0.0
         take_ratios(slave)
 
     return begin_coupling(
@@ -146,7 +146,7 @@ def why_not_slave(slave: Axis) -> int:
         return NcError.EXTERNAL_GENERATOR_ACTIVE
     if slave.axis_type in (AxisType.ENCODER, AxisType.DISCRETE_RAPID_CREEP):
         return NcError.AXIS_INCOMPATIBLE
-    return NcError.SLAVE_ADDRESS if slave.coupling else OK
+    return NcError.SLAVE_ADDRESS if slave.coupling.law else OK
 
 
 def _moves(axis: Axis) -> bool:
@@ -203,7 +203,7 @@ def begin_coupling(
     except CouplingRing:
         return NcError.MASTER_NOT_INSERTED
     for n, value in enumerate(parameters):
-        slave.coupling_parameter[n] = value
+        slave.coupling.parameters[n] = value
     fill()
     absorb(slave)
     end_homing(slave)
@@ -233,7 +233,7 @@ def change_coupling(slave: Axis, *parameters: float) -> int:
 
     A new gear ratio of slave type 1 acts at once: the velocity jumps, the position does not.
     """
-    law = law_of(slave.coupling)
+    law = law_of(slave.coupling.law)
     if law is None or law.why_not is None:
         return NcError.SLAVE_TYPE
     axes = list(slave.fellows.values())
@@ -245,7 +245,7 @@ def change_coupling(slave: Axis, *parameters: float) -> int:
     if code:
         return code
     for n, value in enumerate(parameters):
-        slave.coupling_parameter[n] = value
+        slave.coupling.parameters[n] = value
     if law.change is None:
         count_from_here(slave, slave.rows)
     else:
@@ -256,7 +256,7 @@ def change_coupling(slave: Axis, *parameters: float) -> int:
 
 def decouple(slave: Axis) -> int:
     """Let a slave go (0x41): a standing one rests, a moving one keeps its velocity, endlessly."""
-    if not slave.coupling:
+    if not slave.coupling.law:
         return NcError.DECOUPLING_NOT_POSSIBLE
     if _rests(slave):
         _free(slave)
@@ -296,7 +296,7 @@ def _decouple(
     deceleration: float,
     jerk: float,
 ) -> int:
-    if not slave.coupling:
+    if not slave.coupling.law:
         return NcError.DECOUPLING_NOT_POSSIBLE
     if decoupling_type not in DecouplingType.__members__.values():
         return NcError.DECOUPLING_TYPE
@@ -393,9 +393,9 @@ def _stop_oriented(slave: Axis, position: float, given: tuple[float, float, floa
 
 def _as_free(slave: Axis, command: Callable[..., int], *arguments: float) -> int:
     """A command as an axis takes it that follows nobody; refused, the slave stays coupled."""
-    coupling, slave.coupling = slave.coupling, 0
+    coupling, slave.coupling.law = slave.coupling.law, 0
     code = command(slave, *arguments)
-    slave.coupling = coupling
+    slave.coupling.law = coupling
     if not code:
         slave.release()
     return code
@@ -403,7 +403,7 @@ def _as_free(slave: Axis, command: Callable[..., int], *arguments: float) -> int
 
 def decouple_and_start(slave: Axis, start_type: int, *arguments: float) -> int:
     """Uncouple a slave and start it (0x17); an axis that is not a slave cannot be uncoupled."""
-    if not slave.coupling:
+    if not slave.coupling.law:
         return NcError.DECOUPLING_NOT_POSSIBLE
     code = _as_free(slave, universal_start, start_type, *arguments)
     if not code:
@@ -413,7 +413,7 @@ def decouple_and_start(slave: Axis, start_type: int, *arguments: float) -> int:
 
 def stop_slave(slave: Axis) -> int:
     """Stop a flying saw and uncouple it (0x44); other slaves have no motion of their own."""
-    law = law_of(slave.coupling)
+    law = law_of(slave.coupling.law)
     if law is not None and law.stops:
         return decouple_with_follow_up(slave, DecouplingType.STOP)
-    return NcError.FUNCTION_FOR_SLAVE if slave.coupling else NcError.FUNCTION_NOT_AVAILABLE
+    return NcError.FUNCTION_FOR_SLAVE if slave.coupling.law else NcError.FUNCTION_NOT_AVAILABLE

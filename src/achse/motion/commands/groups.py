@@ -27,7 +27,7 @@ def why_not_in_group(axis: Axis) -> int:
         return NcError.NCI_AXIS_TYPE
     if axis.grouped:
         return NcError.MASTER_NOT_INSERTED
-    if axis.coupling:
+    if axis.coupling.law:
         return NcError.FUNCTION_FOR_SLAVE
     if busy(axis) or axis.external_setpoint_active:
         return NcError.GROUP_BUSY

@@ -109,7 +109,7 @@ def universal_start(
         deceleration = deceleration or axis.job.deceleration
         jerk = jerk or axis.job.jerk
     acceleration, deceleration, jerk = dynamics(axis, acceleration, deceleration, jerk)
-    if axis.coupling:
+    if axis.coupling.law:
         if not axis.allow_slave_motion_commands:
             return NcError.JOB_FOR_SLAVE
         if buffer_mode != BufferMode.ABORTING:

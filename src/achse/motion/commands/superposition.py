@@ -179,7 +179,7 @@ def _fastest(axis: Axis, asked: Compensation) -> float:
     if asked.distance < 0.0:
         return min(asked.velocity_increase, asked.process_velocity)
     most = min(axis.max_velocity, axis.drive.reference_velocity)
-    main = abs(axis.set.velocity) if axis.coupling else axis.job.velocity
+    main = abs(axis.set.velocity) if axis.coupling.law else axis.job.velocity
     ratio = most / main - 1.0
     return min(asked.velocity_increase, asked.process_velocity * ratio)
 

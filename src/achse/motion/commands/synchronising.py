@@ -81,7 +81,7 @@ def synchronise(
     if not all(isfinite(limit) and limit >= 0.0 for limit in given):
         return NcError.SYNCHRONISING_DYNAMICS
     code = why_not_slave(slave)
-    if code and not (code == NcError.SLAVE_ADDRESS and slave.coupling in _TYPES):
+    if code and not (code == NcError.SLAVE_ADDRESS and slave.coupling.law in _TYPES):
         return code
     by_position = slave_type == SlaveType.SYNCHRONISING_POSITION
     limits = _limits(slave, *given)

@@ -147,9 +147,9 @@ def begin_approach(
     ax: AxisFields, seen: float, velocity: float, acceleration: float, gear: float
 ) -> None:
     """Count from here, where the slave sees its master at a position and with a velocity."""
-    ax.gear = gear
+    ax.coupling.gear = gear
     ax.set_gear_ratio = gear
-    ax.slave_base = ax.set.position
+    ax.coupling.slave_base = ax.set.position
     ax.sync.seen = seen
     ax.sync.begin = seen
     ax.sync.moved = 1 if ax.set.velocity != 0.0 or ax.set.acceleration != 0.0 else 0
@@ -189,15 +189,15 @@ def meet(ax: AxisFields, master_way: float, slave_way: float) -> None:
     ax.sync.length[0] = heading * master_way
     ax.sync.count = 1
     ax.sync.method = BY_POSITION
-    end_slope = heading * ax.gear
+    end_slope = heading * ax.coupling.gear
     quintic(ax.sync.terms, 0, heading * master_way, 0.0, slave_way, slope, bend, end_slope)
 
 
 def run_with(ax: AxisFields, slave: float, master: float, gear: float) -> None:
     """Run with the master from now on: the slave is at `slave` where it sees it at `master`."""
-    ax.slave_base = slave
-    ax.master_base[0] = master
-    ax.gear = gear
+    ax.coupling.slave_base = slave
+    ax.coupling.master_bases[0] = master
+    ax.coupling.gear = gear
     ax.set_gear_ratio = gear
     ax.sync.method = LINEAR
     ax.sync.state = MotionState.SLAVE_SYNCHRONOUS
@@ -205,7 +205,7 @@ def run_with(ax: AxisFields, slave: float, master: float, gear: float) -> None:
 
 def take_gear(ax: AxisFields, velocity: float, acceleration: float, gear: float) -> None:
     """Another gear on the way in time, where the slave sees its master move like this."""
-    ax.gear = gear
+    ax.coupling.gear = gear
     ax.set_gear_ratio = gear
     ax.sync.lead_velocity = gear * velocity
     ax.sync.lead_acceleration = gear * acceleration
@@ -237,7 +237,7 @@ def _by_position(
         if ax.sync.moved:
             _stop_because_it_goes_back(ax)
             return
-        ax.set.position = ax.slave_base
+        ax.set.position = ax.coupling.slave_base
         ax.sync.state = MotionState.SLAVE_PREPHASE
         _stand(ax)
         return
@@ -252,13 +252,13 @@ def _by_position(
         length = ax.sync.length[last]
         s, _, _, _ = place_at(ax.sync.terms, SYNC_TERMS * last, length, 1.0)
         met = seen - ax.sync.heading * way
-        run_with(ax, ax.slave_base + s, met, ax.gear)
+        run_with(ax, ax.coupling.slave_base + s, met, ax.coupling.gear)
         return
     length = ax.sync.length[piece]
     s, d1, d2, d3 = place_at(ax.sync.terms, SYNC_TERMS * piece, length, way / length)
     v = ax.sync.heading * velocity
     a = ax.sync.heading * acceleration
-    ax.set.position = ax.slave_base + s
+    ax.set.position = ax.coupling.slave_base + s
     ax.set.velocity = d1 * v
     ax.set.acceleration = d2 * v * v + d1 * a
     ax.set.jerk = d3 * v * v * v + 3.0 * d2 * v * a + d1 * ax.sync.heading * jerk
@@ -270,10 +270,10 @@ def _by_time(
 ) -> None:
     """One cycle of a change over to the velocity of the master."""
     noisy = master.axis_type == AxisType.ENCODER
-    wanted = ax.gear * velocity
-    rising = 0.0 if noisy else ax.gear * acceleration
-    jerk = 0.0 if noisy else ax.gear * master.leading_value.jerk
-    way = ax.gear * (seen - ax.sync.seen)
+    wanted = ax.coupling.gear * velocity
+    rising = 0.0 if noisy else ax.coupling.gear * acceleration
+    jerk = 0.0 if noisy else ax.coupling.gear * master.leading_value.jerk
+    way = ax.coupling.gear * (seen - ax.sync.seen)
     too_fast = ax.sync.mask & SynchronisingBit.MAX_VELOCITY and abs(wanted) > ax.sync.velocity
     if too_fast:
         wanted = ax.sync.velocity if wanted > 0.0 else -ax.sync.velocity
@@ -282,7 +282,7 @@ def _by_time(
         way = wanted * dt
     if ax.sync.method == SETTLING and not too_fast:
         if settle(ax, wanted, way, dt):
-            run_with(ax, ax.set.position, seen, ax.gear)
+            run_with(ax, ax.set.position, seen, ax.coupling.gear)
         return
     ax.sync.method = BY_TIME
     if approach_velocity(ax, wanted, rising, jerk, way, noisy, dt) and not too_fast:
@@ -290,7 +290,7 @@ def _by_time(
             ax.sync.method = SETTLING
             ax.quiet_cycles = 0
         else:
-            run_with(ax, ax.set.position, seen, ax.gear)
+            run_with(ax, ax.set.position, seen, ax.coupling.gear)
 
 
 def follow_approach(
@@ -312,8 +312,10 @@ def follow_approach(
         ax.sync.state = MotionState.INACTIVE
         _stand(ax)
     elif ax.sync.method == LINEAR:
-        ax.set.position = ax.slave_base + ax.gear * (seen - ax.master_base[0])
-        ax.set.velocity = ax.gear * velocity
-        ax.set.acceleration = ax.gear * acceleration
-        ax.set.jerk = ax.gear * master.leading_value.jerk
+        ax.set.position = ax.coupling.slave_base + ax.coupling.gear * (
+            seen - ax.coupling.master_bases[0]
+        )
+        ax.set.velocity = ax.coupling.gear * velocity
+        ax.set.acceleration = ax.coupling.gear * acceleration
+        ax.set.jerk = ax.coupling.gear * master.leading_value.jerk
     ax.sync.seen = seen

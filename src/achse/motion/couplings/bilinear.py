@@ -19,16 +19,16 @@ __all__ = ["base", "others", "step", "why_not"]
 
 def base(ax: AxisFields, rows: NcRows) -> None:
     """Count from here: where the slave and both masters are now."""
-    ax.slave_base = ax.set.position
-    ax.master_base[0] = seen(ax, rows, 0)
-    ax.master_base[1] = seen(ax, rows, 1)
-    ax.gear = ax.coupling_parameter[0]
-    ax.set_gear_ratio = ax.gear
+    ax.coupling.slave_base = ax.set.position
+    ax.coupling.master_bases[0] = seen(ax, rows, 0)
+    ax.coupling.master_bases[1] = seen(ax, rows, 1)
+    ax.coupling.gear = ax.coupling.parameters[0]
+    ax.set_gear_ratio = ax.coupling.gear
 
 
 def _moves(ax: AxisFields, rows: NcRows) -> int:
     """Whether master 1 moves logically."""
-    phase = rows.axes[ax.master[0]].set_motion_phase
+    phase = rows.axes[ax.coupling.masters[0]].set_motion_phase
     if phase != MotionPhase.NONE and phase != MotionPhase.COUPLED:
         return 1
     return 1 if seen_velocity(ax, rows, 0) != 0.0 else 0
@@ -37,13 +37,13 @@ def _moves(ax: AxisFields, rows: NcRows) -> int:
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """One cycle of the law."""
     moves = _moves(ax, rows)
-    first = ax.coupling_parameter[0]
-    second = ax.coupling_parameter[1]
-    if moves or ax.master_moved:  # the last part of its way, too
+    first = ax.coupling.parameters[0]
+    second = ax.coupling.parameters[1]
+    if moves or ax.coupling.master_moved:  # the last part of its way, too
         ax.set.position = (
-            ax.slave_base
-            + first * (seen(ax, rows, 0) - ax.master_base[0])
-            + second * (seen(ax, rows, 1) - ax.master_base[1])
+            ax.coupling.slave_base
+            + first * (seen(ax, rows, 0) - ax.coupling.master_bases[0])
+            + second * (seen(ax, rows, 1) - ax.coupling.master_bases[1])
         )
         ax.set.velocity = first * seen_velocity(ax, rows, 0) + second * seen_velocity(ax, rows, 1)
         ax.set.acceleration = first * seen_acceleration(ax, rows, 0)
@@ -55,7 +55,7 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
         ax.set.acceleration = 0.0
         ax.set.jerk = 0.0
         base(ax, rows)
-    ax.master_moved = moves
+    ax.coupling.master_moved = moves
 
 
 def why_not(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:

@@ -57,7 +57,7 @@ def why_not_follow(slave: "Axis", position: float, velocity: float, acceleration
 def _without_superposition(slave: "Axis") -> Iterator[None]:
     """Let the set position be what the law makes, as it is for the law in the cycle."""
     position = slave.set.position
-    slave.set.position = position - slave.coupled_offset
+    slave.set.position = position - slave.coupling.offset
     try:
         yield
     finally:
@@ -71,7 +71,7 @@ def _why_not_values(slave: "Axis", position: float, velocity: float, acceleratio
         return code
     dt = slave.cycle_ns * 1e-9
     way = velocity * dt
-    place = position + slave.coupled_offset + way
+    place = position + slave.coupling.offset + way
     code = why_not_step(slave, jump + way, place, velocity, acceleration, dt)
     return _REFUSALS[code] if code else 0
 

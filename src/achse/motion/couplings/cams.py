@@ -135,7 +135,7 @@ def law_now(ax: AxisFields, rows: NcRows, without: int) -> tuple[float, float, f
 
     The layers stay as they are. `without` -1 is none.
     """
-    s = ax.slave_base
+    s = ax.coupling.slave_base
     v = 0.0
     a = 0.0
     for n in range(ax.cam_count):
@@ -239,13 +239,13 @@ def change(ax: AxisFields, rows: NcRows, layer: CamFields, at: float) -> None:
     kind = layer.change.kind
     once = layer.change.when == CamActivation.NEXT_CYCLE_ONCE
     if kind == CHANGE_REMOVE:
-        ax.slave_base += part_at(rows, layer, _cam_position(layer.now, at))[0]
+        ax.coupling.slave_base += part_at(rows, layer, _cam_position(layer.now, at))[0]
         layer.now.table = 0
     else:
         after = CAM_LAW.plain()
         planned(ax, rows, layer, at, after)
         if layer.next.slave_absolute and _alone(ax):
-            ax.slave_base = 0.0
+            ax.coupling.slave_base = 0.0
         if once:
             assign(layer.next, layer.now)
         assign(layer.now, after)
@@ -379,7 +379,7 @@ def _carry_out_one(ax: AxisFields, rows: NcRows, number: int, layer: CamFields, 
     if is_due == 0 or why_not_jump(ax, jump_of(ax, rows, layer, at)):
         return
     s, v, a = law_after(ax, rows, number, layer, at)
-    if why_not_step(ax, s - ax.set.position, s + ax.coupled_offset, v, a, dt):
+    if why_not_step(ax, s - ax.set.position, s + ax.coupling.offset, v, a, dt):
         return
     change(ax, rows, layer, at)
     show_waiting(ax)
@@ -417,7 +417,7 @@ def base(ax: AxisFields, rows: NcRows) -> None:
         layer.seen = seen_master(ax, rows, layer)
         if layer.now.table:
             total += part_at(rows, layer, _cam_position(layer.now, layer.seen))[0]
-    ax.slave_base = ax.set.position - total
+    ax.coupling.slave_base = ax.set.position - total
 
 
 def show_cams(ax: AxisFields, rows: NcRows) -> None:
@@ -438,7 +438,7 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """One cycle: all cams added up."""
     if ax.cam_changes:
         carry_out(ax, rows, dt)
-    s = ax.slave_base
+    s = ax.coupling.slave_base
     v = 0.0
     a = 0.0
     j = 0.0

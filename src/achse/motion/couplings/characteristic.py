@@ -27,7 +27,7 @@ def course_of(slave: "Axis") -> SlaveCourse | None:
 
     It is that of the master's velocity at coupling, of 1 if it stood.
     """
-    if slave.coupling not in _SYNCHRONISING:
+    if slave.coupling.law not in _SYNCHRONISING:
         return None
     (row,) = slave.followed
     begin = slave.sync.begin + slave.rows.axes[row].leading_value.offset
@@ -40,7 +40,7 @@ def course_of(slave: "Axis") -> SlaveCourse | None:
         return course_over_master(begin, velocity, slave.sync.begin_position, lengths, terms)
     state = slave.sync.begin_position, slave.sync.begin_velocity, slave.sync.begin_acceleration
     limits = slave.sync.acceleration, slave.sync.deceleration, slave.sync.jerk
-    return course_by_time(begin, velocity, state, slave.gear * velocity, limits)
+    return course_by_time(begin, velocity, state, slave.coupling.gear * velocity, limits)
 
 
 def characteristic_of(course: SlaveCourse) -> list[float]:

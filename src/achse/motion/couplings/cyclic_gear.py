@@ -24,12 +24,12 @@ nothing."""
 
 def base(ax: AxisFields, rows: NcRows) -> None:
     """Count from here, with a ratio of 0."""
-    ax.slave_base = ax.set.position
-    ax.master_base[0] = seen(ax, rows, 0)
-    ax.master_before[0] = ax.master_base[0]
-    ax.gear = 0.0
+    ax.coupling.slave_base = ax.set.position
+    ax.coupling.master_bases[0] = seen(ax, rows, 0)
+    ax.coupling.masters_before[0] = ax.coupling.master_bases[0]
+    ax.coupling.gear = 0.0
     ax.set_gear_ratio = 0.0
-    ax.gear_weight = 1.0
+    ax.coupling.gear_weight = 1.0
 
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
@@ -43,34 +43,34 @@ def turn(ax: AxisFields, rows: NcRows, weight: float, dt: float) -> None:
     if goal == 0.0:
         goal = ax.gear_ratio_1
     if not abs(goal) <= MOST:
-        goal = ax.gear
-    before = ax.gear
-    slope = ax.coupling_parameter[0]
+        goal = ax.coupling.gear
+    before = ax.coupling.gear
+    slope = ax.coupling.parameters[0]
     share = 1.0
     if goal - before > slope * dt:
-        ax.gear = before + slope * dt
+        ax.coupling.gear = before + slope * dt
     elif before - goal > slope * dt:
         slope = -slope
-        ax.gear = before + slope * dt
+        ax.coupling.gear = before + slope * dt
     else:
         share = abs(goal - before) / (slope * dt)
         slope = 0.0
-        ax.gear = goal
-    if ax.gear != before:
+        ax.coupling.gear = goal
+    if ax.coupling.gear != before:
         ax.quiet_cycles = 0  # it does not rest
     position = seen(ax, rows, 0)
     v = seen_velocity(ax, rows, 0)
-    ratio = ax.gear * weight
-    if ax.gear == before and weight == ax.gear_weight:
-        ax.set.position = ax.slave_base + ratio * (position - ax.master_base[0])
+    ratio = ax.coupling.gear * weight
+    if ax.coupling.gear == before and weight == ax.coupling.gear_weight:
+        ax.set.position = ax.coupling.slave_base + ratio * (position - ax.coupling.master_bases[0])
     else:
-        mean = 0.5 * (before + ax.gear) * share + ax.gear * (1.0 - share)
-        mean *= 0.5 * (ax.gear_weight + weight)
-        ax.set.position += mean * (position - ax.master_before[0])
-        ax.slave_base = ax.set.position
-        ax.master_base[0] = position
-        ax.gear_weight = weight
-    ax.master_before[0] = position
+        mean = 0.5 * (before + ax.coupling.gear) * share + ax.coupling.gear * (1.0 - share)
+        mean *= 0.5 * (ax.coupling.gear_weight + weight)
+        ax.set.position += mean * (position - ax.coupling.masters_before[0])
+        ax.coupling.slave_base = ax.set.position
+        ax.coupling.master_bases[0] = position
+        ax.coupling.gear_weight = weight
+    ax.coupling.masters_before[0] = position
     a = seen_acceleration(ax, rows, 0)
     ax.set.velocity = ratio * v
     ax.set.acceleration = ratio * a + slope * weight * v

@@ -65,11 +65,11 @@ def base(ax: AxisFields, rows: NcRows) -> None:
 
     Where the master is too far already, the slave stays where it is.
     """
-    master = rows.axes[ax.master[0]]
+    master = rows.axes[ax.coupling.masters[0]]
     here = seen(ax, rows, 0)
     velocity = seen_velocity(ax, rows, 0)
     acceleration = seen_acceleration(ax, rows, 0)
-    gear = _gear(ax.coupling_parameter)
+    gear = _gear(ax.coupling.parameters)
     again = ax.sync.state == MotionState.SLAVE_SYNCHRONOUS
     ax.sync.mask = 0
     ax.sync.velocity = ax.max_velocity
@@ -77,11 +77,11 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     ax.sync.deceleration = ax.default_deceleration
     ax.sync.jerk = ax.default_jerk
     begin_approach(ax, here, velocity, acceleration, gear)
-    if again or _by_velocity(ax.coupling, ax.coupling_parameter):
+    if again or _by_velocity(ax.coupling.law, ax.coupling.parameters):
         return
-    length = 2.0 * (ax.coupling_parameter[1] - ax.set.position) / gear
+    length = 2.0 * (ax.coupling.parameters[1] - ax.set.position) / gear
     heading = 1.0 if length > 0.0 else -1.0
-    begin = ax.coupling_parameter[0] - master.leading_value.offset - length
+    begin = ax.coupling.parameters[0] - master.leading_value.offset - length
     if heading * length < NO_WAY or (here - begin) * heading > 0.0:
         ax.sync.method = INACTIVE
         ax.sync.state = MotionState.INACTIVE
@@ -92,13 +92,13 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     ax.sync.heading = heading
     ax.sync.count = 1
     ax.sync.length[0] = heading * length
-    smooth = ax.coupling == SlaveType.FLYING_SAW_POSITION
+    smooth = ax.coupling.law == SlaveType.FLYING_SAW_POSITION
     weak_ramp(ax.sync.terms, 0, heading * length, heading * gear, smooth)
 
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """One cycle of the law; a phase shift of the slave moves what it sees of the master."""
-    master = rows.axes[ax.master[0]]
+    master = rows.axes[ax.coupling.masters[0]]
     velocity = seen_velocity(ax, rows, 0)
     acceleration = seen_acceleration(ax, rows, 0)
     follow_approach(ax, master, seen(ax, rows, 0), velocity, acceleration, dt)
@@ -115,7 +115,7 @@ def _why_not(
     angle = parameters[2]
     if not _LEAST_ANGLE <= angle <= _ALONG or abs(_gear(parameters)) > _LARGEST_GEAR:
         return NcError.SLAVE_COUPLING_PARAMETER
-    if ax.coupling:
+    if ax.coupling.law:
         if ax.sync.method in (LINEAR, BY_TIME, SETTLING):
             return 0
         if ax.sync.state == MotionState.SLAVE_SYNCHRONISING:
@@ -148,7 +148,7 @@ def why_not_position(
 
 def change(ax: AxisFields, rows: NcRows) -> None:
     """New parameters: another gear acts at once; a saw that waits, waits by the new ones."""
-    gear = _gear(ax.coupling_parameter)
+    gear = _gear(ax.coupling.parameters)
     if ax.sync.method == LINEAR:
         run_with(ax, ax.set.position, seen(ax, rows, 0), gear)
     elif ax.sync.method == BY_TIME or ax.sync.method == SETTLING:

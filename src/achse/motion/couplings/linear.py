@@ -17,18 +17,20 @@ __all__ = ["base", "step", "why_not"]
 
 def base(ax: AxisFields, rows: NcRows) -> None:
     """Count from here: where the slave and its master are now."""
-    ax.slave_base = ax.set.position
-    ax.master_base[0] = seen(ax, rows, 0)
-    ax.gear = ax.coupling_parameter[0]
-    ax.set_gear_ratio = ax.gear
+    ax.coupling.slave_base = ax.set.position
+    ax.coupling.master_bases[0] = seen(ax, rows, 0)
+    ax.coupling.gear = ax.coupling.parameters[0]
+    ax.set_gear_ratio = ax.coupling.gear
 
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """One cycle of the law."""
-    ax.set.position = ax.slave_base + ax.gear * (seen(ax, rows, 0) - ax.master_base[0])
-    ax.set.velocity = ax.gear * seen_velocity(ax, rows, 0)
-    ax.set.acceleration = ax.gear * seen_acceleration(ax, rows, 0)
-    ax.set.jerk = ax.gear * seen_jerk(ax, rows, 0)
+    ax.set.position = ax.coupling.slave_base + ax.coupling.gear * (
+        seen(ax, rows, 0) - ax.coupling.master_bases[0]
+    )
+    ax.set.velocity = ax.coupling.gear * seen_velocity(ax, rows, 0)
+    ax.set.acceleration = ax.coupling.gear * seen_acceleration(ax, rows, 0)
+    ax.set.jerk = ax.coupling.gear * seen_jerk(ax, rows, 0)
 
 
 def why_not(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:

@@ -12,11 +12,10 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from math import sqrt
 
 from achse.motion.fields.cams import CAM_LIST
-from achse.motion.fields.coupling import COUPLING_PARAMETERS
 from achse.motion.record import LAYOUT, AxisFields
 from achse.motion.rows import NcRows
 from achse.motion.states import AxisType
-from achse.native.declare import assign
+from achse.native.declare import assign, reset
 
 __all__ = [
     "as_leader",
@@ -40,7 +39,7 @@ FOLLOWS = 3
 
 def show_coupling(ax: AxisFields) -> None:
     """Coupling state of an axis (state 0x20)."""
-    if ax.coupling:
+    if ax.coupling.law:
         ax.coupling_state = BOTH if ax.followers else FOLLOWS
     else:
         ax.coupling_state = LEADS if ax.followers else ALONE
@@ -48,25 +47,25 @@ def show_coupling(ax: AxisFields) -> None:
 
 def seen(ax: AxisFields, rows: NcRows, n: int) -> float:
     """Position of master n as its slave sees it: a phase shift moves the first one."""
-    position = rows.axes[ax.master[n]].leading_value.position
+    position = rows.axes[ax.coupling.masters[n]].leading_value.position
     return position + ax.phasing_position if n == 0 else position
 
 
 def seen_velocity(ax: AxisFields, rows: NcRows, n: int) -> float:
     """Velocity of master n as its slave sees it."""
-    velocity = rows.axes[ax.master[n]].leading_value.velocity
+    velocity = rows.axes[ax.coupling.masters[n]].leading_value.velocity
     return velocity + ax.phasing.velocity if n == 0 else velocity
 
 
 def seen_acceleration(ax: AxisFields, rows: NcRows, n: int) -> float:
     """Acceleration of master n as its slave sees it."""
-    acceleration = rows.axes[ax.master[n]].leading_value.acceleration
+    acceleration = rows.axes[ax.coupling.masters[n]].leading_value.acceleration
     return acceleration + ax.phasing.acceleration if n == 0 else acceleration
 
 
 def seen_jerk(ax: AxisFields, rows: NcRows, n: int) -> float:
     """Jerk of master n; that of a phase shift is left out."""
-    return rows.axes[ax.master[n]].leading_value.jerk
+    return rows.axes[ax.coupling.masters[n]].leading_value.jerk
 
 
 def seen_of_row(ax: AxisFields, rows: NcRows, row: int) -> tuple[float, float, float, float]:
@@ -79,7 +78,7 @@ def seen_of_row(ax: AxisFields, rows: NcRows, row: int) -> tuple[float, float, f
     position = value.position
     velocity = value.velocity
     acceleration = value.acceleration
-    if ax.coupling == 0 or row == ax.master[0]:
+    if ax.coupling.law == 0 or row == ax.coupling.masters[0]:
         position += ax.phasing_position
         velocity += ax.phasing.velocity
         acceleration += ax.phasing.acceleration
@@ -91,21 +90,16 @@ def let_go(ax: AxisFields, rows: NcRows) -> None:
 
     Every coupling ends here.
     """
-    for n in range(ax.master_count):
-        master = rows.axes[ax.master[n]]
+    for n in range(ax.coupling.master_count):
+        master = rows.axes[ax.coupling.masters[n]]
         master.followers -= 1
         show_coupling(master)
-    for n in range(COUPLING_PARAMETERS):
-        ax.coupling_parameter[n] = 0.0
-    ax.coupling = 0
+    reset(ax.coupling)
     ax.sync.state = 0
-    ax.master_count = 0
     ax.cam_count = 0
     for n in range(CAM_LIST):
         ax.cam_list[n] = 0
-    ax.coupled_offset = 0.0
     ax.controller.following_error_difference = 0.0
-    ax.gear = 0.0
     ax.set_gear_ratio = 0.0
     show_coupling(ax)
 

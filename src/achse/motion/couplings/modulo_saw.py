@@ -35,7 +35,7 @@ _SECOND = 2.0
 
 def _leader(ax: AxisFields) -> int:
     """Which of its masters the slave is after."""
-    return 1 if ax.coupling_parameter[0] == _SECOND else 0
+    return 1 if ax.coupling.parameters[0] == _SECOND else 0
 
 
 def base(ax: AxisFields, rows: NcRows) -> None:
@@ -48,27 +48,27 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     limit = ax.default_acceleration
     if ax.default_deceleration < limit:
         limit = ax.default_deceleration
-    limit *= ax.coupling_parameter[1]
+    limit *= ax.coupling.parameters[1]
     ax.sync.mask = 0
     ax.sync.acceleration = limit
     ax.sync.deceleration = limit
     ax.sync.jerk = ax.default_jerk
     ax.sync.velocity = ax.max_velocity
-    if ax.coupling_parameter[0] == _REST:
+    if ax.coupling.parameters[0] == _REST:
         begin_approach(ax, place, velocity, acceleration, 0.0)
         return
     begin_approach(ax, place, velocity, acceleration, 1.0)
     relative = ax.set.velocity - velocity
     bend = ax.set.acceleration
-    if rows.axes[ax.master[leader]].axis_type != AxisType.ENCODER:
+    if rows.axes[ax.coupling.masters[leader]].axis_type != AxisType.ENCODER:
         bend -= acceleration
-    offset = ax.set.position - (place + rows.axes[ax.master[leader]].leading_value.offset)
+    offset = ax.set.position - (place + rows.axes[ax.coupling.masters[leader]].leading_value.offset)
     beside = offset + stopping_distance(relative, bend, limit, ax.sync.jerk)
     period = ax.encoder.modulo_factor
     offset -= period * floor(beside / period + 0.5)
     ax.sync.offset = offset
-    ax.slave_base = ax.set.position - offset
-    ax.master_base[0] = place
+    ax.coupling.slave_base = ax.set.position - offset
+    ax.coupling.master_bases[0] = place
     ax.sync.method = _TO_PLACE
 
 
@@ -77,7 +77,7 @@ def _come_near(ax: AxisFields, rows: NcRows, leader: int, place: float, dt: floa
     velocity = seen_velocity(ax, rows, leader)
     acceleration = seen_acceleration(ax, rows, leader)
     jerk = seen_jerk(ax, rows, leader)
-    noisy = rows.axes[ax.master[leader]].axis_type == AxisType.ENCODER
+    noisy = rows.axes[ax.coupling.masters[leader]].axis_type == AxisType.ENCODER
     if noisy:
         acceleration = 0.0
         jerk = 0.0
@@ -102,12 +102,14 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     if ax.sync.method != _TO_PLACE and ax.sync.method != _SETTLING_THERE:
         velocity = seen_velocity(ax, rows, leader)
         acceleration = seen_acceleration(ax, rows, leader)
-        follow_approach(ax, rows.axes[ax.master[leader]], place, velocity, acceleration, dt)
-        if ax.gear == 0.0 and ax.sync.method == LINEAR:
+        follow_approach(
+            ax, rows.axes[ax.coupling.masters[leader]], place, velocity, acceleration, dt
+        )
+        if ax.coupling.gear == 0.0 and ax.sync.method == LINEAR:
             ax.sync.state = MotionState.INACTIVE
         return
     if _come_near(ax, rows, leader, place, dt):
-        ax.set.position = ax.slave_base + (place - ax.master_base[0])
+        ax.set.position = ax.coupling.slave_base + (place - ax.coupling.master_bases[0])
         run_with(ax, ax.set.position, place, 1.0)
     ax.sync.seen = place
 
@@ -120,7 +122,7 @@ def others(parameters: Sequence[float]) -> tuple[float, ...]:
 def why_not(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
     """Axes of one period, a share above 0 and not above 1; a table of its own (parameter 4) is not
     approved by the manual. It begins with its first master."""
-    known = (_REST, 1.0, _SECOND)[: 1 + len(masters)] if ax.coupling else (1.0,)
+    known = (_REST, 1.0, _SECOND)[: 1 + len(masters)] if ax.coupling.law else (1.0,)
     if parameters[0] not in known or not 0.0 < parameters[1] <= 1.0 or parameters[3] != 0.0:
         return NcError.SLAVE_COUPLING_PARAMETER
     period = ax.encoder.modulo_factor

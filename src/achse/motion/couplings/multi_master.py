@@ -36,25 +36,25 @@ def _ratio(ax: AxisFields, place: int) -> float:
 
 def base(ax: AxisFields, rows: NcRows) -> None:
     """Begin with the velocity that the slave has."""
-    for n in range(ax.master_count):
-        ax.master_base[n] = seen(ax, rows, n)
-    ax.slave_base = ax.set.position
-    ax.in_gear = 0
+    for n in range(ax.coupling.master_count):
+        ax.coupling.master_bases[n] = seen(ax, rows, n)
+    ax.coupling.slave_base = ax.set.position
+    ax.coupling.in_gear = 0
 
 
 def take_ratios(ax: AxisFields) -> None:
     """Accept the ratios of the cyclic interface."""
-    for n in range(ax.master_count):
-        ratio = _ratio(ax, ax.ratio_place[n])
-        if ratio != ax.ratio[n] and abs(ratio) <= MOST:
-            ax.ratio[n] = ratio
-            ax.in_gear = 0
-    ax.set_gear_ratio = ax.ratio[0]
+    for n in range(ax.coupling.master_count):
+        ratio = _ratio(ax, ax.coupling.ratio_places[n])
+        if ratio != ax.coupling.ratios[n] and abs(ratio) <= MOST:
+            ax.coupling.ratios[n] = ratio
+            ax.coupling.in_gear = 0
+    ax.set_gear_ratio = ax.coupling.ratios[0]
 
 
 def _limit(ax: AxisFields, v: float, change: float) -> float:
     """What limits a change of velocity."""
-    return ax.gear_acceleration if v * change >= 0.0 else ax.gear_deceleration
+    return ax.coupling.acceleration if v * change >= 0.0 else ax.coupling.deceleration
 
 
 def _bend(ax: AxisFields, goal: float, dt: float) -> int:
@@ -87,9 +87,9 @@ def _swing(ax: AxisFields, goal: float, dt: float) -> int:
         v,
         a,
         goal,
-        ax.gear_acceleration,
-        ax.gear_deceleration,
-        ax.gear_jerk,
+        ax.coupling.acceleration,
+        ax.coupling.deceleration,
+        ax.coupling.jerk,
     )
     left = dt
     reached = 1
@@ -125,38 +125,38 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     goal = 0.0
     a = 0.0
     j = 0.0
-    for n in range(ax.master_count):
-        ratio = ax.ratio[n]
-        way += ratio * (seen(ax, rows, n) - ax.master_base[n])
+    for n in range(ax.coupling.master_count):
+        ratio = ax.coupling.ratios[n]
+        way += ratio * (seen(ax, rows, n) - ax.coupling.master_bases[n])
         goal += ratio * seen_velocity(ax, rows, n)
         a += ratio * seen_acceleration(ax, rows, n)
         j += ratio * seen_jerk(ax, rows, n)
-    most = ax.gear_velocity
+    most = ax.coupling.velocity
     capped = most > 0.0 and abs(goal) > most
     if capped:
         goal = most if goal > 0.0 else -most
-        ax.in_gear = 0
+        ax.coupling.in_gear = 0
     change = goal - ax.set.velocity
     if abs(change) > _limit(ax, ax.set.velocity, change) * dt * _MORE:
-        ax.in_gear = 0
-    if ax.gear_jerk > 0.0 and abs(a - ax.set.acceleration) > ax.gear_jerk * dt * _MORE:
-        ax.in_gear = 0
-    if ax.in_gear:
-        ax.set.position = ax.slave_base + way
+        ax.coupling.in_gear = 0
+    if ax.coupling.jerk > 0.0 and abs(a - ax.set.acceleration) > ax.coupling.jerk * dt * _MORE:
+        ax.coupling.in_gear = 0
+    if ax.coupling.in_gear:
+        ax.set.position = ax.coupling.slave_base + way
         ax.set.velocity = goal
         ax.set.acceleration = a
         ax.set.jerk = j
         return
     ax.set.jerk = 0.0
-    reached = _swing(ax, goal, dt) if ax.gear_jerk > 0.0 else _bend(ax, goal, dt)
+    reached = _swing(ax, goal, dt) if ax.coupling.jerk > 0.0 else _bend(ax, goal, dt)
     base(ax, rows)
-    ax.in_gear = 0 if capped else reached
+    ax.coupling.in_gear = 0 if capped else reached
 
 
 def change(ax: AxisFields, rows: NcRows) -> None:
     """Accept new ratios of the service (0x42) as if the cyclic interface had brought them."""
-    ax.gear_ratio_1 = ax.coupling_parameter[0]
-    ax.gear_ratio_2 = ax.coupling_parameter[1]
-    ax.gear_ratio_3 = ax.coupling_parameter[2]
-    ax.gear_ratio_4 = ax.coupling_parameter[3]
+    ax.gear_ratio_1 = ax.coupling.parameters[0]
+    ax.gear_ratio_2 = ax.coupling.parameters[1]
+    ax.gear_ratio_3 = ax.coupling.parameters[2]
+    ax.gear_ratio_4 = ax.coupling.parameters[3]
     take_ratios(ax)

@@ -36,25 +36,25 @@ def base(ax: AxisFields, rows: NcRows) -> None:
 
     Where the master is not before the place any more, the slave stays where it is.
     """
-    master = rows.axes[ax.master[0]]
+    master = rows.axes[ax.coupling.masters[0]]
     here = seen(ax, rows, 0)
     velocity = seen_velocity(ax, rows, 0)
     acceleration = seen_acceleration(ax, rows, 0)
     again = ax.sync.state == MotionState.SLAVE_SYNCHRONOUS
-    begin_approach(ax, here, velocity, acceleration, ax.coupling_parameter[0])
-    if again or ax.coupling == SlaveType.SYNCHRONISING_VELOCITY:
+    begin_approach(ax, here, velocity, acceleration, ax.coupling.parameters[0])
+    if again or ax.coupling.law == SlaveType.SYNCHRONISING_VELOCITY:
         return
-    way = ax.coupling_parameter[1] - master.leading_value.offset - here
+    way = ax.coupling.parameters[1] - master.leading_value.offset - here
     if abs(way) < NO_WAY or way * ax.sync.heading < 0.0:
         ax.sync.method = INACTIVE
         ax.sync.state = MotionState.INACTIVE
         return
-    meet(ax, way, ax.coupling_parameter[2] - ax.set.position)
+    meet(ax, way, ax.coupling.parameters[2] - ax.set.position)
 
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """One cycle of the law; a phase shift of the slave moves what it sees of the master."""
-    master = rows.axes[ax.master[0]]
+    master = rows.axes[ax.coupling.masters[0]]
     velocity = seen_velocity(ax, rows, 0)
     acceleration = seen_acceleration(ax, rows, 0)
     follow_approach(ax, master, seen(ax, rows, 0), velocity, acceleration, dt)
@@ -65,7 +65,7 @@ def why_not(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[
 
     The service by four parameters (0x40) does not couple these types.
     """
-    if ax.coupling not in (SlaveType.SYNCHRONISING_VELOCITY, SlaveType.SYNCHRONISING_POSITION):
+    if ax.coupling.law not in (SlaveType.SYNCHRONISING_VELOCITY, SlaveType.SYNCHRONISING_POSITION):
         return NcError.SLAVE_TYPE
     if parameters[0] == 0.0:
         return NcError.GEAR_FACTOR_ZERO
@@ -74,11 +74,11 @@ def why_not(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[
 
 def change(ax: AxisFields, rows: NcRows) -> None:
     """Another gear ratio: of a slave that runs with its master at once."""
-    gear = ax.coupling_parameter[0]
+    gear = ax.coupling.parameters[0]
     if ax.sync.method == BY_TIME or ax.sync.method == SETTLING:
         take_gear(ax, seen_velocity(ax, rows, 0), seen_acceleration(ax, rows, 0), gear)
     elif ax.sync.state == MotionState.SLAVE_SYNCHRONOUS:
         run_with(ax, ax.set.position, seen(ax, rows, 0), gear)
     else:  # it stands, or comes to rest, and stays there
-        ax.gear = gear
+        ax.coupling.gear = gear
         ax.set_gear_ratio = gear

@@ -11,9 +11,9 @@ A law is a module beside this one with a row here:
   masters show (`rows.axes[ax.master[n]].leading_value`) and from the law's own memory.
 - `base` lets it count from where slave and masters are now. It is called at the end of coupling,
   when parameters change (unless the law says how), and when the slave's open loop is closed again.
-- Its memory is fields of its own (a class in `achse.motion.fields`, named in `record.AxisFields`).
-  `base` sets them all; nothing clears them. The parameters of the service are
-  `ax.coupling_parameter`.
+- Its memory is a part of the axis (a class in `achse.motion.fields`, named in `record.AxisFields`).
+  `base` sets all of it, and `let_go` clears `ax.coupling`. The parameters of the service are
+  `ax.coupling.parameters`.
 - What it demands before it is coupled by parameters (0x40), and how it changes while it runs
   (0x42), is in its row as well, outside the kernel. Laws with services of their own (tables,
   synchronising) demand things there.
@@ -21,7 +21,7 @@ A law is a module beside this one with a row here:
   outside by `Axis.release`. A law that ends by itself calls it too. Set values stay; who calls
   says what comes then (`set_motion_phase`).
 
-A superposition is on top of what the law makes (`coupled_offset`); a law does not see it.
+A superposition is on top of what the law makes (`ax.coupling.offset`); a law does not see it.
 
 What masters show does not jump when they are renamed: a position of the master's own is
 `leading_value.position + leading_value.offset`. `masters.seen` has the phase shift of the slave
@@ -229,7 +229,7 @@ def law_of(number: int) -> Coupling | None:
 
 def couple(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """One cycle of an axis that follows others or has followers."""
-    if ax.coupling:
+    if ax.coupling.law:
         _follow(ax, rows, dt)
     if ax.followers:
         lead_on(ax, dt)
@@ -254,11 +254,11 @@ def _follow(ax: AxisFields, rows: NcRows, dt: float) -> None:
     velocity = ax.set.velocity
     acceleration = ax.set.acceleration
     fault = 0
-    ax.set.position -= ax.coupled_offset
+    ax.set.position -= ax.coupling.offset
     ax.set.velocity -= ax.superposed.set_velocity
     ax.set.acceleration -= ax.superposed.set_acceleration
     for row in COUPLINGS:
-        if ax.coupling == row.number:
+        if ax.coupling.law == row.number:
             row.step(ax, rows, dt)
             if row.guarded:
                 fault = _fault(ax, begin, dt)
@@ -269,13 +269,13 @@ def _follow(ax: AxisFields, rows: NcRows, dt: float) -> None:
         ax.set.acceleration = acceleration
         _brake(ax, rows, fault, dt)
         return
-    ax.set.position += ax.coupled_offset
+    ax.set.position += ax.coupling.offset
     if ax.compensating:
         ax.superposed.set_velocity = 0.0
         ax.superposed.set_acceleration = 0.0
         before = ax.set.position
         superpose(ax, begin, dt)
-        ax.coupled_offset += ax.set.position - before
+        ax.coupling.offset += ax.set.position - before
     ax.target_position = ax.set.position
     v = ax.set.velocity
     a = ax.set.acceleration
@@ -285,7 +285,7 @@ def _follow(ax: AxisFields, rows: NcRows, dt: float) -> None:
 
 def _fault(ax: AxisFields, begin: float, dt: float) -> int:
     """Code that refuses the set point of a law, without what is superposed; 0 = it can be taken."""
-    position = ax.set.position + ax.coupled_offset
+    position = ax.set.position + ax.coupling.offset
     return why_not_step(ax, position - begin, position, ax.set.velocity, ax.set.acceleration, dt)
 
 
@@ -300,14 +300,14 @@ def _brake(ax: AxisFields, rows: NcRows, code: int, dt: float) -> None:
 
 def count_from_here(ax: AxisFields, rows: NcRows) -> None:
     """Let the law count from where slave and masters are now, without what is superposed."""
-    ax.set.position -= ax.coupled_offset
+    ax.set.position -= ax.coupling.offset
     ax.set.velocity -= ax.superposed.set_velocity
     ax.set.acceleration -= ax.superposed.set_acceleration
     for row in COUPLINGS:
-        if ax.coupling == row.number:
+        if ax.coupling.law == row.number:
             row.base(ax, rows)
             break
-    ax.set.position += ax.coupled_offset
+    ax.set.position += ax.coupling.offset
     ax.set.velocity += ax.superposed.set_velocity
     ax.set.acceleration += ax.superposed.set_acceleration
 
@@ -315,6 +315,6 @@ def count_from_here(ax: AxisFields, rows: NcRows) -> None:
 def led(ax: AxisFields, rows: NcRows) -> bool:
     """Whether one of its masters does not rest: then the axis does not rest either."""
     awake = 0
-    for n in range(ax.master_count):
-        awake += 1 - rows.axes[ax.master[n]].resting
+    for n in range(ax.coupling.master_count):
+        awake += 1 - rows.axes[ax.coupling.masters[n]].resting
     return awake > 0

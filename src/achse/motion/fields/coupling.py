@@ -2,7 +2,7 @@
 
 from achse.motion.fields.declare import InternalFields, flag, real, reals, whole, wholes
 
-__all__ = ["COUPLING_PARAMETERS", "MASTERS", "CouplingMemory", "LeadingValue"]
+__all__ = ["COUPLING_PARAMETERS", "MASTERS", "Followers", "LeadingValue", "SlaveCoupling"]
 
 MASTERS = 4
 """Axes that one axis can follow at the same time (002 §6.4.4.3, 0x4200 + ID:0x40)."""
@@ -11,31 +11,27 @@ COUPLING_PARAMETERS = 4
 """Parameters of a coupling (the same)."""
 
 
-class CouplingMemory(InternalFields):
-    """Whom the axis follows, and by which law; what it shows those that follow it."""
+class SlaveCoupling(InternalFields):
+    """Coupling of a slave: its law, its masters and the progress of the law."""
 
-    coupling: int = whole(0, "1", "number of the coupling at work, 0 = none")
+    law: int = whole(0, "1", "number of the coupling in force, 0 = none")
     master_count: int = whole(0, "1", "axes that it follows", 0, MASTERS)
-    master: list[int] = wholes(MASTERS, "1", "their rows")
-    followers: int = whole(0, "1", "axes that follow it")
-    coupling_parameter: list[float] = reals(COUPLING_PARAMETERS, "1", "as commanded")
-    gear: float = real(0.0, "1", "gear ratio now")
-    gear_weight: float = real(1.0, "1", "way of the slave for a master's way and a ratio of 1")
-    master_before: list[float] = reals(MASTERS, "mm", "what it saw of them in the last cycle")
-    master_moved: int = flag(0, "master 1 moved in the last cycle")
-    ratio_place: list[int] = wholes(MASTERS, "1", "number of the gear ratio to each, from 0")
-    ratio: list[float] = reals(MASTERS, "1", "gear ratios to several masters")
-    in_gear: int = flag(0, "it runs as the ratios say and has nothing to catch up")
-    gear_velocity: float = real(0.0, "mm/s", "largest velocity behind several masters; 0 = none")
-    gear_acceleration: float = real(0.0, "mm/s²", "acceleration towards them")
-    gear_deceleration: float = real(0.0, "mm/s²", "deceleration towards them")
-    gear_jerk: float = real(0.0, "mm/s³", "jerk towards them; 0 = not limited")
+    masters: list[int] = wholes(MASTERS, "1", "rows of these axes")
+    parameters: list[float] = reals(COUPLING_PARAMETERS, "1", "parameters as commanded")
     slave_base: float = real(0.0, "mm", "set position from which the law counts")
-    master_base: list[float] = reals(MASTERS, "mm", "positions of the masters there")
-    coupling_dead_time: float = real(
-        0.0, "s", "how far ahead followers see an encoder axis", 0.0, 60.0
-    )
-    coupled_offset: float = real(0.0, "mm", "what superposition has added to the law")
+    master_bases: list[float] = reals(MASTERS, "mm", "positions of the masters there")
+    masters_before: list[float] = reals(MASTERS, "mm", "positions of the masters a cycle before")
+    master_moved: int = flag(0, "master 1 moved in the last cycle")
+    offset: float = real(0.0, "mm", "distance that superposition has added to the law")
+    gear: float = real(0.0, "1", "gear ratio now")
+    gear_weight: float = real(1.0, "1", "slave distance per master distance at a ratio of 1")
+    ratio_places: list[int] = wholes(MASTERS, "1", "number of the ratio to each master, from 0")
+    ratios: list[float] = reals(MASTERS, "1", "gear ratios to several masters")
+    in_gear: int = flag(0, "the slave runs as the ratios say and is not behind")
+    velocity: float = real(0.0, "mm/s", "largest velocity behind several masters; 0 = none")
+    acceleration: float = real(0.0, "mm/s²", "acceleration towards them")
+    deceleration: float = real(0.0, "mm/s²", "deceleration towards them")
+    jerk: float = real(0.0, "mm/s³", "jerk towards them; 0 = not limited")
 
 
 class LeadingValue(InternalFields):
@@ -49,3 +45,12 @@ class LeadingValue(InternalFields):
     by_actual: int = flag(0, "the values come from actual values")
     dead_time: float = real(0.0, "s", "dead time that they are extrapolated by")
     frozen: int = flag(0, "the axis was not ready: followers receive the position of then")
+
+
+class Followers(InternalFields):
+    """Followers of an axis."""
+
+    followers: int = whole(0, "1", "axes that follow it")
+    coupling_dead_time: float = real(
+        0.0, "s", "time by which followers extrapolate an encoder axis", 0.0, 60.0
+    )

@@ -11,5 +11,5 @@ __all__ = ["step"]
 
 def step(ax: AxisFields, dt: float) -> None:
     """One cycle: nothing to do; without a coupling the axis rests."""
-    if ax.coupling == 0:
+    if ax.coupling.law == 0:
         ax.set_motion_phase = MotionPhase.NONE

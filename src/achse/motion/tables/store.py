@@ -263,7 +263,7 @@ class Tables:
                 raise TableError(
                     error,
                     f"{table!r}: axis {axis.axis_id} would jump from "
-                    f"{axis.set.position - axis.coupled_offset:g} to {position:g}",
+                    f"{axis.set.position - axis.coupling.offset:g} to {position:g}",
                 )
 
     def _fill_again(self, table: Table, low: int, high: int) -> None:

@@ -18,7 +18,7 @@ class TableUser(Protocol):
 
     axis_id: int
     resting: int
-    coupling: int
+    coupling: Any
     cam_count: int
     cam_list: Any
     loop_closed: int
@@ -46,7 +46,7 @@ class TableUser(Protocol):
 def cams_in_use(axes: Iterable[TableUser]) -> Iterator[tuple[TableUser, int, int]]:
     """Table and interpolation of each layer of each slave, and of what it will change to."""
     for axis in axes:
-        if axis.coupling in CAM_COUPLINGS:
+        if axis.coupling.law in CAM_COUPLINGS:
             for layer in axis.cams[: axis.cam_count]:
                 if layer.now.table:
                     yield axis, layer.now.table, layer.now.interpolation
@@ -60,7 +60,7 @@ def at_work(axes: Iterable[TableUser], key: tuple[int, int]) -> list[Any]:
     return [
         axis
         for axis in axes
-        if axis.coupling in CAM_COUPLINGS
+        if axis.coupling.law in CAM_COUPLINGS
         and axis.loop_closed
         and any(
             (layer.now.table, layer.now.interpolation) == key

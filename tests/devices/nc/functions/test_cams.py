@@ -185,7 +185,7 @@ def test_what_is_superposed_shows(tables: Any) -> None:
     couple(tables)
     to(tables, 90.0)
     slave = tables.nc.axis(3)
-    slave.coupled_offset = 2.5
+    slave.coupling.offset = 2.5
     tables.run(0.01)
     info = struct.unpack(form, tables.exchange(S, 0x27, 256, b""))
     assert (info[19], info[21]) == pytest.approx((2.5, 32.5))

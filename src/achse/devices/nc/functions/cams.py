@@ -119,7 +119,7 @@ _FARTHEST = 1e12
 
 def _layer(axis: Axis, table_id: int) -> tuple[int, CamFields, Table]:
     """A cam at work: 0x425C at an axis that follows none, 0x4261 for a table that it does not."""
-    if axis.coupling not in CAM_COUPLINGS:
+    if axis.coupling.law not in CAM_COUPLINGS:
         raise DeviceError(NcError.SLAVE_TYPE.number, "the axis follows no table")
     for number, layer in enumerate(axis.cams[: axis.cam_count]):
         if layer.now.table and table_id in (0, layer.now.table):
@@ -149,13 +149,17 @@ def _info(axis: Axis, asked: Any) -> tuple[float, ...]:
     part, *_, strokes = part_at(rows, layer, (master - origin) / now.master_scaling)
     cam_position, slave_position = layer.cam_position, layer.value
     layer.near, layer.cam_position, layer.value = near, within, value
-    slave = axis.set_position if position is None else axis.slave_base + part + axis.coupled_offset
+    slave = (
+        axis.set_position
+        if position is None
+        else axis.coupling.slave_base + part + axis.coupling.offset
+    )
     return (
         *(now.table, table.table_main_type, table.table_sub_type, now.interpolation),
         *(table.row_count, table.column_count),
         *(rows.cams[cam + BEGIN], cam_values(rows.cams, cam, 0, rows.cams[cam + BEGIN])[0]),
         *(rows.cams[cam + PERIOD], rows.cams[cam + STROKE]),
-        *(origin + names, axis.slave_base + now.slave_reference + now.slave_offset),
+        *(origin + names, axis.coupling.slave_base + now.slave_reference + now.slave_offset),
         *(now.master_absolute, now.slave_absolute),
         *(
             now.master_offset,
@@ -163,7 +167,7 @@ def _info(axis: Axis, asked: Any) -> tuple[float, ...]:
             now.master_scaling,
             now.slave_scaling,
         ),
-        *(now.slave_scaling * strokes, axis.coupled_offset),
+        *(now.slave_scaling * strokes, axis.coupling.offset),
         *(master + names, slave, cam_position, slave_position),
         axis.state_dword & 0xFFFF_FFFF,
     )
