@@ -441,7 +441,7 @@ def test_random_compensations(make_rig: Any, seed: int) -> None:
             assert abs(w - v) <= steepest * rig.dt * 16.0
             assert abs(q - p) <= 300.0 * rig.dt * (1.0 + 1e-3)
     axis.velocity_override = 1_000_000
-    rig.until(lambda ax: ax.set_motion_phase == 0 and ax.buffer_count == 0, 120.0)
+    rig.until(lambda ax: ax.set_motion_phase == 0 and ax.buffer.count == 0, 120.0)
     assert axis.compensating == 0
     assert (axis.set_velocity, axis.set_acceleration, axis.error_code) == (0.0, 0.0, 0)
 

@@ -24,11 +24,10 @@ from achse.motion.order import CycleOrder
 from achse.motion.parts import AxisController, AxisDrive, AxisEncoder
 from achse.motion.port import STATUS_INVALID
 from achse.motion.record import (
-    AXIS_PARTS,
     LAYOUT,
     MASTERS,
     PART_OF,
-    SHOWN_PARTS,
+    SHOWN_FIELDS,
     AxisFields,
     Field,
     Role,
@@ -59,6 +58,24 @@ if TYPE_CHECKING:
         actual_velocity_unfiltered: float
         actual_acceleration: float
         homed: int
+        application_request: int
+        application_request_type: int
+        application_command_number: int
+        buffer_count: int
+        delayed_error_code: int
+        external_set_position: float
+        external_set_velocity: float
+        external_set_acceleration: float
+        external_set_direction: int
+        external_set_torque: float
+        external_set_jerk: float
+        external_set_torque_derivative: float
+        fading_position_difference: float
+        fading_relative_velocity: float
+        fading_relative_acceleration: float
+        homing_state: int
+        phasing_active: int
+        phasing_position: float
         set_position: float
         set_velocity: float
         set_acceleration: float
@@ -366,9 +383,8 @@ def _of_the_machine(part: str, name: str) -> property:
     return property(read, write)
 
 
-for _part in SHOWN_PARTS:
-    for _field in AXIS_PARTS[_part].fields.values():
-        setattr(Axis, f"{_part}_{_field.name}", property_within(Axis, _part, _field))
+for _name, _part, _field in SHOWN_FIELDS:
+    setattr(Axis, _name, property_within(Axis, _part, _field))
 for _name, (_part, _field) in PART_OF.items():
     if _part:
         setattr(Axis, _name, _of_a_part(_part, _field.name))

@@ -137,8 +137,8 @@ def _show(image: CyclicImage, ax: AxisFields, encoder: EncoderFields) -> None:
     period = encoder.modulo_factor
     image.state_and_error = _pair(ax.state_dword, ax.error_code)
     image.motion_and_mode = _pair(ax.motion_state, ax.operation_mode_feedback)
-    image.homing_and_coupling = _pair(ax.homing_state, ax.coupling_state)
-    image.entries = _pair(0, ax.buffer_count)
+    image.homing_and_coupling = _pair(ax.homing.state, ax.coupling_state)
+    image.entries = _pair(0, ax.buffer.count)
     image.id_and_mode = _pair(ax.axis_id, ax.operation_mode_state_dword | (cycles & 0xFF) << 24)
     image.actual_position = encoder.actual_position
     image.actual_modulo = modulo_of(encoder.actual_position, period)
@@ -160,7 +160,7 @@ def _show(image: CyclicImage, ax: AxisFields, encoder: EncoderFields) -> None:
     image.probes = _pair(probe_status(encoder), probe_counts(encoder))
     image.actual_torque_rate = drive.actual_torque_derivative
     image.set_torque_rate = ax.set_torque_derivative
-    image.phasing = ax.phasing_position
+    image.phasing = ax.phasing.position
     image.torque_offset = ax.set_torque_offset
     image.uncorrected = encoder.actual_position - encoder.position_correction
     image.actual_acceleration = encoder.actual_acceleration

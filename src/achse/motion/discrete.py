@@ -218,7 +218,7 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
     if ax.loop_closed == 0:
         _enter(ax, _BRAKED)
     else:
-        if ax.buffer_count > 0 and (
+        if ax.buffer.count > 0 and (
             ax.set_motion_phase == MotionPhase.NONE
             or (
                 ax.set_motion_phase == MotionPhase.ENDLESS

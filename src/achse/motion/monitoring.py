@@ -76,11 +76,11 @@ _QUIET = 32
 def report(ax: AxisFields, code: int, cut: int) -> None:
     """A supervision found `code`: react now, or after the configured delay."""
     if ax.error_reaction_mode == 1 and ax.error_reaction_delay > 0.0 and ax.error_code == 0:
-        if ax.delayed_error_code == 0:
-            ax.delayed_error_code = code
+        if ax.delayed_error.code == 0:
+            ax.delayed_error.code = code
             ax.features |= Feature.DELAYED_ERROR
-            ax.delayed_error_cut = cut
-            ax.delayed_error_time = 0.0
+            ax.delayed_error.cut = cut
+            ax.delayed_error.time = 0.0
         return
     fail(ax, code, cut)
 
@@ -223,12 +223,12 @@ def _not_found(ax: AxisFields, code: int) -> int:
     """What homing has not found when it comes to a soft limit, else `code`."""
     if ax.set_motion_phase != MotionPhase.HOMING:
         return code
-    if ax.homing_state == HomingState.AWAIT_CAM:
+    if ax.homing.state == HomingState.AWAIT_CAM:
         return NcError.HOMING_CAM_NOT_FOUND
-    if ax.homing_state == HomingState.AWAIT_CAM_OFF:
+    if ax.homing.state == HomingState.AWAIT_CAM_OFF:
         return NcError.HOMING_CAM_STAYS
     return (
-        NcError.HOMING_SYNC_PULSE_NOT_FOUND if ax.homing_state == HomingState.AWAIT_LATCH else code
+        NcError.HOMING_SYNC_PULSE_NOT_FOUND if ax.homing.state == HomingState.AWAIT_LATCH else code
     )
 
 
@@ -269,12 +269,12 @@ def _supervise_limits(ax: AxisFields, dt: float) -> None:
 
 def _count_delay(ax: AxisFields, dt: float) -> None:
     """React to a delayed error once its time is over."""
-    if ax.delayed_error_code == 0:
+    if ax.delayed_error.code == 0:
         ax.features &= ~Feature.DELAYED_ERROR
         return
-    ax.delayed_error_time += dt
-    if ax.delayed_error_time >= ax.error_reaction_delay:
-        fail(ax, ax.delayed_error_code, ax.delayed_error_cut)
+    ax.delayed_error.time += dt
+    if ax.delayed_error.time >= ax.error_reaction_delay:
+        fail(ax, ax.delayed_error.code, ax.delayed_error.cut)
 
 
 def supervise_motion(ax: AxisFields, dt: float, fast: bool = False) -> None:
@@ -377,7 +377,7 @@ def operation_mode(ax: AxisFields) -> int:
         mode |= OperationModeBit.BACKLASH_COMPENSATION
     if encoder.actual_position_correction_enable:
         mode |= OperationModeBit.POSITION_CORRECTION
-    if ax.application_request:
+    if ax.application.request:
         mode |= OperationModeBit.APPLICATION_REQUEST
     if ax.allow_slave_motion_commands:
         mode |= OperationModeBit.ALLOW_SLAVE_COMMANDS
@@ -410,7 +410,7 @@ def _rare_state(ax: AxisFields) -> int:
     """Bits of the status double word that most axes do not have most of the time."""
     encoder = ax.encoder
     state = 0
-    if ax.delayed_error_code != 0:
+    if ax.delayed_error.code != 0:
         state |= StateBit.ERROR_PROPAGATION_DELAYED
     if ax.has_been_stopped:
         state |= StateBit.HAS_BEEN_STOPPED
@@ -420,13 +420,13 @@ def _rare_state(ax: AxisFields) -> int:
         state |= StateBit.SOFT_LIMIT_MIN_EXCEEDED
     if encoder.soft_limit_max_enable and encoder.actual_position > encoder.soft_limit_max:
         state |= StateBit.SOFT_LIMIT_MAX_EXCEEDED
-    if ax.homing_state != 0:
+    if ax.homing.state != 0:
         state |= StateBit.HOMING_BUSY
     if ax.compensating:
         state |= StateBit.COMPENSATING
     if ax.external_setpoint_active:
         state |= StateBit.EXTERNAL_SETPOINT_ENABLED
-    if ax.phasing_active:
+    if ax.phasing.active:
         state |= StateBit.PHASING_ACTIVE
     if encoder.latch_valid:
         state |= StateBit.EXTERNAL_LATCH_VALID
@@ -450,7 +450,7 @@ def show_state(ax: AxisFields, fast: bool = False) -> None:
         phase = MotionPhase.NONE  # shows as an axis at rest
     motion: int = MotionState.INACTIVE
     state: int = _CLOSED if ax.loop_closed else StateBit.PTP_MODE
-    waiting = ax.buffer_count
+    waiting = ax.buffer.count
     if not fast and ax.error_code:
         state = state & _NOT_OPERATIONAL | StateBit.ERROR
     elif phase or waiting:
@@ -524,11 +524,11 @@ def settle(ax: AxisFields) -> None:
         and encoder.actual_acceleration == 0.0
         and encoder.actual_velocity == 0.0
         and encoder.actual_position == encoder.actual_position_unfiltered
-        and ax.buffer_count == 0
-        and ax.phasing_active == 0
+        and ax.buffer.count == 0
+        and ax.phasing.active == 0
         and ax.encoder_moves == 0
         and ax.job.timing == 0
-        and ax.delayed_error_code == 0
+        and ax.delayed_error.code == 0
         and ax.following_error_time == 0.0
         and ax.following_error_velocity_time == 0.0
         and (ax.in_target_position == 1 or ax.target_window_time == 0.0)

@@ -14,10 +14,10 @@ __all__ = ["shift_phase"]
 
 def shift_phase(ax: AxisFields, dt: float) -> None:
     """One cycle of the running profile; at its end the shift is exactly the target."""
-    if not ax.phasing_active:
+    if not ax.phasing.active:
         ax.features &= ~Feature.PHASING
         return
-    p = ax.phasing_position
+    p = ax.phasing.position
     v = ax.phasing.velocity
     a = ax.phasing.acceleration
     left = dt
@@ -39,7 +39,7 @@ def shift_phase(ax: AxisFields, dt: float) -> None:
         p = ax.phasing.target
         v = 0.0
         a = 0.0
-        ax.phasing_active = 0
-    ax.phasing_position = p
+        ax.phasing.active = 0
+    ax.phasing.position = p
     ax.phasing.velocity = v
     ax.phasing.acceleration = a

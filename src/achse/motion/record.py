@@ -17,15 +17,15 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from achse.motion.features import SWITCHES
-from achse.motion.fields.axis import AxisParameterFields, AxisState
+from achse.motion.fields.axis import ApplicationRequest, AxisParameterFields, AxisState
 from achse.motion.fields.cams import CAM_LAYERS, CamChange, CamLaw, CamMotion, CamSlave
 from achse.motion.fields.controller import (
     ControllerMemory,
     ControllerParameters,
     ControllerState,
 )
-from achse.motion.fields.coupling import MASTERS, Followers, LeadingValue, SlaveCoupling
-from achse.motion.fields.cyclic import CyclicInput
+from achse.motion.fields.coupling import MASTERS, Fading, Followers, LeadingValue, SlaveCoupling
+from achse.motion.fields.cyclic import CyclicInput, ExternalSetPoint
 from achse.motion.fields.declare import Field, Inputs, InternalFields, Parameters, Role, States
 from achse.motion.fields.drive import (
     DRIVE_DELAY,
@@ -56,9 +56,9 @@ from achse.motion.fields.generators import (
     SineOscillation,
     TorqueCommand,
 )
-from achse.motion.fields.homing import HomingSequence
+from achse.motion.fields.homing import Homing
 from achse.motion.fields.job import JobProgress, JobRequest
-from achse.motion.fields.monitoring import MonitoringInternal
+from achse.motion.fields.monitoring import DelayedError, MonitoringInternal
 from achse.motion.fields.often import OFTEN
 from achse.motion.fields.setpoint import (
     COMMAND_BUFFER,
@@ -72,11 +72,7 @@ from achse.motion.fields.setpoint import (
     TargetLoop,
     VelocitySwitch,
 )
-from achse.motion.fields.superposition import (
-    PhasingProfile,
-    PhasingState,
-    SuperposedMotion,
-)
+from achse.motion.fields.superposition import Phasing, SuperposedMotion
 from achse.motion.fields.synchronising import Synchronisation
 from achse.motion.port import DRIVE_IO, ENCODER_IO, DriveIo, EncoderIo
 from achse.motion.shown import SHOWN
@@ -105,7 +101,7 @@ __all__ = [
     "POSITION_HISTORY",
     "PROBE_EDGES",
     "SEGMENTS",
-    "SHOWN_PARTS",
+    "SHOWN_FIELDS",
     "TOUCH_PROBES",
     "AxisDriveFields",
     "AxisFields",
@@ -203,13 +199,18 @@ _ROLES: dict[type, Role] = {
 
 
 # Any: declarations are annotated with the class of the record
-def _part(name: str, section: type) -> Any:
-    """Declare a part of an axis; parts of one class have one layout."""
-    layout = PART_LAYOUTS.get(section)
+def _part(name: str, whole: type) -> Any:
+    """Declare a part of an axis; parts of one class have one layout.
+
+    The class has fields of one role, or is put together from such classes.
+    """
+    layout = PART_LAYOUTS.get(whole)
     if layout is None:
-        layout = PART_LAYOUTS[section] = lay_out(name, (section,), Field)
-        for row in layout.fields.values():
-            row.role = _ROLES[section.__bases__[0]]
+        sections = (whole,) if whole.__bases__[0] in _ROLES else whole.__bases__
+        layout = PART_LAYOUTS[whole] = lay_out(name, sections, Field)
+        for section in sections:
+            for field in section.__annotations__:
+                layout.fields[field].role = _ROLES[section.__bases__[0]]
     return within(layout, Field)
 
 
@@ -222,15 +223,20 @@ class _AxisLinks(InternalFields):
     job: JobFields = within(JOB, Field)
     waiting: list[JobFields] = within(JOB, Field, COMMAND_BUFFER)
     cams: list[CamFields] = within(CAM, Field, CAM_LAYERS)
+    application: ApplicationRequest = _part("application request", ApplicationRequest)
     border: Border = _part("border", Border)
+    buffer: CommandBuffer = _part("command buffer", CommandBuffer)
     coupling: SlaveCoupling = _part("coupling", SlaveCoupling)
+    delayed_error: DelayedError = _part("delayed error", DelayedError)
     external: ExternalMotion = _part("external motion", ExternalMotion)
+    external_set: ExternalSetPoint = _part("external set point", ExternalSetPoint)
+    fading: Fading = _part("fading", Fading)
     group_set_point: SetPoint = _part("set point", SetPoint)
-    homing: HomingSequence = _part("homing sequence", HomingSequence)
+    homing: Homing = _part("homing", Homing)
     leading_value: LeadingValue = _part("leading value", LeadingValue)
     limits: SoftLimits = _part("soft limits", SoftLimits)
     loop: TargetLoop = _part("target loop", TargetLoop)
-    phasing: PhasingProfile = _part("phasing profile", PhasingProfile)
+    phasing: Phasing = _part("phasing", Phasing)
     profile: MotionProfile = _part("motion profile", MotionProfile)
     reversing: ReversingCommand = _part("reversing command", ReversingCommand)
     sequence: GeneratorSequence = _part("generator sequence", GeneratorSequence)
@@ -252,9 +258,7 @@ class AxisFields(
     GeneratorSwitch,
     AxisState,
     SetpointState,
-    PhasingState,
     MonitoringInternal,
-    CommandBuffer,
     GeneratorMemory,
     Followers,
     CamSlave,
@@ -289,8 +293,19 @@ for _feature, _switches in SWITCHES.items():
         _owner, _, _name = _path.rpartition(".")
         (AXIS_PARTS | PARTS).get(_owner, LAYOUT).fields[_name].feature = _feature.value
 
-SHOWN_PARTS = ("set",)
+SHOWN_PARTS = (
+    *("application", "buffer", "delayed_error", "external_set", "fading", "homing", "phasing"),
+    "set",
+)
 """Parts whose values rows show: `set.position` is `set_position` at the axis."""
+
+SHOWN_FIELDS = [
+    (f"{part}_{row.name}", part, row)
+    for part in SHOWN_PARTS
+    for row in AXIS_PARTS[part].fields.values()
+    if row.role is not Role.INTERNAL
+]
+"""These values: name at the axis, part, field."""
 
 AT_THE_AXIS = frozenset(
     {
@@ -309,11 +324,9 @@ def _flat() -> Iterator[tuple[str, tuple[str, Field]]]:
     for name, row in LAYOUT.fields.items():
         if row.refers is None and row.holds is None:
             yield name, ("", row)
-    for part in SHOWN_PARTS:
-        begin = LAYOUT.fields[part].offset
-        for name, row in AXIS_PARTS[part].fields.items():
-            own = f"{part}_{name}"
-            yield own, ("", replace(row, name=own, offset=begin + row.offset))
+    for name, part, row in SHOWN_FIELDS:
+        place = LAYOUT.fields[part].offset + row.offset
+        yield name, ("", replace(row, name=name, offset=place))
     for part, layout in PARTS.items():
         for name, row in layout.fields.items():
             if row.refers is None:

@@ -65,7 +65,7 @@ _SWITCH_TARGET = 2
 def end_homing(ax: AxisFields) -> None:
     """Homing is over, whatever came of it."""
     if ax.set_motion_phase == MotionPhase.HOMING:
-        ax.homing_state = 0
+        ax.homing.state = 0
         ax.homing.latch = 0
 
 
@@ -121,7 +121,7 @@ def absorb(ax: AxisFields) -> None:
 
 def begin_stop(ax: AxisFields, deceleration: float, jerk: float) -> None:
     """Drop the job and everything that waits; brake to rest."""
-    ax.buffer_count = 0
+    ax.buffer.count = 0
     ax.switch.armed = 0
     ax.loop.outward = 0
     ax.border.time = -1.0
@@ -149,7 +149,7 @@ def drop_job(ax: AxisFields) -> None:
         ax.set_command_state = CommandState.ABORTED
     end_homing(ax)
     ax.set_motion_phase = MotionPhase.NONE
-    ax.buffer_count = 0
+    ax.buffer.count = 0
     ax.switch.armed = 0
     ax.loop.outward = 0
     ax.profile.replan = 0
@@ -178,12 +178,12 @@ def fail(ax: AxisFields, code: int, cut: int) -> None:
     if ax.error_code == 0:
         ax.error_code = code
     ax.features |= Feature.ERROR
-    ax.delayed_error_code = 0
+    ax.delayed_error.code = 0
     if cut:
         ax.output_cut = 1
         drop_job(ax)
     elif ax.set_motion_phase == MotionPhase.NONE:
-        ax.buffer_count = 0
+        ax.buffer.count = 0
     else:
         stop_fast(ax)
 
@@ -214,9 +214,9 @@ def take_next(ax: AxisFields) -> None:
     start = (
         ax.target_position if ax.set_motion_phase == MotionPhase.POSITIONING else ax.set.position
     )
-    i = ax.buffer_first
-    ax.buffer_first = (i + 1) % COMMAND_BUFFER
-    ax.buffer_count -= 1
+    i = ax.buffer.first
+    ax.buffer.first = (i + 1) % COMMAND_BUFFER
+    ax.buffer.count -= 1
     take_over(ax.job, ax.waiting[i])
     begin_job(ax)
     if ax.set_motion_phase == MotionPhase.POSITIONING:
@@ -248,7 +248,7 @@ def pass_switch_position(ax: AxisFields) -> None:
 
 def _pass_border(ax: AxisFields) -> None:
     """Go over to the next command, or on at the segment end velocity."""
-    if ax.buffer_count > 0:
+    if ax.buffer.count > 0:
         take_next(ax)
         return
     ax.set_motion_phase = MotionPhase.ENDLESS
@@ -276,7 +276,7 @@ def keeps_its_table(ax: AxisFields, dt: float) -> bool:
     profile = ax.profile
     phase = ax.set_motion_phase
     return (
-        (phase == MotionPhase.POSITIONING or (phase != MotionPhase.NONE and ax.buffer_count == 0))
+        (phase == MotionPhase.POSITIONING or (phase != MotionPhase.NONE and ax.buffer.count == 0))
         and ax.velocity_override == profile.override
         and ax.limits.changed | profile.replan | ax.switch.armed == 0
         and ax.border.time < 0.0
@@ -389,10 +389,10 @@ def _look_at_limits(ax: AxisFields) -> None:
 def generate(ax: AxisFields, dt: float) -> None:
     """One cycle of the set-point generator."""
     if ax.set_motion_phase == MotionPhase.NONE:
-        if ax.buffer_count == 0 or not arrived(ax):
+        if ax.buffer.count == 0 or not arrived(ax):
             return
         take_next(ax)
-    elif ax.set_motion_phase == MotionPhase.ENDLESS and ax.buffer_count > 0 and _in_velocity(ax):
+    elif ax.set_motion_phase == MotionPhase.ENDLESS and ax.buffer.count > 0 and _in_velocity(ax):
         take_next(ax)
     if ax.velocity_override != ax.profile.override:
         if ax.velocity_override <= 0 and ax.set_motion_phase == MotionPhase.STOPPING:
@@ -449,15 +449,15 @@ def shift_encoder(ax: AxisFields, encoder: EncoderFields, shift: float) -> None:
     if encoder.leads:
         ax.controller.observer_position += shift
         ax.motion_position += shift
-        if ax.homing_state != 0:
+        if ax.homing.state != 0:
             ax.homing.latch_begin += shift
             ax.homing.latch_position += shift
 
 
 def displace(ax: AxisFields, way: float) -> None:
     """Let what is planned go on as it is, `way` farther on, and what waits behind it too."""
-    for n in range(ax.buffer_count):
-        i = (ax.buffer_first + n) % COMMAND_BUFFER
+    for n in range(ax.buffer.count):
+        i = (ax.buffer.first + n) % COMMAND_BUFFER
         job = ax.waiting[i]
         if job.start_type == StartType.ABSOLUTE:
             job.position += way

@@ -43,7 +43,7 @@ def _direction(axis: Any) -> float:
         return 0.0
     velocity = axis.set.velocity
     if velocity == 0.0 and axis.external_setpoint_active:
-        velocity = axis.external_set_direction
+        velocity = axis.external_set.direction
     return float((velocity > 0.0) - (velocity < 0.0))
 
 

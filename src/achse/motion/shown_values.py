@@ -39,7 +39,7 @@ def show_values(values: Sequence[ShownValues]) -> None:
 def _show(shown: ShownValues, ax: AxisFields, encoder: EncoderFields) -> None:
     velocity = ax.set.velocity
     if velocity == 0.0 and ax.external_setpoint_active:
-        velocity = float(ax.external_set_direction)
+        velocity = float(ax.external_set.direction)
     direction = 0.0
     if ax.set_motion_phase != 0:
         if velocity > 0.0:

@@ -196,7 +196,7 @@ def arm_in_force(ax: AxisFields) -> None:
         ax.features |= Feature.LATCH
     else:
         ax.features &= ~Feature.LATCH
-    if ax.homing_state == 0 and ax.homing.latch == 0:
+    if ax.homing.state == 0 and ax.homing.latch == 0:
         ax.features &= ~Feature.HOMING
 
 

@@ -116,16 +116,16 @@ def look_ahead(ax: AxisFields) -> None:
     end_velocity = ax.job.end_velocity
     ax.border.position = target
     border = target
-    count = ax.buffer_count
+    count = ax.buffer.count
     for n in range(count):
-        job = ax.waiting[(ax.buffer_first + n) % COMMAND_BUFFER]
+        job = ax.waiting[(ax.buffer.first + n) % COMMAND_BUFFER]
         blending = job.blending_position
         if (blending - here) * direction > 0.0 and (border - blending) * direction > 0.0:
             border = blending
         if n == 0:
             ax.border.position = border
         else:
-            ax.waiting[(ax.buffer_first + n - 1) % COMMAND_BUFFER].way = abs(border - here)
+            ax.waiting[(ax.buffer.first + n - 1) % COMMAND_BUFFER].way = abs(border - here)
         here = border
         job.border_velocity = _wanted_velocity(job, before, end_velocity)
         before = job.velocity
@@ -151,7 +151,7 @@ def look_ahead(ax: AxisFields) -> None:
         if slow == 0.0:
             last = ax.job
             if count > 0:
-                last = ax.waiting[(ax.buffer_first + count - 1) % COMMAND_BUFFER]
+                last = ax.waiting[(ax.buffer.first + count - 1) % COMMAND_BUFFER]
             way = (end - border) * direction
             highest = 0.0
             if way > 0.0:
@@ -159,7 +159,7 @@ def look_ahead(ax: AxisFields) -> None:
             if velocity > highest:
                 velocity = highest
     for back in range(count):
-        job = ax.waiting[(ax.buffer_first + count - 1 - back) % COMMAND_BUFFER]
+        job = ax.waiting[(ax.buffer.first + count - 1 - back) % COMMAND_BUFFER]
         highest = highest_velocity(job.way, velocity, job.deceleration, job.jerk)
         velocity = job.border_velocity
         if velocity > highest:

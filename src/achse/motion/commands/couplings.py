@@ -207,7 +207,7 @@ def begin_coupling(
     fill()
     absorb(slave)
     end_homing(slave)
-    slave.buffer_count = slave.switch.armed = 0
+    slave.buffer.count = slave.switch.armed = 0
     job = slave.job
     job.timing = 0
     job.acceleration, job.deceleration, job.jerk = dynamics(slave, 0.0, 0.0, 0.0)  # of its stops

@@ -38,14 +38,14 @@ _LATCHED = {
 
 
 def _request_application(axis: Axis, request_type: int) -> None:
-    axis.application_request = int(request_type != 0)
-    axis.application_request_type = request_type
+    axis.application.request = int(request_type != 0)
+    axis.application.request_type = request_type
     axis.wake(adapts=True)
 
 
 def end_application_request(axis: Axis) -> None:
     """The application has done what it was asked for, or need not do it any more."""
-    if axis.application_request:
+    if axis.application.request:
         _request_application(axis, 0)
 
 
@@ -64,7 +64,7 @@ def home(axis: Axis) -> int:
         return code
     begin_generator(axis, MotionPhase.HOMING)
     axis.homed = 0
-    axis.homing_state = HomingState.TOWARDS_CAM
+    axis.homing.state = HomingState.TOWARDS_CAM
     axis.homing.begins = 1
     axis.homing.latch = 0
     axis.job.velocity = axis.homing_velocity_towards_cam
@@ -84,7 +84,7 @@ def _let_the_drive_home(axis: Axis) -> int:
         return NcError.FUNCTION_NOT_ALLOWED
     begin_generator(axis, MotionPhase.HOMING)
     axis.homed = 0
-    axis.homing_state = HomingState.AWAIT_LATCH
+    axis.homing.state = HomingState.AWAIT_LATCH
     axis.homing.latch = 0
     axis.drive.io.state1 &= ~(STATUS_HOMED | STATUS_HOMING_FAILED)
     axis.switch.armed = 0
@@ -101,7 +101,7 @@ def _ask_application(axis: Axis) -> int:
     if axis.encoder.is_absolute:
         return NcError.FUNCTION_NOT_ALLOWED
     axis.homed = 0
-    axis.application_command_number += 1
+    axis.application.command_number += 1
     _request_application(axis, _REQUEST_HOMING)
     return OK
 
@@ -133,7 +133,7 @@ def set_homing_state(axis: Axis, state: int) -> int:
     """Show a step of a homing that the application does (0x2C); 0 ends its request."""
     if axis.set_motion_phase == MotionPhase.HOMING:
         return NcError.GROUP_BUSY
-    axis.homing_state = state
+    axis.homing.state = state
     if state == HomingState.READY:
         end_application_request(axis)
     return OK

@@ -176,7 +176,7 @@ def _begin_torque(
     code = code or why_not_permitted(axis, torque)
     if code:
         return code
-    axis.buffer_count = 0
+    axis.buffer.count = 0
     axis.switch.armed = 0
     absorb(axis)
     begin_generator(axis, MotionPhase.TORQUE)

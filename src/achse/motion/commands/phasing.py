@@ -44,9 +44,9 @@ def start_phasing(
         return NcError.AXIS_ID
     acceleration, deceleration, jerk = dynamics(axis, acceleration, deceleration, jerk)
     code = why_not_dynamics(axis, acceleration, deceleration, jerk)
-    p, v, a = axis.phasing_position, axis.phasing.velocity, axis.phasing.acceleration
+    p, v, a = axis.phasing.position, axis.phasing.velocity, axis.phasing.acceleration
     if phasing_type == PhasingType.STOP:
-        if code or not axis.phasing_active:
+        if code or not axis.phasing.active:
             return code
         target = p + stopping_distance(v, a, deceleration, jerk)
         count = plan_to_velocity(
@@ -59,7 +59,7 @@ def start_phasing(
         if code:
             return code
         begin = p
-        if axis.phasing_active and control_mask & _CONTINUOUS_UPDATE:
+        if axis.phasing.active and control_mask & _CONTINUOUS_UPDATE:
             begin = axis.phasing.begin
         target = phase_shift if phasing_type == PhasingType.ABSOLUTE else begin + phase_shift
         count = plan_to_position(
@@ -74,5 +74,5 @@ def start_phasing(
     axis.phasing.count = count
     axis.phasing.index = 0
     axis.phasing.elapsed = 0.0
-    axis.phasing_active = 1
+    axis.phasing.active = 1
     return OK

@@ -22,14 +22,14 @@ __all__ = [
 def busy(axis: Axis) -> bool:
     """Whether it has a job; a slave at rest with its masters has none."""
     stands = axis.set_motion_phase == MotionPhase.COUPLED and axis.set.velocity == 0.0
-    return axis.buffer_count > 0 or (axis.set_motion_phase != MotionPhase.NONE and not stands)
+    return axis.buffer.count > 0 or (axis.set_motion_phase != MotionPhase.NONE and not stands)
 
 
 def occupied(axis: Axis) -> bool:
     """Whether a motion command works or waits; external set points and masters
     alone are none."""
     led = axis.set_motion_phase in (MotionPhase.EXTERNAL, MotionPhase.COUPLED)
-    return busy(axis) and (not led or axis.buffer_count > 0)
+    return busy(axis) and (not led or axis.buffer.count > 0)
 
 
 def sign(value: float) -> float:
@@ -69,8 +69,8 @@ def journey(axis: Axis) -> tuple[float, float, float]:
         end, direction = begin, 0.0
         if axis.set_motion_phase == MotionPhase.ENDLESS:
             direction = axis.job.direction
-    for n in range(axis.buffer_count):
-        slot = (axis.buffer_first + n) % COMMAND_BUFFER
+    for n in range(axis.buffer.count):
+        slot = (axis.buffer.first + n) % COMMAND_BUFFER
         job = axis.waiting[slot]
         start_type = job.start_type
         if start_type == StartType.HALT:
@@ -95,7 +95,7 @@ def as_resolved_start(axis: Axis, start_type: int, position: float) -> tuple[int
         base = axis.target_position
         if occupied(axis):
             base = axis.set.position
-            if axis.set_motion_phase == MotionPhase.POSITIONING or axis.buffer_count:
+            if axis.set_motion_phase == MotionPhase.POSITIONING or axis.buffer.count:
                 base = journey(axis)[1]
         return StartType.ABSOLUTE, base + position
     if start_type == StartType.ABSOLUTE_INTERNAL:
@@ -110,7 +110,7 @@ def show_accepted(axis: Axis) -> None:
     """A client that reads the status before the next cycle already sees the job."""
     axis.state_dword = axis.state_dword & ~(
         StateBit.NOT_MOVING | StateBit.IN_POSITION_AREA | StateBit.IN_TARGET_POSITION
-    ) | (StateBit.HAS_JOB | (StateBit.COMMAND_BUFFERED if axis.buffer_count else 0))
+    ) | (StateBit.HAS_JOB | (StateBit.COMMAND_BUFFERED if axis.buffer.count else 0))
 
 
 def next_number(axis: Axis) -> int:

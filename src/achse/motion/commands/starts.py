@@ -201,7 +201,7 @@ def _accept(
         return code
     if not queued:
         record = axis.record
-        record.buffer_count = 0
+        record.buffer.count = 0
         absorb(record)
         ask(
             record.job,
@@ -218,7 +218,7 @@ def _accept(
         show_accepted(axis)
         axis.wake()
         return OK
-    if axis.buffer_count == COMMAND_BUFFER:
+    if axis.buffer.count == COMMAND_BUFFER:
         return NcError.COMMAND_BUFFER_FULL
     if direction == 0.0 and begin != before:
         return NcError.COMMAND_SAME_TARGET
@@ -271,7 +271,7 @@ def _halt_later(axis: Axis, acceleration: float, deceleration: float, jerk: floa
         return code
     if axis.set_motion_phase == MotionPhase.HOMING:
         return NcError.GROUP_BUSY
-    if axis.buffer_count == COMMAND_BUFFER:
+    if axis.buffer.count == COMMAND_BUFFER:
         return NcError.COMMAND_BUFFER_FULL
     job = _behind(axis)
     dynamics = acceleration, deceleration, jerk
@@ -284,12 +284,12 @@ def _halt_later(axis: Axis, acceleration: float, deceleration: float, jerk: floa
 
 def _behind(axis: Axis) -> JobFields:
     """The job behind those that wait."""
-    return axis.waiting[(axis.buffer_first + axis.buffer_count) % COMMAND_BUFFER]
+    return axis.waiting[(axis.buffer.first + axis.buffer.count) % COMMAND_BUFFER]
 
 
 def _wait(axis: Axis) -> None:
     """Let the job behind those that wait be one of them."""
-    axis.buffer_count += 1
+    axis.buffer.count += 1
     if axis.set_motion_phase == MotionPhase.POSITIONING:
         border = axis.border.position, axis.border.velocity
         look_ahead(axis)

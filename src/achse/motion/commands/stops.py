@@ -117,7 +117,7 @@ def oriented_stop(axis: Axis, modulo_position: float, deceleration: float, jerk:
     if code:
         return code
     absorb(axis)
-    axis.buffer_count = 0
+    axis.buffer.count = 0
     axis.switch.armed = 0
     axis.set_motion_phase = MotionPhase.POSITIONING
     axis.target_position = target

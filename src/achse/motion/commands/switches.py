@@ -21,9 +21,9 @@ def reset(axis: Axis) -> int:
         stop_fast(axis)
     elif axis.set_motion_phase not in (MotionPhase.NONE, MotionPhase.COUPLED):
         drop_job(axis)
-    axis.buffer_count = 0
+    axis.buffer.count = 0
     axis.error_code = 0
-    axis.delayed_error_code = 0
+    axis.delayed_error.code = 0
     axis.output_cut = 0
     axis.following_error_time = 0.0
     axis.following_error_velocity_time = 0.0

@@ -138,7 +138,7 @@ def _take(slave: Axis, way: _Way) -> None:
 
 def _plan(slave: Axis, master: AxisFields, request: _Request) -> tuple[int, list[_Way]]:
     """Code that refuses it; the way to take, if it is not in a single piece."""
-    seen = master.leading_value.position + slave.phasing_position
+    seen = master.leading_value.position + slave.phasing.position
     velocity = master.leading_value.velocity + slave.phasing.velocity
     if abs(velocity) < AT_REST:
         velocity = 0.0

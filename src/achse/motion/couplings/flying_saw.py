@@ -126,7 +126,7 @@ def _why_not(
     length = 2.0 * (parameters[1] - ax.set.position) / _gear(parameters)
     heading = heading_of(master.leading_value.velocity + ax.phasing.velocity) or 1.0
     begin = parameters[0] - master.leading_value.offset - length
-    here = master.leading_value.position + ax.phasing_position
+    here = master.leading_value.position + ax.phasing.position
     if length * heading < NO_WAY or (here - begin) * heading > 0.0:
         return NcError.SLAVE_COUPLING_PARAMETER
     return 0

@@ -48,7 +48,7 @@ def show_coupling(ax: AxisFields) -> None:
 def seen(ax: AxisFields, rows: NcRows, n: int) -> float:
     """Position of master n as its slave sees it: a phase shift moves the first one."""
     position = rows.axes[ax.coupling.masters[n]].leading_value.position
-    return position + ax.phasing_position if n == 0 else position
+    return position + ax.phasing.position if n == 0 else position
 
 
 def seen_velocity(ax: AxisFields, rows: NcRows, n: int) -> float:
@@ -79,7 +79,7 @@ def seen_of_row(ax: AxisFields, rows: NcRows, row: int) -> tuple[float, float, f
     velocity = value.velocity
     acceleration = value.acceleration
     if ax.coupling.law == 0 or row == ax.coupling.masters[0]:
-        position += ax.phasing_position
+        position += ax.phasing.position
         velocity += ax.phasing.velocity
         acceleration += ax.phasing.acceleration
     return position, velocity, acceleration, value.jerk
@@ -137,10 +137,10 @@ def _fade(ax: AxisFields, dt: float) -> None:
 
     Twice the same acceleration: away from where it goes, then to rest where there is none.
     """
-    d = ax.fading_position_difference
-    v = ax.fading_relative_velocity
+    d = ax.fading.position_difference
+    v = ax.fading.relative_velocity
     if d == 0.0 and v == 0.0:
-        ax.fading_relative_acceleration = 0.0
+        ax.fading.relative_acceleration = 0.0
         return
     ax.quiet_cycles = 0
     a = _fading_acceleration(ax)
@@ -152,20 +152,18 @@ def _fade(ax: AxisFields, dt: float) -> None:
         first = 0.0
     second = top / a
     if dt >= first + second:
-        ax.fading_position_difference = 0.0
-        ax.fading_relative_velocity = 0.0
-        ax.fading_relative_acceleration = 0.0
+        reset(ax.fading)
         return
     if first > dt:
         first = dt
     d += first * (v - 0.5 * sign * a * first)
     v -= sign * a * first
     left = dt - first
-    ax.fading_relative_acceleration = sign * a if left > 0.0 else -sign * a
+    ax.fading.relative_acceleration = sign * a if left > 0.0 else -sign * a
     d += left * (v + 0.5 * sign * a * left)
     v += sign * a * left
-    ax.fading_position_difference = d
-    ax.fading_relative_velocity = v
+    ax.fading.position_difference = d
+    ax.fading.relative_velocity = v
 
 
 def begin_to_lead(ax: AxisFields) -> None:
@@ -176,8 +174,7 @@ def begin_to_lead(ax: AxisFields) -> None:
     value.by_actual = _by_actual_values(ax)
     value.dead_time = ax.coupling_dead_time if ax.axis_type == AxisType.ENCODER else 0.0
     value.velocity = 0.0
-    ax.fading_position_difference = 0.0
-    ax.fading_relative_velocity = 0.0
+    reset(ax.fading)
     lead_on(ax, 0.0)
 
 
@@ -217,13 +214,13 @@ def lead_on(ax: AxisFields, dt: float) -> None:
     if by_actual != value.by_actual or ahead != value.dead_time:
         value.by_actual = by_actual
         value.dead_time = ahead
-        ax.fading_position_difference = value.position + value.velocity * dt - position
-        ax.fading_relative_velocity = value.velocity - velocity
+        ax.fading.position_difference = value.position + value.velocity * dt - position
+        ax.fading.relative_velocity = value.velocity - velocity
     else:
         _fade(ax, dt)
-    value.position = position + ax.fading_position_difference
-    value.velocity = velocity + ax.fading_relative_velocity
-    value.acceleration = acceleration + ax.fading_relative_acceleration
+    value.position = position + ax.fading.position_difference
+    value.velocity = velocity + ax.fading.relative_velocity
+    value.acceleration = acceleration + ax.fading.relative_acceleration
     value.jerk = jerk
     value.frozen = 0
 

@@ -2,7 +2,7 @@
 
 from achse.motion.fields.declare import Parameters, States, flag, real, whole
 
-__all__ = ["AxisParameterFields", "AxisState"]
+__all__ = ["ApplicationRequest", "AxisParameterFields", "AxisState"]
 
 
 class AxisParameterFields(Parameters):
@@ -127,26 +127,26 @@ class AxisState(States):
     """Errors and status of the axis (002 §6.4.4.2 and §6.4.4.4)."""
 
     error_code: int = whole(0, "NcError", "error of the axis, 0 = none")
-    delayed_error_code: int = whole(0, "NcError", "error whose reaction is delayed")
     state_dword: int = whole(0, "StateBit", "status double word")
     operation_mode_state_dword: int = whole(0, "OperationModeBit", "active monitoring functions")
     motion_state: int = whole(0, "MotionState", "what the set-point generator does")
     compensating: int = flag(0, "section compensation is active")
     external_setpoint_active: int = flag(0, "the external set-point generator is active")
-    phasing_active: int = flag(0, "phasing is active")
     active_control_loop: int = whole(0, "1", "element that controls: encoder, controller, drive")
     operation_mode_feedback: int = whole(0, "1", "operation mode as confirmed to the PLC")
     initialize_command_counter: int = whole(0, "1", "initialisations so far")
     setpoint_correction_counter: int = whole(0, "1", "set points corrected for consistency")
-    application_request: int = flag(0, "the application is asked for something")
-    application_request_type: int = whole(0, "1", "what for: 0 nothing, 1 homing")
-    application_command_number: int = whole(0, "1", "number of that request")
-    fading_position_difference: float = real(0.0, "mm", "while set values fade to actual values")
-    fading_relative_velocity: float = real(0.0, "mm/s", "while set values fade")
-    fading_relative_acceleration: float = real(0.0, "mm/s²", "while set values fade")
     set_gear_ratio: float = real(0.0, "1", "gear ratio in force, 0 = not coupled")
     coupling_state: int = whole(0, "1", "0 single, 1 master, 2 both, 3 slave")
     reset_command_counter: int = whole(0, "1", "resets so far")
     loop_closed: int = flag(0, "position control loop is closed")
     in_position_range: int = flag(0, "actual position is inside the position window")
     in_target_position: int = flag(0, "arrived: long enough inside the target window")
+
+
+class ApplicationRequest(States):
+    """Request of an axis to the application."""
+
+    request: int = flag(0, "the application is asked for something")
+    request_type: int = whole(0, "1", "what for: 0 nothing, 1 homing")
+    command_number: int = whole(0, "1", "number of that request")

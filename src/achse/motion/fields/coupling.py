@@ -1,8 +1,8 @@
 """Fields of an axis that follows others, or that others follow."""
 
-from achse.motion.fields.declare import InternalFields, flag, real, reals, whole, wholes
+from achse.motion.fields.declare import InternalFields, States, flag, real, reals, whole, wholes
 
-__all__ = ["COUPLING_PARAMETERS", "MASTERS", "Followers", "LeadingValue", "SlaveCoupling"]
+__all__ = ["COUPLING_PARAMETERS", "MASTERS", "Fading", "Followers", "LeadingValue", "SlaveCoupling"]
 
 MASTERS = 4
 """Axes that one axis can follow at the same time (002 §6.4.4.3, 0x4200 + ID:0x40)."""
@@ -45,6 +45,14 @@ class LeadingValue(InternalFields):
     by_actual: int = flag(0, "the values come from actual values")
     dead_time: float = real(0.0, "s", "dead time that they are extrapolated by")
     frozen: int = flag(0, "the axis was not ready: followers receive the position of then")
+
+
+class Fading(States):
+    """Difference between what followers receive and the values of the axis, while it fades."""
+
+    position_difference: float = real(0.0, "mm", "while set values fade to actual values")
+    relative_velocity: float = real(0.0, "mm/s", "while set values fade")
+    relative_acceleration: float = real(0.0, "mm/s²", "while set values fade")
 
 
 class Followers(InternalFields):

@@ -2,7 +2,7 @@
 
 from achse.motion.fields.declare import Inputs, real, whole
 
-__all__ = ["CyclicInput"]
+__all__ = ["CyclicInput", "ExternalSetPoint"]
 
 
 class CyclicInput(Inputs):
@@ -16,15 +16,6 @@ class CyclicInput(Inputs):
         0.0, "1", "further data of the operation mode; gear ratio of slave type 15"
     )
     actual_position_correction: float = real(0.0, "mm", "to be added to the actual position")
-    external_set_position: float = real(0.0, "mm", "set position of the external generator")
-    external_set_velocity: float = real(0.0, "mm/s", "set velocity of the external generator")
-    external_set_acceleration: float = real(
-        0.0, "mm/s²", "set acceleration of the external generator"
-    )
-    external_set_direction: int = whole(0, "1", "direction of the external generator", -1, 1)
-    external_set_torque: float = real(0.0, "1000 = 100 %", "set torque of the external generator")
-    external_set_jerk: float = real(0.0, "mm/s³", "set jerk of the external generator")
-    external_set_torque_derivative: float = real(0.0, "1000 = 100 %/s", "change of its set torque")
     external_controller_component: float = real(
         0.0, "mm/s", "output of an external position controller, added"
     )
@@ -32,3 +23,15 @@ class CyclicInput(Inputs):
     gear_ratio_2: float = real(0.0, "1", "gear ratio to master 2")
     gear_ratio_3: float = real(0.0, "1", "gear ratio to master 3")
     gear_ratio_4: float = real(0.0, "1", "gear ratio to master 4")
+
+
+class ExternalSetPoint(Inputs):
+    """Set point of the external generator, from the PLC."""
+
+    position: float = real(0.0, "mm", "set position of the external generator")
+    velocity: float = real(0.0, "mm/s", "set velocity of the external generator")
+    acceleration: float = real(0.0, "mm/s²", "set acceleration of the external generator")
+    direction: int = whole(0, "1", "direction of the external generator", -1, 1)
+    torque: float = real(0.0, "1000 = 100 %", "set torque of the external generator")
+    jerk: float = real(0.0, "mm/s³", "set jerk of the external generator")
+    torque_derivative: float = real(0.0, "1000 = 100 %/s", "change of its set torque")

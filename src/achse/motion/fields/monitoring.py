@@ -1,9 +1,9 @@
 """Fields of the supervision: its clocks."""
 
 from achse.motion.features import ALL_FEATURES
-from achse.motion.fields.declare import InternalFields, flag, real, whole
+from achse.motion.fields.declare import InternalFields, States, flag, real, whole
 
-__all__ = ["MonitoringInternal"]
+__all__ = ["DelayedError", "DelayedErrorState", "DelayedReaction", "MonitoringInternal"]
 
 
 class MonitoringInternal(InternalFields):
@@ -26,5 +26,20 @@ class MonitoringInternal(InternalFields):
     motion_position: float = real(0.0, "mm", "where the last movement was seen")
     encoder_moves: int = flag(0, "an encoder axis moves, or did so a moment ago")
     no_motion_timer: float = real(0.0, "s", "time since it was fast enough")
-    delayed_error_cut: int = flag(0, "the delayed error will open the loop")
-    delayed_error_time: float = real(0.0, "s", "time since it was seen")
+
+
+class DelayedErrorState(States):
+    """Error whose reaction is delayed."""
+
+    code: int = whole(0, "NcError", "error whose reaction is delayed")
+
+
+class DelayedReaction(InternalFields):
+    """Reaction to this error."""
+
+    cut: int = flag(0, "the reaction will open the loop")
+    time: float = real(0.0, "s", "time since the error")
+
+
+class DelayedError(DelayedErrorState, DelayedReaction):
+    """Error of an axis whose reaction is delayed, and that reaction."""

@@ -11,7 +11,7 @@ OFTEN: dict[str, tuple[str, ...]] = {
     "axis": (
         *("encoder", "controller", "drive", "set_cycle_counter", "resting", "features"),
         *("drive_status", "io_invalid", "limit_switch", "control_dword", "loop_closed"),
-        *("set_motion_phase", "buffer_count", "velocity_override", "limits"),
+        *("set_motion_phase", "buffer", "velocity_override", "limits"),
         *("set", "switch"),
         *("target_position", "loop", "border", "remaining_time", "remaining_distance"),
         *("coupling_state", "external_controller_component"),
@@ -30,10 +30,10 @@ OFTEN: dict[str, tuple[str, ...]] = {
         # of what is more than a plain move
         *("axis_type", "external_setpoint_active", "drive_operation_mode"),
         *("fast_axis_stop_signal_type", "external_error", "axis_disabled"),
-        *("drive_output_disabled", "error_code", "output_cut", "phasing_active"),
+        *("drive_output_disabled", "error_code", "output_cut", "phasing"),
         *("compensating", "reversing", "setpoint_velocity_position_delay"),
-        *("delayed_error_code", "set_torque_offset"),
-        *("has_been_stopped", "got_new_target", "homing_state", "motion_locked"),
+        *("delayed_error", "set_torque_offset"),
+        *("has_been_stopped", "got_new_target", "homing", "motion_locked"),
         "grouped",
     ),
     "encoder": (

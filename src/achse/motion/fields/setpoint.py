@@ -8,6 +8,8 @@ __all__ = [
     "COMMAND_BUFFER",
     "SEGMENTS",
     "Border",
+    "BufferLevel",
+    "BufferRing",
     "CommandBuffer",
     "MotionProfile",
     "SetPoint",
@@ -36,7 +38,6 @@ class SetPoint(States):
 class SetpointState(States):
     """Set values and commands (002 §6.4.4.2)."""
 
-    homing_state: int = whole(0, "1", "step of the homing sequence, 0 = done")
     set_cycle_counter: int = whole(0, "1", "cycles of this axis")
     set_motion_phase: int = whole(0, "MotionPhase", "what makes the set point, 0 = nothing")
     target_position: float = real(0.0, "mm", "position where the axis will stand")
@@ -51,11 +52,20 @@ class SetpointState(States):
     got_new_target: int = flag(0, "the target was changed during motion")
 
 
-class CommandBuffer(InternalFields):
-    """Ring of the jobs that wait."""
+class BufferLevel(States):
+    """Number of the commands that wait."""
 
-    buffer_first: int = whole(0, "1", "oldest of the jobs that wait")
-    buffer_count: int = whole(0, "1", "jobs that wait")
+    count: int = whole(0, "1", "jobs that wait")
+
+
+class BufferRing(InternalFields):
+    """Place of the commands that wait in their ring."""
+
+    first: int = whole(0, "1", "oldest of the jobs that wait")
+
+
+class CommandBuffer(BufferLevel, BufferRing):
+    """Commands that wait behind the active one."""
 
 
 class SoftLimits(InternalFields):

@@ -3,13 +3,14 @@
 from achse.motion.fields.declare import InternalFields, States, flag, real, reals, whole
 from achse.motion.fields.setpoint import SEGMENTS
 
-__all__ = ["PhasingProfile", "PhasingState", "SuperposedMotion"]
+__all__ = ["Phasing", "PhasingProfile", "PhasingState", "SuperposedMotion"]
 
 
 class PhasingState(States):
     """Phase shift (002 §6.4.4.3, 0x4200 + ID:0x34)."""
 
-    phasing_position: float = real(0.0, "mm", "shift by which this axis sees its master")
+    active: int = flag(0, "phasing is active")
+    position: float = real(0.0, "mm", "shift by which this axis sees its master")
 
 
 class PhasingProfile(InternalFields):
@@ -24,6 +25,10 @@ class PhasingProfile(InternalFields):
     elapsed: float = real(0.0, "s", "time since its start")
     time: list[float] = reals(SEGMENTS, "s", "duration of each row")
     jerk: list[float] = reals(SEGMENTS, "mm/s³", "jerk of each row")
+
+
+class Phasing(PhasingState, PhasingProfile):
+    """Phasing of a slave."""
 
 
 class SuperposedMotion(InternalFields):

@@ -41,7 +41,7 @@ def leave_external(ax: AxisFields) -> None:
 def _is_over(ax: AxisFields) -> bool:
     """Whether a stop or an error has ended it."""
     phase = ax.set_motion_phase
-    return phase == MotionPhase.STOPPING or (phase == MotionPhase.NONE and ax.buffer_count == 0)
+    return phase == MotionPhase.STOPPING or (phase == MotionPhase.NONE and ax.buffer.count == 0)
 
 
 def leads(ax: AxisFields) -> bool:
@@ -59,15 +59,15 @@ def _fault(ax: AxisFields, way: float, dt: float) -> int:
     """What is wrong with the external values, 0 = nothing; a jump of the position is too fast."""
     if not (
         abs(way) <= _LARGEST
-        and abs(ax.external_set_velocity) <= _LARGEST
-        and abs(ax.external_set_acceleration) <= _LARGEST
-        and abs(ax.external_set_jerk) <= _LARGEST
+        and abs(ax.external_set.velocity) <= _LARGEST
+        and abs(ax.external_set.acceleration) <= _LARGEST
+        and abs(ax.external_set.jerk) <= _LARGEST
     ):
         return NcError.EXTERNAL_SETPOINT_DATA
     limit = fastest(ax) * _ROUNDED
-    if abs(way) > limit * dt + ax.encoder.scaling_factor or abs(ax.external_set_velocity) > limit:
+    if abs(way) > limit * dt + ax.encoder.scaling_factor or abs(ax.external_set.velocity) > limit:
         return NcError.SET_VELOCITY_TOO_HIGH
-    if abs(ax.external_set_acceleration) > ax.max_acceleration * _ROUNDED:
+    if abs(ax.external_set.acceleration) > ax.max_acceleration * _ROUNDED:
         return NcError.SET_ACCELERATION_TOO_HIGH
     if way > 0.0 and ax.set.position + way > ax.limits.high + TOLERANCE:  # whatever velocity is fed
         return NcError.SOFT_LIMIT_MAX_PASSED
@@ -82,8 +82,8 @@ def _take(ax: AxisFields, way: float, dt: float) -> None:
     The mean velocity of a cycle is between those at its ends, give or take one increment.
     """
     before = ax.external.velocity
-    velocity = ax.external_set_velocity
-    acceleration = ax.external_set_acceleration
+    velocity = ax.external_set.velocity
+    acceleration = ax.external_set.acceleration
     if ax.setpoint_consistency_check:
         mean = way / dt
         lowest = velocity if velocity < before else before
@@ -93,15 +93,15 @@ def _take(ax: AxisFields, way: float, dt: float) -> None:
             velocity = mean
             acceleration = (velocity - before) / dt
             ax.setpoint_correction_counter += 1
-    ax.external.position = ax.external_set_position
+    ax.external.position = ax.external_set.position
     ax.external.velocity = velocity
     ax.external.acceleration = acceleration
-    ax.external.jerk = ax.external_set_jerk
+    ax.external.jerk = ax.external_set.jerk
 
 
 def step(ax: AxisFields, dt: float) -> None:
     """One cycle while the external generator is active."""
-    way = ax.external_set_position - ax.external.position
+    way = ax.external_set.position - ax.external.position
     if not _is_over(ax):
         fault = _fault(ax, way, dt)
         if fault:
@@ -125,7 +125,7 @@ def step(ax: AxisFields, dt: float) -> None:
     generate(ax, dt)
     if ax.output_cut:  # such a profile cannot be
         return
-    if abs(run_out(ax) + ax.external_set_velocity) > fastest(ax) * _ROUNDED:
+    if abs(run_out(ax) + ax.external_set.velocity) > fastest(ax) * _ROUNDED:
         ax.set.position = position
         ax.set.velocity = velocity
         ax.set.acceleration = acceleration
@@ -138,6 +138,6 @@ def step(ax: AxisFields, dt: float) -> None:
     displace(ax, way)
     ax.set.velocity += ax.external.velocity
     ax.set.acceleration += ax.external.acceleration
-    if ax.set_motion_phase == MotionPhase.NONE and ax.buffer_count == 0:
+    if ax.set_motion_phase == MotionPhase.NONE and ax.buffer.count == 0:
         ax.set_motion_phase = MotionPhase.EXTERNAL
         ax.external.origin = ax.set.position - ax.external.position

@@ -54,12 +54,12 @@ def _arm(ax: AxisFields) -> None:
     position = ax.encoder.actual_position_unfiltered
     if ax.encoder.reference_mode == ReferenceMode.HOMING_SENSOR_ONLY:
         ax.homing.latch_position = position
-        ax.homing_state = HomingState.SET_POSITION
+        ax.homing.state = HomingState.SET_POSITION
         _stop(ax)
     else:
         ax.homing.latch_begin = position
         begin_watch(ax, ax.encoder)
-        ax.homing_state = HomingState.AWAIT_LATCH
+        ax.homing.state = HomingState.AWAIT_LATCH
 
 
 def _found(ax: AxisFields, latched: float) -> None:
@@ -74,7 +74,7 @@ def _found(ax: AxisFields, latched: float) -> None:
 
 def home(ax: AxisFields) -> None:
     """The step of a homing sequence that this cycle takes; the set-point generator moves."""
-    state = ax.homing_state
+    state = ax.homing.state
     cam = homing_cam(ax)
     if state == HomingState.TOWARDS_CAM:
         if cam == 0 and ax.job.direction == 0.0:
@@ -82,18 +82,18 @@ def home(ax: AxisFields) -> None:
         if ax.homing.begins:
             ax.homing.begins = 0  # the first cycle shows this step to those that read cyclically
         elif cam:
-            ax.homing_state = HomingState.LEAVE_CAM
+            ax.homing.state = HomingState.LEAVE_CAM
             _stop(ax)
         else:
-            ax.homing_state = HomingState.AWAIT_CAM
+            ax.homing.state = HomingState.AWAIT_CAM
     elif state == HomingState.AWAIT_CAM:
         if cam:
-            ax.homing_state = HomingState.LEAVE_CAM
+            ax.homing.state = HomingState.LEAVE_CAM
             _stop(ax)
     elif state == HomingState.LEAVE_CAM:
         if _stands(ax):
             if cam:
-                ax.homing_state = HomingState.AWAIT_CAM_OFF
+                ax.homing.state = HomingState.AWAIT_CAM_OFF
                 _run(ax, ax.homing_velocity_off_cam, pulse_direction(ax))
             else:
                 fail(ax, NcError.HOMING_CAM_LEFT_EARLY, 0)
@@ -102,7 +102,7 @@ def home(ax: AxisFields) -> None:
             _arm(ax)
     elif state == HomingState.AWAIT_LATCH:
         if ax.homing.latch == LATCHED:
-            ax.homing_state = HomingState.SET_POSITION
+            ax.homing.state = HomingState.SET_POSITION
             _stop(ax)
     elif state == HomingState.SET_POSITION and _stands(ax):
         _found(ax, ax.homing.latch_position)

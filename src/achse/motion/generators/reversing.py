@@ -19,7 +19,7 @@ def position_in_turn(ax: AxisFields) -> None:
         CommandState.DONE,
     ):
         ax.reversing.number = 0
-    elif ax.set_motion_phase == MotionPhase.NONE and ax.buffer_count == 0:
+    elif ax.set_motion_phase == MotionPhase.NONE and ax.buffer.count == 0:
         ax.set_motion_phase = MotionPhase.REVERSING
         ax.set_command_state = CommandState.ACTIVE
         ax.sequence.time = 0.0
@@ -29,7 +29,7 @@ def position_in_turn(ax: AxisFields) -> None:
 def step(ax: AxisFields, dt: float) -> None:
     """One cycle of the pause at a target, then to the other one; a command that waits is let in."""
     ax.sequence.time += dt
-    if ax.buffer_count > 0:
+    if ax.buffer.count > 0:
         ax.set_motion_phase = MotionPhase.NONE
         ax.set_command_state = CommandState.DONE
         return

@@ -50,7 +50,7 @@ def _stays(ax: AxisFields) -> None:
 def along_the_set_point(ax: AxisFields) -> float:
     """Where the set point moves, by its sign; an external one may say so without a velocity."""
     if ax.set.velocity == 0.0 and ax.external_setpoint_active:
-        return float(ax.external_set_direction)
+        return float(ax.external_set.direction)
     return ax.set.velocity
 
 

@@ -54,14 +54,14 @@ def step(ax: AxisFields, dt: float) -> None:
         ax.set_torque_derivative = (torque - before) / dt
     elif ax.set_motion_phase == MotionPhase.EXTERNAL:
         if not (
-            abs(ax.external_set_torque) <= _LARGEST
-            and abs(ax.external_set_torque_derivative) <= _LARGEST
+            abs(ax.external_set.torque) <= _LARGEST
+            and abs(ax.external_set.torque_derivative) <= _LARGEST
         ):
             fail(ax, NcError.EXTERNAL_SETPOINT_DATA, 0)
             return
-        ax.set_torque = ax.external_set_torque
-        ax.set_torque_derivative = ax.external_set_torque_derivative
-        ax.external.position = ax.external_set_position
+        ax.set_torque = ax.external_set.torque
+        ax.set_torque_derivative = ax.external_set.torque_derivative
+        ax.external.position = ax.external_set.position
         ax.external.origin = ax.encoder.actual_position - ax.external.position
     else:
         ax.external_setpoint_active = 0

@@ -149,7 +149,7 @@ class KinematicGroup(AxisGroup):
             not self.moving
             and not self.error_code
             and any(
-                axis is not None and (axis.set_motion_phase or axis.buffer_count)
+                axis is not None and (axis.set_motion_phase or axis.buffer.count)
                 for axis in self.leading
             )
         )

@@ -336,7 +336,7 @@ class PathGroup(PathGroupParameters):
     @staticmethod
     def _homes(axis: Axis) -> bool:
         """Whether it moves, or waits for the application to home it."""
-        return bool(axis.set_motion_phase != MotionPhase.NONE or axis.application_request)
+        return bool(axis.set_motion_phase != MotionPhase.NONE or axis.application.request)
 
     def _stop_homing(self) -> None:
         if self._homing is not None:

@@ -97,12 +97,12 @@ class PtpGroup:
     @property
     def saf_entry_count(self) -> int:
         """Commands that wait."""
-        return self.axis.buffer_count
+        return self.axis.buffer.count
 
     @property
     def saf_free_entry_count(self) -> int:
         """Commands that can still wait."""
-        return COMMAND_BUFFER - self.axis.buffer_count
+        return COMMAND_BUFFER - self.axis.buffer.count
 
     def reset(self) -> int:
         """Reset errors (0x01); what an emergency stop interrupted is forgotten."""
@@ -172,8 +172,8 @@ class PtpGroup:
         else:
             return []
         waiting = []
-        for n in range(axis.buffer_count):
-            each = axis.waiting[(axis.buffer_first + n) % COMMAND_BUFFER]
+        for n in range(axis.buffer.count):
+            each = axis.waiting[(axis.buffer.first + n) % COMMAND_BUFFER]
             if each.start_type == StartType.ABSOLUTE:
                 ramps = each.acceleration, each.deceleration, each.jerk
                 waiting.append(_Move(StartType.ABSOLUTE, each.position, each.velocity, *ramps))
