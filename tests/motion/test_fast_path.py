@@ -56,13 +56,18 @@ def test_limit_switch_and_invalid_data_of_a_drive_end_the_fast_path(
         *("drive.output", "drive.actual_torque_derivative", "drive.io_time"),
         *("encoder.actual_acceleration", "encoder.actual_velocity"),
         *("encoder.actual_position_unfiltered", "buffer_count", "phasing_active"),
-        *("encoder_moves", "job.timing", "delayed_error_code", "following_error_time"),
-        *("following_error_velocity_time", "controller.special"),
+        *(
+            "monitoring.encoder_moves",
+            "job.timing",
+            "delayed_error_code",
+            "monitoring.following_error_time",
+        ),
+        *("monitoring.following_error_velocity_time", "controller.special"),
     ],
 )
 def test_axis_that_changes_does_not_rest(rig: Any, name: str) -> None:
     axis = rig.axis
-    axis.in_target_position, axis.target_window_time = 1, 1.0
+    axis.in_target_position, axis.monitoring.target_window_time = 1, 1.0
     path, _, name = name.rpartition(".")
     owner = attrgetter(path)(axis) if path else axis
     before = getattr(owner, name)
@@ -77,7 +82,11 @@ def test_axis_that_changes_does_not_rest(rig: Any, name: str) -> None:
 def test_axis_rests_when_its_target_window_has_been_decided(rig: Any) -> None:
     axis = rig.axis
     for inside, time, quiet in ((1, 0.0, 1), (1, 1.0, 1), (0, 0.0, 1), (0, 1.0, 0)):
-        axis.quiet_cycles, axis.in_target_position, axis.target_window_time = 0, inside, time
+        axis.quiet_cycles, axis.in_target_position, axis.monitoring.target_window_time = (
+            0,
+            inside,
+            time,
+        )
         settle(axis)
         assert axis.quiet_cycles == quiet
 
@@ -167,6 +176,6 @@ def test_only_a_slave_compares_its_following_error(
 @pytest.mark.parametrize("kind", [AxisType.ENCODER, AxisType.CONTINUOUS_SERVO])
 def test_only_an_encoder_axis_watches_for_its_standstill(make_rig: Any, kind: AxisType) -> None:
     rig = make_rig(axis_type=kind, no_motion_time=0.01)
-    rig.axis.encoder_moves = 1
+    rig.axis.monitoring.encoder_moves = 1
     rig.run(7)
-    assert rig.axis.encoder_moves == int(kind != AxisType.ENCODER)
+    assert rig.axis.monitoring.encoder_moves == int(kind != AxisType.ENCODER)

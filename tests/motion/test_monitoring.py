@@ -208,7 +208,7 @@ def test_a_following_error_shorter_than_the_filter_time_passes(rig: Any) -> None
     rig.until(lambda axis: axis.following_error > 5.0)
     rig.run(5)
     assert rig.axis.error_code == 0
-    rig.axis.following_error_time = 0.0
+    rig.axis.monitoring.following_error_time = 0.0
     rig.axis.controller.following_error_position_monitoring_enable = 0
     rig.seconds(1.0)
     assert rig.axis.error_code == 0

@@ -70,14 +70,14 @@ def test_reaction_to_the_first_error_waits_for_its_delay(
 ) -> None:
     axis = rig.axis
     put(axis, error_reaction_mode=mode, error_reaction_delay=delay, error_code=error)
-    put(axis, delayed_error_code=delayed, delayed_error_time=7.0, delayed_error_cut=0)
+    put(axis, delayed_error_code=delayed, delayed_error__time=7.0, delayed_error__cut=0)
     set_features(axis, 0)
     report(axis, CODE, 1)
     assert bool(axis.features & Feature.DELAYED_ERROR) is (after[1] == CODE and delayed == 0)
     assert bool(axis.features & Feature.ERROR) is (after[1] == 0)
     assert (axis.error_code, axis.delayed_error_code, axis.output_cut) == after
     begun = after[1] == CODE
-    assert (axis.delayed_error_cut, axis.delayed_error_time) == ((1, 0.0) if begun else (0, 7.0))
+    assert (axis.delayed_error.cut, axis.delayed_error.time) == ((1, 0.0) if begun else (0, 7.0))
 
 
 def test_fast_stop_signal_stops_what_moves_by_its_type(rig: Any) -> None:
@@ -182,20 +182,27 @@ def test_loop_that_closes_begins_where_the_axis_is(rig: Any) -> None:
     for phase, error in product((MotionPhase.NONE, MotionPhase.COUPLED), (0, OTHER)):
         moving(axis, phase, 0.0)
         put(axis, loop_closed=0, control_dword=7, drive_status=STATUS_READY, error_code=error)
-        put(axis, following_error_time=1.0, following_error_velocity_time=1.0)
-        put(axis, target_position=9.0, motion_position=9.0, set_position=9.0)
+        put(
+            axis,
+            monitoring__following_error_time=1.0,
+            monitoring__following_error_velocity_time=1.0,
+        )
+        put(axis, target_position=9.0, monitoring__motion_position=9.0, set_position=9.0)
         encoder.actual_position = 5.0
         supervise_enable(axis, DT)
         assert axis.set_position == 5.0
         if error:
             assert (axis.loop_closed, axis.target_position) == (0, 5.0)
             continue
-        assert (axis.loop_closed, axis.motion_position) == (1, 5.0)
-        assert (axis.following_error_time, axis.following_error_velocity_time) == (0.0, 0.0)
+        assert (axis.loop_closed, axis.monitoring.motion_position) == (1, 5.0)
+        assert (
+            axis.monitoring.following_error_time,
+            axis.monitoring.following_error_velocity_time,
+        ) == (0.0, 0.0)
         assert axis.target_position == (5.0 if phase == MotionPhase.NONE else 9.0)
-        put(axis, set_position=9.0, following_error_time=1.0)
+        put(axis, set_position=9.0, monitoring__following_error_time=1.0)
         supervise_enable(axis, DT)
-        assert (axis.set_position, axis.following_error_time) == (9.0, 1.0)
+        assert (axis.set_position, axis.monitoring.following_error_time) == (9.0, 1.0)
 
 
 def test_blocked_drive_is_ready_without_an_error_where_that_is_accepted(rig: Any) -> None:
@@ -246,16 +253,16 @@ def test_following_error_is_one_beyond_its_window_and_filter_time(
         moving(axis)
         setattr(controller, f"following_error_{kind}_monitoring_enable", enable)
         setattr(controller, name, sign * error)
-        setattr(axis, time, begun)
+        setattr(axis.monitoring, time, begun)
         _supervise_following_error(axis, DT)
-        assert getattr(axis, time) == after
+        assert getattr(axis.monitoring, time) == after
         assert axis.error_code == (codes[kind].number if failed else 0)
         assert axis.output_cut == failed
     moving(axis)
     put(axis, error_reaction_mode=1, error_reaction_delay=1.0)
     setattr(controller, f"following_error_{kind}_monitoring_enable", 1)
     _supervise_following_error(axis, DT)
-    assert (axis.delayed_error_code, axis.delayed_error_cut) == (codes[kind].number, 1)
+    assert (axis.delayed_error_code, axis.delayed_error.cut) == (codes[kind].number, 1)
 
 
 def test_homing_that_comes_to_a_limit_says_what_it_has_not_found(rig: Any) -> None:
@@ -297,7 +304,7 @@ def test_soft_limit_ends_each_motion_at_once_unless_it_stands(rig: Any, sign: in
         (MotionPhase.ENDLESS, MotionPhase.SINE), (0, 1), (0, 1), (0, 1), (0.0, 59.999), (0.0, 32.0)
     ):
         moving(axis, phase, sign * velocity)
-        put(axis, limits__low=-60.0, limits__high=60.0, delayed_error_code=0, delayed_error_cut=0)
+        put(axis, limits__low=-60.0, limits__high=60.0, delayed_error_code=0, delayed_error__cut=0)
         put(axis, compensating=compensating, external_setpoint_active=external)
         put(axis, external_set_direction=0, set_position=sign * place)
         put(axis, limits__reached=sign * reached)
@@ -309,7 +316,7 @@ def test_soft_limit_ends_each_motion_at_once_unless_it_stands(rig: Any, sign: in
         stands = velocity == 0.0
         assert axis.error_code == (0 if stands else code), case
         assert axis.delayed_error_code == (code if stands else 0), case
-        assert (axis.output_cut, axis.delayed_error_cut) == (0, 0)
+        assert (axis.output_cut, axis.delayed_error.cut) == (0, 0)
 
 
 def test_delayed_error_reacts_when_its_delay_is_over(rig: Any) -> None:
@@ -322,7 +329,7 @@ def test_delayed_error_reacts_when_its_delay_is_over(rig: Any) -> None:
     ):
         moving(axis)
         put(axis, error_reaction_delay=4.0 * DT, loop_closed=closed)
-        put(axis, delayed_error_code=OTHER, delayed_error_cut=1, delayed_error_time=time)
+        put(axis, delayed_error_code=OTHER, delayed_error__cut=1, delayed_error__time=time)
         supervise_motion(axis, DT, fast)
         assert (axis.error_code, axis.output_cut) == ((OTHER, 1) if reacts else (0, 0))
         assert axis.delayed_error_code == (0 if reacts else OTHER)
@@ -358,16 +365,24 @@ def test_movement_is_seen_beyond_its_window_or_missed_after_its_time(rig: Any, s
         (0, 32.0, 0.75, 3.5 * DT, (0.0, 3.5 * DT), False),
     ):
         moving(axis, velocity=velocity)
-        put(axis, motion_monitoring_enable=enable, motion_position=sign * 8.0, motion_time=time)
+        put(
+            axis,
+            motion_monitoring_enable=enable,
+            monitoring__motion_position=sign * 8.0,
+            monitoring__motion_time=time,
+        )
         encoder.actual_position = sign * (8.0 + place)
         supervise_motion(axis, DT, fast=True)
-        assert (axis.motion_position, axis.motion_time) == (sign * (8.0 + after[0]), after[1])
+        assert (axis.monitoring.motion_position, axis.monitoring.motion_time) == (
+            sign * (8.0 + after[0]),
+            after[1],
+        )
         assert (axis.error_code, axis.output_cut) == ((OTHER, 1) if failed else (0, 0))
     moving(axis)
     put(axis, error_reaction_mode=1, error_reaction_delay=1.0, motion_monitoring_enable=1)
-    put(axis, motion_position=encoder.actual_position, motion_time=9.0)
+    put(axis, monitoring__motion_position=encoder.actual_position, monitoring__motion_time=9.0)
     supervise_motion(axis, DT)
-    assert (axis.delayed_error_code, axis.delayed_error_cut) == (OTHER, 1)
+    assert (axis.delayed_error_code, axis.delayed_error.cut) == (OTHER, 1)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -380,10 +395,10 @@ def test_encoder_axis_stands_below_its_window_for_its_time(rig: Any, sign: float
         (2.0, 1, 3.0 * DT, (1, 4.0 * DT)),
         (0.0, 1, 3.5 * DT, (0, 4.5 * DT)),
     ):
-        put(axis, encoder_moves=moves, no_motion_timer=time)
+        put(axis, monitoring__encoder_moves=moves, monitoring__standstill_time=time)
         axis.encoder.actual_velocity = sign * velocity
         watch_standstill(axis, DT)
-        assert (axis.encoder_moves, axis.no_motion_timer) == after
+        assert (axis.monitoring.encoder_moves, axis.monitoring.standstill_time) == after
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -403,7 +418,7 @@ def test_windows_of_the_target_end_at_their_width(rig: Any, sign: float) -> None
         moving(axis, phase, velocity)
         put(axis, position_range_monitoring_enable=enable, loop__outward=loop)
         put(axis, target_position_monitoring_enable=enable, encoder__actual_position=100.0 + way)
-        put(axis, in_position_range=1, in_target_position=1, target_window_time=9.0)
+        put(axis, in_position_range=1, in_target_position=1, monitoring__target_window_time=9.0)
         axis.encoder.actual_position = 100.0 + sign * way
         supervise_arrival(axis, DT, fast)
         passes = loop or phase == MotionPhase.ENDLESS
@@ -413,7 +428,7 @@ def test_windows_of_the_target_end_at_their_width(rig: Any, sign: float) -> None
         assert axis.in_position_range == int(enable and way <= 5.0 and not passes), case
         inside = enable and way <= 2.0 and not passes
         assert axis.in_target_position == int(inside), case
-        assert axis.target_window_time == (9.0 if inside else 0.0), case
+        assert axis.monitoring.target_window_time == (9.0 if inside else 0.0), case
 
 
 def test_target_is_reached_after_its_time_inside_the_window(rig: Any) -> None:
@@ -422,9 +437,9 @@ def test_target_is_reached_after_its_time_inside_the_window(rig: Any) -> None:
     put(axis, set_motion_phase=MotionPhase.NONE, target_position=0.0, loop__outward=0)
     axis.encoder.actual_position = 0.0
     for time, reached in ((nextafter(4.0 * DT, 0.0), 0), (4.0 * DT, 1)):
-        put(axis, in_target_position=0, target_window_time=time)
+        put(axis, in_target_position=0, monitoring__target_window_time=time)
         supervise_arrival(axis, DT)
-        assert (axis.in_target_position, axis.target_window_time) == (reached, time + DT)
+        assert (axis.in_target_position, axis.monitoring.target_window_time) == (reached, time + DT)
 
 
 def test_positioning_is_timed_until_it_arrives_or_its_time_is_over(rig: Any) -> None:
@@ -443,13 +458,15 @@ def test_positioning_is_timed_until_it_arrives_or_its_time_is_over(rig: Any) -> 
         (1, rests, 1, 1, 3.5 * DT, (0, 1.0 + DT, 4.5 * DT, 0.0), late),
     ):
         moving(axis, phase, 0.0)
-        put(axis, peh_monitoring_enable=peh, peh_time=time, last_positioning_time=0.0)
+        put(axis, peh_monitoring_enable=peh, monitoring__peh_time=time, last_positioning_time=0.0)
         put(axis, job__timing=timing, job__time=1.0, target_position_monitoring_enable=window)
         supervise_arrival(axis, DT)
-        assert (job.timing, job.time, axis.peh_time, axis.last_positioning_time) == after
+        assert (job.timing, job.time, axis.monitoring.peh_time, axis.last_positioning_time) == after
         assert (axis.error_code, axis.output_cut) == (error, 0)
     moving(axis, rests, 0.0)
     put(axis, position_range_monitoring_enable=1, position_range_window=2.0, job__timing=1)
-    put(axis, target_position_monitoring_enable=0, peh_monitoring_enable=1, peh_time=9.0)
+    put(
+        axis, target_position_monitoring_enable=0, peh_monitoring_enable=1, monitoring__peh_time=9.0
+    )
     supervise_arrival(axis, DT)
-    assert (axis.peh_time, axis.error_code, job.timing) == (9.0, 0, 1)
+    assert (axis.monitoring.peh_time, axis.error_code, job.timing) == (9.0, 0, 1)

@@ -63,7 +63,7 @@ def _by_parameters(ax: AxisFields) -> int:
     if (
         ax.axis_type in (AxisType.DISCRETE_RAPID_CREEP, AxisType.ENCODER)
         or drive.type == DriveType.STEPPER
-        or ax.encoder_moves
+        or ax.monitoring.encoder_moves
     ):
         features |= Feature.KIND
     if encoder.soft_limit_min_enable or encoder.soft_limit_max_enable:
@@ -96,7 +96,7 @@ def begin(ax: AxisFields, dt: float) -> None:
     begin_encoder(ax, ax.encoder, dt)
     ax.set.position = ax.encoder.actual_position
     ax.target_position = ax.encoder.actual_position
-    ax.motion_position = ax.encoder.actual_position
+    ax.monitoring.motion_position = ax.encoder.actual_position
     adapt(ax, dt)
     show_state(ax)
 

@@ -194,9 +194,9 @@ def supervise_enable(ax: AxisFields, dt: float) -> None:
     else:
         if phase == MotionPhase.NONE:
             ax.target_position = encoder.actual_position
-        ax.motion_position = encoder.actual_position
-        ax.following_error_time = 0.0
-        ax.following_error_velocity_time = 0.0
+        ax.monitoring.motion_position = encoder.actual_position
+        ax.monitoring.following_error_time = 0.0
+        ax.monitoring.following_error_velocity_time = 0.0
     ax.loop_closed = closed
 
 
@@ -205,18 +205,21 @@ def _supervise_following_error(ax: AxisFields, dt: float) -> None:
     controller = ax.controller
     if controller.following_error_position_monitoring_enable:
         if abs(controller.following_error) > controller.following_error_position_max:
-            ax.following_error_time += dt
-            if ax.following_error_time > controller.following_error_position_filter_time:
+            ax.monitoring.following_error_time += dt
+            if ax.monitoring.following_error_time > controller.following_error_position_filter_time:
                 report(ax, NcError.FOLLOWING_ERROR_POSITION, 1)
         else:
-            ax.following_error_time = 0.0
+            ax.monitoring.following_error_time = 0.0
     if controller.following_error_velocity_monitoring_enable:
         if abs(controller.following_error_velocity) > controller.following_error_velocity_max:
-            ax.following_error_velocity_time += dt
-            if ax.following_error_velocity_time > controller.following_error_velocity_filter_time:
+            ax.monitoring.following_error_velocity_time += dt
+            if (
+                ax.monitoring.following_error_velocity_time
+                > controller.following_error_velocity_filter_time
+            ):
                 report(ax, NcError.FOLLOWING_ERROR_VELOCITY, 1)
         else:
-            ax.following_error_velocity_time = 0.0
+            ax.monitoring.following_error_velocity_time = 0.0
 
 
 def _not_found(ax: AxisFields, code: int) -> int:
@@ -291,15 +294,18 @@ def supervise_motion(ax: AxisFields, dt: float, fast: bool = False) -> None:
     if not fast and ax.limits.active and ax.set_motion_phase != MotionPhase.NONE:
         _supervise_limits(ax, dt)
     if ax.set.velocity == 0.0:
-        ax.motion_time = 0.0
-        ax.motion_position = encoder.actual_position
+        ax.monitoring.motion_time = 0.0
+        ax.monitoring.motion_position = encoder.actual_position
     elif ax.motion_monitoring_enable:
-        if abs(encoder.actual_position - ax.motion_position) > ax.motion_monitoring_window:
-            ax.motion_position = encoder.actual_position
-            ax.motion_time = 0.0
+        if (
+            abs(encoder.actual_position - ax.monitoring.motion_position)
+            > ax.motion_monitoring_window
+        ):
+            ax.monitoring.motion_position = encoder.actual_position
+            ax.monitoring.motion_time = 0.0
         else:
-            ax.motion_time += dt
-            if ax.motion_time > ax.motion_monitoring_time:
+            ax.monitoring.motion_time += dt
+            if ax.monitoring.motion_time > ax.motion_monitoring_time:
                 report(ax, NcError.NO_MOVEMENT_SEEN, 1)
 
 
@@ -317,12 +323,12 @@ def _travelling(ax: AxisFields, fast: bool) -> bool:
 def watch_standstill(ax: AxisFields, dt: float) -> None:
     """Whether an encoder axis moves, for followers and clients; rest counts after its time."""
     if abs(ax.encoder.actual_velocity) > ax.no_motion_window:
-        ax.encoder_moves = 1
-        ax.no_motion_timer = 0.0
-    elif ax.encoder_moves:
-        ax.no_motion_timer += dt
-        if ax.no_motion_timer > ax.no_motion_time:
-            ax.encoder_moves = 0
+        ax.monitoring.encoder_moves = 1
+        ax.monitoring.standstill_time = 0.0
+    elif ax.monitoring.encoder_moves:
+        ax.monitoring.standstill_time += dt
+        if ax.monitoring.standstill_time > ax.no_motion_time:
+            ax.monitoring.encoder_moves = 0
 
 
 def supervise_arrival(ax: AxisFields, dt: float, fast: bool = False) -> None:
@@ -342,12 +348,12 @@ def supervise_arrival(ax: AxisFields, dt: float, fast: bool = False) -> None:
         and not _travelling(ax, fast)
     ):
         if ax.in_target_position == 0:
-            if ax.target_window_time >= ax.target_position_monitoring_time:
+            if ax.monitoring.target_window_time >= ax.target_position_monitoring_time:
                 ax.in_target_position = 1
-            ax.target_window_time += dt
+            ax.monitoring.target_window_time += dt
     else:
         ax.in_target_position = 0
-        ax.target_window_time = 0.0
+        ax.monitoring.target_window_time = 0.0
     if job.timing:
         job.time += dt
         if ax.set_motion_phase == MotionPhase.NONE:
@@ -355,12 +361,12 @@ def supervise_arrival(ax: AxisFields, dt: float, fast: bool = False) -> None:
                 ax.last_positioning_time = job.time
                 job.timing = 0
             elif ax.peh_monitoring_enable and ax.target_position_monitoring_enable:
-                ax.peh_time += dt
-                if ax.peh_time > ax.peh_monitoring_time:
+                ax.monitoring.peh_time += dt
+                if ax.monitoring.peh_time > ax.peh_monitoring_time:
                     job.timing = 0
                     report(ax, NcError.PEH_TIME_OVER, 0)
         else:
-            ax.peh_time = 0.0
+            ax.monitoring.peh_time = 0.0
 
 
 def operation_mode(ax: AxisFields) -> int:
@@ -507,7 +513,7 @@ def show_state(ax: AxisFields, fast: bool = False) -> None:
                 if phase == MotionPhase.EXTERNAL
                 else MotionState.INTERNAL_AND_EXTERNAL
             )
-        if ax.encoder_moves:
+        if ax.monitoring.encoder_moves:
             state &= _MOVING
         state |= _rare_state(ax)
     ax.state_dword = state
@@ -526,12 +532,12 @@ def settle(ax: AxisFields) -> None:
         and encoder.actual_position == encoder.actual_position_unfiltered
         and ax.buffer.count == 0
         and ax.phasing.active == 0
-        and ax.encoder_moves == 0
+        and ax.monitoring.encoder_moves == 0
         and ax.job.timing == 0
         and ax.delayed_error.code == 0
-        and ax.following_error_time == 0.0
-        and ax.following_error_velocity_time == 0.0
-        and (ax.in_target_position == 1 or ax.target_window_time == 0.0)
+        and ax.monitoring.following_error_time == 0.0
+        and ax.monitoring.following_error_velocity_time == 0.0
+        and (ax.in_target_position == 1 or ax.monitoring.target_window_time == 0.0)
         and drive.actual_torque_derivative == 0.0
         and drive.io_time == 0.0
         and ax.controller.special == 0

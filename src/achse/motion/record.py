@@ -58,7 +58,7 @@ from achse.motion.fields.generators import (
 )
 from achse.motion.fields.homing import Homing
 from achse.motion.fields.job import JobProgress, JobRequest
-from achse.motion.fields.monitoring import DelayedError, MonitoringInternal
+from achse.motion.fields.monitoring import DelayedError, MonitoringInternal, MonitoringTimes
 from achse.motion.fields.often import OFTEN
 from achse.motion.fields.setpoint import (
     COMMAND_BUFFER,
@@ -236,6 +236,7 @@ class _AxisLinks(InternalFields):
     leading_value: LeadingValue = _part("leading value", LeadingValue)
     limits: SoftLimits = _part("soft limits", SoftLimits)
     loop: TargetLoop = _part("target loop", TargetLoop)
+    monitoring: MonitoringTimes = _part("monitoring times", MonitoringTimes)
     phasing: Phasing = _part("phasing", Phasing)
     profile: MotionProfile = _part("motion profile", MotionProfile)
     reversing: ReversingCommand = _part("reversing command", ReversingCommand)

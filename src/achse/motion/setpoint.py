@@ -99,8 +99,8 @@ def begin_job(ax: AxisFields) -> None:
         ax.has_been_stopped = 1
         ax.features |= Feature.STATUS
     ax.in_target_position = 0
-    ax.target_window_time = 0.0
-    ax.peh_time = 0.0
+    ax.monitoring.target_window_time = 0.0
+    ax.monitoring.peh_time = 0.0
     ax.set_command_number = job.number
     ax.set_command_state = CommandState.ACTIVE
 
@@ -448,7 +448,7 @@ def shift_encoder(ax: AxisFields, encoder: EncoderFields, shift: float) -> None:
         encoder.history[i] += shift
     if encoder.leads:
         ax.controller.observer_position += shift
-        ax.motion_position += shift
+        ax.monitoring.motion_position += shift
         if ax.homing.state != 0:
             ax.homing.latch_begin += shift
             ax.homing.latch_position += shift

@@ -105,7 +105,7 @@ def _end_of_endless(
 def look_ahead(ax: AxisFields) -> None:
     """Compute where the active job, a positioning, ends and how fast it may be there at most.
 
-    `border_position` is its target unless the next command blends earlier, `border_velocity` its
+    `border.position` is its target unless the next command blends earlier, `border.velocity` its
     segment end velocity unless a next command follows. Forwards through the waiting commands for
     their ways and velocities at their starts; then backwards for what can be braked.
     """

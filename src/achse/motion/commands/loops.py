@@ -34,8 +34,8 @@ def switch_control_loop(
     error, output = axis.set.position - axis.actual_position, axis.drive.output
     choose_control_loop(axis, loop)
     reset_controller(axis)
-    axis.following_error_time = axis.following_error_velocity_time = 0.0
-    axis.motion_position = axis.actual_position
+    axis.monitoring.following_error_time = axis.monitoring.following_error_velocity_time = 0.0
+    axis.monitoring.motion_position = axis.actual_position
     if switch_type == ControlLoopSwitch.STANDARD or not axis.loop_closed:
         drop_job(axis)
         shift_setpoint(axis, axis.actual_position - axis.set.position)

@@ -25,9 +25,9 @@ def reset(axis: Axis) -> int:
     axis.error_code = 0
     axis.delayed_error.code = 0
     axis.output_cut = 0
-    axis.following_error_time = 0.0
-    axis.following_error_velocity_time = 0.0
-    axis.motion_time = 0.0
+    axis.monitoring.following_error_time = 0.0
+    axis.monitoring.following_error_velocity_time = 0.0
+    axis.monitoring.motion_time = 0.0
     axis.got_new_target = 0
     axis.brake_released = 0
     axis.reset_command_counter += 1

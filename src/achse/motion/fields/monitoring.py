@@ -3,7 +3,13 @@
 from achse.motion.features import ALL_FEATURES
 from achse.motion.fields.declare import InternalFields, States, flag, real, whole
 
-__all__ = ["DelayedError", "DelayedErrorState", "DelayedReaction", "MonitoringInternal"]
+__all__ = [
+    "DelayedError",
+    "DelayedErrorState",
+    "DelayedReaction",
+    "MonitoringInternal",
+    "MonitoringTimes",
+]
 
 
 class MonitoringInternal(InternalFields):
@@ -18,14 +24,19 @@ class MonitoringInternal(InternalFields):
     io_invalid: int = flag(0, "encoder or drive has no valid data")
     limit_switch: int = whole(0, "1", "hardware limit switch the axis is on: -1, 0 none, 1")
     output_cut: int = flag(0, "an error opened the control loop; reset closes it")
+
+
+class MonitoringTimes(InternalFields):
+    """Times of the monitoring functions."""
+
     following_error_time: float = real(0.0, "s", "time above the position window")
     following_error_velocity_time: float = real(0.0, "s", "time above the velocity window")
     target_window_time: float = real(0.0, "s", "time inside the target window")
     peh_time: float = real(0.0, "s", "time since the logical end")
     motion_time: float = real(0.0, "s", "time without movement")
-    motion_position: float = real(0.0, "mm", "where the last movement was seen")
+    motion_position: float = real(0.0, "mm", "position of the last movement")
+    standstill_time: float = real(0.0, "s", "time for which an encoder axis has been too slow")
     encoder_moves: int = flag(0, "an encoder axis moves, or did so a moment ago")
-    no_motion_timer: float = real(0.0, "s", "time since it was fast enough")
 
 
 class DelayedErrorState(States):
