@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from achse.motion.groups.group import AxisGroup
 
     class _Fields(AxisFields):
-        """What it shows of its parts by the same names, and what is computed when it is read."""
+        """Values of its parts by the same names, and values that are computed at each read."""
 
         actual_position: float
         actual_position_modulo: float
@@ -162,12 +162,12 @@ class Axis(View, _Fields):
 
     @property
     def sensor(self) -> SensorView:
-        """What its encoder is at the simulated machine."""
+        """The sensor of the simulated machine that its encoder reads."""
         return self.encoder.sensor
 
     @property
     def amplifier(self) -> AmplifierView:
-        """What its drive is at the simulated machine."""
+        """The amplifier of the simulated machine that its drive controls."""
         return self.drive.amplifier
 
     @property
@@ -331,7 +331,7 @@ class Axis(View, _Fields):
         return 0.0
 
     def place(self, field: Field, size: int) -> MemoryCell | None:
-        """Where the first `size` bytes of a field are; None if the record is not in memory."""
+        """Return the place of the first `size` bytes of a field, None without a place in memory."""
         return None
 
     def place_of(self, name: str, size: int) -> MemoryCell | ComputedCell | None:

@@ -41,7 +41,7 @@ _ONE_PERIOD = {StartType.MODULO_SHORTEST, StartType.MODULO_POSITIVE, StartType.M
 
 
 def why_no_command(axis: Axis) -> int:
-    """What forbids any motion command in the present state."""
+    """Return the error that forbids any motion command in the present state, or 0."""
     if axis.axis_disabled:
         return NcError.AXIS_NOT_READY
     if axis.error_code:
@@ -65,7 +65,7 @@ def why_not_own(axis: Axis) -> int:
 
 
 def why_not_permitted(axis: Axis, direction: float) -> int:
-    """What the cyclic interface and the drive say against a start in `direction`."""
+    """Return the error by which cyclic interface or drive forbid a start in `direction`, or 0."""
     if axis.axis_type == AxisType.ENCODER:
         return NcError.AXIS_INCOMPATIBLE
     control = axis.control_dword
@@ -93,7 +93,7 @@ def why_not_velocity(axis: Axis, velocity: float) -> int:
 
 
 def why_not_dynamics(axis: Axis, acceleration: float, deceleration: float, jerk: float) -> int:
-    """What is wrong with dynamics given by a command; all are to be positive."""
+    """Return the error in the dynamics of a command, or 0; all are to be positive."""
     if not acceleration > 0.0:
         return NcError.ACCELERATION_NOT_POSITIVE
     if not deceleration > 0.0:
@@ -108,7 +108,7 @@ def why_not_dynamics(axis: Axis, acceleration: float, deceleration: float, jerk:
 
 
 def why_not_position(axis: Axis, start_type: int, position: float) -> int:
-    """What is wrong with a commanded position or distance, whatever the axis does."""
+    """Return the error in a commanded position or distance, whatever the axis does, or 0."""
     if start_type in ENDLESS:
         return OK
     if not isfinite(position):
@@ -119,7 +119,7 @@ def why_not_position(axis: Axis, start_type: int, position: float) -> int:
 
 
 def why_not_target(axis: Axis, target: float, begin: float | None = None) -> int:
-    """What is wrong with a target, on the way from `begin` or from where the axis is."""
+    """Return the error in a target, on the way from `begin` or from the present position, or 0."""
     if begin is None:
         begin = axis.set.position
     if abs(target) > FARTHEST:

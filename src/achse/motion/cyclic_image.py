@@ -1,4 +1,4 @@
-"""What an axis shows its PLC in each cycle, made by machine code for all linked axes in one call.
+"""Cyclic image of each axis for its PLC, made by machine code for all linked axes in one call.
 
 The image is the structure of TwinCAT 3, byte for byte (`achse.devices.nc.axis_structures.TO_PLC`,
 from which the plain form comes; a test compares the two). A record has words of 64 bits, so values
@@ -203,5 +203,5 @@ class AxisImages:
 
 
 def images_of(axis: "Axis") -> bool:
-    """Whether machine code can make the image of the axis: its record is in memory."""
+    """Return True if machine code can make the image of the axis: its record is in memory."""
     return isinstance(axis, RowView) and sys.byteorder == "little" and KERNEL.available

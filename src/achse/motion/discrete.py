@@ -61,7 +61,7 @@ def _enter(ax: AxisFields, phase: int) -> None:
 
 
 def _direction(ax: AxisFields) -> float:
-    """Where the job leads from here."""
+    """Return the direction of the job from here."""
     if ax.set_motion_phase in (MotionPhase.ENDLESS, MotionPhase.HOMING) and ax.job.direction != 0.0:
         return ax.job.direction
     if ax.set_motion_phase == MotionPhase.POSITIONING:
@@ -70,7 +70,7 @@ def _direction(ax: AxisFields) -> float:
 
 
 def _stopping(ax: AxisFields) -> bool:
-    """Whether the axis is to come to rest, for good or as a step of homing."""
+    """Return True if the axis is to come to rest, for good or as a step of homing."""
     phase = ax.set_motion_phase
     return phase == MotionPhase.STOPPING or (
         phase == MotionPhase.HOMING and ax.job.direction == 0.0

@@ -316,7 +316,7 @@ def _put_out_set_values(ax: AxisFields, dt: float) -> None:
 
 
 def _control(ax: AxisFields) -> int:
-    """What a drive on a bus is asked for."""
+    """Return the control bits for a drive on a bus."""
     drive = ax.drive
     control = CONTROL_ENABLE if ax.loop_closed else 0
     if (

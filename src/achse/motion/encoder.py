@@ -36,7 +36,7 @@ _BY_ACCELERATION = 2
 
 
 def _raw_count(encoder: EncoderFields, count: int) -> int:
-    """What is evaluated of a count: within the mask, without the bits filtered out."""
+    """Return the evaluated bits of a count: within the mask, without the bits filtered out."""
     period = encoder.mask + 1
     raw = count % period & (_FULL_MASK ^ encoder.raw_value_filter_mask)
     if encoder.sign_interpretation == _SIGNED and 2 * raw >= period:

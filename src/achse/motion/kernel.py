@@ -102,7 +102,7 @@ def begin(ax: AxisFields, dt: float) -> None:
 
 
 def _asleep(ax: AxisFields, rows: NcRows) -> bool:
-    """Whether the axis rests on: nobody writes to it, no input has changed, no master moves."""
+    """Return True if the axis may keep resting: no write, no changed input, no moving master."""
     if (
         ax.encoder.io.news == 0
         and ax.drive.io.news == 0

@@ -24,7 +24,7 @@ __all__ = [
 ]
 
 TOLERANCE = 1e-6
-"""How far a set position may be beyond a soft limit, in axis units: rounding only."""
+"""Tolerance of a set position beyond a soft limit, in axis units: rounding only."""
 
 _RELATIVE = 1e-12
 _FARTHEST = 1e15
@@ -54,13 +54,13 @@ def _additional_way(ax: AxisFields) -> float:
 
 
 def lowest_rest(ax: AxisFields) -> float:
-    """Where a table may end at least."""
+    """Return the lowest position where a profile may end."""
     more = _additional_way(ax)
     return ax.limits.low - more if more < 0.0 else ax.limits.low
 
 
 def highest_rest(ax: AxisFields) -> float:
-    """Where a table may end at most."""
+    """Return the highest position where a profile may end."""
     more = _additional_way(ax)
     return ax.limits.high - more if more > 0.0 else ax.limits.high
 
@@ -70,7 +70,7 @@ def _tolerance(ax: AxisFields) -> float:
 
 
 def passes(ax: AxisFields, first: int, count: int, p: float, v: float, a: float) -> int:
-    """Which limit the rows `first` … `count` - 1 of the table lead across: 1 upper, -1 lower.
+    """Return the limit that the segments `first` … `count` - 1 pass: 1 upper, -1 lower, 0 none.
 
     They begin at (p, v, a). Farther out than the axis is already counts where it is beyond.
     """
@@ -97,7 +97,7 @@ def passes(ax: AxisFields, first: int, count: int, p: float, v: float, a: float)
 
 
 def table_passes(ax: AxisFields) -> int:
-    """Whether what is left of the present table leads across a limit, as in `passes`."""
+    """Return the limit that the rest of the present profile passes, as in `passes`."""
     return passes(
         ax,
         ax.profile.index,
@@ -109,7 +109,7 @@ def table_passes(ax: AxisFields) -> int:
 
 
 def running_into(ax: AxisFields, v: float, dt: float) -> int:
-    """Whether an axis at `v` must brake now to rest before a limit: 1 upper, -1 lower, 0 not yet.
+    """Return the limit before which an axis at `v` must brake now: 1 upper, -1 lower, 0 not yet.
 
     For motions without a table: no jerk limits them, nor their stop.
     """

@@ -62,12 +62,12 @@ _FEED = ControlBit.FEED_ENABLE_PLUS.value | ControlBit.FEED_ENABLE_MINUS.value
 
 _CLOSED = StateBit.PTP_MODE.value | StateBit.CONTROL_LOOP_CLOSED.value | StateBit.OPERATIONAL.value
 _NOT_OPERATIONAL = ~StateBit.OPERATIONAL.value
-"""What StateDWord shows without and with an error, before anything else."""
+"""Bits of StateDWord without and with an error, before any other."""
 
 _MOVING = ~StateBit.NOT_MOVING.value
 
 _FOLLOWING = StateBit.PROTECTED.value - StateBit.PTP_MODE.value
-"""What it shows more and less for a slave."""
+"""Bits of StateDWord that a slave adds and removes."""
 
 _QUIET = 32
 """Cycles without a change, beyond those on their way to the drive, until the axis rests."""
@@ -116,7 +116,8 @@ def _watch_signals(ax: AxisFields, dt: float) -> None:
 
 
 def stays_closed(ax: AxisFields) -> bool:
-    """Whether enables and drive are as they are in a move, so that the closed loop stays closed.
+    """Return True if enables and drive are as they are in a move, so that the closed loop stays
+    closed.
 
     A limit switch is a feature: `read_drive` sets its bit.
     """
@@ -223,7 +224,7 @@ def _supervise_following_error(ax: AxisFields, dt: float) -> None:
 
 
 def _not_found(ax: AxisFields, code: int) -> int:
-    """What homing has not found when it comes to a soft limit, else `code`."""
+    """Return the error of a homing that comes to a soft limit, else `code`."""
     if ax.set_motion_phase != MotionPhase.HOMING:
         return code
     if ax.homing.state == HomingState.AWAIT_CAM:
@@ -310,7 +311,7 @@ def supervise_motion(ax: AxisFields, dt: float, fast: bool = False) -> None:
 
 
 def _travelling(ax: AxisFields, fast: bool) -> bool:
-    """Whether no target is waited for: the axis only passes through a window."""
+    """Return True if no target is awaited: the axis only passes through a window."""
     phase = ax.set_motion_phase
     return (
         TRAVELLING[phase] == 1
@@ -321,7 +322,7 @@ def _travelling(ax: AxisFields, fast: bool) -> bool:
 
 
 def watch_standstill(ax: AxisFields, dt: float) -> None:
-    """Whether an encoder axis moves, for followers and clients; rest counts after its time."""
+    """Detect the standstill of an encoder axis; rest counts after its time."""
     if abs(ax.encoder.actual_velocity) > ax.no_motion_window:
         ax.monitoring.encoder_moves = 1
         ax.monitoring.standstill_time = 0.0

@@ -69,7 +69,7 @@ _MOST_INCREMENTS = 2.0e9
 _MOST_WEIGHT = FIELDS["drive_velocity_scaling"].most
 
 _PLAIN_AXIS_NS = 5_000
-"""What one axis costs per cycle without machine code, about."""
+"""Time of one axis per cycle without machine code, ns, roughly."""
 
 _PLAIN_SHARE = 20
 """Machine code is worth its start-up time once plain axes take more than this part of the cycle."""
@@ -93,7 +93,7 @@ class AxisParametersError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class AxisParameters:
-    """What an axis is when the NC starts.
+    """Configuration of an axis at the start of the NC.
 
     `values` sets parameter and input fields of the record by name (`AxisFields`), in axis units and
     seconds; what is not named has its default. `control_dword` and `velocity_override` preset the
@@ -236,7 +236,7 @@ def configurable(name: str) -> Field | None:
 
 
 def _of_an_element(name: str) -> bool:
-    """Whether each encoder, controller and drive has this value; the rest is one for an axis."""
+    """Return True if encoders, controllers and drives have this value each."""
     if name in MACHINE_PARAMETERS:
         return MACHINE_PARAMETERS[name][0] != "machine"
     return not name.startswith(_SIMULATION)
@@ -257,7 +257,7 @@ def _settle_scaling(encoder: AxisEncoder, values: Mapping[str, float]) -> None:
 
 
 def _nothing() -> None:
-    """What is around a cycle without a bus."""
+    """Do nothing around a cycle without a bus."""
 
 
 def _none(_: int) -> int:
@@ -302,8 +302,9 @@ class Nc:
         self._cycles: Callable[[int], None]
         self._many: Callable[[int], int] = _none
         self.kernel_arguments: tuple[Any, ...] = ()
-        """What machine code takes for all rows and the cycle time; another tuple with new curves.
-        Empty for a plain kernel."""
+        """Arguments of machine code for all rows and the cycle time; another tuple with new curves.
+        Empty for a plain kernel.
+        """
         self._around: tuple[Callable[[], None], Callable[[], None]] | None = None
         self.tables = Tables(lambda: self._axes.values())
         self.tables.laid_out = self.tables.characteristics.laid_out = self._take_curves
@@ -405,7 +406,7 @@ class Nc:
 
     @property
     def setpoint_consistency_check(self) -> int:
-        """Whether external set points are checked and corrected in each cycle, all axes alike."""
+        """True if external set points are checked and corrected in each cycle, all axes alike."""
         return int(any(axis.setpoint_consistency_check for axis in self))
 
     @setpoint_consistency_check.setter
@@ -471,7 +472,7 @@ class Nc:
         self._many = many or _none
 
     def remains(self) -> dict[int, Remains]:
-        """What of each axis outlives a restart, by its id."""
+        """Return the part of each axis that outlives a restart, by its id."""
         return {axis_id: Remains.of(axis) for axis_id, axis in self._axes.items()}
 
     def inherit(self, remains: Mapping[int, Remains]) -> None:

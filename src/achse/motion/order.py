@@ -23,7 +23,7 @@ class CouplingRing(ValueError):
 
 
 class CycleOrder:
-    """Whose turn it is when, for the axes of `count` rows.
+    """Order of the axes of `count` rows in a cycle.
 
     `rows` is memory that plain and compiled kernels read, and stays where it is.
     """

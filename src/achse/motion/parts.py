@@ -70,7 +70,7 @@ class AxisPart(View):
             self.owner.wake(adapts=field.role is Role.PARAMETER)
 
     def place(self, field: Field, size: int) -> MemoryCell | None:
-        """Where the first `size` bytes of a field are; None if the record is not in memory."""
+        """Return the place of the first `size` bytes of a field, None without a place in memory."""
         return None
 
     def place_of(self, name: str, size: int) -> MemoryCell | ComputedCell | None:

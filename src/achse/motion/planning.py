@@ -148,7 +148,7 @@ def _plan_to_speed(ax: AxisFields, velocity: float) -> int:
 
 
 def _time_to_border(ax: AxisFields, count: int) -> float:
-    """When the table, or what goes on behind it, passes the border; -1 if it stops before."""
+    """Return the time when the profile or its end passes the border, -1 if it does not."""
     p = ax.set.position
     v = ax.set.velocity
     a = ax.set.acceleration
@@ -178,7 +178,7 @@ def _time_to_border(ax: AxisFields, count: int) -> float:
 
 
 def _is_past_border(ax: AxisFields) -> int:
-    """Whether the axis is past the border to the next command before this one could be planned."""
+    """Return 1 if the border to the next command was passed before planning, else 0."""
     if ax.border.velocity == 0.0 or ax.set.velocity * ax.job.direction <= 0.0:
         return 0
     return 1 if (ax.set.position - ax.border.position) * ax.job.direction > 0.0 else 0
@@ -266,7 +266,7 @@ def _fill(ax: AxisFields, limit: float, share: float, bounded: int) -> int:
 
 
 def _holds_the_sum(ax: AxisFields) -> bool:
-    """Whether the ramps that are left stop main motion and compensation before a soft limit."""
+    """Return True if the remaining ramps stop main motion and compensation before a soft limit."""
     if ax.compensating == 0:
         return True
     v = ax.set.velocity + ax.superposed.set_velocity
@@ -388,7 +388,7 @@ def plan(ax: AxisFields) -> int:
 
 
 def _braking(ax: AxisFields) -> int:
-    """Whether a positioning that ends at rest is in its last ramp."""
+    """Return 1 if a positioning that ends at rest is in its last ramp, else 0."""
     if ax.set_motion_phase != MotionPhase.POSITIONING or ax.border.velocity > 0.0:
         return 0
     way = ax.border.position - ax.set.position

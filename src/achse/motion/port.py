@@ -174,5 +174,5 @@ def within_32_bits(value: float) -> int:
 
 
 def wrapped(value: int) -> int:
-    """What is left of a count in a double word: 32 bits, signed."""
+    """Return a count as a double word: its low 32 bits, signed."""
     return ((value + _HALF) % _FULL) - _HALF

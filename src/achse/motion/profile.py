@@ -121,7 +121,7 @@ def _peak_rise(
     rise_limit: float,
     limits: Limits,
 ) -> float:
-    """How far the peak velocity is above `base` if two ramps meeting there are too short.
+    """Return the excess of the peak velocity over `base` if two ramps meeting there are too short.
 
     The ramps run from `start` (= base - start_gap) up and down to `end` (= base - end_gap); meeting
     at `base` they leave `excess` of the distance uncovered.

@@ -56,7 +56,7 @@ from achse.motion.fields.generators import (
     SineOscillation,
     TorqueCommand,
 )
-from achse.motion.fields.homing import Homing
+from achse.motion.fields.homing import AxisHoming
 from achse.motion.fields.job import JobProgress, JobRequest
 from achse.motion.fields.monitoring import DelayedError, MonitoringInternal, MonitoringTimes
 from achse.motion.fields.often import OFTEN
@@ -232,7 +232,7 @@ class _AxisLinks(InternalFields):
     external_set: ExternalSetPoint = _part("external set point", ExternalSetPoint)
     fading: Fading = _part("fading", Fading)
     group_set_point: SetPoint = _part("set point", SetPoint)
-    homing: Homing = _part("homing", Homing)
+    homing: AxisHoming = _part("homing", AxisHoming)
     leading_value: LeadingValue = _part("leading value", LeadingValue)
     limits: SoftLimits = _part("soft limits", SoftLimits)
     loop: TargetLoop = _part("target loop", TargetLoop)

@@ -12,7 +12,7 @@ __all__ = ["Remains"]
 
 @dataclass(frozen=True, slots=True)
 class Remains:
-    """Where the machine of an axis stands, and what the axis knows of that."""
+    """Place of the machine of an axis, and the axis' knowledge of it."""
 
     zeros: Sequence[float]
     """Of each encoder: the count at the zero of the machine, were its count now 0."""
@@ -22,7 +22,7 @@ class Remains:
 
     @classmethod
     def of(cls, axis: Axis) -> "Remains":
-        """What is left of an axis now."""
+        """Return the remains of an axis now."""
         zeros = [-axis.machine.position / each.sensor.way for each in axis.encoders]
         return cls(zeros, axis.actual_position, axis.homed)
 

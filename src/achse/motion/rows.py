@@ -23,6 +23,6 @@ class NcRows:
     order: Sequence[int]
     """Rows of axes in the order of their turns (`achse.motion.order`)."""
     pieces: Sequence[Piece]
-    """Those of all curves."""
+    """Spans of all curves."""
     cams: Sequence[float]
-    """Those that slaves follow (`achse.motion.tables.memory`)."""
+    """Numbers of the tables that slaves follow (`achse.motion.tables.memory`)."""

@@ -106,7 +106,7 @@ def begin_job(ax: AxisFields) -> None:
 
 
 def absorb(ax: AxisFields) -> None:
-    """What moved on top of the main motion is part of the set point from now on.
+    """Make the motion on top of the main motion part of the set point.
 
     Its velocity stays; its acceleration, which no jerk limits, does not.
     """
@@ -201,7 +201,7 @@ def stop_fast(ax: AxisFields) -> None:
 
 
 def arrived(ax: AxisFields) -> int:
-    """Whether the last positioning is done in the sense of the monitoring that is switched on."""
+    """Return 1 if the last positioning is done in the sense of the enabled monitoring, else 0."""
     if ax.target_position_monitoring_enable:
         return ax.in_target_position
     if ax.position_range_monitoring_enable:
@@ -272,7 +272,7 @@ def walk(ax: AxisFields, t: float) -> None:
 
 
 def keeps_its_table(ax: AxisFields, dt: float) -> bool:
-    """Whether a move only goes on along the active row of its table in this cycle."""
+    """Return True if a move only goes on along the active segment of its profile in this cycle."""
     profile = ax.profile
     phase = ax.set_motion_phase
     return (
@@ -365,7 +365,7 @@ def advance(ax: AxisFields, dt: float) -> float:
 
 
 def _in_velocity(ax: AxisFields) -> bool:
-    """Whether an endless move has its velocity, which is all that it wants."""
+    """Return True if an endless move has its velocity, which is all that it wants."""
     if ax.profile.replan:
         return False
     if ax.profile.end == TO_LIMIT:
@@ -422,7 +422,7 @@ def generate(ax: AxisFields, dt: float) -> None:
 
 
 def show_remaining(ax: AxisFields, dt: float) -> None:
-    """How far and how long it is to the target."""
+    """Compute distance and time to the target."""
     if ax.set_motion_phase == MotionPhase.POSITIONING:
         ax.remaining_distance = abs(ax.target_position - ax.set.position)
         if ax.loop.outward:

@@ -41,7 +41,7 @@ _FULL_MASK = 0xFFFF_FFFF
 
 
 def homing_cam(ax: AxisFields) -> int:
-    """Whether the reference cam is closed, as the configured source says."""
+    """Return 1 if the reference cam is closed, as the configured source says, else 0."""
     source = ax.encoder.homing_sensor_source
     if source == 0:
         return (
@@ -73,7 +73,7 @@ def _position(encoder: EncoderFields, increments: int) -> float:
 
 
 def latched_position(encoder: EncoderFields) -> float:
-    """Where the axis is, by its present names, when the hardware shows its latch of a homing."""
+    """Return the position at the homing latch of the hardware, in present coordinates."""
     return _position(encoder, _increments(encoder, encoder.io.data_in2))
 
 
@@ -149,7 +149,7 @@ def _signal(source: int) -> int:
 
 
 def _sync_signal(encoder: EncoderFields) -> int:
-    """What the hardware watches for the sync pulse of homing; 0 if the NC counts itself."""
+    """Return the signal of the sync pulse in the hardware, 0 if the NC counts itself."""
     mode = encoder.reference_mode
     if mode == ReferenceMode.SOFTWARE_SYNC:
         return 0

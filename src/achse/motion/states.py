@@ -104,7 +104,7 @@ def choices_of(unit: str) -> type[IntEnum] | None:
 
 
 class EndPositionType(IntEnum):
-    """How a new end position is meant."""
+    """Meaning of a new end position."""
 
     ABSOLUTE = 1
     RELATIVE = 2
@@ -114,8 +114,9 @@ class EndPositionType(IntEnum):
 
 
 class NewEndPositionCommand(IntEnum):
-    """What function 0x12 changes, and when; 14 is that of TcNC (004 §5.2): the velocity changes so
-    early that the new one is reached at the switch position."""
+    """Values that function 0x12 changes, and the moment; 14 is that of TcNC (004 §5.2): the
+    velocity changes so early that the new one is reached at the switch position.
+    """
 
     POSITION = 1
     VELOCITY = 2
@@ -127,9 +128,10 @@ class NewEndPositionCommand(IntEnum):
 
 
 class CompensationType(IntEnum):
-    """What a section compensation reduces, and whose way its length is: that of an axis without
-    compensation (additive) or of the compensated one (limited). Types 5 and 6 are those of the PLC
-    library."""
+    """Values that a section compensation reduces, and the meaning of its length: the distance of an
+    axis without compensation (additive) or of the compensated one (limited). Types 5 and 6 are
+    those of the PLC library.
+    """
 
     VELOCITY_REDUCTION_ADDITIVE = 1
     VELOCITY_REDUCTION_LIMITED = 2
@@ -140,7 +142,7 @@ class CompensationType(IntEnum):
 
 
 class PhasingType(IntEnum):
-    """How a phase shift is meant."""
+    """Meaning of a phase shift."""
 
     ABSOLUTE = 1
     RELATIVE = 2
@@ -201,7 +203,7 @@ class SynchronisingBit(IntEnum):
 
 
 class DecouplingType(IntEnum):
-    """What an axis does once it is uncoupled (002 §6.4.9)."""
+    """Behaviour of an axis once it is uncoupled (002 §6.4.9)."""
 
     STOP = 0
     ORIENTED_STOP = 1
@@ -213,7 +215,7 @@ class DecouplingType(IntEnum):
 
 
 class SignalSource(IntEnum):
-    """What a touch probe latches on (TRIGGER_REF of the PLC library)."""
+    """Signal that a touch probe latches on (TRIGGER_REF of the PLC library)."""
 
     DEFAULT = 0
     INPUT_1 = 1
@@ -225,14 +227,14 @@ class SignalSource(IntEnum):
 
 
 class ProbeMode(IntEnum):
-    """Whether a touch probe ends with the first edge."""
+    """Mode of a touch probe: one edge, or each."""
 
     SINGLE = 1
     CONTINUOUS = 2
 
 
 class ControlLoopSwitch(IntEnum):
-    """How another control loop takes over."""
+    """Transition to another control loop."""
 
     STANDARD = 1
     SYNC_INTERNAL = 2
@@ -240,7 +242,7 @@ class ControlLoopSwitch(IntEnum):
 
 
 class CamInterpolation(IntEnum):
-    """How the rows of a cam table are joined (002 §6.4.9)."""
+    """Interpolation between the rows of a cam table (002 §6.4.9)."""
 
     LINEAR = 0
     FOUR_POINTS = 1
@@ -249,7 +251,7 @@ class CamInterpolation(IntEnum):
 
 
 class CamActivation(IntEnum):
-    """When a change of a running cam acts (002 §6.4.9)."""
+    """Moment when a change of a running cam acts (002 §6.4.9)."""
 
     INSTANTANEOUS = 0
     MASTER_CAM_POSITION = 1
@@ -264,7 +266,7 @@ class CamActivation(IntEnum):
 
 
 class CamScaling(IntEnum):
-    """Where scaling and offset of a cam come from (002 §6.4.9)."""
+    """Source of scaling and offset of a cam (002 §6.4.9)."""
 
     USER_DEFINED = 0
     AUTO_OFFSET = 1
@@ -272,7 +274,7 @@ class CamScaling(IntEnum):
 
 
 class CamOperation(IntEnum):
-    """What a further coupling of a slave of several cams does (002 §6.4.9)."""
+    """Effect of a further coupling on a slave of several cams (002 §6.4.9)."""
 
     DEFAULT = 0
     ADDITIVE = 1
@@ -281,14 +283,14 @@ class CamOperation(IntEnum):
 
 
 class DriveOutputType(IntEnum):
-    """How a direct drive output is meant."""
+    """Meaning of a direct drive output."""
 
     PERCENT = 1
     VELOCITY = 2
 
 
 class TorqueStartType(IntEnum):
-    """How a commanded torque is meant; abort ends it, by a stop."""
+    """Meaning of a commanded torque; abort ends it, by a stop."""
 
     ABORT = 0x3000
     ABSOLUTE = 0x3001

@@ -54,7 +54,7 @@ def _bend(ax: AxisFields, t: float) -> float:
 
 
 def _room(ax: AxisFields) -> float:
-    """How much faster than the main motion the axis may still be, in its direction.
+    """Return the velocity that the axis may still have beyond the main motion, in its direction.
 
     The main motion counts with what its acceleration still adds, should it be stopped now.
     """
@@ -107,7 +107,7 @@ def generate_superposed(ax: AxisFields, dt: float) -> None:
 
 
 def superpose(ax: AxisFields, begin: float, dt: float) -> None:
-    """What the compensation adds to a cycle in which the main motion began at `begin`."""
+    """Add the compensation to a cycle in which the main motion began at `begin`."""
     room = _room(ax)
     way = (ax.set.position - begin) * ax.superposed.direction
     if ax.coupling.law:  # a law may jump within the position window: less of the room is left then

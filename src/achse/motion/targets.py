@@ -63,7 +63,7 @@ def resolve_target(ax: AxisFields, start_type: int, position: float, start: floa
 
 
 def _wanted_velocity(job: JobFields, before: float, end: float) -> float:
-    """How fast a waiting command wants the border to it passed.
+    """Return the velocity at which a waiting command wants the border to it passed.
 
     The command before it has the velocity `before` and the segment end velocity `end`.
     """
@@ -87,7 +87,7 @@ def _wanted_velocity(job: JobFields, before: float, end: float) -> float:
 def _end_of_endless(
     ax: AxisFields, here: float, forth: bool, velocity: float
 ) -> tuple[float, float]:
-    """Where an endless command from `here` ends at most, and its velocity there.
+    """Return the farthest end of an endless command from `here`, and its velocity there.
 
     That is a soft limit, at rest; without one far away.
     """

@@ -65,7 +65,7 @@ class NcChannel:
 
     @property
     def running(self) -> bool:
-        """Whether it needs its cycle."""
+        """True if the channel needs its cycle."""
         return False
 
     def digest(self) -> bytes:

@@ -43,7 +43,7 @@ __all__ = ["Fed", "Feeder"]
 
 
 class Fed(Enum):
-    """What came of a command."""
+    """Outcome of a command."""
 
     DONE = "carried out, or on its way"
     FULL = "the table of segments takes no more now"
@@ -124,12 +124,12 @@ class Feeder:
 
     @property
     def done(self) -> bool:
-        """Whether everything so far is carried out."""
+        """True if everything so far is carried out."""
         return self.group.rests and not self._marks
 
     @property
     def can_delete(self) -> bool:
-        """Whether the present move was programmed with DelDTG."""
+        """True if the present move was programmed with DelDTG."""
         return self._deleting and not self.group.rests
 
     def delete(self) -> int:
@@ -260,8 +260,9 @@ class Feeder:
         return fed
 
     def _end_of(self, move: Moving, begin: Sequence[float]) -> tuple[float, ...] | None:
-        """Where the move ends; axes that a deleted distance has left elsewhere stay there until
-        they are programmed. None for an arc that would begin elsewhere."""
+        """Return the end of the move; None for an arc that would begin elsewhere. Axes that a
+        deleted distance has left elsewhere stay there until they are programmed.
+        """
         end = [*move.end, *move.auxiliary][: len(begin)]
         if self._left and isinstance(move, ArcMove):
             return None

@@ -102,5 +102,5 @@ class ChannelFiles:
 
 
 def _is_name(name: str) -> bool:
-    """Whether it is a plain file name."""
+    """Return True if it is a plain file name."""
     return bool(name) and not set(name) & set('/\\:*?"<>|') and name not in (".", "..")

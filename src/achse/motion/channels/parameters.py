@@ -1,4 +1,4 @@
-"""What a channel is when the NC starts."""
+"""Configuration of a channel at the start of the NC."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -21,9 +21,9 @@ class ChannelParameters:
     type: ChannelType = ChannelType.INTERPRETER
     interpreter: InterpreterType = InterpreterType.CLASSIC
     m_rules: Mapping[int, MRule] = field(default_factory=dict)
-    """What M functions do, by number 0..159."""
+    """Behaviour of M functions, by number 0..159."""
     store: ProgramStore | None = None
-    """Where its programs and files are."""
+    """Store of its programs and files."""
 
     def __post_init__(self) -> None:
         if not 1 <= self.channel_id <= 255:

@@ -25,14 +25,14 @@ _MOST_BLOCKS = 50_000
 
 _BLOCKS_AT_ONCE = 100
 _MOVES_AT_ONCE = 32
-"""What one `go_on` does at most: it has its time between two cycles."""
+"""Most moves of one `go_on`: it has its time between two cycles."""
 
 _STEP = radians(6.0)
 """Angle between two points of an arc."""
 
 
 class PlanState(IntEnum):
-    """How far the plan is."""
+    """Progress of the plan."""
 
     UNFINISHED = 0
     """There is more: call `go_on` again."""
@@ -51,7 +51,7 @@ class PlannedPoint(NamedTuple):
     y: float
     z: float
     rapid: bool
-    """Whether the piece that ends here is driven by G00."""
+    """True if the span that ends here is driven by G00."""
     block: int
     """Counter of its block (`achse.gcode.canon.Origin`), 0 of the first point."""
 

@@ -85,7 +85,7 @@ class ProgramChannel(ProgramStates):
 
     @property
     def running(self) -> bool:
-        """True if it needs its cycle."""
+        """True if the channel needs its cycle."""
         return self.state in ACTIVE_STATES or self._comes_to_rest
 
     @property

@@ -27,7 +27,7 @@ def named_position(position: Iterable[float]) -> str:
 
 
 class PlaceKind(IntEnum):
-    """What a `StoppedPlace` is."""
+    """Kind of a `StoppedPlace`."""
 
     FAULT = 1
     """The program failed at this block."""

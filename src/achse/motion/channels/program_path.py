@@ -1,4 +1,4 @@
-"""What a part program asks of the path, as the path takes it: moves as segments, settings as
+"""Requests of a part program to the path, in the path's terms: moves as segments, settings as
 parameters.
 
 The channel's feeder and `achse gcode --time` both go through here, so that a program has the same
@@ -27,7 +27,7 @@ _MAIN_AXES = 3
 
 @dataclass(frozen=True, slots=True)
 class ProgramSettings:
-    """What `#set`, `#skip` and DYNOVR have made of the path's parameters."""
+    """Parameters of the path as `#set`, `#skip` and DYNOVR have changed them."""
 
     path: PathParameters
     velo_jumps: tuple[float, ...] = (1.0, 1.0, 1.0)

@@ -34,7 +34,7 @@ class InterpreterState(IntEnum):
 
 
 class InterpreterEvent(Enum):
-    """What happens to an interpreter."""
+    """Event of an interpreter."""
 
     LOAD = "a program was loaded"
     START = "start was commanded"

@@ -1,4 +1,4 @@
-"""Where a channel keeps its files: programs, tools, zero shifts, snapshots.
+"""Files of a channel: programs, tools, zero shifts, snapshots.
 
 Clients name programs by the paths of their own computers; of such a path the file name counts.
 """

@@ -18,7 +18,7 @@ _OWNERS = {
     GroupType.FIFO: ChannelType.FIFO,
     GroupType.KINEMATIC: ChannelType.KINEMATIC_TRANSFORMATION,
 }
-"""Which type of channel owns which type of group."""
+"""Type of the channel that owns each type of group."""
 
 
 class Channels:
@@ -71,7 +71,7 @@ class Channels:
 
     @property
     def running(self) -> bool:
-        """Whether any channel runs a program."""
+        """True if any channel runs a program."""
         return any(channel.running for channel in self)
 
     def step(self) -> None:

@@ -1,4 +1,4 @@
-"""What a program tells the PLC: M functions with and without handshake, H, S and T.
+"""Technology functions for the PLC: M functions with and without handshake, H, S and T.
 
 Fast M functions are bits, set and cleared when the path gets there. One M function with a handshake
 is shown at a time: its number with a request, until the PLC grants it.
@@ -16,7 +16,7 @@ FAST_WORDS = M_FUNCTIONS // 32
 
 
 class HandshakeStep(Enum):
-    """How far an M function with a handshake is."""
+    """Step of the handshake of an M function."""
 
     NONE = "none is asked for"
     BEFORE = "the PLC still grants the one before"
@@ -50,7 +50,7 @@ class TechnologyOutputs:
             self.fast[number // 32] &= ~(1 << number % 32)
 
     def is_fast(self, number: int) -> bool:
-        """Whether the bit is set."""
+        """Return True if the bit is set."""
         return bool(self.fast[number // 32] >> number % 32 & 1)
 
     def show(self, word: Technology, value: float) -> None:

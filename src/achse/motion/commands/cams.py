@@ -69,7 +69,7 @@ _BY_CYCLE = (CamActivation.MASTER_CAM_POSITION, CamActivation.NEXT_CYCLE)
 
 @dataclass(frozen=True)
 class CamDemand:
-    """How a cam is to be followed, and from when on (0x4200 + ID:0x4A, 0x4D).
+    """Request to follow a cam, and the moment from which on (0x4200 + ID:0x4A, 0x4D).
 
     Offsets in axis units. Scalings: axis units for one of the cam.
     """
@@ -141,7 +141,7 @@ def couple_by_cam(
 
 
 def _why_not(slave: Axis, demand: CamDemand, activations: Sequence[CamActivation]) -> int:
-    """What forbids a demand at any time."""
+    """Return the error that forbids a request at any time, or 0."""
     if demand.activation not in activations:
         return NcError.ONLINE_CHANGE_MODE
     for given in (demand.master_type, demand.slave_type):
@@ -514,7 +514,7 @@ def end_profile(slave: Axis, table_id: int) -> int:
 
 
 def last_correction(slave: Axis, table_id: int) -> float | None:
-    """What a correction table that runs or has run has added so far (0x48); None: none has."""
+    """Return the sum that a correction table has added so far (0x48); None without such a table."""
     for layer in slave.cams[: slave.cam_count]:
         if layer.now.table == table_id and layer.once:
             return layer.part

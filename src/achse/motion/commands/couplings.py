@@ -133,7 +133,7 @@ _OF_SEVERAL = (
 
 
 def why_not_slave(slave: Axis) -> int:
-    """What forbids that this axis becomes a slave at all."""
+    """Return the error that forbids this axis to become a slave at all, or 0."""
     if slave.axis_disabled:
         return NcError.AXIS_NOT_READY
     if slave.error_code:
@@ -150,8 +150,10 @@ def why_not_slave(slave: Axis) -> int:
 
 
 def _moves(axis: Axis) -> bool:
-    """Whether an axis has a job, or is led along by its own masters; an encoder axis, whether it
-    goes farther than an increment in a cycle."""
+    """Return True if an axis has a job or moves with its own masters.
+
+    An encoder axis moves if it covers more than an increment in a cycle.
+    """
     if axis.axis_type == AxisType.ENCODER:
         return abs(axis.actual_velocity) * axis.cycle_ns > axis.encoder.scaling_factor * 1e9
     own = busy(axis) and axis.set_motion_phase != MotionPhase.COUPLED

@@ -1,4 +1,4 @@
-"""What starting a special generator takes: whether it may, and the job it becomes."""
+"""Start of a special generator: the check, and the job that it becomes."""
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
@@ -10,7 +10,7 @@ __all__ = ["begin_generator", "why_no_generator"]
 
 
 def why_no_generator(axis: Axis, *directions: float, at_any_axis: bool = False) -> int:
-    """What forbids a generator that will move in these directions (their signs count)."""
+    """Return the error that forbids a generator in these directions, or 0; their signs count."""
     if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP and not at_any_axis:
         return NcError.GENERATOR_FUNCTION_MISSING
     if axis.external_setpoint_active:

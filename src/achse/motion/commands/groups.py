@@ -1,4 +1,4 @@
-"""What an axis belongs to: its own PTP group, or one of several axes that leads it."""
+"""Membership of an axis: in its own PTP group, or in one of several axes that drives it."""
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
@@ -19,7 +19,7 @@ __all__ = [
 
 
 def why_not_in_group(axis: Axis) -> int:
-    """What forbids to take the axis out of its PTP group now.
+    """Return the error that forbids to take the axis out of its PTP group now, or 0.
 
     It must be an axis with a set point, at rest and not a slave; its enable does not matter.
     """

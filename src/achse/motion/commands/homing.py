@@ -107,7 +107,7 @@ def _ask_application(axis: Axis) -> int:
 
 
 def _why_not_home(axis: Axis) -> int:
-    """What of encoder, latch and parameters forbids a homing sequence of the NC."""
+    """Return the error that forbids a homing sequence of the NC, or 0."""
     mode = axis.encoder.reference_mode
     if axis.encoder.is_absolute:
         return NcError.FUNCTION_NOT_ALLOWED

@@ -20,7 +20,7 @@ _HOMING_BY_INDEX = {ReferenceMode.HARDWARE_SYNC, ReferenceMode.SOFTWARE_SYNC}
 
 
 def _edge(probe_unit: int, signal_edge: int) -> int | None:
-    """Where the latch of this edge lies, None if there is none."""
+    """Return the index of the latch of this edge, None if there is none."""
     if 1 <= probe_unit <= TOUCH_PROBES and signal_edge in (0, 1):
         return probe_unit - 1 + TOUCH_PROBES * signal_edge
     return None

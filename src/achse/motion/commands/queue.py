@@ -1,4 +1,4 @@
-"""What an axis has accepted: the running job, those that wait, and where they will end."""
+"""Commands that an axis has accepted: the running job, those that wait, and their ends."""
 
 from achse.motion.axis import Axis
 from achse.motion.checks import ENDLESS
@@ -20,14 +20,13 @@ __all__ = [
 
 
 def busy(axis: Axis) -> bool:
-    """Whether it has a job; a slave at rest with its masters has none."""
+    """Return True if the axis has a job; a slave at rest with its masters has none."""
     stands = axis.set_motion_phase == MotionPhase.COUPLED and axis.set.velocity == 0.0
     return axis.buffer.count > 0 or (axis.set_motion_phase != MotionPhase.NONE and not stands)
 
 
 def occupied(axis: Axis) -> bool:
-    """Whether a motion command works or waits; external set points and masters
-    alone are none."""
+    """Return True if a motion command is active or waits; external set points are none."""
     led = axis.set_motion_phase in (MotionPhase.EXTERNAL, MotionPhase.COUPLED)
     return busy(axis) and (not led or axis.buffer.count > 0)
 
@@ -48,7 +47,7 @@ def heading(axis: Axis) -> float:
 def dynamics(
     axis: Axis, acceleration: float, deceleration: float, jerk: float
 ) -> tuple[float, float, float]:
-    """What a command's dynamics mean: 0 is the default, as far as the axis permits its own."""
+    """Return the dynamics of a command with defaults for 0, as far as the axis permits its own."""
     return (
         acceleration or min(axis.default_acceleration, axis.max_acceleration),
         deceleration or min(axis.default_deceleration, axis.max_deceleration),
@@ -57,7 +56,7 @@ def dynamics(
 
 
 def journey(axis: Axis) -> tuple[float, float, float]:
-    """Where the last accepted command begins and ends, and its direction.
+    """Return begin, end and direction of the last accepted command.
 
     Where it has no end, both are where it begins, as far as that is known.
     """

@@ -15,7 +15,7 @@ __all__ = ["start_special"]
 
 
 def _on_way(axis: Axis, start_type: int, position: float, where: float) -> bool:
-    """Whether a move that starts here comes past `where`."""
+    """Return True if a move that starts here passes `where`."""
     here = axis.set.position
     if start_type in ENDLESS:
         return (where - here) * ENDLESS[StartType(start_type)] >= 0.0

@@ -151,7 +151,7 @@ class _Move(NamedTuple):
 
 
 def _as_move(axis: Axis, start_type: int, position: float, velocity: float) -> tuple[int, _Move]:
-    """What a start asks for, a jog as what it stands for; a number refuses it."""
+    """Return the move of a start, that of a jog resolved, and the error that refuses it or 0."""
     move = _Move(start_type, position, velocity)
     if start_type in JOGS:
         if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP:

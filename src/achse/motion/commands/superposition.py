@@ -13,7 +13,7 @@ from achse.motion.superposition import superposed_speed, superposed_way
 __all__ = ["Compensation", "start_superposition", "stop_superposition"]
 
 _ROUNDING = 1e-12
-"""What a way may be too short for by rounding, relative."""
+"""Relative rounding by which a distance may be too short."""
 
 _LEAST, _MOST = 1e-9, 1e10
 """Between these lie the numbers of a compensation, whatever their unit."""

@@ -27,7 +27,7 @@ _TYPES = SlaveType.SYNCHRONISING_VELOCITY, SlaveType.SYNCHRONISING_POSITION
 
 
 class _Request(NamedTuple):
-    """What the service asks for; limits are those in force."""
+    """Request of the service; limits are those in force."""
 
     by_position: bool
     gear: float

@@ -45,9 +45,10 @@ BY_TIME = 2
 LINEAR = 3
 STOPPING = 4
 SETTLING = 6
-"""What makes the set point: nothing, a way over the master, a change over in time, the gear, a stop
-because the master went back, the last of a change over to a master that trembles. 5 is a modulo
-saw's own."""
+"""Methods that make the set point: nothing, a path over the master, a change over in time, the
+gear, a stop because the master reversed, the end of a change over to a master that trembles. Number
+5 is that of a modulo saw.
+"""
 
 
 AT_REST = 1e-9

@@ -27,7 +27,7 @@ def base(ax: AxisFields, rows: NcRows) -> None:
 
 
 def _moves(ax: AxisFields, rows: NcRows) -> int:
-    """Whether master 1 moves logically."""
+    """Return 1 if master 1 moves logically, else 0."""
     phase = rows.axes[ax.coupling.masters[0]].set_motion_phase
     if phase != MotionPhase.NONE and phase != MotionPhase.COUPLED:
         return 1

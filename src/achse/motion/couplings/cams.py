@@ -72,8 +72,9 @@ def seen_master(ax: AxisFields, rows: NcRows, layer: CamFields) -> float:
 
 
 def names_of(rows: NcRows, layer: CamFields) -> float:
-    """What the master's own positions are larger than those that are seen: it was renamed while
-    others followed it."""
+    """Return the difference between the master's own positions and those that followers receive:
+    the master was renamed while others followed it.
+    """
     return rows.axes[layer.master].leading_value.offset
 
 
@@ -88,7 +89,7 @@ def _cycle_of(rows: NcRows, cam: int, position: float) -> int:
 def part_at(
     rows: NcRows, layer: CamFields, position: float
 ) -> tuple[float, float, float, float, float]:
-    """What a layer adds to the slave at a cam position, its derivatives by it, the lift so far."""
+    """Return slave distance, its derivatives by the cam position, and lift so far of a layer."""
     now = layer.now
     cam = now.cam
     cycle = 0
@@ -226,7 +227,7 @@ def planned(ax: AxisFields, rows: NcRows, layer: CamFields, at: float, after: Ca
 
 
 def _alone(ax: AxisFields) -> bool:
-    """Whether no cam is at work yet."""
+    """Return True if no cam is in force yet."""
     tables = 0
     for n in range(ax.cam_count):
         tables += ax.cams[n].now.table
@@ -264,7 +265,7 @@ def change(ax: AxisFields, rows: NcRows, layer: CamFields, at: float) -> None:
 
 
 def _passed(low: float, high: float, place: float) -> bool:
-    """Whether a way from one position to the other leads over a place, the begin included."""
+    """Return True if a move from one position to the other passes a place, the begin included."""
     return low <= place <= high or high <= place <= low
 
 

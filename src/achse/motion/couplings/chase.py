@@ -92,7 +92,7 @@ def _kept(ax: AxisFields, velocity: float, acceleration: float, dt: float) -> fl
 
 
 def _changes_too_fast(ax: AxisFields, velocity: float, dt: float) -> bool:
-    """Whether no acceleration within the limits leads to this velocity in a cycle.
+    """Return True if no acceleration within the limits leads to this velocity in a cycle.
 
     Those at its ends may be within them even so: they are samples, and a target that jumps has
     others between.

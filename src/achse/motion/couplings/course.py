@@ -78,7 +78,7 @@ class TimedValue(NamedTuple):
 
 @dataclass(frozen=True)
 class SlaveCourse:
-    """What a slave does until it runs with a master of constant velocity."""
+    """Motion of a slave until it runs with a master of constant velocity."""
 
     master_begin: float
     master_velocity: float
@@ -112,11 +112,11 @@ class SlaveCourse:
                 yield TimedValue(time + place, _value(terms, place))
 
     def least(self, order: int) -> TimedValue:
-        """Where position, velocity, acceleration or jerk is least."""
+        """Return value and time of the least position, velocity, acceleration or jerk."""
         return min(self._values(order), key=lambda place: place.value)
 
     def most(self, order: int) -> TimedValue:
-        """Where it is largest."""
+        """Return value and time of the largest one."""
         return max(self._values(order), key=lambda place: place.value)
 
     def velocity_at(self, time: float) -> float:

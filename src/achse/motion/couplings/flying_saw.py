@@ -51,7 +51,7 @@ def _gear(parameters: Sequence[float]) -> float:
 
 
 def _by_velocity(slave_type: int, parameters: Sequence[float]) -> bool:
-    """Whether it synchronises with the velocity alone."""
+    """Return True if the saw synchronises with the velocity alone."""
     return (
         slave_type == SlaveType.FLYING_SAW_VELOCITY
         and parameters[0] == 0.0

@@ -1,4 +1,4 @@
-"""What an axis that others follow shows them: set values, or actual values where parameters say so.
+"""Leading values: set values, or actual values where parameters say so, as followers receive them.
 
 An axis that is not ready, that is whose control loop is open, holds what it shows, and comes to
 rest there; with parameter 0x1C its actual values lead then. An encoder axis has no others; it is
@@ -185,7 +185,7 @@ def _by_actual_values(ax: AxisFields) -> int:
 
 
 def lead_on(ax: AxisFields, dt: float) -> None:
-    """What followers see of this cycle."""
+    """Compute the leading value of this cycle."""
     value = ax.leading_value
     by_actual = _by_actual_values(ax)
     if by_actual == 0 and (ax.loop_closed == 0 or value.frozen):

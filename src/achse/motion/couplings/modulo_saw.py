@@ -34,7 +34,7 @@ _SECOND = 2.0
 
 
 def _leader(ax: AxisFields) -> int:
-    """Which of its masters the slave is after."""
+    """Return the number of the master that the slave follows."""
     return 1 if ax.coupling.parameters[0] == _SECOND else 0
 
 

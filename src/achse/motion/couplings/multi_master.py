@@ -20,7 +20,7 @@ MOST = 1e6
 """Largest ratio; a larger one, or one that is not a number, changes nothing."""
 
 _MORE = 1.0 + 1e-9
-"""How far limits may be exceeded by rounding, relative."""
+"""Relative rounding by which limits may be exceeded."""
 
 
 def _ratio(ax: AxisFields, place: int) -> float:
@@ -53,7 +53,7 @@ def take_ratios(ax: AxisFields) -> None:
 
 
 def _limit(ax: AxisFields, v: float, change: float) -> float:
-    """What limits a change of velocity."""
+    """Return the acceleration that limits a change of velocity."""
     return ax.coupling.acceleration if v * change >= 0.0 else ax.coupling.deceleration
 
 

@@ -1,4 +1,4 @@
-"""What the universal flying saw (0x4B) checks before it begins, and the code that refuses it.
+"""Checks of the universal flying saw (0x4B) before it begins, and the code that refuses it.
 
 A check that is asked for and fails answers 0x42DF, or with the bit for detailed codes a code of its
 own. Which codes stand for which swing of the velocity is a choice (decision 0037).
@@ -25,7 +25,7 @@ _JERK, _JERK_BACK = NcError.SAW_MAX_JERK, NcError.SAW_MIN_JERK
 
 
 class SawLimits(NamedTuple):
-    """What a slave may do while it synchronises; soft limits are None where there is none."""
+    """Limits of a slave while it synchronises; soft limits are None where there is none."""
 
     velocity: float
     acceleration: float

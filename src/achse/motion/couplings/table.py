@@ -82,25 +82,25 @@ class Coupling(NamedTuple):
 
     name: str
     number: int
-    """What the axis has in its field `coupling`, not 0: the slave type that asks for it."""
+    """Number of the law in the field `coupling.law`, not 0: the slave type that requests it."""
     step: Callable[[AxisFields, NcRows, float], None]
     """Set point of this cycle; masters are `rows.axes[ax.master[n]]`, n < `ax.master_count`."""
     base: Callable[[AxisFields, NcRows], None] = _anywhere
     """Begin to count where slave and masters are now: at coupling, and after the slave's loop was
     open."""
     by_parameters: bool = True
-    """Whether four parameters couple by it (0x40); else a service of its own does."""
+    """True if four parameters couple by it (0x40), False if a service of its own does."""
     why_not: Callable[["Axis", Sequence["Axis"], Sequence[float]], int] | None = _any
     """Code that refuses these four parameters for a slave and its masters, or 0; they are finite
     and not above a million. Asked at coupling and when they change. None: it has no parameters."""
     others: Callable[[Sequence[float]], tuple[float, ...]] = _none_besides
     """Ids of the masters that are named by parameters."""
     moving: bool = False
-    """Whether masters may move at coupling by parameters."""
+    """True if masters may move at coupling by parameters."""
     change: Callable[[AxisFields, NcRows], None] | None = None
     """New parameters while it runs; without it the law counts from here (`base`)."""
     stops: bool = False
-    """Whether its slave has a motion of its own that can be stopped (0x44)."""
+    """True if its slave has a motion of its own that can be stopped (0x44)."""
     guarded: bool = False
     """True if a set point that the slave can only jump to stops it (`couplings.guard`)."""
 
@@ -313,7 +313,7 @@ def count_from_here(ax: AxisFields, rows: NcRows) -> None:
 
 
 def led(ax: AxisFields, rows: NcRows) -> bool:
-    """Whether one of its masters does not rest: then the axis does not rest either."""
+    """Return True if one of its masters does not rest: then the axis does not rest either."""
     awake = 0
     for n in range(ax.coupling.master_count):
         awake += 1 - rows.axes[ax.coupling.masters[n]].resting

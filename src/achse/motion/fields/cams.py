@@ -55,7 +55,7 @@ class CamMotion(InternalFields):
 
 
 class CamSlave(InternalFields):
-    """What a slave of cams is at."""
+    """Cams of a slave as a whole."""
 
     cam_count: int = whole(0, "1", "layers that may be in use")
     cam_changes: int = flag(0, "a layer waits for a change")

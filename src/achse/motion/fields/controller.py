@@ -122,7 +122,7 @@ class ControllerState(States):
 
 
 class ControllerMemory(InternalFields):
-    """What the controller derives from its parameters and keeps from cycle to cycle."""
+    """Memory of the controller: values from its parameters, and values from cycle to cycle."""
 
     special: int = flag(0, "more than a P controller is in use")
     error_filtered: float = real(0.0, "mm", "position error after its filter")

@@ -6,7 +6,7 @@ __all__ = ["CyclicInput", "ExternalSetPoint"]
 
 
 class CyclicInput(Inputs):
-    """What the PLC writes each of its cycles (002 §6.4.4.4, 0x4300 + ID; 004 §5.1.2)."""
+    """Values that the PLC writes each of its cycles (002 §6.4.4.4, 0x4300 + ID; 004 §5.1.2)."""
 
     control_dword: int = whole(0, "bits", "bit 0 enable, 1 feed enable plus, 2 minus, 5 homing cam")
     velocity_override: int = whole(0, "1e-6", "velocity override, 1000000 = 100 %")

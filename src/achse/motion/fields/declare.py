@@ -1,4 +1,4 @@
-"""How a field of the axis record is declared: default, unit, meaning, permitted range, role."""
+"""Declaration of a field of the axis record: default, unit, meaning, permitted range, role."""
 
 import math
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ __all__ = [
 
 
 class Role(Enum):
-    """What a field is for, which is also who may write it."""
+    """Purpose of a field, which is also who may write it."""
 
     PARAMETER = "configured, written by parameter services"
     INPUT = "written each PLC cycle or by functions, read by the kernel"

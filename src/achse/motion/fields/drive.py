@@ -100,14 +100,14 @@ class DriveParameters(Parameters):
 
 
 class DriveInterface(Parameters):
-    """What the NC is configured to know of the drive beyond its type; no service."""
+    """Configured knowledge of the drive beyond its type; no service."""
 
     simulation_ideal: int = flag(0, "the drive takes positions, whatever its type and controller")
     homed_by_drive: int = flag(0, "a drive on a bus homes the axis itself")
 
 
 class DriveInput(Inputs):
-    """What functions ask of the drive."""
+    """Requests of functions to the drive."""
 
     drive_operation_mode: int = whole(0, "DriveOperationMode", "operation mode of the drive", 0)
     set_torque: float = real(0.0, "1000 = 100 %", "set torque in torque mode")
@@ -137,7 +137,7 @@ class DriveState(States):
 
 
 class DriveInternal(InternalFields):
-    """What the drive derives from its parameters, and keeps from cycle to cycle."""
+    """Memory of the drive: values from its parameters, and values from cycle to cycle."""
 
     on_bus: int = flag(0, "it is process data of a bus, not a simulated amplifier")
     reset_cycles: int = whole(0, "1", "cycles for which it is still asked to reset")

@@ -134,7 +134,7 @@ class TouchProbeState(States):
 
 
 class TouchProbeMemory(InternalFields):
-    """What an active latch waits for, and what the hardware showed of it before."""
+    """Memory of the touch probes: awaited edges, and the last states of the hardware."""
 
     probe_continuous: list[int] = wholes(PROBE_EDGES, "0/1", "goes on after an edge")
     probe_source: list[int] = wholes(PROBE_EDGES, "SignalSource", "its signal")
@@ -146,7 +146,7 @@ class TouchProbeMemory(InternalFields):
 
 
 class EncoderMemory(InternalFields):
-    """What the encoder derives from its parameters and keeps from cycle to cycle."""
+    """Memory of the encoder: values from its parameters, and values from cycle to cycle."""
 
     adapt: int = flag(1, "parameters changed: derived values must be computed again")
     leads: int = flag(1, "the axis works with it")

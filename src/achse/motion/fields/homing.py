@@ -2,10 +2,10 @@
 
 from achse.motion.fields.declare import InternalFields, States, flag, real, whole
 
-__all__ = ["Homing", "HomingSequence", "HomingState"]
+__all__ = ["AxisHoming", "HomingSequence", "HomingStep"]
 
 
-class HomingState(States):
+class HomingStep(States):
     """Step of a homing sequence (002 §6.4.4.2)."""
 
     state: int = whole(0, "1", "step of the homing sequence, 0 = done")
@@ -20,5 +20,5 @@ class HomingSequence(InternalFields):
     latch_begin: float = real(0.0, "mm", "position where the latch was activated")
 
 
-class Homing(HomingState, HomingSequence):
+class AxisHoming(HomingStep, HomingSequence):
     """Homing of an axis."""

@@ -8,7 +8,7 @@ __all__ = ["JobProgress", "JobRequest"]
 
 
 class JobRequest(InternalFields):
-    """What the command asks for (002 §6.4.4.3, 0x4200 + ID:0x16, 0x20)."""
+    """Request of the command (002 §6.4.4.3, 0x4200 + ID:0x16, 0x20)."""
 
     number: int = whole(0, "1", "command number, 16 bits")
     start_type: int = whole(0, "StartType", "kind")
@@ -26,7 +26,7 @@ class JobRequest(InternalFields):
 
 
 class JobProgress(InternalFields):
-    """What the set-point generator makes of it."""
+    """Progress of the set-point generator with it."""
 
     way: float = real(0.0, "mm", "from border to border, while it waits")
     border_velocity: float = real(0.0, "mm/s", "wanted velocity at the border where it begins")

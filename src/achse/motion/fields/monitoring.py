@@ -13,7 +13,7 @@ __all__ = [
 
 
 class MonitoringInternal(InternalFields):
-    """What supervision remembers from cycle to cycle."""
+    """Memory of the supervision from cycle to cycle."""
 
     features: int = whole(ALL_FEATURES, "bits", "features beyond a plain move that are on")
     first_encoder: int = whole(0, "1", "row of its first encoder, the others are behind it")

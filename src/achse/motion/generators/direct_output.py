@@ -10,7 +10,7 @@ __all__ = ["heading", "step"]
 
 
 def heading(ax: AxisFields) -> float:
-    """Where the output drives the axis."""
+    """Return the direction in which the output drives the axis, by its sign."""
     return ax.direct_output
 
 

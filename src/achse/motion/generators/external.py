@@ -21,7 +21,7 @@ _LARGEST = 1e30
 """Numbers beyond are none."""
 
 _ROUNDED = 1.0 + 1e-6
-"""What a limit may be passed by, for the rounding of anyone who feeds."""
+"""Factor by which a limit may be passed, for the rounding of the source."""
 
 _INCONSISTENT = 1e-3
 """Velocities that differ by a smaller part of themselves are equal."""
@@ -39,7 +39,7 @@ def leave_external(ax: AxisFields) -> None:
 
 
 def _is_over(ax: AxisFields) -> bool:
-    """Whether a stop or an error has ended it."""
+    """Return True if a stop or an error has ended it."""
     phase = ax.set_motion_phase
     return phase == MotionPhase.STOPPING or (phase == MotionPhase.NONE and ax.buffer.count == 0)
 
@@ -56,7 +56,7 @@ def end(ax: AxisFields) -> None:
 
 
 def _fault(ax: AxisFields, way: float, dt: float) -> int:
-    """What is wrong with the external values, 0 = nothing; a jump of the position is too fast."""
+    """Return the error in the external values, 0 for none; a jump of the position is too fast."""
     if not (
         abs(way) <= _LARGEST
         and abs(ax.external_set.velocity) <= _LARGEST

@@ -20,11 +20,11 @@ _LARGEST = 1e30
 """Numbers beyond are none."""
 
 _ROUNDED = 1.0 + 1e-6
-"""What a limit may be passed by, for the rounding of the group."""
+"""Factor by which a limit may be passed, for the rounding of the group."""
 
 
 def _fault(ax: AxisFields, way: float, dt: float) -> int:
-    """Why the axis cannot be where its group wants it, 0 = nothing."""
+    """Return the error that keeps the axis from the set point of its group, 0 for none."""
     if not (abs(way) <= _LARGEST and abs(ax.group_set_point.velocity) <= _LARGEST):
         return NcError.EXTERNAL_SETPOINT_DATA
     if abs(way) > fastest(ax) * _ROUNDED * dt + ax.encoder.scaling_factor:

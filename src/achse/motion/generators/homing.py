@@ -19,12 +19,12 @@ __all__ = ["cam_direction", "home", "pulse_direction", "step"]
 
 
 def cam_direction(ax: AxisFields) -> float:
-    """Where the cam is searched."""
+    """Return the direction in which the cam is searched, -1 or 1."""
     return -1.0 if ax.encoder.homing_cam_search_inverse else 1.0
 
 
 def pulse_direction(ax: AxisFields) -> float:
-    """Where the axis leaves the cam and searches the sync pulse."""
+    """Return the direction that leaves the cam and searches the sync pulse, -1 or 1."""
     return -1.0 if ax.encoder.sync_pulse_search_inverse else 1.0
 
 

@@ -1,4 +1,4 @@
-"""What sequences of the NC have in common: the override scales them, and they come to an end.
+"""Common functions of sequences of the NC: scaling by the override, and their end.
 
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """

@@ -48,7 +48,7 @@ def _stays(ax: AxisFields) -> None:
 
 
 def along_the_set_point(ax: AxisFields) -> float:
-    """Where the set point moves, by its sign; an external one may say so without a velocity."""
+    """Return the sign of the set velocity; an external set point may have it without one."""
     if ax.set.velocity == 0.0 and ax.external_setpoint_active:
         return float(ax.external_set.direction)
     return ax.set.velocity
@@ -67,11 +67,11 @@ class Generator(NamedTuple):
     end: Callable[[AxisFields], None] = _stays
     """Before each cycle in which it `leads`: give the lead back, if it is over."""
     leads: Callable[[AxisFields], bool] = _by_phase_alone
-    """Whether it makes the set point in any phase."""
+    """True if it makes the set point in any phase."""
     heading: Callable[[AxisFields], float] = along_the_set_point
-    """Where it drives the axis, by its sign."""
+    """Direction in which it drives the axis, by its sign."""
     planned: bool = True
-    """Whether tables of limited jerk make it, which end before soft limits."""
+    """True if profiles of limited jerk make it, which end before soft limits."""
     travelling: tuple[int, ...] = ()
     """Phases in which no target is waited for."""
     continuous: tuple[int, ...] = ()
@@ -202,7 +202,7 @@ def lead(ax: AxisFields, dt: float) -> None:
 
 
 def heading(ax: AxisFields) -> float:
-    """Where the axis is to move, by its sign."""
+    """Return the direction in which the axis is to move, by its sign."""
     phase = ax.set_motion_phase
     for row in GENERATORS:
         if phase in row.phases:

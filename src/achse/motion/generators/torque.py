@@ -26,7 +26,7 @@ def leads(ax: AxisFields) -> bool:
 
 
 def heading(ax: AxisFields) -> float:
-    """Where the torque pushes."""
+    """Return the direction in which the torque pushes, by its sign."""
     return ax.set_torque
 
 

@@ -45,7 +45,7 @@ class FifoGroup(AxisGroup):
         self._first = 0
         """Number of the first row that is kept, from the start on."""
         self._place = 0.0
-        """Where the motion is, in rows from the start on."""
+        """Position of the motion, in rows from the start on."""
         self._pace = 0.0
         """Override as it is now, 1 = 100 %."""
         self._pace_change = 0.0
@@ -244,5 +244,5 @@ class FifoGroup(AxisGroup):
 
 
 def _reach(axis: Axis) -> float:
-    """What an axis may be away from the first row: what its encoder cannot tell apart."""
+    """Return the largest distance of an axis from the first row: the resolution of its encoder."""
     return max(axis.encoder.scaling_factor, 1e-6)

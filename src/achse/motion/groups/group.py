@@ -128,7 +128,7 @@ class AxisGroup(ABC):
         return OK
 
     def why_not_assign(self, places: Mapping[int, Axis | None]) -> int:
-        """What forbids these axes at these places, besides what each axis says."""
+        """Return the error that forbids these axes at these places, or 0."""
         return OK
 
     def assigned(self) -> None:  # noqa: B027  # not every group does something then
@@ -168,7 +168,7 @@ class AxisGroup(ABC):
         return OK
 
     def why_not_move(self) -> int:
-        """What forbids a motion: no axes, an error, a missing enable."""
+        """Return the error that forbids a motion (no axes, an error, a missing enable), or 0."""
         if self.error_code:
             return self.error_code
         if not self.members:
@@ -192,7 +192,7 @@ class AxisGroup(ABC):
             end_group_motion(axis)
 
     def _lost(self) -> bool:
-        """Whether an axis does not follow any more; an error of it becomes that of the group."""
+        """Return True if an axis no longer follows; its error becomes that of the group."""
         lost = [axis for axis in self.members if axis.set_motion_phase != MotionPhase.GROUPED]
         if not lost:
             return False
@@ -219,7 +219,7 @@ class AxisGroup(ABC):
 
     @property
     def motion_state(self) -> MotionState:
-        """What the set point does."""
+        """State of the set point."""
         return MotionState.RUNNING if self.moving else MotionState.INACTIVE
 
     saf_sub_state = 0
@@ -231,17 +231,17 @@ class AxisGroup(ABC):
 
     @property
     def saf_entry_count(self) -> int:
-        """What waits for the set-point task."""
+        """Number of entries that wait for the set-point task."""
         return 0
 
     @property
     def saf_table_size(self) -> int:
-        """What can wait at most."""
+        """Largest number of entries that can wait."""
         return 0
 
     @property
     def saf_free_entry_count(self) -> int:
-        """What can still wait."""
+        """Number of entries that can still be added."""
         return self.saf_table_size - self.saf_entry_count
 
     def digest(self) -> bytes:

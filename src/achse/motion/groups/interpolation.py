@@ -1,4 +1,4 @@
-"""What is between the rows of a FIFO: a line, a cubic through four rows, a spline through six.
+"""Interpolation between the rows of a FIFO: a line, a cubic through 4 rows, a spline through 6.
 
 All curves go through the rows, so that the next interval begins where the last one ends. Near the
 ends of what is known the nearest rows serve. Each function takes rows of one axis.

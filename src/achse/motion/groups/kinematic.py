@@ -124,7 +124,7 @@ class KinematicGroup(AxisGroup):
         return OK
 
     def assigned(self) -> None:
-        """What led before leads no longer."""
+        """Stop following the axes that drove the group before."""
         self.leading = [None] * COORDINATES
 
     def dissolve(self) -> int:
@@ -144,7 +144,7 @@ class KinematicGroup(AxisGroup):
 
     @property
     def wants_to_move(self) -> bool:
-        """Whether a leading axis moves while the group rests."""
+        """True if a driving axis moves while the group rests."""
         return (
             not self.moving
             and not self.error_code
@@ -220,7 +220,7 @@ class KinematicGroup(AxisGroup):
     def _solve(
         self, transformation: Transformation, given: Sequence[float], found: list[float]
     ) -> bool:
-        """Whether there is a solution, in `found` then.
+        """Return True if there is a solution, which is in `found` then.
 
         Numbers that a law cannot compute with have none, and a law of a user may raise anything:
         neither ends the cycle.

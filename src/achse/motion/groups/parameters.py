@@ -1,4 +1,4 @@
-"""What a group is when the NC starts: its kind, its channel, its parameters by name."""
+"""Configuration of a group at the start of the NC: kind, channel and parameters by name."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -22,9 +22,10 @@ class GroupParametersError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class KinematicsParameters:
-    """Which law leads from axes to places (a name of `achse.motion.groups.kinematics.table`), and
-    its numbers by name: lengths in mm, angles in degrees. `file` is a Python file of a user that
-    has the law instead."""
+    """Law from axes to places (a name of `achse.motion.groups.kinematics.table`) and its numbers by
+    name: lengths in mm, angles in degrees. `file` is a Python file of a user that has the law
+    instead.
+    """
 
     law: str = "identity"
     values: Mapping[str, float] = field(default_factory=dict)
@@ -33,7 +34,7 @@ class KinematicsParameters:
 
 @dataclass(frozen=True, slots=True)
 class GroupParameters:
-    """What a group of several axes is when the NC starts.
+    """Configuration of a group of several axes at the start of the NC.
 
     `dimension` and `length` are those of a FIFO (axes, rows); `table_size` is that of a path, and
     `segments_per_cycle` how many go over to it in a cycle at most. `axes` are assigned from the

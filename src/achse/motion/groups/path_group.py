@@ -63,7 +63,7 @@ class PathGroup(PathGroupParameters):
         self.max_commands_per_cycle = parameters.segments_per_cycle
         self.table_size = parameters.table_size
         self.keeps_way_back = False
-        """Whether the next `begin` keeps the path for a way back."""
+        """True if the next `begin` keeps the path for a way back."""
         self.way_back = WayBack(self)
         self._way_before = 0.0
         """Way since the start of the program, up to the last reset of the planner."""
@@ -73,7 +73,7 @@ class PathGroup(PathGroupParameters):
         self.segment_change = 0
         """1 in a cycle in which a new segment begins."""
         self.view = PathView(self)
-        """What the states show."""
+        """Values that the states show."""
         self._override_used = -1.0
         self._jumps = [1.0, 1.0, 1.0]
         self._dynamic = 1.0
@@ -321,7 +321,7 @@ class PathGroup(PathGroupParameters):
 
     @property
     def homing(self) -> bool:
-        """Whether an axis is still homing; one that is homed is led again, another one is lost."""
+        """True while an axis is homing; one that is homed is driven again, another one is lost."""
         axis = self._homing
         if axis is None:
             return False
@@ -335,7 +335,7 @@ class PathGroup(PathGroupParameters):
 
     @staticmethod
     def _homes(axis: Axis) -> bool:
-        """Whether it moves, or waits for the application to home it."""
+        """Return True if the axis moves, or waits for the application to home it."""
         return bool(axis.set_motion_phase != MotionPhase.NONE or axis.application.request)
 
     def _stop_homing(self) -> None:

@@ -30,7 +30,7 @@ class PathGroupParameters(AxisGroup):
 
     @property
     def path_parameters(self) -> PathParameters:
-        """What holds for segments that are appended from now on."""
+        """Parameters of segments that are appended from now on."""
         return self._path
 
     @path_parameters.setter
@@ -45,7 +45,7 @@ class PathGroupParameters(AxisGroup):
 
     @property
     def reduction_method(self) -> ReductionMethod:
-        """How corners reduce the velocity (0x500)."""
+        """Reduction of the velocity at corners (0x500)."""
         return self._path.method
 
     @reduction_method.setter
@@ -117,7 +117,7 @@ class PathGroupParameters(AxisGroup):
 
     @property
     def override_type(self) -> PathOverride:
-        """What the override refers to (0x50A)."""
+        """Reference of the override (0x50A)."""
         return self._path.override_type
 
     @override_type.setter

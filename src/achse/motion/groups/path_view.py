@@ -1,4 +1,4 @@
-"""What the states of a 3D group show of its path (002 §6.4.3.2, 0x3100 + ID)."""
+"""States of a 3D group about its path (002 §6.4.3.2, 0x3100 + ID)."""
 
 from math import hypot
 from typing import TYPE_CHECKING, Any
@@ -118,12 +118,12 @@ class PathView:
 
     @property
     def tangential_error(self) -> float:
-        """What the axes are behind along the path, negative if ahead (0x514)."""
+        """Distance of the axes behind the set point along the path, negative if ahead (0x514)."""
         return self._along(self._errors)
 
     @property
     def orthogonal_error(self) -> float:
-        """What the axes are beside the path (0x515)."""
+        """Distance of the axes beside the path (0x515)."""
         errors, along = self._errors, self.tangential_error
         beside = [e - along * t for e, t in zip(errors, self._tangent, strict=True)]
         return hypot(*beside)
@@ -150,7 +150,7 @@ class PathView:
 
     @property
     def target(self) -> tuple[float, ...]:
-        """Where the present or last segment ends: X, Y, Z, Q1..Q5 (0x530, 0x531)."""
+        """End of the present or last segment: X, Y, Z, Q1..Q5 (0x530, 0x531)."""
         planner = self._group.planner
         piece = None if planner is None else planner.piece
         positions = self._group.positions

@@ -48,7 +48,7 @@ class PtpGroup:
 
     @property
     def group_id(self) -> int:
-        """That of the axis."""
+        """Id of the axis."""
         return self.axis.axis_id
 
     @property
@@ -58,7 +58,7 @@ class PtpGroup:
 
     @property
     def name(self) -> str:
-        """That of the axis."""
+        """Name of the axis."""
         return self.axis.name
 
     @property

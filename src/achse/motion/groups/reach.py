@@ -1,4 +1,4 @@
-"""Whether the axes of a path may be where a segment ends: places without an axis, soft limits."""
+"""Reach of the axes of a path: places without an axis, soft limits at the end of a segment."""
 
 from collections.abc import Sequence
 from math import isfinite
@@ -43,8 +43,10 @@ class PathReach:
         return OK
 
     def surely(self, ends: Sequence[Sequence[float]], start: Sequence[float]) -> bool:
-        """Whether lines may end at all of these points of X, Y, Z, by the box around them; they may
-        nevertheless if not."""
+        """Return True if the box around all of these points of X, Y, Z is within the limits.
+
+        Lines to them may be permitted even if it is not.
+        """
         for place, column in enumerate(zip(*ends, strict=True)):
             axis, low, high = self._places[place], min(column), max(column)
             if not (isfinite(low) and isfinite(high)):

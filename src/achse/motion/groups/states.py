@@ -13,7 +13,7 @@ __all__ = [
 
 
 class ChannelType(IntEnum):
-    """What a channel works on."""
+    """Kind of work of a channel."""
 
     NONE = 0
     STANDARD = 1
@@ -31,7 +31,7 @@ class InterpreterType(IntEnum):
 
 
 class GroupType(IntEnum):
-    """What moves in a group; of a single axis that is moved the manual names no other than PTP."""
+    """Kind of motion of a group; the manual names no other than PTP for a single axis."""
 
     NOT_DEFINED = 0
     PTP = 1
@@ -57,7 +57,7 @@ class SafState(IntEnum):
 
 
 class FifoInterpolation(IntEnum):
-    """What is between two rows of a FIFO."""
+    """Interpolation between two rows of a FIFO."""
 
     LINEAR = 0
     FOUR_POINT = 1
@@ -65,7 +65,7 @@ class FifoInterpolation(IntEnum):
 
 
 class FifoOverrideType(IntEnum):
-    """How a FIFO goes over to another override."""
+    """Transition of a FIFO to another override."""
 
     INSTANTANEOUS = 1
     PT2 = 2

@@ -72,7 +72,7 @@ class Groups:
 
     @property
     def busy(self) -> bool:
-        """Whether any group gives set points, or may in the next cycles."""
+        """True if any group gives set points, or may in the next cycles."""
         return any(group.moving for group in self) or any(
             group.wants_to_move for group in self._kinematic
         )

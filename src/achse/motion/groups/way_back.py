@@ -19,12 +19,12 @@ WAY_BACK = 256
 
 
 class WayBack:
-    """Whether the path is kept, and where it turned."""
+    """Way back along a path: if the path is kept, and the place of the turn."""
 
     def __init__(self, group: "PathGroup") -> None:
         self._group = group
         self.kept = False
-        """Whether the present path is kept."""
+        """True if the present path is kept."""
         self._turned_at = 0.0
 
     def begin(self, kept: bool) -> None:
@@ -33,19 +33,19 @@ class WayBack:
 
     @property
     def backwards(self) -> bool:
-        """Whether the path goes back, or rests on its way back."""
+        """True if the path goes back, or rests on its way back."""
         planner = self._group.planner
         return planner is not None and self._group.moving and planner.backwards
 
     @property
     def at_first(self) -> bool:
-        """Whether the way back has come to the first segment that is kept."""
+        """True if the way back has come to the first segment that is kept."""
         planner = self._group.planner
         return self.backwards and planner is not None and planner.at_first
 
     @property
     def repeats(self) -> bool:
-        """Whether the path is where it has been before: backwards, or forward up to the turn."""
+        """True if the path repeats earlier places: backwards, or forward up to the turn."""
         planner = self._group.planner
         if planner is None or not self._group.moving:
             return False

@@ -48,9 +48,9 @@ ELEMENT = COEFFICIENT + COEFFICIENTS
 
 
 def element_at(numbers: Sequence[float], first: int, count: int, near: int, place: float) -> int:
-    """Which of `count` elements from number `first` on holds at `place`; `near` is looked at first.
+    """Return the index of the element at `place`, the first one being at number `first`.
 
-    At a place that is the end of the last one this is still the one that leads to it.
+    `near` is the index to try first. The end of the last element is still within it.
     """
     if near >= 0 and near < count - 1:
         at = first + ELEMENT * near

@@ -88,7 +88,7 @@ def _value(coefficients: Sequence[float], w: float) -> float:
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:
-    """Where a function that changes its sign between does so: by chords, halved where one stays."""
+    """Return the root of a function that changes its sign between `low` and `high`."""
     before, after = function(low), function(high)
     for _ in range(_MOST_STEPS):
         place = high - after * (high - low) / (after - before)

@@ -72,12 +72,12 @@ def report(a: Amplifier, plain: bool = False) -> None:
 
 
 def untold(a: Amplifier) -> bool:
-    """Whether outputs have changed what the drive has to report, though nothing moves."""
+    """Return True if outputs have changed the reported state of the drive, though nothing moves."""
     return a.io.state3 != a.io.ctrl3 or a.io.ctrl1 != a.reported_control
 
 
 def _plain(a: Amplifier, m: Machine) -> bool:
-    """Whether the machine is a motor without load, one drive and one encoder without noise.
+    """Return True if the machine is a motor without load, one drive and one encoder without noise.
 
     Nothing but enabling the drive changes what such a drive reports of its state. What follows from
     the parameters (`adapt`) has been computed.
@@ -97,7 +97,7 @@ def _plain(a: Amplifier, m: Machine) -> bool:
 
 
 def _report_status(a: Amplifier) -> None:
-    """What the drive reports of its state, its limit switches and its inputs."""
+    """Report the state of the drive, its limit switches and its inputs."""
     m = a.machine
     io = a.io
     m.plain = 1 if _plain(a, m) else 0
@@ -188,7 +188,7 @@ def _valve(a: Amplifier, pieces: Sequence[Piece]) -> float:
 
 
 def _within_limits(a: Amplifier, velocity: float, moved: float, dt: float) -> float:
-    """What the limits of a torque command leave of a change of velocity.
+    """Return the part of a change of velocity that the limits of a torque command permit.
 
     Beyond a velocity limit the drive brakes with the deceleration of the command, or full torque.
     """

@@ -90,7 +90,7 @@ class MachineView(_Machine):
 
 
 class SensorView(_Sensor):
-    """What an encoder of the machine counts."""
+    """Counts of an encoder of the machine."""
 
     machine: MachineView
     io: EncoderIoView
@@ -105,7 +105,7 @@ class SensorView(_Sensor):
 
 
 class AmplifierView(_Amplifier):
-    """What a drive of the machine makes of its outputs."""
+    """Reaction of a drive of the machine to its outputs."""
 
     machine: MachineView
     sensor: SensorView
@@ -151,7 +151,7 @@ class Hardware:
 
     @property
     def arguments(self) -> tuple[Any, ...]:
-        """What machine code takes for the rows."""
+        """Arguments of machine code for the rows."""
         stores = self._machines, self._sensors, self._amplifiers
         return tuple(argument for store in stores for argument in store.arguments)
 

@@ -18,7 +18,7 @@ DIGITAL = 0
 ANALOG = 1
 TWO_SPEEDS = 2
 STEPPER = 3
-"""How an amplifier is built (`Amplifier.kind`)."""
+"""Kinds of amplifiers (`Amplifier.kind`)."""
 
 
 @dataclass

@@ -76,7 +76,7 @@ class MachineParameters:
 
 
 class _MachineState:
-    """Where the motor is and how it moves."""
+    """Place and motion of the motor."""
 
     position: float = real(0.0, "mm", "where the machine is")
     velocity: float = real(0.0, "mm/s", "how fast it moves")
@@ -96,7 +96,7 @@ class _MachineState:
 
 
 class SensorParameters:
-    """What an encoder really counts; one for each encoder."""
+    """Parameters of a sensor, one for each encoder."""
 
     encoder_resolution: float = real(1e-4, "mm/INC", "way of one increment", 1e-12, 1e30)
     encoder_inverted: int = flag(0, "it counts down in positive direction")
@@ -120,7 +120,7 @@ class _SensorState:
 
 
 class AmplifierParameters:
-    """What the drive makes of its inputs; one for each drive."""
+    """Parameters of an amplifier, one for each drive."""
 
     time_constant: float = real(0.004, "s", "first-order lag of the velocity", 0.0, 10.0)
     dead_time: float = real(0.0, "s", "delay from output to drive, 64 cycles at most", 0.0, 1.0)
@@ -150,7 +150,7 @@ class AmplifierParameters:
 
 
 class _AmplifierState:
-    """How the drive is built, and what is under way in it."""
+    """Structure of the drive, and its pending changes."""
 
     kind: int = whole(0, "1", "0 digital, 1 analog, 2 two speeds, 3 stepper")
     position_loop: int = flag(0, "it closes the position loop with a gain from the NC (PROFIdrive)")
@@ -222,7 +222,7 @@ sensor_record = plain_record(SENSOR)
 amplifier_record = plain_record(AMPLIFIER)
 
 PARTS = {"machine": MachineParameters, "sensor": SensorParameters, "amplifier": AmplifierParameters}
-"""What a machine is put together from, and the parameters of each."""
+"""Parts of a machine, and the parameters of each."""
 
 PARAMETERS: dict[str, tuple[str, Field]] = {}
 """Parameters by their name in a configuration: the part they are of, and their field."""

@@ -38,7 +38,7 @@ def count_at(s: Sensor, place: float) -> int:
 
 
 def _shown(s: Sensor, count: int) -> int:
-    """What the hardware makes of a count."""
+    """Return the count as the hardware reports it."""
     if s.encoder_mask == FULL_MASK:
         return wrapped(count)
     return count % (s.encoder_mask + 1)

@@ -22,24 +22,24 @@ INPUTS = 8
 
 
 def _inside(place: float, begin: float, end: float, period: float) -> bool:
-    """Whether a place is on a stretch of the machine."""
+    """Return True if a place is on a stretch of the machine."""
     if period > 0.0:
         place -= floor((place - begin) / period) * period
     return begin <= place <= end
 
 
 def cam_closed(machine: Machine) -> bool:
-    """Whether the machine is on the reference cam."""
+    """Return True if the machine is on the reference cam."""
     return _inside(machine.position, machine.cam_begin, machine.cam_end, machine.period)
 
 
 def _mark_seen(machine: Machine) -> bool:
-    """Whether the machine is on the probe mark."""
+    """Return True if the machine is on the probe mark."""
     return _inside(machine.position, machine.mark_begin, machine.mark_end, machine.period)
 
 
 def outward(machine: Machine, velocity: float) -> bool:
-    """Whether the motor would run farther beyond the limit switch the machine is on."""
+    """Return True if the motor would run farther beyond the limit switch that the machine is on."""
     return velocity * machine.limit_switch > 0.0
 
 
@@ -67,7 +67,7 @@ def _pulse(before: float, now: float, period: float, first: float) -> float:
 def _boundary(
     begin: float, end: float, period: float, falling: int, before: float, now: float
 ) -> float:
-    """Where a stretch of the machine is entered, or left if `falling`, on the way to `now`."""
+    """Return the place where the machine enters a stretch, or leaves it if `falling`."""
     forward = now > before
     place = begin if forward != (falling == 1) else end
     if period > 0.0:

@@ -36,7 +36,7 @@ _RESERVE = 0.7
 
 
 class ReductionMethod(IntEnum):
-    """How a corner reduces the velocity (0x3000+ID:0x500)."""
+    """Reduction of the velocity at a corner (0x3000+ID:0x500)."""
 
     COULOMB = 0
     COSINE = 1

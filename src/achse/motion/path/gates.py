@@ -34,7 +34,7 @@ def piece_velocity(piece: PathPiece, k: int, state: PathState) -> float:
 
 
 def gate_acceleration(gate: PathGate, v: float) -> float:
-    """What the span before the gate allows at velocities up to v, mm/s²."""
+    """Return the acceleration that the span before the gate permits up to velocity v, mm/s²."""
     share = min(v / gate.cap, 1.0)
     least = gate.start - (gate.start - gate.acceleration) * share * share
     return min(least, gate.most_acceleration)
@@ -103,7 +103,7 @@ def build_gates(pieces: Sequence[PathPiece], gates: Sequence[PathGate], state: P
 
 
 def _fill(gate: PathGate, piece: PathPiece, k: int, state: PathState) -> None:
-    """What the gate says of the span before it."""
+    """Fill the gate with the limits of the span before it."""
     gate.waits = 1 if piece.kind == PieceKind.WAIT else 0
     gate.velocity = piece_velocity(piece, k, state)
     gate.cap = piece.caps[k]

@@ -30,7 +30,7 @@ _NO_LENGTH = 1e-9
 
 
 class PathOperation(IntEnum):
-    """What the kernel does."""
+    """Operation of the kernel."""
 
     CYCLE = 0
     APPEND = 1
@@ -44,7 +44,7 @@ class PathOperation(IntEnum):
 
 
 class AppendOutcome(IntEnum):
-    """What came of a piece."""
+    """Outcome of appending a span."""
 
     FULL = -1
     NO_LENGTH = 0
@@ -194,7 +194,7 @@ def _append(
 
 
 def _spare(pieces: Sequence[PathPiece], gates: Sequence[PathGate], state: PathState) -> float:
-    """How much of the last piece the path surely does not reach: a corner there may be rounded."""
+    """Return the length of the last span that a rounded corner may still use."""
     if state.current == state.following:
         return 0.0
     last = pieces[(state.following - 1) % len(pieces)]

@@ -81,7 +81,7 @@ def _local(
 def _time_to(
     v: float, a: float, w: float, up: float, down: float, jerk: float, way: float, time: float
 ) -> float:
-    """When, within some time, the ramp to w has gone a way."""
+    """Return the time, within `time`, when the ramp to w has covered a distance."""
     low = 0.0
     high = time
     for _ in range(_CROSSINGS):

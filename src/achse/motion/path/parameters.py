@@ -17,7 +17,7 @@ _JUMP_SHARE = 0.3
 
 
 class PathOverride(IntEnum):
-    """What the override scales (0x3000+ID:0x50A)."""
+    """Values that the override scales (0x3000+ID:0x50A)."""
 
     REDUCED = 0
     """The velocity that corners and axes have reduced already."""
@@ -64,7 +64,7 @@ class PathLimits:
 
 @dataclass(frozen=True, slots=True)
 class PathParameters:
-    """What holds for segments from now on; 002 §6.4.3.1 and the `#set` commands of the dialect."""
+    """Parameters of segments from now on; 002 §6.4.3.1 and the `#set` commands of the dialect."""
 
     method: ReductionMethod = ReductionMethod.COULOMB
     """Corners (0x500)."""

@@ -138,7 +138,7 @@ class PathPlanner:
 
     @property
     def parameters(self) -> PathParameters:
-        """What holds for segments that are appended from now on; override type: at once."""
+        """Parameters of segments that are appended from now on; override type: at once."""
         return self._parameters
 
     @parameters.setter
@@ -159,7 +159,7 @@ class PathPlanner:
 
     @property
     def programmed_position(self) -> tuple[float, ...]:
-        """Where the last segment ends and the next one begins, mm, each axis."""
+        """End of the last segment and begin of the next one, mm, each axis."""
         last = self._pieces[(self.state.following - 1) % len(self._pieces)]
         return tuple(last.end[: self.state.used])
 
@@ -347,7 +347,7 @@ class PathPlanner:
 
     @property
     def most_velocity(self) -> float:
-        """What feed and axes allow on the present piece, mm/s; without a piece 0."""
+        """Velocity that feed and axes permit on the present span, mm/s; 0 without a span."""
         piece = self.piece
         return (
             0.0
@@ -357,7 +357,7 @@ class PathPlanner:
 
     @property
     def end_velocity(self) -> float:
-        """What the transition at the end of the present piece allows, mm/s."""
+        """Velocity that the transition at the end of the present span permits, mm/s."""
         piece = self.piece
         return 0.0 if piece is None else float(piece.gate)
 
@@ -438,7 +438,7 @@ class PathPlanner:
 
     @property
     def backwards(self) -> bool:
-        """Whether the path goes back; changes only at standstill, else PathError."""
+        """True if the path goes back; changes only at standstill, else PathError."""
         return bool(self.state.backwards)
 
     @backwards.setter

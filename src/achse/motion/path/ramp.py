@@ -139,7 +139,7 @@ def reachable(w: float, length: float, deceleration: float, jerk: float) -> floa
 
 
 def rest_is_nearer(w: float, deceleration: float, jerk: float) -> bool:
-    """Whether a ramp to rest may be shorter than one to w, which lets go of the brake earlier.
+    """Return True if a ramp to rest may be shorter than one to w, which releases the brake earlier.
 
     From v, with deceleration, it is for w below deceleration² / jerk; without, below 0.618 v.
     """

@@ -50,7 +50,7 @@ _NO_SPANS = [0.0] * SPANS
 
 
 class PieceKind(IntEnum):
-    """What a piece is."""
+    """Kind of a span."""
 
     LINE = 0
     ARC = 1
@@ -119,7 +119,7 @@ class PathPiece:
     jerks: list[float] = _NO_SPANS
     """Jerk at the highest velocity."""
     path_acceleration: float = 0.0
-    """What is asked for along the path (paramPathDynamics), whatever the axes allow."""
+    """Acceleration along the path as commanded (paramPathDynamics), whatever the axes permit."""
     path_deceleration: float = 0.0
     path_jerk: float = 0.0
     deceleration: float = 0.0
@@ -179,7 +179,7 @@ class PathGate:
     first_jerk: float = 0.0
     jerk: float = 0.0
     most_acceleration: float = 0.0
-    """What is asked for along the path, or by an emergency stop."""
+    """Acceleration along the path as commanded, or that of an emergency stop."""
     most_deceleration: float = 0.0
     most_jerk: float = 0.0
 
@@ -204,7 +204,7 @@ AXIS = lay_out("PathAxis", [PathAxis], Slot)
 
 
 class PathState:
-    """Where the path is, what it was told, and what the cycle shows."""
+    """State of the path: its place, its commands, and the values of the cycle."""
 
     # pieces count from 0 on, piece n is in row n % rows
     oldest: int = 0
@@ -228,7 +228,7 @@ class PathState:
     acceleration: float = 0.0
     backwards: int = 0
     waiting: float = 0.0
-    """What is left of the dwell time."""
+    """Remaining dwell time."""
     arrived: int = 0
     """1: at rest at the end of the path."""
 
@@ -261,7 +261,7 @@ class PathState:
     smoothing_radius: float = 0.0
     cycle_time: float = 0.0
     used: int = 0
-    """How many axes there are."""
+    """Number of axes."""
 
     # gates ahead
     gates: int = 0
@@ -276,7 +276,7 @@ class PathState:
     out: int = 0
     """0 none (at rest), 1 it keeps what the gates allow, 2 also what is wanted there."""
     out_begin: float = 0.0
-    """Where it begins, in the direction of travel, with which velocity and acceleration."""
+    """Begin of the ramp, in the direction of travel, with velocity and acceleration there."""
     out_velocity: float = 0.0
     out_acceleration: float = 0.0
     out_speed: float = 0.0
@@ -284,12 +284,12 @@ class PathState:
     out_deceleration: float = 0.0
     out_jerk: float = 0.0
     out_time: float = 0.0
-    """How long it has been followed, s."""
+    """Time for which it has been followed, s."""
     out_duration: float = 0.0
     out_at: float = 0.0
     """The gate that it leads to."""
     lost: int = 0
-    """How often there was none in motion: never, if the bounds are right."""
+    """Number of times that there was none in motion: 0 if the bounds are right."""
 
     # results
     point: PathPlace = within(POINT)

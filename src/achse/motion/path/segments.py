@@ -75,7 +75,7 @@ class PathArc:
     geometry: "ArcGeometry"
     feed: float
     auxiliary: Sequence[float] = ()
-    """Where the auxiliary axes end; they go in proportion to the way. Empty: they stay."""
+    """Ends of the auxiliary axes, which go in proportion to the way. Empty: they stay."""
     block: int = 0
     exact_stop: bool = False
     start_feed: float | None = None

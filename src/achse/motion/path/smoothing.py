@@ -42,7 +42,7 @@ class Smoothing(IntEnum):
 
 
 class SmoothingSubtype(IntEnum):
-    """What the radius means."""
+    """Meaning of the radius."""
 
     RADIUS = 1
     """Radius of the tolerance ball."""
@@ -55,7 +55,7 @@ class SmoothingSubtype(IntEnum):
 def smoothing_radius(
     kind: int, subtype: int, radius: float, angle: float, before: float, after: float
 ) -> float:
-    """How far from the corner the curve begins, mm; `before` and `after`: lengths of neighbours."""
+    """Return the distance of the curve from the corner, mm; its neighbours limit it."""
     share = 0.5
     apex = 0.1875
     if kind in (Smoothing.PARABOLA, Smoothing.CUBIC, Smoothing.BEZIER):
@@ -104,7 +104,7 @@ def round_corner(
 def _deviation(
     piece: PathPiece, curve: PathPiece, following: PathPiece, state: PathState, radius: float
 ) -> float:
-    """How far the curve is from its neighbours, at most: its places from those they replace."""
+    """Return the largest distance of the curve from the places that it replaces."""
     a, b = state.before, state.after
     most = 0.0
     for n in range(1, _PLACES):

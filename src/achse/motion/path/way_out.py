@@ -125,7 +125,9 @@ def _passes(
     jerk: float,
     wanted: bool,
 ) -> bool:
-    """Whether a ramp with this deceleration and jerk keeps what the gates before the last allow."""
+    """Return True if a ramp with this deceleration and jerk keeps the limits of the gates before
+    the last.
+    """
     highest = v + 0.5 * a * a / jerk if a > 0.0 else v
     for k in range(state.gate, last):
         gate = gates[k]

@@ -58,7 +58,7 @@ OUTPUT_OBJECTS = _objects(
     (0x60B8, "probe_function", 2, False),
     (0x60FF, "target_velocity", 4, True),
 )
-"""What an axis sends."""
+"""Objects that an axis sends."""
 
 INPUT_OBJECTS = _objects(
     (0x603F, "drive_alarm", 2, False),
@@ -74,4 +74,4 @@ INPUT_OBJECTS = _objects(
     (0x60BD, "probe2_falling", 4, True),
     (0x60FD, "digital_inputs", 4, False),
 )
-"""What an axis reads."""
+"""Objects that an axis reads."""

@@ -1,4 +1,4 @@
-"""What a CiA 402 drive may leave out, and the condition that keeps an axis from being ready.
+"""Optional parts of a CiA 402 drive, and the condition that keeps an axis from being ready.
 
 Source: CiA 402-2 (bits of 6041h, optional objects); 001 §3.2 for the bits of the manual's drive.
 """
@@ -89,7 +89,7 @@ OPTIONAL_PARTS = (
 
 @dataclass(frozen=True, slots=True)
 class DriveParts:
-    """Which optional parts a drive has, by the keys of the table."""
+    """Optional parts that a drive has, by the keys of the table."""
 
     voltage_bit: bool = VOLTAGE_BIT.default
     remote_bit: bool = REMOTE_BIT.default

@@ -50,7 +50,7 @@ def _homing(control: int) -> int:
 
 
 def _control(s: Servo, probe: int) -> int:
-    """What the axis waits for with a probe of the drive."""
+    """Return the control word of a probe of the drive for the edges that the axis awaits."""
     if probe:
         return s.encoder.ctrl6
     if s.encoder.ctrl5 == 0 and s.encoder.ctrl1:

@@ -21,7 +21,7 @@ class _Links:
 
 
 class _Parameters:
-    """How the drive is used; set when it is linked."""
+    """Use of the drive; set when it is linked."""
 
     interface: int = whole(8, "ServoMode", "8 csp, 9 csv, 10 cst", 8, 10)
     inverted: int = flag(0, "the motor turns the other way round: its limit switches change places")
@@ -69,7 +69,7 @@ class _Inputs:
 
 
 class _Mapping:
-    """Which of them are in the process data, and where."""
+    """Objects in the process data, and their places."""
 
     valid: int = flag(0, "the inputs are fresh and the drive takes outputs: working counter and Op")
     absent: int = flag(0, "the bus has looked for the drive and has not found it")
@@ -89,7 +89,7 @@ class _Mapping:
 
 
 class _State:
-    """What is under way."""
+    """Pending changes."""
 
     power: int = whole(0, "1", "state of the power drive system, as in `achse.motion.servo.power`")
     following: int = flag(0, "the drive is enabled and takes set values")

@@ -39,7 +39,7 @@ _CODES = {1: "b", 2: "h", 4: "i"}
 
 @dataclass(frozen=True, slots=True)
 class ServoOptions:
-    """How an axis uses its drive.
+    """Use of a drive by its axis.
 
     `interface` is what it sends. `home_offset` is 607Ch in increments. `dead_time` in seconds is
     from the set value to the actual value that shows it, None lets it be measured in csp. `parts`
@@ -79,7 +79,7 @@ class ServoView(_Servo):
 
     @property
     def missing_condition(self) -> str:
-        """What keeps its axis from being ready, empty if nothing does; for valid data only."""
+        """Condition that keeps its axis from being ready, or an empty text; for valid data only."""
         return missing_condition(self, self.parts)
 
 
@@ -193,7 +193,7 @@ class Servos:
 
     @property
     def kernel_arguments(self) -> tuple[int, ...]:
-        """What machine code takes for the records and their words."""
+        """Arguments of machine code for the records and their words."""
         address, count = self._store.arguments
         return address, count, address, count * SERVO.words
 
@@ -220,12 +220,12 @@ _LATCHED = {
     TOUCH_PROBES: 0x60BB,
     TOUCH_PROBES + 1: 0x60BD,
 }
-"""Where a drive keeps the position of an edge: rising ones of the probes, then falling ones."""
+"""Objects of the latched positions: rising edges of the probes, then falling ones."""
 
 _SWITCH_S = 0.2
 _RESET_S = 1.0
 _MODE_S = 0.05
-"""How long a change of the mode may take, a reset is tried, a change without 6061h takes."""
+"""Longest time of a change of the mode, a reset, or a change without 6061h, s."""
 
 
 def _checked(

@@ -24,7 +24,7 @@ class _Store(Protocol):
 
 
 class Characteristics:
-    """Which drive uses which table; `pieces` are what the kernel reads."""
+    """Assignment of drives to tables; `pieces` are read by the kernel."""
 
     def __init__(self, axes: Callable[[], Iterable[TableUser]], tables: _Store) -> None:
         self._axes = axes
@@ -37,7 +37,7 @@ class Characteristics:
         """Told when `pieces` are others."""
 
     def user_count(self, table_id: int) -> int:
-        """How many drives and simulated valves use a table."""
+        """Return the number of drives and simulated valves that use a table."""
         return [used for _, used, _ in self._used()].count(table_id)
 
     def choose(self, drive: Any, table_id: int) -> None:

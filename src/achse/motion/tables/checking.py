@@ -1,4 +1,4 @@
-"""What a table is looked at for before it is joined: the steps of its places, how far it reaches.
+"""Checks of a table before it is joined: the steps of its places, and its range.
 
 Kernel source: `extremes` is compiled as it stands where machine code is at hand; `extremes_of`
 takes what is faster, with the same result.

@@ -1,4 +1,4 @@
-"""What a table cannot be."""
+"""Errors of a table."""
 
 from achse.codes import NcError
 

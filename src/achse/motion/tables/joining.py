@@ -18,7 +18,7 @@ __all__ = ["JOINING", "Boundary", "join"]
 
 
 class Boundary(IntEnum):
-    """What the spline of a cam table does at its ends."""
+    """Boundary condition of the spline of a cam table."""
 
     BY_TYPE = 0
     """Periodic in a cyclic table, slopes of 0 in a linear one."""

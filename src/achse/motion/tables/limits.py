@@ -1,4 +1,4 @@
-"""How large the tables may be that clients make: no request about one keeps others waiting.
+"""Largest sizes of tables from clients: no request about one keeps others waiting.
 
 A table is looked at and joined whole where a slave begins to follow it, between two cycles.
 Machine code does 65,000 rows in some ms, plain Python 10,000 in some tens. Tables of the

@@ -141,7 +141,7 @@ class CamMemory:
         return self.numbers.buffer_info()
 
     def take(self, size: int) -> int:
-        """Where a block of this many numbers begins; its content is whatever it is."""
+        """Return the begin of a block of this many numbers; its content is undefined."""
         begin = _FIRST_BLOCK
         for taken in sorted(self._blocks):
             if taken - begin >= size:

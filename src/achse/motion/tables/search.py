@@ -274,7 +274,7 @@ def _within(curve: MonotoneCurve, value: float, place: float, backwards: bool) -
 
 
 def _cross(read: Callable[[float], float], value: float, near: float, far: float) -> float:
-    """Where a curve that rises or falls between two places has a value."""
+    """Return the place between two others where a rising or falling curve has a value."""
     side = read(near) - value
     for _ in range(_HALVINGS):
         middle = 0.5 * (near + far)

@@ -52,7 +52,7 @@ _POINTS_STAY = (
 
 
 def _returns(layer: Any) -> bool:
-    """Whether a layer has other points for one cycle, and waits for those from before."""
+    """Return True if a layer has other points for one cycle, and waits for those from before."""
     return bool(layer.change.kind == CHANGE_POINTS and layer.change.returns)
 
 
@@ -68,9 +68,9 @@ class Tables:
         self.characteristics = Characteristics(axes, self)
         self.cams = CamMemory()
         self._blocks: dict[tuple[int, int], int] = {}
-        """Where in `cams` a table lies, by its id and interpolation."""
+        """Begin of each table in `cams`, by its id and interpolation."""
         self._newest: dict[tuple[int, int], int] = {}
-        """Where in there the points of a motion function that has been changed are."""
+        """Begin of the points of a changed motion function in `cams`."""
         self.laid_out: Callable[[], None] = lambda: None
         """Told when `cams` are elsewhere; `characteristics.laid_out` when its curves are others."""
 
@@ -148,7 +148,7 @@ class Tables:
         self._made.discard(table_id)
 
     def user_count(self, table_id: int) -> int:
-        """How many drives, simulated valves and slaves use a table."""
+        """Return the number of drives, simulated valves and slaves that use a table."""
         drives = self.characteristics.user_count(table_id)
         slaves = sum(table_id == used for _, used, _ in cams_in_use(self._axes()))
         named = sum(table_id in axis.cam_list for axis in self._axes())
@@ -368,7 +368,7 @@ class Tables:
     # -- cams --------------------------------------------------------------------------------
 
     def cam(self, table_id: int, interpolation: int) -> int:
-        """Where in `cams` a cam lies, joined like this; it is kept while a slave uses it.
+        """Return the begin in `cams` of a table joined like this; it is kept while a slave uses it.
 
         Raises TableError: 0x4261 no table, 0x4262 not for slaves, 0x4256 nothing was written to it,
         0x4A08 interpolation, 0x4A21 too few rows for it, 0x4A06 … no function.

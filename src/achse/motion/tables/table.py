@@ -87,7 +87,7 @@ class TableParameters:
 
 
 class TableScaling(NamedTuple):
-    """How a monotonic table is read: place = offset + scaling · number, in both columns.
+    """Scaling of a monotonic table: place = offset + scaling · number, in both columns.
 
     `range_low` and `range_high` bound the rows for which it holds, by their number in the first
     column; both 0: for all. `weight` multiplies the values of these rows.
@@ -103,7 +103,7 @@ class TableScaling(NamedTuple):
 
 
 class PointActivation(NamedTuple):
-    """When changed points of a motion function become active, and how it is scaled then (0x1A)."""
+    """Activation of the changed points of a motion function, and its scaling then (0x1A)."""
 
     activation: int = 0
     """`CamActivation`"""
@@ -159,23 +159,23 @@ class Table:
         self.motion = bytearray(8 * self.size if of_points else 0)
         self.scaling = TableScaling()
         self.boundary = Boundary.BY_TYPE, 0.0, 0.0
-        """What a spline does at its ends, and its slopes there."""
+        """Boundary condition of a spline, and its slopes at its ends."""
         self.nominal_velocity = 1.0
         """Master velocity for which characteristic values are shown."""
         self.filled = False
-        """Whether anything was written to it."""
+        """True if anything was written to it."""
         self._function: tuple[array[float], array[float]] | None = None
         self._steps = 0.0, 0.0
         """Bounds of the distances of the places in there."""
         self._elements: array[float] | None = None
         self.online = PointActivation()
-        """How changed points become active where a slave uses them."""
+        """Activation of changed points where a slave uses them."""
         self.last_written = 0
         """Index of the number that was written last."""
 
     @property
     def of_points(self) -> bool:
-        """Whether it is a motion function: it has points instead of numbers."""
+        """True if it is a motion function: it has points instead of numbers."""
         return self.table_main_type == TableType.MOTION_FUNCTION
 
     def demand_points(self) -> None:
@@ -189,7 +189,7 @@ class Table:
 
     @property
     def cyclic(self) -> bool:
-        """Whether it goes on from its first row when the last is passed."""
+        """True if it goes on from its first row when the last is passed."""
         return self.table_sub_type in CYCLIC
 
     @property
@@ -321,7 +321,7 @@ class Table:
         return self._function
 
     def _unlike_a_function(self, places: "array[float]", far: float) -> TableError | None:
-        """What is wrong with steps of these bounds and numbers that reach so far."""
+        """Return the error in steps of these bounds and numbers that reach so far, or None."""
         shortest, longest = self._steps
         if not shortest >= _SHORTEST_STEP:
             return TableError(

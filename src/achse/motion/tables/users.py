@@ -1,4 +1,4 @@
-"""Who uses tables: an axis with its drives, and as a slave with its cams.
+"""Users of tables: an axis with its drives, and as a slave with its cams.
 
 What uses a table follows from the records of the axes alone, so a slave that the cycle lets go has
 let its tables go too.
@@ -32,7 +32,7 @@ class TableUser(Protocol):
 
     @property
     def rows(self) -> Any:
-        """What the kernel walks; `cams` of it are the numbers of all tables."""
+        """Rows of the kernel; `cams` of it are the numbers of all tables."""
 
     @property
     def drives(self) -> Sequence[Any]:

@@ -15,7 +15,7 @@ _NEAR = 1e-6
 
 
 def forward(numbers: Sequence[float], axes: Sequence[float], places: MutableSequence[float]) -> int:
-    """Where the rods meet; nowhere if the arms' ends are too far apart."""
+    """Compute the point where the rods meet; none if the arms' ends are too far apart."""
     half = 0.5 * numbers[0]
     x1 = -half + numbers[1] * cos(radians(axes[0]))
     y1 = numbers[1] * sin(radians(axes[0]))

@@ -11,7 +11,7 @@ __all__ = ["forward", "inverse"]
 
 
 def forward(numbers: Sequence[float], axes: Sequence[float], places: MutableSequence[float]) -> int:
-    """Where the tool is."""
+    """Compute the place of the tool."""
     for n in range(len(axes)):
         places[n] = axes[n]
     x = numbers[0] + numbers[3] * axes[0]
@@ -24,7 +24,7 @@ def forward(numbers: Sequence[float], axes: Sequence[float], places: MutableSequ
 
 
 def inverse(numbers: Sequence[float], places: Sequence[float], axes: MutableSequence[float]) -> int:
-    """Where the axes are; an angle of 90° has no solution."""
+    """Compute the positions of the axes; an angle of 90° has no solution."""
     lean = radians(numbers[6])
     if abs(cos(lean)) < 1e-9 or numbers[3] * numbers[4] * numbers[5] == 0.0:
         return 0

@@ -11,7 +11,7 @@ __all__ = ["forward", "inverse"]
 
 
 def forward(numbers: Sequence[float], axes: Sequence[float], places: MutableSequence[float]) -> int:
-    """Where the end of the second arm is."""
+    """Compute the end of the second arm."""
     for n in range(len(axes)):
         places[n] = axes[n]
     first = radians(axes[0])

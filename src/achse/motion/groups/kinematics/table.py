@@ -15,7 +15,7 @@ Transformation = Callable[[Sequence[float], Sequence[float], MutableSequence[flo
 
 
 class KinematicsLaw(NamedTuple):
-    """How axes and places belong together."""
+    """Law between axes and places."""
 
     forward: Transformation
     inverse: Transformation
