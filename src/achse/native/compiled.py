@@ -90,12 +90,12 @@ class Kernel:
 
     @property
     def cached(self) -> bool:
-        """Whether the machine code is there already, or must be compiled: about two seconds."""
+        """True if the machine code is in the cache; compiling takes about two seconds."""
         return self.path.exists()
 
     @cached_property
     def available(self) -> bool:
-        """Whether there can be machine code: a compiler, and sources to compile; if not, logged."""
+        """True if there can be machine code: a compiler, and sources to compile; if not, logged."""
         if not compiler_installed():
             _LOG.info("the %s kernel runs as plain Python: llvmlite is not installed", self.name)
             return False

@@ -21,7 +21,7 @@ _CONSTANT, _JUMP = dis.opmap["LOAD_CONST"], dis.opmap["JUMP_FORWARD"]
 _NOTHING, _EXTENDED = dis.opmap["NOP"], dis.opmap["EXTENDED_ARG"]
 _CACHE = 0
 _METHOD = sys.version_info >= (3, 12)
-"""Whether the lowest bit of the argument of LOAD_ATTR tells a method."""
+"""True if the lowest bit of the argument of LOAD_ATTR marks a method."""
 
 
 def fold_members(entry: FunctionType) -> None:

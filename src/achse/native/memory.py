@@ -78,7 +78,7 @@ class RowView:
 
     @property
     def address(self) -> int:
-        """Where the record begins."""
+        """Address of the record."""
         return self._address + self._first
 
     def refer(self, slot: Slot, record: "RowView") -> None:
@@ -94,7 +94,9 @@ class RowView:
         return bytes(row[: layout.form.size])
 
     def place(self, slot: Slot, size: int) -> "MemoryCell | None":
-        """Where the first `size` bytes of a field lie, the lowest first; None on other machines."""
+        """Return the place of the first `size` bytes of a field, the lowest first; None on other
+        machines.
+        """
         if sys.byteorder != "little":
             return None
         offset = self._first + 8 * slot.offset
@@ -122,11 +124,11 @@ def structure_of(layout: RecordLayout[Any]) -> type[ctypes.Structure]:
 
 
 Spot = tuple[int, int, int]
-"""What is equal for equal places: identity of the memory, offset, size."""
+"""Key that equal places share: identity of the memory, offset, size."""
 
 
 class MemoryCell:
-    """Where a value lies: `size` bytes at `offset` of `memory`; called, it reads them.
+    """Place of a value: `size` bytes at `offset` of `memory`; called, it reads them.
 
     `address` is that of a value which begins a word of memory that stays where it is, else 0.
     """

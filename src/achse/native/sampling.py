@@ -23,7 +23,7 @@ _NOTHING = 0, b""
 
 
 class SampledValue:
-    """What `take_changed` knows of a value."""
+    """Description of a value for `take_changed`."""
 
     place: int = 0
     """Its first word in the memory."""
@@ -32,7 +32,7 @@ class SampledValue:
     mask: int = 0
     """The bits of its last word that count."""
     header: int = 0
-    """What is sent before it, 8 bytes."""
+    """Header that is sent before it, 8 bytes."""
 
 
 LAYOUT = lay_out("SampledValue", [SampledValue], Slot)
@@ -104,7 +104,7 @@ class Sampler:
         self._call = gather(readers[n] for n in called) if called else None
         self._called_form = struct.Struct("".join(f"{len(last[n]) + 7 & -8}s" for n in called))
         self._called = array("q", bytes(self._called_form.size))
-        """What the readers that are called gave."""
+        """Values of the readers that are called."""
         self._table = array("q")
         address = self._called.buffer_info()[0]
         for read, header, value in zip(readers, headers, last, strict=True):
@@ -130,7 +130,9 @@ class Sampler:
         return self._form.unpack(self._last)
 
     def sample(self) -> tuple[int, bytes] | None:
-        """How many values changed, and these with their headers; None if one cannot be read."""
+        """Return the number of changed values, and these with their headers; None if one cannot be
+        read.
+        """
         if self._call is not None:
             values = self._call()
             if None in values:
@@ -163,5 +165,5 @@ def _computed_together(readers: Iterable[Callable[[], Any]]) -> dict[ComputedFie
 
 
 def is_fixed(read: Callable[[], Any]) -> bool:
-    """Whether machine code can read it."""
+    """Return True if machine code can read it."""
     return isinstance(read, ComputedCell) or (isinstance(read, MemoryCell) and read.address != 0)

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 __all__ = ["FunctionBuilder", "Label", "LocalVariable"]
 
 Label = str
-"""Where a function can go on."""
+"""Place where a function can continue."""
 
 _DEPTH_BEFORE = "%depth.before"
 
@@ -110,7 +110,7 @@ class FunctionBuilder(Instructions):
 
     @contextmanager
     def opening(self) -> Iterator[None]:
-        """What is written within comes before all that was written already."""
+        """Put the instructions written within before all that were written already."""
         lines, ended = self._lines, self._ended
         self._lines, self._ended = [], False
         yield
@@ -118,7 +118,7 @@ class FunctionBuilder(Instructions):
 
     @contextmanager
     def draft(self) -> Iterator[None]:
-        """What is written within is thrown away: to learn the type of what it would give."""
+        """Discard the instructions written within: they show the type of a result."""
         lines, slots, ended = len(self._lines), len(self._slots), self._ended
         cold, slot_bytes = len(self._cold), self._slot_bytes
         yield
@@ -223,11 +223,11 @@ class FunctionBuilder(Instructions):
 
     @property
     def ended(self) -> bool:
-        """Whether nothing comes to the present place: after a jump, before the next `begin`."""
+        """True if no instruction reaches this place: after a jump, before the next `begin`."""
         return self._ended
 
     def begin(self, label: Label) -> None:
-        """What follows is at this label; what came before goes on here."""
+        """Begin a block at this label; the block before it continues there."""
         if not self._ended:
             self.jump(label)
         self._lines.append(f"{label}:")
@@ -282,7 +282,7 @@ class FunctionBuilder(Instructions):
         return self._call(target, function, arguments)
 
     def function_address(self, function: CallTarget) -> Operand:
-        """Where a function of the module is, for a table of methods."""
+        """Return the address of a function of the module, for a table of methods."""
         return Operand(ADDRESS, function.symbol)
 
     def call_at(
@@ -374,7 +374,7 @@ class FunctionBuilder(Instructions):
 
     @property
     def handler(self) -> Label | None:
-        """Where faults lead to; None: out of the function."""
+        """Label of the handler of faults; None: faults leave the function."""
         return self._handler
 
     @contextmanager
@@ -387,7 +387,7 @@ class FunctionBuilder(Instructions):
 
     @contextmanager
     def aside(self, label: Label) -> Iterator[None]:
-        """What is written within, at a label, is out of the usual way."""
+        """Put the instructions written within, at a label, aside from the usual path."""
         lines, ended = self._lines, self._ended
         self._lines, self._ended = [f"{label}:"], False
         yield

@@ -39,7 +39,7 @@ _looks: dict[Path, tuple[int, int]] = {}
 
 
 def cache_directory() -> Path:
-    """Where machine code is kept."""
+    """Return the directory of machine code."""
     named = os.environ.get("ACHSE_CACHE_DIR")
     if named:
         return Path(named)
@@ -52,7 +52,7 @@ class ObjectCache:
 
     def __init__(self, name: str, digest: str) -> None:
         self.path = cache_directory() / f"{name}-{digest}{_OBJECT}"
-        """Where it is, or would be."""
+        """File of the machine code, which need not exist."""
 
     def load(self) -> bytes | None:
         """The object file; None if it is not there, or not as it was put there.
@@ -130,7 +130,7 @@ def _make_room(folder: Path, newest: Path) -> int:
 
 
 def _distrusted(path: Path) -> str:
-    """Why others may have written `path`; empty if only this user may.
+    """Return the reason why others may have written `path`; empty if only this user may.
 
     On Windows nothing is looked at: the folders of a user are the user's.
     """

@@ -114,7 +114,7 @@ class Instructions:
         return self.select(minus_one, self.negate(a), quotient)
 
     def remainder(self, a: Operand, b: Operand) -> Operand:
-        """What `divide` leaves over, with the sign of a; of floats as `fmod`; 0 if b is 0."""
+        """Return the remainder of `divide` with the sign of a; of floats as `fmod`; 0 if b is 0."""
         if self._alike(a, b).is_real:
             return self.math("fmod", a, b)
         operation = "srem" if a.type.signed else "urem"
@@ -232,7 +232,7 @@ class Instructions:
     # -- comparisons and choices -------------------------------------------------------------
 
     def compare(self, relation: Relation, a: Operand, b: Operand) -> Operand:
-        """Whether the relation holds, by the type's own order; with a NaN only NOT_EQUAL does."""
+        """Return a bool that is true if the relation holds; with a NaN only NOT_EQUAL does."""
         type = self._alike(a, b)
         real, signed, unsigned = relation.value
         if type.is_real:

@@ -43,16 +43,16 @@ DEEPEST = 1000
 
 
 class Effort(Enum):
-    """How much time the compiler takes: LLVM's level."""
+    """Effort of the compiler: LLVM's level."""
 
     FAST = 0
     """No passes, the quick selection of instructions: 40 µs for a statement."""
     FULL = 2
-    """What LLVM calls O2, without loops unrolled or made vectors: floats stay as they are."""
+    """LLVM's O2, without loops unrolled or made vectors: floats stay as they are."""
 
 
 def compiler_installed() -> bool:
-    """Whether llvmlite can be imported, without importing it."""
+    """Return True if llvmlite can be imported, without importing it."""
     with suppress(ValueError):  # find_spec of a module that is None in sys.modules
         return importlib.util.find_spec("llvmlite") is not None
     return False
@@ -87,7 +87,7 @@ def compile_module(module: ModuleBuilder | str, effort: Effort = Effort.FULL) ->
 
 
 def address_of(buffer: bytearray | memoryview, offset: int = 0) -> int:
-    """Where a byte of a writable buffer is; the buffer must not be moved by growing."""
+    """Return the address of a byte of a writable buffer, which must not be moved by growing."""
     return ctypes.addressof(ctypes.c_char.from_buffer(buffer, offset))
 
 
@@ -159,7 +159,7 @@ class MachineCode:
 
     @property
     def notes(self) -> bytes:
-        """What the front end wrote into the module."""
+        """Notes of the front end in the module."""
         place = self._engine.get_global_value_address(NOTES[1:])
         if not place:
             return b""
@@ -167,7 +167,7 @@ class MachineCode:
 
     @property
     def budget(self) -> int:
-        """What `spend` has left; below 0 once it was not enough. 0 in a module without."""
+        """Budget that `spend` has left; below 0 once it was not enough. 0 in a module without."""
         return int(self._budget[0]) if self._budget else 0
 
     @budget.setter
@@ -242,7 +242,7 @@ class MachineCode:
         return self._words(f'@"words.{name}"', self._interface.words[name])
 
     def table(self, name: str, length: int) -> list[int]:
-        """Where the functions of a table are."""
+        """Return the addresses of the functions of a table."""
         return list(self._words(f'@"table.{name}"', length))
 
     def caught(self) -> tuple[BaseException, list[int]]:
@@ -341,7 +341,8 @@ def _target_machine(effort: Effort) -> Any:
 
 
 def _addressing(effort: Effort) -> dict[str, str]:
-    """How code reaches constants and functions; LLVM's own choice is by addresses of 64 bits.
+    """Return the addressing of constants and functions; LLVM's own choice is by addresses of 64
+    bits.
 
     On x86-64 these are three instructions for each constant and call, a tenth of a kernel. Offsets
     do where all of an object file lies close together, and calls outside go by a table; the quick
@@ -353,7 +354,7 @@ def _addressing(effort: Effort) -> dict[str, str]:
 
 
 def _lies_close_together(content: bytes) -> bool:
-    """Whether an object file reaches what is in it by offsets."""
+    """Return True if an object file reaches its own content by offsets."""
     import llvmlite.binding as llvm
 
     sections = llvm.ObjectFileRef.from_data(content).sections()

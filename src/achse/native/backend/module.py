@@ -40,7 +40,7 @@ C_FUNCTIONS = (*MATH, "memcmp", "strlen", "strcmp", "strncmp")
 
 @dataclass(frozen=True, slots=True)
 class ModuleInterface:
-    """What a module offers Python and expects from it; enough to load its machine code."""
+    """Interface of a module to Python; enough to load its machine code."""
 
     functions: Mapping[str, CallTarget] = field(default_factory=dict)
     callbacks: Mapping[str, FunctionSignature] = field(default_factory=dict)

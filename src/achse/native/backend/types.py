@@ -54,7 +54,7 @@ class MachineType:
 
     @property
     def is_whole(self) -> bool:
-        """Whether it is a whole number: neither float, bool nor address."""
+        """True if it is a whole number: neither float, bool nor address."""
         return not self.is_real and self is not BOOL and self is not ADDRESS
 
     @property
@@ -69,7 +69,7 @@ class MachineType:
 
     @property
     def extension(self) -> str:
-        """How a narrow number fills a register of the C calling convention."""
+        """Extension of a narrow number to a register of the C calling convention."""
         if self.is_real or self.bits >= 32:
             return ""
         return "signext " if self.signed else "zeroext "
@@ -110,13 +110,13 @@ class Operand:
 
     @property
     def is_constant(self) -> bool:
-        """Whether it is a number that is known while the function is written."""
+        """True if it is a number that is known while the function is written."""
         return self.text[0] not in "%@"
 
 
 @dataclass(frozen=True, slots=True)
 class FunctionSignature:
-    """What a function takes and gives; more than one result only between machine functions."""
+    """Parameters and results of a function; more than one result only between machine functions."""
 
     parameters: tuple[MachineType, ...] = ()
     results: tuple[MachineType, ...] = ()
@@ -140,13 +140,13 @@ class FunctionSignature:
 
 @dataclass(frozen=True, slots=True)
 class CallTarget:
-    """What can be called: a function of the module, of Python or of the C library."""
+    """Target of a call: a function of the module, of Python or of the C library."""
 
     symbol: str
     signature: FunctionSignature
     faults: bool = False
-    """Whether a call may end with a fault, which the caller then passes on."""
+    """True if a call may end with a fault, which the caller then passes on."""
     pointer: bool = False
-    """Whether `symbol` is a place that holds the address."""
+    """True if `symbol` is a place that holds the address."""
     convention: bool = False
-    """Whether it keeps to the C calling convention."""
+    """True if it keeps to the C calling convention."""

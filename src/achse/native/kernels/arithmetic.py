@@ -1,4 +1,4 @@
-"""What Python's numbers do, in instructions of the back end: conversions, operators, functions.
+"""Arithmetic of Python in instructions of the back end: conversions, operators, functions.
 
 Before each operation that raises in Python, a checked translation asks whether it would; an
 unchecked one has some result then.
@@ -83,7 +83,7 @@ class TranslationError(Exception):
 
 
 class KernelSignature(Protocol):
-    """What a caller has to know of a function of the kernel."""
+    """Signature of a function of the kernel for its callers."""
 
     machine: CallTarget
     names: Sequence[str]
@@ -119,7 +119,7 @@ class Arithmetic:
         self.code = code
 
     def refusal(self, node: ast.AST, what: str) -> TranslationError:
-        """Where the source leaves the kernel's language."""
+        """Return the error for source outside the kernel's language."""
         code = self.function.__code__
         return TranslationError(f"{code.co_filename}:{self._line(node)}: {code.co_name}: {what}")
 
@@ -156,7 +156,7 @@ class Arithmetic:
         raise self.refusal(node, f"{described(value.kind)} where {described(kind)} belongs")
 
     def truth(self, value: KernelValue, node: ast.AST) -> Operand:
-        """Whether a number is not 0."""
+        """Return a bool that is true if a number is not 0."""
         if not isinstance(value.kind, Scalar):
             raise self.refusal(node, "only numbers are true or false")
         return self.code.convert(value.operands[0], BOOL.machine)

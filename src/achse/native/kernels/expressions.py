@@ -44,7 +44,7 @@ _INDEX = IndexError, "index {0} of {1} elements"
 
 @dataclass(frozen=True, slots=True)
 class NumberLocation:
-    """Where a number is in a record or a sequence."""
+    """Location of a number in a record or a sequence."""
 
     kind: Scalar
     address: Operand
@@ -152,7 +152,7 @@ class ExpressionCompiler(Arithmetic):
         raise self.refusal(node, f"{type(node).__name__} is not part of the kernel's language")
 
     def static(self, node: ast.expr) -> tuple[bool, Any]:
-        """What a name outside the function stands for, if it is one."""
+        """Return True and the value of a name outside the function, or False and None."""
         if isinstance(node, ast.Name):
             if node.id in self.rows:
                 return True, self.rows[node.id]
@@ -328,7 +328,7 @@ class ExpressionCompiler(Arithmetic):
         return self.relation(op, self.number(left), self.number(right), left)
 
     def contained(self, left: ast.expr, right: ast.expr, inside: bool) -> Operand:
-        """Whether a number is one of a tuple."""
+        """Return a bool that is true if a number is one of a tuple."""
         value, among = self.number(left), self.value(right)
         if not isinstance(among.kind, Several):
             raise self.refusal(right, f"{ast.unparse(right)} is not a tuple")

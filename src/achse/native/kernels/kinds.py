@@ -1,4 +1,4 @@
-"""What a value is in a translated kernel: a number, a record, a row of them, a tuple, tables."""
+"""Kinds of values in a translated kernel: a number, a record, a row of them, a tuple, tables."""
 
 from dataclasses import dataclass
 from typing import Any, TypeAlias

@@ -1,4 +1,4 @@
-"""Where checked machine code leaves, and the exception that Python raises there."""
+"""Fault sites: places where checked machine code leaves, and the exception of Python there."""
 
 import builtins
 import json
@@ -18,7 +18,7 @@ class TrapSite:
     function: str
 
     def exception(self, first: int, second: int) -> Exception:
-        """What Python raises there."""
+        """Return the exception that Python raises there."""
         kind: type[Exception] = getattr(builtins, self.error)
         text = self.text.format(first, second)
         return kind(f"{self.file}:{self.line}: {self.function}: {text}")

@@ -87,7 +87,9 @@ def translate(
 def interface_of(
     entry: FunctionType, layouts: Mapping[type, RecordLayout[Any]], *, checked: bool = False
 ) -> ModuleInterface:
-    """How the machine code of `entry` is called; TranslationError if Python cannot call it."""
+    """Return the interface of the machine code of `entry`; TranslationError if Python cannot call
+    it.
+    """
     _, kinds, result = _annotated(entry, layouts)
     parameters = tuple(machine for kind in kinds for machine in machine_types(kind))
     signature = FunctionSignature(parameters, machine_types(result))
@@ -163,7 +165,7 @@ class _Translation:
     # -- what functions ask for --------------------------------------------------------------
 
     def callee(self, function: FunctionType, ways: Ways = ()) -> _Function:
-        """How to call a function, which becomes part of the translation.
+        """Return the target for calls of a function, which becomes part of the translation.
 
         Each of its ways is a copy of its own: the compiler leaves out there what is never done.
         """
