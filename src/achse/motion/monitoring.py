@@ -500,7 +500,7 @@ def show_state(ax: AxisFields, fast: bool = False) -> None:
     if ax.coupling.law:
         state += _FOLLOWING
         if ax.coupling.law in CAM_COUPLINGS:
-            state |= ax.cam_status
+            state |= ax.camming.status
         if ax.sync.state:
             motion = ax.sync.state
     if not fast:

@@ -226,6 +226,7 @@ class _AxisLinks(InternalFields):
     application: ApplicationRequest = _part("application request", ApplicationRequest)
     border: Border = _part("border", Border)
     buffer: CommandBuffer = _part("command buffer", CommandBuffer)
+    camming: CamSlave = _part("camming", CamSlave)
     coupling: SlaveCoupling = _part("coupling", SlaveCoupling)
     delayed_error: DelayedError = _part("delayed error", DelayedError)
     external: ExternalMotion = _part("external motion", ExternalMotion)
@@ -262,7 +263,6 @@ class AxisFields(
     MonitoringInternal,
     GeneratorMemory,
     Followers,
-    CamSlave,
 ):
     """All fields of the axis itself."""
 

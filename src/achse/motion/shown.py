@@ -51,7 +51,9 @@ def _table(axis: Any) -> float:
     """Id of the table that a slave follows, of several that of the first."""
     if axis.coupling.law not in CAM_COUPLINGS:
         return 0
-    return next((layer.now.table for layer in axis.cams[: axis.cam_count] if layer.now.table), 0)
+    return next(
+        (layer.now.table for layer in axis.cams[: axis.camming.count] if layer.now.table), 0
+    )
 
 
 def _rows(*rows: ShownField) -> dict[str, ShownField]:

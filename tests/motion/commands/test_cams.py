@@ -444,7 +444,7 @@ ADD, EXCHANGE, REMOVE = CamOperation.ADDITIVE, CamOperation.EXCHANGE, CamOperati
 def test_slave_of_one_cam_couples_whatever_the_operation() -> None:
     nc = build()
     assert couple(nc, 10, 1, EXCHANGE) == 0
-    assert nc.axis(2).cam_count == 1
+    assert nc.axis(2).camming.count == 1
 
 
 def test_cam_may_begin_beside_its_master_if_the_slave_is_not_fixed() -> None:
@@ -477,7 +477,7 @@ def test_further_cams_count_all_that_are_at_work() -> None:
     assert couple(nc, 11, slave_absolute=0) == 0
     nc.cycle()
     assert slave.set_position == pytest.approx(60.0)
-    assert (slave.cam_count, slave.coupling.master_count) == (3, 1)
+    assert (slave.camming.count, slave.coupling.master_count) == (3, 1)
 
 
 @pytest.mark.parametrize(
@@ -556,4 +556,4 @@ def test_correction_that_runs_again_takes_its_own_place() -> None:
     for _ in range(5):
         assert commands.follow_correction(axis, 10) == 0
         nc.cycle()
-    assert (axis.cam_count, axis.coupling.master_count, nc.axis(1).coupling_state) == (2, 1, 0)
+    assert (axis.camming.count, axis.coupling.master_count, nc.axis(1).coupling_state) == (2, 1, 0)

@@ -260,12 +260,12 @@ def test_slave_may_jump_within_its_position_window(slave: Any) -> None:
     ],
 )
 def test_status_shows_what_waits(slave: Any, kinds: tuple[int, int], bits: int) -> None:
-    slave.cam_count = 2
-    slave.cam_status = slave.cam_changes = 1
+    slave.camming.count = 2
+    slave.camming.status = slave.camming.changes = 1
     for each, kind in zip(slave.cams, (*kinds, CHANGE_BEGIN), strict=False):
         each.change.kind = kind
     show_waiting(slave)
-    assert (slave.cam_status, slave.cam_changes) == (bits, int(bits != 0))
+    assert (slave.camming.status, slave.camming.changes) == (bits, int(bits != 0))
 
 
 def test_law_of_all_cams_but_one() -> None:
@@ -282,7 +282,7 @@ def test_law_of_all_cams_but_one() -> None:
     unused.now.table = 0
     ax: Any = SimpleNamespace(
         coupling=SimpleNamespace(law=1, masters=[0], slave_base=1.0),
-        cam_count=3, cams=[first, second, unused, layer()],
+        camming=SimpleNamespace(count=3), cams=[first, second, unused, layer()],
         phasing_position=0.0, phasing=SimpleNamespace(velocity=0.0, acceleration=0.0),
     )  # fmt: skip
     # cam position 40: 15, with a slope of 1/2 by the cam, 1/4 by the master
@@ -348,7 +348,7 @@ def test_change_makes_references_offsets_and_scalings(
     it.next.slave_offset, it.next.slave_scaling = 1.0, 3.0
     it.next.master_absolute, it.next.slave_absolute = absolute
     ax: Any = SimpleNamespace(
-        set=SimpleNamespace(position=20.0), cam_count=1, cams=[it],
+        set=SimpleNamespace(position=20.0), camming=SimpleNamespace(count=1), cams=[it],
         coupling=SimpleNamespace(law=1, masters=[0], slave_base=20.0),
         phasing_position=0.0, phasing=SimpleNamespace(velocity=0.0, acceleration=0.0),
     )  # fmt: skip
@@ -371,7 +371,9 @@ def test_change_makes_references_offsets_and_scalings(
 def test_cam_that_begins_beside_others_stays_where_nothing_is_added() -> None:
     it, other = layer(CHANGE_BEGIN), layer()
     it.change.slave_type, it.next.slave_absolute, it.next.slave_scaling = AUTO, 1, 3.0
-    ax: Any = SimpleNamespace(set=SimpleNamespace(position=20.0), cam_count=2, cams=[it, other])
+    ax: Any = SimpleNamespace(
+        set=SimpleNamespace(position=20.0), camming=SimpleNamespace(count=2), cams=[it, other]
+    )
     assert cams.planned(ax, rows(cyclic=True), it, 88.0, CAM_LAW.plain()) == 0.0
     assert jump_of(ax, rows(cyclic=True), it, 88.0) == 0.0
 
@@ -393,7 +395,7 @@ def test_change_waits_while_it_would_lead_beyond_a_soft_limit(
     it.now.slave_scaling, it.next.master_scaling, it.change.master_type = 1.0, SCALING, OFF
     lead: Any = both.axes[0].leading_value
     lead.position = it.seen = OFFSET + SCALING * 70.0
-    ax.cams[0], ax.cam_count, ax.set.position = it, 1, 32.0
+    ax.cams[0], ax.camming.count, ax.set.position = it, 1, 32.0
     ax.coupling.offset, ax.max_velocity, ax.drive.reference_velocity = superposed, 1e4, 1e4
     ax.limits.active, ax.limits.low, ax.limits.high = 1, -50.0, 60.0
     it.next.slave_offset = 4.0 if superposed > 0.0 else 0.0

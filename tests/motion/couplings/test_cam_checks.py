@@ -165,7 +165,7 @@ class Plant:
         table_id = FUNCTION if kind == 13 else dice.choice(TABLES)
         demand, master, running = self.demand(table_id), dice.randint(1, MASTERS), 0
         if slave.coupling.law:
-            layer = dice.choice(slave.cams[: slave.cam_count])
+            layer = dice.choice(slave.cams[: slave.camming.count])
             running = layer.now.table
             if dice.random() < 0.7:
                 master = self.nc.axis(layer.master + 1).axis_id

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from itertools import pairwise
 from math import cos, inf, nan, pi, sin
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -173,15 +174,15 @@ def new_layer(cam: int) -> Any:
 
 
 class Slave:
-    """What tables see of an axis."""
+    """Axis as tables see it."""
 
-    axis_id = cam_count = 1
-    coupling = 13
+    axis_id = 1
+    camming = SimpleNamespace(count=1, tables=())
+    coupling = SimpleNamespace(law=13)
     resting = loop_closed = 0
     position_range_window = 5.0
     drives: Sequence[Any] = ()
     rows = None
-    cam_list: Sequence[int] = ()
 
     def __init__(self, cams: Sequence[Any]) -> None:
         self.cams = cams

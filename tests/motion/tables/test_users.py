@@ -46,7 +46,7 @@ def test_only_slaves_of_cams_use_tables() -> None:
     def axis(coupling: int, *layers: Any, closed: int = 1) -> Any:
         return SimpleNamespace(
             coupling=SimpleNamespace(law=coupling),
-            cam_count=2,
+            camming=SimpleNamespace(count=2),
             loop_closed=closed,
             cams=[*layers, layer(9, 9)],
         )

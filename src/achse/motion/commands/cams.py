@@ -19,6 +19,7 @@ from achse.motion.couplings.cams import (
     seen_master,
 )
 from achse.motion.couplings.masters import as_leader
+from achse.motion.fields.cams import CamSlave
 from achse.motion.fields.coupling import SlaveCoupling
 from achse.motion.order import CouplingRing
 from achse.motion.record import AXIS_PARTS, CAM, CAM_LAYERS, CamFields
@@ -128,7 +129,7 @@ def couple_by_cam(
     if slave.coupling.law != slave_type:
         code = _begin(slave, slave_type, master_id, demand, cam, operation)
         for n, table_id in enumerate(further_tables if not code else ()):
-            slave.cam_list[n] = table_id
+            slave.camming.tables[n] = table_id
         return code
     if slave_type != SlaveType.MULTI_TABULAR:
         return _exchange(slave, slave.cams[0], master_id, demand, cam)
@@ -218,7 +219,7 @@ def _begin(
         return code
     for n, layer in enumerate(slave.cams):
         assign(layer, CAM.plain() if n else begun[0])
-    slave.cam_count = 1
+    slave.camming.count = 1
     _carry_out(slave, slave.cams[0])
     return OK
 
@@ -302,7 +303,7 @@ def _let_wait(slave: Axis, layer: CamFields, kind: int, demand: CamDemand, cam: 
 
 def _layer_of(slave: Axis, table_id: int) -> CamFields | None:
     """The layer that runs a table; 0: the first that runs any."""
-    for layer in slave.cams[: slave.cam_count]:
+    for layer in slave.cams[: slave.camming.count]:
         if layer.now.table and table_id in (0, layer.now.table):
             return layer
     return None
@@ -310,7 +311,7 @@ def _layer_of(slave: Axis, table_id: int) -> CamFields | None:
 
 def _queued_layer(slave: Axis, table_id: int) -> CamFields | None:
     """The layer whose table has not begun yet; 0: the first such layer."""
-    for layer in slave.cams[: slave.cam_count]:
+    for layer in slave.cams[: slave.camming.count]:
         if layer.change.kind == CHANGE_BEGIN and table_id in (0, layer.next.table):
             return layer
     return None
@@ -341,7 +342,7 @@ def _add(slave: Axis, master_id: int, demand: CamDemand, cam: int, once: int = 0
     if code:
         return code
     assign(layer, fresh)
-    slave.cam_count = max(slave.cam_count, slave.cams.index(layer) + 1)
+    slave.camming.count = max(slave.camming.count, slave.cams.index(layer) + 1)
     _carry_out(slave, layer)
     return OK
 
@@ -358,7 +359,8 @@ def _follow_too(slave: Axis, master: Axis) -> int:
         return master.error_code
     before: SlaveCoupling = AXIS_PARTS["coupling"].plain()
     assign(before, slave.coupling)
-    tables, count = list(slave.cam_list), slave.cam_count
+    camming: CamSlave = AXIS_PARTS["camming"].plain()
+    assign(camming, slave.camming)
     try:
         slave.follow(slave.coupling.law, [*masters, master])
     except CouplingRing:
@@ -368,9 +370,7 @@ def _follow_too(slave: Axis, master: Axis) -> int:
         before.masters[n] = row
     before.master_count = coupling.master_count
     assign(coupling, before)
-    for n, table_id in enumerate(tables):
-        slave.cam_list[n] = table_id
-    slave.cam_count = count
+    assign(slave.camming, camming)
     return OK
 
 
@@ -386,7 +386,7 @@ def _remove(slave: Axis, demand: CamDemand) -> int:
         return _why_no_layer(slave, demand.table_id)
     stay = [
         each
-        for each in slave.cams[: slave.cam_count]
+        for each in slave.cams[: slave.camming.count]
         if each.now.table and each.change.kind != CHANGE_REMOVE
     ]
     if stay == [layer]:  # a slave without any cam: that is what decoupling is for
@@ -423,7 +423,7 @@ def _delete_queued(slave: Axis, table_id: int) -> int:
     layer = _layer_of(slave, table_id) or _queued_layer(slave, table_id)
     if layer is None:
         return NcError.TABLE_NOT_FOUND
-    others = (each for each in slave.cams[: slave.cam_count] if each is not layer)
+    others = (each for each in slave.cams[: slave.camming.count] if each is not layer)
     if not layer.now.table and not any(each.now.table or each.change.kind for each in others):
         return NcError.DECOUPLING_NOT_POSSIBLE
     layer.change.kind = layer.next.table = 0
@@ -491,7 +491,7 @@ def follow_correction(slave: Axis, table_id: int, position: float | None = None)
     code = _why_not(slave, demand, _AT_COUPLING)
     if code:
         return code
-    if any(slave.cam_list) and table_id not in slave.cam_list:
+    if any(slave.camming.tables) and table_id not in slave.camming.tables:
         return NcError.TABLE_NOT_FOUND
     ran = _layer_of(slave, table_id) if table_id else None
     if ran is not None and not ran.once:
@@ -515,7 +515,7 @@ def end_profile(slave: Axis, table_id: int) -> int:
 
 def last_correction(slave: Axis, table_id: int) -> float | None:
     """Return the sum that a correction table has added so far (0x48); None without such a table."""
-    for layer in slave.cams[: slave.cam_count]:
+    for layer in slave.cams[: slave.camming.count]:
         if layer.now.table == table_id and layer.once:
             return layer.part
     return None

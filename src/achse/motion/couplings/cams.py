@@ -139,7 +139,7 @@ def law_now(ax: AxisFields, rows: NcRows, without: int) -> tuple[float, float, f
     s = ax.coupling.slave_base
     v = 0.0
     a = 0.0
-    for n in range(ax.cam_count):
+    for n in range(ax.camming.count):
         layer = ax.cams[n]
         if layer.now.table and n != without:
             seen, velocity, acceleration, _ = seen_of_row(ax, rows, layer.master)
@@ -229,7 +229,7 @@ def planned(ax: AxisFields, rows: NcRows, layer: CamFields, at: float, after: Ca
 def _alone(ax: AxisFields) -> bool:
     """Return True if no cam is in force yet."""
     tables = 0
-    for n in range(ax.cam_count):
+    for n in range(ax.camming.count):
         tables += ax.cams[n].now.table
     return tables == 0
 
@@ -388,7 +388,7 @@ def _carry_out_one(ax: AxisFields, rows: NcRows, number: int, layer: CamFields, 
 
 def carry_out(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """Carry out the changes whose time has come; the others wait on."""
-    for n in range(ax.cam_count):
+    for n in range(ax.camming.count):
         layer = ax.cams[n]
         if layer.change.kind:
             _carry_out_one(ax, rows, n, layer, dt)
@@ -396,24 +396,24 @@ def carry_out(ax: AxisFields, rows: NcRows, dt: float) -> None:
 
 def show_waiting(ax: AxisFields) -> None:
     """Show in the status what still waits; called by all that lets a change wait or ends that."""
-    ax.cam_changes = 0
-    ax.cam_status = 0
-    for n in range(ax.cam_count):
+    ax.camming.changes = 0
+    ax.camming.status = 0
+    for n in range(ax.camming.count):
         layer = ax.cams[n]
         if layer.change.kind == CHANGE_SCALING:
-            ax.cam_status |= StateBit.CAM_SCALING_PENDING
+            ax.camming.status |= StateBit.CAM_SCALING_PENDING
         elif layer.change.kind == CHANGE_POINTS:
-            ax.cam_status |= StateBit.CAM_DATA_QUEUED
+            ax.camming.status |= StateBit.CAM_DATA_QUEUED
         elif layer.change.kind:
-            ax.cam_status |= StateBit.CAM_TABLE_QUEUED
+            ax.camming.status |= StateBit.CAM_TABLE_QUEUED
         if layer.change.kind:
-            ax.cam_changes = 1
+            ax.camming.changes = 1
 
 
 def base(ax: AxisFields, rows: NcRows) -> None:
     """Count from where the slave is: cams stay where they are, the slave does not jump."""
     total = 0.0
-    for n in range(ax.cam_count):
+    for n in range(ax.camming.count):
         layer = ax.cams[n]
         layer.seen = seen_master(ax, rows, layer)
         if layer.now.table:
@@ -424,7 +424,7 @@ def base(ax: AxisFields, rows: NcRows) -> None:
 def show_cams(ax: AxisFields, rows: NcRows) -> None:
     """Show the gear ratio, the places in the cams and what waits, after a change between cycles."""
     slopes = 0.0
-    for n in range(ax.cam_count):
+    for n in range(ax.camming.count):
         layer = ax.cams[n]
         if layer.now.table:
             place = _cam_position(layer.now, seen_master(ax, rows, layer))
@@ -437,14 +437,14 @@ def show_cams(ax: AxisFields, rows: NcRows) -> None:
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """One cycle: all cams added up."""
-    if ax.cam_changes:
+    if ax.camming.changes:
         carry_out(ax, rows, dt)
     s = ax.coupling.slave_base
     v = 0.0
     a = 0.0
     j = 0.0
     slopes = 0.0
-    for n in range(ax.cam_count):
+    for n in range(ax.camming.count):
         layer = ax.cams[n]
         if layer.now.table or layer.change.kind:
             seen, velocity, acceleration, jerk = seen_of_row(ax, rows, layer.master)

@@ -11,7 +11,6 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 
 from math import sqrt
 
-from achse.motion.fields.cams import CAM_LIST
 from achse.motion.record import LAYOUT, AxisFields
 from achse.motion.rows import NcRows
 from achse.motion.states import AxisType
@@ -96,9 +95,7 @@ def let_go(ax: AxisFields, rows: NcRows) -> None:
         show_coupling(master)
     reset(ax.coupling)
     ax.sync.state = 0
-    ax.cam_count = 0
-    for n in range(CAM_LIST):
-        ax.cam_list[n] = 0
+    reset(ax.camming)
     ax.controller.following_error_difference = 0.0
     ax.set_gear_ratio = 0.0
     show_coupling(ax)

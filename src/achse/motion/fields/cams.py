@@ -57,9 +57,9 @@ class CamMotion(InternalFields):
 class CamSlave(InternalFields):
     """Cams of a slave as a whole."""
 
-    cam_count: int = whole(0, "1", "layers that may be in use")
-    cam_changes: int = flag(0, "a layer waits for a change")
-    cam_list: list[int] = wholes(
-        CAM_LIST, "1", "tables that were named at coupling: its corrections and profiles; 0 = none"
+    count: int = whole(0, "1", "layers that may be in use")
+    changes: int = flag(0, "a layer waits for a change")
+    tables: list[int] = wholes(
+        CAM_LIST, "1", "tables named at coupling: its corrections and profiles; 0 = none"
     )
-    cam_status: int = whole(0, "StateBit", "bits of StateDWord: what waits")
+    status: int = whole(0, "StateBit", "bits of StateDWord for pending changes")

@@ -151,7 +151,7 @@ class Tables:
         """Return the number of drives, simulated valves and slaves that use a table."""
         drives = self.characteristics.user_count(table_id)
         slaves = sum(table_id == used for _, used, _ in cams_in_use(self._axes()))
-        named = sum(table_id in axis.cam_list for axis in self._axes())
+        named = sum(table_id in axis.camming.tables for axis in self._axes())
         return drives + slaves + named
 
     def write(self, table: Table, index: int, values: Iterable[float], step: int = 1) -> None:
@@ -299,7 +299,7 @@ class Tables:
 
         Its block then has each version that a slave still uses, and behind them this one.
         """
-        layers = [layer for axis in self._axes() for layer in axis.cams[: axis.cam_count]]
+        layers = [layer for axis in self._axes() for layer in axis.cams[: axis.camming.count]]
         running = [each for each in layers if (each.now.table, each.now.interpolation) == key]
         later = table.online.activation not in _POINTS_STAY
         if later and any(

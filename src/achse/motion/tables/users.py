@@ -19,8 +19,7 @@ class TableUser(Protocol):
     axis_id: int
     resting: int
     coupling: Any
-    cam_count: int
-    cam_list: Any
+    camming: Any
     loop_closed: int
     position_range_window: float
 
@@ -47,7 +46,7 @@ def cams_in_use(axes: Iterable[TableUser]) -> Iterator[tuple[TableUser, int, int
     """Table and interpolation of each layer of each slave, and of what it will change to."""
     for axis in axes:
         if axis.coupling.law in CAM_COUPLINGS:
-            for layer in axis.cams[: axis.cam_count]:
+            for layer in axis.cams[: axis.camming.count]:
                 if layer.now.table:
                     yield axis, layer.now.table, layer.now.interpolation
                 if layer.next.table:
@@ -64,6 +63,6 @@ def at_work(axes: Iterable[TableUser], key: tuple[int, int]) -> list[Any]:
         and axis.loop_closed
         and any(
             (layer.now.table, layer.now.interpolation) == key
-            for layer in axis.cams[: axis.cam_count]
+            for layer in axis.cams[: axis.camming.count]
         )
     ]

@@ -121,7 +121,7 @@ def _layer(axis: Axis, table_id: int) -> tuple[int, CamFields, Table]:
     """A cam at work: 0x425C at an axis that follows none, 0x4261 for a table that it does not."""
     if axis.coupling.law not in CAM_COUPLINGS:
         raise DeviceError(NcError.SLAVE_TYPE.number, "the axis follows no table")
-    for number, layer in enumerate(axis.cams[: axis.cam_count]):
+    for number, layer in enumerate(axis.cams[: axis.camming.count]):
         if layer.now.table and table_id in (0, layer.now.table):
             return number, layer, axis.tables.find(layer.now.table)
     raise DeviceError(NcError.TABLE_NOT_FOUND.number, f"no table {table_id} is at work")
