@@ -16,26 +16,26 @@ def number(error: NcError | None) -> int:
 
 def test_the_first_obstacle_is_named(rig: Any) -> None:
     axis = rig.axis
-    assert checks.why_no_command(axis) == checks.OK
+    assert checks.check_command(axis) == checks.OK
     axis.motion_locked = 1
-    assert checks.why_no_command(axis) == NcError.AXIS_LOCKED_BY_STOP.number
+    assert checks.check_command(axis) == NcError.AXIS_LOCKED_BY_STOP.number
     axis.error_code = 0x4550
-    assert checks.why_no_command(axis) == 0x4550
+    assert checks.check_command(axis) == 0x4550
     axis.axis_disabled = 1
-    assert checks.why_no_command(axis) == NcError.AXIS_NOT_READY.number
+    assert checks.check_command(axis) == NcError.AXIS_NOT_READY.number
 
 
 def test_an_endless_start_needs_no_position(rig: Any) -> None:
     for start_type in checks.ENDLESS:
-        assert checks.why_not_position(rig.axis, start_type, nan) == checks.OK
-    assert checks.why_not_position(rig.axis, 1, inf) == NcError.START_AXIS_DATA.number
+        assert checks.check_position(rig.axis, start_type, nan) == checks.OK
+    assert checks.check_position(rig.axis, 1, inf) == NcError.START_AXIS_DATA.number
 
 
 def test_no_direction_needs_no_feed_enable(make_rig: Any) -> None:
     axis = make_rig(control_dword=1).axis
-    assert checks.why_not_permitted(axis, 0.0) == checks.OK
-    assert checks.why_not_permitted(axis, 1.0) == NcError.ENABLE_MISSING.number
-    assert checks.why_not_permitted(axis, -1.0) == NcError.ENABLE_MISSING.number
+    assert checks.check_permitted(axis, 0.0) == checks.OK
+    assert checks.check_permitted(axis, 1.0) == NcError.ENABLE_MISSING.number
+    assert checks.check_permitted(axis, -1.0) == NcError.ENABLE_MISSING.number
 
 
 def test_an_encoder_axis_does_not_move(make_rig: Any) -> None:
@@ -50,10 +50,10 @@ def test_an_encoder_axis_does_not_move(make_rig: Any) -> None:
 def test_soft_limits_count_only_when_watched(make_rig: Any) -> None:
     off = make_rig(encoder_soft_limit_max=5.0).axis
     on = make_rig(encoder_soft_limit_max=5.0, encoder_soft_limit_max_enable=1).axis
-    assert checks.why_not_target(off, 6.0) == checks.OK
-    assert checks.why_not_target(on, 5.0) == checks.OK
-    assert checks.why_not_target(on, 6.0) == NcError.SOFT_LIMIT_MAX_AT_START.number
-    assert checks.why_not_away(on, 1.0) == checks.OK
+    assert checks.check_target(off, 6.0) == checks.OK
+    assert checks.check_target(on, 5.0) == checks.OK
+    assert checks.check_target(on, 6.0) == NcError.SOFT_LIMIT_MAX_AT_START.number
+    assert checks.check_away(on, 1.0) == checks.OK
 
 
 def test_a_waiting_move_counts_from_the_target_before_it(make_rig: Any) -> None:
@@ -85,9 +85,9 @@ def test_way_of_a_loop_counts_only_in_its_direction(make_rig: Any) -> None:
     rig = make_rig(encoder_soft_limit_max=60.5, encoder_soft_limit_max_enable=1)
     axis = rig.axis
     axis.loop_enable, axis.loop_distance = 1, 1.0
-    assert checks.why_not_target(axis, 60.0, 60.0) == 0
-    assert checks.why_not_target(axis, 60.0, 61.0) == 0
-    assert checks.why_not_target(axis, 60.0, 59.0) == NcError.SOFT_LIMIT_MAX_AT_START
+    assert checks.check_target(axis, 60.0, 60.0) == 0
+    assert checks.check_target(axis, 60.0, 61.0) == 0
+    assert checks.check_target(axis, 60.0, 59.0) == NcError.SOFT_LIMIT_MAX_AT_START
 
 
 STATES: list[tuple[dict[str, int], NcError | None]] = [
@@ -111,9 +111,9 @@ STATES: list[tuple[dict[str, int], NcError | None]] = [
 def test_state_forbids_commands(rig: Any, state: dict[str, int], error: NcError | None) -> None:
     for name, value in state.items():
         setattr(rig.axis, name, value)
-    assert checks.why_no_command(rig.axis) == number(error)
+    assert checks.check_command(rig.axis) == number(error)
     follows = rig.axis.coupling.law and not rig.axis.allow_slave_motion_commands
-    assert checks.why_not_own(rig.axis) == number(NcError.FUNCTION_FOR_SLAVE if follows else None)
+    assert checks.check_own(rig.axis) == number(NcError.FUNCTION_FOR_SLAVE if follows else None)
 
 
 @pytest.mark.parametrize(
@@ -148,7 +148,7 @@ def test_enables_and_drive_permit_directions(
     assert ControlBit.ACCEPT_BLOCKED_DRIVE == 0x100
     for name, value in state.items():
         setattr(rig.axis, name, value)
-    found = [checks.why_not_permitted(rig.axis, direction) for direction in (1.0, 0.0, -1.0)]
+    found = [checks.check_permitted(rig.axis, direction) for direction in (1.0, 0.0, -1.0)]
     assert found == [number(code) for code in codes]
 
 
@@ -167,7 +167,7 @@ def test_velocity_of_a_command_has_bounds(rig: Any, first: str) -> None:
     ):
         axis.max_velocity = axis.drive.reference_velocity = 1e12
         setattr(axis if first == "max_velocity" else axis.drive, first, limit)
-        assert checks.why_not_velocity(axis, velocity) == number(error), velocity
+        assert checks.check_velocity(axis, velocity) == number(error), velocity
     assert checks.SLOWEST == 1e-3
 
 
@@ -185,7 +185,7 @@ def test_dynamics_of_a_command_have_bounds(rig: Any) -> None:
         ((300.0, nextafter(400.0, inf), 1.0), NcError.ACCELERATION_NOT_PERMITTED),
         ((300.0, 400.0, nextafter(steepest, inf)), NcError.JERK_NOT_PERMITTED),
     ):
-        assert checks.why_not_dynamics(axis, *dynamics) == number(error), dynamics
+        assert checks.check_dynamics(axis, *dynamics) == number(error), dynamics
 
 
 def test_position_within_one_period_may_be_its_begin_but_not_its_end(rig: Any) -> None:
@@ -202,9 +202,9 @@ def test_position_within_one_period_may_be_its_begin_but_not_its_end(rig: Any) -
             (-5e-324, NcError.MODULO_START_RANGE),
             (nan, NcError.START_AXIS_DATA),
         ):
-            code = checks.why_not_position(rig.axis, start_type, position)
+            code = checks.check_position(rig.axis, start_type, position)
             assert code == number(error), position
-    assert checks.why_not_position(rig.axis, StartType.ABSOLUTE, 360.0) == checks.OK
+    assert checks.check_position(rig.axis, StartType.ABSOLUTE, 360.0) == checks.OK
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -214,7 +214,7 @@ def test_target_may_be_at_a_limit_but_not_beyond(rig: Any, sign: float) -> None:
         (checks.FARTHEST, None),
         (nextafter(checks.FARTHEST, inf), NcError.PRECISION_LOST),
     ):
-        assert checks.why_not_target(axis, sign * target) == number(error)
+        assert checks.check_target(axis, sign * target) == number(error)
     encoder.soft_limit_min, encoder.soft_limit_max = -60.0, 60.0
     encoder.soft_limit_min_enable = encoder.soft_limit_max_enable = 1
     passed = NcError.SOFT_LIMIT_MAX_AT_START if sign > 0.0 else NcError.SOFT_LIMIT_MIN_AT_START
@@ -229,17 +229,17 @@ def test_target_may_be_at_a_limit_but_not_beyond(rig: Any, sign: float) -> None:
     ):
         axis.loop_enable, axis.loop_distance = int(loop != 0.0), sign * loop
         axis.set_position = sign * begin
-        assert checks.why_not_target(axis, sign * target) == number(error), (loop, begin, target)
+        assert checks.check_target(axis, sign * target) == number(error), (loop, begin, target)
     axis.loop_enable, axis.loop_distance, axis.set_position = 0, sign * 9.0, 0.0
-    assert checks.why_not_target(axis, sign * 52.0) == checks.OK
+    assert checks.check_target(axis, sign * 52.0) == checks.OK
     for direction in (1.0, -1.0, 0.0):
         for place, error in ((60.0, passed), (nextafter(60.0, 0.0), None), (61.0, passed)):
             axis.set_position = sign * place
             expected = error if direction == sign else None
-            assert checks.why_not_away(axis, direction) == number(expected)
+            assert checks.check_away(axis, direction) == number(expected)
     encoder.soft_limit_min_enable = encoder.soft_limit_max_enable = 0
-    assert checks.why_not_away(axis, sign) == checks.OK
-    assert checks.why_not_target(axis, sign * 61.0) == checks.OK
+    assert checks.check_away(axis, sign) == checks.OK
+    assert checks.check_target(axis, sign * 61.0) == checks.OK
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -262,7 +262,7 @@ def test_way_of_rapid_and_creep_is_longer_than_its_braking_distance(
         (10.0, 20.0, -3.0, None),
     ):
         axis.loop_enable, axis.loop_distance = int(distance != 0.0), sign * distance
-        code = checks.why_not_target(axis, sign * target, sign * begin)
+        code = checks.check_target(axis, sign * target, sign * begin)
         assert code == number(error), (target, distance)
     axis.axis_type = AxisType.CONTINUOUS_SERVO
-    assert checks.why_not_target(axis, sign * 10.25, sign * 10.0) == checks.OK
+    assert checks.check_target(axis, sign * 10.25, sign * 10.0) == checks.OK

@@ -12,14 +12,14 @@ __all__ = [
     "FARTHEST",
     "OK",
     "STEEPEST_JERK",
-    "why_no_command",
-    "why_not_away",
-    "why_not_dynamics",
-    "why_not_own",
-    "why_not_permitted",
-    "why_not_position",
-    "why_not_target",
-    "why_not_velocity",
+    "check_away",
+    "check_command",
+    "check_dynamics",
+    "check_own",
+    "check_permitted",
+    "check_position",
+    "check_target",
+    "check_velocity",
 ]
 
 OK = 0
@@ -40,7 +40,7 @@ ENDLESS = {StartType.ENDLESS_POSITIVE: 1.0, StartType.ENDLESS_NEGATIVE: -1.0}
 _ONE_PERIOD = {StartType.MODULO_SHORTEST, StartType.MODULO_POSITIVE, StartType.MODULO_NEGATIVE}
 
 
-def why_no_command(axis: Axis) -> int:
+def check_command(axis: Axis) -> int:
     """Return the error that forbids any motion command in the present state, or 0."""
     if axis.axis_disabled:
         return NcError.AXIS_NOT_READY
@@ -57,14 +57,14 @@ def why_no_command(axis: Axis) -> int:
     return OK
 
 
-def why_not_own(axis: Axis) -> int:
+def check_own(axis: Axis) -> int:
     """A slave takes no function about a motion of its own, unless parameter 0x20 lets it."""
     if axis.coupling.law and not axis.allow_slave_motion_commands:
         return NcError.FUNCTION_FOR_SLAVE
     return OK
 
 
-def why_not_permitted(axis: Axis, direction: float) -> int:
+def check_permitted(axis: Axis, direction: float) -> int:
     """Return the error by which cyclic interface or drive forbid a start in `direction`, or 0."""
     if axis.axis_type == AxisType.ENCODER:
         return NcError.AXIS_INCOMPATIBLE
@@ -83,7 +83,7 @@ def why_not_permitted(axis: Axis, direction: float) -> int:
     return OK
 
 
-def why_not_velocity(axis: Axis, velocity: float) -> int:
+def check_velocity(axis: Axis, velocity: float) -> int:
     limit = min(axis.max_velocity, axis.drive.reference_velocity)
     if not 0.0 < velocity <= limit:
         return NcError.SET_VELOCITY_NOT_ALLOWED
@@ -92,7 +92,7 @@ def why_not_velocity(axis: Axis, velocity: float) -> int:
     return OK
 
 
-def why_not_dynamics(axis: Axis, acceleration: float, deceleration: float, jerk: float) -> int:
+def check_dynamics(axis: Axis, acceleration: float, deceleration: float, jerk: float) -> int:
     """Return the error in the dynamics of a command, or 0; all are to be positive."""
     if not acceleration > 0.0:
         return NcError.ACCELERATION_NOT_POSITIVE
@@ -107,7 +107,7 @@ def why_not_dynamics(axis: Axis, acceleration: float, deceleration: float, jerk:
     return OK
 
 
-def why_not_position(axis: Axis, start_type: int, position: float) -> int:
+def check_position(axis: Axis, start_type: int, position: float) -> int:
     """Return the error in a commanded position or distance, whatever the axis does, or 0."""
     if start_type in ENDLESS:
         return OK
@@ -118,7 +118,7 @@ def why_not_position(axis: Axis, start_type: int, position: float) -> int:
     return OK
 
 
-def why_not_target(axis: Axis, target: float, begin: float | None = None) -> int:
+def check_target(axis: Axis, target: float, begin: float | None = None) -> int:
     """Return the error in a target, on the way from `begin` or from the present position, or 0."""
     if begin is None:
         begin = axis.set.position
@@ -143,7 +143,7 @@ def why_not_target(axis: Axis, target: float, begin: float | None = None) -> int
     return OK
 
 
-def why_not_away(axis: Axis, direction: float) -> int:
+def check_away(axis: Axis, direction: float) -> int:
     """An endless start must not lead away from a soft limit that is already passed."""
     p = axis.set.position
     if direction < 0.0 and axis.encoder.soft_limit_min_enable and p <= axis.encoder.soft_limit_min:

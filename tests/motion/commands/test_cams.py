@@ -12,11 +12,11 @@ from achse.motion.commands import CamDemand
 from achse.motion.commands.cams import (
     LARGEST_OFFSET,
     LARGEST_SCALING,
+    _check,
+    _check_begin,
+    _check_in_range,
     _fresh,
     _rows_as_seen,
-    _why_not,
-    _why_not_begin,
-    _why_not_in_range,
 )
 from achse.motion.couplings.cams import names_of, seen_master
 from achse.motion.record import CAM
@@ -272,15 +272,15 @@ def test_numbers_of_a_demand_have_bounds(field: str, largest: float) -> None:
         ):
             given: dict[str, Any] = {field: sign * number}
             demand = CamDemand(**given)
-            assert _why_not(axis, demand, at_once) == code
+            assert _check(axis, demand, at_once) == code
         if field == "master_scaling":
             for number, code in ((1e-6, 0), (nextafter(1e-6, 0.0), refused)):
                 demand = CamDemand(master_scaling=sign * number)
-                assert _why_not(axis, demand, at_once) == code
+                assert _check(axis, demand, at_once) == code
                 off = replace(demand, master_type=CamScaling.OFF)
-                assert _why_not(axis, off, at_once) == 0
-    assert _why_not(axis, CamDemand(slave_scaling=0.0), at_once) == 0
-    assert _why_not(axis, CamDemand(), ()) == NcError.ONLINE_CHANGE_MODE
+                assert _check(axis, off, at_once) == 0
+    assert _check(axis, CamDemand(slave_scaling=0.0), at_once) == 0
+    assert _check(axis, CamDemand(), ()) == NcError.ONLINE_CHANGE_MODE
 
 
 def test_only_a_cam_in_place_of_another_may_be_for_one_cycle() -> None:
@@ -325,7 +325,7 @@ def test_master_is_within_a_linear_cam_or_refused(
     layer.next.cam = first
     rows = NcRows((), (), (), (), numbers)
     given = {"master_absolute": 1, "master_scaling": 2.0, "master_offset": 8.0} | demand
-    code = _why_not_in_range(rows, layer, CamDemand(**given), at)
+    code = _check_in_range(rows, layer, CamDemand(**given), at)
     assert code == (0 if error is None else error.number)
 
 
@@ -349,7 +349,7 @@ def test_cam_cannot_begin_at_a_place_behind_a_moving_master(
     demand = CamDemand(**later, slave_type=CamScaling.AUTO_OFFSET)
     layer = _fresh(slave, master, demand, slave.cams[0].now.cam)
     layer.next.slave_absolute = 0
-    refused = _why_not_begin(slave, layer, demand, master) == NcError.ACTIVATION_POSITION_PASSED
+    refused = _check_begin(slave, layer, demand, master) == NcError.ACTIVATION_POSITION_PASSED
     if moves:
         master.leading_value.position = 20.0
         assert refused is (moves * (demand.position - _seen(slave, layer, master)) < 0.0)

@@ -16,13 +16,13 @@ from achse.motion.couplings.cams import (
     CHANGE_POINTS,
     CHANGE_REMOVE,
     CHANGE_SCALING,
+    check_jump,
     due,
     jump_of,
     law_after,
     law_now,
     part_at,
     show_waiting,
-    why_not_jump,
 )
 from achse.motion.limits import TOLERANCE
 from achse.motion.record import CAM, CAM_LAW, LAYOUT
@@ -239,8 +239,8 @@ def test_slave_may_jump_within_its_position_window(slave: Any) -> None:
         slave.position_range_window, slave.set_position = window, position
         most = window + TOLERANCE + 1e-12 * abs(position)
         for sign in (1.0, -1.0):
-            assert why_not_jump(slave, sign * most) == 0
-            assert why_not_jump(slave, sign * nextafter(most, inf)) != 0
+            assert check_jump(slave, sign * most) == 0
+            assert check_jump(slave, sign * nextafter(most, inf)) != 0
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pytest
 from achse.codes import NcError
 from achse.motion import Axis, Nc, commands
 from achse.motion.commands import CamDemand
-from achse.motion.couplings.guard import why_not_step
+from achse.motion.couplings.guard import check_step
 from achse.motion.states import CamActivation, StateBit, TableSubType, TableType
 from achse.motion.tables import TableError
 
@@ -38,18 +38,18 @@ def test_set_point_is_refused_beyond_the_velocity_limit(
     make_axes: Callable[..., Nc], way: float, velocity: float, error: int
 ) -> None:
     axis = make_axes(1, max_velocity=100.0).axis(1)
-    assert why_not_step(axis, way, way, velocity, 0.0, DT) == error
+    assert check_step(axis, way, way, velocity, 0.0, DT) == error
 
 
 def test_set_point_is_refused_without_room_to_stop(make_axes: Callable[..., Nc]) -> None:
     nc = make_axes(1, encoder_soft_limit_max_enable=1, encoder_soft_limit_max=10.0)
     axis = nc.axis(1)
     passed = NcError.SOFT_LIMIT_MAX_PASSED
-    assert why_not_step(axis, 0.1, 9.9, 0.0, 0.0, DT) == 0
-    assert why_not_step(axis, 0.1, 10.1, 0.0, 0.0, DT) == passed
-    assert why_not_step(axis, 0.1, 5.0, 100.0, 0.0, DT) == 0  # 100² / 2 · 5000 and a cycle: 1.2
-    assert why_not_step(axis, 0.1, 9.0, 100.0, 0.0, DT) == passed
-    assert why_not_step(axis, -0.1, 12.0, -100.0, 0.0, DT) == 0  # it comes back
+    assert check_step(axis, 0.1, 9.9, 0.0, 0.0, DT) == 0
+    assert check_step(axis, 0.1, 10.1, 0.0, 0.0, DT) == passed
+    assert check_step(axis, 0.1, 5.0, 100.0, 0.0, DT) == 0  # 100² / 2 · 5000 and a cycle: 1.2
+    assert check_step(axis, 0.1, 9.0, 100.0, 0.0, DT) == passed
+    assert check_step(axis, -0.1, 12.0, -100.0, 0.0, DT) == 0  # it comes back
 
 
 @pytest.mark.parametrize("compiled", [False, True])

@@ -5,7 +5,7 @@ import pytest
 from achse.codes import NcError
 from achse.motion.couplings.approach import quintic
 from achse.motion.couplings.course import SlaveCourse, course_over_master
-from achse.motion.couplings.sync_checks import SawLimits, why_not_course
+from achse.motion.couplings.sync_checks import SawLimits, check_course
 from achse.motion.states import SynchronisingBit as Bit
 
 FREE = SawLimits(1e9, 1e9, 1e9, 1e9)
@@ -45,10 +45,10 @@ SWINGS = course(60.0, -2.0, 1.0)
     ],
 )
 def test_swings(bit: int, which: SlaveCourse, code: NcError) -> None:
-    assert why_not_course(which, 0, FREE) == 0
-    assert why_not_course(which, ~bit & 0x3F3F, FREE) in (0, NcError.SYNCHRONISING_PROFILE)
-    assert why_not_course(which, bit, FREE) == NcError.SYNCHRONISING_PROFILE
-    assert why_not_course(which, bit | Bit.DETAILED_ERROR_CODES, FREE) == code
+    assert check_course(which, 0, FREE) == 0
+    assert check_course(which, ~bit & 0x3F3F, FREE) in (0, NcError.SYNCHRONISING_PROFILE)
+    assert check_course(which, bit, FREE) == NcError.SYNCHRONISING_PROFILE
+    assert check_course(which, bit | Bit.DETAILED_ERROR_CODES, FREE) == code
 
 
 @pytest.mark.parametrize(
@@ -67,21 +67,21 @@ def test_a_limit_that_is_just_kept_and_one_that_is_not(
     assert value > 0.0
     just = FREE._replace(**{name: value})
     if not (bit == Bit.MAX_JERK and order < 0 and which.most(3).value > value):
-        assert why_not_course(which, bit | Bit.DETAILED_ERROR_CODES, just) == 0
+        assert check_course(which, bit | Bit.DETAILED_ERROR_CODES, just) == 0
     less = FREE._replace(**{name: 0.999 * value})
-    answer = why_not_course(which, bit | Bit.DETAILED_ERROR_CODES, less)
+    answer = check_course(which, bit | Bit.DETAILED_ERROR_CODES, less)
     assert answer == code or (bit == Bit.MAX_JERK and answer == NcError.SAW_MAX_JERK)
-    assert why_not_course(which, bit, less) == NcError.SYNCHRONISING_PROFILE
-    assert why_not_course(which, bit, less, nominal=True) == 0
+    assert check_course(which, bit, less) == NcError.SYNCHRONISING_PROFILE
+    assert check_course(which, bit, less, nominal=True) == 0
 
 
 def test_acceleration_and_deceleration_are_told_apart() -> None:
     grows, shrinks = FAST.strongest()
     both = Bit.MAX_ACCELERATION | Bit.MAX_DECELERATION | Bit.DETAILED_ERROR_CODES
-    assert why_not_course(FAST, both, SawLimits(1e9, grows, shrinks, 1e9)) == 0
-    answer = why_not_course(FAST, both, SawLimits(1e9, 0.99 * grows, shrinks, 1e9))
+    assert check_course(FAST, both, SawLimits(1e9, grows, shrinks, 1e9)) == 0
+    answer = check_course(FAST, both, SawLimits(1e9, 0.99 * grows, shrinks, 1e9))
     assert answer == NcError.SAW_ACCELERATION
-    answer = why_not_course(FAST, both, SawLimits(1e9, grows, 0.99 * shrinks, 1e9))
+    answer = check_course(FAST, both, SawLimits(1e9, grows, 0.99 * shrinks, 1e9))
     assert answer == NcError.SAW_DECELERATION
 
 
@@ -90,9 +90,9 @@ def test_soft_limits() -> None:
     low, high = SWINGS.least(0).value, SWINGS.most(0).value
     assert low < -5.0
     limits = FREE._replace(least_position=low, most_position=high)
-    assert why_not_course(SWINGS, detailed, limits) == 0
+    assert check_course(SWINGS, detailed, limits) == 0
     below = limits._replace(least_position=low + 0.01)
-    assert why_not_course(SWINGS, detailed, below) == NcError.SAW_MIN_POSITION
+    assert check_course(SWINGS, detailed, below) == NcError.SAW_MIN_POSITION
     above = limits._replace(most_position=high - 0.01)
-    assert why_not_course(SWINGS, detailed, above) == NcError.SAW_MAX_POSITION
-    assert why_not_course(SWINGS, Bit.DETAILED_ERROR_CODES, below) == 0
+    assert check_course(SWINGS, detailed, above) == NcError.SAW_MAX_POSITION
+    assert check_course(SWINGS, Bit.DETAILED_ERROR_CODES, below) == 0

@@ -117,7 +117,7 @@ def test_each_law_has_one_row_and_its_parameters_decide() -> None:
     assert len(set(numbers)) == len(numbers)
     linear = law_of(1)
     assert linear is not None
-    assert linear.why_not is not None
-    assert linear.why_not(None, [], (0.0, 0.0, 0.0, 0.0)) == 0x421B  # type: ignore[arg-type]
+    assert linear.check is not None
+    assert linear.check(None, [], (0.0, 0.0, 0.0, 0.0)) == 0x421B  # type: ignore[arg-type]
     assert linear.others((1.0, 2.0, 3.0, 4.0)) == ()
     assert law_of(99) is None

@@ -33,9 +33,9 @@ def test_each_reason_has_its_code() -> None:
         ((0.0, 0.0, 0.0, 6.0), NcError.NCI_AUXILIARY_BEYOND_SOFT_LIMITS),
         ((0.0, 0.0, 0.0, 0.0, 1.0), NcError.NCI_AXIS_TYPE),
     ):
-        assert reach.why_not(PathLine(end, 1.0), START) == code, end
+        assert reach.check(PathLine(end, 1.0), START) == code, end
     reach.soft_limits = False
-    assert reach.why_not(PathLine((99.0, 0.0, 0.0), 1.0), START) == 0
+    assert reach.check(PathLine((99.0, 0.0, 0.0), 1.0), START) == 0
 
 
 @given(
@@ -47,4 +47,4 @@ def test_what_is_sure_is_so(ends: list[tuple[float, float, float]], limits: bool
     reach = _axes()
     reach.soft_limits = limits
     if reach.surely(ends, START):
-        assert all(reach.why_not(PathLine(end, 1.0), START) == 0 for end in ends)
+        assert all(reach.check(PathLine(end, 1.0), START) == 0 for end in ends)

@@ -157,7 +157,7 @@ class ProgramChannel(ProgramStates):
         if self.state is not InterpreterState.ABORTED or fault is None or group is None:
             return NcError.CHANNEL_COMMAND_NOT_NOW
         group.error_code = OK
-        code = group.why_not_move()
+        code = group.check_move()
         if code:
             return code
         own = self.data.registers.own

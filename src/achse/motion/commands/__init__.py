@@ -38,11 +38,11 @@ from achse.motion.commands.external import (
 )
 from achse.motion.commands.groups import (
     begin_group_motion,
+    check_in_group,
     end_group_motion,
     join_group,
     leave_group,
     return_to_ptp_group,
-    why_not_in_group,
 )
 from achse.motion.commands.homing import home, set_homing_state
 from achse.motion.commands.loops import switch_control_loop
@@ -112,6 +112,7 @@ __all__ = [
     "change_cam_scaling",
     "change_coupling",
     "change_drive_output",
+    "check_in_group",
     "clear",
     "couple",
     "couple_by_cam",
@@ -175,5 +176,4 @@ __all__ = [
     "switch_control_loop",
     "synchronise",
     "universal_start",
-    "why_not_in_group",
 ]

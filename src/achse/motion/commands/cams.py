@@ -7,8 +7,8 @@ from math import isfinite
 from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK
-from achse.motion.commands.couplings import begin_coupling, why_not_slave
-from achse.motion.couplings.cam_checks import carry_out_now, why_not_change
+from achse.motion.commands.couplings import begin_coupling, check_slave
+from achse.motion.couplings.cam_checks import carry_out_now, check_change
 from achse.motion.couplings.cams import (
     CHANGE_BEGIN,
     CHANGE_EXCHANGE,
@@ -115,7 +115,7 @@ def couple_by_cam(
     exchanges = slave.coupling.law == slave_type and (
         slave_type != SlaveType.MULTI_TABULAR or operation == CamOperation.EXCHANGE
     )
-    code = _why_not(slave, demand, _AT_EXCHANGE if exchanges else _AT_COUPLING)
+    code = _check(slave, demand, _AT_EXCHANGE if exchanges else _AT_COUPLING)
     if code:
         return code
     try:
@@ -136,12 +136,12 @@ def couple_by_cam(
     if operation == CamOperation.EXCHANGE:
         layer = _layer_of(slave, reference)
         if layer is None:
-            return _why_no_layer(slave, reference)
+            return _check_layer(slave, reference)
         return _exchange(slave, layer, master_id, demand, cam)
     return _add(slave, master_id, demand, cam)
 
 
-def _why_not(slave: Axis, demand: CamDemand, activations: Sequence[CamActivation]) -> int:
+def _check(slave: Axis, demand: CamDemand, activations: Sequence[CamActivation]) -> int:
     """Return the error that forbids a request at any time, or 0."""
     if demand.activation not in activations:
         return NcError.ONLINE_CHANGE_MODE
@@ -199,7 +199,7 @@ def _begin(
     slave: Axis, slave_type: int, master_id: int, demand: CamDemand, cam: int, operation: int
 ) -> int:
     """The first cam of an axis that follows nobody yet."""
-    code = why_not_slave(slave)
+    code = check_slave(slave)
     if code:
         return code
     if slave_type == SlaveType.MULTI_TABULAR and operation == CamOperation.EXCHANGE:
@@ -210,11 +210,11 @@ def _begin(
         return NcError.ONLINE_CHANGE_MODE
     begun: list[CamFields] = []
 
-    def why_not(masters: Sequence[Axis]) -> int:
+    def check(masters: Sequence[Axis]) -> int:
         begun.append(_fresh(slave, masters[0], demand, cam))
-        return _why_not_begin(slave, begun[0], demand, masters[0])
+        return _check_begin(slave, begun[0], demand, masters[0])
 
-    code = begin_coupling(slave, slave_type, [master_id], why_not=why_not)
+    code = begin_coupling(slave, slave_type, [master_id], check=check)
     if code:
         return code
     for n, layer in enumerate(slave.cams):
@@ -230,7 +230,7 @@ def _carry_out(slave: Axis, layer: CamFields) -> None:
     slave.show_cams()
 
 
-def _why_not_begin(slave: Axis, layer: CamFields, demand: CamDemand, master: Axis) -> int:
+def _check_begin(slave: Axis, layer: CamFields, demand: CamDemand, master: Axis) -> int:
     """Refuse a cam that the slave would have to jump to, or whose master is already past the place
     where it is to begin."""
     rows = _rows_as_seen(slave, master)
@@ -246,11 +246,11 @@ def _why_not_begin(slave: Axis, layer: CamFields, demand: CamDemand, master: Axi
         return NcError.ACTIVATION_POSITION_PASSED
     slave_fixed = demand.slave_absolute and demand.slave_type != CamScaling.AUTO_OFFSET
     if demand.activation == CamActivation.AS_SOON_AS_POSSIBLE and slave_fixed:
-        return _why_not_in_range(rows, layer, demand, at + names)
-    return why_not_change(slave, rows, -1, layer)
+        return _check_in_range(rows, layer, demand, at + names)
+    return check_change(slave, rows, -1, layer)
 
 
-def _why_not_in_range(rows: NcRows, layer: CamFields, demand: CamDemand, at: float) -> int:
+def _check_in_range(rows: NcRows, layer: CamFields, demand: CamDemand, at: float) -> int:
     """Refuse a linear cam beside which its master is."""
     numbers, cam = rows.cams, layer.next.cam
     if not demand.master_absolute or numbers[cam + CYCLIC] != 0.0:
@@ -293,7 +293,7 @@ def _let_wait(slave: Axis, layer: CamFields, kind: int, demand: CamDemand, cam: 
     copy: CamFields = CAM.plain()
     assign(copy, layer)
     _order(copy, kind, demand, cam)
-    code = why_not_change(slave, slave.rows, slave.cams.index(layer), copy)
+    code = check_change(slave, slave.rows, slave.cams.index(layer), copy)
     if code:
         return code
     _order(layer, kind, demand, cam)
@@ -317,7 +317,7 @@ def _queued_layer(slave: Axis, table_id: int) -> CamFields | None:
     return None
 
 
-def _why_no_layer(slave: Axis, table_id: int) -> int:
+def _check_layer(slave: Axis, table_id: int) -> int:
     """Code that refuses a change of a table that is not at work."""
     queued = _queued_layer(slave, table_id)
     return NcError.ACTIVATION_PENDING if queued else NcError.TABLE_NOT_FOUND
@@ -337,7 +337,7 @@ def _add(slave: Axis, master_id: int, demand: CamDemand, cam: int, once: int = 0
         return NcError.TOO_MANY_TABLES
     layer = free[0]
     fresh = _fresh(slave, master, demand, cam, once)
-    code = _why_not_begin(slave, fresh, demand, master)
+    code = _check_begin(slave, fresh, demand, master)
     code = code or _follow_too(slave, master)
     if code:
         return code
@@ -378,12 +378,12 @@ def _remove(slave: Axis, demand: CamDemand) -> int:
     """Take a cam out; what it adds then remains."""
     if slave.coupling.law != SlaveType.MULTI_TABULAR:
         return NcError.TABLE_SLAVE_WITHOUT_TABLE
-    code = _why_not(slave, demand, _AT_COUPLING)
+    code = _check(slave, demand, _AT_COUPLING)
     if code:
         return code
     layer = _layer_of(slave, demand.table_id)
     if layer is None:
-        return _why_no_layer(slave, demand.table_id)
+        return _check_layer(slave, demand.table_id)
     stay = [
         each
         for each in slave.cams[: slave.camming.count]
@@ -403,14 +403,14 @@ def change_cam_scaling(slave: Axis, demand: CamDemand) -> int:
     """
     if slave.coupling.law not in CAM_COUPLINGS:
         return NcError.SLAVE_TYPE
-    code = _why_not(slave, demand, _WHILE_RUNNING)
+    code = _check(slave, demand, _WHILE_RUNNING)
     if code:
         return code
     if demand.activation == CamActivation.DELETE_QUEUED:
         return _delete_queued(slave, demand.table_id)
     layer = _layer_of(slave, demand.table_id)
     if layer is None:
-        return _why_no_layer(slave, demand.table_id)
+        return _check_layer(slave, demand.table_id)
     if demand.master_type == CamScaling.AUTO_OFFSET and not layer.now.master_absolute:
         return NcError.SCALING_MODE
     if layer.change.kind not in (CHANGE_NOTHING, CHANGE_SCALING):
@@ -440,7 +440,7 @@ def change_cam_offsets(slave: Axis, slave_offset: float, master_offset: float, *
         return NcError.SLAVE_TYPE
     layer = _layer_of(slave, 0)
     if layer is None:
-        return _why_no_layer(slave, 0)
+        return _check_layer(slave, 0)
     slave_scaling, master_scaling = more[:2] or (layer.now.slave_scaling, layer.now.master_scaling)
     if 0.0 in more[:2]:
         return NcError.SLAVE_COUPLING_PARAMETER
@@ -468,7 +468,7 @@ def scale_slave(slave: Axis, scaling: float) -> int:
         return NcError.SLAVE_TYPE
     layer = _layer_of(slave, 0)
     if layer is None:
-        return _why_no_layer(slave, 0)
+        return _check_layer(slave, 0)
     return change_cam_scaling(
         slave,
         CamDemand(
@@ -488,7 +488,7 @@ def follow_correction(slave: Axis, table_id: int, position: float | None = None)
     if position is not None:
         begins = CamActivation.MASTER_AXIS_POSITION
     demand = CamDemand(table_id, activation=begins, position=position or 0.0)
-    code = _why_not(slave, demand, _AT_COUPLING)
+    code = _check(slave, demand, _AT_COUPLING)
     if code:
         return code
     if any(slave.camming.tables) and table_id not in slave.camming.tables:

@@ -7,13 +7,13 @@ from achse.motion.axis import Axis
 from achse.motion.checks import (
     ENDLESS,
     OK,
-    why_no_command,
-    why_not_away,
-    why_not_dynamics,
-    why_not_permitted,
-    why_not_position,
-    why_not_target,
-    why_not_velocity,
+    check_away,
+    check_command,
+    check_dynamics,
+    check_permitted,
+    check_position,
+    check_target,
+    check_velocity,
 )
 from achse.motion.commands.queue import sign
 from achse.motion.ramps import append_velocity_ramp
@@ -54,13 +54,13 @@ def new_end_position_and_velocity(
         return NcError.JOB_TYPE
     changes = command_type & 3
     at_switch = bool(command_type & 8)
-    code = why_no_command(axis)
+    code = check_command(axis)
     if code:
         return code
     if axis.set_motion_phase not in (MotionPhase.POSITIONING, MotionPhase.ENDLESS):
         return NcError.GROUP_BUSY
     if changes & NewEndPositionCommand.VELOCITY:
-        code = why_not_velocity(axis, velocity)
+        code = check_velocity(axis, velocity)
         if code:
             return code
     else:
@@ -72,17 +72,17 @@ def new_end_position_and_velocity(
         if position_type not in _END_POSITION_START:
             return NcError.JOB_START_TYPE
         start_type = _END_POSITION_START[EndPositionType(position_type)]
-        code = why_not_position(axis, start_type, position)
+        code = check_position(axis, start_type, position)
         if code:
             return code
         if start_type in ENDLESS:
             direction = ENDLESS[start_type]
-            code = why_not_away(axis, direction)
+            code = check_away(axis, direction)
         else:
             target = resolve_target(axis, start_type, position, p)
             direction = sign(target - p)
-            code = why_not_target(axis, target)
-        code = code or why_not_permitted(axis, direction)
+            code = check_target(axis, target)
+        code = code or check_permitted(axis, direction)
         if code:
             return code
     if at_switch:
@@ -156,13 +156,13 @@ def new_dynamics(axis: Axis, acceleration: float, deceleration: float, jerk: flo
 
     The jerk is optional (002 §6.4.4.3).
     """
-    code = why_no_command(axis)
+    code = check_command(axis)
     if code:
         return code
     if axis.set_motion_phase not in (MotionPhase.POSITIONING, MotionPhase.ENDLESS):
         return NcError.NO_MOTION
     jerk = jerk or axis.job.jerk
-    code = why_not_dynamics(axis, acceleration, deceleration, jerk)
+    code = check_dynamics(axis, acceleration, deceleration, jerk)
     if code:
         return code
     axis.job.acceleration = acceleration

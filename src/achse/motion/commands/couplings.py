@@ -1,6 +1,6 @@
 """Couplings: let an axis follow others, change how, and let it go again.
 
-Services that couple by a law of their own use `why_not_slave` and `begin_coupling`.
+Services that couple by a law of their own use `check_slave` and `begin_coupling`.
 """
 
 from collections.abc import Callable, Sequence
@@ -8,7 +8,7 @@ from math import isfinite
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
-from achse.motion.checks import OK, why_not_dynamics, why_not_velocity
+from achse.motion.checks import OK, check_dynamics, check_velocity
 from achse.motion.commands.queue import busy, dynamics, next_number
 from achse.motion.commands.starts import universal_start
 from achse.motion.commands.stops import oriented_stop
@@ -31,13 +31,13 @@ __all__ = [
     "LARGEST_PARAMETER",
     "begin_coupling",
     "change_coupling",
+    "check_slave",
     "couple",
     "couple_to_several",
     "decouple",
     "decouple_and_start",
     "decouple_with_follow_up",
     "stop_slave",
-    "why_not_slave",
 ]
 
 LARGEST_PARAMETER = 1e6
@@ -63,7 +63,7 @@ def couple(
         return NcError.SLAVE_TYPE
     if master_subindex or slave_subindex:  # of table and group places, which no such type has
         return NcError.SLAVE_COUPLING_PARAMETER
-    code = why_not_slave(slave)
+    code = check_slave(slave)
     if code:
         return code
     return begin_coupling(
@@ -72,7 +72,7 @@ def couple(
         (master_id, *law.others(given)),
         given,
         moving=law.moving,
-        why_not=lambda masters: _why_not_parameters(slave, masters, law, given),
+        check=lambda masters: _check_parameters(slave, masters, law, given),
     )
 
 
@@ -92,7 +92,7 @@ def couple_to_several(
     """
     if slave_type not in _OF_SEVERAL:
         return NcError.SLAVE_TYPE
-    code = why_not_slave(slave)
+    code = check_slave(slave)
     if code:
         return code
     given = acceleration, deceleration, jerk, velocity
@@ -103,7 +103,7 @@ def couple_to_several(
     if len(set(ids)) < len(ids):
         return NcError.SLAVE_COUPLING_PARAMETER
     ramp = dynamics(slave, acceleration, deceleration or acceleration, jerk)
-    code = why_not_dynamics(slave, *ramp)
+    code = check_dynamics(slave, *ramp)
     if code:
         return code
 
@@ -132,7 +132,7 @@ _OF_SEVERAL = (
 """Slave types of the longer forms, all the same; 002 prints none."""
 
 
-def why_not_slave(slave: Axis) -> int:
+def check_slave(slave: Axis) -> int:
     """Return the error that forbids this axis to become a slave at all, or 0."""
     if slave.axis_disabled:
         return NcError.AXIS_NOT_READY
@@ -177,19 +177,19 @@ def begin_coupling(
     *,
     moving: bool = False,
     slave_moves: bool = False,
-    why_not: Callable[[Sequence[Axis]], int] = _any,
+    check: Callable[[Sequence[Axis]], int] = _any,
     fill: Callable[[], None] = _nothing,
 ) -> int:
-    """Let an axis that may be a slave (`why_not_slave`) follow these masters by a law.
+    """Let an axis that may be a slave (`check_slave`) follow these masters by a law.
 
     Masters stand unless `moving`, the slave unless `slave_moves`; what it does then goes over into
-    the coupling. `why_not` gets the masters and refuses with a code; a refused coupling leaves all
+    the coupling. `check` gets the masters and refuses with a code; a refused coupling leaves all
     axes as they were. `fill` then fills the law's memory, the law's `base` comes last.
     """
     masters = [slave.fellows[int(n)] for n in master_ids if n in slave.fellows]
     if len(masters) < len(master_ids):
         return NcError.ADDRESS_MASTER_AXIS
-    code = why_not(masters)
+    code = check(masters)
     if code:
         return code
     for master in masters:
@@ -222,12 +222,12 @@ def begin_coupling(
     return OK
 
 
-def _why_not_parameters(
+def _check_parameters(
     slave: Axis, masters: Sequence[Axis], law: Coupling, parameters: Sequence[float]
 ) -> int:
     if not all(isfinite(each) and abs(each) <= LARGEST_PARAMETER for each in parameters):
         return NcError.SLAVE_COUPLING_PARAMETER
-    return law.why_not(slave, masters, parameters) if law.why_not else NcError.SLAVE_TYPE
+    return law.check(slave, masters, parameters) if law.check else NcError.SLAVE_TYPE
 
 
 def change_coupling(slave: Axis, *parameters: float) -> int:
@@ -236,14 +236,14 @@ def change_coupling(slave: Axis, *parameters: float) -> int:
     A new gear ratio of slave type 1 acts at once: the velocity jumps, the position does not.
     """
     law = law_of(slave.coupling.law)
-    if law is None or law.why_not is None:
+    if law is None or law.check is None:
         return NcError.SLAVE_TYPE
     axes = list(slave.fellows.values())
     masters = [axes[row] for row in slave.followed]
     others = tuple(master.axis_id for master in masters[1:])
     if law.by_parameters and law.others(parameters) != others:
         return NcError.SLAVE_COUPLING_PARAMETER
-    code = _why_not_parameters(slave, masters, law, parameters)
+    code = _check_parameters(slave, masters, law, parameters)
     if code:
         return code
     for n, value in enumerate(parameters):
@@ -303,13 +303,13 @@ def _decouple(
     if decoupling_type not in DecouplingType.__members__.values():
         return NcError.DECOUPLING_TYPE
     given = dynamics(slave, acceleration, deceleration, jerk)
-    code = why_not_dynamics(slave, *given)
+    code = check_dynamics(slave, *given)
     if code:
         return code
     if decoupling_type in (
         DecouplingType.ENDLESS_NEW_VELOCITY,
         DecouplingType.NEW_POSITION_AND_VELOCITY,
-    ) and why_not_velocity(slave, velocity):
+    ) and check_velocity(slave, velocity):
         return NcError.DECOUPLING_VELOCITY
     match decoupling_type:
         case DecouplingType.STOP:

@@ -5,7 +5,7 @@ from math import isfinite
 from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import ENDLESS, OK
-from achse.motion.commands.generators import begin_generator, why_no_generator
+from achse.motion.commands.generators import begin_generator, check_generator
 from achse.motion.commands.starts import universal_start
 from achse.motion.generators.external import leave_external
 from achse.motion.setpoint import begin_stop
@@ -20,7 +20,7 @@ def start_external_setpoint(axis: Axis, start_type: int, end_position: float) ->
     The end position is where target monitoring expects the axis, absolute or counted from here; it
     moves nothing. A set position farther away than the axis can go in one cycle is error 0x4359.
     """
-    code = why_no_generator(axis)
+    code = check_generator(axis)
     if code:
         return code
     if start_type not in (StartType.ABSOLUTE, StartType.RELATIVE):

@@ -2,24 +2,24 @@
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
-from achse.motion.checks import why_no_command, why_not_permitted
+from achse.motion.checks import check_command, check_permitted
 from achse.motion.commands.queue import busy, dynamics, next_number, show_accepted
 from achse.motion.states import AxisType, CommandState, MotionPhase
 
-__all__ = ["begin_generator", "why_no_generator"]
+__all__ = ["begin_generator", "check_generator"]
 
 
-def why_no_generator(axis: Axis, *directions: float, at_any_axis: bool = False) -> int:
+def check_generator(axis: Axis, *directions: float, at_any_axis: bool = False) -> int:
     """Return the error that forbids a generator in these directions, or 0; their signs count."""
     if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP and not at_any_axis:
         return NcError.GENERATOR_FUNCTION_MISSING
     if axis.external_setpoint_active:
         return NcError.EXTERNAL_GENERATOR_ACTIVE
-    code = why_no_command(axis)
+    code = check_command(axis)
     if not code and busy(axis):
         code = NcError.GROUP_BUSY
     for direction in directions or (0.0,):
-        code = code or why_not_permitted(axis, direction)
+        code = code or check_permitted(axis, direction)
     return code
 
 

@@ -10,15 +10,15 @@ from achse.native.declare import reset
 
 __all__ = [
     "begin_group_motion",
+    "check_in_group",
     "end_group_motion",
     "join_group",
     "leave_group",
     "return_to_ptp_group",
-    "why_not_in_group",
 ]
 
 
-def why_not_in_group(axis: Axis) -> int:
+def check_in_group(axis: Axis) -> int:
     """Return the error that forbids to take the axis out of its PTP group now, or 0.
 
     It must be an axis with a set point, at rest and not a slave; its enable does not matter.
@@ -36,7 +36,7 @@ def why_not_in_group(axis: Axis) -> int:
 
 def join_group(axis: Axis) -> int:
     """Leave the PTP group; from now on the group of several axes moves it."""
-    code = why_not_in_group(axis)
+    code = check_in_group(axis)
     if code == OK:
         axis.grouped = 1
     return code

@@ -2,8 +2,8 @@
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
-from achse.motion.checks import OK, why_no_command, why_not_velocity
-from achse.motion.commands.generators import begin_generator, why_no_generator
+from achse.motion.checks import OK, check_command, check_velocity
+from achse.motion.commands.generators import begin_generator, check_generator
 from achse.motion.commands.queue import busy
 from achse.motion.generators.homing import cam_direction, pulse_direction
 from achse.motion.port import STATUS_HOMED, STATUS_HOMING_FAILED
@@ -59,7 +59,7 @@ def home(axis: Axis) -> int:
     if axis.homed_by_drive and axis.drive.on_bus:
         return _let_the_drive_home(axis)
     directions = cam_direction(axis), pulse_direction(axis)
-    code = why_no_generator(axis, *directions, at_any_axis=True) or _why_not_home(axis)
+    code = check_generator(axis, *directions, at_any_axis=True) or _check_home(axis)
     if code:
         return code
     begin_generator(axis, MotionPhase.HOMING)
@@ -77,7 +77,7 @@ def home(axis: Axis) -> int:
 
 def _let_the_drive_home(axis: Axis) -> int:
     """The drive looks for its reference with its own methods and velocities."""
-    code = why_no_generator(axis)
+    code = check_generator(axis)
     if code:
         return code
     if axis.encoder.is_absolute:
@@ -93,7 +93,7 @@ def _let_the_drive_home(axis: Axis) -> int:
 
 
 def _ask_application(axis: Axis) -> int:
-    code = why_no_command(axis)
+    code = check_command(axis)
     if code:
         return code
     if busy(axis):
@@ -106,7 +106,7 @@ def _ask_application(axis: Axis) -> int:
     return OK
 
 
-def _why_not_home(axis: Axis) -> int:
+def _check_home(axis: Axis) -> int:
     """Return the error that forbids a homing sequence of the NC, or 0."""
     mode = axis.encoder.reference_mode
     if axis.encoder.is_absolute:
@@ -122,9 +122,9 @@ def _why_not_home(axis: Axis) -> int:
     edge = _LATCHED.get(ReferenceMode(mode))
     if edge is not None and axis.encoder.probe_refused >> edge & 1:
         return NcError.ENCODER_HARDWARE_LATCH
-    if why_not_velocity(axis, axis.homing_velocity_towards_cam):
+    if check_velocity(axis, axis.homing_velocity_towards_cam):
         return NcError.AXIS_HOMING_VELOCITY_TOWARDS_CAM
-    if why_not_velocity(axis, axis.homing_velocity_off_cam):
+    if check_velocity(axis, axis.homing_velocity_off_cam):
         return NcError.AXIS_HOMING_VELOCITY_OFF_CAM
     return OK
 

@@ -4,8 +4,8 @@ from math import isfinite
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
-from achse.motion.checks import OK, why_no_command, why_not_away, why_not_permitted
-from achse.motion.commands.generators import begin_generator, why_no_generator
+from achse.motion.checks import OK, check_away, check_command, check_permitted
+from achse.motion.commands.generators import begin_generator, check_generator
 from achse.motion.commands.queue import busy
 from achse.motion.commands.stops import stop
 from achse.motion.port import STATUS_READY
@@ -61,7 +61,7 @@ def _output(axis: Axis, output_type: int, value: float) -> float:
     return value
 
 
-def _why_not_output(output_type: int, value: float) -> int:
+def _check_output(output_type: int, value: float) -> int:
     if output_type not in DriveOutputType.__members__.values():
         return NcError.START_TYPE
     return OK if isfinite(value) else NcError.START_AXIS_DATA
@@ -73,8 +73,8 @@ def start_drive_output(axis: Axis, output_type: int, value: float) -> int:
     The set point follows the axis meanwhile. The output limits of the drive hold; a two-speed axis
     runs at rapid speed above 50 %.
     """
-    code = _why_not_output(output_type, value)
-    code = code or why_no_generator(axis, value, at_any_axis=True) or why_not_away(axis, value)
+    code = _check_output(output_type, value)
+    code = code or check_generator(axis, value, at_any_axis=True) or check_away(axis, value)
     if code:
         return code
     begin_generator(axis, MotionPhase.DRIVE_OUTPUT)
@@ -86,7 +86,7 @@ def change_drive_output(axis: Axis, output_type: int, value: float) -> int:
     """Change the direct output of the drive (0x28)."""
     if axis.set_motion_phase != MotionPhase.DRIVE_OUTPUT:
         return NcError.GENERATOR_INACTIVE
-    code = _why_not_output(output_type, value) or why_not_permitted(axis, value)
+    code = _check_output(output_type, value) or check_permitted(axis, value)
     if code:
         return code
     axis.direct_output = _output(axis, output_type, value)
@@ -165,7 +165,7 @@ def _begin_torque(
         return NcError.GENERATOR_FUNCTION_MISSING
     if axis.external_setpoint_active:
         return NcError.EXTERNAL_GENERATOR_ACTIVE
-    code = why_no_command(axis)
+    code = check_command(axis)
     if not code and axis.set_motion_phase not in _TORQUE_TAKES_OVER:
         code = NcError.GROUP_BUSY
     present = axis.drive.actual_torque
@@ -173,7 +173,7 @@ def _begin_torque(
         present = axis.set_torque
     if start_type == TorqueStartType.RELATIVE:
         torque += present
-    code = code or why_not_permitted(axis, torque)
+    code = code or check_permitted(axis, torque)
     if code:
         return code
     axis.buffer.count = 0

@@ -4,8 +4,8 @@ from math import isfinite, pi
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
-from achse.motion.checks import OK, why_not_target, why_not_velocity
-from achse.motion.commands.generators import begin_generator, why_no_generator
+from achse.motion.checks import OK, check_target, check_velocity
+from achse.motion.commands.generators import begin_generator, check_generator
 from achse.motion.commands.queue import dynamics, next_number, show_accepted
 from achse.motion.jobs import ask
 from achse.motion.setpoint import begin_job
@@ -34,7 +34,7 @@ def start_reversing(
 
     The move has the dynamics of the axis and lasts until another command or a stop.
     """
-    code = why_no_generator(axis, 1.0, -1.0) or why_not_velocity(axis, velocity)
+    code = check_generator(axis, 1.0, -1.0) or check_velocity(axis, velocity)
     if code:
         return code
     if start_type != StartType.ABSOLUTE:
@@ -44,9 +44,9 @@ def start_reversing(
     if end_position_1 == end_position_2:
         return NcError.COMMAND_SAME_TARGET
     code = (
-        why_not_target(axis, end_position_1)
-        or why_not_target(axis, end_position_2, end_position_1)
-        or why_not_target(axis, end_position_1, end_position_2)
+        check_target(axis, end_position_1)
+        or check_target(axis, end_position_2, end_position_1)
+        or check_target(axis, end_position_1, end_position_2)
     )
     if code:
         return code
@@ -82,10 +82,10 @@ def start_velocity_steps(
     velocity step is what this is for. The override scales the velocities.
     """
     velocities = (velocity_1, velocity_2)
-    code = why_no_generator(axis, *velocities)
+    code = check_generator(axis, *velocities)
     for velocity in velocities:
         if velocity != 0.0 or velocity_1 == velocity_2:
-            code = code or why_not_velocity(axis, abs(velocity))
+            code = code or check_velocity(axis, abs(velocity))
     if code:
         return code
     if start_type != StartType.ABSOLUTE:
@@ -96,12 +96,12 @@ def start_velocity_steps(
     twice = 2.0 * max(own, axis.fast_axis_stop_deceleration)
     first = axis.set.position + velocity_1 * move_time
     second = first + velocity_2 * move_time
-    code = why_not_target(axis, first) or why_not_target(axis, second)
+    code = check_target(axis, first) or check_target(axis, second)
     for end, velocity in (
         (first, velocity_1),
         (second, velocity_2),
     ):  # stopped at the end of a step
-        code = code or why_not_target(axis, end + velocity * abs(velocity) / twice)
+        code = code or check_target(axis, end + velocity * abs(velocity) / twice)
     if code:
         return code
     begin_generator(axis, MotionPhase.VELOCITY_STEPS)
@@ -131,7 +131,7 @@ def start_sine_oscillation(
     through `measurement_count` frequencies in equal ratios, `step_duration` seconds each; with
     start amplitude 0 there is the base alone.
     """
-    code = why_no_generator(axis, 1.0, -1.0)
+    code = check_generator(axis, 1.0, -1.0)
     if code:
         return code
     if start_type != StartType.ABSOLUTE:
@@ -155,8 +155,8 @@ def start_sine_oscillation(
         return NcError.ACCELERATION_NOT_PERMITTED
     slow = 2.0 * pi * min(start_frequency, stop_frequency)
     way = (2.0 * base_amplitude / base if base else 0.0) + 2.0 * start_amplitude / slow
-    code = why_not_velocity(axis, base_amplitude + start_amplitude)
-    code = code or why_not_target(axis, axis.set.position + way)
+    code = check_velocity(axis, base_amplitude + start_amplitude)
+    code = code or check_target(axis, axis.set.position + way)
     if code:
         return code
     begin_generator(axis, MotionPhase.SINE)

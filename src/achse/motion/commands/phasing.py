@@ -4,7 +4,7 @@ from math import isfinite
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
-from achse.motion.checks import OK, why_not_dynamics, why_not_velocity
+from achse.motion.checks import OK, check_dynamics, check_velocity
 from achse.motion.commands.queue import dynamics
 from achse.motion.profile import plan_to_position, plan_to_velocity, stopping_distance
 from achse.motion.states import BufferMode, PhasingType
@@ -43,7 +43,7 @@ def start_phasing(
     if master_axis_id > _LAST_AXIS:
         return NcError.AXIS_ID
     acceleration, deceleration, jerk = dynamics(axis, acceleration, deceleration, jerk)
-    code = why_not_dynamics(axis, acceleration, deceleration, jerk)
+    code = check_dynamics(axis, acceleration, deceleration, jerk)
     p, v, a = axis.phasing.position, axis.phasing.velocity, axis.phasing.acceleration
     if phasing_type == PhasingType.STOP:
         if code or not axis.phasing.active:
@@ -53,7 +53,7 @@ def start_phasing(
             axis.phasing.time, axis.phasing.jerk, v, a, 0.0, acceleration, deceleration, jerk
         )
     else:
-        code = code or why_not_velocity(axis, velocity)
+        code = code or check_velocity(axis, velocity)
         if not code and not isfinite(phase_shift):
             code = NcError.START_AXIS_DATA
         if code:

@@ -52,7 +52,7 @@ def _activate(encoder: AxisEncoder, edge: int, continuous: bool, source: int) ->
     encoder.probe_source[edge] = source
 
 
-def _why_not_activate(encoder: AxisEncoder, edge: int) -> int:
+def _check_activate(encoder: AxisEncoder, edge: int) -> int:
     if encoder.probe_active[edge]:
         return NcError.ENCODER_FUNCTION_ACTIVE
     if _homing_holds_latch(encoder, edge) or encoder.probe_refused >> edge & 1:
@@ -76,7 +76,7 @@ def activate_touch_probe(
         or signal_source not in SignalSource.__members__.values()
     ):
         return NcError.REQUEST_PARAMETER
-    code = _why_not_activate(encoder, edge)
+    code = _check_activate(encoder, edge)
     if code:
         return code
     source = signal_source or probe_unit
@@ -105,7 +105,7 @@ def activate_latch(at: Axis | AxisEncoder, *chosen: int, falling: bool) -> int:
     encoder = at.encoder
     edges = [unit + TOUCH_PROBES * falling for unit, flag in enumerate(chosen or (1,)) if flag]
     for edge in edges:
-        code = _why_not_activate(encoder, edge)
+        code = _check_activate(encoder, edge)
         if code:
             return code
     for edge in edges:

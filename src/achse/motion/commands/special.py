@@ -4,7 +4,7 @@ from math import isfinite
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
-from achse.motion.checks import ENDLESS, why_no_command, why_not_velocity
+from achse.motion.checks import ENDLESS, check_command, check_velocity
 from achse.motion.commands.changes import new_end_position_and_velocity
 from achse.motion.commands.queue import as_resolved_start, busy
 from achse.motion.commands.starts import start
@@ -38,8 +38,8 @@ def start_special(
 
     Refused while a job runs; None takes the axis default.
     """
-    code = why_no_command(axis) or (busy(axis) and NcError.GROUP_BUSY)
-    code = code or why_not_velocity(axis, end_velocity)
+    code = check_command(axis) or (busy(axis) and NcError.GROUP_BUSY)
+    code = code or check_velocity(axis, end_velocity)
     if code:
         return code
     if not (isfinite(position) and isfinite(velocity_change_position)):

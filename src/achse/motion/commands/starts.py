@@ -8,13 +8,13 @@ from achse.motion.axis import Axis
 from achse.motion.checks import (
     ENDLESS,
     OK,
-    why_no_command,
-    why_not_away,
-    why_not_dynamics,
-    why_not_permitted,
-    why_not_position,
-    why_not_target,
-    why_not_velocity,
+    check_away,
+    check_command,
+    check_dynamics,
+    check_permitted,
+    check_position,
+    check_target,
+    check_velocity,
 )
 from achse.motion.commands.jog import JOGS, as_plain_start
 from achse.motion.commands.queue import (
@@ -66,16 +66,16 @@ def start(
         own[2] if jerk is None else jerk,
     )
     code = (
-        why_no_command(axis)
+        check_command(axis)
         or (occupied(axis) and NcError.GROUP_BUSY)
-        or why_not_dynamics(axis, *given)
+        or check_dynamics(axis, *given)
     )
     if code:
         return code
     if start_type in _HALTS:
         return NcError.START_TYPE
     code, move = _as_move(axis, start_type, position, velocity)
-    code = code or why_not_velocity(axis, move.velocity)
+    code = code or check_velocity(axis, move.velocity)
     return code or _accept(axis, move, *given)
 
 
@@ -125,9 +125,9 @@ def universal_start(
     if buffer_mode not in BufferMode.__members__.values():
         return NcError.FUNCTION_NOT_AVAILABLE
     code = (
-        why_no_command(axis)
-        or why_not_velocity(axis, move.velocity)
-        or why_not_dynamics(axis, acceleration, deceleration, jerk)
+        check_command(axis)
+        or check_velocity(axis, move.velocity)
+        or check_dynamics(axis, acceleration, deceleration, jerk)
     )
     return code or _accept(
         axis,
@@ -177,7 +177,7 @@ def _accept(
 ) -> int:
     """Begin a move or let it wait; command, velocity and dynamics have been checked."""
     start_type, position, velocity = move
-    code = why_not_position(axis, start_type, position) or _why_not_segment(
+    code = check_position(axis, start_type, position) or _check_segment(
         velocity, blending_position, segment_start_velocity, segment_end_velocity
     )
     if code:
@@ -191,12 +191,12 @@ def _accept(
     if start_type in ENDLESS:
         target = begin
         direction = ENDLESS[StartType(start_type)]
-        code = why_not_away(axis, direction)
+        code = check_away(axis, direction)
     else:
         target = resolve_target(axis, start_type, position, begin)
         direction = sign(target - begin)
-        code = why_not_target(axis, target, begin)
-    code = code or why_not_permitted(axis, direction)
+        code = check_target(axis, target, begin)
+    code = code or check_permitted(axis, direction)
     if code:
         return code
     if not queued:
@@ -254,7 +254,7 @@ def _accept(
     return OK
 
 
-def _why_not_segment(
+def _check_segment(
     velocity: float, blending_position: float | None, start_velocity: float, end_velocity: float
 ) -> int:
     if blending_position is not None and not isfinite(blending_position):
@@ -266,7 +266,7 @@ def _why_not_segment(
 
 def _halt_later(axis: Axis, acceleration: float, deceleration: float, jerk: float) -> int:
     """Halt when the commands before are done; endless ones are once they are in velocity."""
-    code = why_no_command(axis) or why_not_dynamics(axis, acceleration, deceleration, jerk)
+    code = check_command(axis) or check_dynamics(axis, acceleration, deceleration, jerk)
     if code:
         return code
     if axis.set_motion_phase == MotionPhase.HOMING:

@@ -4,7 +4,7 @@ from math import isfinite
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
-from achse.motion.checks import OK, STEEPEST_JERK, why_not_dynamics, why_not_own, why_not_target
+from achse.motion.checks import OK, STEEPEST_JERK, check_dynamics, check_own, check_target
 from achse.motion.commands.queue import heading, next_number, sign
 from achse.motion.dynamics import fault_deceleration, fault_jerk
 from achse.motion.profile import stopping_distance, stopping_time
@@ -40,7 +40,7 @@ def halt(axis: Axis, start_type: int, deceleration: float, jerk: float, buffer_m
         return axis.error_code
     if axis.motion_locked and start_type == StartType.HALT:
         return NcError.AXIS_LOCKED_BY_STOP
-    code = why_not_dynamics(axis, axis.max_acceleration, deceleration, jerk)
+    code = check_dynamics(axis, axis.max_acceleration, deceleration, jerk)
     if code:
         return code
     if buffer_mode != BufferMode.ABORTING and not (
@@ -60,7 +60,7 @@ def halt(axis: Axis, start_type: int, deceleration: float, jerk: float, buffer_m
 
 def stop(axis: Axis) -> int:
     """Stop with the deceleration and jerk of the running command (0x02)."""
-    code = why_not_own(axis)
+    code = check_own(axis)
     if code:
         return code
     _brake(axis, axis.job.deceleration, axis.job.jerk)
@@ -69,7 +69,7 @@ def stop(axis: Axis) -> int:
 
 def parameterized_stop(axis: Axis, deceleration: float, jerk: float) -> int:
     """Stop with the given deceleration and jerk (0x05)."""
-    code = why_not_own(axis) or why_not_dynamics(axis, axis.max_acceleration, deceleration, jerk)
+    code = check_own(axis) or check_dynamics(axis, axis.max_acceleration, deceleration, jerk)
     if code:
         return code
     _brake(axis, deceleration, jerk)
@@ -81,7 +81,7 @@ def emergency_stop(axis: Axis, deceleration: float, jerk: float) -> int:
 
     The ramp is the strongest one of the axis where that is stronger still.
     """
-    code = why_not_own(axis)
+    code = check_own(axis)
     if code:
         return code
     if not (0.0 < deceleration <= axis.max_deceleration and 0.0 < jerk <= STEEPEST_JERK):
@@ -99,7 +99,7 @@ def oriented_stop(axis: Axis, modulo_position: float, deceleration: float, jerk:
 
     The ramp is that of the running command; the given one is checked but without effect (002).
     """
-    code = why_not_own(axis) or why_not_dynamics(axis, axis.max_acceleration, deceleration, jerk)
+    code = check_own(axis) or check_dynamics(axis, axis.max_acceleration, deceleration, jerk)
     if code:
         return code
     if not (modulo_position >= 0.0 and isfinite(modulo_position)):
@@ -113,7 +113,7 @@ def oriented_stop(axis: Axis, modulo_position: float, deceleration: float, jerk:
     direction = sign(ramp) or heading(axis)
     way = modulo_part((modulo_position - rest) * direction, axis.encoder.modulo_factor)
     target = rest + direction * way
-    code = why_not_target(axis, target)
+    code = check_target(axis, target)
     if code:
         return code
     absorb(axis)
@@ -135,7 +135,7 @@ def clear(axis: Axis) -> int:
 
     Other than after a stop, bit 7 of the status does not say that the axis was stopped.
     """
-    code = why_not_own(axis)
+    code = check_own(axis)
     if code:
         return code
     stopped = axis.has_been_stopped

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
-from achse.motion.checks import OK, why_no_command, why_not_dynamics, why_not_target
+from achse.motion.checks import OK, check_command, check_dynamics, check_target
 from achse.motion.commands.queue import dynamics, heading, sign
 from achse.motion.states import AxisType, CompensationType, MotionPhase
 from achse.motion.superposition import superposed_speed, superposed_way
@@ -61,14 +61,14 @@ def start_superposition(axis: Axis, asked: Compensation) -> tuple[int, Compensat
     The axis must be travelling to a position, endlessly or as a slave. Accelerations of 0 are the
     axis defaults. No set velocity exceeds the axis maximum, and one that falls back does not turn.
     """
-    code = _why_not(axis, asked)
+    code = _check(axis, asked)
     if code:
         return code, asked
     acceleration, deceleration, jerk = dynamics(
         axis, asked.acceleration_increase, asked.deceleration_increase, 0.0
     )
     asked = asked._replace(acceleration_increase=acceleration, deceleration_increase=deceleration)
-    code = why_not_dynamics(axis, acceleration, deceleration, jerk)
+    code = check_dynamics(axis, acceleration, deceleration, jerk)
     limit = _fastest(axis, asked)
     if not code and limit <= 0.0:
         code = NcError.SET_VELOCITY_NOT_ALLOWED
@@ -78,9 +78,9 @@ def start_superposition(axis: Axis, asked: Compensation) -> tuple[int, Compensat
     direction = heading(axis)
     if axis.set_motion_phase == MotionPhase.POSITIONING:
         shift = direction * done.distance
-        code = why_not_target(axis, axis.target_position + shift)
+        code = check_target(axis, axis.target_position + shift)
         if not code and axis.reversing.number:
-            code = why_not_target(axis, axis.reversing.target + shift)
+            code = check_target(axis, axis.reversing.target + shift)
         if code:
             return code, asked
     _begin(axis, direction, done)
@@ -136,7 +136,7 @@ def stop_superposition(axis: Axis) -> int:
     return OK
 
 
-def _why_not(axis: Axis, asked: Compensation) -> int:
+def _check(axis: Axis, asked: Compensation) -> int:
     if axis.axis_type == AxisType.DISCRETE_RAPID_CREEP:
         return NcError.AXIS_INCOMPATIBLE
     if asked.type not in CompensationType.__members__.values():
@@ -153,7 +153,7 @@ def _why_not(axis: Axis, asked: Compensation) -> int:
         return NcError.SUPERIMPOSED_MOVE_DATA
     if not _LEAST <= asked.length <= _MOST or _base_way(asked) <= 0.0:
         return NcError.COMPENSATION_DISTANCE
-    code = why_no_command(axis)
+    code = check_command(axis)
     if code:
         return code
     if axis.external_setpoint_active:

@@ -7,11 +7,11 @@ from typing import NamedTuple
 from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK
-from achse.motion.commands.couplings import LARGEST_PARAMETER, begin_coupling, why_not_slave
+from achse.motion.commands.couplings import LARGEST_PARAMETER, begin_coupling, check_slave
 from achse.motion.couplings.approach import AT_REST, NO_WAY, line, quintic, ramp
 from achse.motion.couplings.course import SlaveCourse, course_by_time, course_over_master
 from achse.motion.couplings.masters import as_leader
-from achse.motion.couplings.sync_checks import SawLimits, why_not_course
+from achse.motion.couplings.sync_checks import SawLimits, check_course
 from achse.motion.fields.synchronising import SYNC_PIECES, SYNC_TERMS
 from achse.motion.record import AxisFields
 from achse.motion.states import SlaveType, SynchronisingBit
@@ -80,7 +80,7 @@ def synchronise(
     given = velocity, acceleration, deceleration, jerk
     if not all(isfinite(limit) and limit >= 0.0 for limit in given):
         return NcError.SYNCHRONISING_DYNAMICS
-    code = why_not_slave(slave)
+    code = check_slave(slave)
     if code and not (code == NcError.SLAVE_ADDRESS and slave.coupling.law in _TYPES):
         return code
     by_position = slave_type == SlaveType.SYNCHRONISING_POSITION
@@ -88,7 +88,7 @@ def synchronise(
     request = _Request(by_position, gear, master_position, slave_position, limits, mask)
     ways: list[_Way] = []
 
-    def why_not(masters: Sequence[Axis]) -> int:
+    def check(masters: Sequence[Axis]) -> int:
         code, way = _plan(slave, as_leader(masters[0]), request)
         ways.extend(way)
         return code
@@ -105,7 +105,7 @@ def synchronise(
         (gear, master_position, slave_position, 0.0),
         moving=True,
         slave_moves=True,
-        why_not=why_not,
+        check=check,
         fill=fill,
     )
     if not code and ways:
@@ -149,7 +149,7 @@ def _plan(slave: Axis, master: AxisFields, request: _Request) -> tuple[int, list
     if not request.by_position:
         begin = seen + master.leading_value.offset
         course = course_by_time(begin, velocity, state, request.gear * velocity, limits[1:4])
-        return why_not_course(course, mask, limits), []
+        return check_course(course, mask, limits), []
     master_way = request.master_position - master.leading_value.offset - seen
     slave_way = request.slave_position - slave.set.position
     if abs(master_way) < NO_WAY or master_way * velocity < 0.0:
@@ -166,7 +166,7 @@ def _plan(slave: Axis, master: AxisFields, request: _Request) -> tuple[int, list
         begin = seen + master.leading_value.offset
         return course_over_master(begin, nominal, state[0], way.lengths, way.terms)
 
-    codes = [why_not_course(course_on(way), mask, limits, nominal=not velocity) for way in ways]
+    codes = [check_course(course_on(way), mask, limits, nominal=not velocity) for way in ways]
     if codes[0] == OK:
         return OK, ways[:-1]
     return codes[-1], []

@@ -14,7 +14,7 @@ from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 from achse.motion.states import MotionPhase
 
-__all__ = ["base", "others", "step", "why_not"]
+__all__ = ["base", "check", "others", "step"]
 
 
 def base(ax: AxisFields, rows: NcRows) -> None:
@@ -58,7 +58,7 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     ax.coupling.master_moved = moves
 
 
-def why_not(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
+def check(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
     """Parameters 1 and 2 are the gear ratios, not 0; parameter 3 is the id of master 2."""
     if parameters[0] == 0.0 or parameters[1] == 0.0:
         return NcError.GEAR_FACTOR_ZERO

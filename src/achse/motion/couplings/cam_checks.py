@@ -14,13 +14,13 @@ from achse.codes import NcError
 from achse.motion.couplings.cams import (
     CHANGE_BEGIN,
     change,
+    check_jump,
     due,
     jump_of,
     law_after,
     seen_master,
-    why_not_jump,
 )
-from achse.motion.couplings.guard import why_not_step
+from achse.motion.couplings.guard import check_step
 from achse.motion.couplings.masters import seen_of_row
 from achse.motion.record import CamFields
 from achse.motion.rows import NcRows
@@ -29,7 +29,7 @@ from achse.motion.states import CamActivation
 if TYPE_CHECKING:
     from achse.motion.axis import Axis
 
-__all__ = ["carry_out_now", "why_not_change", "why_not_follow"]
+__all__ = ["carry_out_now", "check_change", "check_follow"]
 
 _FARTHEST = 1e12
 """Way in which a master comes to each place at which a cam can change."""
@@ -42,7 +42,7 @@ _REFUSALS: dict[int, int] = {
 """Code that answers a request, by the code with which an axis fails."""
 
 
-def why_not_follow(slave: "Axis", position: float, velocity: float, acceleration: float) -> int:
+def check_follow(slave: "Axis", position: float, velocity: float, acceleration: float) -> int:
     """Return the code that refuses these values of the law for the next cycle, or 0.
 
     They are those at the present positions of the masters, which go on with their velocities.
@@ -50,7 +50,7 @@ def why_not_follow(slave: "Axis", position: float, velocity: float, acceleration
     rest before a soft limit.
     """
     with _without_superposition(slave):
-        return _why_not_values(slave, position, velocity, acceleration)
+        return _check_values(slave, position, velocity, acceleration)
 
 
 @contextmanager
@@ -64,20 +64,20 @@ def _without_superposition(slave: "Axis") -> Iterator[None]:
         slave.set.position = position
 
 
-def _why_not_values(slave: "Axis", position: float, velocity: float, acceleration: float) -> int:
+def _check_values(slave: "Axis", position: float, velocity: float, acceleration: float) -> int:
     jump = position - slave.set.position
-    code = why_not_jump(slave, jump)
+    code = check_jump(slave, jump)
     if code:
         return code
     dt = slave.cycle_ns * 1e-9
     way = velocity * dt
     place = position + slave.coupling.offset + way
-    code = why_not_step(slave, jump + way, place, velocity, acceleration, dt)
+    code = check_step(slave, jump + way, place, velocity, acceleration, dt)
     return _REFUSALS[code] if code else 0
 
 
-def why_not_change(slave: "Axis", rows: NcRows, number: int, layer: CamFields) -> int:
-    """Return the code that refuses what a layer is to wait for, or 0, as `why_not_follow`.
+def check_change(slave: "Axis", rows: NcRows, number: int, layer: CamFields) -> int:
+    """Return the code that refuses what a layer is to wait for, or 0, as `check_follow`.
 
     The layer may be a copy; its number is -1 as long as the slave does not have it. A change that
     comes later is refused if the slave would jump at its place.
@@ -86,7 +86,7 @@ def why_not_change(slave: "Axis", rows: NcRows, number: int, layer: CamFields) -
     if layer.change.when == CamActivation.AS_SOON_AS_POSSIBLE or not (begins or slave.loop_closed):
         return 0
     with _without_superposition(slave):
-        return _why_not_change(slave, rows, number, layer)
+        return _check_change(slave, rows, number, layer)
 
 
 def carry_out_now(slave: "Axis", rows: NcRows, layer: CamFields) -> None:
@@ -100,26 +100,24 @@ def carry_out_now(slave: "Axis", rows: NcRows, layer: CamFields) -> None:
     is_due, at = due(rows, layer, now, now)
     with _without_superposition(slave):
         number = slave.cams.index(layer)
-        if is_due and not _why_not_now(slave, rows, number, layer, at):
+        if is_due and not _check_now(slave, rows, number, layer, at):
             change(slave, rows, layer, at)
 
 
-def _why_not_now(slave: "Axis", rows: NcRows, number: int, layer: CamFields, at: float) -> int:
-    code = why_not_jump(slave, jump_of(slave, rows, layer, at))
+def _check_now(slave: "Axis", rows: NcRows, number: int, layer: CamFields, at: float) -> int:
+    code = check_jump(slave, jump_of(slave, rows, layer, at))
     if code or not slave.loop_closed:
         return code
-    return _why_not_values(slave, *law_after(slave, rows, number, layer, at))
+    return _check_values(slave, *law_after(slave, rows, number, layer, at))
 
 
-def _why_not_change(slave: "Axis", rows: NcRows, number: int, layer: CamFields) -> int:
+def _check_change(slave: "Axis", rows: NcRows, number: int, layer: CamFields) -> int:
     now = seen_master(slave, rows, layer)
     is_due, at = due(rows, layer, now, now)
     if is_due:
-        return _why_not_now(slave, rows, number, layer, at)
+        return _check_now(slave, rows, number, layer, at)
     moves = seen_of_row(slave, rows, layer.master)[1]
     ways = (copysign(_FARTHEST, moves),) if moves else (_FARTHEST, -_FARTHEST)
     places = [due(rows, layer, now, now + way) for way in ways]
-    codes = [
-        why_not_jump(slave, jump_of(slave, rows, layer, at)) for is_due, at in places if is_due
-    ]
+    codes = [check_jump(slave, jump_of(slave, rows, layer, at)) for is_due, at in places if is_due]
     return codes[0] if codes and all(codes) else 0

@@ -18,7 +18,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from math import ceil, floor
 
 from achse.codes import NcError
-from achse.motion.couplings.guard import why_not_step
+from achse.motion.couplings.guard import check_step
 from achse.motion.couplings.masters import seen_of_row
 from achse.motion.limits import TOLERANCE
 from achse.motion.record import CAM_LAW, AxisFields, CamFields, CamLaw
@@ -37,6 +37,7 @@ __all__ = [
     "base",
     "carry_out",
     "change",
+    "check_jump",
     "due",
     "jump_of",
     "law_after",
@@ -48,7 +49,6 @@ __all__ = [
     "show_cams",
     "show_waiting",
     "step",
-    "why_not_jump",
 ]
 
 CHANGE_NOTHING = 0
@@ -368,7 +368,7 @@ def law_after(
     return s, v, a
 
 
-def why_not_jump(ax: AxisFields, jump: float) -> int:
+def check_jump(ax: AxisFields, jump: float) -> int:
     """Return the code that refuses a jump of the slave, which is one beyond its position window."""
     most = ax.position_range_window + TOLERANCE + _RELATIVE * abs(ax.set.position)
     return 0 if abs(jump) <= most else NcError.TABLE_SLAVE_RANGE
@@ -377,10 +377,10 @@ def why_not_jump(ax: AxisFields, jump: float) -> int:
 def _carry_out_one(ax: AxisFields, rows: NcRows, number: int, layer: CamFields, dt: float) -> None:
     """Carry out what a layer waits for if it is time and the slave can follow; else it waits on."""
     is_due, at = due(rows, layer, layer.seen, seen_master(ax, rows, layer))
-    if is_due == 0 or why_not_jump(ax, jump_of(ax, rows, layer, at)):
+    if is_due == 0 or check_jump(ax, jump_of(ax, rows, layer, at)):
         return
     s, v, a = law_after(ax, rows, number, layer, at)
-    if why_not_step(ax, s - ax.set.position, s + ax.coupling.offset, v, a, dt):
+    if check_step(ax, s - ax.set.position, s + ax.coupling.offset, v, a, dt):
         return
     change(ax, rows, layer, at)
     show_waiting(ax)

@@ -15,7 +15,7 @@ from achse.motion.couplings.masters import seen, seen_acceleration, seen_jerk, s
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 
-__all__ = ["base", "step", "turn", "why_not"]
+__all__ = ["base", "check", "step", "turn"]
 
 MOST = 1e6
 """Largest ratio (002 §6.4.4.2, state 0x23); a larger one, or NaN, changes
@@ -78,6 +78,6 @@ def turn(ax: AxisFields, rows: NcRows, weight: float, dt: float) -> None:
     ax.set_gear_ratio = ratio
 
 
-def why_not(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
+def check(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
     """Parameter 1 is the limit, above 0; the others are reserved."""
     return 0 if parameters[0] > 0.0 else NcError.SLAVE_COUPLING_PARAMETER

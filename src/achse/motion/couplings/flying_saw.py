@@ -32,7 +32,7 @@ from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 from achse.motion.states import MotionState, SlaveType
 
-__all__ = ["base", "change", "step", "why_not_position", "why_not_velocity"]
+__all__ = ["base", "change", "check_position", "check_velocity", "step"]
 
 _DEGREE = 0.017453292519943295
 _ALONG = 90.0
@@ -104,7 +104,7 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     follow_approach(ax, master, seen(ax, rows, 0), velocity, acceleration, dt)
 
 
-def _why_not(
+def _check(
     slave_type: int, ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]
 ) -> int:
     """The angle is above 0 and not above 90 degrees; the master has to be before where it begins.
@@ -132,18 +132,18 @@ def _why_not(
     return 0
 
 
-def why_not_velocity(
+def check_velocity(
     ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]
 ) -> int:
-    """Type 2, see `_why_not`."""
-    return _why_not(SlaveType.FLYING_SAW_VELOCITY, ax, masters, parameters)
+    """Type 2, see `_check`."""
+    return _check(SlaveType.FLYING_SAW_VELOCITY, ax, masters, parameters)
 
 
-def why_not_position(
+def check_position(
     ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]
 ) -> int:
-    """Type 3, see `_why_not`."""
-    return _why_not(SlaveType.FLYING_SAW_POSITION, ax, masters, parameters)
+    """Type 3, see `_check`."""
+    return _check(SlaveType.FLYING_SAW_POSITION, ax, masters, parameters)
 
 
 def change(ax: AxisFields, rows: NcRows) -> None:

@@ -12,7 +12,7 @@ from achse.motion.dynamics import fastest
 from achse.motion.limits import TOLERANCE, limit_ahead
 from achse.motion.record import AxisFields
 
-__all__ = ["ROUNDING", "why_not_step"]
+__all__ = ["ROUNDING", "check_step"]
 
 ROUNDING = 1e-9
 """Part of a velocity, and way in axis units, that may be too much: rounding only."""
@@ -20,7 +20,7 @@ ROUNDING = 1e-9
 _RELATIVE = 1e-12
 
 
-def why_not_step(
+def check_step(
     ax: AxisFields, way: float, position: float, velocity: float, acceleration: float, dt: float
 ) -> int:
     """Return the code that refuses a set point `way` behind the last one, or 0.

@@ -12,7 +12,7 @@ from achse.motion.couplings.masters import seen, seen_acceleration, seen_jerk, s
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 
-__all__ = ["base", "step", "why_not"]
+__all__ = ["base", "check", "step"]
 
 
 def base(ax: AxisFields, rows: NcRows) -> None:
@@ -33,6 +33,6 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     ax.set.jerk = ax.coupling.gear * seen_jerk(ax, rows, 0)
 
 
-def why_not(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
+def check(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
     """Parameter 1 is the gear ratio, not 0."""
     return NcError.GEAR_FACTOR_ZERO if parameters[0] == 0.0 else 0

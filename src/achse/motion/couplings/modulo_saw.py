@@ -19,7 +19,7 @@ from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 from achse.motion.states import AxisType, MotionState
 
-__all__ = ["base", "others", "step", "why_not"]
+__all__ = ["base", "check", "others", "step"]
 
 _TO_PLACE = 5
 """The slave goes to its place beside the master; other methods are those of `approach`."""
@@ -119,7 +119,7 @@ def others(parameters: Sequence[float]) -> tuple[float, ...]:
     return (parameters[2],) if parameters[2] else ()
 
 
-def why_not(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
+def check(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
     """Axes of one period, a share above 0 and not above 1; a table of its own (parameter 4) is not
     approved by the manual. It begins with its first master."""
     known = (_REST, 1.0, _SECOND)[: 1 + len(masters)] if ax.coupling.law else (1.0,)

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 from achse.codes import NcError
 from achse.motion.couplings.cyclic_gear import base as base_of_gear
+from achse.motion.couplings.cyclic_gear import check as check_gear
 from achse.motion.couplings.cyclic_gear import turn
-from achse.motion.couplings.cyclic_gear import why_not as why_not_gear
 from achse.motion.couplings.masters import let_go
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
@@ -23,7 +23,7 @@ from achse.motion.setpoint import fail
 if TYPE_CHECKING:
     from achse.motion.axis import Axis
 
-__all__ = ["base", "step", "why_not"]
+__all__ = ["base", "check", "step"]
 
 DEGREES = 180.0 / pi
 
@@ -46,8 +46,8 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
         fail(ax, NcError.SLAVE_COUPLING_PARAMETER, 0)
 
 
-def why_not(slave: "Axis", masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
+def check(slave: "Axis", masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
     """Parameter 1 is that of a cyclic gear; the slave has a second encoder with a radius."""
     if len(slave.encoders) < 2 or slave.encoders[1].actual_position == 0.0:
         return NcError.SLAVE_COUPLING_PARAMETER
-    return why_not_gear(slave, masters, parameters)
+    return check_gear(slave, masters, parameters)

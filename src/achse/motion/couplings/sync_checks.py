@@ -11,7 +11,7 @@ from achse.codes import NcError
 from achse.motion.couplings.course import SlaveCourse
 from achse.motion.states import SynchronisingBit
 
-__all__ = ["SawLimits", "why_not_course"]
+__all__ = ["SawLimits", "check_course"]
 
 _ROUNDED = 1e-9
 
@@ -90,7 +90,7 @@ def _dynamics(course: SlaveCourse, limits: SawLimits) -> Iterator[_Check]:
         yield _Check(bit, value, limit, limit, code)
 
 
-def why_not_course(
+def check_course(
     course: SlaveCourse, mask: int, limits: SawLimits, *, nominal: bool = False
 ) -> int:
     """Code of the first check that the mask asks for and the course fails, or 0.

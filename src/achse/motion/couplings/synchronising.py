@@ -28,7 +28,7 @@ from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 from achse.motion.states import MotionState, SlaveType
 
-__all__ = ["base", "change", "step", "why_not"]
+__all__ = ["base", "change", "check", "step"]
 
 
 def base(ax: AxisFields, rows: NcRows) -> None:
@@ -60,7 +60,7 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     follow_approach(ax, master, seen(ax, rows, 0), velocity, acceleration, dt)
 
 
-def why_not(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
+def check(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
     """A slave that runs with its master, or changes over in time, takes another gear ratio.
 
     The service by four parameters (0x40) does not couple these types.

@@ -44,7 +44,7 @@ from achse.motion.couplings import (
     surface_speed,
     synchronising,
 )
-from achse.motion.couplings.guard import why_not_step
+from achse.motion.couplings.guard import check_step
 from achse.motion.couplings.masters import lead_on, let_go
 from achse.motion.dynamics import drop_foreign
 from achse.motion.record import AxisFields
@@ -90,7 +90,7 @@ class Coupling(NamedTuple):
     open."""
     by_parameters: bool = True
     """True if four parameters couple by it (0x40), False if a service of its own does."""
-    why_not: Callable[["Axis", Sequence["Axis"], Sequence[float]], int] | None = _any
+    check: Callable[["Axis", Sequence["Axis"], Sequence[float]], int] | None = _any
     """Code that refuses these four parameters for a slave and its masters, or 0; they are finite
     and not above a million. Asked at coupling and when they change. None: it has no parameters."""
     others: Callable[[Sequence[float]], tuple[float, ...]] = _none_besides
@@ -106,14 +106,14 @@ class Coupling(NamedTuple):
 
 
 COUPLINGS: tuple[Coupling, ...] = (
-    Coupling("linear", SlaveType.LINEAR.value, linear.step, linear.base, why_not=linear.why_not),
+    Coupling("linear", SlaveType.LINEAR.value, linear.step, linear.base, check=linear.check),
     Coupling(
         "cam",
         SlaveType.TABULAR.value,
         cams.step,
         cams.base,
         by_parameters=False,
-        why_not=None,
+        check=None,
         guarded=True,
     ),
     Coupling(
@@ -122,7 +122,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         cams.step,
         cams.base,
         by_parameters=False,
-        why_not=None,
+        check=None,
         guarded=True,
     ),
     Coupling(
@@ -131,7 +131,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         cams.step,
         cams.base,
         by_parameters=False,
-        why_not=None,
+        check=None,
         guarded=True,
     ),
     Coupling(
@@ -139,7 +139,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         SlaveType.CYCLIC_GEAR.value,
         cyclic_gear.step,
         cyclic_gear.base,
-        why_not=cyclic_gear.why_not,
+        check=cyclic_gear.check,
         moving=True,
         change=_by_the_next_cycle,
     ),
@@ -148,7 +148,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         SlaveType.BILINEAR.value,
         bilinear.step,
         bilinear.base,
-        why_not=bilinear.why_not,
+        check=bilinear.check,
         others=bilinear.others,
     ),
     Coupling(
@@ -156,7 +156,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         SlaveType.SURFACE_SPEED.value,
         surface_speed.step,
         surface_speed.base,
-        why_not=surface_speed.why_not,
+        check=surface_speed.check,
         moving=True,
         change=_by_the_next_cycle,
     ),
@@ -173,7 +173,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         SlaveType.FLYING_SAW_VELOCITY.value,
         flying_saw.step,
         flying_saw.base,
-        why_not=flying_saw.why_not_velocity,
+        check=flying_saw.check_velocity,
         moving=True,
         change=flying_saw.change,
         stops=True,
@@ -183,7 +183,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         SlaveType.FLYING_SAW_POSITION.value,
         flying_saw.step,
         flying_saw.base,
-        why_not=flying_saw.why_not_position,
+        check=flying_saw.check_position,
         moving=True,
         change=flying_saw.change,
         stops=True,
@@ -194,7 +194,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         synchronising.step,
         synchronising.base,
         by_parameters=False,
-        why_not=synchronising.why_not,
+        check=synchronising.check,
         change=synchronising.change,
         stops=True,
     ),
@@ -204,7 +204,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         synchronising.step,
         synchronising.base,
         by_parameters=False,
-        why_not=synchronising.why_not,
+        check=synchronising.check,
         change=synchronising.change,
         stops=True,
     ),
@@ -213,7 +213,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         SlaveType.MODULO_SAW.value,
         modulo_saw.step,
         modulo_saw.base,
-        why_not=modulo_saw.why_not,
+        check=modulo_saw.check,
         others=modulo_saw.others,
         moving=True,
         stops=True,
@@ -286,7 +286,7 @@ def _follow(ax: AxisFields, rows: NcRows, dt: float) -> None:
 def _fault(ax: AxisFields, begin: float, dt: float) -> int:
     """Code that refuses the set point of a law, without what is superposed; 0 = it can be taken."""
     position = ax.set.position + ax.coupling.offset
-    return why_not_step(ax, position - begin, position, ax.set.velocity, ax.set.acceleration, dt)
+    return check_step(ax, position - begin, position, ax.set.velocity, ax.set.acceleration, dt)
 
 
 def _brake(ax: AxisFields, rows: NcRows, code: int, dt: float) -> None:

@@ -118,7 +118,7 @@ class FifoGroup(AxisGroup):
         """
         if self.moving:
             return NcError.GROUP_BUSY
-        code = self.why_not_move()
+        code = self.check_move()
         if code:
             return code
         if not self.time_delta > 0.0:

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 
 from achse.codes import NcError
 from achse.motion.axis import Axis
-from achse.motion.checks import OK, why_not_permitted
+from achse.motion.checks import OK, check_permitted
 from achse.motion.commands.groups import (
     begin_group_motion,
+    check_in_group,
     end_group_motion,
     join_group,
     leave_group,
-    why_not_in_group,
 )
 from achse.motion.commands.switches import reset
 from achse.motion.groups.parameters import GroupParameters
@@ -106,11 +106,11 @@ class AxisGroup(ABC):
             if id and axis is None:
                 return NcError.AXIS_ID
             if axis is not None and axis not in ours:
-                code = why_not_in_group(axis)
+                code = check_in_group(axis)
                 if code:
                     return code
             found[place] = axis
-        code = self.why_not_assign(found)
+        code = self.check_assign(found)
         if code:
             return code
         for place, axis in found.items():
@@ -127,7 +127,7 @@ class AxisGroup(ABC):
         self.assigned()
         return OK
 
-    def why_not_assign(self, places: Mapping[int, Axis | None]) -> int:
+    def check_assign(self, places: Mapping[int, Axis | None]) -> int:
         """Return the error that forbids these axes at these places, or 0."""
         return OK
 
@@ -167,14 +167,14 @@ class AxisGroup(ABC):
                 reset(axis)
         return OK
 
-    def why_not_move(self) -> int:
+    def check_move(self) -> int:
         """Return the error that forbids a motion (no axes, an error, a missing enable), or 0."""
         if self.error_code:
             return self.error_code
         if not self.members:
             return NcError.GROUP_NOT_READY
         for axis in self.members:
-            code = axis.error_code or why_not_permitted(axis, 0.0)
+            code = axis.error_code or check_permitted(axis, 0.0)
             if not code and axis.set_motion_phase != MotionPhase.NONE:
                 code = NcError.GROUP_BUSY
             if code:

@@ -160,14 +160,14 @@ class KinematicGroup(AxisGroup):
         A reset while they brake does not begin it: what follows would jump to their velocity, or to
         where they are meanwhile.
         """
-        code = self.why_not_move() or self._why_not_follow()
+        code = self.check_move() or self._check_follow()
         if code:
             self.error_code = code
             self._halt()
         else:
             self._begin_motion()
 
-    def _why_not_follow(self) -> int:
+    def _check_follow(self) -> int:
         leads = [axis for axis in self.leading if axis is not None]
         if any(axis.set.velocity for axis in leads):
             return NcError.GROUP_BUSY

@@ -105,7 +105,7 @@ class PathGroup(PathGroupParameters):
 
     # axes
 
-    def why_not_assign(self, places: Mapping[int, Axis | None]) -> int:
+    def check_assign(self, places: Mapping[int, Axis | None]) -> int:
         """Auxiliary axes need a main axis (0x42F0)."""
         held = {place for place, id in enumerate(self.ids) if id}
         held |= {place for place, axis in places.items() if axis is not None}
@@ -127,7 +127,7 @@ class PathGroup(PathGroupParameters):
 
     def begin(self) -> int:
         """Lead the axes from now on; nothing moves before a segment comes."""
-        code = self.why_not_move()
+        code = self.check_move()
         if code:
             return code
         used = max(MAIN_AXES, 1 + max(n for n, axis in enumerate(self.places) if axis is not None))
@@ -192,7 +192,7 @@ class PathGroup(PathGroupParameters):
         if planner is None or not self.moving or self.stopping:
             return NcError.NCI_GENERATOR_INACTIVE
         if not isinstance(segment, PathDwell):
-            code = self._reach.why_not(segment, planner.programmed_position)
+            code = self._reach.check(segment, planner.programmed_position)
             if code:
                 return code
         try:
@@ -221,7 +221,7 @@ class PathGroup(PathGroupParameters):
         code: int = OK
         if not self._reach.surely(ends, begin):
             for n, end in enumerate(ends):
-                code = self._reach.why_not(PathLine((*end, *rest), feed), begin)
+                code = self._reach.check(PathLine((*end, *rest), feed), begin)
                 if code:
                     ends = ends[:n]
                     break

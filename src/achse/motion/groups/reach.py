@@ -22,7 +22,7 @@ class PathReach:
         self._places = places
         self.soft_limits = True
 
-    def why_not(self, segment: PathLine | PathArc, start: Sequence[float]) -> int:
+    def check(self, segment: PathLine | PathArc, start: Sequence[float]) -> int:
         """0, or why the segment cannot end there: 0x42BD for main axes, 0x42E4 for auxiliary ones
         beyond soft limits, 0x42C0 for a place without an axis."""
         if isinstance(segment, PathLine):

@@ -9,7 +9,7 @@ from math import isfinite
 from typing import Any
 
 from achse.codes import NcError
-from achse.motion.couplings.cam_checks import why_not_follow
+from achse.motion.couplings.cam_checks import check_follow
 from achse.motion.couplings.cams import CHANGE_POINTS, law_now, show_cams
 from achse.motion.laws.element import ELEMENT
 from achse.motion.states import (
@@ -258,7 +258,7 @@ class Tables:
         """Raise TableError if a slave at work would have to jump to its cams as they are now."""
         for axis in at_work(self._axes(), key):
             position, velocity, acceleration = law_now(axis, axis.rows, -1)
-            error = NcError.of(why_not_follow(axis, position, velocity, acceleration))
+            error = NcError.of(check_follow(axis, position, velocity, acceleration))
             if error:
                 raise TableError(
                     error,
