@@ -23,6 +23,6 @@ class NcRows:
     order: Sequence[int]
     """Rows of axes in the order of their turns (`achse.motion.order`)."""
     pieces: Sequence[Piece]
-    """Spans of all curves."""
+    """Pieces of all curves."""
     cams: Sequence[float]
     """Numbers of the tables that slaves follow (`achse.motion.tables.memory`)."""

@@ -103,12 +103,12 @@ def test_jumps_within_a_cycle_share_the_jerk(length: float, least: float) -> Non
         path.append(PathLine((length * (n // 2 + n % 2), length * (n // 2), 0), 300))
     pieces = [path._pieces[n] for n in range(1, path.state.following - 3)]
     assert min(piece.length for piece in pieces) < 1e-9
-    shares = [piece.bend_jump * piece.gate**2 for piece in pieces]
+    shares = [piece.bend_jump * piece.junction**2 for piece in pieces]
     assert min(shares) > least - 1e-6
     for first in range(len(pieces)):
         time, total = 0.0, shares[first]
         for share, piece in zip(shares[first + 1 :], pieces[first + 1 :], strict=True):
-            time += piece.length / piece.gate
+            time += piece.length / piece.junction
             if time >= cycle_time:
                 break
             total += share

@@ -1,4 +1,4 @@
-"""Look-ahead: as fast as the gates ahead allow, and at rest where the path ends."""
+"""Look-ahead: as fast as the junctions ahead allow, and at rest where the path ends."""
 
 import pytest
 

@@ -131,7 +131,7 @@ def excess(path: PathPlanner, axes: list[PathLimits]) -> float:
         piece = path._pieces[n]
         if piece.length > 1e-9:
             group.append(piece)
-        if group and piece.gate <= 0.0:
+        if group and piece.junction <= 0.0:
             least += shortest(group, axes)
             group = []
     cycles = 0

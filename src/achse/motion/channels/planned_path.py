@@ -51,7 +51,7 @@ class PlannedPoint(NamedTuple):
     y: float
     z: float
     rapid: bool
-    """True if the span that ends here is driven by G00."""
+    """True if the piece that ends here is driven by G00."""
     block: int
     """Counter of its block (`achse.gcode.canon.Origin`), 0 of the first point."""
 

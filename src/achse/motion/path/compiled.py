@@ -3,12 +3,12 @@
 from achse.motion.path.kernel import run
 from achse.motion.path.record import (
     AXIS,
-    GATE,
+    JUNCTION,
     PIECE,
     POINT,
     STATE,
     PathAxis,
-    PathGate,
+    PathJunction,
     PathPiece,
     PathPlace,
     PathState,
@@ -20,7 +20,7 @@ __all__ = ["KERNEL"]
 KERNEL = Kernel(
     "path",
     run,
-    {PathAxis: AXIS, PathGate: GATE, PathPiece: PIECE, PathPlace: POINT, PathState: STATE},
+    {PathAxis: AXIS, PathJunction: JUNCTION, PathPiece: PIECE, PathPlace: POINT, PathState: STATE},
 )
-"""Called with address and number of pieces, gates and axes, the state's address, numbers,
+"""Called with address and number of pieces, junctions and axes, the state's address, numbers,
 operation, count."""

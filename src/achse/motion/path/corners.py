@@ -159,7 +159,7 @@ def keep_jerk(
     reserve = _RESERVE
     spent = 1.0
     if number > 0:
-        spent = _least_cycles(piece, piece.length, min(v, before.gate), state)
+        spent = _least_cycles(piece, piece.length, min(v, before.junction), state)
         if spent < 1.0:
             reserve = min(_RESERVE, before.bend_reserve + (1.0 - _RESERVE) * spent)
     if piece.bend_jump > 0.0:
@@ -173,8 +173,8 @@ def keep_jerk(
             if ahead < 1.0:
                 share = min(reserve, 0.5 * (reserve + (1.0 - _RESERVE) * ahead))
             v = sqrt(share / piece.bend_jump)
-        piece.gate = min(piece.gate, v)
-    piece.bend_reserve = max(reserve - piece.bend_jump * piece.gate * piece.gate, 0.0)
+        piece.junction = min(piece.junction, v)
+    piece.bend_reserve = max(reserve - piece.bend_jump * piece.junction * piece.junction, 0.0)
 
 
 def _least_cycles(piece: PathPiece, length: float, v: float, state: PathState) -> float:

@@ -9,14 +9,14 @@ from math import cos, sin, sqrt
 
 from achse.motion.path.bounds import bound, feed_at
 from achse.motion.path.corners import keep_jerk, transition
-from achse.motion.path.gates import build_gates
 from achse.motion.path.geometry import point_at
+from achse.motion.path.junctions import build_junctions
 from achse.motion.path.lookahead import move, rest_ahead, stop_at_end
 from achse.motion.path.record import (
     AXES,
     MAIN_AXES,
     PathAxis,
-    PathGate,
+    PathJunction,
     PathPiece,
     PathState,
     PieceKind,
@@ -44,7 +44,7 @@ class PathOperation(IntEnum):
 
 
 class AppendOutcome(IntEnum):
-    """Outcome of appending a span."""
+    """Outcome of appending a piece."""
 
     FULL = -1
     NO_LENGTH = 0
@@ -53,7 +53,7 @@ class AppendOutcome(IntEnum):
 
 def run(
     pieces: Sequence[PathPiece],
-    gates: Sequence[PathGate],
+    junctions: Sequence[PathJunction],
     axes: Sequence[PathAxis],
     state: PathState,
     numbers: Sequence[float],
@@ -62,26 +62,28 @@ def run(
 ) -> int:
     """One operation; `count` cycles, or points to append. How many were appended, or an outcome."""
     if operation == PathOperation.APPEND:
-        return _append(pieces, gates, axes, state)
+        return _append(pieces, junctions, axes, state)
     if operation == PathOperation.APPEND_LINES:
-        return _append_lines(count, pieces, gates, axes, state, numbers)
+        return _append_lines(count, pieces, junctions, axes, state, numbers)
     if operation == PathOperation.STOP_AT_END:
-        return 1 if stop_at_end(pieces, gates, state, count) else 0
+        return 1 if stop_at_end(pieces, junctions, state, count) else 0
     if operation == PathOperation.CYCLE:
         for _ in range(count):
-            _cycle(pieces, gates, state)
+            _cycle(pieces, junctions, state)
     _show(pieces, state)
     return 0
 
 
-def _cycle(pieces: Sequence[PathPiece], gates: Sequence[PathGate], state: PathState) -> None:
+def _cycle(
+    pieces: Sequence[PathPiece], junctions: Sequence[PathJunction], state: PathState
+) -> None:
     if state.current == state.following:
         state.velocity = state.acceleration = 0.0
         state.arrived = 1
         return
     if not state.fresh:
-        build_gates(pieces, gates, state)
-    move(pieces, gates, state, state.cycle_time)
+        build_junctions(pieces, junctions, state)
+    move(pieces, junctions, state, state.cycle_time)
     _forget(state)
 
 
@@ -94,7 +96,7 @@ def _forget(state: PathState) -> None:
 def _append_lines(
     count: int,
     pieces: Sequence[PathPiece],
-    gates: Sequence[PathGate],
+    junctions: Sequence[PathJunction],
     axes: Sequence[PathAxis],
     state: PathState,
     numbers: Sequence[float],
@@ -111,14 +113,14 @@ def _append_lines(
         piece.wait = 0.0
         for i in range(used):
             piece.end[i] = numbers[2 + n * used + i]
-        if _append(pieces, gates, axes, state) == AppendOutcome.FULL:
+        if _append(pieces, junctions, axes, state) == AppendOutcome.FULL:
             return n
     return count
 
 
 def _append(
     pieces: Sequence[PathPiece],
-    gates: Sequence[PathGate],
+    junctions: Sequence[PathJunction],
     axes: Sequence[PathAxis],
     state: PathState,
 ) -> int:
@@ -141,7 +143,7 @@ def _append(
             return AppendOutcome.NO_LENGTH
     piece.block_after = piece.block
     piece.last = 1
-    piece.gate = 0.0
+    piece.junction = 0.0
     piece.whole = piece.length
     if piece.kind == PieceKind.WAIT:
         _to_row(piece, pieces[number % rows], way)
@@ -158,7 +160,7 @@ def _append(
     joined = known and before.kind != PieceKind.WAIT and not before.stops
     if joined and before.kind != PieceKind.CURVE and state.smoothing != Smoothing.OFF:
         curve = pieces[number % rows]
-        lost = round_corner(before, curve, piece, state, _spare(pieces, gates, state))
+        lost = round_corner(before, curve, piece, state, _spare(pieces, junctions, state))
         if lost > 0.0:
             entry = feed_at(before, before.length - lost)
             piece.start_feed += (piece.feed - piece.start_feed) * lost / piece.length
@@ -173,9 +175,9 @@ def _append(
             # its first half belongs to the segment before, which ends in it; it is counted there
             curve.first = before.first + before.length
             bound(curve, axes, state)
-            before.gate = transition(before, curve, axes, state)
+            before.junction = transition(before, curve, axes, state)
             curve.bend_jump = 0.0
-            curve.gate = transition(curve, piece, axes, state)
+            curve.junction = transition(curve, piece, axes, state)
             if state.keep_jerk:
                 keep_jerk(pieces, number - 1, curve, state)
                 keep_jerk(pieces, number, piece, state)
@@ -183,7 +185,7 @@ def _append(
             state.following = number + 2
     if lost <= 0.0:
         if joined:
-            before.gate = transition(before, piece, axes, state)
+            before.junction = transition(before, piece, axes, state)
         if state.keep_jerk and known:
             keep_jerk(pieces, number - 1, piece, state)
         _to_row(piece, pieces[number % rows], way)
@@ -193,8 +195,10 @@ def _append(
     return AppendOutcome.APPENDED
 
 
-def _spare(pieces: Sequence[PathPiece], gates: Sequence[PathGate], state: PathState) -> float:
-    """Return the length of the last span that a rounded corner may still use."""
+def _spare(
+    pieces: Sequence[PathPiece], junctions: Sequence[PathJunction], state: PathState
+) -> float:
+    """Return the length of the last piece that a rounded corner may still use."""
     if state.current == state.following:
         return 0.0
     last = pieces[(state.following - 1) % len(pieces)]
@@ -202,7 +206,7 @@ def _spare(pieces: Sequence[PathPiece], gates: Sequence[PathGate], state: PathSt
     if state.backwards:
         return room
     end = last.first + last.length
-    return min(room, end - state.way - rest_ahead(pieces, gates, state, last.first - state.way))
+    return min(room, end - state.way - rest_ahead(pieces, junctions, state, last.first - state.way))
 
 
 def _straighten(piece: PathPiece) -> bool:
@@ -272,7 +276,7 @@ def _to_row(source: PathPiece, row: PathPiece, way: float) -> None:
     row.path_acceleration = source.path_acceleration
     row.path_deceleration = source.path_deceleration
     row.path_jerk = source.path_jerk
-    row.gate = source.gate
+    row.junction = source.junction
     row.bend_jump = 0.0
     row.turn = source.turn
     for i in range(AXES):

@@ -1,11 +1,12 @@
-"""Look-ahead: how fast the path may be now, so that it keeps all that the gates ahead allow.
+"""Look-ahead: how fast the path may be now, so that it keeps all that the junctions ahead allow.
 
-A state (way, velocity, acceleration) is *safe* if there is a way out of it (`way_out`). The last
-known gate has velocity 0, so whatever is appended only makes more states safe.
+A state (way, velocity, acceleration) is *safe* if a stopping trajectory begins there
+(`stop_profile`). The last known junction has velocity 0, so whatever is appended only makes more
+states safe.
 
 The cycle goes as fast as it may: it follows the ramp up for as long as the state after it is safe,
-and from there the way out. Ramps are exact, and the way out is kept until there is another: so the
-path never is where it cannot keep a limit.
+and from there the stopping trajectory. Ramps are exact, and the stopping trajectory is kept until
+there is another: so the path never is where it cannot keep a limit.
 
 Kernel source: compiled as it stands, see `achse.motion.path.compiled`.
 """
@@ -13,26 +14,26 @@ Kernel source: compiled as it stands, see `achse.motion.path.compiled`.
 from collections.abc import Sequence
 
 from achse.motion.path.bounds import ENDLESS
-from achse.motion.path.gates import (
-    build_gates,
-    gate_acceleration,
-    gate_deceleration,
-    gate_jerk,
+from achse.motion.path.junctions import (
+    build_junctions,
+    junction_acceleration,
+    junction_deceleration,
+    junction_jerk,
 )
 from achse.motion.path.ramp import ramp_after, stretch
-from achse.motion.path.record import PathGate, PathPiece, PathState, PieceKind
-from achse.motion.path.way_out import (
+from achse.motion.path.record import PathJunction, PathPiece, PathState, PieceKind
+from achse.motion.path.stop_profile import (
     NEAR,
     find_rest,
-    find_way_out,
-    follow_way_out,
-    keep_way_out,
+    find_stop_profile,
+    follow_stop_profile,
+    keep_stop_profile,
 )
 
 __all__ = ["move", "rest_ahead", "stop_at_end"]
 
 _SNAP = 1e-8
-"""At rest so near a gate, the path is there, mm."""
+"""At rest so near a junction, the path is there, mm."""
 _HALVINGS = 34
 _CROSSINGS = 44
 _INSTANT = 1.0 / 1024.0
@@ -48,30 +49,35 @@ _TURNS = 256
 
 
 def _local(
-    gates: Sequence[PathGate], state: PathState, v: float, a: float, end: float, similar: bool
+    junctions: Sequence[PathJunction],
+    state: PathState,
+    v: float,
+    a: float,
+    end: float,
+    similar: bool,
 ) -> tuple[float, float, float, float, float]:
     """Velocity wanted; acceleration, deceleration and jerk at velocities up to v, up to `end`.
 
     Where they hold: with `similar` up to the first span that allows much less, or stops.
     """
     wanted = up = down = jerk = ENDLESS
-    for k in range(state.gate, state.gates):
-        gate = gates[k]
-        if gate.waits:
-            if similar and k > state.gate:
-                return wanted, up, down, jerk, gates[k - 1].at
+    for k in range(state.junction, state.junctions):
+        junction = junctions[k]
+        if junction.waits:
+            if similar and k > state.junction:
+                return wanted, up, down, jerk, junctions[k - 1].at
             continue
-        most_up, most_down = gate_acceleration(gate, v), gate_deceleration(gate, v)
-        most_jerk = gate_jerk(gate, v)
-        if k > state.gate:
-            begin = gates[k - 1].at
+        most_up, most_down = junction_acceleration(junction, v), junction_deceleration(junction, v)
+        most_jerk = junction_jerk(junction, v)
+        if k > state.junction:
+            begin = junctions[k - 1].at
             if begin > end:
                 break
             if similar and (
                 most_jerk < _SIMILAR * jerk or most_up < _SIMILAR * up or a < -most_down
             ):
                 return wanted, up, down, jerk, begin
-        wanted = min(wanted, gate.velocity)
+        wanted = min(wanted, junction.velocity)
         up = min(up, most_up)
         down = min(down, most_down)
         jerk = min(jerk, most_jerk)
@@ -95,22 +101,22 @@ def _time_to(
 
 
 def _cross(
-    pieces: Sequence[PathPiece], gates: Sequence[PathGate], state: PathState, x: float
+    pieces: Sequence[PathPiece], junctions: Sequence[PathJunction], state: PathState, x: float
 ) -> float:
-    """Go on to the piece at x; x itself, which is that of a gate where the path ends."""
+    """Go on to the piece at x; x itself, which is that of a junction where the path ends."""
     rows = len(pieces)
-    while x >= gates[state.gate].at - NEAR:
-        gate = gates[state.gate]
-        if gate.limit <= 0.0 and (state.velocity > 0.0 or state.acceleration != 0.0):
+    while x >= junctions[state.junction].at - NEAR:
+        junction = junctions[state.junction]
+        if junction.limit <= 0.0 and (state.velocity > 0.0 or state.acceleration != 0.0):
             break  # its ramp ends in a moment
         piece = pieces[state.current % rows]
         if piece.kind == PieceKind.WAIT and state.waiting > 0.0:
             break
-        if state.gate == state.gates - 1:
+        if state.junction == state.junctions - 1:
             state.arrived = 1
-            return gate.at
-        state.gate += 1
-        if not gate.ends:
+            return junction.at
+        state.junction += 1
+        if not junction.ends:
             continue
         if state.backwards:
             state.current -= 1
@@ -125,7 +131,7 @@ def _cross(
 
 
 def move(
-    pieces: Sequence[PathPiece], gates: Sequence[PathGate], state: PathState, time: float
+    pieces: Sequence[PathPiece], junctions: Sequence[PathJunction], state: PathState, time: float
 ) -> None:
     """Move along the path for some time."""
     rows = len(pieces)
@@ -134,7 +140,7 @@ def move(
     left = time
     state.arrived = 0
     for _ in range(_TURNS):
-        x = _cross(pieces, gates, state, x)
+        x = _cross(pieces, junctions, state, x)
         if state.arrived or left <= 0.0:
             break
         if pieces[state.current % rows].kind == PieceKind.WAIT:
@@ -146,14 +152,14 @@ def move(
             if state.waiting > 0.0:
                 break
             continue
-        wanted = _prepare(gates, state, x)
+        wanted = _prepare(junctions, state, x)
         before = left
-        x, left = _go_up(gates, state, x, left, wanted)
+        x, left = _go_up(junctions, state, x, left, wanted)
         if left > 0.0:
             if state.out:
-                x, left = follow_way_out(state, left)
+                x, left = follow_stop_profile(state, left)
             elif left >= before:
-                at = gates[state.gate].at
+                at = junctions[state.junction].at
                 if state.hold or at - x > _SNAP:
                     break
                 x = at
@@ -161,13 +167,13 @@ def move(
 
 
 def rest_ahead(
-    pieces: Sequence[PathPiece], gates: Sequence[PathGate], state: PathState, room: float
+    pieces: Sequence[PathPiece], junctions: Sequence[PathJunction], state: PathState, room: float
 ) -> float:
     """Way from here on which the path surely can come to rest: at most `room`, or ENDLESS."""
     if state.velocity == 0.0 and state.acceleration == 0.0:
         return 0.0
     if state.out and not state.backwards:
-        # behind the way out, with what the known path allows at its weakest
+        # behind the stopping trajectory, with what the known path allows at its weakest
         down = jerk = ENDLESS
         for n in range(state.current, state.following):
             down = min(down, pieces[n % len(pieces)].deceleration)
@@ -176,12 +182,12 @@ def rest_ahead(
         if way <= room:
             return way
     if not state.fresh:
-        build_gates(pieces, gates, state)
-    return find_rest(gates, state)
+        build_junctions(pieces, junctions, state)
+    return find_rest(junctions, state)
 
 
 def stop_at_end(
-    pieces: Sequence[PathPiece], gates: Sequence[PathGate], state: PathState, first: int
+    pieces: Sequence[PathPiece], junctions: Sequence[PathJunction], state: PathState, first: int
 ) -> bool:
     """Single block: stop at the end of a segment, the first one, from piece `first` on, where the
     path still can; False if there is none yet."""
@@ -189,52 +195,56 @@ def stop_at_end(
         if not pieces[n % len(pieces)].last:
             continue
         state.barrier = n
-        build_gates(pieces, gates, state)
+        build_junctions(pieces, junctions, state)
         v, a = state.velocity, state.acceleration
         if v == 0.0 and a == 0.0:
             return True
         x = -state.way if state.backwards else state.way
-        k, speed, down, jerk = find_way_out(gates, state, x, v, a, v, False, True)
+        k, speed, down, jerk = find_stop_profile(junctions, state, x, v, a, v, False, True)
         if k >= 0:
-            keep_way_out(state, gates[k].at, x, v, a, speed, down, jerk, False)
+            keep_stop_profile(state, junctions[k].at, x, v, a, speed, down, jerk, False)
             return True
     state.barrier = -1
     state.fresh = 0
     return False
 
 
-def _prepare(gates: Sequence[PathGate], state: PathState, x: float) -> bool:
-    """There is a way out from here; whether what is wanted at the gates can be kept."""
+def _prepare(junctions: Sequence[PathJunction], state: PathState, x: float) -> bool:
+    """Return True if the velocities wanted at the junctions can be kept.
+
+    A stopping trajectory from here is there in any case.
+    """
     v, a = state.velocity, state.acceleration
     if v == 0.0 and a == 0.0:
         state.out = 0
         return state.slower == 1
     if state.slower and state.out < 2:
-        k, speed, down, jerk = find_way_out(gates, state, x, v, a, v, True, True)
+        k, speed, down, jerk = find_stop_profile(junctions, state, x, v, a, v, True, True)
         if k >= 0:
-            keep_way_out(state, gates[k].at, x, v, a, speed, down, jerk, True)
+            keep_stop_profile(state, junctions[k].at, x, v, a, speed, down, jerk, True)
     if not state.out:
-        k, speed, down, jerk = find_way_out(gates, state, x, v, a, v, False, True)
+        k, speed, down, jerk = find_stop_profile(junctions, state, x, v, a, v, False, True)
         if k < 0:
             # none: what is left is to brake with what this span allows
-            k, speed = state.gate, 0.0
-            down, jerk = gate_deceleration(gates[k], v), gate_jerk(gates[k], v)
+            k, speed = state.junction, 0.0
+            down, jerk = junction_deceleration(junctions[k], v), junction_jerk(junctions[k], v)
             state.lost += 1
-        keep_way_out(state, gates[k].at, x, v, a, speed, down, jerk, False)
+        keep_stop_profile(state, junctions[k].at, x, v, a, speed, down, jerk, False)
     return state.slower == 1 and state.out == 2
 
 
 def _go_up(
-    gates: Sequence[PathGate], state: PathState, x: float, left: float, wanted: bool
+    junctions: Sequence[PathJunction], state: PathState, x: float, left: float, wanted: bool
 ) -> tuple[float, float]:
-    """Follow the ramp to the velocity that is wanted for as long as there is a way out, and keep
-    that: where it leads, and time that is left."""
+    """Follow the ramp to the velocity that is wanted for as long as there is a stopping trajectory,
+    and keep that: where it leads, and time that is left.
+    """
     v, a = state.velocity, state.acceleration
-    gate = gates[state.gate]
-    rise = max(a, 0.0) + left * gate_jerk(gate, v)
-    faster = left * min(rise, max(a, gate_acceleration(gate, v)))
+    junction = junctions[state.junction]
+    rise = max(a, 0.0) + left * junction_jerk(junction, v)
+    faster = left * min(rise, max(a, junction_acceleration(junction, v)))
     reach = x + left * (v + faster)
-    aim, up, down, jerk, until = _local(gates, state, v + faster, a, reach, True)
+    aim, up, down, jerk, until = _local(junctions, state, v + faster, a, reach, True)
     if state.hold:
         aim = 0.0
     if v == 0.0 and a == 0.0 and aim <= 0.0:
@@ -244,23 +254,23 @@ def _go_up(
         weak_down, weak_jerk = down, jerk
         for _ in range(3):
             reach = max(reach, x + stretch(v, a, aim, weak_down, weak_jerk))
-            _, _, weak_down, weak_jerk, _ = _local(gates, state, v, a, reach, False)
+            _, _, weak_down, weak_jerk, _ = _local(junctions, state, v, a, reach, False)
         if v + 0.5 * a * abs(a) / weak_jerk >= aim:
             down, jerk, until = weak_down, weak_jerk, ENDLESS
     if a < 0.0 and (2.0 * v * jerk < _ROUNDED * a * a or a < -down * _ABOVE):
-        return x, left  # the brake is let go as the way out says
+        return x, left  # the brake is let go as the stopping trajectory says
     peak = v
     if a > 0.0 and v + 0.5 * a * a / jerk > aim:
         peak = v + 0.5 * a * a / jerk
-        if peak > gate.cap * _ABOVE:
+        if peak > junction.cap * _ABOVE:
             return x, left
     longest = left
     step, v1, a1 = ramp_after(v, a, aim, up, down, jerk, longest)
     if x + step > until:
         longest = _time_to(v, a, aim, up, down, jerk, until - x, left)
         step, v1, a1 = ramp_after(v, a, aim, up, down, jerk, longest)
-    k, speed, out_down, out_jerk = find_way_out(
-        gates, state, x + step, v1, a1, max(peak, v1), wanted, False
+    k, speed, out_down, out_jerk = find_stop_profile(
+        junctions, state, x + step, v1, a1, max(peak, v1), wanted, False
     )
     good = longest
     if k < 0:
@@ -270,8 +280,8 @@ def _go_up(
         middle = bad
         for n in range(_HALVINGS):
             step, v1, a1 = ramp_after(v, a, aim, up, down, jerk, middle)
-            last, last_speed, last_down, last_jerk = find_way_out(
-                gates, state, x + step, v1, a1, max(peak, v1), wanted, False
+            last, last_speed, last_down, last_jerk = find_stop_profile(
+                junctions, state, x + step, v1, a1, max(peak, v1), wanted, False
             )
             if last >= 0:
                 good = middle
@@ -291,6 +301,6 @@ def _go_up(
     x += step
     if v1 <= NEAR and abs(a1) <= _MOMENT * jerk:
         v1 = a1 = 0.0
-    keep_way_out(state, gates[k].at, x, v1, a1, speed, out_down, out_jerk, wanted)
+    keep_stop_profile(state, junctions[k].at, x, v1, a1, speed, out_down, out_jerk, wanted)
     state.velocity, state.acceleration = v1, a1
     return x, left - good

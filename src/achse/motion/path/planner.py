@@ -18,7 +18,7 @@ from achse.motion.path.ramp import stretch
 from achse.motion.path.record import (
     AXES,
     AXIS,
-    GATE,
+    JUNCTION,
     MAIN_AXES,
     PIECE,
     POINT,
@@ -27,7 +27,7 @@ from achse.motion.path.record import (
     PathPiece,
     PieceKind,
     axis_record,
-    gate_record,
+    junction_record,
     piece_record,
     state_record,
 )
@@ -60,7 +60,7 @@ def _view(layout: RecordLayout[Any]) -> type[RowView]:
     return type("PathRecord", (RowView,), fields)
 
 
-_PIECE, _GATE, _AXIS, _STATE, _POINT = map(_view, (PIECE, GATE, AXIS, STATE, POINT))
+_PIECE, _JUNCTION, _AXIS, _STATE, _POINT = map(_view, (PIECE, JUNCTION, AXIS, STATE, POINT))
 
 
 class PathPlanner:
@@ -98,18 +98,18 @@ class PathPlanner:
         self._point: Any
         self._pieces: list[Any]
         if compiled:
-            pieces, gates = Rows(PIECE, rows), Rows(GATE, rows * SPANS)
+            pieces, junctions = Rows(PIECE, rows), Rows(JUNCTION, rows * SPANS)
             limits, states = Rows(AXIS, AXES), Rows(STATE, 1)
             self._pieces = [_PIECE(pieces, n) for n in range(rows)]
             self._axes: list[Any] = [_AXIS(limits, n) for n in range(AXES)]
             self.state = _STATE(states, 0)
             self._point = _POINT(states.within(0, STATE.fields["point"]), 0)
-            self._memory = pieces, gates, limits, states
+            self._memory = pieces, junctions, limits, states
             for name, slot in STATE.fields.items():
                 if slot.holds is None and slot.default and not slot.length:
                     setattr(self.state, name, slot.default)
             self._run = KERNEL.bind(
-                *(pieces.address, rows, gates.address, rows * SPANS, limits.address, AXES),
+                *(pieces.address, rows, junctions.address, rows * SPANS, limits.address, AXES),
                 *(states.address, *self._numbers.buffer_info()),
             )
         else:
@@ -117,9 +117,9 @@ class PathPlanner:
             self._axes = [axis_record() for _ in range(AXES)]
             self.state = state_record()
             self._point = self.state.point
-            gate_list = [gate_record() for _ in range(rows * SPANS)]
+            junction_list = [junction_record() for _ in range(rows * SPANS)]
             plain = KERNEL.plain
-            arguments = self._pieces, gate_list, self._axes, self.state, self._numbers
+            arguments = self._pieces, junction_list, self._axes, self.state, self._numbers
 
             def run(operation: int, count: int) -> int:
                 outcome: int = plain(*arguments, operation, count)
@@ -347,7 +347,7 @@ class PathPlanner:
 
     @property
     def most_velocity(self) -> float:
-        """Velocity that feed and axes permit on the present span, mm/s; 0 without a span."""
+        """Velocity that feed and axes permit on the present piece, mm/s; 0 without a piece."""
         piece = self.piece
         return (
             0.0
@@ -357,9 +357,9 @@ class PathPlanner:
 
     @property
     def end_velocity(self) -> float:
-        """Velocity that the transition at the end of the present span permits, mm/s."""
+        """Velocity that the transition at the end of the present piece permits, mm/s."""
         piece = self.piece
-        return 0.0 if piece is None else float(piece.gate)
+        return 0.0 if piece is None else float(piece.junction)
 
     @property
     def stop_way(self) -> float:
@@ -505,7 +505,7 @@ class PathPlanner:
         self._check(position, state.used, "position")
         for name in (
             *("oldest", "current", "following", "appended", "passed", "backwards", "arrived"),
-            *("hold", "fresh", "gates", "gate", "out"),
+            *("hold", "fresh", "junctions", "junction", "out"),
         ):
             setattr(state, name, 0)
         for name in (

@@ -1,8 +1,8 @@
-"""Records of the path planner: pieces of the path, gates ahead, its state. Units: mm, s.
+"""Records of the path planner: pieces of the path, junctions ahead, its state. Units: mm, s.
 
-A piece is what the path has between two transitions: a line, an arc (helix), a curve that rounds
-a corner, a point to wait at. A gate is a transition ahead with what it allows. `AXES` values belong
-to X, Y, Z and the auxiliary axes Q1..Q5; the length of a path is measured in X, Y, Z.
+A piece is what the path has between two transitions: a line, an arc (helix), a curve that rounds a
+corner, a point to wait at. A junction is a transition ahead with what it allows. `AXES` values
+belong to X, Y, Z and the auxiliary axes Q1..Q5; the length of a path is measured in X, Y, Z.
 """
 
 from enum import IntEnum
@@ -13,7 +13,7 @@ __all__ = [
     "AXES",
     "AXIS",
     "COEFFICIENTS",
-    "GATE",
+    "JUNCTION",
     "KNOTS",
     "MAIN_AXES",
     "PIECE",
@@ -21,13 +21,13 @@ __all__ = [
     "SPANS",
     "STATE",
     "PathAxis",
-    "PathGate",
+    "PathJunction",
     "PathPiece",
     "PathPlace",
     "PathState",
     "PieceKind",
     "axis_record",
-    "gate_record",
+    "junction_record",
     "piece_record",
     "state_record",
 ]
@@ -50,7 +50,7 @@ _NO_SPANS = [0.0] * SPANS
 
 
 class PieceKind(IntEnum):
-    """Kind of a span."""
+    """Kind of a piece."""
 
     LINE = 0
     ARC = 1
@@ -125,7 +125,7 @@ class PathPiece:
     deceleration: float = 0.0
     """The least of all parts."""
     jerk: float = 0.0
-    gate: float = 0.0
+    junction: float = 0.0
     """Velocity that the transition at its end allows; of the last piece 0."""
     bend_jump: float = 0.0
     """With `keep_jerk`, for the jump of curvature at its end: its share of what may jump in a cycle
@@ -152,7 +152,7 @@ class PathPiece:
 PIECE = lay_out("PathPiece", [PathPiece], Slot)
 
 
-class PathGate:
+class PathJunction:
     """A transition ahead, or a place where the bounds change, with the span that leads to it."""
 
     at: float = 0.0
@@ -160,7 +160,7 @@ class PathGate:
     limit: float = 0.0
     """Velocity allowed there and behind it."""
     safe: float = 0.0
-    """Velocity, at acceleration 0, from which all gates behind it are kept piece by piece."""
+    """Velocity, at acceleration 0, from which all junctions behind it are kept piece by piece."""
     wanted_limit: float = 0.0
     """As `limit`, with the override."""
     wanted_safe: float = 0.0
@@ -169,7 +169,7 @@ class PathGate:
     waits: int = 0
     """1: the piece is a dwell time."""
     velocity: float = 0.0
-    """Of the span before the gate: the velocity wanted there, and its bounds as in the piece."""
+    """Of the span before the junction: its wanted velocity, and its bounds as in the piece."""
     cap: float = 0.0
     start: float = 0.0
     acceleration: float = 0.0
@@ -184,7 +184,7 @@ class PathGate:
     most_jerk: float = 0.0
 
 
-GATE = lay_out("PathGate", [PathGate], Slot)
+JUNCTION = lay_out("PathJunction", [PathJunction], Slot)
 
 
 class PathAxis:
@@ -263,18 +263,18 @@ class PathState:
     used: int = 0
     """Number of axes."""
 
-    # gates ahead
-    gates: int = 0
-    gate: int = 0
-    """The next gate."""
+    # junctions ahead
+    junctions: int = 0
+    junction: int = 0
+    """The next junction."""
     fresh: int = 0
-    """1: the gates are those of the pieces."""
+    """1: the junctions are those of the pieces."""
     slower: int = 0
-    """1: somewhere less is wanted than the gates allow."""
+    """1: somewhere less is wanted than the junctions allow."""
 
-    # the way out: a ramp that leads to a gate in time, and the safe velocity there
+    # the stopping trajectory: a ramp that leads to a junction in time, and the safe velocity there
     out: int = 0
-    """0 none (at rest), 1 it keeps what the gates allow, 2 also what is wanted there."""
+    """0 none (at rest), 1 it keeps what the junctions allow, 2 also what is wanted there."""
     out_begin: float = 0.0
     """Begin of the ramp, in the direction of travel, with velocity and acceleration there."""
     out_velocity: float = 0.0
@@ -287,7 +287,7 @@ class PathState:
     """Time for which it has been followed, s."""
     out_duration: float = 0.0
     out_at: float = 0.0
-    """The gate that it leads to."""
+    """The junction that it leads to."""
     lost: int = 0
     """Number of times that there was none in motion: 0 if the bounds are right."""
 
@@ -302,6 +302,6 @@ class PathState:
 STATE = lay_out("PathState", [PathState], Slot)
 
 axis_record = plain_record(AXIS)
-gate_record = plain_record(GATE)
+junction_record = plain_record(JUNCTION)
 piece_record = plain_record(PIECE)
 state_record = plain_record(STATE)

@@ -1,4 +1,4 @@
-"""Gates: what spans allow at a velocity, and safe velocities."""
+"""Junctions: what spans allow at a velocity, and safe velocities."""
 
 from math import cos, sin
 
@@ -14,14 +14,14 @@ from achse.motion.path import (
     PathParameters,
     PathPlanner,
 )
-from achse.motion.path.gates import (
-    build_gates,
-    gate_acceleration,
-    gate_deceleration,
-    gate_jerk,
+from achse.motion.path.junctions import (
+    build_junctions,
+    junction_acceleration,
+    junction_deceleration,
+    junction_jerk,
     piece_velocity,
 )
-from achse.motion.path.record import gate_record, piece_record, state_record
+from achse.motion.path.record import junction_record, piece_record, state_record
 
 
 @pytest.mark.parametrize(
@@ -43,18 +43,18 @@ def test_overrides(kind: PathOverride, override: float, velocity: float) -> None
 
 
 def test_a_span_allows_more_the_slower_it_is() -> None:
-    gate = gate_record()
-    gate.cap, gate.start, gate.acceleration = 100.0, 1000.0, 200.0
-    gate.rest, gate.deceleration, gate.power = 800.0, 0.0, 1e12
-    gate.first_jerk, gate.jerk = 9000.0, 1000.0
-    gate.most_acceleration, gate.most_deceleration, gate.most_jerk = 900.0, 1e12, 1e12
-    assert gate_acceleration(gate, 0.0) == 900.0
-    assert gate_acceleration(gate, 50.0) == 800.0
-    assert gate_acceleration(gate, 200.0) == 200.0
-    assert gate_deceleration(gate, 50.0) == 600.0
-    assert gate_jerk(gate, 50.0) == 8000.0
-    gate.power = 10_000.0
-    assert gate_deceleration(gate, 50.0) == 200.0
+    junction = junction_record()
+    junction.cap, junction.start, junction.acceleration = 100.0, 1000.0, 200.0
+    junction.rest, junction.deceleration, junction.power = 800.0, 0.0, 1e12
+    junction.first_jerk, junction.jerk = 9000.0, 1000.0
+    junction.most_acceleration, junction.most_deceleration, junction.most_jerk = 900.0, 1e12, 1e12
+    assert junction_acceleration(junction, 0.0) == 900.0
+    assert junction_acceleration(junction, 50.0) == 800.0
+    assert junction_acceleration(junction, 200.0) == 200.0
+    assert junction_deceleration(junction, 50.0) == 600.0
+    assert junction_jerk(junction, 50.0) == 8000.0
+    junction.power = 10_000.0
+    assert junction_deceleration(junction, 50.0) == 200.0
 
 
 @settings(max_examples=10)
@@ -73,12 +73,12 @@ def test_what_is_safe_rises_when_more_is_known(  # type: ignore[no-untyped-def]
     first = ArcGeometry((0, 0, 0), (radius, 0, 0), (0, radius, 0), angle)
     c, s = radius * cos(angle), radius * sin(angle)
     second = ArcGeometry((0, 0, 0), (c, s, 0), (-s, c, 0), 0.5)
-    gates = [gate_record() for _ in range(64)]
+    junctions = [junction_record() for _ in range(64)]
     found = []
     for arc in (first, second):
         path.append(PathArc(arc, feed))
-        build_gates(path._pieces, gates, path.state)
-        found.append([gate.safe for gate in gates[: path._pieces[0].spans]])
+        build_junctions(path._pieces, junctions, path.state)
+        found.append([junction.safe for junction in junctions[: path._pieces[0].spans]])
     # a ramp to rest may be shorter than one to a lower velocity
     assert all(more >= 0.6 * less for less, more in zip(*found, strict=True))
     assert found[0][-1] == 0.0

@@ -1,9 +1,9 @@
-"""Ways out: ramps from where the path is to a gate ahead, to its safe velocity and no acceleration.
+"""Stopping trajectories: ramps to the safe velocity of a junction ahead, without acceleration.
 
-A way out brakes with the least deceleration and jerk of all spans up to its gate, each at the
-highest velocity it has on the way. It passes the gates before it with what they allow. Once found
-it is kept, and can be followed to its end whatever comes: only what is appended changes the gates,
-and that allows more.
+A stopping trajectory brakes with the least deceleration and jerk of all spans up to its junction,
+each at the highest velocity it has on the way. It passes the junctions before it with what they
+allow. Once found it is kept, and can be followed to its end whatever comes: only what is appended
+changes the junctions, and that allows more.
 
 Kernel source: compiled as it stands, see `achse.motion.path.compiled`.
 """
@@ -12,16 +12,16 @@ from collections.abc import Sequence
 from math import fabs
 
 from achse.motion.path.bounds import ENDLESS
-from achse.motion.path.gates import gate_acceleration, gate_deceleration, gate_jerk
+from achse.motion.path.junctions import junction_acceleration, junction_deceleration, junction_jerk
 from achse.motion.path.ramp import ramp_after, ramp_duration, rest_is_nearer, stretch
-from achse.motion.path.record import PathGate, PathState
+from achse.motion.path.record import PathJunction, PathState
 
-__all__ = ["NEAR", "find_rest", "find_way_out", "follow_way_out", "keep_way_out"]
+__all__ = ["NEAR", "find_rest", "find_stop_profile", "follow_stop_profile", "keep_stop_profile"]
 
 NEAR = 1e-9
 """Ways are equal up to this, mm; velocities, mm/s."""
 _SNAP = 1e-8
-"""A ramp that ends so near a gate ends there."""
+"""A ramp that ends so near a junction ends there."""
 _MOMENT = 1e-12
 """Times are equal up to this, s."""
 _ABOVE = 1.0 + 1e-9
@@ -29,8 +29,8 @@ _ABOVE = 1.0 + 1e-9
 _BELOW = 1.0 - 1e-6
 
 
-def find_way_out(
-    gates: Sequence[PathGate],
+def find_stop_profile(
+    junctions: Sequence[PathJunction],
     state: PathState,
     x: float,
     v: float,
@@ -39,47 +39,48 @@ def find_way_out(
     wanted: bool,
     rest: bool,
 ) -> tuple[int, float, float, float]:
-    """The way out from way x, velocity v and acceleration a: gate, speed, deceleration, jerk.
+    """Return junction, speed, deceleration and jerk of a stopping trajectory from (x, v, a).
 
-    Gate -1 if there is none. `top` is the highest velocity since the gates before x were ahead;
-    `wanted`: keep what is wanted at the gates too. `rest`: also a ramp to rest, which can be
-    shorter than one to a lower velocity; there is one where less was known of the path before.
+    Junction -1 if there is none. `top` is the highest velocity since the junctions before x were
+    ahead; `wanted`: keep what is wanted at the junctions too. `rest`: also a ramp to rest, which
+    can be shorter than one to a lower velocity; there is one where less was known of the path
+    before.
     """
     down = jerk = ENDLESS
     least = ENDLESS
     cap = ENDLESS  # of the first span
-    checked = False  # whether a gate before was passed with a stronger ramp
-    for k in range(state.gate, state.gates):
-        gate = gates[k]
-        limit = gate.wanted_limit if wanted else gate.limit
-        room = gate.at - x
+    checked = False  # whether a junction before was passed with a stronger ramp
+    for k in range(state.junction, state.junctions):
+        junction = junctions[k]
+        limit = junction.wanted_limit if wanted else junction.limit
+        room = junction.at - x
         if room < -NEAR:
             if top > limit * _ABOVE:
                 break
             continue
-        if not gate.waits:
+        if not junction.waits:
             fastest = v
             if a > 0.0:
-                fastest = min(v + 0.5 * a * a / gate_jerk(gate, gate.cap), gate.cap)
-            jerk = min(jerk, gate_jerk(gate, fastest))
+                fastest = min(v + 0.5 * a * a / junction_jerk(junction, junction.cap), junction.cap)
+            jerk = min(jerk, junction_jerk(junction, fastest))
             highest = v + 0.5 * a * a / jerk if a > 0.0 else v
             if cap >= ENDLESS:
-                cap = gate.cap
+                cap = junction.cap
             if highest > cap * _ABOVE:
                 break
-            down = min(down, gate_deceleration(gate, highest))
+            down = min(down, junction_deceleration(junction, highest))
         if a < -down * _ABOVE or (a < 0.0 and 2.0 * v * jerk < _BELOW * a * a):
             break  # the brake is on too strongly for what comes
         room = max(room, 0.0)
         released = v + 0.5 * a * fabs(a) / jerk
-        speed = min(released, min(gate.wanted_safe if wanted else gate.safe, least))
+        speed = min(released, min(junction.wanted_safe if wanted else junction.safe, least))
         if v * v - speed * speed <= 2.0 * down * (room + NEAR):
             way = _way_to(v, a, speed, down, jerk)
             if rest and way > room + NEAR and rest_is_nearer(speed, down, jerk):
                 speed = 0.0
                 way = stretch(v, a, speed, down, jerk)
             if way <= room + NEAR and (
-                not checked or _passes(gates, state, x, v, a, k, down, jerk, wanted)
+                not checked or _passes(junctions, state, x, v, a, k, down, jerk, wanted)
             ):
                 return k, speed if speed > NEAR else 0.0, down, jerk
         highest = v + 0.5 * a * a / jerk if a > 0.0 else v
@@ -87,8 +88,8 @@ def find_way_out(
             if stretch(v, a, limit, down, jerk) > room + NEAR:
                 break
             checked = True
-        if a > 0.0 and k < state.gates - 1:
-            if _release_way(gates[k + 1], v, a, jerk) > room + NEAR:
+        if a > 0.0 and k < state.junctions - 1:
+            if _release_way(junctions[k + 1], v, a, jerk) > room + NEAR:
                 break
             checked = True
         least = min(least, limit)
@@ -103,11 +104,11 @@ def _way_to(v: float, a: float, speed: float, down: float, jerk: float) -> float
     return t * (v + t * a / 3.0)
 
 
-def _release_way(after: PathGate, v: float, a: float, jerk: float) -> float:
-    """Way until an acceleration is so low that the span behind a gate can go on with it."""
+def _release_way(after: PathJunction, v: float, a: float, jerk: float) -> float:
+    """Way until an acceleration is so low that the span behind a junction can go on with it."""
     if after.waits:
         return 0.0
-    most = gate_acceleration(after, v + 0.5 * a * a / jerk)
+    most = junction_acceleration(after, v + 0.5 * a * a / jerk)
     if a <= most:
         return 0.0
     t = (a - most) / jerk
@@ -115,7 +116,7 @@ def _release_way(after: PathGate, v: float, a: float, jerk: float) -> float:
 
 
 def _passes(
-    gates: Sequence[PathGate],
+    junctions: Sequence[PathJunction],
     state: PathState,
     x: float,
     v: float,
@@ -125,47 +126,45 @@ def _passes(
     jerk: float,
     wanted: bool,
 ) -> bool:
-    """Return True if a ramp with this deceleration and jerk keeps the limits of the gates before
-    the last.
-    """
+    """Return True if such a ramp keeps the limits of the junctions before the last."""
     highest = v + 0.5 * a * a / jerk if a > 0.0 else v
-    for k in range(state.gate, last):
-        gate = gates[k]
-        limit = gate.wanted_limit if wanted else gate.limit
-        room = gate.at - x
+    for k in range(state.junction, last):
+        junction = junctions[k]
+        limit = junction.wanted_limit if wanted else junction.limit
+        room = junction.at - x
         if room < -NEAR:
             continue
         if highest > limit and stretch(v, a, limit, down, jerk) > room + NEAR:
             return False
         if a > 0.0:
-            if not gate.waits and down > gate_deceleration(gate, highest) * _ABOVE:
+            if not junction.waits and down > junction_deceleration(junction, highest) * _ABOVE:
                 return False
-            if _release_way(gates[k + 1], v, a, jerk) > room + NEAR:
+            if _release_way(junctions[k + 1], v, a, jerk) > room + NEAR:
                 return False
     return True
 
 
-def find_rest(gates: Sequence[PathGate], state: PathState) -> float:
+def find_rest(junctions: Sequence[PathJunction], state: PathState) -> float:
     """The way from here on which the path comes to rest with one ramp; ENDLESS if there is none."""
     x = -state.way if state.backwards else state.way
     v, a = state.velocity, state.acceleration
     down = jerk = ENDLESS
-    for k in range(state.gate, state.gates):
-        gate = gates[k]
-        if gate.waits:
+    for k in range(state.junction, state.junctions):
+        junction = junctions[k]
+        if junction.waits:
             continue
-        jerk = min(jerk, gate_jerk(gate, gate.cap if a > 0.0 else v))
+        jerk = min(jerk, junction_jerk(junction, junction.cap if a > 0.0 else v))
         highest = v + 0.5 * a * a / jerk if a > 0.0 else v
-        down = min(down, gate_deceleration(gate, highest))
+        down = min(down, junction_deceleration(junction, highest))
         if a < -down * _ABOVE or (a < 0.0 and 2.0 * v * jerk < _BELOW * a * a):
             break
         way = stretch(v, a, 0.0, down, jerk)
-        if way <= gate.at - x:
-            return way if _passes(gates, state, x, v, a, k, down, jerk, False) else ENDLESS
+        if way <= junction.at - x:
+            return way if _passes(junctions, state, x, v, a, k, down, jerk, False) else ENDLESS
     return ENDLESS
 
 
-def keep_way_out(
+def keep_stop_profile(
     state: PathState,
     at: float,
     x: float,
@@ -176,7 +175,7 @@ def keep_way_out(
     jerk: float,
     wanted: bool,
 ) -> None:
-    """Keep a way out that was found, to the gate at a way."""
+    """Keep a stopping trajectory to the junction at a way."""
     state.out = 2 if wanted else 1
     state.out_begin = x
     state.out_velocity = v
@@ -192,8 +191,8 @@ def keep_way_out(
         state.out_duration += max(left, 0.0) / speed
 
 
-def follow_way_out(state: PathState, time: float) -> tuple[float, float]:
-    """Follow the way out for some time, or to its end: where it leads, and time that is left."""
+def follow_stop_profile(state: PathState, time: float) -> tuple[float, float]:
+    """Follow the stopping trajectory for some time; return the way and the time that is left."""
     spent = min(time, state.out_duration - state.out_time)
     ends = spent >= state.out_duration - state.out_time - _MOMENT
     state.out_time += spent
