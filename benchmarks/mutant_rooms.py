@@ -223,7 +223,7 @@ ROOMS: Mapping[str, Room] = {
         "data that outlive the program",
         {
             "plc/remains.py": (),
-            "motion/remains.py": (),
+            "motion/retained.py": (),
             "station/persistence/persistent_data.py": (),
             "station/persistence/state_file.py": (),
             "station/slaves/parameter_file.py": (),

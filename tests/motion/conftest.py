@@ -87,7 +87,7 @@ FEATURES = LAYOUT.fields["features"].offset
 def set_features(axis: Any, value: int) -> None:
     """Set the bits of the features of an axis; unlike a write it wakes nothing."""
     if isinstance(axis, RowView):
-        axis.wholes[FEATURES] = value
+        axis.ints[FEATURES] = value
     else:
         axis._record.features = value
 

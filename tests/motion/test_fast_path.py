@@ -119,8 +119,8 @@ def test_input_or_a_master_wakes_an_axis(make_rig: Any, change: str, sleeps: boo
     axis = rig.axis
     if change == "master":
         assert commands.couple(axis, 1, 2, 0, 0, 1.0) == 0
-    axis.encoder.io.news = int(change == "encoder")
-    axis.drive.io.news = int(change == "drive")
+    axis.encoder.io.has_changed = int(change == "encoder")
+    axis.drive.io.has_changed = int(change == "drive")
     if change == "no slave":
         axis.coupling.master_count, axis.coupling.masters[0] = 1, 1
     axis.quiet_cycles = 40

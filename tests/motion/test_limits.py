@@ -328,18 +328,18 @@ def test_limits_in_force_are_enabled_and_no_farther_than_1e15(
 def test_only_a_changed_limit_is_watched_again(make_rig: Any) -> None:
     rig = limited(make_rig, 60.0, encoder_soft_limit_min=-60.0, encoder_soft_limit_min_enable=1)
     axis, encoder = rig.axis, rig.axis.encoder
-    axis.profile.fastest, axis.limits.changed = fastest(axis), 0
+    axis.profile.fastest, axis.limits.recheck = fastest(axis), 0
     adapt_limits(axis)
-    assert axis.limits.changed == 0
+    assert axis.limits.recheck == 0
     for owner, name, value in (
         (encoder, "soft_limit_min", -61.0),
         (encoder, "soft_limit_max", 61.0),
         (axis, "max_velocity", 0.5 * fastest(axis)),
     ):
         setattr(owner, name, value)
-        axis.limits.changed = 0
+        axis.limits.recheck = 0
         adapt_limits(axis)
-        assert axis.limits.changed == 1
+        assert axis.limits.recheck == 1
         axis.profile.fastest = fastest(axis)
 
 

@@ -200,7 +200,7 @@ def test_persistent_data_survive_a_restart(compiled: bool) -> None:
         before.cycle()
     for persistent in (0, 1):
         after = nc(persistent)
-        after.inherit(before.remains())
+        after.inherit(before.retained_state())
         axis = after.axis(1)
         for _ in range(10):
             after.cycle()

@@ -17,7 +17,7 @@ from achse.native.declare import RecordLayout
 
 MOTION = Path(__file__).parents[2] / "src" / "achse" / "motion"
 
-KNOW_THE_MACHINE = {"axis.py", "compiled.py", "kernel.py", "nc.py", "remains.py",
+KNOW_THE_MACHINE = {"axis.py", "compiled.py", "kernel.py", "nc.py", "retained.py",
                     "parts.py", "tables/characteristics.py",
                     "commands/positions.py", "elements.py"}  # fmt: skip
 """Modules that put the NC and its machine together, keep where it is, or ask a drive to count from
@@ -84,7 +84,7 @@ def test_inputs_that_change_wake_an_axis(make_rig: Any, compiled: bool) -> None:
     rig.seconds(2.0)
     assert rig.axis.resting == 1
     rig.axis.encoder.io.data_in1 = 5000
-    rig.axis.encoder.io.news = 1
+    rig.axis.encoder.io.has_changed = 1
     rig.run(1)
     assert rig.axis.resting == 0
     assert rig.axis.actual_position == pytest.approx(0.5)

@@ -168,7 +168,7 @@ def test_a_record_refers_to_records(written: Any) -> None:
     for cart, each in enumerate(plain):
         view = RowView(carts, cart)
         each.front, each.back = Plain(), Plain()
-        view.reals[0] = 2.0
+        view.floats[0] = 2.0
         view.refer(CART.fields["front"], RowView(wheels, cart))
         view.refer(CART.fields["back"], RowView(wheels, 2))
         assert view.content(CART) == bytes(view.row[:8]) + bytes(16)

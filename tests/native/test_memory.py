@@ -47,8 +47,8 @@ def test_a_view_has_the_fields_as_attributes() -> None:
     view.turns = -3
     view.marks[2] = 0.25
     assert (view.angle, view.turns, list(view.marks)) == (2.5, -3, [0.0, 0.0, 0.25])
-    assert view.wholes[1] == -3
-    assert view.reals[4] == 0.25
+    assert view.ints[1] == -3
+    assert view.floats[4] == 0.25
     assert reader(LAYOUT.fields["turns"])(view) == -3
 
 
@@ -75,7 +75,7 @@ def test_records_within_are_rows_in_the_same_memory() -> None:
     assert (inner.count, inner.size) == (2, 40)
     assert inner.address == rows.address + rows.size + 8
     View(inner, 1).turns = 9
-    assert RowView(rows, 1).wholes[7] == 9
+    assert RowView(rows, 1).ints[7] == 9
     assert bytes(rows.row(0)) == bytes(rows.row(2)) == bytes(rows.size)
 
 
@@ -91,12 +91,12 @@ def test_structure_over_a_record_has_its_fields_and_those_within() -> None:
     record.load = -5
     record.wheels[1].angle, record.wheels[1].marks[2] = 0.5, 2.5
     view = RowView(rows, 1)
-    assert (view.wholes[1], view.reals[7], view.reals[11]) == (-5, 0.5, 2.5)
+    assert (view.ints[1], view.floats[7], view.floats[11]) == (-5, 0.5, 2.5)
     assert record.wheels[1].turns == 0
     view.refer(cart.fields["other"], RowView(Rows(LAYOUT, 1), 0))
     assert not hasattr(record, "other")
     record.other = record.wheels[0]
-    assert view.wholes[0] not in (0, record.other)
+    assert view.ints[0] not in (0, record.other)
     assert bytes(rows.row(0)) == bytes(rows.size)
 
 

@@ -102,11 +102,11 @@ def test_a_sampler_gives_what_changed_of_places_and_of_readers_that_it_calls() -
         readers, [b"header_1", b"header_2", b"header_3"], [bytes(16), b"abc", b"\0\0"]
     )
     assert sampler.sample() == (0, b"")
-    view.wholes[1] = 5
-    view.wholes[2] = 1 << 16  # beyond what is asked for
+    view.ints[1] = 5
+    view.ints[2] = 1 << 16  # beyond what is asked for
     assert sampler.sample() == (1, b"header_1" + bytes(8) + struct.pack("<q", 5))
     called[0] = b"abd"
-    view.wholes[2] = -1
+    view.ints[2] = -1
     assert sampler.sample() == (2, b"header_2abdheader_3\xff\xff")
     assert sampler.last == (struct.pack("<qq", 0, 5), b"abd", b"\xff\xff")
     called[0] = None

@@ -59,7 +59,7 @@ class Bank:
         self.turn += 1
         if self._exchange():
             for record in records:
-                if record.wholes[_ATTENTION]:
+                if record.ints[_ATTENTION]:
                     record.attend()
 
 
@@ -111,14 +111,14 @@ class CompiledRecord(RowView, _Fields):
 
     def postpone(self, outputs: bytes | None, dt: float, count: int, attention: bool) -> None:
         """Note a step of `count` cycles, before it the outputs; with or without `attention`."""
-        wholes = self.wholes
+        wholes = self.ints
         if outputs is not None:
             self._outputs[:] = outputs
             wholes[_CAME] = 1
         if attention:
             wholes[_ATTENTION] = 1
         wholes[_CYCLES] = count
-        self.reals[_TIME] = dt
+        self.floats[_TIME] = dt
         wholes[_POSTPONED] = 1
         self.bank.postpone(self)
 

@@ -402,7 +402,7 @@ class Drive:
             or self._outputs is None
             or self._elapsed_ns != elapsed_ns
             or self._emergencies
-            or compiled.wholes[_ATTENTION]
+            or compiled.ints[_ATTENTION]
         ):
             return None
         return compiled

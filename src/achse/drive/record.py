@@ -390,4 +390,4 @@ def distributor(record: Any, fields: Sequence[str]) -> Callable[[tuple[Any, ...]
 def _words(record: Any, fields: Sequence[str]) -> Any:
     """The record as 64-bit words, if it is in memory and the fields are whole numbers."""
     whole = not any(FIELDS[name].is_real for name in fields)
-    return record.wholes if whole and isinstance(record, RowView) else None
+    return record.ints if whole and isinstance(record, RowView) else None

@@ -9,7 +9,7 @@ too, by their names in a configuration (`simulation_load_torque`).
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from achse.motion.couplings.masters import begin_to_lead, let_go, show_coupling
+from achse.motion.couplings.masters import begin_leading_value, end_coupling, show_coupling
 from achse.motion.features import Feature
 from achse.motion.machine.hardware import (
     AmplifierView,
@@ -258,7 +258,7 @@ class Axis(View, _Fields):
             self.coupling.masters[n] = rows[n] if n < len(rows) else 0
         for master in masters:
             if not master.followers and master.index not in led:
-                begin_to_lead(master)
+                begin_leading_value(master)
             master.followers += 1
             show_coupling(master)
         show_coupling(self)
@@ -266,7 +266,7 @@ class Axis(View, _Fields):
 
     def release(self) -> None:
         """Follow nobody from now on; set values stay what they are."""
-        let_go(self, self.rows)
+        end_coupling(self, self.rows)
 
     @property
     def followed(self) -> list[int]:

@@ -196,7 +196,7 @@ class AxisImages:
                 raise TypeError(f"axis {axis.name}: its record is not in memory")
             image = RowView(rows, n)
             image.refer(IMAGE.fields["axis"], axis)
-            image.wholes[IMAGE.fields["cycle_ns"].offset] = axis.cycle_ns
+            image.ints[IMAGE.fields["cycle_ns"].offset] = axis.cycle_ns
             self.views.append(image.row[:IMAGE_BYTES])
         self.show: Callable[[], object] = KERNEL.bind(rows.address, len(axes))
         """Make all images again."""

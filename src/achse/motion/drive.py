@@ -137,7 +137,7 @@ def read_drive(ax: AxisFields, dt: float, fast: bool = False) -> None:
     """
     drive = ax.drive
     io = drive.io
-    io.news = 0
+    io.has_changed = 0
     ax.drive_status = io.state1
     invalid = (io.state4 | ax.encoder.io.state4) & STATUS_INVALID
     if invalid != (0 if fast else ax.io_invalid):

@@ -9,14 +9,14 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from achse.motion.controller import adapt_controller, control, control_coupling
-from achse.motion.couplings.table import couple, led
+from achse.motion.couplings.table import couple, has_moving_master
 from achse.motion.discrete import run_stepper, run_two_speeds, show_speed
 from achse.motion.drive import adapt_drive, put_out, put_out_bytes, read_drive
 from achse.motion.encoder import adapt_encoder, measure
 from achse.motion.features import BY_PARAMETERS, Feature
 from achse.motion.generators import coupled
 from achse.motion.generators.homing import home
-from achse.motion.generators.table import BY_FAST_PATH, hand_over, lead
+from achse.motion.generators.table import BY_FAST_PATH, generate_set_point, hand_over
 from achse.motion.limits import adapt_limits
 from achse.motion.machine.kernel import HardwareRows, carry_out, give_inputs
 from achse.motion.monitoring import (
@@ -104,9 +104,9 @@ def begin(ax: AxisFields, dt: float) -> None:
 def _asleep(ax: AxisFields, rows: NcRows) -> bool:
     """Return True if the axis may keep resting: no write, no changed input, no moving master."""
     if (
-        ax.encoder.io.news == 0
-        and ax.drive.io.news == 0
-        and not (ax.coupling.law and led(ax, rows))
+        ax.encoder.io.has_changed == 0
+        and ax.drive.io.has_changed == 0
+        and not (ax.coupling.law and has_moving_master(ax, rows))
     ):
         return True
     ax.resting = 0
@@ -173,7 +173,7 @@ def _generate(ax: AxisFields, rows: NcRows, dt: float) -> None:
             home(ax)
         run_two_speeds(ax, dt)
     else:
-        lead(ax, dt)
+        generate_set_point(ax, dt)
     if BY_FAST_PATH[ax.set_motion_phase]:
         ax.features &= ~Feature.GENERATOR
     else:
@@ -301,7 +301,7 @@ def cycle(ax: AxisFields, rows: NcRows, dt: float) -> None:
     ax.set_cycle_counter += 1
     if ax.resting and _asleep(ax, rows):
         return
-    ax.encoder.io.news = 0
+    ax.encoder.io.has_changed = 0
     if ax.features:
         for step in FULL:
             step(ax, rows, dt)
@@ -309,7 +309,9 @@ def cycle(ax: AxisFields, rows: NcRows, dt: float) -> None:
         for step in FAST:
             step(ax, rows, dt)
     phase = ax.set_motion_phase
-    if (phase and phase != MotionPhase.COUPLED) or (ax.coupling.law and led(ax, rows)):
+    if (phase and phase != MotionPhase.COUPLED) or (
+        ax.coupling.law and has_moving_master(ax, rows)
+    ):
         ax.quiet_cycles = 0
     else:
         settle(ax)
@@ -320,9 +322,9 @@ def follow(encoder: EncoderFields, dt: float) -> None:
     ax = encoder.axis
     if encoder.adapt:
         adapt_encoder(ax, encoder, dt)
-    elif ax.resting and encoder.io.news == 0:
+    elif ax.resting and encoder.io.has_changed == 0:
         return
-    encoder.io.news = 0
+    encoder.io.has_changed = 0
     measure(ax, encoder, dt)
     if encoder.latch_active:
         watch(ax, encoder)

@@ -40,7 +40,7 @@ def adapt_limits(ax: AxisFields) -> None:
     if encoder.soft_limit_max_enable and encoder.soft_limit_max < _FARTHEST:
         high = encoder.soft_limit_max
     if low != ax.limits.low or high != ax.limits.high or fastest(ax) != ax.profile.fastest:
-        ax.limits.changed = 1
+        ax.limits.recheck = 1
     ax.limits.low = low
     ax.limits.high = high
     ax.limits.active = 1 if low > -inf or high < inf else 0

@@ -35,7 +35,7 @@ from achse.motion.record import (
     drive_record,
     encoder_record,
 )
-from achse.motion.remains import Remains
+from achse.motion.retained import RetainedState
 from achse.motion.rows import NcRows
 from achse.motion.states import choices_of
 from achse.motion.tables import TableParameters, Tables
@@ -471,14 +471,14 @@ class Nc:
         self._around = before, after
         self._many = many or _none
 
-    def remains(self) -> dict[int, Remains]:
+    def retained_state(self) -> dict[int, RetainedState]:
         """Return the part of each axis that outlives a restart, by its id."""
-        return {axis_id: Remains.of(axis) for axis_id, axis in self._axes.items()}
+        return {axis_id: RetainedState.of(axis) for axis_id, axis in self._axes.items()}
 
-    def inherit(self, remains: Mapping[int, Remains]) -> None:
+    def inherit(self, states: Mapping[int, RetainedState]) -> None:
         """Begin after a restart, with what is left of axes with these ids."""
-        for axis_id in self._axes.keys() & remains.keys():
-            remains[axis_id].restore(self._axes[axis_id])
+        for axis_id in self._axes.keys() & states.keys():
+            states[axis_id].restore(self._axes[axis_id])
 
     def clear_cycle_time_errors(self) -> None:
         """Begin again with the counters of late cycles, which anyone who paces the cycle counts."""

@@ -1,8 +1,8 @@
 """The hardware port: the I/O structures of encoder and drive, all that the NC knows of hardware.
 
 Each cycle has three parts: inputs are put into the structures, the NC reads them and writes its
-outputs, the outputs are carried out. A writer of inputs sets `news` when one has changed, which
-wakes an axis at rest; the NC sets `fresh` when it has written outputs. The simulated machine
+outputs, the outputs are carried out. A writer of inputs sets `has_changed` when one has changed,
+which wakes an axis at rest; the NC sets `fresh` when it has written outputs. The simulated machine
 (`achse.motion.machine`) is behind the port, or the process data of a bus.
 
 Data and bytes are those of the manuals (002 §6.4.5.4 and §6.4.7.4, NCENCODERSTRUCT_IN2/OUT2 and
@@ -121,7 +121,7 @@ class EncoderIo:
     ctrl7: int = whole(0, "bits", "control of touch probe 3", 0, 255)
     ctrl8: int = whole(0, "bits", "control of touch probe 4", 0, 255)
     fresh: int = whole(0, "0/1", "the NC has written outputs")
-    news: int = whole(0, "0/1", "an input has changed")
+    has_changed: int = whole(0, "0/1", "an input has changed")
     dc_time: int = whole(0, "ns", "from the moment of the count to its evaluation", -(2**31), 2**31)
 
 
@@ -152,7 +152,7 @@ class DriveIo:
     ctrl1: int = whole(0, "bits", "enable, wish, reset, home; a discrete drive's byte", 0, 255)
     ctrl2: int = whole(0, "bits", "extended control byte of a discrete drive", 0, 255)
     ctrl3: int = whole(0, "bits", "operation mode", 0, 255)
-    news: int = whole(0, "0/1", "an input has changed")
+    has_changed: int = whole(0, "0/1", "an input has changed")
     fresh: int = whole(0, "0/1", "the NC has written outputs")
     dc_time: int = whole(0, "ns", "from the output to its effect", -(2**31), 2**31)
 

@@ -278,7 +278,7 @@ def keeps_its_table(ax: AxisFields, dt: float) -> bool:
     return (
         (phase == MotionPhase.POSITIONING or (phase != MotionPhase.NONE and ax.buffer.count == 0))
         and ax.velocity_override == profile.override
-        and ax.limits.changed | profile.replan | ax.switch.armed == 0
+        and ax.limits.recheck | profile.replan | ax.switch.armed == 0
         and ax.border.time < 0.0
         and profile.index < profile.count
         and profile.elapsed + dt < profile.time[profile.index]
@@ -375,7 +375,7 @@ def _in_velocity(ax: AxisFields) -> bool:
 
 def _look_at_limits(ax: AxisFields) -> None:
     """Ask for a new table where limits or positions changed, and the present one does not fit."""
-    ax.limits.changed = 0
+    ax.limits.recheck = 0
     phase = ax.set_motion_phase
     if (
         phase in (MotionPhase.ENDLESS, MotionPhase.HOMING)
@@ -398,7 +398,7 @@ def generate(ax: AxisFields, dt: float) -> None:
         if ax.velocity_override <= 0 and ax.set_motion_phase == MotionPhase.STOPPING:
             stop_fast(ax)
         follow_override(ax)
-    if ax.limits.changed and ax.external_setpoint_active == 0:
+    if ax.limits.recheck and ax.external_setpoint_active == 0:
         _look_at_limits(ax)
     left = dt
     while left > 0.0:
@@ -476,7 +476,7 @@ def shift_setpoint(ax: AxisFields, shift: float) -> None:
     """Rename the set positions alone: what is planned goes on as it is, `shift` further."""
     drive = ax.drive
     displace(ax, shift)
-    ax.limits.changed = 1
+    ax.limits.recheck = 1
     ax.external.origin += shift
     ax.coupling.slave_base += shift
     ax.leading_value.offset += shift

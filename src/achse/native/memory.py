@@ -64,17 +64,17 @@ class Rows:
 
 
 class RowView:
-    """One record in memory: `reals` and `wholes` are its words, as floats and as integers."""
+    """One record in memory: `floats` and `ints` are its words, as floats and as integers."""
 
-    __slots__ = ("_address", "_first", "_memory", "reals", "row", "wholes")
+    __slots__ = ("_address", "_first", "_memory", "floats", "ints", "row")
 
     def __init__(self, rows: Rows, index: int) -> None:
         self._address = rows.address
         self._memory = rows.memory
         self._first = rows.size * index
         self.row = rows.row(index)
-        self.reals = self.row.cast("d")
-        self.wholes = self.row.cast("q")
+        self.floats = self.row.cast("d")
+        self.ints = self.row.cast("q")
 
     @property
     def address(self) -> int:
@@ -83,7 +83,7 @@ class RowView:
 
     def refer(self, slot: Slot, record: "RowView") -> None:
         """Let a reference lead to another record in memory."""
-        self.wholes[slot.offset] = record.address
+        self.ints[slot.offset] = record.address
 
     def content(self, layout: RecordLayout[Any]) -> bytes:
         """The record's bytes; references are 0, as in `achse.native.declare.pack`."""
@@ -247,7 +247,7 @@ def gather(readers: Iterable[Callable[[], Any]]) -> Callable[[], tuple[Any, ...]
 
 def reader(slot: Slot) -> Callable[[Any], Any]:
     """Reads a field of a `RowView`; an array is a part of its memory."""
-    words = "reals" if slot.is_real else "wholes"
+    words = "floats" if slot.is_real else "ints"
     at = f"{slot.offset}:{slot.offset + slot.length}" if slot.length else f"{slot.offset}"
     read: Callable[[Any], Any] = eval(f"lambda view: view.{words}[{at}]")
     return read
@@ -255,7 +255,7 @@ def reader(slot: Slot) -> Callable[[Any], Any]:
 
 def field_property(slot: Slot) -> property:
     """A field of a `RowView` as attribute."""
-    words = "reals" if slot.is_real else "wholes"
+    words = "floats" if slot.is_real else "ints"
     if slot.length:
         return property(reader(slot))
     scope: dict[str, Any] = {}

@@ -11,7 +11,7 @@ from achse.motion import CommandState, MotionPhase, StateBit, commands
 V = 100.0
 
 
-def led(rig: Any, velocity: float = V, seconds: float = 0.5) -> Any:
+def driven_from_outside(rig: Any, velocity: float = V, seconds: float = 0.5) -> Any:
     """The rig after `seconds` of external set points that speed up to a constant velocity."""
     axis = rig.axis
     assert commands.start_external_setpoint(axis, 1, 0.0) == 0
@@ -59,7 +59,7 @@ def test_a_stop_at_rest_ends_at_once(rig: Any) -> None:
 
 
 def test_a_stop_in_motion_is_a_ramp(rig: Any) -> None:
-    led(rig)
+    driven_from_outside(rig)
     axis = rig.axis
     p = axis.set_position
     assert commands.stop_external_setpoint(axis) == 0
@@ -72,7 +72,7 @@ def test_a_stop_in_motion_is_a_ramp(rig: Any) -> None:
 
 
 def test_an_endless_move_takes_over_without_a_jump(rig: Any) -> None:
-    led(rig)
+    driven_from_outside(rig)
     axis = rig.axis
     p = axis.set_position
     number = axis.command_counter
@@ -89,7 +89,7 @@ def test_an_endless_move_takes_over_without_a_jump(rig: Any) -> None:
 
 
 def test_an_endless_move_may_be_faster_or_the_other_way(rig: Any) -> None:
-    led(rig)
+    driven_from_outside(rig)
     assert commands.stop_external_setpoint_endless(rig.axis, 4, 0.0, 150.0) == 0
     before = V
     for _ in range(500):
@@ -112,22 +112,22 @@ def test_an_endless_move_may_be_faster_or_the_other_way(rig: Any) -> None:
 def test_a_wrong_endless_move_leaves_the_generator(
     rig: Any, arguments: tuple[Any, ...], error: NcError
 ) -> None:
-    led(rig)
+    driven_from_outside(rig)
     rig.refuses(error, commands.stop_external_setpoint_endless, *arguments)
 
 
 def test_motion_commands_are_refused_unless_allowed(make_rig: Any) -> None:
-    rig = led(make_rig())
+    rig = driven_from_outside(make_rig())
     error = NcError.EXTERNAL_GENERATOR_ACTIVE
     rig.refuses(error, commands.universal_start, 1, 10.0, V)
     rig.refuses(error, commands.start, 1, 10.0, V)
-    rig = led(make_rig(allow_motion_commands_with_external_setpoint=1))
+    rig = driven_from_outside(make_rig(allow_motion_commands_with_external_setpoint=1))
     assert commands.start(rig.axis, 2, 10.0, V) == 0
     rig.refuses(NcError.GROUP_BUSY, commands.start, 2, 10.0, V)
 
 
 def test_an_own_move_goes_on_when_the_external_one_ends(make_rig: Any) -> None:
-    rig = led(make_rig(allow_motion_commands_with_external_setpoint=1))
+    rig = driven_from_outside(make_rig(allow_motion_commands_with_external_setpoint=1))
     axis = rig.axis
     commands.universal_start(axis, 2, 100.0, V)
     axis.external_set_velocity = 0.0

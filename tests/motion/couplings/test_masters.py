@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from achse.motion import commands
-from achse.motion.couplings.masters import let_go
+from achse.motion.couplings.masters import end_coupling
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def test_coupling_states(rig: Any) -> None:
     assert states(rig) == [1, 3, 0]
     commands.couple(third, 1, 2, 0, 0, 1.0)
     assert states(rig) == [1, 2, 3]
-    let_go(second, second.rows)
+    end_coupling(second, second.rows)
     assert states(rig) == [0, 1, 3]
 
 

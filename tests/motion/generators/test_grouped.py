@@ -8,7 +8,7 @@ from achse.codes import NcError
 from achse.motion import commands
 
 
-def led(rig: Any) -> Any:
+def driven_by_group(rig: Any) -> Any:
     assert commands.join_group(rig.axis) == 0
     commands.begin_group_motion(rig.axis)
     return rig.axis
@@ -17,7 +17,7 @@ def led(rig: Any) -> Any:
 @pytest.mark.parametrize("compiled", [False, True])
 def test_the_axis_is_where_its_group_wants_it(make_rig: Any, compiled: bool) -> None:
     rig = make_rig(compiled=compiled)
-    axis = led(rig)
+    axis = driven_by_group(rig)
     for n in range(1, 100):
         axis.group_set_point.position, axis.group_set_point.velocity = n * 0.1, 50.0
         rig.run(1)
@@ -48,7 +48,7 @@ def test_where_the_axis_cannot_be(
     make_rig: Any, position: float, values: dict[str, float], error: NcError
 ) -> None:
     rig = make_rig(**values)
-    axis = led(rig)
+    axis = driven_by_group(rig)
     axis.group_set_point.position = position
     rig.run(1)
     assert axis.error_code == error

@@ -17,7 +17,7 @@ def test_it_counts_whole_increments(
     bench = make_machine(encoder_resolution=resolution, encoder_inverted=inverted)
     place(bench, 100.3 * resolution)
     assert bench.encoder.data_in1 == (-100 if inverted else 100)
-    assert bench.encoder.news == 1
+    assert bench.encoder.has_changed == 1
 
 
 def test_it_begins_at_0_again_after_its_largest_count(make_machine: Any, place: Any) -> None:

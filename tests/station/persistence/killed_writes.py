@@ -17,7 +17,7 @@ from types import FrameType
 from typing import Any
 
 from achse.ams import NetId
-from achse.motion.remains import Remains
+from achse.motion.retained import RetainedState
 from achse.router.routes import Route
 from achse.station import Station
 from achse.station.configuration.station_file import parse
@@ -74,8 +74,8 @@ def move_axis(folder: Path, step: int) -> Callable[[], object]:
     config = parse({"system": {"persistent_data": "state"}, "axis": [AXIS]}, "a.toml")
     station = Station(config, base=folder)
     assert station.nc is not None
-    remains = {1: Remains([0.0], float(step + 1), 1)}
-    station.nc.remains = lambda: remains  # type: ignore[method-assign]
+    remains = {1: RetainedState([0.0], float(step + 1), 1)}
+    station.nc.retained_state = lambda: remains  # type: ignore[method-assign]
     return station.save
 
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from achse.iec import DINT, LREAL, Program, var
 from achse.motion import Nc
 from achse.motion.nc import AxisParameters
-from achse.motion.remains import Remains
+from achse.motion.retained import RetainedState
 from achse.plc import PlcRuntime, Task
 from achse.plc.remains import KeptVariable, Lead, kept_variables
 from achse.station.persistence.persistent_image import (
@@ -31,7 +31,9 @@ def plc_with(total: int, other: int, last: float) -> PlcRuntime:
 
 
 numbers = st.floats(-1e15, 1e15)
-remains = st.builds(Remains, st.lists(numbers, min_size=1, max_size=3), numbers, st.integers(0, 1))
+remains = st.builds(
+    RetainedState, st.lists(numbers, min_size=1, max_size=3), numbers, st.integers(0, 1)
+)
 leads = st.builds(Lead, st.integers(0, 9), st.text(max_size=9), st.just("ab"), st.integers(0, 99))
 variables = st.dictionaries(
     st.text(max_size=9),
@@ -47,7 +49,7 @@ variables = st.dictionaries(
 ports = st.dictionaries(st.integers(1, 65535), variables, max_size=2)
 
 
-def _ids(axis_id: int, one: Remains) -> tuple[int, ...]:
+def _ids(axis_id: int, one: RetainedState) -> tuple[int, ...]:
     return tuple(range(3 * axis_id, 3 * axis_id + len(one.zeros)))
 
 
@@ -66,8 +68,8 @@ axes_by_id = st.dictionaries(st.integers(1, 80), remains, min_size=1, max_size=3
 )
 @settings(max_examples=12)
 def test_values_are_those_of_axes_and_plcs_after_a_file(
-    kept_axes: dict[int, Remains],
-    axes: dict[int, Remains] | None,
+    kept_axes: dict[int, RetainedState],
+    axes: dict[int, RetainedState] | None,
     totals: dict[int, tuple[int, int, float]],
     kept_plcs: dict[int, dict[str, KeptVariable]],
 ) -> None:
@@ -80,7 +82,7 @@ def test_values_are_those_of_axes_and_plcs_after_a_file(
             compiled=False,
         )
         axes = dict(sorted(axes.items()))
-        nc.remains = lambda: axes  # type: ignore[method-assign]
+        nc.retained_state = lambda: axes  # type: ignore[method-assign]
     plcs = {port: plc_with(*values) for port, values in totals.items()}
     layout = PersistentLayout.of(nc, plcs, PersistentValues(kept_axes, kept_plcs))
     content = layout.image(nc, plcs)

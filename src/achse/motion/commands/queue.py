@@ -11,9 +11,9 @@ __all__ = [
     "busy",
     "dynamics",
     "heading",
-    "journey",
     "next_number",
     "occupied",
+    "queued_travel",
     "show_accepted",
     "sign",
 ]
@@ -55,7 +55,7 @@ def dynamics(
     )
 
 
-def journey(axis: Axis) -> tuple[float, float, float]:
+def queued_travel(axis: Axis) -> tuple[float, float, float]:
     """Return begin, end and direction of the last accepted command.
 
     Where it has no end, both are where it begins, as far as that is known.
@@ -95,12 +95,12 @@ def as_resolved_start(axis: Axis, start_type: int, position: float) -> tuple[int
         if occupied(axis):
             base = axis.set.position
             if axis.set_motion_phase == MotionPhase.POSITIONING or axis.buffer.count:
-                base = journey(axis)[1]
+                base = queued_travel(axis)[1]
         return StartType.ABSOLUTE, base + position
     if start_type == StartType.ABSOLUTE_INTERNAL:
         return StartType.ABSOLUTE, position
     if start_type == StartType.MODULO_CURRENT:
-        backwards = (journey(axis)[2] or axis.job.direction) < 0.0
+        backwards = (queued_travel(axis)[2] or axis.job.direction) < 0.0
         return StartType.MODULO_NEGATIVE if backwards else StartType.MODULO_POSITIVE, position
     return start_type, position
 

@@ -20,9 +20,9 @@ from achse.motion.commands.jog import JOGS, as_plain_start
 from achse.motion.commands.queue import (
     as_resolved_start,
     dynamics,
-    journey,
     next_number,
     occupied,
+    queued_travel,
     show_accepted,
     sign,
 )
@@ -185,7 +185,7 @@ def _accept(
     queued = buffer_mode != BufferMode.ABORTING and occupied(axis)
     if queued and axis.set_motion_phase == MotionPhase.HOMING:
         return NcError.GROUP_BUSY  # where it ends, and at which position, is not known yet
-    before, begin, direction_before = journey(axis)
+    before, begin, direction_before = queued_travel(axis)
     if not queued:
         begin = axis.set.position
     if start_type in ENDLESS:

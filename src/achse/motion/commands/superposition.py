@@ -115,7 +115,7 @@ def _begin(axis: Axis, direction: float, done: Compensation) -> None:
     axis.superposed.set_velocity = 0.0
     axis.superposed.set_acceleration = 0.0
     axis.compensating = 1
-    axis.limits.changed = 1
+    axis.limits.recheck = 1
 
 
 def stop_superposition(axis: Axis) -> int:

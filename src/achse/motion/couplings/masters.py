@@ -18,15 +18,15 @@ from achse.native.declare import assign, reset
 
 __all__ = [
     "as_leader",
-    "begin_to_lead",
-    "lead_on",
-    "let_go",
+    "begin_leading_value",
+    "end_coupling",
     "seen",
     "seen_acceleration",
     "seen_jerk",
     "seen_of_row",
     "seen_velocity",
     "show_coupling",
+    "update_leading_value",
 ]
 
 ALONE = 0
@@ -84,7 +84,7 @@ def seen_of_row(ax: AxisFields, rows: NcRows, row: int) -> tuple[float, float, f
     return position, velocity, acceleration, value.jerk
 
 
-def let_go(ax: AxisFields, rows: NcRows) -> None:
+def end_coupling(ax: AxisFields, rows: NcRows) -> None:
     """Follow nobody from now on; set values stay what they are.
 
     Every coupling ends here.
@@ -163,8 +163,8 @@ def _fade(ax: AxisFields, dt: float) -> None:
     ax.fading.relative_velocity = v
 
 
-def begin_to_lead(ax: AxisFields) -> None:
-    """The first follower comes: show it what is, without any history."""
+def begin_leading_value(ax: AxisFields) -> None:
+    """Begin the leading value for a first follower: the present values, without any history."""
     value = ax.leading_value
     value.frozen = 0
     value.offset = 0.0
@@ -172,7 +172,7 @@ def begin_to_lead(ax: AxisFields) -> None:
     value.dead_time = ax.coupling_dead_time if ax.axis_type == AxisType.ENCODER else 0.0
     value.velocity = 0.0
     reset(ax.fading)
-    lead_on(ax, 0.0)
+    update_leading_value(ax, 0.0)
 
 
 def _by_actual_values(ax: AxisFields) -> int:
@@ -181,7 +181,7 @@ def _by_actual_values(ax: AxisFields) -> int:
     return 1 if ax.loop_closed == 0 and ax.couple_slaves_by_actual_values == 1 else 0
 
 
-def lead_on(ax: AxisFields, dt: float) -> None:
+def update_leading_value(ax: AxisFields, dt: float) -> None:
     """Compute the leading value of this cycle."""
     value = ax.leading_value
     by_actual = _by_actual_values(ax)
@@ -231,7 +231,7 @@ def as_leader(ax: AxisFields) -> AxisFields:
     assign(leader.leading_value, ax.leading_value)
     for name in _LEADING:
         setattr(leader, name, getattr(ax, name))
-    begin_to_lead(leader)
+    begin_leading_value(leader)
     return leader
 
 

@@ -15,7 +15,7 @@ from achse.codes import NcError
 from achse.motion.couplings.cyclic_gear import base as base_of_gear
 from achse.motion.couplings.cyclic_gear import check as check_gear
 from achse.motion.couplings.cyclic_gear import turn
-from achse.motion.couplings.masters import let_go
+from achse.motion.couplings.masters import end_coupling
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 from achse.motion.setpoint import fail
@@ -42,7 +42,7 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     radius = _radius(ax, rows)
     turn(ax, rows, ax.coupling.gear_weight if radius == 0.0 else DEGREES / radius, dt)
     if radius == 0.0:
-        let_go(ax, rows)
+        end_coupling(ax, rows)
         fail(ax, NcError.SLAVE_COUPLING_PARAMETER, 0)
 
 

@@ -12,13 +12,13 @@ A law is a module beside this one with a row here:
 - `base` lets it count from where slave and masters are now. It is called at the end of coupling,
   when parameters change (unless the law says how), and when the slave's open loop is closed again.
 - Its memory is a part of the axis (a class in `achse.motion.fields`, named in `record.AxisFields`).
-  `base` sets all of it, and `let_go` clears `ax.coupling`. The parameters of the service are
+  `base` sets all of it, and `end_coupling` clears `ax.coupling`. The parameters of the service are
   `ax.coupling.parameters`.
 - What it demands before it is coupled by parameters (0x40), and how it changes while it runs
   (0x42), is in its row as well, outside the kernel. Laws with services of their own (tables,
   synchronising) demand things there.
-- It ends by `let_go` of `masters`, called in the kernel for errors and motions of the slave's own,
-  outside by `Axis.release`. A law that ends by itself calls it too. Set values stay; who calls
+- It ends by `end_coupling` of `masters`, called in the kernel for errors and motions of a slave's
+  own, outside by `Axis.release`. A law that ends by itself calls it too. Set values stay; a caller
   says what comes then (`set_motion_phase`).
 
 A superposition is on top of what the law makes (`ax.coupling.offset`); a law does not see it.
@@ -45,7 +45,7 @@ from achse.motion.couplings import (
     synchronising,
 )
 from achse.motion.couplings.guard import check_step
-from achse.motion.couplings.masters import lead_on, let_go
+from achse.motion.couplings.masters import end_coupling, update_leading_value
 from achse.motion.dynamics import drop_foreign
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
@@ -56,7 +56,7 @@ from achse.motion.superposition import superpose
 if TYPE_CHECKING:
     from achse.motion.axis import Axis
 
-__all__ = ["COUPLINGS", "Coupling", "count_from_here", "couple", "law_of", "led"]
+__all__ = ["COUPLINGS", "Coupling", "count_from_here", "couple", "has_moving_master", "law_of"]
 
 
 def _anywhere(ax: AxisFields, rows: NcRows) -> None:
@@ -232,7 +232,7 @@ def couple(ax: AxisFields, rows: NcRows, dt: float) -> None:
     if ax.coupling.law:
         _follow(ax, rows, dt)
     if ax.followers:
-        lead_on(ax, dt)
+        update_leading_value(ax, dt)
 
 
 def _follow(ax: AxisFields, rows: NcRows, dt: float) -> None:
@@ -243,7 +243,7 @@ def _follow(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """
     phase = ax.set_motion_phase
     if ax.error_code != 0 or (phase != MotionPhase.COUPLED and phase != MotionPhase.NONE):
-        let_go(ax, rows)
+        end_coupling(ax, rows)
         return
     if ax.loop_closed == 0:
         return
@@ -294,7 +294,7 @@ def _brake(ax: AxisFields, rows: NcRows, code: int, dt: float) -> None:
     drop_foreign(ax, ax.set.acceleration)
     ax.profile.abrupt = 1
     fail(ax, code, 0)
-    let_go(ax, rows)
+    end_coupling(ax, rows)
     generate(ax, dt)
 
 
@@ -312,7 +312,7 @@ def count_from_here(ax: AxisFields, rows: NcRows) -> None:
     ax.set.acceleration += ax.superposed.set_acceleration
 
 
-def led(ax: AxisFields, rows: NcRows) -> bool:
+def has_moving_master(ax: AxisFields, rows: NcRows) -> bool:
     """Return True if one of its masters does not rest: then the axis does not rest either."""
     awake = 0
     for n in range(ax.coupling.master_count):

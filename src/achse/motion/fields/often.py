@@ -68,10 +68,10 @@ OFTEN: dict[str, tuple[str, ...]] = {
         # of what is more than a plain move
         "acceleration",
     ),
-    "encoder I/O": (*("data_in1", "state2", "state4", "news", "fresh"),),
+    "encoder I/O": (*("data_in1", "state2", "state4", "has_changed", "fresh"),),
     "drive I/O": (
-        *("data_in1", "data_in2", "data_in3", "state1", "state2", "state3", "state4", "news"),
-        *("fresh", "ctrl1", "ctrl3", "data_out1", "data_out4"),
+        *("data_in1", "data_in2", "data_in3", "state1", "state2", "state3", "state4"),
+        *("has_changed", "fresh", "ctrl1", "ctrl3", "data_out1", "data_out4"),
     ),
     "machine": (
         *("sensor", "amplifier", "resting", "position", "cam_begin", "cam_end", "plain"),

@@ -71,7 +71,7 @@ class CommandBuffer(BufferLevel, BufferRing):
 class SoftLimits(InternalFields):
     """Soft limits in force."""
 
-    changed: int = flag(0, "limits or positions changed: the profile must be checked again")
+    recheck: int = flag(0, "limits or positions changed: the profile must be checked again")
     active: int = flag(0, "a soft limit is in force")
     low: float = real(-inf, "mm", "lower soft limit")
     high: float = real(inf, "mm", "upper soft limit")

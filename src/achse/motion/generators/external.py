@@ -30,7 +30,7 @@ _INCONSISTENT = 1e-3
 def leave_external(ax: AxisFields) -> None:
     """Take no further external set points; what the axis does now is its own motion."""
     ax.external_setpoint_active = 0
-    ax.limits.changed = 1
+    ax.limits.recheck = 1
     ax.profile.abrupt = 1
     drop_foreign(ax, ax.external.acceleration)
     ax.external.velocity = 0.0

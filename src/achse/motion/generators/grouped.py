@@ -40,7 +40,7 @@ def step(ax: AxisFields, dt: float) -> None:
     """One cycle led by the group."""
     fault = _fault(ax, ax.group_set_point.position - ax.set.position, dt)
     if fault:
-        ax.limits.changed = 1
+        ax.limits.recheck = 1
         ax.profile.abrupt = 1
         drop_foreign(ax, ax.set.acceleration)
         fail(ax, fault, 0)

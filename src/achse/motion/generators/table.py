@@ -32,9 +32,9 @@ __all__ = [
     "UNPLANNED",
     "Generator",
     "along_the_set_point",
+    "generate_set_point",
     "hand_over",
     "heading",
-    "lead",
 ]
 
 
@@ -65,7 +65,7 @@ class Generator(NamedTuple):
     step: Callable[[AxisFields, float], None]
     """Position, velocity and acceleration of this cycle."""
     end: Callable[[AxisFields], None] = _stays
-    """Before each cycle in which it `leads`: give the lead back, if it is over."""
+    """Before each cycle in which it `leads`: hand back the set point if the motion is over."""
     leads: Callable[[AxisFields], bool] = _by_phase_alone
     """True if it makes the set point in any phase."""
     heading: Callable[[AxisFields], float] = along_the_set_point
@@ -154,7 +154,7 @@ GENERATORS = (
     ),
     Generator("coupling", (MotionPhase.COUPLED,), ("couple",), coupled.step, planned=False),
 )
-"""Each phase belongs to one row; of those that lead in any phase, the first does."""
+"""Each phase belongs to one row; of the rows for any phase the first one generates."""
 
 _LEADING = tuple(row for row in GENERATORS if row.leads is not _by_phase_alone)
 
@@ -181,13 +181,13 @@ BY_FAST_PATH = _by_phase(
 
 
 def hand_over(ax: AxisFields) -> None:
-    """Before the cycle: what led in any phase gives the lead back where it is over."""
+    """Hand the set point back, before the cycle, where a generator of any phase is over."""
     for row in _LEADING:
         if row.leads(ax):
             row.end(ax)
 
 
-def lead(ax: AxisFields, dt: float) -> None:
+def generate_set_point(ax: AxisFields, dt: float) -> None:
     """Set point of this cycle, by the generator whose turn it is."""
     if ax.external_setpoint_active or ax.drive_operation_mode:
         for row in _LEADING:

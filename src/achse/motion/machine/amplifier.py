@@ -28,7 +28,7 @@ from achse.motion.port import (
 )
 from achse.motion.states import POSITION_MODES, TORQUE_MODES, VELOCITY_CONTAINER_MODES
 
-__all__ = ["drive_servo", "loaded", "move", "report", "untold"]
+__all__ = ["drive_servo", "has_unreported_outputs", "loaded", "move", "report"]
 
 _STILL = 1e-9
 """A velocity below this without output is zero."""
@@ -57,7 +57,7 @@ def report(a: Amplifier, plain: bool = False) -> None:
         shown = round(torque) if abs(torque) < _MOST else within_32_bits(torque)
         if io.data_in2 != shown:
             io.data_in2 = shown
-            io.news = 1
+            io.has_changed = 1
     velocity = m.velocity
     if velocity != 0.0 or io.data_in3 != 0:
         velocity *= a.velocity_weight
@@ -66,12 +66,12 @@ def report(a: Amplifier, plain: bool = False) -> None:
         speed = round(velocity) if abs(velocity) < _MOST else within_32_bits(velocity)
         if io.data_in3 != speed:
             io.data_in3 = speed
-            io.news = 1
+            io.has_changed = 1
     io.data_in1 = a.sensor.io.data_in1
     io.state3 = io.ctrl3
 
 
-def untold(a: Amplifier) -> bool:
+def has_unreported_outputs(a: Amplifier) -> bool:
     """Return True if outputs have changed the reported state of the drive, though nothing moves."""
     return a.io.state3 != a.io.ctrl3 or a.io.ctrl1 != a.reported_control
 
@@ -127,7 +127,7 @@ def _report_status(a: Amplifier) -> None:
         io.state2 = state2
         io.state4 = state4
         io.state8 = inputs
-        io.news = 1
+        io.has_changed = 1
 
 
 def move(m: Machine, velocity: float, way: float, lasting: int) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from achse.motion.curves import Piece
-from achse.motion.machine.amplifier import drive_servo, report, untold
+from achse.motion.machine.amplifier import drive_servo, has_unreported_outputs, report
 from achse.motion.machine.discrete import run_stepper, run_two_speeds
 from achse.motion.machine.record import Amplifier, Machine, Sensor
 from achse.motion.machine.sensor import arm_latches, sense
@@ -75,7 +75,7 @@ def carry_out(machine: Machine, hardware: HardwareRows, pieces: Sequence[Piece],
         arm_latches(machine.sensor)
     if not machine.resting or amplifier.io.fresh:
         amplifier.io.fresh = 0
-        if machine.resting and untold(amplifier):
+        if machine.resting and has_unreported_outputs(amplifier):
             machine.resting = 0
             machine.quiet_cycles = 0
         if amplifier.kind <= ANALOG:  # or DIGITAL

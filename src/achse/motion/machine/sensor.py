@@ -51,11 +51,11 @@ def sense(s: Sensor, plain: bool = False) -> None:
     if not plain and m.io_invalid:
         if io.state4 == 0:
             io.state4 = STATUS_INVALID
-            io.news = 1
+            io.has_changed = 1
         return
     if not plain and io.state4:
         io.state4 = 0
-        io.news = 1
+        io.has_changed = 1
     position = m.position
     way = position / s.encoder_resolution
     if s.encoder_inverted:
@@ -71,7 +71,7 @@ def sense(s: Sensor, plain: bool = False) -> None:
             io.data_in1 = count
         else:
             io.data_in1 = _shown(s, count)
-        io.news = 1
+        io.has_changed = 1
     if plain or not m.cam_input:
         cam = 0
         if not plain and m.period > 0.0:
@@ -80,7 +80,7 @@ def sense(s: Sensor, plain: bool = False) -> None:
             cam = CAM_CLOSED
         if cam != io.state2:
             io.state2 = cam
-            io.news = 1
+            io.has_changed = 1
     elif io.state2:
         io.state2 = 0
     if s.watching:
@@ -111,7 +111,7 @@ def _latch(s: Sensor) -> None:
         if place != NOWHERE:
             io.data_in2 = _shown(s, count_at(s, place))
             io.state1 ^= _LATCHED
-            io.news = 1
+            io.has_changed = 1
     else:
         io.state1 &= _LATCHED
     if io.ctrl5:
@@ -139,11 +139,11 @@ def _probe(s: Sensor, control: int, states: int, counts: int) -> tuple[int, int]
         if place != NOWHERE:
             lower = _shown(s, count_at(s, place)) & FULL_MASK
             states ^= _RISEN
-            s.io.news = 1
+            s.io.has_changed = 1
     if control >> 4:
         place = edge(s, control >> 4, 1)
         if place != NOWHERE:
             upper = wrapped(_shown(s, count_at(s, place)))
             states ^= _FALLEN
-            s.io.news = 1
+            s.io.has_changed = 1
     return states, upper << 32 | lower

@@ -111,7 +111,7 @@ def _put_status(s: Servo) -> None:
         d.state1 = status
         d.state2 = limits
         d.state8 = inputs
-        d.news = 1
+        d.has_changed = 1
     if s.mode_is_active:
         d.state3 = d.ctrl3
 
@@ -143,8 +143,8 @@ def take(s: Servo, dt: float) -> None:
     if e.state4 != invalid or d.state4 != state4:
         e.state4 = invalid
         d.state4 = state4
-        e.news = 1
-        d.news = 1
+        e.has_changed = 1
+        d.has_changed = 1
     if invalid:
         return
     position = s.position
@@ -153,17 +153,17 @@ def take(s: Servo, dt: float) -> None:
     s.speed = float(s.velocity) if s.has_velocity else moved / dt
     if e.data_in1 != position:
         e.data_in1 = position
-        e.news = 1
+        e.has_changed = 1
     d.data_in1 = position
     velocity = within_32_bits(s.speed)
     if d.data_in2 != s.torque or d.data_in3 != velocity:
         d.data_in2 = s.torque
         d.data_in3 = velocity
-        d.news = 1
+        d.has_changed = 1
     cam = CAM_CLOSED if s.digital_inputs & _HOME else 0
     if e.state2 != cam:
         e.state2 = cam
-        e.news = 1
+        e.has_changed = 1
     _put_status(s)
     if s.interface == ServoMode.CSP:
         _measure_dead_time(s, dt)

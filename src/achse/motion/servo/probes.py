@@ -100,7 +100,7 @@ def take_probes(s: Servo) -> None:
         if stored == 0:
             continue
         s.probe_taken[probe] |= stored
-        e.news = 1
+        e.has_changed = 1
         rising = s.probe2_rising if probe else s.probe1_rising
         falling = s.probe2_falling if probe else s.probe1_falling
         if probe == 0 and s.probe_homing:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from achse.motion import Nc
-from achse.motion.remains import Remains
+from achse.motion.retained import RetainedState
 from achse.plc import PlcRuntime
 from achse.plc.remains import inherit_variables
 from achse.station.configuration.station_file import ConfigError, StationConfig
@@ -175,10 +175,10 @@ def _read_snapshot(file: SnapshotFile, instead: Path) -> PersistentValues | None
     return values
 
 
-def _parsed(document: Any) -> dict[int, Remains]:
+def _parsed(document: Any) -> dict[int, RetainedState]:
     """The document of the file; raises what is wrong with it."""
     return {
-        int(axis_id): Remains(
+        int(axis_id): RetainedState(
             [number(zero) for zero in entry["zeros"]],
             number(entry["position"]),
             int(bool(entry["homed"])),

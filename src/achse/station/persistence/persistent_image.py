@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from achse.motion import Nc
-from achse.motion.remains import Remains
+from achse.motion.retained import RetainedState
 from achse.plc import PlcRuntime
 from achse.plc.remains import KeptVariable, Lead
 from achse.plc.retained import RetainedLayout
@@ -34,7 +34,7 @@ _FARTHEST = 1e15
 class PersistentValues:
     """Retained data: of axes by id, of PLCs by port and variable."""
 
-    axes: Mapping[int, Remains] = field(default_factory=dict)
+    axes: Mapping[int, RetainedState] = field(default_factory=dict)
     plcs: Mapping[int, Mapping[str, KeptVariable]] = field(default_factory=dict)
 
 
@@ -62,7 +62,7 @@ class PersistentLayout:
     def image(self, nc: Nc | None, plcs: Mapping[int, PlcRuntime]) -> bytes:
         """Return a copy of what these axes and PLCs have now."""
         numbers: list[float] = []
-        for remains in () if nc is None else nc.remains().values():
+        for remains in () if nc is None else nc.retained_state().values():
             numbers += remains.zeros
             numbers += (remains.position, remains.homed)
         pieces = [struct.pack(f"<{len(numbers)}d", *numbers)]
@@ -81,7 +81,7 @@ class PersistentLayout:
         for axis_id, encoders in self.axes:
             zeros = [number(value) for value in numbers[at : at + encoders]]
             position, homed = numbers[at + encoders : at + encoders + 2]
-            axes[axis_id] = Remains(zeros, number(position), int(homed))
+            axes[axis_id] = RetainedState(zeros, number(position), int(homed))
             at += encoders + 2
         plcs = dict(self.absent.plcs)
         begin = 8 * count
@@ -108,7 +108,9 @@ class PersistentLayout:
         """Return the layout that `encode` wrote. Raises ValueError, KeyError, TypeError."""
         document = parse_json(encoded)
         absent = {
-            int(axis_id): Remains([number(zero) for zero in zeros], number(position), int(homed))
+            int(axis_id): RetainedState(
+                [number(zero) for zero in zeros], number(position), int(homed)
+            )
             for axis_id, (zeros, position, homed) in document["absent_axes"].items()
         }
         return cls(

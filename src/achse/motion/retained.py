@@ -1,4 +1,4 @@
-"""Remains: what of an axis outlives a restart of the NC."""
+"""Retained state: the part of an axis that outlives a restart of the NC."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,11 +7,11 @@ from achse.motion.axis import Axis
 from achse.motion.machine.hardware import place_machine
 from achse.motion.setpoint import shift_origin
 
-__all__ = ["Remains"]
+__all__ = ["RetainedState"]
 
 
 @dataclass(frozen=True, slots=True)
-class Remains:
+class RetainedState:
     """Place of the machine of an axis, and the axis' knowledge of it."""
 
     zeros: Sequence[float]
@@ -21,8 +21,8 @@ class Remains:
     homed: int
 
     @classmethod
-    def of(cls, axis: Axis) -> "Remains":
-        """Return the remains of an axis now."""
+    def of(cls, axis: Axis) -> "RetainedState":
+        """Return the retained state of an axis now."""
         zeros = [-axis.machine.position / each.sensor.way for each in axis.encoders]
         return cls(zeros, axis.actual_position, axis.homed)
 
