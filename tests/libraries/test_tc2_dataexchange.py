@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 
 TARGET = """PROGRAM THERE VAR
     n, m : DINT; b : BYTE; w : WORD; d : DWORD; r : REAL; l : LREAL; on : BOOL; alive : UDINT;

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from achse.station import Station
-from achse.station.config import parse
+from achse.station.configuration.station_file import parse
 from tests.plc.code.conftest import Ran
 
 CLASSES = """<T><DataType><Name GUID="{AC1249EC-7A00-4AA4-851B-9BA1B619868E}">Line</Name>

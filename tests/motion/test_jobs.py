@@ -3,7 +3,7 @@
 from math import inf
 
 from achse.motion.fields.job import JobProgress, JobRequest
-from achse.motion.jobs import ask, take_over
+from achse.motion.jobs import copy_request, set_request
 from achse.motion.record import JOB
 from achse.motion.states import BufferMode, StartType
 from achse.native.declare import plain_record
@@ -14,7 +14,7 @@ Job = plain_record(JOB)
 def test_a_job_asks_for_what_is_given_and_nothing_else() -> None:
     job = Job()
     job.start_velocity, job.blending_position, job.mode = 3.0, 4.0, BufferMode.BUFFERED
-    ask(job, 7, StartType.RELATIVE, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+    set_request(job, 7, StartType.RELATIVE, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
     given = {name: getattr(job, name) for name in JobRequest.__annotations__}
     assert given == {
         "number": 7, "start_type": StartType.RELATIVE, "mode": BufferMode.ABORTING,
@@ -27,7 +27,7 @@ def test_all_that_is_asked_for_is_taken_over_and_no_progress() -> None:
     job, other = Job(), Job()
     for number, name in enumerate(JOB.fields, 1):
         setattr(other, name, number)
-    take_over(job, other)
+    copy_request(job, other)
     for name in JobRequest.__annotations__:
         assert getattr(job, name) == getattr(other, name), name
     for name in JobProgress.__annotations__:

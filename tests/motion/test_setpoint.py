@@ -337,7 +337,7 @@ SEGMENT, SEGMENTS = 40.0, 50
 def test_a_path_of_fifty_segments_passes_each_target_at_its_velocity(
     rig: Any, mode: BufferMode, border: Callable[[float, float], float]
 ) -> None:
-    """Fed as the buffer drains: each mode, velocities up and down, all limits kept."""
+    """Commands fed as the buffer drains: each mode, velocities up and down, all limits kept."""
     axis = rig.axis
     a, j = 1200.0, 30_000.0
     velocities = [(60.0, 100.0, 80.0, 140.0, 120.0)[n % 5] for n in range(SEGMENTS)]

@@ -8,13 +8,13 @@ from math import inf
 from achse.motion.record import JobFields
 from achse.motion.states import BufferMode
 
-__all__ = ["NOWHERE", "ask", "take_over"]
+__all__ = ["NOWHERE", "copy_request", "set_request"]
 
 NOWHERE = inf
 """The blending position of a command that has none."""
 
 
-def ask(
+def set_request(
     job: JobFields,
     number: int,
     start_type: int,
@@ -25,7 +25,7 @@ def ask(
     jerk: float,
     end_velocity: float,
 ) -> None:
-    """Let a job ask for this, from where the axis is then."""
+    """Set the request of a job, which begins where the axis is then."""
     job.number = number
     job.start_type = int(start_type)
     job.mode = BufferMode.ABORTING.value
@@ -39,8 +39,8 @@ def ask(
     job.blending_position = NOWHERE
 
 
-def take_over(job: JobFields, other: JobFields) -> None:
-    """Let a job ask for what another one asks for."""
+def copy_request(job: JobFields, other: JobFields) -> None:
+    """Copy the request of another job."""
     job.number = other.number
     job.start_type = other.start_type
     job.mode = other.mode

@@ -16,7 +16,7 @@ from achse.motion.dynamics import (
     shed_foreign,
 )
 from achse.motion.features import Feature
-from achse.motion.jobs import take_over
+from achse.motion.jobs import copy_request
 from achse.motion.limits import table_passes
 from achse.motion.planning import (
     TO_CONSTANT_VELOCITY,
@@ -217,7 +217,7 @@ def take_next(ax: AxisFields) -> None:
     i = ax.buffer.first
     ax.buffer.first = (i + 1) % COMMAND_BUFFER
     ax.buffer.count -= 1
-    take_over(ax.job, ax.waiting[i])
+    copy_request(ax.job, ax.waiting[i])
     begin_job(ax)
     if ax.set_motion_phase == MotionPhase.POSITIONING:
         ax.target_position = resolve_target(ax, ax.job.start_type, ax.job.position, start)

@@ -7,7 +7,7 @@ import pytest
 
 from achse.codes import NcError
 from achse.gcode.canon import ArcMove, DwellTime, LineMove, Origin, PathParameter, PathSetting
-from achse.motion.channels.feeder import Fed, Feeder
+from achse.motion.channels.feeder import Feeder, FeedOutcome
 from achse.motion.channels.technology import TechnologyOutputs
 from achse.motion.path import Smoothing
 
@@ -29,9 +29,11 @@ def begun(program: Any) -> Feeder:
 def test_so_many_segments_go_over_in_a_cycle(program: Any) -> None:
     program.group.max_commands_per_cycle = 3
     feeder = begun(program)
-    assert [feeder.feed(line(float(n))) for n in range(1, 5)] == [Fed.DONE] * 3 + [Fed.FULL]
+    assert [feeder.feed(line(float(n))) for n in range(1, 5)] == [FeedOutcome.DONE] * 3 + [
+        FeedOutcome.FULL
+    ]
     feeder.begin_cycle()
-    assert feeder.feed(DwellTime(HERE, 0.1)) is Fed.DONE
+    assert feeder.feed(DwellTime(HERE, 0.1)) is FeedOutcome.DONE
     assert program.group.saf_entry_count == 4
 
 
@@ -39,7 +41,7 @@ def test_the_table_of_segments_fills(program: Any) -> None:
     program.group.max_commands_per_cycle = 1000
     feeder = begun(program)
     taken = [feeder.feed(line(float(n))) for n in range(1, 140)]
-    assert taken.count(Fed.DONE) == 128
+    assert taken.count(FeedOutcome.DONE) == 128
     assert program.group.saf_free_entry_count == 0
 
 
@@ -63,7 +65,7 @@ def test_settings_are_of_the_program(program: Any) -> None:
         (PathParameter.VELO_JUMP, (1.0, 2.0, 3.0)),
         (PathParameter.DYNAMIC_OVERRIDE, (0.5,)),
     ):
-        assert feeder.feed(PathSetting(HERE, parameter, values)) is Fed.DONE
+        assert feeder.feed(PathSetting(HERE, parameter, values)) is FeedOutcome.DONE
     now = program.group.path_parameters
     assert (now.smoothing, now.smoothing_radius, now.c1, now.c2) == (
         Smoothing.QUINTIC,
@@ -74,7 +76,7 @@ def test_settings_are_of_the_program(program: Any) -> None:
     assert (now.acceleration, now.deceleration, now.jerk) == (100.0, 200.0, 3000.0)
     assert (now.least_velocity, program.group.velo_jumps) == (2.0, (1.0, 2.0, 3.0))
     wrong = PathSetting(HERE, PathParameter.VERTEX_SMOOTHING, (9.0, 1.0, 0.5))
-    assert feeder.feed(wrong) is Fed.REFUSED
+    assert feeder.feed(wrong) is FeedOutcome.REFUSED
     assert feeder.error == NcError.GROUP_PARAMETER
     feeder.finish()
     assert program.group.path_parameters == before
@@ -94,7 +96,7 @@ def test_blocks_that_are_passed_are_forgotten(program: Any) -> None:
     program.group.max_commands_per_cycle = 1000
     feeder = begun(program)
     for n in range(1, 1000):
-        while feeder.feed(line(float(n), 1e5)) is Fed.FULL:
+        while feeder.feed(line(float(n), 1e5)) is FeedOutcome.FULL:
             program.cycle()
             feeder.begin_cycle()
             feeder.pass_marks()
@@ -117,7 +119,7 @@ def test_a_linear_feed_changes_along_the_block(
         axis.default_jerk = 1e8
     program.group.single_block_mode = single
     feeder = begun(program)
-    assert feeder.feed(flin((100.0, 0.0, 0.0), begin, velocity)) is Fed.DONE
+    assert feeder.feed(flin((100.0, 0.0, 0.0), begin, velocity)) is FeedOutcome.DONE
     assert program.group.number == 1
     step = abs(velocity - begin) / 32.0
     seen = 0
@@ -139,7 +141,7 @@ def test_a_linear_feed_keeps_to_the_arc(program: Any) -> None:
         *(HERE, (0.0, 0.0, 0.0), (20.0, 0.0, 4.0), (10.0, 0.0, 0.0), (0.0, 0.0, 1.0), pi, 4.0),
         *((0.0,) * 5, 60.0, 10.0),
     )
-    assert feeder.feed(arc) is Fed.DONE
+    assert feeder.feed(arc) is FeedOutcome.DONE
     assert program.group.number == 1
     slow = quick = 0.0
     while not program.group.rests:
@@ -167,7 +169,7 @@ def test_dynovr_holds_for_all_axes_of_the_path(program: Any) -> None:
             end = tuple(a + b for a, b in zip(here[:3], wanted, strict=True))
             auxiliary = (here[3] + (100.0 if axis == 3 else 0.0), 0.0, 0.0, 0.0, 0.0)
             move = LineMove(HERE, here[:3], end, auxiliary, 1e4, 1e4)
-            assert feeder.feed(move) is Fed.DONE
+            assert feeder.feed(move) is FeedOutcome.DONE
             most[part] = 0.0
             moved = program.nc.axis(axis + 1)
             while not program.group.rests:

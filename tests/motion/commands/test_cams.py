@@ -18,7 +18,7 @@ from achse.motion.commands.cams import (
     _fresh,
     _rows_as_seen,
 )
-from achse.motion.couplings.cams import names_of, seen_master
+from achse.motion.couplings.cams import master_position_of, names_of
 from achse.motion.record import CAM
 from achse.motion.rows import NcRows
 from achse.motion.setpoint import shift_setpoint
@@ -368,7 +368,7 @@ def test_cam_cannot_begin_at_a_place_behind_a_moving_master(
 def _seen(slave: Any, layer: Any, master: Any) -> float:
     """Own position of a master as a slave sees it."""
     rows = _rows_as_seen(slave, master)
-    return seen_master(slave, rows, layer) + names_of(rows, layer)
+    return master_position_of(slave, rows, layer) + names_of(rows, layer)
 
 
 def test_cam_that_waits_to_begin_is_not_changed() -> None:

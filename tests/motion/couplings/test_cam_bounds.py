@@ -394,7 +394,7 @@ def test_change_waits_while_it_would_lead_beyond_a_soft_limit(
     it.now.slave_offset, it.next.slave_scaling = 2.0, 1.0
     it.now.slave_scaling, it.next.master_scaling, it.change.master_type = 1.0, SCALING, OFF
     lead: Any = both.axes[0].leading_value
-    lead.position = it.seen = OFFSET + SCALING * 70.0
+    lead.position = it.last_master_position = OFFSET + SCALING * 70.0
     ax.cams[0], ax.camming.count, ax.set.position = it, 1, 32.0
     ax.coupling.offset, ax.max_velocity, ax.drive.reference_velocity = superposed, 1e4, 1e4
     ax.limits.active, ax.limits.low, ax.limits.high = 1, -50.0, 60.0

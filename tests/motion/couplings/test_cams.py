@@ -10,7 +10,7 @@ import pytest
 from achse.codes import NcError
 from achse.motion import Axis, AxisParameters, Nc, StateBit, commands
 from achse.motion.commands import CamDemand
-from achse.motion.couplings.cams import base, part_at, planned, seen_master, step
+from achse.motion.couplings.cams import base, master_position_of, part_at, planned, step
 from achse.motion.record import CAM_LAW
 from achse.motion.setpoint import shift_setpoint
 from achse.motion.states import (
@@ -410,7 +410,7 @@ def test_functions_of_the_kernel_outside_it(line: Line) -> None:
     line.to(45.0)
     slave, rows = line.slave, line.slave.rows
     layer = slave.cams[0]
-    assert seen_master(slave, rows, layer) == 45.0
+    assert master_position_of(slave, rows, layer) == 45.0
     assert part_at(rows, layer, 45.0)[0] == pytest.approx(15.0)
     base(slave, rows)
     step(slave, rows, 0.002)

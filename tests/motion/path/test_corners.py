@@ -118,7 +118,7 @@ def test_jumps_within_a_cycle_share_the_jerk(length: float, least: float) -> Non
 def test_a_jump_of_velocity_is_what_the_axis_can_do_in_a_cycle() -> None:
     """Corner of 90°, factor 1, 2000 mm/s², 2 ms: 4 mm/s."""
     state = state_record()
-    state.cycle_time, state.used = 0.002, 3
+    state.cycle_time, state.axis_count = 0.002, 3
     PathParameters(method=ReductionMethod.VELO_JUMP).fill(state)
     axes = [axis_record() for _ in range(8)]
     for axis in axes:

@@ -65,7 +65,7 @@ def test_a_brake_that_is_on_ends_within_the_jerk_of_a_weaker_axis() -> None:
         most = max(most, *(abs(a - b) / axis.jerk for a, b, axis in rises))
         before = path.axis_acceleration
     assert most <= 0.002 * (1 + 1e-6)
-    assert path.state.lost == 0
+    assert path.state.lost_cycles == 0
 
 
 def test_single_block_stops_at_the_first_end_it_can() -> None:
@@ -77,4 +77,4 @@ def test_single_block_stops_at_the_first_end_it_can() -> None:
     path.single_block = True
     path.advance(1000)
     assert path.position == pytest.approx((20.0, 0, 0))
-    assert path.state.lost == 0
+    assert path.state.lost_cycles == 0

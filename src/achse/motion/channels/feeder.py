@@ -39,10 +39,10 @@ from achse.motion.checks import OK
 from achse.motion.groups.path_group import PathGroup
 from achse.motion.path import PathDwell, PathError, PathSegment
 
-__all__ = ["Fed", "Feeder"]
+__all__ = ["FeedOutcome", "Feeder"]
 
 
-class Fed(Enum):
+class FeedOutcome(Enum):
     """Outcome of a command."""
 
     DONE = "carried out, or on its way"
@@ -75,9 +75,9 @@ class Feeder:
         self.outputs = outputs
         self.granted = 0
         self.error = OK
-        """NC error of the last `Fed.REFUSED`."""
+        """NC error of the last `FeedOutcome.REFUSED`."""
         self.waits_for = WaitReason.PATH
-        """Reason of the last `Fed.WAITS`."""
+        """Reason of the last `FeedOutcome.WAITS`."""
         self.message = ""
         self._marks: deque[_PathMark] = deque()
         self._entries: deque[_Entry] = deque()
@@ -86,7 +86,7 @@ class Feeder:
         self._deleting = False
         """The move that can be deleted is the last one: nothing goes behind it before its end."""
         self._deleted = False
-        self._left: set[int] = set()
+        self._displaced_axes: set[int] = set()
         """Main axes that are not where the program has them, since a distance was deleted."""
         self._homing = False
         self._base = self._settings = ProgramSettings(group.path_parameters)
@@ -111,7 +111,7 @@ class Feeder:
     def _forget_entries(self) -> None:
         """Blocks that the path has passed are not shown again, unless it may come back to them."""
         group, entries = self.group, self._entries
-        first = group.oldest if group.way_back.kept else group.present
+        first = group.oldest if group.way_back.keeps_path else group.present
         while len(entries) > 1 and entries[0].last < first:
             entries.popleft()
 
@@ -154,18 +154,18 @@ class Feeder:
     @property
     def room(self) -> int:
         """Lines that `feed_lines` takes in this cycle; 0 while each move is looked at alone."""
-        if self._deleting or self._left or self.group.single_block:
+        if self._deleting or self._displaced_axes or self.group.single_block:
             return 0
         return max(0, min(self._budget, self.group.free))
 
-    def feed_lines(self, run: LineRun) -> Fed:
+    def feed_lines(self, run: LineRun) -> FeedOutcome:
         """Lines in a row, from the first that is not taken; the same as one by one.
 
         If one is refused (`error`), those before it are taken and `run.taken` is its number.
         """
         group, most = self.group, self.room
         if most < 1:
-            return Fed.FULL
+            return FeedOutcome.FULL
         before, begin = group.number, run.taken
         code = group.append_lines(run.ends[begin : begin + most], run.auxiliary, run.velocity)
         count = group.number - before
@@ -180,16 +180,16 @@ class Feeder:
             self._entries.append(_Entry(before + 1, group.number, origin, self._auxiliary))
         if code:
             return self._refuse(code)
-        return Fed.DONE if run.taken == len(run) else Fed.FULL
+        return FeedOutcome.DONE if run.taken == len(run) else FeedOutcome.FULL
 
-    def feed(self, command: Canonical) -> Fed:
+    def feed(self, command: Canonical) -> FeedOutcome:
         """One command, in order; the same again in the next cycle unless it is done."""
         if self._deleting:
             if not self.group.rests:
                 return self._wait(WaitReason.DELETABLE_MOVE)
             self._deleting = False
             if self._deleted:
-                self._left = {0, 1, 2}
+                self._displaced_axes = {0, 1, 2}
                 self._deleted = False
         if isinstance(command, LineMove | ArcMove):
             return self._move(command)
@@ -210,8 +210,8 @@ class Feeder:
         elif isinstance(command, HomeAxis):
             return self._home(command)
         elif isinstance(command, DecoderStop | ProgramStop | ProgramEnd):
-            return Fed.DONE if self.done else self._wait(WaitReason.PATH)
-        return Fed.DONE
+            return FeedOutcome.DONE if self.done else self._wait(WaitReason.PATH)
+        return FeedOutcome.DONE
 
     def _mark(self, action: Callable[[], None]) -> None:
         if self.done:
@@ -222,26 +222,26 @@ class Feeder:
     def _tell(self, text: str) -> None:
         self.message = text
 
-    def _refuse(self, code: int) -> Fed:
+    def _refuse(self, code: int) -> FeedOutcome:
         self.error = code
-        return Fed.REFUSED
+        return FeedOutcome.REFUSED
 
-    def _wait(self, reason: WaitReason) -> Fed:
+    def _wait(self, reason: WaitReason) -> FeedOutcome:
         self.waits_for = reason
-        return Fed.WAITS
+        return FeedOutcome.WAITS
 
-    def _append(self, segment: PathSegment, origin: Origin) -> Fed:
+    def _append(self, segment: PathSegment, origin: Origin) -> FeedOutcome:
         if self._budget <= 0 or self.group.free < 1:
-            return Fed.FULL
+            return FeedOutcome.FULL
         code = self.group.append(segment)
         if code:
             return self._refuse(code)
         self._budget -= 1
         number = self.group.number
         self._entries.append(_Entry(number, number, lambda _: origin, self._auxiliary))
-        return Fed.DONE
+        return FeedOutcome.DONE
 
-    def _move(self, move: Moving) -> Fed:
+    def _move(self, move: Moving) -> FeedOutcome:
         planner = self.group.planner
         if planner is None:
             return self._refuse(NcError.NCI_GENERATOR_INACTIVE)
@@ -255,7 +255,7 @@ class Feeder:
         if not feed > 0.0:
             return self._refuse(NcError.NCI_VELOCITY_NOT_POSITIVE)
         fed = self._append(segment_of(move, end, feed), move.origin)
-        if fed is Fed.DONE and move.delete_distance:
+        if fed is FeedOutcome.DONE and move.delete_distance:
             self._deleting = True
         return fed
 
@@ -264,16 +264,16 @@ class Feeder:
         deleted distance has left elsewhere stay there until they are programmed.
         """
         end = [*move.end, *move.auxiliary][: len(begin)]
-        if self._left and isinstance(move, ArcMove):
+        if self._displaced_axes and isinstance(move, ArcMove):
             return None
-        for axis in list(self._left):
+        for axis in list(self._displaced_axes):
             if move.end[axis] == move.start[axis]:
                 end[axis] = begin[axis]
             else:
-                self._left.discard(axis)
+                self._displaced_axes.discard(axis)
         return tuple(end)
 
-    def _m_function(self, command: MFunction) -> Fed:
+    def _m_function(self, command: MFunction) -> FeedOutcome:
         def happen() -> None:
             self.outputs.clear_fast(command.clears)
             if command.fast:
@@ -281,16 +281,16 @@ class Feeder:
 
         if command.handshake is Handshake.NONE:
             self._mark(happen)
-            return Fed.DONE
+            return FeedOutcome.DONE
         if not self.done:
             return self._wait(WaitReason.PATH)
         if not self.outputs.request:
             happen()
         if self.outputs.ask(command.number, self.granted):
-            return Fed.DONE
+            return FeedOutcome.DONE
         return self._wait(WaitReason.HANDSHAKE)
 
-    def _home(self, command: HomeAxis) -> Fed:
+    def _home(self, command: HomeAxis) -> FeedOutcome:
         if not self._homing:
             if not self.done:
                 return self._wait(WaitReason.PATH)
@@ -305,16 +305,16 @@ class Feeder:
         if axis is None or not axis.homed:  # it was stopped on its way
             code = OK if axis is None else axis.error_code
             return self._refuse(code or NcError.GROUP_CONSEQUENTIAL_ERROR)
-        return Fed.DONE
+        return FeedOutcome.DONE
 
-    def _set(self, setting: PathSetting) -> Fed:
+    def _set(self, setting: PathSetting) -> FeedOutcome:
         group = self.group
         try:
             wanted = replace(self._settings, path=group.path_parameters).changed(setting)
         except (PathError, ValueError):
             return self._refuse(NcError.GROUP_PARAMETER)
         self._use(wanted)
-        return Fed.DONE
+        return FeedOutcome.DONE
 
     def _use(self, settings: ProgramSettings) -> None:
         self._settings, group = settings, self.group

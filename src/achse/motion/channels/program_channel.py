@@ -182,8 +182,8 @@ class ProgramChannel(ProgramStates):
         self.data.subroutines = self.files.store.subroutines(self._file)
         self._registers = list(self.data.registers.own)
         x, y, z, *auxiliary = self._began_at if event is _E.RETRY else group.positions
-        if self._planned is not None and self._planned.begin != (x, y, z, *auxiliary):
-            self._planned = None
+        if self._planned_path is not None and self._planned_path.begin != (x, y, z, *auxiliary):
+            self._planned_path = None
         self._began_at = (x, y, z, *auxiliary)
         self.interpreter = Interpreter(
             program,
@@ -225,7 +225,7 @@ class ProgramChannel(ProgramStates):
         self._end_program()
         self.error_code = OK
         self.program, self.text_index, self.program_number = None, 0, 0
-        self.fault = self._planned = None
+        self.fault = self._planned_path = None
         self.outputs.clear()
         self.outputs.drop()
         self.search_wanted = self.found = None

@@ -18,7 +18,7 @@ from achse.gcode.canon import (
 from achse.gcode.errors import GcodeError
 from achse.gcode.interpreter import Interpreter, RunState
 from achse.gcode.line_run import LineRun
-from achse.motion.channels.feeder import Fed, Feeder
+from achse.motion.channels.feeder import Feeder, FeedOutcome
 from achse.motion.channels.program_fault import (
     ProgramFault,
     named_block,
@@ -135,15 +135,15 @@ class ProgramRun:
                 self._without_command()
                 return None
             fed = feeder.feed(command)
-            if fed is Fed.DONE:
+            if fed is FeedOutcome.DONE:
                 self._log(command)
-            if fed is Fed.REFUSED:
+            if fed is FeedOutcome.REFUSED:
                 self._refuse(self.fault_at(feeder.error, command.origin))
                 return None
-            if fed is Fed.FULL:
+            if fed is FeedOutcome.FULL:
                 channel.wait(_W.TABLE_FULL)
                 return None
-            if fed is Fed.WAITS:
+            if fed is FeedOutcome.WAITS:
                 at_end = isinstance(command, ProgramEnd)
                 channel.wait(_W.PROGRAM_END if at_end else feeder.waits_for)
                 self._show_single_block()
@@ -173,12 +173,12 @@ class ProgramRun:
             if run is None:
                 return True
         fed = feeder.feed_lines(run)
-        if fed is Fed.REFUSED:
+        if fed is FeedOutcome.REFUSED:
             self._refuse(self.fault_at(feeder.error, run.origin(run.taken)))
             return False
         if run.taken == len(run):
             self._lines = None
-        if fed is Fed.DONE:
+        if fed is FeedOutcome.DONE:
             channel.happens(_E.RUN)
             return True
         channel.wait(_W.TABLE_FULL)

@@ -55,7 +55,7 @@ class ProgramStates(NcChannel):
         self._file: Path | None = None
         self._began_at: tuple[float, ...] = ()
         """Positions as the program began."""
-        self._planned: PlannedPath | None = None
+        self._planned_path: PlannedPath | None = None
 
     def happens(self, event: InterpreterEvent) -> None:
         """Change the state as the table of transitions says; nothing without a row."""
@@ -144,15 +144,15 @@ class ProgramStates(NcChannel):
         if group is None or program is None:
             return None
         if self.state is InterpreterState.READY:
-            if self._planned is not None and self._planned.begin != group.positions:
-                self._planned = None
+            if self._planned_path is not None and self._planned_path.begin != group.positions:
+                self._planned_path = None
             begin = group.positions
         else:
             begin = self._began_at or group.positions
-        if self._planned is None:
+        if self._planned_path is None:
             x, y, z, *auxiliary = begin
             data = replace(self.data, subroutines=self.files.store.subroutines(self._file))
             default = self.files.default_program() if self.default_g_code else None
             self.plans += 1
-            self._planned = PlannedPath(program, data, (x, y, z), tuple(auxiliary), default)
-        return self._planned
+            self._planned_path = PlannedPath(program, data, (x, y, z), tuple(auxiliary), default)
+        return self._planned_path

@@ -20,7 +20,7 @@ class ProgramStore:
     def __init__(self, programs: Path | None = None, data: Path | None = None) -> None:
         self._programs = programs
         self._data = data
-        self._kept: dict[str, str] = {}
+        self._texts: dict[str, str] = {}
         self._subroutines: Path | None = None
 
     def path_of(self, name: str) -> Path:
@@ -65,7 +65,7 @@ class ProgramStore:
     def save(self, name: str, text: str) -> int:
         """Write a file; 0x4110 if that fails."""
         if self._data is None:
-            self._kept[name] = text
+            self._texts[name] = text
             return 0
         try:
             self._data.mkdir(parents=True, exist_ok=True)
@@ -79,7 +79,7 @@ class ProgramStore:
     def read(self, name: str) -> str | None:
         """The text of a file, None if there is none."""
         if self._data is None:
-            return self._kept.get(name)
+            return self._texts.get(name)
         try:
             return (self._data / name).read_text(encoding="utf-8")
         except (OSError, ValueError):

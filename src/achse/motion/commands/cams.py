@@ -15,8 +15,8 @@ from achse.motion.couplings.cams import (
     CHANGE_NOTHING,
     CHANGE_REMOVE,
     CHANGE_SCALING,
+    master_position_of,
     names_of,
-    seen_master,
 )
 from achse.motion.couplings.masters import as_leader
 from achse.motion.fields.cams import CamSlave
@@ -182,7 +182,7 @@ def _fresh(slave: Axis, master: Axis, demand: CamDemand, cam: int, once: int = 0
     """A layer that is to begin, which belongs to no axis yet: a refusal changes nothing."""
     layer: CamFields = CAM.plain()
     layer.master, layer.once = master.index, once
-    layer.seen = seen_master(slave, _rows_as_seen(slave, master), layer)
+    layer.last_master_position = master_position_of(slave, _rows_as_seen(slave, master), layer)
     _order(layer, CHANGE_BEGIN, demand, cam)
     return layer
 
@@ -234,7 +234,7 @@ def _check_begin(slave: Axis, layer: CamFields, demand: CamDemand, master: Axis)
     """Refuse a cam that the slave would have to jump to, or whose master is already past the place
     where it is to begin."""
     rows = _rows_as_seen(slave, master)
-    at = seen_master(slave, rows, layer)
+    at = master_position_of(slave, rows, layer)
     names = names_of(rows, layer)
     moves = rows.axes[layer.master].leading_value.velocity
     by_axis = (
@@ -285,7 +285,7 @@ def _let_wait(slave: Axis, layer: CamFields, kind: int, demand: CamDemand, cam: 
     slave would have to jump."""
     axes = list(slave.fellows.values())
     moves = axes[layer.master].leading_value.velocity
-    at = seen_master(slave, slave.rows, layer)
+    at = master_position_of(slave, slave.rows, layer)
     at += names_of(slave.rows, layer)
     by_axis = demand.activation == CamActivation.MASTER_AXIS_POSITION
     if by_axis and (demand.position - at) * moves < 0.0:

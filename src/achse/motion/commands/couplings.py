@@ -15,7 +15,7 @@ from achse.motion.commands.stops import oriented_stop
 from achse.motion.couplings.multi_master import take_ratios
 from achse.motion.couplings.table import Coupling, count_from_here, law_of
 from achse.motion.fields.coupling import COUPLING_PARAMETERS
-from achse.motion.jobs import ask
+from achse.motion.jobs import set_request
 from achse.motion.order import CouplingRing
 from achse.motion.setpoint import absorb, begin_job, begin_stop, drop_job, end_homing
 from achse.motion.states import (
@@ -376,7 +376,7 @@ def _endless(
         return
     _free(slave)
     start_type = StartType.ENDLESS_POSITIVE if heading > 0.0 else StartType.ENDLESS_NEGATIVE
-    ask(slave.job, next_number(slave), start_type, 0.0, velocity, *given, 0.0)
+    set_request(slave.job, next_number(slave), start_type, 0.0, velocity, *given, 0.0)
     begin_job(slave)
 
 

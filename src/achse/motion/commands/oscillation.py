@@ -7,7 +7,7 @@ from achse.motion.axis import Axis
 from achse.motion.checks import OK, check_target, check_velocity
 from achse.motion.commands.generators import begin_generator, check_generator
 from achse.motion.commands.queue import dynamics, next_number, show_accepted
-from achse.motion.jobs import ask
+from achse.motion.jobs import set_request
 from achse.motion.setpoint import begin_job
 from achse.motion.states import MotionPhase, StartType
 
@@ -50,7 +50,7 @@ def start_reversing(
     )
     if code:
         return code
-    ask(
+    set_request(
         axis.job,
         next_number(axis),
         StartType.ABSOLUTE,

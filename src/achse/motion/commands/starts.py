@@ -27,7 +27,7 @@ from achse.motion.commands.queue import (
     sign,
 )
 from achse.motion.commands.stops import halt
-from achse.motion.jobs import ask
+from achse.motion.jobs import set_request
 from achse.motion.record import COMMAND_BUFFER, JobFields
 from achse.motion.setpoint import absorb, begin_job
 from achse.motion.states import AxisType, BufferMode, MotionPhase, StartType
@@ -203,7 +203,7 @@ def _accept(
         record = axis.record
         record.buffer.count = 0
         absorb(record)
-        ask(
+        set_request(
             record.job,
             next_number(axis),
             start_type,
@@ -234,7 +234,7 @@ def _accept(
     else:
         blending_position = None
     job = _behind(axis)
-    ask(
+    set_request(
         job,
         next_number(axis),
         start_type,
@@ -275,7 +275,7 @@ def _halt_later(axis: Axis, acceleration: float, deceleration: float, jerk: floa
         return NcError.COMMAND_BUFFER_FULL
     job = _behind(axis)
     dynamics = acceleration, deceleration, jerk
-    ask(job, next_number(axis), StartType.HALT, 0.0, 0.0, *dynamics, 0.0)
+    set_request(job, next_number(axis), StartType.HALT, 0.0, 0.0, *dynamics, 0.0)
     job.mode = BufferMode.BUFFERED
     _wait(axis)
     show_accepted(axis)

@@ -138,7 +138,7 @@ def _take(slave: Axis, way: _Way) -> None:
 
 def _plan(slave: Axis, master: AxisFields, request: _Request) -> tuple[int, list[_Way]]:
     """Code that refuses it; the way to take, if it is not in a single piece."""
-    seen = master.leading_value.position + slave.phasing.position
+    master_position = master.leading_value.position + slave.phasing.position
     velocity = master.leading_value.velocity + slave.phasing.velocity
     if abs(velocity) < AT_REST:
         velocity = 0.0
@@ -147,10 +147,10 @@ def _plan(slave: Axis, master: AxisFields, request: _Request) -> tuple[int, list
         return NcError.FLYING_COUPLING_MASTER_STANDS, []
     limits, mask = request.limits, request.mask
     if not request.by_position:
-        begin = seen + master.leading_value.offset
+        begin = master_position + master.leading_value.offset
         course = course_by_time(begin, velocity, state, request.gear * velocity, limits[1:4])
         return check_course(course, mask, limits), []
-    master_way = request.master_position - master.leading_value.offset - seen
+    master_way = request.master_position - master.leading_value.offset - master_position
     slave_way = request.slave_position - slave.set.position
     if abs(master_way) < NO_WAY or master_way * velocity < 0.0:
         return NcError.SYNCHRONISING_PROFILE, []
@@ -163,7 +163,7 @@ def _plan(slave: Axis, master: AxisFields, request: _Request) -> tuple[int, list
         ways[:0] = _with_constant(slave, request, velocity, master_way, slave_way)
 
     def course_on(way: _Way) -> SlaveCourse:
-        begin = seen + master.leading_value.offset
+        begin = master_position + master.leading_value.offset
         return course_over_master(begin, nominal, state[0], way.lengths, way.terms)
 
     codes = [check_course(course_on(way), mask, limits, nominal=not velocity) for way in ways]

@@ -145,14 +145,14 @@ def heading_of(velocity: float) -> float:
 
 
 def begin_approach(
-    ax: AxisFields, seen: float, velocity: float, acceleration: float, gear: float
+    ax: AxisFields, master_position: float, velocity: float, acceleration: float, gear: float
 ) -> None:
     """Count from here, where the slave sees its master at a position and with a velocity."""
     ax.coupling.gear = gear
     ax.set_gear_ratio = gear
     ax.coupling.slave_base = ax.set.position
-    ax.sync.seen = seen
-    ax.sync.begin = seen
+    ax.sync.last_master_position = master_position
+    ax.sync.begin = master_position
     ax.sync.moved = 1 if ax.set.velocity != 0.0 or ax.set.acceleration != 0.0 else 0
     ax.sync.begin_position = ax.set.position
     ax.sync.begin_velocity = ax.set.velocity
@@ -230,10 +230,10 @@ def _stop_because_it_goes_back(ax: AxisFields) -> None:
 
 
 def _by_position(
-    ax: AxisFields, seen: float, velocity: float, acceleration: float, jerk: float
+    ax: AxisFields, master_position: float, velocity: float, acceleration: float, jerk: float
 ) -> None:
     """One cycle of the way over the master."""
-    way = ax.sync.heading * (seen - ax.sync.begin)
+    way = ax.sync.heading * (master_position - ax.sync.begin)
     if way < 0.0:
         if ax.sync.moved:
             _stop_because_it_goes_back(ax)
@@ -252,7 +252,7 @@ def _by_position(
     if piece > last:
         length = ax.sync.length[last]
         s, _, _, _ = place_at(ax.sync.terms, SYNC_TERMS * last, length, 1.0)
-        met = seen - ax.sync.heading * way
+        met = master_position - ax.sync.heading * way
         run_with(ax, ax.coupling.slave_base + s, met, ax.coupling.gear)
         return
     length = ax.sync.length[piece]
@@ -267,14 +267,19 @@ def _by_position(
 
 
 def _by_time(
-    ax: AxisFields, master: AxisFields, seen: float, velocity: float, acceleration: float, dt: float
+    ax: AxisFields,
+    master: AxisFields,
+    master_position: float,
+    velocity: float,
+    acceleration: float,
+    dt: float,
 ) -> None:
     """One cycle of a change over to the velocity of the master."""
     noisy = master.axis_type == AxisType.ENCODER
     wanted = ax.coupling.gear * velocity
     rising = 0.0 if noisy else ax.coupling.gear * acceleration
     jerk = 0.0 if noisy else ax.coupling.gear * master.leading_value.jerk
-    way = ax.coupling.gear * (seen - ax.sync.seen)
+    way = ax.coupling.gear * (master_position - ax.sync.last_master_position)
     too_fast = ax.sync.mask & SynchronisingBit.MAX_VELOCITY and abs(wanted) > ax.sync.velocity
     if too_fast:
         wanted = ax.sync.velocity if wanted > 0.0 else -ax.sync.velocity
@@ -283,7 +288,7 @@ def _by_time(
         way = wanted * dt
     if ax.sync.method == SETTLING and not too_fast:
         if settle(ax, wanted, way, dt):
-            run_with(ax, ax.set.position, seen, ax.coupling.gear)
+            run_with(ax, ax.set.position, master_position, ax.coupling.gear)
         return
     ax.sync.method = BY_TIME
     if approach_velocity(ax, wanted, rising, jerk, way, noisy, dt) and not too_fast:
@@ -291,22 +296,27 @@ def _by_time(
             ax.sync.method = SETTLING
             ax.quiet_cycles = 0
         else:
-            run_with(ax, ax.set.position, seen, ax.coupling.gear)
+            run_with(ax, ax.set.position, master_position, ax.coupling.gear)
 
 
 def follow_approach(
-    ax: AxisFields, master: AxisFields, seen: float, velocity: float, acceleration: float, dt: float
+    ax: AxisFields,
+    master: AxisFields,
+    master_position: float,
+    velocity: float,
+    acceleration: float,
+    dt: float,
 ) -> None:
     """One cycle of a slave that comes to its master, or runs with it."""
     if ax.sync.heading == 0.0:
         ax.sync.heading = heading_of(velocity)
-    behind = ax.sync.heading * (seen - ax.sync.begin) < 0.0
+    behind = ax.sync.heading * (master_position - ax.sync.begin) < 0.0
     if behind and ax.sync.method == LINEAR and ax.sync.mask & SynchronisingBit.ROLLBACK_LOCK:
         _stop_because_it_goes_back(ax)
     if ax.sync.method == BY_POSITION:
-        _by_position(ax, seen, velocity, acceleration, master.leading_value.jerk)
+        _by_position(ax, master_position, velocity, acceleration, master.leading_value.jerk)
     if ax.sync.method == BY_TIME or ax.sync.method == SETTLING:
-        _by_time(ax, master, seen, velocity, acceleration, dt)
+        _by_time(ax, master, master_position, velocity, acceleration, dt)
     elif ax.sync.method == STOPPING and approach_velocity(ax, 0.0, 0.0, 0.0, 0.0, False, dt):
         ax.sync.method = INACTIVE
     if ax.sync.method == INACTIVE:
@@ -314,9 +324,9 @@ def follow_approach(
         _stand(ax)
     elif ax.sync.method == LINEAR:
         ax.set.position = ax.coupling.slave_base + ax.coupling.gear * (
-            seen - ax.coupling.master_bases[0]
+            master_position - ax.coupling.master_bases[0]
         )
         ax.set.velocity = ax.coupling.gear * velocity
         ax.set.acceleration = ax.coupling.gear * acceleration
         ax.set.jerk = ax.coupling.gear * master.leading_value.jerk
-    ax.sync.seen = seen
+    ax.sync.last_master_position = master_position

@@ -9,7 +9,12 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from collections.abc import Sequence
 
 from achse.codes import NcError
-from achse.motion.couplings.masters import seen, seen_acceleration, seen_jerk, seen_velocity
+from achse.motion.couplings.masters import (
+    leading_acceleration,
+    leading_jerk,
+    leading_position,
+    leading_velocity,
+)
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 from achse.motion.states import MotionPhase
@@ -20,8 +25,8 @@ __all__ = ["base", "check", "others", "step"]
 def base(ax: AxisFields, rows: NcRows) -> None:
     """Count from here: where the slave and both masters are now."""
     ax.coupling.slave_base = ax.set.position
-    ax.coupling.master_bases[0] = seen(ax, rows, 0)
-    ax.coupling.master_bases[1] = seen(ax, rows, 1)
+    ax.coupling.master_bases[0] = leading_position(ax, rows, 0)
+    ax.coupling.master_bases[1] = leading_position(ax, rows, 1)
     ax.coupling.gear = ax.coupling.parameters[0]
     ax.set_gear_ratio = ax.coupling.gear
 
@@ -31,7 +36,7 @@ def _moves(ax: AxisFields, rows: NcRows) -> int:
     phase = rows.axes[ax.coupling.masters[0]].set_motion_phase
     if phase != MotionPhase.NONE and phase != MotionPhase.COUPLED:
         return 1
-    return 1 if seen_velocity(ax, rows, 0) != 0.0 else 0
+    return 1 if leading_velocity(ax, rows, 0) != 0.0 else 0
 
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
@@ -42,14 +47,16 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     if moves or ax.coupling.master_moved:  # the last part of its way, too
         ax.set.position = (
             ax.coupling.slave_base
-            + first * (seen(ax, rows, 0) - ax.coupling.master_bases[0])
-            + second * (seen(ax, rows, 1) - ax.coupling.master_bases[1])
+            + first * (leading_position(ax, rows, 0) - ax.coupling.master_bases[0])
+            + second * (leading_position(ax, rows, 1) - ax.coupling.master_bases[1])
         )
-        ax.set.velocity = first * seen_velocity(ax, rows, 0) + second * seen_velocity(ax, rows, 1)
-        ax.set.acceleration = first * seen_acceleration(ax, rows, 0)
-        ax.set.acceleration += second * seen_acceleration(ax, rows, 1)
-        ax.set.jerk = first * seen_jerk(ax, rows, 0)
-        ax.set.jerk += second * seen_jerk(ax, rows, 1)
+        ax.set.velocity = first * leading_velocity(ax, rows, 0) + second * leading_velocity(
+            ax, rows, 1
+        )
+        ax.set.acceleration = first * leading_acceleration(ax, rows, 0)
+        ax.set.acceleration += second * leading_acceleration(ax, rows, 1)
+        ax.set.jerk = first * leading_jerk(ax, rows, 0)
+        ax.set.jerk += second * leading_jerk(ax, rows, 1)
     if moves == 0:
         ax.set.velocity = 0.0
         ax.set.acceleration = 0.0

@@ -18,10 +18,10 @@ from achse.motion.couplings.cams import (
     due,
     jump_of,
     law_after,
-    seen_master,
+    master_position_of,
 )
 from achse.motion.couplings.guard import check_step
-from achse.motion.couplings.masters import seen_of_row
+from achse.motion.couplings.masters import leading_value_of_row
 from achse.motion.record import CamFields
 from achse.motion.rows import NcRows
 from achse.motion.states import CamActivation
@@ -96,7 +96,7 @@ def carry_out_now(slave: "Axis", rows: NcRows, layer: CamFields) -> None:
     """
     if not (slave.loop_closed or layer.change.kind == CHANGE_BEGIN):
         return
-    now = seen_master(slave, rows, layer)
+    now = master_position_of(slave, rows, layer)
     is_due, at = due(rows, layer, now, now)
     with _without_superposition(slave):
         number = slave.cams.index(layer)
@@ -112,11 +112,11 @@ def _check_now(slave: "Axis", rows: NcRows, number: int, layer: CamFields, at: f
 
 
 def _check_change(slave: "Axis", rows: NcRows, number: int, layer: CamFields) -> int:
-    now = seen_master(slave, rows, layer)
+    now = master_position_of(slave, rows, layer)
     is_due, at = due(rows, layer, now, now)
     if is_due:
         return _check_now(slave, rows, number, layer, at)
-    moves = seen_of_row(slave, rows, layer.master)[1]
+    moves = leading_value_of_row(slave, rows, layer.master)[1]
     ways = (copysign(_FARTHEST, moves),) if moves else (_FARTHEST, -_FARTHEST)
     places = [due(rows, layer, now, now + way) for way in ways]
     codes = [check_jump(slave, jump_of(slave, rows, layer, at)) for is_due, at in places if is_due]

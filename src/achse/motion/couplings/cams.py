@@ -19,7 +19,7 @@ from math import ceil, floor
 
 from achse.codes import NcError
 from achse.motion.couplings.guard import check_step
-from achse.motion.couplings.masters import seen_of_row
+from achse.motion.couplings.masters import leading_value_of_row
 from achse.motion.limits import TOLERANCE
 from achse.motion.record import CAM_LAW, AxisFields, CamFields, CamLaw
 from achse.motion.rows import NcRows
@@ -42,10 +42,10 @@ __all__ = [
     "jump_of",
     "law_after",
     "law_now",
+    "master_position_of",
     "names_of",
     "part_at",
     "planned",
-    "seen_master",
     "show_cams",
     "show_waiting",
     "step",
@@ -66,9 +66,9 @@ _RELATIVE = 1e-12
 """Rounding of a position."""
 
 
-def seen_master(ax: AxisFields, rows: NcRows, layer: CamFields) -> float:
+def master_position_of(ax: AxisFields, rows: NcRows, layer: CamFields) -> float:
     """Master position of a layer, with the phase shift of the slave."""
-    return seen_of_row(ax, rows, layer.master)[0]
+    return leading_value_of_row(ax, rows, layer.master)[0]
 
 
 def names_of(rows: NcRows, layer: CamFields) -> float:
@@ -142,7 +142,9 @@ def law_now(ax: AxisFields, rows: NcRows, without: int) -> tuple[float, float, f
     for n in range(ax.camming.count):
         layer = ax.cams[n]
         if layer.now.table and n != without:
-            seen, velocity, acceleration, _ = seen_of_row(ax, rows, layer.master)
+            master_position, velocity, acceleration, _ = leading_value_of_row(
+                ax, rows, layer.master
+            )
             share = 1.0 / layer.now.master_scaling
             value, slope, bend = _values(
                 rows,
@@ -150,7 +152,7 @@ def law_now(ax: AxisFields, rows: NcRows, without: int) -> tuple[float, float, f
                 layer.once,
                 layer.now.base_cycle,
                 layer.near,
-                _cam_position(layer.now, seen),
+                _cam_position(layer.now, master_position),
             )
             velocity *= share
             acceleration *= share
@@ -355,9 +357,14 @@ def law_after(
         s = 0.0 if layer.next.slave_absolute else ax.set.position
     after = CAM_LAW.plain()
     planned(ax, rows, layer, at, after)
-    seen, velocity, acceleration, _ = seen_of_row(ax, rows, layer.master)
+    master_position, velocity, acceleration, _ = leading_value_of_row(ax, rows, layer.master)
     value, slope, bend = _values(
-        rows, after.cam, layer.once, after.base_cycle, layer.near, _cam_position(after, seen)
+        rows,
+        after.cam,
+        layer.once,
+        after.base_cycle,
+        layer.near,
+        _cam_position(after, master_position),
     )
     share = 1.0 / after.master_scaling
     velocity *= share
@@ -376,7 +383,7 @@ def check_jump(ax: AxisFields, jump: float) -> int:
 
 def _carry_out_one(ax: AxisFields, rows: NcRows, number: int, layer: CamFields, dt: float) -> None:
     """Carry out what a layer waits for if it is time and the slave can follow; else it waits on."""
-    is_due, at = due(rows, layer, layer.seen, seen_master(ax, rows, layer))
+    is_due, at = due(rows, layer, layer.last_master_position, master_position_of(ax, rows, layer))
     if is_due == 0 or check_jump(ax, jump_of(ax, rows, layer, at)):
         return
     s, v, a = law_after(ax, rows, number, layer, at)
@@ -415,9 +422,9 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     total = 0.0
     for n in range(ax.camming.count):
         layer = ax.cams[n]
-        layer.seen = seen_master(ax, rows, layer)
+        layer.last_master_position = master_position_of(ax, rows, layer)
         if layer.now.table:
-            total += part_at(rows, layer, _cam_position(layer.now, layer.seen))[0]
+            total += part_at(rows, layer, _cam_position(layer.now, layer.last_master_position))[0]
     ax.coupling.slave_base = ax.set.position - total
 
 
@@ -427,7 +434,7 @@ def show_cams(ax: AxisFields, rows: NcRows) -> None:
     for n in range(ax.camming.count):
         layer = ax.cams[n]
         if layer.now.table:
-            place = _cam_position(layer.now, seen_master(ax, rows, layer))
+            place = _cam_position(layer.now, master_position_of(ax, rows, layer))
             layer.part, slope, _, _, layer.strokes = part_at(rows, layer, place)
             layer.slope = layer.now.slave_scaling / layer.now.master_scaling * slope
             slopes += layer.slope
@@ -447,11 +454,13 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     for n in range(ax.camming.count):
         layer = ax.cams[n]
         if layer.now.table or layer.change.kind:
-            seen, velocity, acceleration, jerk = seen_of_row(ax, rows, layer.master)
-            layer.seen = seen
+            master_position, velocity, acceleration, jerk = leading_value_of_row(
+                ax, rows, layer.master
+            )
+            layer.last_master_position = master_position
             if layer.now.table:
                 part, slope, bend, third, layer.strokes = part_at(
-                    rows, layer, _cam_position(layer.now, seen)
+                    rows, layer, _cam_position(layer.now, master_position)
                 )
                 share = 1.0 / layer.now.master_scaling
                 velocity *= share

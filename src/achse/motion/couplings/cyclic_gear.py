@@ -11,7 +11,12 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from collections.abc import Sequence
 
 from achse.codes import NcError
-from achse.motion.couplings.masters import seen, seen_acceleration, seen_jerk, seen_velocity
+from achse.motion.couplings.masters import (
+    leading_acceleration,
+    leading_jerk,
+    leading_position,
+    leading_velocity,
+)
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 
@@ -25,7 +30,7 @@ nothing."""
 def base(ax: AxisFields, rows: NcRows) -> None:
     """Count from here, with a ratio of 0."""
     ax.coupling.slave_base = ax.set.position
-    ax.coupling.master_bases[0] = seen(ax, rows, 0)
+    ax.coupling.master_bases[0] = leading_position(ax, rows, 0)
     ax.coupling.masters_before[0] = ax.coupling.master_bases[0]
     ax.coupling.gear = 0.0
     ax.set_gear_ratio = 0.0
@@ -58,8 +63,8 @@ def turn(ax: AxisFields, rows: NcRows, weight: float, dt: float) -> None:
         ax.coupling.gear = goal
     if ax.coupling.gear != before:
         ax.quiet_cycles = 0  # it does not rest
-    position = seen(ax, rows, 0)
-    v = seen_velocity(ax, rows, 0)
+    position = leading_position(ax, rows, 0)
+    v = leading_velocity(ax, rows, 0)
     ratio = ax.coupling.gear * weight
     if ax.coupling.gear == before and weight == ax.coupling.gear_weight:
         ax.set.position = ax.coupling.slave_base + ratio * (position - ax.coupling.master_bases[0])
@@ -71,10 +76,10 @@ def turn(ax: AxisFields, rows: NcRows, weight: float, dt: float) -> None:
         ax.coupling.master_bases[0] = position
         ax.coupling.gear_weight = weight
     ax.coupling.masters_before[0] = position
-    a = seen_acceleration(ax, rows, 0)
+    a = leading_acceleration(ax, rows, 0)
     ax.set.velocity = ratio * v
     ax.set.acceleration = ratio * a + slope * weight * v
-    ax.set.jerk = ratio * seen_jerk(ax, rows, 0) + 2.0 * slope * weight * a
+    ax.set.jerk = ratio * leading_jerk(ax, rows, 0) + 2.0 * slope * weight * a
     ax.set_gear_ratio = ratio
 
 

@@ -27,7 +27,12 @@ from achse.motion.couplings.approach import (
     take_gear,
     weak_ramp,
 )
-from achse.motion.couplings.masters import as_leader, seen, seen_acceleration, seen_velocity
+from achse.motion.couplings.masters import (
+    as_leader,
+    leading_acceleration,
+    leading_position,
+    leading_velocity,
+)
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 from achse.motion.states import MotionState, SlaveType
@@ -66,9 +71,9 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     Where the master is too far already, the slave stays where it is.
     """
     master = rows.axes[ax.coupling.masters[0]]
-    here = seen(ax, rows, 0)
-    velocity = seen_velocity(ax, rows, 0)
-    acceleration = seen_acceleration(ax, rows, 0)
+    here = leading_position(ax, rows, 0)
+    velocity = leading_velocity(ax, rows, 0)
+    acceleration = leading_acceleration(ax, rows, 0)
     gear = _gear(ax.coupling.parameters)
     again = ax.sync.state == MotionState.SLAVE_SYNCHRONOUS
     ax.sync.mask = 0
@@ -99,9 +104,9 @@ def base(ax: AxisFields, rows: NcRows) -> None:
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """One cycle of the law; a phase shift of the slave moves what it sees of the master."""
     master = rows.axes[ax.coupling.masters[0]]
-    velocity = seen_velocity(ax, rows, 0)
-    acceleration = seen_acceleration(ax, rows, 0)
-    follow_approach(ax, master, seen(ax, rows, 0), velocity, acceleration, dt)
+    velocity = leading_velocity(ax, rows, 0)
+    acceleration = leading_acceleration(ax, rows, 0)
+    follow_approach(ax, master, leading_position(ax, rows, 0), velocity, acceleration, dt)
 
 
 def _check(
@@ -150,8 +155,8 @@ def change(ax: AxisFields, rows: NcRows) -> None:
     """New parameters: another gear acts at once; a saw that waits, waits by the new ones."""
     gear = _gear(ax.coupling.parameters)
     if ax.sync.method == LINEAR:
-        run_with(ax, ax.set.position, seen(ax, rows, 0), gear)
+        run_with(ax, ax.set.position, leading_position(ax, rows, 0), gear)
     elif ax.sync.method == BY_TIME or ax.sync.method == SETTLING:
-        take_gear(ax, seen_velocity(ax, rows, 0), seen_acceleration(ax, rows, 0), gear)
+        take_gear(ax, leading_velocity(ax, rows, 0), leading_acceleration(ax, rows, 0), gear)
     else:
         base(ax, rows)

@@ -8,7 +8,12 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from collections.abc import Sequence
 
 from achse.codes import NcError
-from achse.motion.couplings.masters import seen, seen_acceleration, seen_jerk, seen_velocity
+from achse.motion.couplings.masters import (
+    leading_acceleration,
+    leading_jerk,
+    leading_position,
+    leading_velocity,
+)
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 
@@ -18,7 +23,7 @@ __all__ = ["base", "check", "step"]
 def base(ax: AxisFields, rows: NcRows) -> None:
     """Count from here: where the slave and its master are now."""
     ax.coupling.slave_base = ax.set.position
-    ax.coupling.master_bases[0] = seen(ax, rows, 0)
+    ax.coupling.master_bases[0] = leading_position(ax, rows, 0)
     ax.coupling.gear = ax.coupling.parameters[0]
     ax.set_gear_ratio = ax.coupling.gear
 
@@ -26,11 +31,11 @@ def base(ax: AxisFields, rows: NcRows) -> None:
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """One cycle of the law."""
     ax.set.position = ax.coupling.slave_base + ax.coupling.gear * (
-        seen(ax, rows, 0) - ax.coupling.master_bases[0]
+        leading_position(ax, rows, 0) - ax.coupling.master_bases[0]
     )
-    ax.set.velocity = ax.coupling.gear * seen_velocity(ax, rows, 0)
-    ax.set.acceleration = ax.coupling.gear * seen_acceleration(ax, rows, 0)
-    ax.set.jerk = ax.coupling.gear * seen_jerk(ax, rows, 0)
+    ax.set.velocity = ax.coupling.gear * leading_velocity(ax, rows, 0)
+    ax.set.acceleration = ax.coupling.gear * leading_acceleration(ax, rows, 0)
+    ax.set.jerk = ax.coupling.gear * leading_jerk(ax, rows, 0)
 
 
 def check(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:

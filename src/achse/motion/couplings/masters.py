@@ -20,11 +20,11 @@ __all__ = [
     "as_leader",
     "begin_leading_value",
     "end_coupling",
-    "seen",
-    "seen_acceleration",
-    "seen_jerk",
-    "seen_of_row",
-    "seen_velocity",
+    "leading_acceleration",
+    "leading_jerk",
+    "leading_position",
+    "leading_value_of_row",
+    "leading_velocity",
     "show_coupling",
     "update_leading_value",
 ]
@@ -44,30 +44,32 @@ def show_coupling(ax: AxisFields) -> None:
         ax.coupling_state = LEADS if ax.followers else ALONE
 
 
-def seen(ax: AxisFields, rows: NcRows, n: int) -> float:
+def leading_position(ax: AxisFields, rows: NcRows, n: int) -> float:
     """Position of master n as its slave sees it: a phase shift moves the first one."""
     position = rows.axes[ax.coupling.masters[n]].leading_value.position
     return position + ax.phasing.position if n == 0 else position
 
 
-def seen_velocity(ax: AxisFields, rows: NcRows, n: int) -> float:
+def leading_velocity(ax: AxisFields, rows: NcRows, n: int) -> float:
     """Velocity of master n as its slave sees it."""
     velocity = rows.axes[ax.coupling.masters[n]].leading_value.velocity
     return velocity + ax.phasing.velocity if n == 0 else velocity
 
 
-def seen_acceleration(ax: AxisFields, rows: NcRows, n: int) -> float:
+def leading_acceleration(ax: AxisFields, rows: NcRows, n: int) -> float:
     """Acceleration of master n as its slave sees it."""
     acceleration = rows.axes[ax.coupling.masters[n]].leading_value.acceleration
     return acceleration + ax.phasing.acceleration if n == 0 else acceleration
 
 
-def seen_jerk(ax: AxisFields, rows: NcRows, n: int) -> float:
+def leading_jerk(ax: AxisFields, rows: NcRows, n: int) -> float:
     """Jerk of master n; that of a phase shift is left out."""
     return rows.axes[ax.coupling.masters[n]].leading_value.jerk
 
 
-def seen_of_row(ax: AxisFields, rows: NcRows, row: int) -> tuple[float, float, float, float]:
+def leading_value_of_row(
+    ax: AxisFields, rows: NcRows, row: int
+) -> tuple[float, float, float, float]:
     """Position, velocity, acceleration and jerk of the axis of a row, as a slave sees it.
 
     A phase shift moves the first master alone. An axis that follows nobody yet looks at the one

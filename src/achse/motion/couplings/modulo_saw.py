@@ -13,7 +13,12 @@ from math import floor
 from achse.codes import NcError
 from achse.motion.couplings.approach import LINEAR, begin_approach, follow_approach, run_with
 from achse.motion.couplings.chase import approach_place, settle_place
-from achse.motion.couplings.masters import seen, seen_acceleration, seen_jerk, seen_velocity
+from achse.motion.couplings.masters import (
+    leading_acceleration,
+    leading_jerk,
+    leading_position,
+    leading_velocity,
+)
 from achse.motion.profile import stopping_distance
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
@@ -42,9 +47,9 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     """Begin from what the slave does: the place beside the master is the nearest to where it would
     have its velocity."""
     leader = _leader(ax)
-    place = seen(ax, rows, leader)
-    velocity = seen_velocity(ax, rows, leader)
-    acceleration = seen_acceleration(ax, rows, leader)
+    place = leading_position(ax, rows, leader)
+    velocity = leading_velocity(ax, rows, leader)
+    acceleration = leading_acceleration(ax, rows, leader)
     limit = ax.default_acceleration
     if ax.default_deceleration < limit:
         limit = ax.default_deceleration
@@ -74,9 +79,9 @@ def base(ax: AxisFields, rows: NcRows) -> None:
 
 def _come_near(ax: AxisFields, rows: NcRows, leader: int, place: float, dt: float) -> bool:
     """One cycle nearer to the place beside the master; whether the slave is there."""
-    velocity = seen_velocity(ax, rows, leader)
-    acceleration = seen_acceleration(ax, rows, leader)
-    jerk = seen_jerk(ax, rows, leader)
+    velocity = leading_velocity(ax, rows, leader)
+    acceleration = leading_acceleration(ax, rows, leader)
+    jerk = leading_jerk(ax, rows, leader)
     noisy = rows.axes[ax.coupling.masters[leader]].axis_type == AxisType.ENCODER
     if noisy:
         acceleration = 0.0
@@ -84,7 +89,7 @@ def _come_near(ax: AxisFields, rows: NcRows, leader: int, place: float, dt: floa
     top = ax.sync.velocity - abs(velocity)
     if top < _LEFT * ax.sync.velocity:
         top = _LEFT * ax.sync.velocity
-    way = place - ax.sync.seen
+    way = place - ax.sync.last_master_position
     if ax.sync.method == _SETTLING_THERE:
         return settle_place(ax, velocity, way, top, dt)
     there = approach_place(ax, velocity, acceleration, jerk, way, top, dt)
@@ -98,10 +103,10 @@ def _come_near(ax: AxisFields, rows: NcRows, leader: int, place: float, dt: floa
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """One cycle of the law; a phase shift of the slave moves what it sees of its first master."""
     leader = _leader(ax)
-    place = seen(ax, rows, leader)
+    place = leading_position(ax, rows, leader)
     if ax.sync.method != _TO_PLACE and ax.sync.method != _SETTLING_THERE:
-        velocity = seen_velocity(ax, rows, leader)
-        acceleration = seen_acceleration(ax, rows, leader)
+        velocity = leading_velocity(ax, rows, leader)
+        acceleration = leading_acceleration(ax, rows, leader)
         follow_approach(
             ax, rows.axes[ax.coupling.masters[leader]], place, velocity, acceleration, dt
         )
@@ -111,7 +116,7 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     if _come_near(ax, rows, leader, place, dt):
         ax.set.position = ax.coupling.slave_base + (place - ax.coupling.master_bases[0])
         run_with(ax, ax.set.position, place, 1.0)
-    ax.sync.seen = place
+    ax.sync.last_master_position = place
 
 
 def others(parameters: Sequence[float]) -> tuple[float, ...]:

@@ -8,7 +8,12 @@ velocity bends abruptly; with one, the slave is in gear again once the masters' 
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
-from achse.motion.couplings.masters import seen, seen_acceleration, seen_jerk, seen_velocity
+from achse.motion.couplings.masters import (
+    leading_acceleration,
+    leading_jerk,
+    leading_position,
+    leading_velocity,
+)
 from achse.motion.profile import plan_to_velocity
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
@@ -37,7 +42,7 @@ def _ratio(ax: AxisFields, place: int) -> float:
 def base(ax: AxisFields, rows: NcRows) -> None:
     """Begin with the velocity that the slave has."""
     for n in range(ax.coupling.master_count):
-        ax.coupling.master_bases[n] = seen(ax, rows, n)
+        ax.coupling.master_bases[n] = leading_position(ax, rows, n)
     ax.coupling.slave_base = ax.set.position
     ax.coupling.in_gear = 0
 
@@ -127,10 +132,10 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     j = 0.0
     for n in range(ax.coupling.master_count):
         ratio = ax.coupling.ratios[n]
-        way += ratio * (seen(ax, rows, n) - ax.coupling.master_bases[n])
-        goal += ratio * seen_velocity(ax, rows, n)
-        a += ratio * seen_acceleration(ax, rows, n)
-        j += ratio * seen_jerk(ax, rows, n)
+        way += ratio * (leading_position(ax, rows, n) - ax.coupling.master_bases[n])
+        goal += ratio * leading_velocity(ax, rows, n)
+        a += ratio * leading_acceleration(ax, rows, n)
+        j += ratio * leading_jerk(ax, rows, n)
     most = ax.coupling.velocity
     capped = most > 0.0 and abs(goal) > most
     if capped:

@@ -23,7 +23,7 @@ from achse.motion.couplings.approach import (
     run_with,
     take_gear,
 )
-from achse.motion.couplings.masters import seen, seen_acceleration, seen_velocity
+from achse.motion.couplings.masters import leading_acceleration, leading_position, leading_velocity
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 from achse.motion.states import MotionState, SlaveType
@@ -37,9 +37,9 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     Where the master is not before the place any more, the slave stays where it is.
     """
     master = rows.axes[ax.coupling.masters[0]]
-    here = seen(ax, rows, 0)
-    velocity = seen_velocity(ax, rows, 0)
-    acceleration = seen_acceleration(ax, rows, 0)
+    here = leading_position(ax, rows, 0)
+    velocity = leading_velocity(ax, rows, 0)
+    acceleration = leading_acceleration(ax, rows, 0)
     again = ax.sync.state == MotionState.SLAVE_SYNCHRONOUS
     begin_approach(ax, here, velocity, acceleration, ax.coupling.parameters[0])
     if again or ax.coupling.law == SlaveType.SYNCHRONISING_VELOCITY:
@@ -55,9 +55,9 @@ def base(ax: AxisFields, rows: NcRows) -> None:
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """One cycle of the law; a phase shift of the slave moves what it sees of the master."""
     master = rows.axes[ax.coupling.masters[0]]
-    velocity = seen_velocity(ax, rows, 0)
-    acceleration = seen_acceleration(ax, rows, 0)
-    follow_approach(ax, master, seen(ax, rows, 0), velocity, acceleration, dt)
+    velocity = leading_velocity(ax, rows, 0)
+    acceleration = leading_acceleration(ax, rows, 0)
+    follow_approach(ax, master, leading_position(ax, rows, 0), velocity, acceleration, dt)
 
 
 def check(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
@@ -76,9 +76,9 @@ def change(ax: AxisFields, rows: NcRows) -> None:
     """Another gear ratio: of a slave that runs with its master at once."""
     gear = ax.coupling.parameters[0]
     if ax.sync.method == BY_TIME or ax.sync.method == SETTLING:
-        take_gear(ax, seen_velocity(ax, rows, 0), seen_acceleration(ax, rows, 0), gear)
+        take_gear(ax, leading_velocity(ax, rows, 0), leading_acceleration(ax, rows, 0), gear)
     elif ax.sync.state == MotionState.SLAVE_SYNCHRONOUS:
-        run_with(ax, ax.set.position, seen(ax, rows, 0), gear)
+        run_with(ax, ax.set.position, leading_position(ax, rows, 0), gear)
     else:  # it stands, or comes to rest, and stays there
         ax.coupling.gear = gear
         ax.set_gear_ratio = gear

@@ -24,8 +24,8 @@ A law is a module beside this one with a row here:
 A superposition is on top of what the law makes (`ax.coupling.offset`); a law does not see it.
 
 What masters show does not jump when they are renamed: a position of the master's own is
-`leading_value.position + leading_value.offset`. `masters.seen` has the phase shift of the slave
-in it.
+`leading_value.position + leading_value.offset`. `masters.leading_position` has the phase shift of
+the slave in it.
 
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """

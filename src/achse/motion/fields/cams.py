@@ -46,7 +46,7 @@ class CamMotion(InternalFields):
     once: int = flag(0, "a correction: it runs once and its stroke remains")
     cycle: int = whole(0, "1", "number of the cycle in which it was", -1e15, 1e15)
     near: int = whole(0, "1", "row at which it was")
-    seen: float = real(0.0, "mm", "master position of the last cycle")
+    last_master_position: float = real(0.0, "mm", "master position of the last cycle")
     cam_position: float = real(0.0, "mm", "master position within the cam")
     value: float = real(0.0, "mm", "slave position of the cam, without lift")
     strokes: float = real(0.0, "mm", "lift of the cycles so far")

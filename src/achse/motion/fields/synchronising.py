@@ -29,7 +29,7 @@ class Synchronisation(InternalFields):
     acceleration: float = real(0.0, "mm/s²", "largest acceleration")
     deceleration: float = real(0.0, "mm/s²", "largest deceleration")
     jerk: float = real(0.0, "mm/s³", "largest jerk")
-    seen: float = real(0.0, "mm", "what the slave saw of the master in the last cycle")
+    last_master_position: float = real(0.0, "mm", "leading position of the last cycle")
     lead_velocity: float = real(0.0, "mm/s", "velocity that it was after then")
     lead_acceleration: float = real(0.0, "mm/s²", "acceleration that it was after then")
     offset: float = real(0.0, "mm", "how far it was beside its place then")

@@ -70,7 +70,7 @@ class Generator(NamedTuple):
     """True if it makes the set point in any phase."""
     heading: Callable[[AxisFields], float] = along_the_set_point
     """Direction in which it drives the axis, by its sign."""
-    planned: bool = True
+    is_planned: bool = True
     """True if profiles of limited jerk make it, which end before soft limits."""
     travelling: tuple[int, ...] = ()
     """Phases in which no target is waited for."""
@@ -102,7 +102,7 @@ GENERATORS = (
         torque.end,
         torque.leads,
         torque.heading,
-        planned=False,
+        is_planned=False,
         travelling=(MotionPhase.TORQUE,),
         continuous=(MotionPhase.TORQUE,),
     ),
@@ -113,7 +113,7 @@ GENERATORS = (
         external.step,
         external.end,
         external.leads,
-        planned=False,
+        is_planned=False,
         continuous=(MotionPhase.EXTERNAL,),
     ),
     Generator(
@@ -121,7 +121,7 @@ GENERATORS = (
         (MotionPhase.VELOCITY_STEPS,),
         ("start_velocity_steps",),
         velocity_steps.step,
-        planned=False,
+        is_planned=False,
         travelling=(MotionPhase.VELOCITY_STEPS,),
         continuous=(MotionPhase.VELOCITY_STEPS,),
     ),
@@ -130,7 +130,7 @@ GENERATORS = (
         (MotionPhase.SINE,),
         ("start_sine_oscillation",),
         sine.step,
-        planned=False,
+        is_planned=False,
         travelling=(MotionPhase.SINE,),
         continuous=(MotionPhase.SINE,),
     ),
@@ -140,7 +140,7 @@ GENERATORS = (
         ("start_drive_output",),
         direct_output.step,
         heading=direct_output.heading,
-        planned=False,
+        is_planned=False,
         travelling=(MotionPhase.DRIVE_OUTPUT,),
         continuous=(MotionPhase.DRIVE_OUTPUT,),
     ),
@@ -149,10 +149,10 @@ GENERATORS = (
         (MotionPhase.GROUPED,),
         ("begin_group_motion",),
         grouped.step,
-        planned=False,
+        is_planned=False,
         travelling=(MotionPhase.GROUPED,),
     ),
-    Generator("coupling", (MotionPhase.COUPLED,), ("couple",), coupled.step, planned=False),
+    Generator("coupling", (MotionPhase.COUPLED,), ("couple",), coupled.step, is_planned=False),
 )
 """Each phase belongs to one row; of the rows for any phase the first one generates."""
 
@@ -164,7 +164,7 @@ def _by_phase(phases: set[int]) -> tuple[int, ...]:
     return tuple(int(number in phases) for number in range(max(MotionPhase) + 1))
 
 
-UNPLANNED = _by_phase({phase for row in GENERATORS if not row.planned for phase in row.phases})
+UNPLANNED = _by_phase({phase for row in GENERATORS if not row.is_planned for phase in row.phases})
 """By phase: no table knows where it leads."""
 
 TRAVELLING = _by_phase({phase for row in GENERATORS for phase in row.travelling})

@@ -163,7 +163,7 @@ class FifoGroup(AxisGroup):
 
     def step(self, dt: float) -> None:
         """One cycle: on by a piece of the time between rows."""
-        if self._lost():
+        if self._has_lost_axis():
             self.stopping = True
         if self.stopping and self._pace == 0.0:
             self._end_motion()

@@ -191,7 +191,7 @@ class AxisGroup(ABC):
         for axis in self.members:
             end_group_motion(axis)
 
-    def _lost(self) -> bool:
+    def _has_lost_axis(self) -> bool:
         """Return True if an axis no longer follows; its error becomes that of the group."""
         lost = [axis for axis in self.members if axis.set_motion_phase != MotionPhase.GROUPED]
         if not lost:

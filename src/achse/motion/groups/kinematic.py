@@ -51,7 +51,7 @@ class KinematicGroup(AxisGroup):
         self._pose = [0.0] * COORDINATES
         """Axes as the last cycle had them, which choose among several solutions."""
         self._velocities = [0.0] * COORDINATES
-        self._told = False
+        self._has_reported = False
         """The log knows what went wrong in the law."""
 
     @property
@@ -186,7 +186,7 @@ class KinematicGroup(AxisGroup):
 
     def step(self, dt: float) -> None:
         """One cycle: what follows is where the leading axes were in the last cycle."""
-        if self._lost():
+        if self._has_lost_axis():
             self._fail(self.error_code or NcError.GROUP_CONSEQUENTIAL_ERROR)
             return
         leads = [0.0 if axis is None else axis.set.position for axis in self.leading]
@@ -231,8 +231,8 @@ class KinematicGroup(AxisGroup):
         except (ArithmeticError, ValueError):
             return False
         except Exception as failure:
-            if not self._told:
-                self._told = True
+            if not self._has_reported:
+                self._has_reported = True
                 log.warning("%s: kinematics: %s: %s", self.name, type(failure).__name__, failure)
             return False
 

@@ -267,7 +267,7 @@ class PathGroup(PathGroupParameters):
         if planner is None:
             self._end_motion()
             return
-        if self._lost() and not self.stopping:
+        if self._has_lost_axis() and not self.stopping:
             self.clear()
         rests = planner.standstill and (self._homing is None or not self._homes(self._homing))
         if (self.stopping or self._deleting) and rests and not self._ends(planner):
@@ -347,9 +347,9 @@ class PathGroup(PathGroupParameters):
         super()._end_motion()
         self._homing = None
 
-    def _lost(self) -> bool:
+    def _has_lost_axis(self) -> bool:
         """An axis that homes is not lost."""
-        return self._homing is None and super()._lost()
+        return self._homing is None and super()._has_lost_axis()
 
     @property
     def velo_jumps(self) -> tuple[float, ...]:

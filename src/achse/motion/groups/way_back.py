@@ -23,13 +23,13 @@ class WayBack:
 
     def __init__(self, group: "PathGroup") -> None:
         self._group = group
-        self.kept = False
+        self.keeps_path = False
         """True if the present path is kept."""
         self._turned_at = 0.0
 
     def begin(self, kept: bool) -> None:
         """A path begins."""
-        self.kept, self._turned_at = kept, 0.0
+        self.keeps_path, self._turned_at = kept, 0.0
 
     @property
     def backwards(self) -> bool:
@@ -57,7 +57,7 @@ class WayBack:
         0x42CC without a path that is kept, 0x4109 unless it rests in one of these.
         """
         group, planner = self._group, self._group.planner
-        if planner is None or not group.moving or group.stopping or not self.kept:
+        if planner is None or not group.moving or group.stopping or not self.keeps_path:
             return NcError.NCI_GENERATOR_INACTIVE
         stopped = group.emergency_stop_active or planner.at_first
         if not stopped or not planner.standstill:

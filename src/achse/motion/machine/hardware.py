@@ -142,7 +142,7 @@ class Hardware:
         for amplifier, drive_io in zip(self._amplifiers.views, drive_ios.views, strict=True):
             amplifier.link("io", drive_io)
         self._stores = self._machines, encoder_ios, drive_ios  # whose memory must stay
-        self._taken = 0, 0
+        self._next_rows = 0, 0
         self._free = (
             iter(self._machines.views),
             iter(self._sensors.views),
@@ -184,9 +184,9 @@ class Hardware:
         machine: MachineView = next(machines)
         machine.sensors = [next(free_sensors) for _ in range(sensors)]
         machine.amplifiers = [next(free_amplifiers) for _ in range(amplifiers)]
-        machine.first_sensor, machine.sensor_count = self._taken[0], sensors
-        machine.first_amplifier, machine.amplifier_count = self._taken[1], amplifiers
-        self._taken = self._taken[0] + sensors, self._taken[1] + amplifiers
+        machine.first_sensor, machine.sensor_count = self._next_rows[0], sensors
+        machine.first_amplifier, machine.amplifier_count = self._next_rows[1], amplifiers
+        self._next_rows = self._next_rows[0] + sensors, self._next_rows[1] + amplifiers
         machine.several = int(sensors > 1 or amplifiers > 1)
         machine.link("sensor", machine.sensors[0])
         machine.link("amplifier", machine.amplifiers[0])

@@ -75,7 +75,7 @@ def bound(piece: PathPiece, axes: Sequence[PathAxis], state: PathState) -> None:
         if piece.kind == PieceKind.WAIT:
             continue
         if piece.kind == PieceKind.LINE:
-            for i in range(state.used):
+            for i in range(state.axis_count):
                 _along(piece, k, axes[i], fabs(piece.slope[i]))
         else:
             if piece.kind == PieceKind.ARC:
@@ -139,11 +139,11 @@ def _largest_cosine(begin: float, end: float) -> float:
 
 def _bound_arc(piece: PathPiece, k: int, axes: Sequence[PathAxis], state: PathState) -> None:
     turn = piece.turn
-    for i in range(MAIN_AXES, state.used):
+    for i in range(MAIN_AXES, state.axis_count):
         _along(piece, k, axes[i], fabs(piece.slope[i]))
     # velocity first, as the rest is what it leaves
     v = piece.caps[k]
-    for i in range(min(MAIN_AXES, state.used)):
+    for i in range(min(MAIN_AXES, state.axis_count)):
         axis = axes[i]
         along, across = _arc_shares(piece, k, i)
         straight = fabs(piece.slope[i])
@@ -156,7 +156,7 @@ def _bound_arc(piece: PathPiece, k: int, axes: Sequence[PathAxis], state: PathSt
             cube = _TWIST_SHARE * axis.jerk / (along * turn * turn * turn)
             v = min(v, cube ** (1.0 / 3.0))
     piece.caps[k] = v
-    for i in range(min(MAIN_AXES, state.used)):
+    for i in range(min(MAIN_AXES, state.axis_count)):
         axis = axes[i]
         along, across = _arc_shares(piece, k, i)
         size = sqrt(_square(piece.first_radius[i]) + _square(piece.second_radius[i])) * turn
@@ -183,7 +183,7 @@ def _bound_arc(piece: PathPiece, k: int, axes: Sequence[PathAxis], state: PathSt
                 piece.accelerations[k] = min(piece.accelerations[k], rest)
     piece.accelerations[k] = min(piece.accelerations[k], piece.powers[k] / v)
     strongest = min(max(piece.starts[k], piece.rests[k]) * v, piece.powers[k])
-    for i in range(min(MAIN_AXES, state.used)):
+    for i in range(min(MAIN_AXES, state.axis_count)):
         along, across = _arc_shares(piece, k, i)
         twist = along * turn * turn * turn * v * v * v
         mixed = 3.0 * across * turn * turn * strongest
@@ -214,7 +214,7 @@ def _bound_curve(piece: PathPiece, k: int, axes: Sequence[PathAxis], state: Path
     v = piece.caps[k]
     for n in range(_SAMPLES + 1):
         curve_point(piece, (k + n * _SAMPLE) / SPANS, point)
-        for i in range(state.used):
+        for i in range(state.axis_count):
             axis = axes[i]
             v = min(v, axis.velocity / (_MARGIN * fabs(point.tangent[i]) + 1.0 / ENDLESS))
             bend = _MARGIN * fabs(point.bend[i]) + 1.0 / ENDLESS
@@ -225,7 +225,7 @@ def _bound_curve(piece: PathPiece, k: int, axes: Sequence[PathAxis], state: Path
     piece.caps[k] = v
     for n in range(_SAMPLES + 1):
         curve_point(piece, (k + n * _SAMPLE) / SPANS, point)
-        for i in range(state.used):
+        for i in range(state.axis_count):
             axis = axes[i]
             slope = _MARGIN * fabs(point.tangent[i]) + 1.0 / ENDLESS
             bend = _MARGIN * fabs(point.bend[i]) + 1.0 / ENDLESS
@@ -240,7 +240,7 @@ def _bound_curve(piece: PathPiece, k: int, axes: Sequence[PathAxis], state: Path
     strongest = min(max(piece.starts[k], piece.rests[k]) * v, piece.powers[k])
     for n in range(_SAMPLES + 1):
         curve_point(piece, (k + n * _SAMPLE) / SPANS, point)
-        for i in range(state.used):
+        for i in range(state.axis_count):
             twist = _MARGIN * fabs(point.twist[i]) * v * v * v
             mixed = 3.0 * _MARGIN * fabs(point.bend[i]) * strongest
             _leave_jerk(piece, k, axes[i], _MARGIN * fabs(point.tangent[i]), twist, mixed)

@@ -105,7 +105,7 @@ def transition(
     angle = angle_between(a, b)
     jump = ENDLESS
     shorter = 0.5 * (piece.whole + following.whole)
-    for i in range(state.used):
+    for i in range(state.axis_count):
         axis = axes[i]
         step = fabs(a.tangent[i] - b.tangent[i])
         if step <= _STRAIGHT:
@@ -131,7 +131,7 @@ def _bend_jump(a: PathPlace, b: PathPlace, axes: Sequence[PathAxis], state: Path
     """Return the share of what may jump in a cycle by squared velocity, s²/mm²."""
     share = 0.0
     square = 0.0
-    for i in range(state.used):
+    for i in range(state.axis_count):
         step = fabs(a.bend[i] - b.bend[i])
         share = max(share, step / axes[i].bend_jump)
         if i < MAIN_AXES:

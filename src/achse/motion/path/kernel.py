@@ -103,7 +103,7 @@ def _append_lines(
 ) -> int:
     rows = len(pieces)
     # numbers: feed, first block number, then the points
-    used = state.used
+    used = state.axis_count
     for n in range(count):
         piece = pieces[(state.following + 1) % rows]
         piece.kind = PieceKind.LINE
@@ -127,7 +127,7 @@ def _append(
     """Append the piece that is in the row behind the next one."""
     rows = len(pieces)
     number = state.following
-    if state.appended - state.passed >= state.table or number - state.oldest > rows - 3:
+    if state.appended - state.passed_segments >= state.table or number - state.oldest > rows - 3:
         return AppendOutcome.FULL
     piece = pieces[(number + 1) % rows]
     before = pieces[(number - 1) % rows]
@@ -303,6 +303,6 @@ def _show(pieces: Sequence[PathPiece], state: PathState) -> None:
     piece = pieces[number % len(pieces)]
     way = min(max(state.way - piece.first, 0.0), piece.length)
     point_at(piece, way, point)
-    for i in range(state.used):
+    for i in range(state.axis_count):
         state.axis_velocity[i] = point.tangent[i] * v
         state.axis_acceleration[i] = point.tangent[i] * a + point.bend[i] * v * v

@@ -121,10 +121,10 @@ def _cross(
         if state.backwards:
             state.current -= 1
             if pieces[state.current % rows].last:
-                state.passed -= 1
+                state.passed_segments -= 1
         else:
             if piece.last:
-                state.passed += 1
+                state.passed_segments += 1
             state.current += 1
             state.waiting = pieces[state.current % rows].wait
     return x
@@ -228,7 +228,7 @@ def _prepare(junctions: Sequence[PathJunction], state: PathState, x: float) -> b
             # none: what is left is to brake with what this span allows
             k, speed = state.junction, 0.0
             down, jerk = junction_deceleration(junctions[k], v), junction_jerk(junctions[k], v)
-            state.lost += 1
+            state.lost_cycles += 1
         keep_stop_profile(state, junctions[k].at, x, v, a, speed, down, jerk, False)
     return state.slower == 1 and state.out == 2
 

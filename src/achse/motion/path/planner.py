@@ -127,7 +127,7 @@ class PathPlanner:
 
             self._run = run
         state = self.state
-        state.table, state.history, state.used = table, 2 * history, len(axes)
+        state.table, state.history, state.axis_count = table, 2 * history, len(axes)
         state.cycle_time = cycle_time
         self._limits = tuple(axes)
         self._single_block = False
@@ -155,13 +155,13 @@ class PathPlanner:
     @property
     def entries(self) -> int:
         """Segments that wait or are under way."""
-        return int(self.state.appended - self.state.passed)
+        return int(self.state.appended - self.state.passed_segments)
 
     @property
     def programmed_position(self) -> tuple[float, ...]:
         """End of the last segment and begin of the next one, mm, each axis."""
         last = self._pieces[(self.state.following - 1) % len(self._pieces)]
-        return tuple(last.end[: self.state.used])
+        return tuple(last.end[: self.state.axis_count])
 
     def append(self, segment: PathSegment) -> bool:
         """Append a segment; False if it has no length: of that only an exact stop counts.
@@ -211,7 +211,7 @@ class PathPlanner:
         """
         if not (isfinite(feed) and feed > 0.0):
             raise PathError(f"feed {feed}, expected above 0")
-        used = self.state.used
+        used = self.state.axis_count
         done = 0
         while done < len(points):
             part = points[done : done + _POINTS]
@@ -266,17 +266,17 @@ class PathPlanner:
     @property
     def position(self) -> tuple[float, ...]:
         """Set positions, mm, each axis."""
-        return tuple(self._point.position[: self.state.used])
+        return tuple(self._point.position[: self.state.axis_count])
 
     @property
     def axis_velocity(self) -> tuple[float, ...]:
         """Set velocities, mm/s, each axis."""
-        return tuple(self.state.axis_velocity[: self.state.used])
+        return tuple(self.state.axis_velocity[: self.state.axis_count])
 
     @property
     def axis_acceleration(self) -> tuple[float, ...]:
         """Set accelerations, mm/s², each axis."""
-        return tuple(self.state.axis_acceleration[: self.state.used])
+        return tuple(self.state.axis_acceleration[: self.state.axis_count])
 
     @property
     def velocity(self) -> float:
@@ -372,7 +372,7 @@ class PathPlanner:
     @property
     def tangent(self) -> tuple[float, ...]:
         """Direction of the path, X, Y, Z: a unit vector; then auxiliary axes by the way."""
-        return tuple(self._point.tangent[: self.state.used])
+        return tuple(self._point.tangent[: self.state.axis_count])
 
     @property
     def at_barrier(self) -> bool:
@@ -390,8 +390,8 @@ class PathPlanner:
 
     @limits.setter
     def limits(self, limits: Sequence[PathLimits]) -> None:
-        if len(limits) != self.state.used:
-            raise PathError(f"path: limits of {len(limits)} axes, expected {self.state.used}")
+        if len(limits) != self.state.axis_count:
+            raise PathError(f"path: limits of {len(limits)} axes, expected {self.state.axis_count}")
         self._limits = tuple(limits)
         for row, limit in zip(self._axes, self._limits, strict=False):
             limit.fill(row, self.state.cycle_time, keep_jerk=self._parameters.keep_jerk)
@@ -502,7 +502,7 @@ class PathPlanner:
     def reset(self, position: Sequence[float]) -> None:
         """Forget all segments and commands; the axes are at `position`, mm, at rest."""
         state = self.state
-        self._check(position, state.used, "position")
+        self._check(position, state.axis_count, "position")
         for name in (
             *("oldest", "current", "following", "appended", "passed", "backwards", "arrived"),
             *("hold", "fresh", "junctions", "junction", "out"),

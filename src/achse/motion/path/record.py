@@ -218,7 +218,7 @@ class PathState:
     """Segments that may wait or be under way."""
     appended: int = 0
     """Segments since the beginning."""
-    passed: int = 0
+    passed_segments: int = 0
     """Segments that ended since the beginning; less again when the path goes back."""
 
     # motion
@@ -260,7 +260,7 @@ class PathState:
     smoothing_subtype: int = 0
     smoothing_radius: float = 0.0
     cycle_time: float = 0.0
-    used: int = 0
+    axis_count: int = 0
     """Number of axes."""
 
     # junctions ahead
@@ -288,7 +288,7 @@ class PathState:
     out_duration: float = 0.0
     out_at: float = 0.0
     """The junction that it leads to."""
-    lost: int = 0
+    lost_cycles: int = 0
     """Number of times that there was none in motion: 0 if the bounds are right."""
 
     # results

@@ -72,7 +72,7 @@ class ServoView(_Servo):
     """One servo from outside."""
 
     axis: Axis
-    begun: bool
+    has_begun: bool
     """Its axis has begun with a position of the drive."""
     parts: DriveParts
     """The optional parts of the profile that its drive has."""
@@ -140,7 +140,7 @@ class Servos:
                 " in the outputs of its drive"
             )
         axis.encoder.probe_refused = _refused_edges(set(outputs) | set(inputs))
-        servo.begun = False
+        servo.has_begun = False
         servo.link("encoder", axis.encoder.io)
         servo.link("drive", axis.drive.io)
         servo.interface = servo.mode = options.interface
@@ -177,7 +177,7 @@ class Servos:
         if bool(servo.valid) == valid:
             return
         servo.valid = int(valid)
-        if valid and not servo.begun:
+        if valid and not servo.has_begun:
             self._waiting.append(servo)
             self.take = self._take_first
 
@@ -185,7 +185,7 @@ class Servos:
         """Take inputs, and let axes begin where their drives are for the first time."""
         self._take_inputs()
         for servo in self._waiting:
-            servo.begun = True
+            servo.has_begun = True
             servo.axis.encoder.reinitialization_state = 1
             servo.axis.wake(adapts=True)
         self._waiting.clear()

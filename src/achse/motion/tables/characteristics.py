@@ -38,7 +38,7 @@ class Characteristics:
 
     def user_count(self, table_id: int) -> int:
         """Return the number of drives and simulated valves that use a table."""
-        return [used for _, used, _ in self._used()].count(table_id)
+        return [used for _, used, _ in self._uses()].count(table_id)
 
     def choose(self, drive: Any, table_id: int) -> None:
         """Let a drive use a table, 0: none. Raises TableError, and changes nothing then."""
@@ -68,7 +68,7 @@ class Characteristics:
             setattr(drive, field, before)
             raise
 
-    def _used(self) -> Iterator[tuple[TableUser, int, int]]:
+    def _uses(self) -> Iterator[tuple[TableUser, int, int]]:
         """Table and interpolation of each drive and valve, with its axis."""
         for axis in self._axes():
             for drive in axis.drives:
@@ -89,7 +89,7 @@ class Characteristics:
         """Give each drive the curve of its table. Raises TableError, and changes nothing then."""
         pieces: list[Piece] = []
         places = {(0, kind.value): (0, 0) for kind in CharacteristicInterpolation}
-        for axis, table_id, interpolation in self._used():
+        for axis, table_id, interpolation in self._uses():
             if (table_id, interpolation) in places:
                 continue
             try:

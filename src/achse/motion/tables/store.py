@@ -63,7 +63,7 @@ class Tables:
         self._axes = axes
         self.limits = TableLimits()
         """Of tables that clients make."""
-        self._made: set[int] = set()
+        self._created_ids: set[int] = set()
         self._tables: dict[int, Table] = {}
         self.characteristics = Characteristics(axes, self)
         self.cams = CamMemory()
@@ -96,11 +96,11 @@ class Tables:
         """A new table, all 0. Raises TableError: 0x4063, 0x4A00, 0x4A02, 0x4A03, 0x4A07, 0x4A11."""
         if table_id in self._tables:
             raise TableError(NcError.TABLE_EXISTS, f"table {table_id} is there already")
-        made = (self._tables[each] for each in self._made)
+        made = (self._tables[each] for each in self._created_ids)
         self.limits.demand(main_type, rows, columns, made)
         table = Table(table_id, main_type, sub_type, rows, columns)
         self.add(table)
-        self._made.add(table_id)
+        self._created_ids.add(table_id)
         return table
 
     def add(self, table: Table) -> None:
@@ -145,7 +145,7 @@ class Tables:
             raise TableError(NcError.SLAVE_TABLE_IN_USE, f"table {table_id} has {users} users")
         self._forget_blocks()
         del self._tables[table_id]
-        self._made.discard(table_id)
+        self._created_ids.discard(table_id)
 
     def user_count(self, table_id: int) -> int:
         """Return the number of drives, simulated valves and slaves that use a table."""

@@ -125,7 +125,7 @@ class _Translation:
         self.checked = checked
         self._layouts = layouts
         self._module = ModuleBuilder()
-        self._known: dict[tuple[FunctionType, Ways], _Function] = {}
+        self._functions: dict[tuple[FunctionType, Ways], _Function] = {}
         self._waiting: list[tuple[FunctionType, Ways]] = []
         self._sources: dict[str, dict[str, ast.FunctionDef]] = {}
         self._sites = Sites()
@@ -137,7 +137,7 @@ class _Translation:
         self.callee(entry)
         while self._waiting:
             function, ways = self._waiting.pop()
-            known = self._known[function, ways]
+            known = self._functions[function, ways]
             names = [
                 f"{name}.{n}"
                 for name, kind in zip(known.names, known.kinds, strict=True)
@@ -145,7 +145,7 @@ class _Translation:
             ]
             code = self._module.write(known.machine, names)
             FunctionCompiler(self, function, known, known.source, code).write()
-        self._bind(self._known[entry, ()].machine)
+        self._bind(self._functions[entry, ()].machine)
         if self.checked:
             self._module.notes = self._sites.pack()
         return self._module
@@ -169,9 +169,9 @@ class _Translation:
 
         Each of its ways is a copy of its own: the compiler leaves out there what is never done.
         """
-        known = self._known.get((function, ways))
+        known = self._functions.get((function, ways))
         if known is None:
-            known = self._known[function, ways] = self._declare(function, ways)
+            known = self._functions[function, ways] = self._declare(function, ways)
             self._waiting.append((function, ways))
         return known
 

@@ -67,7 +67,7 @@ class KernelCycles:
             if drive.kernel_record(cycle_ns) is None:
                 return 0
         for servo in self._servos.servos:
-            if not (servo.valid and servo.begun):
+            if not (servo.valid and servo.has_begun):
                 return 0
         return self._skip(count)
 

@@ -9,7 +9,7 @@ from achse.devices.nc.functions.calling import carry_out, function
 from achse.devices.nc.rows import bound
 from achse.motion import Axis, commands
 from achse.motion.commands import CamDemand
-from achse.motion.couplings.cams import names_of, part_at, seen_master
+from achse.motion.couplings.cams import master_position_of, names_of, part_at
 from achse.motion.fields.cams import CAM_LIST
 from achse.motion.record import CamFields
 from achse.motion.states import CAM_COUPLINGS, SlaveType
@@ -143,7 +143,7 @@ def _info(axis: Axis, asked: Any) -> tuple[float, ...]:
     now = layer.now
     rows, cam = axis.rows, now.cam
     names = names_of(rows, layer)
-    master = seen_master(axis, rows, layer) if position is None else position - names
+    master = master_position_of(axis, rows, layer) if position is None else position - names
     near, within, value = layer.near, layer.cam_position, layer.value
     origin = now.master_reference + now.master_offset
     part, *_, strokes = part_at(rows, layer, (master - origin) / now.master_scaling)
