@@ -231,7 +231,7 @@ ROOMS: Mapping[str, Room] = {
         },
         (
             "plc/test_remains.py",
-            "motion/test_remains.py",
+            "motion/test_retained.py",
             "station/persistence/test_persistent_data.py",
             "station/persistence/test_state_file.py",
             "station/slaves/test_parameter_file.py",
