@@ -77,7 +77,7 @@ class ProgramChannel(ProgramStates):
         self.tolerance_balls = [0.0] * 9
         """Radius by group of the channel, mm; kept only, auxiliary axes go with the path."""
         self.modal = ModalState()
-        """What is valid, of the last program too."""
+        """Modal values in force, those of the last program too."""
         self.search_wanted: BlockSearch | None = None
         self._run: ProgramRun | None = None
         self._registers: list[float] = []

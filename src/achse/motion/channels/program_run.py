@@ -42,7 +42,7 @@ _FEWEST_LINES = 2
 """Fewer lines at once cost more than one by one."""
 
 _NEAR = 0.01
-"""What the axes may be away from where a block search begins, mm."""
+"""Distance of the axes from the start of a block search, mm, that is still at it."""
 
 _E, _W = InterpreterEvent, WaitReason
 

@@ -1,4 +1,4 @@
-"""What a channel with an interpreter waits for: one table of all reasons.
+"""Waits of a channel with an interpreter: one table of all reasons.
 
     state        waits for                               ended by                   then
     IDLE         LOAD: a program                         function 0x01, 0x04        START
@@ -77,7 +77,7 @@ class WaitEnd(Enum):
 
 
 class WaitRow(NamedTuple):
-    """How a wait shows, and what ends it."""
+    """A wait: the state that shows it, and its end."""
 
     state: InterpreterState
     """State of the interpreter during the wait."""

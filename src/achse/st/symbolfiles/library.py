@@ -28,8 +28,8 @@ class LibraryTypes:
     Of a type in several files the first one counts. Raises `SourceError` with the line if a file
     is at fault, and so do all methods.
 
-    - `beside`: files that lie beside the project; those for another platform are left out;
-    - `libraries`: those beside its libraries, which are read if a name is not in the others; those
+    - `beside`: files in the folder of the project; those for another platform are left out;
+    - `libraries`: those in the folders of its libraries, read if a name is not in the others; files
       at fault are left out too, and types with pointers of another platform.
     """
 
