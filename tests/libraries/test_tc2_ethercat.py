@@ -17,11 +17,15 @@ class Bus(Device):
     def __init__(self) -> None:
         self.states = dict(STATES)
         self.objects = {0x1018_0001: struct.pack("<I", 2)}
+        self.objects[0xF002_0002] = b"\x03"
+        self.objects[0xF040_0000] = struct.pack("<H", 2)
+        self.frames = 0
         groups = [
             RawGroup(3, "master", read=lambda *_: struct.pack("<H", 8), last_offset=0x100),
             RawGroup(6, "count", read=lambda *_: struct.pack("<H", 2)),
             RawGroup(7, "addresses", read=lambda *_: struct.pack("<2H", *self.states)),
             RawGroup(9, "states", read=self._state, write=self._ask_for, last_offset=0xFFFF),
+            RawGroup(0xC, "frames", read=self._frames),
             RawGroup(0x11, "identity", read=self._identity, last_offset=0xFFFF),
             RawGroup(0x12, "crc", read=self._crc, last_offset=0xFFFF),
             RawGroup(0x45, "state", read=lambda *_: struct.pack("<H", 0x1001)),
@@ -44,7 +48,15 @@ class Bus(Device):
     def _crc(self, offset: int, length: int, client: bytes) -> bytes:
         return struct.pack("<4I", 1, 2, 3, 4)[:length] if offset else struct.pack("<2I", 10, 0)
 
+    def _frames(self, offset: int, length: int, client: bytes) -> bytes:
+        self.frames += 1
+        now = 3_950_000_000 + 500_000_000 * self.frames  # the counter of ns runs over
+        return struct.pack("<5I", now & 0xFFFF_FFFF, 500 * self.frames, 3, 20 * self.frames, 1)
+
     def _object(self, offset: int, length: int, client: bytes) -> bytes:
+        if offset & 0xF000_0100 == 0x9000_0100:
+            number = offset >> 16 & 0xF
+            return struct.pack("<HHIIIIH", 6, 1001 + number, 2, 3, 4, 5 + number, 0x5530)
         if offset & 0x8000_0100 == 0x8000_0100:
             number = offset >> 16 & 0xF
             return struct.pack(
@@ -78,6 +90,12 @@ CALLS = (
     ("req : FB_EcSetSlaveState", "nSlaveAddr := 1002, reqState := 4", ""),
     ("conf : FB_EcGetConfSlaves",
      "pArrEcConfSlaveInfo := ADR(slaves), cbBufLen := SIZEOF(slaves)", ""),
+    ("frames : FB_EcMasterFrameStatistic", "", ""),
+    ("scan : FB_EcGetScannedSlaves",
+     "pArrEcScannedSlaveInfo := ADR(seen), cbBufLen := SIZEOF(seen)", ""),
+    ("small : FB_EcGetScannedSlaves",
+     "pArrEcScannedSlaveInfo := ADR(seen), cbBufLen := 30", ""),
+    ("nowhere : FB_EcGetScannedSlaves", "cbBufLen := 300", ""),
     ("lost : FB_EcGetSlaveState", "sNetId := '9.9.9.9.1.1', nSlaveAddr := 1", ""),
 )  # fmt: skip
 
@@ -96,7 +114,7 @@ def test_diagnosis_and_objects(tmp_path: Path) -> None:
         f"PROGRAM MAIN VAR step : INT; errors : ARRAY [0..20] OF BOOL; {variables}"
         " buffer : ARRAY [0..9] OF ST_EcSlaveState; words : ARRAY [0..9] OF UINT; longs : ARRAY"
         " [0..9] OF UDINT; text, name, devs : T_MaxString; value : DINT := 77; back : DINT;"
-        " slaves :"
+        " seen : ARRAY [0..3] OF ST_EcSlaveScannedData; slaves :"
         f" ARRAY [0..3] OF ST_EcSlaveConfigData; END_VAR {body} END_CASE END_PROGRAM"
     )
     (tmp_path / "a.st").write_text(text, encoding="utf-8")
@@ -109,7 +127,17 @@ def test_diagnosis_and_objects(tmp_path: Path) -> None:
     assert plc.failure == ""
     main: Any = plc.instance("MAIN")
     assert main["step"] == len(CALLS)
-    assert [n for n, error in enumerate(main["errors"]) if error] == [len(CALLS) - 1]
+    last = len(CALLS)
+    assert [n for n, error in enumerate(main["errors"]) if error] == [last - 3, last - 2, last - 1]
+    assert (main["small"]["nErrId"], main["nowhere"]["nErrId"]) == (0x705, 0x706)
+    assert main["scan"]["nSlaves"] == 2
+    found = main["seen"][1]
+    assert (found["nAddr"], found["stSlaveIdentity"]["serialNo"]) == (1002, 6)
+    assert found["ndlStatusReg"] == 0x5530
+    assert bus.objects[0xF002_0001] == b"\x01\0"
+    frames = main["frames"]
+    assert (frames["nLostFrames"], frames["nLostQueuedFrames"]) == (3, 1)
+    assert (frames["fFramesPerSecond"], frames["fQueuedFramesPerSecond"]) == (1000.0, 40.0)
     assert (main["count"]["nSlaves"], main["all"]["nSlaves"], main["addrs"]["nSlaves"]) == (2, 2, 2)
     assert list(main["words"])[:2] == [1001, 1002]
     assert (main["text"], main["name"]) == ("OP", "EL2004-0000-0018")
@@ -138,3 +166,21 @@ def test_times_of_distributed_clocks() -> None:
     assert ran["now"] == 86_400_000_000_000 + 20_000_000
     assert ran["s"] == "2000-01-02-00:00:00.020000007"
     assert ran["back"] == ran["now"] + 3004
+
+
+def test_states_of_slaves_are_bits() -> None:
+    from tests.plc.code.conftest import Ran
+
+    ran = Ran(
+        "PROGRAM MAIN VAR s : ST_EcSlaveState; b : ST_EcSlaveStateBitsEx; t : T_DCTIME; END_VAR"
+        " s.deviceState := 16#94; s.linkState := 16#81; b := F_ConvSlaveStateToBitsEx(s);"
+        " t := F_GetCurDcTaskTime(); END_PROGRAM",
+        epoch=lambda: 946_684_800_000_000_000 + 86_400_000_000_000,
+    ).cycle()
+    bits = ran["b"]
+    names = ["bInit", "bSafeOp", "bOp", "bError", "bDisabled", "bLinkNotPresent", "bPortD"]
+    assert [name for name in names if bits[name]] == [
+        "bSafeOp", "bError", "bDisabled", "bLinkNotPresent", "bPortD",
+    ]  # fmt: skip
+    time = ran["t"]
+    assert time["dwHighPart"] << 32 | time["dwLowPart"] == 86_400_010_000_000
