@@ -14,8 +14,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from ruckig import InputParameter, Ruckig, RuckigError, Trajectory
 
-from achse.motion import profile
-from achse.motion.segments import MAX_SEGMENTS
+from achse.motion.profiles import profile
+from achse.motion.profiles.segments import MAX_SEGMENTS
 from achse.native.compiled import Kernel
 from achse.native.declare import Slot, lay_out
 

@@ -82,8 +82,8 @@ def cam() -> Call:
 
 def planned_moves() -> Call:
     """Set up moves from drawn states."""
-    from achse.motion.profile import plan_to_position
-    from achse.motion.segments import MAX_SEGMENTS
+    from achse.motion.profiles.profile import plan_to_position
+    from achse.motion.profiles.segments import MAX_SEGMENTS
 
     draw = random.Random(1)
     cases = [

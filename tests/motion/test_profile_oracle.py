@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from ruckig import InputParameter, Result, Ruckig, RuckigError, Trajectory
 
-from achse.motion.profile import plan_to_position, stopping_distance
-from achse.motion.segments import (
+from achse.motion.profiles.profile import plan_to_position, stopping_distance
+from achse.motion.profiles.segments import (
     MAX_SEGMENTS,
     duration,
     segment_acceleration,

@@ -10,6 +10,7 @@ from achse.motion import AxisParameters, Nc, commands
 from achse.motion.fields.often import OFTEN
 from achse.motion.machine.record import AMPLIFIER, MACHINE, SENSOR
 from achse.motion.port import DRIVE_IO, ENCODER_IO
+from achse.motion.profiles.segments import MAX_SEGMENTS
 from achse.motion.record import (
     CONTROLLER,
     DRIVE,
@@ -30,7 +31,6 @@ from achse.motion.record import (
     encoder_record,
     pack_record,
 )
-from achse.motion.segments import MAX_SEGMENTS
 from achse.motion.views import Store, View
 from achse.native.declare import LINE_WORDS, pack, plain_record
 

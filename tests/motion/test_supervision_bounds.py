@@ -10,7 +10,6 @@ import pytest
 from achse.codes import NcError
 from achse.motion.features import Feature
 from achse.motion.generators.table import UNPLANNED
-from achse.motion.limits import TOLERANCE
 from achse.motion.monitoring import (
     _at_limit,
     _not_found,
@@ -24,6 +23,7 @@ from achse.motion.monitoring import (
     watch_standstill,
 )
 from achse.motion.port import STATUS_ABSENT, STATUS_ERROR, STATUS_FAST_STOP, STATUS_READY
+from achse.motion.setpoints.limits import TOLERANCE
 from achse.motion.states import HomingState, MotionPhase, SignalType
 
 DT = 2.0**-9

@@ -10,9 +10,9 @@ Kernel source: compiled as it stands, see `compiled`.
 from math import ceil
 
 from achse.motion.record import AxisFields
-from achse.motion.setpoint import pass_switch_position, take_next
+from achse.motion.setpoints.setpoint import pass_switch_position, take_next
+from achse.motion.setpoints.targets import overrun
 from achse.motion.states import CommandState, MotionPhase, StepperMode
-from achse.motion.targets import overrun
 
 __all__ = ["run_stepper", "run_two_speeds", "show_speed"]
 

@@ -9,7 +9,7 @@ Kernel source: compiled as it stands, see `compiled`.
 from achse.codes import NcError
 from achse.motion.port import wrapped
 from achse.motion.record import POSITION_HISTORY, AxisFields, EncoderFields
-from achse.motion.setpoint import fail
+from achse.motion.setpoints.setpoint import fail
 
 __all__ = ["adapt_encoder", "measure", "read_counter"]
 

@@ -17,7 +17,6 @@ from achse.motion.features import BY_PARAMETERS, Feature
 from achse.motion.generators import coupled
 from achse.motion.generators.homing import home
 from achse.motion.generators.table import BY_FAST_PATH, generate_set_point, hand_over
-from achse.motion.limits import adapt_limits
 from achse.motion.machine.kernel import HardwareRows, carry_out, give_inputs
 from achse.motion.monitoring import (
     operation_mode,
@@ -29,10 +28,11 @@ from achse.motion.monitoring import (
     supervise_motion,
     watch_standstill,
 )
-from achse.motion.phasing import shift_phase
 from achse.motion.record import POSITION_HISTORY, AxisFields, EncoderFields
 from achse.motion.rows import NcRows
-from achse.motion.setpoint import generate, keeps_its_table, show_remaining, walk
+from achse.motion.setpoints.limits import adapt_limits
+from achse.motion.setpoints.phasing import shift_phase
+from achse.motion.setpoints.setpoint import generate, keeps_its_table, show_remaining, walk
 from achse.motion.signals import arm, arm_in_force, watch
 from achse.motion.states import AxisType, DriveType, MotionPhase
 

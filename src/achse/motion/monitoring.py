@@ -12,7 +12,6 @@ from achse.motion.generators.table import (
     along_the_set_point,
     heading,
 )
-from achse.motion.limits import TOLERANCE, running_into
 from achse.motion.port import (
     STATUS_ABSENT,
     STATUS_ERROR,
@@ -20,7 +19,8 @@ from achse.motion.port import (
     STATUS_READY,
 )
 from achse.motion.record import AxisFields
-from achse.motion.setpoint import arrived, drop_job, fail, stop_fast
+from achse.motion.setpoints.limits import TOLERANCE, running_into
+from achse.motion.setpoints.setpoint import arrived, drop_job, fail, stop_fast
 from achse.motion.states import (
     CAM_COUPLINGS,
     ControlBit,

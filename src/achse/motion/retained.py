@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from achse.motion.axis import Axis
 from achse.motion.machine.hardware import place_machine
-from achse.motion.setpoint import shift_origin
+from achse.motion.setpoints.setpoint import shift_origin
 
 __all__ = ["RetainedState"]
 

@@ -21,7 +21,7 @@ from achse.motion.commands.cams import (
 from achse.motion.couplings.cams import master_position_of, names_of
 from achse.motion.record import CAM
 from achse.motion.rows import NcRows
-from achse.motion.setpoint import shift_setpoint
+from achse.motion.setpoints.setpoint import shift_setpoint
 from achse.motion.states import CamActivation, CamOperation, CamScaling, TableType
 from achse.motion.tables.memory import BEGIN, CYCLIC, PERIOD
 

@@ -9,7 +9,7 @@ from achse.codes import NcError
 from achse.motion import BufferMode, CommandState, StartType, StateBit, commands
 from achse.motion.checks import STEEPEST_JERK
 from achse.motion.commands.stops import halt
-from achse.motion.profile import stopping_distance, stopping_time
+from achse.motion.profiles.profile import stopping_distance, stopping_time
 from achse.motion.states import MotionPhase
 
 V = 200.0

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from achse.codes import NcError
 from achse.motion import AxisParameters, Nc, commands
 from achse.motion.commands import Compensation
-from achse.motion.superposition import superposed_way
+from achse.motion.setpoints.superposition import superposed_way
 
 GOOD = Compensation(1, 0.0, 0.0, 20.0, 100.0, 5.0, 100.0)
 

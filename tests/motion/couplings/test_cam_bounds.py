@@ -24,9 +24,9 @@ from achse.motion.couplings.cams import (
     part_at,
     show_waiting,
 )
-from achse.motion.limits import TOLERANCE
 from achse.motion.record import CAM, CAM_LAW, LAYOUT
 from achse.motion.rows import NcRows
+from achse.motion.setpoints.limits import TOLERANCE
 from achse.motion.states import CamActivation, CamScaling, StateBit
 from achse.motion.tables.memory import BEGIN, COUNT, CYCLIC, HEADER, PERIOD, PIECE, STROKE
 from achse.native.declare import pack

@@ -12,7 +12,7 @@ from achse.motion import Axis, AxisParameters, Nc, StateBit, commands
 from achse.motion.commands import CamDemand
 from achse.motion.couplings.cams import base, master_position_of, part_at, planned, step
 from achse.motion.record import CAM_LAW
-from achse.motion.setpoint import shift_setpoint
+from achse.motion.setpoints.setpoint import shift_setpoint
 from achse.motion.states import (
     CamActivation,
     CamOperation,

@@ -16,10 +16,10 @@ from achse.motion.checks import (
     check_velocity,
 )
 from achse.motion.commands.queue import sign
-from achse.motion.ramps import append_velocity_ramp
-from achse.motion.segments import MAX_SEGMENTS, end_state
+from achse.motion.profiles.ramps import append_velocity_ramp
+from achse.motion.profiles.segments import MAX_SEGMENTS, end_state
+from achse.motion.setpoints.targets import resolve_target
 from achse.motion.states import EndPositionType, MotionPhase, NewEndPositionCommand, StartType
-from achse.motion.targets import resolve_target
 
 __all__ = ["freeze_override", "new_dynamics", "new_end_position", "new_end_position_and_velocity"]
 

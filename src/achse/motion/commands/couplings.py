@@ -15,9 +15,9 @@ from achse.motion.commands.stops import oriented_stop
 from achse.motion.couplings.multi_master import take_ratios
 from achse.motion.couplings.table import Coupling, count_from_here, law_of
 from achse.motion.fields.coupling import COUPLING_PARAMETERS
-from achse.motion.jobs import set_request
 from achse.motion.order import CouplingRing
-from achse.motion.setpoint import absorb, begin_job, begin_stop, drop_job, end_homing
+from achse.motion.setpoints.jobs import set_request
+from achse.motion.setpoints.setpoint import absorb, begin_job, begin_stop, drop_job, end_homing
 from achse.motion.states import (
     AxisType,
     CommandState,

@@ -8,7 +8,7 @@ from achse.motion.checks import ENDLESS, OK
 from achse.motion.commands.generators import begin_generator, check_generator
 from achse.motion.commands.starts import universal_start
 from achse.motion.generators.external import leave_external
-from achse.motion.setpoint import begin_stop
+from achse.motion.setpoints.setpoint import begin_stop
 from achse.motion.states import BufferMode, CommandState, MotionPhase, StartType
 
 __all__ = ["start_external_setpoint", "stop_external_setpoint", "stop_external_setpoint_endless"]

@@ -9,7 +9,7 @@ from achse.motion.commands.generators import begin_generator, check_generator
 from achse.motion.commands.queue import busy
 from achse.motion.commands.stops import stop
 from achse.motion.port import STATUS_READY
-from achse.motion.setpoint import absorb, begin_stop
+from achse.motion.setpoints.setpoint import absorb, begin_stop
 from achse.motion.states import (
     POSITION_MODES,
     TORQUE_MODES,

@@ -7,8 +7,8 @@ from achse.motion.axis import Axis
 from achse.motion.checks import OK, check_target, check_velocity
 from achse.motion.commands.generators import begin_generator, check_generator
 from achse.motion.commands.queue import dynamics, next_number, show_accepted
-from achse.motion.jobs import set_request
-from achse.motion.setpoint import begin_job
+from achse.motion.setpoints.jobs import set_request
+from achse.motion.setpoints.setpoint import begin_job
 from achse.motion.states import MotionPhase, StartType
 
 __all__ = ["start_reversing", "start_sine_oscillation", "start_velocity_steps"]

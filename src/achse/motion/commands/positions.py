@@ -14,7 +14,8 @@ from achse.motion.commands.queue import busy
 from achse.motion.machine.hardware import count_from
 from achse.motion.parts import AxisEncoder
 from achse.motion.port import wrapped
-from achse.motion.setpoint import shift_encoder, shift_origin, shift_setpoint
+from achse.motion.setpoints.setpoint import shift_encoder, shift_origin, shift_setpoint
+from achse.motion.setpoints.targets import modulo_part
 from achse.motion.states import (
     ActualPositionType,
     ControlBit,
@@ -22,7 +23,6 @@ from achse.motion.states import (
     DriveType,
     EncoderReferenceSystem,
 )
-from achse.motion.targets import modulo_part
 
 __all__ = [
     "reinitialize_actual_position",

@@ -3,8 +3,8 @@
 from achse.motion.axis import Axis
 from achse.motion.checks import ENDLESS
 from achse.motion.record import COMMAND_BUFFER
+from achse.motion.setpoints.targets import resolve_target
 from achse.motion.states import MotionPhase, StartType, StateBit
-from achse.motion.targets import resolve_target
 
 __all__ = [
     "as_resolved_start",

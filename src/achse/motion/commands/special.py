@@ -8,8 +8,8 @@ from achse.motion.checks import ENDLESS, check_command, check_velocity
 from achse.motion.commands.changes import new_end_position_and_velocity
 from achse.motion.commands.queue import as_resolved_start, busy
 from achse.motion.commands.starts import start
+from achse.motion.setpoints.targets import resolve_target
 from achse.motion.states import NewEndPositionCommand, StartType
-from achse.motion.targets import resolve_target
 
 __all__ = ["start_special"]
 

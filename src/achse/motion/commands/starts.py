@@ -27,11 +27,11 @@ from achse.motion.commands.queue import (
     sign,
 )
 from achse.motion.commands.stops import halt
-from achse.motion.jobs import set_request
 from achse.motion.record import COMMAND_BUFFER, JobFields
-from achse.motion.setpoint import absorb, begin_job
+from achse.motion.setpoints.jobs import set_request
+from achse.motion.setpoints.setpoint import absorb, begin_job
+from achse.motion.setpoints.targets import look_ahead, resolve_target
 from achse.motion.states import AxisType, BufferMode, MotionPhase, StartType
-from achse.motion.targets import look_ahead, resolve_target
 
 __all__ = ["start", "universal_start"]
 

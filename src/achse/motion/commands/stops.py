@@ -6,11 +6,11 @@ from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK, STEEPEST_JERK, check_dynamics, check_own, check_target
 from achse.motion.commands.queue import heading, next_number, sign
-from achse.motion.dynamics import fault_deceleration, fault_jerk
-from achse.motion.profile import stopping_distance, stopping_time
-from achse.motion.setpoint import absorb, begin_stop
+from achse.motion.profiles.profile import stopping_distance, stopping_time
+from achse.motion.setpoints.dynamics import fault_deceleration, fault_jerk
+from achse.motion.setpoints.setpoint import absorb, begin_stop
+from achse.motion.setpoints.targets import modulo_part
 from achse.motion.states import BufferMode, CommandState, MotionPhase, StartType, StateBit
-from achse.motion.targets import modulo_part
 
 __all__ = [
     "clear",

@@ -7,8 +7,8 @@ from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK, check_command, check_dynamics, check_target
 from achse.motion.commands.queue import dynamics, heading, sign
+from achse.motion.setpoints.superposition import superposed_speed, superposed_way
 from achse.motion.states import AxisType, CompensationType, MotionPhase
-from achse.motion.superposition import superposed_speed, superposed_way
 
 __all__ = ["Compensation", "start_superposition", "stop_superposition"]
 

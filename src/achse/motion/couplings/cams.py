@@ -20,9 +20,9 @@ from math import ceil, floor
 from achse.codes import NcError
 from achse.motion.couplings.guard import check_step
 from achse.motion.couplings.masters import leading_value_of_row
-from achse.motion.limits import TOLERANCE
 from achse.motion.record import CAM_LAW, AxisFields, CamFields, CamLaw
 from achse.motion.rows import NcRows
+from achse.motion.setpoints.limits import TOLERANCE
 from achse.motion.states import CamActivation, CamScaling, StateBit
 from achse.motion.tables.memory import BEGIN, CYCLIC, PERIOD, STROKE, cam_values
 from achse.native.declare import assign, reset

@@ -8,9 +8,9 @@ slave may is followed as far as the limits allow.
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
-from achse.motion.profile import plan_to_position, plan_to_velocity
+from achse.motion.profiles.profile import plan_to_position, plan_to_velocity
+from achse.motion.profiles.segments import segment_acceleration, segment_position, segment_velocity
 from achse.motion.record import AxisFields
-from achse.motion.segments import segment_acceleration, segment_position, segment_velocity
 
 __all__ = ["approach_place", "approach_velocity", "limits_beside", "settle", "settle_place"]
 

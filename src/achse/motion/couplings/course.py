@@ -11,8 +11,8 @@ from math import factorial, sqrt
 from typing import NamedTuple
 
 from achse.motion.fields.synchronising import SYNC_TERMS
-from achse.motion.profile import plan_to_velocity
-from achse.motion.segments import MAX_SEGMENTS, end_state
+from achse.motion.profiles.profile import plan_to_velocity
+from achse.motion.profiles.segments import MAX_SEGMENTS, end_state
 
 __all__ = ["SlaveCourse", "Stretch", "TimedValue", "course_by_time", "course_over_master"]
 

@@ -8,9 +8,9 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
 from achse.codes import NcError
-from achse.motion.dynamics import fastest
-from achse.motion.limits import TOLERANCE, limit_ahead
 from achse.motion.record import AxisFields
+from achse.motion.setpoints.dynamics import fastest
+from achse.motion.setpoints.limits import TOLERANCE, limit_ahead
 
 __all__ = ["ROUNDING", "check_step"]
 

@@ -19,7 +19,7 @@ from achse.motion.couplings.masters import (
     leading_position,
     leading_velocity,
 )
-from achse.motion.profile import stopping_distance
+from achse.motion.profiles.profile import stopping_distance
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 from achse.motion.states import AxisType, MotionState

@@ -14,10 +14,10 @@ from achse.motion.couplings.masters import (
     leading_position,
     leading_velocity,
 )
-from achse.motion.profile import plan_to_velocity
+from achse.motion.profiles.profile import plan_to_velocity
+from achse.motion.profiles.segments import segment_acceleration, segment_position, segment_velocity
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
-from achse.motion.segments import segment_acceleration, segment_position, segment_velocity
 
 __all__ = ["base", "change", "step", "take_ratios"]
 

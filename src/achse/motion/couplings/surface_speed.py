@@ -18,7 +18,7 @@ from achse.motion.couplings.cyclic_gear import turn
 from achse.motion.couplings.masters import end_coupling
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
-from achse.motion.setpoint import fail
+from achse.motion.setpoints.setpoint import fail
 
 if TYPE_CHECKING:
     from achse.motion.axis import Axis

@@ -46,12 +46,12 @@ from achse.motion.couplings import (
 )
 from achse.motion.couplings.guard import check_step
 from achse.motion.couplings.masters import end_coupling, update_leading_value
-from achse.motion.dynamics import drop_foreign
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
-from achse.motion.setpoint import fail, generate
+from achse.motion.setpoints.dynamics import drop_foreign
+from achse.motion.setpoints.setpoint import fail, generate
+from achse.motion.setpoints.superposition import superpose
 from achse.motion.states import MotionPhase, SlaveType
-from achse.motion.superposition import superpose
 
 if TYPE_CHECKING:
     from achse.motion.axis import Axis

@@ -8,10 +8,10 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
 from achse.codes import NcError
-from achse.motion.dynamics import drop_foreign, fastest, run_out
-from achse.motion.limits import TOLERANCE
 from achse.motion.record import AxisFields
-from achse.motion.setpoint import displace, fail, generate
+from achse.motion.setpoints.dynamics import drop_foreign, fastest, run_out
+from achse.motion.setpoints.limits import TOLERANCE
+from achse.motion.setpoints.setpoint import displace, fail, generate
 from achse.motion.states import MotionPhase
 
 __all__ = ["end", "leads", "leave_external", "step"]

@@ -8,10 +8,10 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
 from achse.codes import NcError
-from achse.motion.dynamics import drop_foreign, fastest
-from achse.motion.limits import TOLERANCE
 from achse.motion.record import AxisFields
-from achse.motion.setpoint import fail, generate
+from achse.motion.setpoints.dynamics import drop_foreign, fastest
+from achse.motion.setpoints.limits import TOLERANCE
+from achse.motion.setpoints.setpoint import fail, generate
 from achse.native.declare import assign
 
 __all__ = ["step"]

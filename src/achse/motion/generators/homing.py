@@ -11,7 +11,7 @@ from achse.codes import NcError
 from achse.motion.generators import moves
 from achse.motion.port import STATUS_HOMED, STATUS_HOMING_FAILED
 from achse.motion.record import AxisFields
-from achse.motion.setpoint import arrived, end_homing, fail, shift_origin
+from achse.motion.setpoints.setpoint import arrived, end_homing, fail, shift_origin
 from achse.motion.signals import LATCHED, begin_watch, homing_cam, latched_position
 from achse.motion.states import CommandState, HomingState, MotionPhase, ReferenceMode
 

@@ -7,8 +7,8 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 
 from achse.motion.generators.reversing import position_in_turn
 from achse.motion.record import AxisFields
-from achse.motion.setpoint import generate
-from achse.motion.superposition import generate_superposed
+from achse.motion.setpoints.setpoint import generate
+from achse.motion.setpoints.superposition import generate_superposed
 
 __all__ = ["step"]
 

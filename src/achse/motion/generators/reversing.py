@@ -6,7 +6,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
 from achse.motion.record import AxisFields
-from achse.motion.setpoint import begin_job, generate
+from achse.motion.setpoints.setpoint import begin_job, generate
 from achse.motion.states import CommandState, MotionPhase, StartType
 
 __all__ = ["position_in_turn", "step"]

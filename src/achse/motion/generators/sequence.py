@@ -4,7 +4,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
 from achse.motion.record import AxisFields
-from achse.motion.setpoint import absorb
+from achse.motion.setpoints.setpoint import absorb
 from achse.motion.states import CommandState, MotionPhase
 
 __all__ = ["finish", "override_share"]

@@ -11,7 +11,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from achse.codes import NcError
 from achse.motion.open_loop import follow_axis
 from achse.motion.record import AxisFields
-from achse.motion.setpoint import fail
+from achse.motion.setpoints.setpoint import fail
 from achse.motion.states import TORQUE_MODES, MotionPhase
 
 __all__ = ["end", "heading", "leads", "step"]

@@ -5,10 +5,10 @@ The answer of the axis to a step is what they are made for.
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
-from achse.motion.dynamics import fastest
 from achse.motion.generators.sequence import finish, override_share
-from achse.motion.limits import running_into
 from achse.motion.record import AxisFields
+from achse.motion.setpoints.dynamics import fastest
+from achse.motion.setpoints.limits import running_into
 
 __all__ = ["step"]
 

@@ -19,7 +19,7 @@ from achse.motion.groups.group import AxisGroup
 from achse.motion.groups.kinematics.table import KinematicsLaw, Transformation
 from achse.motion.groups.parameters import GroupParameters
 from achse.motion.groups.states import GroupType
-from achse.motion.setpoint import stop_fast
+from achse.motion.setpoints.setpoint import stop_fast
 from achse.motion.states import ActualPositionType, MotionPhase
 
 __all__ = ["KinematicGroup"]

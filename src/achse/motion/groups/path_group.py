@@ -14,7 +14,6 @@ from achse.motion.checks import OK
 from achse.motion.commands.groups import begin_group_motion, end_group_motion
 from achse.motion.commands.homing import end_application_request, home
 from achse.motion.commands.stops import stop
-from achse.motion.dynamics import fastest
 from achse.motion.groups.group import FULL_OVERRIDE
 from achse.motion.groups.parameters import GroupParameters
 from achse.motion.groups.path_parameters import MOST_OVERRIDE, PathGroupParameters
@@ -34,6 +33,7 @@ from achse.motion.path import (
 )
 from achse.motion.path.compiled import KERNEL
 from achse.motion.path.planner import HISTORY
+from achse.motion.setpoints.dynamics import fastest
 from achse.motion.states import MotionPhase
 
 __all__ = ["MAIN_AXES", "PLACES", "PathGroup"]

@@ -18,10 +18,10 @@ from achse.motion import (
     StateBit,
     commands,
 )
-from achse.motion.dynamics import fault_deceleration, fault_jerk
 from achse.motion.features import Feature
-from achse.motion.ramps import highest_velocity
-from achse.motion.setpoint import arrived, drop_job, fail, stop_fast
+from achse.motion.profiles.ramps import highest_velocity
+from achse.motion.setpoints.dynamics import fault_deceleration, fault_jerk
+from achse.motion.setpoints.setpoint import arrived, drop_job, fail, stop_fast
 from achse.motion.states import MotionPhase
 
 V, A, J = 200.0, 1500.0, 2250.0

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from achse.codes import NcError
 from achse.motion import Axis, AxisParameters, BufferMode, Nc, StateBit, commands
-from achse.motion.targets import look_ahead, modulo_part
+from achse.motion.setpoints.targets import look_ahead, modulo_part
 
 V, A, J = 200.0, 1500.0, 2250.0
 

@@ -8,9 +8,9 @@ Kernel source, in the language of `achse.native`.
 
 from math import inf
 
-from achse.motion.dynamics import fastest, fault_deceleration
+from achse.motion.profiles.segments import segment_acceleration, segment_position, segment_velocity
 from achse.motion.record import AxisFields
-from achse.motion.segments import segment_acceleration, segment_position, segment_velocity
+from achse.motion.setpoints.dynamics import fastest, fault_deceleration
 
 __all__ = [
     "TOLERANCE",

@@ -9,8 +9,8 @@ Kernel source, in the language of `achse.native`.
 
 from math import sqrt
 
+from achse.motion.profiles.segments import segment_acceleration, segment_position, segment_velocity
 from achse.motion.record import AxisFields
-from achse.motion.segments import segment_acceleration, segment_position, segment_velocity
 
 __all__ = [
     "STEEPEST",

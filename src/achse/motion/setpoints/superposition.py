@@ -11,9 +11,9 @@ Kernel source, in the language of `achse.native`.
 
 from math import inf
 
-from achse.motion.dynamics import run_out
 from achse.motion.record import AxisFields
-from achse.motion.setpoint import absorb, displace, generate
+from achse.motion.setpoints.dynamics import run_out
+from achse.motion.setpoints.setpoint import absorb, displace, generate
 from achse.motion.states import MotionPhase
 
 __all__ = ["generate_superposed", "superpose", "superposed_speed", "superposed_way"]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from achse.motion.segments import (
+from achse.motion.profiles.segments import (
     MAX_SEGMENTS,
     append_segment,
     duration,

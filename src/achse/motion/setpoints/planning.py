@@ -14,19 +14,30 @@ Kernel source, in the language of `achse.native`.
 
 from math import inf
 
-from achse.motion.dynamics import STEEPEST, fastest, fault_deceleration, fault_jerk, release
-from achse.motion.limits import highest_rest, lowest_rest, passes
-from achse.motion.profile import (
+from achse.motion.profiles.profile import (
     END_VELOCITY_UNREACHABLE,
     plan_to_position,
     plan_to_velocity,
     stopping_distance,
 )
-from achse.motion.ramps import reachable_velocity
+from achse.motion.profiles.ramps import reachable_velocity
+from achse.motion.profiles.segments import (
+    duration,
+    segment_acceleration,
+    segment_position,
+    segment_velocity,
+)
 from achse.motion.record import AxisFields
-from achse.motion.segments import duration, segment_acceleration, segment_position, segment_velocity
+from achse.motion.setpoints.dynamics import (
+    STEEPEST,
+    fastest,
+    fault_deceleration,
+    fault_jerk,
+    release,
+)
+from achse.motion.setpoints.limits import highest_rest, lowest_rest, passes
+from achse.motion.setpoints.targets import look_ahead, overrun
 from achse.motion.states import MotionPhase
-from achse.motion.targets import look_ahead, overrun
 
 __all__ = [
     "TO_CONSTANT_VELOCITY",

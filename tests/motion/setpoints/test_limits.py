@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from achse.motion import commands
-from achse.motion.dynamics import fastest, fault_deceleration
-from achse.motion.limits import (
+from achse.motion.setpoints.dynamics import fastest, fault_deceleration
+from achse.motion.setpoints.limits import (
     TOLERANCE,
     adapt_limits,
     highest_rest,

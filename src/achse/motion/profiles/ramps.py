@@ -8,7 +8,7 @@ from collections.abc import MutableSequence
 from math import sqrt
 from typing import TypeAlias
 
-from achse.motion.segments import append_segment
+from achse.motion.profiles.segments import append_segment
 
 __all__ = [
     "CONVERGED",

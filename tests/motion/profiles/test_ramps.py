@@ -4,7 +4,7 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from achse.motion.ramps import (
+from achse.motion.profiles.ramps import (
     append_ramp,
     append_velocity_ramp,
     bounded,
@@ -14,7 +14,7 @@ from achse.motion.ramps import (
     ramp_time,
     reachable_velocity,
 )
-from achse.motion.segments import MAX_SEGMENTS, end_state
+from achse.motion.profiles.segments import MAX_SEGMENTS, end_state
 
 sizes = st.floats(1e-3, 1e6)
 

@@ -6,8 +6,8 @@ Kernel source, in the language of `achse.native`.
 """
 
 from achse.motion.features import Feature
+from achse.motion.profiles.segments import segment_acceleration, segment_position, segment_velocity
 from achse.motion.record import AxisFields
-from achse.motion.segments import segment_acceleration, segment_position, segment_velocity
 
 __all__ = ["shift_phase"]
 

@@ -23,7 +23,7 @@ sequences of at least `MAX_SEGMENTS` floats owned by the caller.
 from collections.abc import MutableSequence
 from math import sqrt
 
-from achse.motion.ramps import (
+from achse.motion.profiles.ramps import (
     CONVERGED,
     MAX_ITERATIONS,
     NEGLIGIBLE,
@@ -35,7 +35,7 @@ from achse.motion.ramps import (
     ramp_peak,
     ramp_time,
 )
-from achse.motion.segments import append_segment, end_state, segment_position
+from achse.motion.profiles.segments import append_segment, end_state, segment_position
 
 __all__ = [
     "END_VELOCITY_UNREACHABLE",

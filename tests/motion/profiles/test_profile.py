@@ -10,7 +10,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from achse.motion.profile import (
+from achse.motion.profiles.profile import (
     END_VELOCITY_UNREACHABLE,
     LIMITS_INVALID,
     STATE_INVALID,
@@ -19,8 +19,8 @@ from achse.motion.profile import (
     stopping_distance,
     stopping_time,
 )
-from achse.motion.ramps import highest_velocity, reachable_velocity
-from achse.motion.segments import (
+from achse.motion.profiles.ramps import highest_velocity, reachable_velocity
+from achse.motion.profiles.segments import (
     MAX_SEGMENTS,
     duration,
     end_state,

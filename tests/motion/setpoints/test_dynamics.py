@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from achse.motion import commands
-from achse.motion.dynamics import fastest, fault_deceleration, fault_jerk, run_out
+from achse.motion.setpoints.dynamics import fastest, fault_deceleration, fault_jerk, run_out
 from achse.motion.states import MotionPhase, StateBit
 
 STEEP = 1e5

@@ -3,8 +3,8 @@
 from math import inf
 
 from achse.motion.fields.job import JobProgress, JobRequest
-from achse.motion.jobs import copy_request, set_request
 from achse.motion.record import JOB
+from achse.motion.setpoints.jobs import copy_request, set_request
 from achse.motion.states import BufferMode, StartType
 from achse.native.declare import plain_record
 

@@ -8,24 +8,8 @@ Kernel source: compiled as it stands, see `compiled`.
 """
 
 from achse.codes import NcError
-from achse.motion.dynamics import (
-    fastest,
-    fault_deceleration,
-    fault_jerk,
-    shed_excess,
-    shed_foreign,
-)
 from achse.motion.features import Feature
-from achse.motion.jobs import copy_request
-from achse.motion.limits import table_passes
-from achse.motion.planning import (
-    TO_CONSTANT_VELOCITY,
-    TO_LIMIT,
-    TO_PAUSE,
-    TO_TARGET,
-    follow_override,
-    plan,
-)
+from achse.motion.profiles.segments import segment_acceleration
 from achse.motion.record import (
     COMMAND_BUFFER,
     FILTER_ORDER,
@@ -33,9 +17,25 @@ from achse.motion.record import (
     AxisFields,
     EncoderFields,
 )
-from achse.motion.segments import segment_acceleration
+from achse.motion.setpoints.dynamics import (
+    fastest,
+    fault_deceleration,
+    fault_jerk,
+    shed_excess,
+    shed_foreign,
+)
+from achse.motion.setpoints.jobs import copy_request
+from achse.motion.setpoints.limits import table_passes
+from achse.motion.setpoints.planning import (
+    TO_CONSTANT_VELOCITY,
+    TO_LIMIT,
+    TO_PAUSE,
+    TO_TARGET,
+    follow_override,
+    plan,
+)
+from achse.motion.setpoints.targets import resolve_target
 from achse.motion.states import CommandState, MotionPhase, StartType
-from achse.motion.targets import resolve_target
 
 __all__ = [
     "absorb",

@@ -10,9 +10,9 @@ Kernel source, in the language of `achse.native`.
 
 from math import floor, inf
 
-from achse.motion.limits import highest_rest, lowest_rest
-from achse.motion.ramps import highest_velocity
+from achse.motion.profiles.ramps import highest_velocity
 from achse.motion.record import COMMAND_BUFFER, AxisFields, JobFields
+from achse.motion.setpoints.limits import highest_rest, lowest_rest
 from achse.motion.states import BufferMode, StartType
 
 __all__ = ["look_ahead", "modulo_part", "overrun", "resolve_target"]
