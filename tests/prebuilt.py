@@ -6,10 +6,10 @@ Whether a station uses machine code at once depends on the cache, so all workers
 from achse.camshaft.kernel import KERNEL as CAMSHAFT
 from achse.drive.compiled import KERNEL as DRIVE
 from achse.motion.compiled import KERNEL as MOTION
-from achse.motion.cyclic_image import KERNEL as IMAGES
 from achse.motion.path.compiled import KERNEL as PATH
+from achse.motion.readout.cyclic_image import KERNEL as IMAGES
+from achse.motion.readout.shown_values import KERNEL as SHOWN
 from achse.motion.servo.compiled import SEND, TAKE
-from achse.motion.shown_values import KERNEL as SHOWN
 from achse.motion.tables.checking import CHECKING
 from achse.motion.tables.joining import JOINING
 from achse.motion.tables.search import SCANNING

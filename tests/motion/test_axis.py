@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
+from achse.motion.readout.shown import ShownField
 from achse.motion.record import FIELDS, LAYOUT
-from achse.motion.shown import ShownField
 from achse.native.declare import pack, reset
 
 WOKEN = {"resting", "features", "encoder_adapt"}

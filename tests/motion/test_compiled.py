@@ -3,8 +3,8 @@
 import subprocess
 import sys
 
-from achse.motion import curves
 from achse.motion.compiled import KERNEL
+from achse.motion.control import curves
 from achse.motion.machine.record import AMPLIFIER, MACHINE, SENSOR
 from achse.motion.record import ENCODER, LAYOUT
 from achse.native.memory import Rows

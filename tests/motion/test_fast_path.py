@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from achse.motion import commands
-from achse.motion.drive import read_drive
+from achse.motion.control.drive import read_drive
 from achse.motion.features import TRANSIENT, Feature
 from achse.motion.kernel import _asleep
 from achse.motion.monitoring import settle, stays_closed

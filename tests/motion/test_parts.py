@@ -6,8 +6,8 @@ from achse.motion import AxisParameters, Nc
 from achse.motion.axis import Axis
 from achse.motion.features import Feature
 from achse.motion.parts import VIEWS
+from achse.motion.readout.shown import SHOWN
 from achse.motion.record import FIELDS, PART_OF, PARTS
-from achse.motion.shown import SHOWN
 
 
 @pytest.fixture(params=[False, True], ids=["plain", "in memory"])

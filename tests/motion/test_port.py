@@ -43,7 +43,7 @@ def test_the_nc_knows_nothing_of_the_machine() -> None:
 def test_the_machine_knows_nothing_of_the_nc() -> None:
     allowed = ("achse.motion.machine", "achse.motion.port", "achse.motion.fields.declare",
                "achse.motion.fields.often",
-               "achse.motion.curves", "achse.motion.states", "achse.motion.views",
+               "achse.motion.control.curves", "achse.motion.states", "achse.motion.views",
                "achse.native")  # fmt: skip
     for path in (MOTION / "machine").rglob("*.py"):
         for module in imported(path):

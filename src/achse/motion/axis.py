@@ -9,6 +9,7 @@ too, by their names in a configuration (`simulation_load_torque`).
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from achse.motion.control.signals import probe_counts, probe_status
 from achse.motion.couplings.masters import begin_leading_value, end_coupling, show_coupling
 from achse.motion.features import Feature
 from achse.motion.machine.hardware import (
@@ -23,6 +24,8 @@ from achse.motion.monitoring import show_state
 from achse.motion.order import CycleOrder
 from achse.motion.parts import AxisController, AxisDrive, AxisEncoder
 from achse.motion.port import STATUS_INVALID
+from achse.motion.readout.shown import ShownField
+from achse.motion.readout.shown_values import shown_cell
 from achse.motion.record import (
     LAYOUT,
     MASTERS,
@@ -33,9 +36,6 @@ from achse.motion.record import (
     Role,
 )
 from achse.motion.rows import NcRows
-from achse.motion.shown import ShownField
-from achse.motion.shown_values import shown_cell
-from achse.motion.signals import probe_counts, probe_status
 from achse.motion.states import MotionPhase
 from achse.motion.tables import Tables
 from achse.motion.views import InnerView, View, property_within, views_of

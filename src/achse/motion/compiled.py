@@ -1,6 +1,6 @@
 """The kernel in machine code: `cycles` of `achse.motion.kernel` and whatever it calls."""
 
-from achse.motion import curves
+from achse.motion.control import curves
 from achse.motion.kernel import cycles
 from achse.motion.machine.record import AMPLIFIER, MACHINE, SENSOR, Amplifier, Machine, Sensor
 from achse.motion.record import (

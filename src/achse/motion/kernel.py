@@ -8,11 +8,12 @@ has no feature on (`achse.motion.features`).
 from collections.abc import Callable
 from typing import NamedTuple
 
-from achse.motion.controller import adapt_controller, control, control_coupling
+from achse.motion.control.controller import adapt_controller, control, control_coupling
+from achse.motion.control.discrete import run_stepper, run_two_speeds, show_speed
+from achse.motion.control.drive import adapt_drive, put_out, put_out_bytes, read_drive
+from achse.motion.control.encoder import adapt_encoder, measure
+from achse.motion.control.signals import arm, arm_in_force, watch
 from achse.motion.couplings.table import couple, has_moving_master
-from achse.motion.discrete import run_stepper, run_two_speeds, show_speed
-from achse.motion.drive import adapt_drive, put_out, put_out_bytes, read_drive
-from achse.motion.encoder import adapt_encoder, measure
 from achse.motion.features import BY_PARAMETERS, Feature
 from achse.motion.generators import coupled
 from achse.motion.generators.homing import home
@@ -33,7 +34,6 @@ from achse.motion.rows import NcRows
 from achse.motion.setpoints.limits import adapt_limits
 from achse.motion.setpoints.phasing import shift_phase
 from achse.motion.setpoints.setpoint import generate, keeps_its_table, show_remaining, walk
-from achse.motion.signals import arm, arm_in_force, watch
 from achse.motion.states import AxisType, DriveType, MotionPhase
 
 __all__ = ["STAGES", "Stage", "adapt", "begin", "begin_encoder", "cycle", "cycles", "follow"]

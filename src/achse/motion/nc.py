@@ -8,12 +8,12 @@ from functools import partial
 from itertools import islice
 from typing import Any
 
-from achse.motion import curves
 from achse.motion.axis import Axis
 from achse.motion.channels.parameters import ChannelParameters
 from achse.motion.channels.table import Channels
 from achse.motion.compiled import KERNEL
-from achse.motion.drive import adapt_drive
+from achse.motion.control import curves
+from achse.motion.control.drive import adapt_drive
 from achse.motion.groups.parameters import GroupParameters
 from achse.motion.groups.table import Groups
 from achse.motion.kernel import begin, begin_encoder

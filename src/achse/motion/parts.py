@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from achse.motion.fields.declare import Field, Role
 from achse.motion.machine.hardware import AmplifierView, DriveIoView, EncoderIoView, SensorView
 from achse.motion.machine.record import PARAMETERS
+from achse.motion.readout.shown import ShownField
 from achse.motion.record import (
     CONTROLLER,
     DRIVE,
@@ -18,7 +19,6 @@ from achse.motion.record import (
     ControllerFields,
     EncoderFields,
 )
-from achse.motion.shown import ShownField
 from achse.motion.views import View, views_of
 from achse.native.memory import ComputedCell, MemoryCell
 

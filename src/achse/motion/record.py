@@ -75,7 +75,7 @@ from achse.motion.fields.setpoint import (
 from achse.motion.fields.superposition import Phasing, SuperposedMotion
 from achse.motion.fields.synchronising import Synchronisation
 from achse.motion.port import DRIVE_IO, ENCODER_IO, DriveIo, EncoderIo
-from achse.motion.shown import SHOWN
+from achse.motion.readout.shown import SHOWN
 from achse.native.declare import RecordLayout, lay_out, pack, plain_record, reference, within
 
 __all__ = [

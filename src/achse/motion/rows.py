@@ -8,7 +8,7 @@ one reads of another that had its turn before is of this cycle.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from achse.motion.curves import Piece
+from achse.motion.control.curves import Piece
 from achse.motion.record import AxisFields, EncoderFields
 
 __all__ = ["NcRows"]

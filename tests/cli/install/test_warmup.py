@@ -13,8 +13,8 @@ from achse.cli.app import app
 from achse.drive.compiled import KERNEL as DRIVE
 from achse.extras import needs_extra
 from achse.motion.compiled import KERNEL as MOTION
-from achse.motion.cyclic_image import KERNEL as IMAGES
 from achse.motion.path.compiled import KERNEL as PATH
+from achse.motion.readout.cyclic_image import KERNEL as IMAGES
 from achse.motion.servo.compiled import SEND, TAKE
 from achse.native.compiled import Kernel
 from achse.native.kernels.translate import TranslationError
@@ -31,7 +31,7 @@ MODULES = {
     "achse.motion.servo.compiled.TAKE": TAKE,
     "achse.motion.servo.compiled.SEND": SEND,
     "achse.station.buses.whole_cycle": DRIVEN,
-    "achse.motion.cyclic_image": IMAGES,
+    "achse.motion.readout.cyclic_image": IMAGES,
     "achse.motion.path.compiled": PATH,
 }
 

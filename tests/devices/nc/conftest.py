@@ -16,8 +16,8 @@ from achse.motion.channels.parameters import ChannelParameters
 from achse.motion.channels.store import ProgramStore
 from achse.motion.groups.parameters import GroupParameters, KinematicsParameters
 from achse.motion.groups.states import ChannelType, GroupType
+from achse.motion.readout.shown import ShownField
 from achse.motion.record import FIELDS
-from achse.motion.shown import ShownField
 from achse.router import Router
 
 

@@ -25,8 +25,8 @@ def warmup(json: Json = False) -> None:
     from achse.camshaft.kernel import KERNEL as CAMSHAFT
     from achse.drive.compiled import KERNEL as DRIVE
     from achse.motion.compiled import KERNEL as MOTION
-    from achse.motion.cyclic_image import KERNEL as IMAGES
     from achse.motion.path.compiled import KERNEL as PATH
+    from achse.motion.readout.cyclic_image import KERNEL as IMAGES
     from achse.motion.servo.compiled import SEND, TAKE
     from achse.native.compiled import compiler_installed
     from achse.native.sampling import KERNEL as SAMPLING

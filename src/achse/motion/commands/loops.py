@@ -3,7 +3,7 @@
 from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK
-from achse.motion.controller import reset_controller
+from achse.motion.control.controller import reset_controller
 from achse.motion.elements import choose_control_loop, control_loop_count
 from achse.motion.setpoints.setpoint import drop_job, shift_setpoint
 from achse.motion.states import ControllerType, ControlLoopSwitch, MotionPhase

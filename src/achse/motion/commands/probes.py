@@ -3,9 +3,9 @@
 from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import FARTHEST, OK
+from achse.motion.control.signals import latch_probe, probe_state
 from achse.motion.parts import AxisEncoder
 from achse.motion.record import PROBE_EDGES, TOUCH_PROBES
-from achse.motion.signals import latch_probe, probe_state
 from achse.motion.states import EncoderType, ProbeMode, ReferenceMode, SignalSource
 
 __all__ = [

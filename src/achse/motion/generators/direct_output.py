@@ -3,7 +3,7 @@
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
-from achse.motion.open_loop import follow_axis
+from achse.motion.control.open_loop import follow_axis
 from achse.motion.record import AxisFields
 
 __all__ = ["heading", "step"]

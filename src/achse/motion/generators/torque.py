@@ -9,7 +9,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
 from achse.codes import NcError
-from achse.motion.open_loop import follow_axis
+from achse.motion.control.open_loop import follow_axis
 from achse.motion.record import AxisFields
 from achse.motion.setpoints.setpoint import fail
 from achse.motion.states import TORQUE_MODES, MotionPhase

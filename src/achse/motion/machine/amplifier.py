@@ -10,7 +10,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from collections.abc import Sequence
 from math import floor
 
-from achse.motion.curves import Piece, place_of, value_at
+from achse.motion.control.curves import Piece, place_of, value_at
 from achse.motion.machine.record import DEAD_TIME, Amplifier, Machine
 from achse.motion.machine.sensor import FULL_MASK
 from achse.motion.machine.signals import drive_inputs, outward

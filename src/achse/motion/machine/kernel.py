@@ -6,7 +6,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from achse.motion.curves import Piece
+from achse.motion.control.curves import Piece
 from achse.motion.machine.amplifier import drive_servo, has_unreported_outputs, report
 from achse.motion.machine.discrete import run_stepper, run_two_speeds
 from achse.motion.machine.record import Amplifier, Machine, Sensor

@@ -1,6 +1,10 @@
 """Tables of the NC: numbers and points by id, and the curves that drives and slaves read from them.
 
-`Tables` has them all, `Table` is one of them, `memory` is where cams lie for the kernel.
+`Tables` (`store`) has them all, `Table` is one of them. `checking` and `errors` refuse a table,
+`joining` puts curves between rows, `block` writes a table into `memory`, where the kernel reads
+it. `function` has motion functions, `survey` the characteristic values of cams, `search` master
+positions of slave positions, `users` the axes that use a table, `characteristics` the curves of
+drives. `text` reads files, `limits` bounds the size of tables from clients.
 """
 
 from achse.motion.tables.errors import TableError

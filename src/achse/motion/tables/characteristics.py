@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Protocol
 
 from achse.codes import NcError
-from achse.motion.curves import Piece
+from achse.motion.control.curves import Piece
 from achse.motion.states import CharacteristicInterpolation
 from achse.motion.tables.errors import TableError
 from achse.motion.tables.table import Table

@@ -15,7 +15,7 @@ from math import floor
 from typing import NamedTuple
 
 from achse.codes import NcError
-from achse.motion.curves import Piece, linear, spline
+from achse.motion.control.curves import Piece, linear, spline
 from achse.motion.laws.element import BEGIN, COEFFICIENT, ELEMENT
 from achse.motion.states import CharacteristicInterpolation, TableSubType, TableType
 from achse.motion.tables.checking import extremes_of

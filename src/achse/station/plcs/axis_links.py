@@ -14,7 +14,7 @@ from achse.devices.nc.axis_structures import NC_TO_PLC_TC2, NC_TO_PLC_TC3, PLC_T
 from achse.devices.nc.layouts import AxisStructure
 from achse.iec import LREAL, IecType, StructType, resolved
 from achse.motion import Axis, Nc
-from achse.motion.cyclic_image import AxisImages, images_of
+from achse.motion.readout.cyclic_image import AxisImages, images_of
 from achse.plc import Area, PlcRuntime, PlcState
 from achse.plc.memory import Region
 from achse.plc.program import PlacedVariable

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from achse.devices.nc.axis_states import AXIS_STATES
 from achse.motion import Axis, AxisParameters, Nc
-from achse.motion.shown_values import VALUES
+from achse.motion.readout.shown_values import VALUES
 from achse.motion.states import MotionPhase
 from achse.native.compiled import compiler_installed
 from achse.native.memory import ComputedCell

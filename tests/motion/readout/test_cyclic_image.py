@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from achse.devices.nc.axis_structures import NC_TO_PLC_TC3
 from achse.motion import Axis, AxisParameters, Nc, commands
-from achse.motion.cyclic_image import IMAGE_BYTES, AxisImages, images_of
+from achse.motion.readout.cyclic_image import IMAGE_BYTES, AxisImages, images_of
 from achse.motion.states import MotionPhase, StartType
 from achse.native.compiled import checked_builds, compiler_installed
 

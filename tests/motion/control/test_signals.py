@@ -5,8 +5,8 @@ from typing import Any
 import pytest
 
 from achse.motion import AxisParameters, ControlBit, Nc, StateBit, commands
+from achse.motion.control.signals import homing_cam
 from achse.motion.machine.signals import drive_inputs
-from achse.motion.signals import homing_cam
 
 RISING, FALLING = 0, 1
 SINGLE, CONTINUOUS = 1, 2

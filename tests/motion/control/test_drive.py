@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from achse.motion import AxisParameters, Nc, commands
-from achse.motion.drive import characteristic
+from achse.motion.control.drive import characteristic
 from achse.motion.states import ControllerType, DriveOperationMode, DriveType
 
 V = 200.0

@@ -6,7 +6,7 @@ because an error brakes the axis.
 Kernel source: compiled as it stands, see `compiled`.
 """
 
-from achse.motion.drive import fill_filter
+from achse.motion.control.drive import fill_filter
 from achse.motion.record import AxisFields
 
 __all__ = ["follow_axis"]

@@ -11,8 +11,8 @@ from collections.abc import Callable, Sequence
 from math import floor, fmod
 from typing import TYPE_CHECKING
 
+from achse.motion.control.signals import probe_counts, probe_status
 from achse.motion.record import ENCODER, LAYOUT, AxisFields, EncoderFields
-from achse.motion.signals import probe_counts, probe_status
 from achse.motion.states import MotionPhase
 from achse.native.compiled import Kernel
 from achse.native.declare import Slot, lay_out, reference
@@ -93,7 +93,7 @@ def _turns(position: float, period: float) -> float:
 
 
 def modulo_of(position: float, period: float) -> float:
-    """The position within its period, as `achse.motion.shown.modulo_place` has it."""
+    """The position within its period, as `achse.motion.readout.shown.modulo_place` has it."""
     part = position - _turns(position, period) * period
     return part if 0.0 <= part < period else 0.0
 

@@ -10,7 +10,7 @@ Kernel source: compiled as it stands, see `compiled`.
 from collections.abc import Sequence
 from math import floor
 
-from achse.motion.curves import Piece, value_at
+from achse.motion.control.curves import Piece, value_at
 from achse.motion.features import Feature
 from achse.motion.port import (
     CONTROL_ENABLE,

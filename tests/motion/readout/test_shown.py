@@ -3,8 +3,8 @@
 import pytest
 
 from achse.motion import AxisParameters, Nc
+from achse.motion.readout.shown import SHOWN, modulo_place
 from achse.motion.record import FIELDS, LAYOUT, PARTS
-from achse.motion.shown import SHOWN, modulo_place
 from achse.native.compiled import compiler_installed
 
 

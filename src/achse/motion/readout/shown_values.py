@@ -1,11 +1,11 @@
-"""Shown values of an axis made by machine code, for those who watch them: see `achse.motion.shown`.
+"""Shown values of an axis made by machine code, for clients that sample them (see `shown`).
 
 A test compares them with the plain form, which gives the bytes for all others.
 """
 
 from collections.abc import Sequence
 
-from achse.motion.cyclic_image import modulo_of, modulo_turns_of
+from achse.motion.readout.cyclic_image import modulo_of, modulo_turns_of
 from achse.motion.record import ENCODER, LAYOUT, AxisFields, EncoderFields
 from achse.native.compiled import Kernel
 from achse.native.declare import Slot, lay_out, reference
@@ -15,7 +15,7 @@ __all__ = ["KERNEL", "SHOWN_VALUES", "ShownValues", "show_values", "shown_cell"]
 
 
 class ShownValues:
-    """Values of `achse.motion.shown.SHOWN` with the names that they have at the axis."""
+    """Values of `achse.motion.readout.shown.SHOWN` with the names that they have at the axis."""
 
     set_velocity_override: float = 0.0
     set_direction: float = 0.0

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from achse.motion.curves import Piece, Points, linear, piece_at, spline, value_at
+from achse.motion.control.curves import Piece, Points, linear, piece_at, spline, value_at
 
 Join = Callable[[Points], list[Piece]]
 

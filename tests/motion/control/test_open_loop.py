@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from achse.motion.open_loop import follow_axis
+from achse.motion.control.open_loop import follow_axis
 
 
 def test_the_set_point_is_where_the_axis_is_and_as_fast(rig: Any) -> None:
