@@ -9,7 +9,7 @@ A record that holds no references is a value: a kernel may `assign` it to anothe
 """
 
 import struct
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Generic, TypeVar
@@ -123,6 +123,29 @@ class RecordLayout(Generic[SlotT]):
         return type("PlainRecord", (), namespace)
 
     @cached_property
+    def copy(self) -> Callable[[Any, Any], None]:
+        """A function of target and source that copies all values, one statement for each field."""
+        source = "def copy(target, source):\n"
+        for name, row in self.fields.items():
+            own, other = f"target.{name}", f"source.{name}"
+            if row.length:
+                source += f" own, other = {own}, {other}\n for n in range({row.length}):\n"
+                source += "  assign(own[n], other[n])\n" if row.holds else "  own[n] = other[n]\n"
+            elif row.holds is not None:
+                source += f" assign({own}, {other})\n"
+            else:
+                source += f" {own} = {other}\n"
+        scope: dict[str, Any] = {"assign": assign}
+        exec(source, scope)
+        copy: Callable[[Any, Any], None] = scope["copy"]
+        return copy
+
+    @cached_property
+    def fresh(self) -> Any:
+        """A fresh record, to copy from."""
+        return self.plain()
+
+    @cached_property
     def is_value(self) -> bool:
         """True if neither the record nor those within refer to others."""
         return all(
@@ -180,22 +203,13 @@ def assign(target: Any, source: Any) -> None:
     layout: RecordLayout[Any] = target.layout
     if source.layout is not layout:
         raise TypeError(f"cannot assign a {source.layout.name}: expected a {layout.name}")
-    for name, row in layout.fields.items():
-        value, own = getattr(source, name), getattr(target, name)
-        if row.holds is not None:
-            pairs = zip(own, value, strict=True) if row.length else ((own, value),)
-            for inner, other in pairs:
-                assign(inner, other)
-        elif row.length:
-            for n in range(row.length):
-                own[n] = value[n]
-        else:
-            setattr(target, name, value)
+    layout.copy(target, source)
 
 
 def reset(record: Any) -> None:
     """Give a record, a plain one or another, the values of a fresh one."""
-    assign(record, record.layout.plain())
+    layout: RecordLayout[Any] = record.layout
+    layout.copy(record, layout.fresh)
 
 
 def pack(layout: RecordLayout[Any], record: object) -> bytes:
