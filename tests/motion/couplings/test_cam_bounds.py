@@ -283,7 +283,7 @@ def test_law_of_all_cams_but_one() -> None:
     ax: Any = SimpleNamespace(
         coupling=SimpleNamespace(law=1, masters=[0], slave_base=1.0),
         camming=SimpleNamespace(count=3), cams=[first, second, unused, layer()],
-        phasing_position=0.0, phasing=SimpleNamespace(velocity=0.0, acceleration=0.0),
+        phasing=SimpleNamespace(position=0.0, velocity=0.0, acceleration=0.0),
     )  # fmt: skip
     # cam position 40: 15, with a slope of 1/2 by the cam, 1/4 by the master
     laws = {"first": (15.0, 1.5, 1.0), "second": (7.0 + 30.0, 3.0, 2.0)}
@@ -350,7 +350,7 @@ def test_change_makes_references_offsets_and_scalings(
     ax: Any = SimpleNamespace(
         set=SimpleNamespace(position=20.0), camming=SimpleNamespace(count=1), cams=[it],
         coupling=SimpleNamespace(law=1, masters=[0], slave_base=20.0),
-        phasing_position=0.0, phasing=SimpleNamespace(velocity=0.0, acceleration=0.0),
+        phasing=SimpleNamespace(position=0.0, velocity=0.0, acceleration=0.0),
     )  # fmt: skip
     both = rows(cyclic=True)
     lead: Any = both.axes[0].leading_value
