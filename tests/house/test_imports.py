@@ -49,3 +49,17 @@ def test_a_station_loads_only_what_it_has() -> None:
     rooms = ("achse.st.", "achse.ethercat", "achse.drive")
     front_end = {"achse.st.collection", "achse.st.tasks"}
     assert {name for name in loaded if name.startswith(rooms)} == front_end
+
+
+def test_a_start_searches_for_no_garbage() -> None:
+    """A search over all objects of a start takes a tenth of its time, and frees nothing."""
+    statement = (
+        "import gc, sys; sys.argv = 'achse run --speed max --for 0.001 --tcp-port 0'.split()\n"
+        "import achse.cli, contextlib, io\n"
+        "searched = []\n"
+        "gc.callbacks.append(lambda phase, info: searched.append(gc.get_threshold()[0]))\n"
+        "with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):\n"
+        "    achse.cli.main()\n"
+        "assert achse.cli._YOUNG not in searched, searched"
+    )
+    assert "achse.station.station" in _loaded_by(statement)

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 __all__ = ["main", "open_standard_streams"]
 
-_YOUNG = 100_000
-"""New objects until Python looks for garbage: a start makes about as many, and keeps them."""
+_YOUNG = 300_000
+"""New objects until Python looks for garbage: a start makes half as many, and keeps them."""
 
 
 _ALONE = {
