@@ -93,12 +93,7 @@ class Station:
         self._base = base or Path()
         RouteFile(self.config, self.router, self._base)
         limits = self.config.limits
-        taps = Taps(
-            *(self.router, time.time_ns),
-            spared=SERVICE_PORT,
-            limit=limits.tap_bytes,
-            most=limits.taps,
-        )
+        taps = Taps(self.router, time.time_ns, spared=SERVICE_PORT)
         self.usage = Usage(limits.limits())
         """Resources that clients use at all devices together."""
         self.service = StationService(self, taps)

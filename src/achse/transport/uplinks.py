@@ -5,6 +5,7 @@ import ipaddress
 from collections.abc import Callable, Iterator
 
 from achse.ams import NetId
+from achse.ams.connection import DEFAULT_MAX_LENGTH
 from achse.codes import ReturnCode
 from achse.router import Router
 from achse.router.routes import Route
@@ -26,7 +27,7 @@ class Uplinks:
         router: Router,
         *,
         local_host: str = "",
-        max_length: int,
+        max_length: int = DEFAULT_MAX_LENGTH,
         held: Held | None = None,
         fair_queue: FairQueue | None = None,
         credentials: Callable[[Route], Credentials] | None = None,

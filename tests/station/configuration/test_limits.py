@@ -52,5 +52,5 @@ def test_every_limit_is_in_the_how_to_with_its_default() -> None:
     assert named >= set(LimitsConfig.model_fields)
     assert named - set(LimitsConfig.model_fields) <= set(RouterConfig.model_fields)
     text = " ".join(rows).replace(",", "")
-    for name in ("handles", "all_handles", "samples", "taps", "log_lines", "all_log_lines"):
+    for name in ("handles", "all_handles", "samples", "log_lines", "all_log_lines"):
         assert f" {LimitsConfig.model_fields[name].default} " in text.replace("|", " ")

@@ -28,7 +28,7 @@ def test_a_view_is_a_definition() -> None:
 
 def test_limits_are_those_of_the_table() -> None:
     assert ScopeConfig(memory=5000, time=0.5).limits().memory == 5000
-    assert ScopeConfig().limits().scopes_per_client == 8
+    assert ScopeConfig(scopes=9).limits().scopes == 9
 
 
 @pytest.mark.parametrize(

@@ -140,7 +140,6 @@ async def station_web(
         port=number,
         token=config.token,
         read_only=config.read_only or read_only,
-        viewers=config.viewers,
         scene=None if config.scene is None else station.base / config.scene,
     )
     rights = rights_named(station.config.router.rights)

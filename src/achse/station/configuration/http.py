@@ -20,8 +20,6 @@ class WebConfig(ConfigTable):
     """Needed to open the page; empty: none on this computer, a random one elsewhere."""
     read_only: bool = False
     """Pages may look, and change nothing. Without it they may what `router.rights` says."""
-    viewers: int = Field(default=64, ge=1, le=10_000)
-    """Most pages open at once."""
     scene: Path | None = None
     """A JSON file that describes the machine for its picture."""
 

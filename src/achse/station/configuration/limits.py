@@ -44,10 +44,6 @@ class LimitsConfig(ConfigTable):
     """Bytes that all connections together leave unread, or send of packets without their end, and
     that wait for a route; beyond, those with the most of them are cut off until an eighth of it is
     free."""
-    taps: int = Field(default=32, ge=1)
-    """Taps of all clients together (0x716 beyond)."""
-    tap_bytes: int = Field(default=16 * 1024 * 1024, ge=1024)
-    """Bytes that are kept for all taps together; beyond, the oldest frames are lost to them."""
     samples: int = _of_devices("samples")
     log_lines: int = _of_devices("log_lines")
     all_log_lines: int = _of_devices("all_log_lines")

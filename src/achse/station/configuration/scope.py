@@ -98,15 +98,11 @@ class ScopeConfig(ConfigTable):
     channels: int = Field(default=_LIMITS.channels, ge=1)
     """Channels of all scopes together (0x716 beyond)."""
     scopes: int = Field(default=_LIMITS.scopes, ge=1)
-    """Scopes that clients have made, all together (0x716 beyond)."""
-    scopes_per_client: int = Field(default=_LIMITS.scopes_per_client, ge=1)
-    """The same of one client (0x716 beyond)."""
+    """Scopes that clients have made, all together (0x716 beyond); of one client eight."""
     time: float = Field(default=_LIMITS.time, gt=0, le=1)
     """Share of the time that sampling may take, as reckoned at a scope's start (0x708 beyond)."""
     view: Sequence[ScopeViewConfig] = ()
 
     def limits(self) -> ScopeLimits:
         """Return the limits of all scopes."""
-        return ScopeLimits(
-            self.memory, self.channels, self.scopes, self.scopes_per_client, self.time
-        )
+        return ScopeLimits(self.memory, self.channels, self.scopes, time=self.time)

@@ -92,8 +92,6 @@ class RouterConfig(ConfigTable):
     max_connections: int = Field(default=4096, ge=1)
     max_connections_per_host: int = Field(default=2048, ge=1)
     """Of these, those of one host; a further one replaces an idle one, or is refused with 0x508."""
-    max_length: int = Field(default=64 * 1024 * 1024, ge=64)
-    """Longest packet taken, bytes."""
     udp_port: int | None = Field(default=None, ge=0, le=65535)
     """Port that answers searches; 0 takes a free one. Without this key 48899 if it is free, and
     none if the TCP port is not 48898."""
