@@ -60,9 +60,9 @@ SaveTo = Annotated[
 ]
 
 ReadyWithin = Annotated[
-    float, typer.Option(min=0.1, help="With --detach: wait so long until it is ready, s.")
+    float, typer.Option(min=0.1, help="With --detach: seconds until it must be ready.")
 ]
-EndWithin = Annotated[float, typer.Option(min=0.0, help="Wait so long for the end, s.")]
+EndWithin = Annotated[float, typer.Option(min=0.0, help="Seconds until it must have ended.")]
 
 LetEverybodyIn = Annotated[
     bool,

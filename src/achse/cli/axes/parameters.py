@@ -57,7 +57,7 @@ async def show(
         typer.Argument(
             metavar="[NAME]...",
             help="Parameters and states by name or pattern: 'homing_*', '*'.",
-            show_default="what the axis does",
+            show_default="the state of the axis",
         ),
     ] = None,
     element: Element = 0,

@@ -189,7 +189,7 @@ async def show(
         typer.Argument(
             metavar="[EXPRESSION]…",
             help="Variables, or expressions of them; of global variables at any time.",
-            show_default="where the PLC stands still",
+            show_default="the place of the stop",
         ),
     ] = None,
     variables: Annotated[
@@ -199,7 +199,7 @@ async def show(
     plc: Plc = 0,
     in_json: Json = False,
 ) -> None:
-    """Show where the PLC stands still, with the calls inside each other, or values."""
+    """Show the place where the PLC is stopped, with its calls, or values of expressions."""
     link = _link(client, plc)
     if not expressions and not variables:
         await _where(link, in_json)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from achse.client import Client, Target
     from achse.st.symbolfiles import SymbolFile
 
-__all__ = ["register", "tell_differences"]
+__all__ = ["register", "report_differences"]
 
 PLC_PORT = 851
 
@@ -74,7 +74,7 @@ async def symbols(
 ) -> None:
     """List the symbols of a PLC with type, size and place, or write them to a file."""
     if origin is not None:
-        _take_from(origin, to, pattern, type_pattern, station_port, in_json)
+        _symbols_of_file(origin, to, pattern, type_pattern, station_port, in_json)
         return
     assert client is not None
     if to is None:
@@ -146,7 +146,7 @@ async def _write_stubs(client: "Client", pattern: str, to: Path, in_json: bool) 
             print(f"{to}: {len(chosen)} symbols")
 
 
-def _take_from(
+def _symbols_of_file(
     origin: Path,
     to: Path | None,
     pattern: str,
@@ -200,7 +200,7 @@ def _listed(found: "SymbolFile") -> list[_Listed]:
     return [_Listed(each.name, each.declared.type.name) for each in found.variables]
 
 
-def tell_differences(old: Path, new: Path, places: bool, port: int, in_json: bool) -> None:
+def report_differences(old: Path, new: Path, places: bool, port: int, in_json: bool) -> None:
     """Print the differences of types and variables; exit code 1 if there are any.
 
     `-` is the running PLC at ACHSE_HOST and ACHSE_TCP_PORT.

@@ -49,7 +49,7 @@ def gcode(
         int, typer.Option(min=1, help="Give the program up after so many blocks.")
     ] = 1_000_000,
     time: Annotated[
-        bool, typer.Option("--time", help="Tell how long it takes on axes with the limits.")
+        bool, typer.Option("--time", help="Print how long it takes on axes with the limits.")
     ] = False,
     plot: Annotated[
         bool,
@@ -102,7 +102,7 @@ def gcode(
     ] = False,
     in_json: Json = False,
 ) -> None:
-    """Check a part program without a machine, tell its time, draw its path.
+    """Check a part program without a machine, calculate its time, draw its path.
 
     Each line is checked, then the program runs without motion; errors have line, column and a
     caret. Ends with 1 if there are errors. Handshakes of M functions are not part of the time: the
@@ -119,7 +119,7 @@ def gcode(
     moves = [each for each in report.commands if isinstance(each, LineMove | ArcMove)]
     facts = _facts(report, len(moves))
     if not in_json:
-        _tell(report, len(moves))
+        _print_report(report, len(moves))
     whole = report.ended and not report.errors
     took = None
     if whole and (time or (plot and moves and not programmed)):
@@ -127,7 +127,7 @@ def gcode(
     if took is not None and time:
         facts["time"] = _time_facts(took)
         if not in_json:
-            _tell_time(took)
+            _print_time(took)
     if whole and plot:
         target = out or file.with_suffix(".svg")
         _draw(target, moves, None if programmed else took, view, file.name)
@@ -150,7 +150,7 @@ def _facts(report: "ProgramReport", moves: int) -> dict[str, Any]:
     }
 
 
-def _tell(report: "ProgramReport", moves: int) -> None:
+def _print_report(report: "ProgramReport", moves: int) -> None:
     """Print the errors of a program, and how far it ran."""
     for error in report.errors:
         print(f"{error}\n{error.caret()}")
@@ -172,7 +172,7 @@ def _time_facts(took: "ProgramTime") -> dict[str, Any]:
     }
 
 
-def _tell_time(took: "ProgramTime") -> None:
+def _print_time(took: "ProgramTime") -> None:
     """Print how long a program takes, and which limits hold it up."""
     print(f"{took.seconds:.3f} s for {took.moves} moves" + ("" if took.complete else " so far"))
     print(f"feed {took.feed_length:.3f} mm, rapid {took.rapid_length:.3f} mm")

@@ -111,9 +111,9 @@ def diff(
     ACHSE_TCP_PORT, else on this host.
     """
     if not {first.suffix.lower(), second.suffix.lower()} & _CAPTURES:
-        from achse.cli.plc.symbols import tell_differences
+        from achse.cli.plc.symbols import report_differences
 
-        tell_differences(first, second, places, port, as_json)
+        report_differences(first, second, places, port, as_json)
         return
     from achse.monitor.names import rows_of
     from achse.monitor.recording import differences

@@ -70,7 +70,7 @@ async def add(
     drives: Drives = False,
     in_json: Json = False,
 ) -> None:
-    """Let something go wrong, now or at a given time."""
+    """Begin a fault, now or at a given time."""
     from achse.devices.station import FAULTS
     from achse.faults.fault import FaultError
 
