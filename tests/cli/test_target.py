@@ -63,5 +63,5 @@ def test_ports_that_answer_are_told_where_one_is_not_there(cli: Callable[..., An
 
 
 def test_a_station_without_a_bus_is_told(cli: Callable[..., Any]) -> None:
-    refusal = cli("bus", "list", exit_code=1).stderr
+    refusal = cli("bus", "state", exit_code=1).stderr
     assert "this station has no bus; ports that answer: " in refusal
