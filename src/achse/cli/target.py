@@ -77,11 +77,11 @@ def client_command(
         def run(
             host: str, tcp_port: int, net_id: str | None, port: int, timeout: float, **own: Any
         ) -> None:
+            if callable(listens):
+                tcp_port = _tcp_port(own.pop("context"), tcp_port, listens(own))
             if alone is not None and alone(own):
                 asyncio.run(command(None, **own))
                 return
-            if callable(listens):
-                tcp_port = _tcp_port(own.pop("context"), tcp_port, listens(own))
             lasting = endless(own) if callable(endless) else endless
             _run(command, host, tcp_port, net_id, port, timeout, lasting, own)
 
