@@ -1,0 +1,365 @@
+"""Trees of network lists: bodies in ladder diagram, function block diagram, instruction list.
+
+The three share one form: a ladder has no contacts in its file, but an expression tree. Contacts
+in series are the inputs of an AND box, contacts in parallel those of an OR box.
+"""
+
+from collections.abc import Iterable, Sequence
+from enum import IntFlag
+from typing import TypeAlias, TypeVar
+
+from achse.st.cursor import Unexpected
+from achse.st.graphical.archive import ArchiveObject, read_archive
+from achse.st.tree import node, place
+
+__all__ = [
+    "Assignment",
+    "Box",
+    "BoxInput",
+    "BoxOutput",
+    "Instruction",
+    "Modifier",
+    "Network",
+    "NetworkList",
+    "NetworkNode",
+    "Operand",
+    "Parallel",
+    "Unconnected",
+    "Wire",
+    "read_networks",
+]
+
+
+T = TypeVar("T")
+
+
+class Modifier(IntFlag):
+    """Modifiers of an operand, pin, box result or target."""
+
+    NEGATED = 1
+    SET = 2
+    """Of a target; with NEGATED it is a reset."""
+    JUMP = 4
+    """Of a target: its text is a label."""
+    RETURN = 8
+    """Of a target."""
+    RISING = 16
+    FALLING = 32
+
+
+_EDGES = Modifier.RISING | Modifier.FALLING
+_KNOWN = sum(Modifier)
+
+
+@node
+class Operand:
+    """A variable, literal or expression, as Structured Text; a target, a label."""
+
+    text: str
+    """Empty for a pin that is not wired, `???` for one that was never filled in."""
+    modifiers: int
+    """Bits of `Modifier`."""
+    id: int
+    at: int = place()
+
+
+@node
+class Unconnected:
+    """The left end of a branch: the power that arrives there."""
+
+    at: int = place()
+
+
+@node
+class Wire:
+    """A value with a number: defined where it has an input, else read."""
+
+    number: int
+    input: "NetworkNode | None"
+    at: int = place()
+
+
+@node
+class Parallel:
+    """A closed parallel branch of a ladder."""
+
+    input: "NetworkNode | None"
+    branches: "tuple[NetworkNode, ...]"
+    is_sequential: bool
+    """False for the form whose branches with boxes are bridged by those without."""
+    at: int = place()
+
+
+@node
+class BoxInput:
+    """An input of a box: its pin and what leads to it."""
+
+    name: str
+    """Empty for operators."""
+    type: str
+    """As the editor resolved it; may be empty or out of date."""
+    node: "NetworkNode"
+    modifiers: int
+
+
+@node
+class BoxOutput:
+    """An output of a box."""
+
+    name: str
+    target: Operand | None
+    """None for an output that is not assigned."""
+    is_read: bool
+    """True for the output that the node around the box reads."""
+
+
+@node
+class Box:
+    """A call or an operator."""
+
+    type: str
+    """Name of the operator, function, block, program, action or method."""
+    instance: str
+    """Path of the instance; empty without one."""
+    call: str
+    """Kind of call: `FunctionBlock`, `Function`, `Program`, `Action`, `Method`, `None`, or the
+    operator: `And`, `Move`."""
+    inputs: tuple[BoxInput, ...]
+    """Without EN."""
+    outputs: tuple[BoxOutput, ...]
+    """Without ENO."""
+    enable: BoxInput | None
+    """EN, if it is shown."""
+    enable_output: BoxOutput | None
+    """ENO, if it is shown."""
+    text: str | None
+    """Statements of an Execute box."""
+    modifiers: int
+    id: int
+    at: int = place()
+
+    @property
+    def is_call(self) -> bool:
+        """True for what is executed; False for an operator."""
+        return self.call in _CALLS
+
+
+_CALLS = frozenset(("FunctionBlock", "Function", "Program", "Action", "Method", "None"))
+
+
+@node
+class Assignment:
+    """A value that is written to targets, coils, jumps."""
+
+    targets: tuple[Operand, ...]
+    value: "NetworkNode | None"
+    at: int = place()
+
+
+NetworkNode: TypeAlias = Operand | Unconnected | Wire | Parallel | Box | Assignment
+
+
+@node
+class Instruction:
+    """A line of an instruction list."""
+
+    prefix: str
+    operator: str
+    operand: Operand
+    postfix: str
+    at: int = place()
+
+
+@node
+class Network:
+    """A network: its trees, or the lines of its instruction list."""
+
+    number: int
+    """From 1, as the editor counts."""
+    title: str
+    label: str
+    is_disabled: bool
+    """True if it is commented out."""
+    items: tuple[NetworkNode, ...]
+    lines: tuple[Instruction, ...]
+    """Of a network shown as instruction list; `items` then count for nothing."""
+    at: int = place()
+
+
+@node
+class NetworkList:
+    """A body of networks."""
+
+    view: str
+    """Editor that shows it: `Ld`, `Fbd` or `Il`."""
+    networks: tuple[Network, ...]
+
+
+def read_networks(text: str) -> NetworkList:
+    """Return the networks of a body. Raises `Unexpected` for what the format does not have."""
+    root = read_archive(text)
+    if root.type != "NWLImplementationObject":
+        raise Unexpected(root.at, f"expected an NWLImplementationObject, got '{root.type[:80]}'")
+    found = enumerate(root.objects("NetworkList"), 1)
+    networks = tuple(_network(item, number) for number, item in found)
+    return NetworkList(root.text("DefaultViewMode", "Ld"), networks)
+
+
+def _network(found: ArchiveObject, number: int) -> Network:
+    is_disabled = found.flag("OutCommented")
+    is_list = found.flag("ILActive")
+    items: Iterable[ArchiveObject] = () if is_disabled or is_list else found.objects("NetworkItems")
+    lines = found.objects("ILLines") if is_list and not is_disabled else ()
+    return Network(
+        number,
+        found.text("Title"),
+        found.text("Label"),
+        is_disabled,
+        tuple(_node(item) for item in items),
+        tuple(_instruction(item) for item in lines),
+        found.at,
+    )
+
+
+def _node(found: ArchiveObject) -> NetworkNode:
+    match found.type:
+        case "BoxTreeOperand":
+            operand = found.part("Operand")
+            if operand is None:
+                raise Unexpected(found.at, "a BoxTreeOperand has no operand")
+            return _operand(operand)
+        case "BoxTreeAssign":
+            value = found.part("RValue")
+            targets = _listed(found)
+            return Assignment(
+                tuple(_operand(item) for item in targets if isinstance(item, ArchiveObject)),
+                None if value is None else _node(value),
+                found.at,
+            )
+        case "BoxTreeBox":
+            return _box(found)
+        case "BoxTreeDemux":
+            return Wire(found.number("VarId"), _optional(found), found.at)
+        case "BoxTreeParallel":
+            return Parallel(
+                _optional(found),
+                tuple(_node(item) for item in found.objects("Trees")),
+                found.text("Mode") == "Sequential",
+                found.at,
+            )
+        case "BoxTreeTerminator":
+            if found.part("Input") is not None:
+                raise Unexpected(found.at, "a BoxTreeTerminator with an input is not supported")
+            return Unconnected(found.at)
+    raise Unexpected(found.at, f"'{found.type[:80]}' is not supported in a network")
+
+
+def _optional(found: ArchiveObject) -> NetworkNode | None:
+    value = found.part("Input")
+    return None if value is None else _node(value)
+
+
+def _listed(found: ArchiveObject) -> list[ArchiveObject | str | None]:
+    """The `OutputItems` in the object `OutputItems`."""
+    outer = found.part("OutputItems")
+    inner = None if outer is None else outer.part("OutputItems")
+    return [] if inner is None else inner.items
+
+
+def _operand(found: ArchiveObject) -> Operand:
+    return Operand(found.text("Operand").strip(), _modifiers(found), found.number("Id"), found.at)
+
+
+def _modifiers(found: ArchiveObject) -> int:
+    flags = found.part("Flags")
+    number = 0 if flags is None else flags.number("Flags")
+    if number & ~_KNOWN:
+        raise Unexpected(found.at, f"flags {number} are not supported")
+    return number
+
+
+def _box(found: ArchiveObject) -> Box:
+    names, types = _parameters(found, "InputParam")
+    flags = [_pin(item) for item in found.objects("InputFlags")]
+    items = found.objects("InputItems")
+    inputs = [
+        BoxInput(_at(names, index, ""), _at(types, index, ""), _node(item), _at(flags, index, 0))
+        for index, item in enumerate(items)
+    ]
+    outputs = _outputs(found)
+    has_en, has_eno = found.flag("EN"), found.flag("ENO")
+    if (has_en and not inputs) or (has_eno and not outputs):
+        raise Unexpected(found.at, "a box shows EN or ENO, and its file has none")
+    instance = found.part("Instance")
+    return Box(
+        found.text("BoxType").strip(),
+        "" if instance is None else instance.text("Operand").strip(),
+        found.text("CallType"),
+        tuple(inputs[has_en:]),
+        tuple(outputs[has_eno:]),
+        inputs[0] if has_en else None,
+        outputs[0] if has_eno else None,
+        _snippet(found),
+        _modifiers(found),
+        found.number("Id"),
+        found.at,
+    )
+
+
+def _at(list: Sequence[T], index: int, default: T) -> T:
+    return list[index] if index < len(list) else default
+
+
+def _parameters(found: ArchiveObject, name: str) -> tuple[list[str], list[str]]:
+    """Names and types of the pins."""
+    list = found.part(name)
+    if list is None:
+        return [], []
+    texts = [
+        [item.strip() if isinstance(item, str) else "" for item in (part.items if part else ())]
+        for part in (list.part("Names"), list.part("Types"))
+    ]
+    return texts[0], texts[1]
+
+
+def _pin(found: ArchiveObject) -> int:
+    number = found.number("Flags")
+    if number & ~(Modifier.NEGATED | _EDGES):
+        raise Unexpected(found.at, f"flags {number} are not supported on an input")
+    return number
+
+
+def _outputs(found: ArchiveObject) -> list[BoxOutput]:
+    """The outputs with a slot; a null slot is the one that the node around reads."""
+    names, _ = _parameters(found, "OutputParam")
+    slots = _listed(found)
+    outputs = []
+    for number, item in enumerate(slots):
+        name = names[number] if number < len(names) else None
+        operand = _operand(item) if isinstance(item, ArchiveObject) else None
+        if name is None and operand is not None and operand.text in ("", "???"):
+            continue  # behind an action or program: left over
+        target = operand if operand is not None and operand.text else None
+        outputs.append(BoxOutput((name or "").strip("'"), target, item is None))
+    return outputs
+
+
+def _snippet(found: ArchiveObject) -> str | None:
+    if not found.flag("ProvidesSTSnippet"):
+        return None
+    here: ArchiveObject | None = found
+    for name in ("STSnippet", "STSnippet", "TextDocument"):
+        here = None if here is None else here.part(name)
+    lines = [] if here is None else here.objects("TextLines")
+    return "\n".join(line.text("Text") for line in lines)
+
+
+def _instruction(found: ArchiveObject) -> Instruction:
+    operand = found.part("Operand")
+    return Instruction(
+        found.text("Prefix").strip(),
+        found.text("Operator").strip(),
+        Operand("", 0, 0, found.at) if operand is None else _operand(operand),
+        found.text("Postfix").strip(),
+        found.at,
+    )
