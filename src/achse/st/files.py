@@ -275,11 +275,14 @@ class _Content:
     def __init__(self, parsed: Parsed) -> None:
         source = parsed.source
         self._text, self._path, self._pieces = source.text, source.path, source.pieces
+        self._drawings = source.drawings
         self._units, self._faults = parsed.units, parsed.faults
 
     def parsed_again(self) -> Parsed:
         """Return the same with a source of its own, which other libraries may be named in."""
-        return Parsed(Source(self._text, self._path, self._pieces), self._units, self._faults)
+        return Parsed(
+            Source(self._text, self._path, self._pieces, self._drawings), self._units, self._faults
+        )
 
 
 _held: WeakValueDictionary[tuple[object, ...], _Content] = WeakValueDictionary()

@@ -6,12 +6,12 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 from unicodedata import combining, east_asian_width
 
 from achse.iec.errors import DeclarationError
 
-__all__ = ["Diagnostic", "Location", "Source", "SourceError", "SourceSegment"]
+__all__ = ["Diagnostic", "Drawing", "Location", "Source", "SourceError", "SourceSegment"]
 
 _BREAK = re.compile("\n")
 _LONGEST_LINE = 160
@@ -75,6 +75,19 @@ class SourceSegment(NamedTuple):
     column: int
 
 
+class Drawing(Protocol):
+    """A body that is no text: its nodes have offsets behind the text of the source."""
+
+    start: int
+    digest: bytes
+
+    def locate(self, offset: int) -> tuple[int, int]:
+        """Line and column of an offset in the file."""
+
+    def place(self, offset: int) -> str:
+        """The place of an offset in the drawing: `network 3, rung 1`."""
+
+
 class Source:
     """A text and where it comes from.
 
@@ -84,7 +97,11 @@ class Source:
     """
 
     def __init__(
-        self, text: str, path: str = "<text>", pieces: Iterable[SourceSegment] = ()
+        self,
+        text: str,
+        path: str = "<text>",
+        pieces: Iterable[SourceSegment] = (),
+        drawings: Iterable[Drawing] = (),
     ) -> None:
         self.text = text
         self.path = path
@@ -96,9 +113,14 @@ class Source:
         """Lives as long as the source: what else was made of the same text."""
         self.pieces = tuple(pieces) or (SourceSegment(0, 1, 1),)
         self._starts = [piece.start for piece in self.pieces]
+        self.drawings = tuple(drawings)
+        """Bodies that are no text, by their first offsets, all behind the text."""
 
     def locate(self, offset: int) -> Location:
         """The place of an offset."""
+        drawing = self._drawing(offset)
+        if drawing is not None:
+            return Location(self.path, *drawing.locate(offset))
         offset = max(0, min(offset, len(self.text)))
         piece = self.pieces[max(0, bisect_right(self._starts, offset) - 1)]
         here = bisect_left(self._breaks, offset)
@@ -106,6 +128,22 @@ class Source:
         if breaks == 0:
             return Location(self.path, piece.line, piece.column + offset - piece.start)
         return Location(self.path, piece.line + breaks, offset - self._breaks[here - 1])
+
+    def place(self, offset: int) -> str:
+        """The place of an offset in a drawing, `network 3, rung 1`; empty in text."""
+        drawing = self._drawing(offset)
+        return "" if drawing is None else drawing.place(offset)
+
+    def _drawing(self, offset: int) -> Drawing | None:
+        """The drawing that an offset is in."""
+        if offset <= len(self.text) or not self.drawings:
+            return None
+        found = None
+        for drawing in self.drawings:
+            if drawing.start > offset:
+                break
+            found = drawing
+        return found
 
     @cached_property
     def _breaks(self) -> list[int]:
@@ -116,7 +154,10 @@ class Source:
     def digest(self) -> bytes:
         """A hash of path and text, 20 bytes."""
         content = f"{self.path}\0{self.text}".encode("utf-8", "surrogatepass")
-        return hashlib.blake2b(content, digest_size=20).digest()
+        found = hashlib.blake2b(content, digest_size=20)
+        for drawing in self.drawings:
+            found.update(drawing.digest)
+        return found.digest()
 
     def line_at(self, offset: int) -> str:
         """The whole line an offset is in, as far as its piece goes."""
@@ -129,8 +170,11 @@ class Source:
         return self.text[start : last if end < 0 else end]
 
     def fault(self, offset: int, message: str) -> Diagnostic:
-        """A fault at an offset."""
+        """A fault at an offset; in a drawing the message names the place."""
         location = self.locate(offset)
+        place = self.place(offset)
+        if place:
+            return Diagnostic(location, f"{place}: {message}")
         line = self.line_at(offset)
         if len(line) > _LONGEST_LINE or "\0" in line or location.column > len(line) + 1:
             line = ""

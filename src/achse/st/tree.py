@@ -35,6 +35,7 @@ __all__ = [
     "Initial",
     "Jump",
     "Label",
+    "Let",
     "Literal",
     "Member",
     "MemberInitial",
@@ -419,6 +420,16 @@ class Label:
     at: int = place()
 
 
+@node
+class Let:
+    """`name` becomes a variable of the call, with the type of the value that it takes. Made for
+    bodies in LD, FBD, IL and CFC; no text says it."""
+
+    name: str
+    value: Expression
+    at: int = place()
+
+
 Statement: TypeAlias = (
     Assign
     | Call
@@ -438,6 +449,7 @@ Statement: TypeAlias = (
     | Return
     | Jump
     | Label
+    | Let
 )
 """A bare name is a call without parentheses: of an action, a program, a method."""
 

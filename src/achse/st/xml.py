@@ -20,7 +20,7 @@ _DEEPEST = 64
 class Element:
     """An element: its tag, attributes, text and children, and where it begins."""
 
-    __slots__ = ("attributes", "begin", "begin_at", "children", "location", "tag", "text")
+    __slots__ = ("attributes", "begin", "begin_at", "children", "location", "raw", "tag", "text")
 
     def __init__(self, tag: str, attributes: dict[str, str], location: Location) -> None:
         self.tag = tag
@@ -31,6 +31,8 @@ class Element:
         """Index in `text` of the first piece that is not blank: a CDATA part, for example."""
         self.begin_at = location
         """Location of that piece in the file."""
+        self.raw = b""
+        """Bytes of an element that was skipped, from its start tag to before its end tag."""
         self.children: list[Element] = []
 
     def __iter__(self) -> Iterator["Element"]:
@@ -93,8 +95,8 @@ class _SkippedInItself(Exception):
 def parse_xml(data: bytes, path: str, *, skip: Collection[str] = ()) -> Element:
     """Return the root element of a document. Raises `SourceError`.
 
-    An element whose tag is in `skip` has neither text nor children: what it contains only has to
-    be well-formed.
+    An element whose tag is in `skip` has neither text nor children, but its bytes in `raw`: what
+    it contains only has to be well-formed.
     """
     parser = expat.ParserCreate()
     stack: list[tuple[Element, list[str]]] = []
@@ -110,13 +112,15 @@ def parse_xml(data: bytes, path: str, *, skip: Collection[str] = ()) -> Element:
         (stack[-1][0].children if stack else roots).append(element)
         stack.append((element, []))
         if element.tag in skip:
-            pass_over(tag)
+            pass_over(tag, element)
 
-    def pass_over(skipped: str) -> None:
+    def pass_over(skipped: str, element: Element) -> None:
         """Make no elements up to the end of the one that begins here."""
+        first = parser.CurrentByteIndex
 
         def back(tag: str) -> None:
             if tag == skipped:
+                element.raw = data[first : parser.CurrentByteIndex]
                 listen()
                 end(tag)
 

@@ -31,6 +31,7 @@ from achse.st.tree import (
     Index,
     Jump,
     Label,
+    Let,
     Member,
     Name,
     Range,
@@ -168,6 +169,18 @@ class StatementChecker:
 
     def _label(self, tree: Label) -> TypedStatement:
         return JumpMark(tree.name.lower(), tree.at)
+
+    def _let(self, tree: Let) -> TypedStatement:
+        body = self._body
+        operand = body.expressions.operand(tree.value)
+        if operand.loose:
+            operand = body.widened(operand, tree.at)
+        variable = body.frame.find(tree.name.lower())
+        if variable is None:
+            variable = body.frame.hidden(tree.name, operand.type)
+        storage = body.frame.storage(variable, tree.at)
+        value = body.converter.implicit(operand, variable.type, tree.at)
+        return Do(Stored(storage, value, storage.type, tree.at), tree.at)
 
     # choices ---------------------------------------------------------------------------------
 
@@ -407,4 +420,5 @@ _CHECKS: dict[type[Statement], Callable[[StatementChecker, Any], TypedStatement 
     Return: StatementChecker._return,
     Jump: StatementChecker._jump,
     Label: StatementChecker._label,
+    Let: StatementChecker._let,
 }
