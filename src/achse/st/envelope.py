@@ -1,17 +1,19 @@
 """Sources in XML envelopes: `.TcPOU`, `.TcGVL`, `.TcDUT`, `.TcIO` and the task files `.TcTTO`.
 
-The texts are in CDATA parts: one declaration and one body for each unit, method, accessor and
-action. Faults are told by their place in the file.
+The texts are in CDATA parts: one declaration and one body for each unit, method, accessor, action
+and transition. Bodies in other languages than Structured Text are kept as they are in the file.
+Faults are told by their place in the file.
 """
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import NamedTuple, TypeVar
 
+from achse.st.graphical.body import GraphicalBody
 from achse.st.lexer import Defines
 from achse.st.parser import Parsed, Parser
 from achse.st.source import Diagnostic, Source, SourceSegment
-from achse.st.tree import NO_NOTE
+from achse.st.tree import NO_NOTE, Assign, Expression, Name, NamedType
 from achse.st.units import (
     Accessor,
     Action,
@@ -32,11 +34,12 @@ __all__ = ["WITHOUT_TEXT", "TaskDeclaration", "parse_envelope", "read_task"]
 
 P = TypeVar("P")
 
+_PARTS = frozenset(("Action", "Method", "Property", "Transition"))
+
 _TEXTS = ("Declaration", "ST")
 
-WITHOUT_TEXT = frozenset(
-    ("NWL", "CFC", "SFC", "LADDER", "StateChart", "ObjectProperties", "LineIds")
-)
+_LANGUAGES = frozenset(("NWL", "CFC", "SFC", "LADDER", "StateChart"))
+WITHOUT_TEXT = _LANGUAGES | {"ObjectProperties", "LineIds"}
 """Elements without Structured Text: bodies in other languages, options of the editor. The network
 of a ladder body has thousands of elements."""
 
@@ -84,18 +87,39 @@ def parse_envelope(root: Element, path: str, defines: Defines = ()) -> Parsed:
             pieces.append(SourceSegment(start, element.begin_at.line, element.begin_at.column))
             texts.append(text)
             start += len(text) + 1
-    source = Source("\n".join(texts), path, pieces)
-    return _Envelope(source, spans, defines).parsed(root)
+    drawings = _drawings(root, start + 1)
+    source = Source("\n".join(texts), path, pieces, drawings.values())
+    return _Envelope(source, spans, drawings, defines).parsed(root)
+
+
+def _drawings(root: Element, start: int) -> dict[Element, GraphicalBody]:
+    """The bodies in other languages, with offsets from `start` on."""
+    found: dict[Element, GraphicalBody] = {}
+    settings = b""
+    for element in root.walk():
+        if element.tag == "POU":
+            options = element.find("ObjectProperties")
+            settings = b"" if options is None else options.raw
+        elif element.tag in _LANGUAGES:
+            body = GraphicalBody(element.tag, element.raw, start, element.location.line, settings)
+            found[element] = body
+            start += len(element.raw) + 1
+    return found
 
 
 class _Envelope:
     """Puts units together from the texts of one file."""
 
     def __init__(
-        self, source: Source, spans: Mapping[Element, tuple[int, int]], defines: Defines
+        self,
+        source: Source,
+        spans: Mapping[Element, tuple[int, int]],
+        drawings: Mapping[Element, GraphicalBody],
+        defines: Defines,
     ) -> None:
         self._source = source
         self._spans = spans
+        self._drawings = drawings
         self._defines = defines
         self._faults: list[Diagnostic] = []
 
@@ -149,10 +173,43 @@ class _Envelope:
             return
         unit = self._attempt(parser, lambda: _head(parser))
         body, parts = self._body(element), self._parts(element)
+        if unit is None:
+            return
+        drawn = [item for item in (body, *_bodies_of(parts)) if isinstance(item, GraphicalBody)]
+        if drawn:
+            self._adopt(unit, element, drawn)
         if isinstance(unit, Function):
             yield replace(unit, body=body)
-        elif unit is not None:
-            yield replace(unit, body=body, parts=parts)
+            return
+        blocks = (*unit.blocks, *(block for one in drawn for block in one.implicit_variables))
+        yield replace(unit, body=body, parts=parts, blocks=blocks)
+
+    def _adopt(
+        self, unit: Program | FunctionBlock | Function, element: Element, drawn: list[GraphicalBody]
+    ) -> None:
+        """Tell bodies the unit and the part that they belong to."""
+        actions = {
+            name.lower(): name
+            for child in element.all("Action")
+            if (name := child.attributes.get("Name", ""))
+        }
+        transitions = frozenset(
+            child.attributes.get("Name", "").lower() for child in element.all("Transition")
+        )
+        for child in element.walk():
+            body = self._drawings.get(child)
+            if body in drawn and body is not None:
+                body.owner.unit = unit.name
+                body.owner.actions = actions
+                body.owner.transitions = transitions
+                body.owner.keeps_memory = not isinstance(unit, Function)
+        for child in element.children:
+            for inner in child.walk() if child.tag in _PARTS else ():
+                body = self._drawings.get(inner)
+                if body is not None:
+                    body.owner.part = child.attributes.get("Name", "")
+                    body.owner.keeps_memory = child.tag == "Action"
+                    body.owner.result = body.owner.part if child.tag == "Transition" else ""
 
     def _interface(self, element: Element) -> Iterator[Interface]:
         parser = self._parser(element)
@@ -170,7 +227,7 @@ class _Envelope:
             return ()
         text = implementation.find("ST")
         if text is None:
-            return None
+            return self._drawings.get(implementation.children[0])
         parser = Parser(self._source, *self._spans[text], self._defines)
         return self._attempt(parser, parser.statements.statements) or ()
 
@@ -184,7 +241,40 @@ class _Envelope:
             elif child.tag == "Action":
                 name = child.attributes.get("Name", "")
                 parts.append(Action(name, self._body(child), NO_NOTE, 0))
+            elif child.tag == "Transition":
+                parts.append(self._transition(child))
         return tuple(parts)
+
+    def _transition(self, element: Element) -> Method:
+        """A transition object: a method that returns its condition, which its body assigns to its
+        name; Structured Text may be the condition alone."""
+        name = element.attributes.get("Name", "")
+        condition = self._condition(element)
+        if condition is None:
+            body = self._body(element)
+        else:
+            at = condition.at
+            body = (Assign(":=", Name(name, at), condition, at),)
+        return Method(name, (), NamedType("BOOL"), (), body, NO_NOTE, self._start_of_text(element))
+
+    def _condition(self, element: Element) -> Expression | None:
+        """The condition that the text of a transition is; None if it has statements or none."""
+        implementation = element.find("Implementation")
+        text = None if implementation is None else implementation.find("ST")
+        if text is None:
+            return None
+        parser = Parser(self._source, *self._spans[text], self._defines)
+        found = parser.attempt(parser.expressions.expression)
+        return None if parser.faults or isinstance(found, Assign) else found
+
+    def _start_of_text(self, element: Element) -> int:
+        implementation = element.find("Implementation")
+        for child in implementation.children if implementation else ():
+            if child in self._spans:
+                return self._spans[child][0]
+            if child in self._drawings:
+                return self._drawings[child].start
+        return 0
 
     def _method(self, element: Element) -> Iterator[Method]:
         parser = self._parser(element)
@@ -214,6 +304,16 @@ class _Envelope:
             accessor = self._attempt(parser, parser.accessor)
         body = self._body(element)
         return None if accessor is None else replace(accessor, body=body)
+
+
+def _bodies_of(parts: tuple[Part, ...]) -> Iterator[Body]:
+    for part in parts:
+        if isinstance(part, Property):
+            for accessor in (part.get, part.set):
+                if accessor is not None:
+                    yield accessor.body
+        else:
+            yield part.body
 
 
 def _head(parser: Parser) -> Program | FunctionBlock | Function:

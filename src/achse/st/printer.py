@@ -190,7 +190,8 @@ def print_initial(tree: Initial | Repetition) -> str:
 
 
 def _block(body: Body) -> list[str]:
-    return [_STEP + line for statement in body or () for line in _statement(statement)]
+    statements = body if isinstance(body, tuple) else ()  # a drawing has no text
+    return [_STEP + line for statement in statements for line in _statement(statement)]
 
 
 def _statement(tree: Statement) -> list[str]:

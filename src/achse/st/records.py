@@ -180,11 +180,12 @@ class Records:
     ) -> list[Variable[Any, Any]]:
         """Declare the members of a record. `taken` are the names of its base, and gets theirs."""
         blocks = list(blocks)
+        implicit = _implicit_names(blocks)
         members: list[Variable[Any, Any]] = []
         for variable, place in self.variables(blocks, scope, inside):
             if variable.name.lower() in taken:
                 raise Unexpected(place, f"{name} has two variables named {variable.name}")
-            if variable.name.startswith("__"):
+            if variable.name.startswith("__") and variable.name not in implicit:
                 raise Unexpected(place, "names with two underscores in front are reserved")
             taken.add(variable.name.lower())
             members.append(variable)
@@ -376,6 +377,17 @@ def instance_variables(parts: Iterable[Part]) -> Iterator[tuple[str, VarBlock, D
                 if block.section == "VAR_INST":
                     for declaration in block.variables:
                         yield name, block, declaration
+
+
+def _implicit_names(blocks: Iterable[VarBlock]) -> frozenset[str]:
+    """The variables that a unit keeps for its bodies in LD, FBD, SFC and CFC."""
+    return frozenset(
+        item.name
+        for block in blocks
+        if "IMPLICIT" in block.qualifiers
+        for declaration in block.variables
+        for item in declaration.names
+    )
 
 
 def bound_names(declaration: Declaration) -> list[str]:

@@ -5,6 +5,7 @@ Source: IEC 61131-3 (2013) tables 19, 40, 47, 48 and 51.
 
 from typing import TypeAlias
 
+from achse.st.graphical.body import GraphicalBody
 from achse.st.tree import Initial, NamedType, Note, Statements, TypeSpec, VarBlock, node, place
 
 __all__ = [
@@ -38,8 +39,8 @@ class TypeDeclaration:
     at: int = place()
 
 
-Body: TypeAlias = Statements | None
-"""None is a body in another language (FBD, LD, SFC, CFC)."""
+Body: TypeAlias = Statements | GraphicalBody | None
+"""None is a body in a language that is unknown."""
 
 
 @node

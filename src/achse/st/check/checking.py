@@ -23,9 +23,11 @@ from achse.st.check.slots import (
 from achse.st.collection import collection_paused
 from achse.st.cursor import Unexpected
 from achse.st.declare import Declarations
+from achse.st.graphical.body import GraphicalBody, Refused
 from achse.st.resolve import Resolver, generics_of
 from achse.st.scopes import DeclaredUnit, Failed
 from achse.st.source import Diagnostic, Source
+from achse.st.tree import Statements
 from achse.st.typed.places import StaticBase
 from achse.st.typed.project import (
     Routine,
@@ -447,8 +449,30 @@ class Checking:
                 f"{signature.name} has attribute {slot}: the runtime calls it, without inputs",
             )
         opening = self._opening(body)
-        statements = body.statements.routine(signature.body or ())
+        written = self._written(body)
+        if written is None:
+            return
+        statements = body.statements.routine(written)
         self._finish(body, opening, None if builtin else statements, builtin)
+
+    def _written(self, body: RoutineBody) -> Statements | None:
+        """Return the statements of a body, None for a drawing that is refused. One with a fault
+        has no statements."""
+        signature = body.signature
+        written = signature.body
+        if not isinstance(written, GraphicalBody):
+            return written or ()
+        try:
+            return written.statements(body.names)
+        except Refused as refusal:
+            place = signature.source.fault(refusal.at, refusal.message).message
+            self._left_out[signature.key] = f"its body cannot be read: {place}"
+            message = f"{signature.name} cannot be called: {refusal.message}"
+            self.warn(signature.source, refusal.at, message)
+            return None
+        except Unexpected as fault:
+            body.fault(fault.at, fault.message)
+            return ()
 
     def _opening(self, body: RoutineBody) -> tuple[TypedStatement, ...]:
         """Return the statements that start locals whose start values no image can contain."""

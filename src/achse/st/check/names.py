@@ -352,6 +352,15 @@ class NameResolver:
         if "PROTECTED" in modifiers and owner not in self._body.checking.blocks.chain(here):
             raise Unexpected(at, f"{name} is PROTECTED: only blocks that extend it use it")
 
+    def is_callable(self, name: str) -> bool:
+        """Return True if a name means an action, method, function or program here."""
+        found = self.find(name, 0)
+        return isinstance(found, Callee) or (
+            isinstance(found, UnitName)
+            and found.entry is not None
+            and isinstance(found.entry.tree, Program)
+        )
+
     def routine(self, name: str, at: int) -> Meaning | None:
         """A function, method or built-in of that name, though a variable has it, too."""
         key = name.lower()

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import fields
 from typing import Any
 
+from achse.st.graphical.body import GraphicalBody
 from achse.st.resolve import Resolver
 from achse.st.scopes import DeclaredUnit, Scope, blocks_of
 from achse.st.tree import (
@@ -277,6 +278,8 @@ class MissingNames:
     # statements ------------------------------------------------------------------------------
 
     def _in_statements(self, statements: Any, scope: Scope) -> None:
+        if isinstance(statements, GraphicalBody):
+            statements = statements.readable_statements
         for statement in statements or ():
             self._in_statement(statement, scope)
 

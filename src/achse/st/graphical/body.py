@@ -1,0 +1,150 @@
+"""A body drawn in LD, FBD, IL, SFC or CFC: its text in the file, and the statements it means.
+
+The text is kept packed and is read when the body is compiled: a large project has a hundred
+megabytes of them. Offsets of its nodes lie behind the text of their source; a body tells the line
+in the file and the place in the drawing, `network 3, rung 1`, for each.
+"""
+
+import hashlib
+import zlib
+from bisect import bisect_right
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Protocol
+
+from achse.st.cursor import Unexpected
+from achse.st.tree import Statements, VarBlock
+
+__all__ = ["BodyOwner", "BodyScope", "GraphicalBody", "Refused"]
+
+
+class Refused(Exception):
+    """A body has something that is not supported; it does not run, and its variables are there."""
+
+    def __init__(self, at: int, message: str) -> None:
+        super().__init__(message)
+        self.at = at
+        self.message = message
+
+
+@dataclass(slots=True, eq=False)
+class BodyOwner:
+    """The unit that a body belongs to."""
+
+    unit: str = ""
+    part: str = ""
+    """Name of the action, method or transition; empty for the body of the unit itself."""
+    keeps_memory: bool = True
+    """False for functions, methods and transitions."""
+    result: str = ""
+    """Name of the condition that a transition assigns; empty for other routines."""
+    actions: Mapping[str, str] = field(default_factory=dict)
+    """Actions of the unit as written, by their names in lower case."""
+    transitions: frozenset[str] = frozenset()
+    """Transition objects of the unit, in lower case."""
+
+
+class BodyScope(Protocol):
+    """What a body has to know of the names around it to be lowered."""
+
+    def is_callable(self, name: str) -> bool:
+        """Return True if a name means an action, method, function or program."""
+
+
+class _NoScope:
+    """Nothing is known."""
+
+    def is_callable(self, name: str) -> bool:
+        return False
+
+
+class GraphicalBody:
+    """A body that is not Structured Text."""
+
+    def __init__(
+        self, language: str, text: bytes, start: int, line: int, settings: bytes = b""
+    ) -> None:
+        self.language = language
+        """NWL, SFC, CFC, LADDER or StateChart, as in the file."""
+        self.start = start
+        """Offset of its first sign in the source."""
+        self.line = line
+        """Line of its first sign in the file."""
+        self.owner = BodyOwner()
+        self._packed = zlib.compress(settings + b"\0" + text, 1)
+        self._places: dict[int, str] = {}
+        self.digest = hashlib.blake2b(text + b"\0" + settings, digest_size=20).digest()
+
+    def __repr__(self) -> str:
+        return f"<{self.language} body at {self.start}>"
+
+    @property
+    def text(self) -> str:
+        """The element in the file."""
+        return self._unpacked[1]
+
+    @property
+    def settings(self) -> str:
+        """The settings of the editor that stand beside the body; empty without any."""
+        return self._unpacked[0]
+
+    @property
+    def _unpacked(self) -> tuple[str, str]:
+        settings, _, text = zlib.decompress(self._packed).partition(b"\0")
+        return settings.decode("utf-8", "replace"), text.decode("utf-8", "replace")
+
+    @cached_property
+    def implicit_variables(self) -> tuple[VarBlock, ...]:
+        """Variables that the unit keeps for the body: memories of edges, steps, flags."""
+        from achse.st.graphical.lowering import implicit_variables  # reads expressions
+
+        return implicit_variables(self)
+
+    def statements(self, scope: BodyScope) -> Statements:
+        """Return the statements that the body means. Raises `Refused` and `Unexpected`."""
+        from achse.st.graphical.lowering import lowered
+
+        return lowered(self, scope)
+
+    @property
+    def readable_statements(self) -> Statements:
+        """The statements, without knowledge of other units; none if it cannot be read."""
+        try:
+            return self.statements(_NoScope())
+        except (Refused, Unexpected):
+            return ()
+
+    # places ------------------------------------------------------------------------------------
+
+    def name_place(self, at: int, place: str) -> int:
+        """Name the place of a node by its offset in the text; return the offset in the source."""
+        self._places[at] = place
+        return self.start + at
+
+    def place(self, offset: int) -> str:
+        """The place of an offset in the drawing: `network 3, rung 1`; empty if it has no name."""
+        at = offset - self.start
+        found = self._places.get(at)
+        if found is not None:
+            return found
+        known = sorted(self._places)
+        index = bisect_right(known, at)
+        return self._places[known[index - 1]] if index else ""
+
+    def locate(self, offset: int) -> tuple[int, int]:
+        """Line and column of an offset in the file."""
+        at = offset - self.start
+        before = bisect_right(self._breaks, at - 1)
+        column = at - (self._breaks[before - 1] if before else -1)
+        return self.line + before, max(1, column)
+
+    @cached_property
+    def _breaks(self) -> list[int]:
+        text = self.text
+        found = []
+        index = text.find("\n")
+        while index >= 0:
+            found.append(index)
+            index = text.find("\n", index + 1)
+        return found

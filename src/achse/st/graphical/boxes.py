@@ -1,0 +1,247 @@
+"""Boxes, targets and flags of networks and charts, once their inputs are evaluated."""
+
+from itertools import pairwise
+
+from achse.st.graphical.body import GraphicalBody, Refused
+from achse.st.graphical.networks import Box, BoxInput, BoxOutput, Modifier, Operand
+from achse.st.graphical.writer import StatementWriter, call_of
+from achse.st.tree import (
+    Binary,
+    Branch,
+    Expression,
+    If,
+    Jump,
+    Let,
+    Literal,
+    Member,
+    Name,
+    Return,
+    Statement,
+    Unary,
+)
+
+__all__ = ["COMPARISONS", "EDGES", "UNFINISHED", "BoxWriter", "both", "memory_of", "sign_of"]
+
+EDGES = Modifier.RISING | Modifier.FALLING
+UNFINISHED = "???"
+"""Text of an operand, target or instance that was never filled in."""
+_SIGNS = {
+    "and": "AND",
+    "or": "OR",
+    "xor": "XOR",
+    "add": "+",
+    "sub": "-",
+    "minus": "-",
+    "mul": "*",
+    "div": "/",
+    "mod": "MOD",
+    "eq": "=",
+    "ne": "<>",
+    "gt": ">",
+    "ge": ">=",
+    "lt": "<",
+    "le": "<=",
+}
+COMPARISONS = frozenset(("=", "<>", ">", ">=", "<", "<="))
+_FALSE = Literal("boolean", "FALSE")
+
+
+def memory_of(body: GraphicalBody, key: str) -> str:
+    owner = body.owner
+    return f"__{owner.unit}_{owner.part}_{key}"
+
+
+def sign_of(node: Box) -> str:
+    return _SIGNS.get(node.call.lower(), "")
+
+
+def both(left: Expression | None, right: Expression, at: int) -> Expression:
+    """`left AND right`; None is TRUE."""
+    return right if left is None else Binary("AND", left, right, at)
+
+
+class BoxWriter(StatementWriter):
+    """Writes the execution of boxes and what is assigned from them."""
+
+    def store(self, target: Operand, value: Expression) -> None:
+        """Write a value to a target: a variable, a coil, a jump, a return."""
+        modifiers = target.modifiers
+        if modifiers & Modifier.JUMP:
+            at = self.at(target.at, f"jump to {target.text}")
+            self._leave(Jump(target.text, at), value, at)
+        elif modifiers & Modifier.RETURN:
+            at = self.at(target.at, "return")
+            self._leave(Return(at), value, at)
+        elif modifiers & EDGES:
+            at = self.at(target.at)
+            raise Refused(at, f"an edge on the coil {target.text} is not supported")
+        else:
+            at = self.at(target.at)
+            place = self.target(target, at)
+            if modifiers & Modifier.SET:
+                operator = "R=" if modifiers & Modifier.NEGATED else "S="
+                self.assign(place, value, at, operator)
+            else:
+                if modifiers & Modifier.NEGATED:
+                    value = Unary("NOT", value, at)
+                self.assign(place, value, at)
+
+    def _leave(self, statement: Statement, value: Expression, at: int) -> None:
+        if isinstance(value, Literal) and value.text.upper() == "TRUE":
+            self.out.append(statement)
+        else:
+            self.out.append(If((Branch(value, (statement,), at),), (), at))
+
+    def target(self, target: Operand, at: int) -> Expression:
+        if target.text in ("", UNFINISHED):
+            raise Refused(at, "a target is not filled in: expected a variable, got '???'")
+        return self.expression(target.text, at)
+
+    def modified(self, value: Expression, modifiers: int, key: str, at: int) -> Expression:
+        """Negate first, then detect the edge."""
+        if modifiers & ~(Modifier.NEGATED | EDGES):
+            raise Refused(at, "an operand that is set, reset, jump or return is not supported")
+        if modifiers & Modifier.NEGATED:
+            value = Unary("NOT", value, at)
+        if modifiers & EDGES:
+            if not self.body.owner.keeps_memory:
+                raise Refused(at, "a function keeps no memory: an edge needs one")
+            if modifiers & EDGES == EDGES:
+                raise Refused(at, "a rising and falling edge in one place is not supported")
+            rises = bool(modifiers & Modifier.RISING)
+            return self.edge(memory_of(self.body, key), value, rises=rises, at=at)
+        return value
+
+    def assign_outputs(self, node: Box, value: Expression) -> None:
+        """Write the result of an operator to the targets at its output."""
+        for output in node.outputs:
+            if output.target is not None:
+                self.store(output.target, value)
+
+    def simple(self, value: Expression, at: int) -> Expression:
+        """Return a value that may be used several times."""
+        if isinstance(value, Literal) or (isinstance(value, Name) and value.name[:2] == "__"):
+            return value
+        return self.let(self.hidden("power"), value, at)
+
+    def frozen(self, value: Expression, index: int, at: int) -> Expression:
+        """Return a value as it was before the statement at an index."""
+        if isinstance(value, Literal) or (isinstance(value, Name) and value.name[:2] == "__"):
+            return value
+        name = self.hidden("read")
+        self.out.insert(index, Let(name, value, at))
+        return Name(name, at)
+
+    def executed(
+        self, node: Box, inputs: list[tuple[BoxInput, Expression]], at: int, *, is_read: bool
+    ) -> Expression | None:
+        """Write the execution of a box and of the targets at its outputs; return the output that
+        the node around it reads."""
+        match node.call:
+            case "FunctionBlock":
+                return self._block(node, inputs, at, is_read=is_read)
+            case "Function" | "Method" | "Program" | "Action":
+                return self._routine(node, inputs, at, is_read=is_read)
+            case "None":
+                if node.text is not None:
+                    self.out += self.parsed_statements(node.text, at)
+                    return None
+                if node.type.upper() == "EXECUTE":
+                    return None
+                if node.instance:
+                    return self._block(node, inputs, at, is_read=is_read)
+                return self._routine(node, inputs, at, is_read=is_read)
+        value = self.operator(node, inputs, at)
+        self.assign_outputs(node, value)
+        return value
+
+    def _block(
+        self, node: Box, inputs: list[tuple[BoxInput, Expression]], at: int, *, is_read: bool
+    ) -> Expression | None:
+        """Call an instance, then write its outputs to their targets."""
+        if node.instance in ("", UNFINISHED):
+            raise Refused(at, f"the box {node.type} has no instance")
+        instance = self.expression(node.instance, at)
+        arguments = [(pin.name, value, False) for pin, value in inputs]
+        self.out.append(call_of(instance, arguments, at))
+        base = instance
+        if node.instance.upper().replace(" ", "") == "SUPER^":
+            base = self.expression("THIS^", at)
+        for output in node.outputs:
+            if output.target is not None and not output.is_read:
+                self.store(output.target, Member(base, output.name, at))
+        read = next((output for output in node.outputs if output.is_read), None)
+        if not is_read or read is None:
+            return None
+        return Member(base, read.name, at)
+
+    def _routine(
+        self, node: Box, inputs: list[tuple[BoxInput, Expression]], at: int, *, is_read: bool
+    ) -> Expression | None:
+        """Call a function, method, program or action."""
+        of = self.expression(node.type, at)
+        if node.instance not in ("", UNFINISHED):
+            of = Member(self.expression(node.instance, at), node.type, at)
+        last = node.type.rpartition(".")[2].lower()
+        by_name = all(pin.name for pin, _ in inputs)
+        arguments = [(pin.name if by_name else "", value, False) for pin, value in inputs]
+        after: list[tuple[BoxOutput, Expression]] = []
+        result: BoxOutput | None = None
+        value: Expression | None = None
+        for output in node.outputs:
+            is_result = output.name == "" or output.name.lower() == last
+            if is_result:
+                result = output
+                continue
+            if output.target is None and not (output.is_read and is_read):
+                continue
+            if output.target is not None and not output.target.modifiers:
+                target = self.target(output.target, self.at(output.target.at))
+            else:  # of a BOOL: set, reset, negated, or read by what is around
+                target = self.let(self.hidden("output"), _FALSE, at)
+                if output.target is not None:
+                    after.append((output, target))
+                else:
+                    value = target
+            arguments.append((output.name, target, True))
+        call = call_of(of, arguments, at)
+        wanted = result is not None and (result.target is not None or (result.is_read and is_read))
+        if wanted and result is not None:
+            found: Expression = call
+            if result.is_read and is_read:
+                value = found = self.let(self.hidden("result"), call, at)
+            if result.target is not None:
+                self.store(result.target, found)
+        else:
+            self.out.append(call)
+        for output, target in after:
+            assert output.target is not None
+            self.store(output.target, target)
+        return value
+
+    def operator(self, node: Box, inputs: list[tuple[BoxInput, Expression]], at: int) -> Expression:
+        """Return the value of an operator."""
+        values = [value for _, value in inputs]
+        sign = sign_of(node)
+        if not values:
+            raise Refused(at, f"the box {node.type} has no input")
+        if node.call.lower() == "move":
+            return values[0]
+        if node.call.lower() == "not":
+            return Unary("NOT", values[0], at)
+        if sign == "-" and len(values) == 1:
+            return Unary("-", values[0], at)
+        if sign in COMPARISONS:
+            pairs = pairwise(values)
+            found: Expression | None = None
+            for left, right in pairs:
+                found = both(found, Binary(sign, left, right, at), at)
+            if found is None:
+                raise Refused(at, f"the box {node.type} has one input only")
+            return found
+        if sign:
+            value = values[0]
+            for right in values[1:]:
+                value = Binary(sign, value, right, at)
+            return value
+        return call_of(self.expression(node.type, at), [("", one, False) for one in values], at)
