@@ -1,0 +1,232 @@
+"""Drawn bodies for tests: nodes of networks as the XML of a `.TcPOU`, and a PLC that runs it."""
+
+from collections.abc import Iterable, Sequence
+from itertools import count
+from typing import Any
+from xml.sax.saxutils import escape
+
+from achse.iec import plain
+from achse.plc.bodies import Bodies
+from achse.plc.code.execution import CodeForm
+from achse.plc.runtime import PlcRuntime, PlcState
+from achse.plc.system_info import system_info_list
+from achse.plc.task import Task
+from achse.st.check import check
+from achse.st.declare import declare
+from achse.st.envelope import WITHOUT_TEXT, parse_envelope
+from achse.st.parser import Parsed, parse
+from achse.st.xml import parse_xml
+
+NEGATED, SET, RESET, JUMP, RETURN, RISING, FALLING = 1, 2, 3, 4, 8, 16, 32
+_ids = count(1)
+
+
+def scalar(name: str, value: object) -> str:
+    text = str(value).lower() if isinstance(value, bool) else str(value)
+    return f'<v n="{name}">{escape(text)}</v>\n'
+
+
+def quoted(name: str, text: str) -> str:
+    return scalar(name, f'"{text}"')
+
+
+def thing(type: str, inside: str, name: str = "") -> str:
+    label = f' n="{name}"' if name else ""
+    return f'<o{label} t="{type}">\n{inside}</o>\n'
+
+
+def listed(name: str, items: Iterable[str]) -> str:
+    return f'<l2 n="{name}">\n{"".join(items)}</l2>\n'
+
+
+def flags(number: int) -> str:
+    return thing("Flags", scalar("Flags", number) + scalar("Fixed", False), "Flags")
+
+
+def operand(text: str, number: int = 0, name: str = "") -> str:
+    inside = quoted("Operand", text) + quoted("Type", "BOOL") + flags(number)
+    return thing("Operand", inside + scalar("Id", f"{next(_ids)}L"), name)
+
+
+def contact(text: str, number: int = 0) -> str:
+    return thing("BoxTreeOperand", operand(text, number, "Operand"))
+
+
+def open_end() -> str:
+    return thing("BoxTreeTerminator", '<n n="Input" />')
+
+
+def wire(number: int, input: str = "") -> str:
+    inside = input.replace("<o ", '<o n="Input" ', 1) if input else '<n n="Input" />'
+    return thing("BoxTreeDemux", scalar("VarId", number) + inside)
+
+
+def parallel(branches: Sequence[str], input: str = "", *, sequential: bool = False) -> str:
+    inside = input.replace("<o ", '<o n="Input" ', 1) if input else '<n n="Input" />'
+    mode = "Sequential" if sequential else "BoxShortCircuit"
+    return thing(
+        "BoxTreeParallel", inside + listed("Trees", branches) + f'<v n="Mode" t="M">{mode}</v>'
+    )
+
+
+def assign(value: str, *targets: str | tuple[str, int]) -> str:
+    items = [operand(*((one, 0) if isinstance(one, str) else one)) for one in targets]
+    outputs = thing("OutputItemList", listed("OutputItems", items), "OutputItems")
+    return thing("BoxTreeAssign", outputs + value.replace("<o ", '<o n="RValue" ', 1))
+
+
+def box(
+    type: str,
+    *inputs: str,
+    call: str = "",
+    instance: str = "",
+    names: Sequence[str] = (),
+    types: Sequence[str] = (),
+    outputs: Sequence[tuple[str, str | tuple[str, int] | None]] = (),
+    en: str | None = None,
+    eno: bool | None = None,
+    pins: Sequence[int] = (),
+    number: int = 0,
+    text: str | None = None,
+) -> str:
+    """A box; an output `(name, None)` is the one that the node around it reads."""
+    shows_eno = eno if eno is not None else en is not None
+    if en is not None:
+        inputs = (en, *inputs)
+        names, types = ("EN", *names), ("BOOL", *types)
+    slots = [
+        "<n />\n" if target is None
+        else operand(*((target, 0) if isinstance(target, str) else target))
+        for _, target in outputs
+    ]  # fmt: skip
+    bare = "".join
+    inside = quoted("BoxType", type) + operand(instance, name="Instance")
+    inside += f'<v n="CallType" t="Operator">{call or type.title()}</v>'
+    inside += listed("InputItems", inputs)
+    inside += thing(
+        "ParamList",
+        listed("Names", [bare(("<v>", one, "</v>")) for one in names])
+        + listed("Types", [bare(("<v>", one, "</v>")) for one in types]),
+        "InputParam",
+    )
+    inside += thing(
+        "ParamList", listed("Names", [f"<v>{one}</v>" for one, _ in outputs]), "OutputParam"
+    )
+    inside += thing("OutputItemList", listed("OutputItems", slots), "OutputItems")
+    inside += scalar("EN", en is not None) + scalar("ENO", shows_eno)
+    if pins:
+        inside += listed("InputFlags", [thing("Flags", scalar("Flags", one)) for one in pins])
+    if text is not None:
+        lines = [thing("TextLine", quoted("Text", line)) for line in text.split("\n")]
+        array = f'<a n="TextLines">{"".join(lines)}</a>'
+        implementation = thing("STImplementationObject", thing("T", array, "TextDocument"))
+        implementation = implementation.replace("<o ", '<o n="STSnippet" ', 1)
+        inside += thing("STSnippet", implementation, "STSnippet") + scalar(
+            "ProvidesSTSnippet", True
+        )
+    return thing("BoxTreeBox", inside + flags(number) + scalar("Id", f"{next(_ids)}L"))
+
+
+def series(*inputs: str) -> str:
+    return box("AND", *inputs)
+
+
+def branches(*inputs: str) -> str:
+    return box("OR", *inputs)
+
+
+def fb(
+    type: str,
+    instance: str,
+    inputs: Sequence[tuple[str, str]],
+    outputs: Sequence[tuple[str, str | tuple[str, int] | None]] = (("Q", None),),
+    **more: Any,
+) -> str:
+    names = [name for name, _ in inputs]
+    return box(
+        type, *(node for _, node in inputs), call="FunctionBlock", instance=instance, names=names,
+        types=["BOOL" if name in ("IN", "CLK") else "X" for name in names], outputs=outputs, **more,
+    )  # fmt: skip
+
+
+def network(*items: str, label: str = "", disabled: bool = False) -> str:
+    inside = scalar("ILActive", False) + quoted("Label", label) + scalar("OutCommented", disabled)
+    return thing("Network", inside + listed("NetworkItems", items))
+
+
+def line(
+    operator: str, text: str = "", *, prefix: str = "", postfix: str = "", number: int = 0
+) -> str:
+    inside = quoted("Operator", operator) + quoted("Prefix", prefix) + quoted("Postfix", postfix)
+    return thing("ILStatement", inside + operand(text, number, "Operand"))
+
+
+def instructions(*lines: str, label: str = "") -> str:
+    inside = scalar("ILActive", True) + quoted("Label", label) + scalar("OutCommented", False)
+    return thing("Network", inside + listed("ILLines", lines))
+
+
+def networks(*items: str, view: str = "Ld") -> str:
+    root = thing(
+        "NWLImplementationObject",
+        quoted("DefaultViewMode", view) + listed("NetworkList", items),
+    )
+    return f"<NWL><XmlArchive><Data>{root}</Data></XmlArchive></NWL>"
+
+
+def unit(declaration: str, body: str, parts: str = "", settings: str = "") -> str:
+    """A whole `.TcPOU`."""
+    name = declaration.split()[1]
+    head = f"<Declaration><![CDATA[{declaration}]]></Declaration>"
+    return (
+        f'<TcPlcObject>\n<POU Name="{name}">\n{head}\n'
+        f"<Implementation>\n{body}</Implementation>\n{parts}{settings}</POU></TcPlcObject>"
+    )
+
+
+def part(tag: str, name: str, body: str, declaration: str = "") -> str:
+    head = f"<Declaration><![CDATA[{declaration}]]></Declaration>" if declaration else ""
+    if not body.startswith("<"):
+        body = f"<ST><![CDATA[{body}]]></ST>"
+    return f'<{tag} Name="{name}">{head}<Implementation>{body}</Implementation></{tag}>\n'
+
+
+def read(text: str, path: str = "MAIN.TcPOU") -> Parsed:
+    return parse_envelope(parse_xml(text.encode(), path, skip=WITHOUT_TEXT), path)
+
+
+class Drawn:
+    """A program MAIN that is drawn, run in virtual time by cycles of 10 ms."""
+
+    def __init__(self, text: str, *others: str, form: CodeForm = CodeForm.PLAIN) -> None:
+        self.sources = [read(text), *(parse(other, name="GVL") for other in others)]
+        project = declare(self.sources)
+        system = system_info_list([Task()], app_name="", project_name="", port=0, timestamp=0)
+        self.typed = check(project, given=[system])
+        assert not self.typed.faults, "\n".join(map(str, self.typed.faults))
+        self.task = Task("PlcTask", 10_000_000, [project.programs["main"]])
+        self.plc = PlcRuntime([self.task], project.units, bodies=Bodies(self.typed, form=form))
+
+    def cycle(self, **values: Any) -> "Drawn":
+        """Put values into variables and run one cycle."""
+        instance: Any = self.plc.instance("MAIN")
+        for name, value in values.items():
+            setattr(instance, name, value)
+        self.plc.run_due(self.task.due_ns)
+        assert self.plc.state is PlcState.RUN, self.plc.fault
+        return self
+
+    def __getitem__(self, path: str) -> Any:
+        value: Any = self.plc.instance("MAIN")
+        for name in path.split("."):
+            value = value[name]
+        return plain(value)
+
+    def rows(self, inputs: str, outputs: str, rows: Iterable[str]) -> None:
+        """Check lines `inputs | outputs`, one a cycle."""
+        for number, row in enumerate(rows, 1):
+            given, _, expected = row.partition("|")
+            values = dict(zip(inputs.split(), map(int, given.split()), strict=True))
+            self.cycle(**values)
+            found = [int(self[name]) for name in outputs.split()]
+            assert found == [int(word) for word in expected.split()], f"cycle {number}: {row}"
