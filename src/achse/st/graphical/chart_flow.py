@@ -1,0 +1,136 @@
+"""Flow of a chart: its steps in order, and what each transition leaves and activates."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+
+from achse.st.cursor import Unexpected
+from achse.st.graphical.charts import (
+    Alternative,
+    Chart,
+    ChartElement,
+    ChartJump,
+    Macro,
+    Simultaneous,
+    Step,
+    Transition,
+)
+
+__all__ = ["ChartFlow", "Firing", "steps_of"]
+
+
+@dataclass(slots=True)
+class Firing:
+    """A transition in the flow."""
+
+    transition: Transition
+    left: tuple[Step, ...]
+    """Steps that must all be active, and that it leaves."""
+    activated: list[Step] = field(default_factory=list)
+
+
+_Exit = Firing | tuple[Step, ...]
+"""An open end: a transition that leads on, or steps that are left together."""
+
+
+class ChartFlow:
+    """Steps and transitions of a chart, from top to bottom and left to right.
+
+    Raises `Unexpected` for a chart that does not connect.
+    """
+
+    def __init__(self, chart: Chart) -> None:
+        self.steps = tuple(steps_of(chart.elements))
+        self.firings: list[Firing] = []
+        self._by_name = {step.name.lower(): step for step in self.steps}
+        self._labels: dict[str, list[Step]] = {}
+        self._jumps: list[tuple[Firing, ChartJump]] = []
+        if len(self._by_name) < len(self.steps):
+            taken: set[str] = set()
+            for step in self.steps:
+                if step.name.lower() in taken:
+                    raise Unexpected(step.at, f"two steps are named {step.name}")
+                taken.add(step.name.lower())
+        initial = [step for step in self.steps if step.is_initial]
+        if len(initial) != 1:
+            at = initial[1].at if initial else 0
+            raise Unexpected(at, f"expected one initial step, got {len(initial)}")
+        self.initial = initial[0]
+        exits = self._segment(chart.elements, [])
+        for firing, jump in self._jumps:
+            firing.activated += self._target(jump)
+        for firing in exits:
+            if isinstance(firing, Firing):
+                raise Unexpected(firing.transition.at, "the transition leads nowhere")
+
+    def _target(self, jump: ChartJump) -> Sequence[Step]:
+        key = jump.target.lower()
+        if key in self._by_name:
+            return (self._by_name[key],)
+        if key in self._labels:
+            return self._labels[key]
+        raise Unexpected(jump.at, f"a jump to '{jump.target[:80]}': expected a step or a branch")
+
+    def _segment(self, elements: Sequence[ChartElement], exits: list[_Exit]) -> list[_Exit]:
+        for element in elements:
+            exits = self._element(element, exits)
+        return exits
+
+    def _element(self, element: ChartElement, exits: list[_Exit]) -> list[_Exit]:
+        match element:
+            case Step():
+                for firing in self._transitions(exits, element.at):
+                    firing.activated.append(element)
+                return [(element,)]
+            case Transition():
+                return list(self._fire(element, exits))
+            case ChartJump():
+                for firing in self._transitions(exits, element.at):
+                    self._jumps.append((firing, element))
+                return []
+            case Macro():
+                return self._segment(element.elements, exits)
+            case Alternative():
+                return [end for one in element.segments for end in self._segment(one, exits)]
+            case Simultaneous():
+                return self._simultaneous(element, exits)
+
+    def _transitions(self, exits: list[_Exit], at: int) -> Iterator[Firing]:
+        for end in exits:
+            if not isinstance(end, Firing):
+                raise Unexpected(at, f"expected a transition behind step {end[-1].name}")
+            yield end
+
+    def _fire(self, transition: Transition, exits: list[_Exit]) -> Iterator[Firing]:
+        for end in exits:
+            if isinstance(end, Firing):
+                raise Unexpected(transition.at, "two transitions follow each other")
+            firing = Firing(transition, end)
+            self.firings.append(firing)
+            yield firing
+
+    def _simultaneous(self, branch: Simultaneous, exits: list[_Exit]) -> list[_Exit]:
+        first = [steps_of(segment) for segment in branch.segments]
+        self._labels[branch.label.lower()] = [step for one in first for step in list(one)[:1]]
+        ends = [self._segment(segment, exits) for segment in branch.segments]
+        groups: list[list[tuple[Step, ...]]] = []
+        for end in ends:
+            steps = [one for one in end if not isinstance(one, Firing)]
+            if len(steps) < len(end):
+                raise Unexpected(branch.at, "a segment of a parallel branch ends with a step")
+            if steps:
+                groups.append(steps)
+        return [tuple(step for one in group for step in one) for group in product(*groups) if group]
+
+
+def steps_of(elements: Sequence[ChartElement]) -> Iterator[Step]:
+    """The steps of a part of a chart, from top to bottom and left to right."""
+    for element in elements:
+        match element:
+            case Step():
+                yield element
+            case Macro(elements=inner):
+                yield from steps_of(inner)
+            case Alternative(segments=segments) | Simultaneous(segments=segments):
+                for segment in segments:
+                    yield from steps_of(segment)

@@ -1,0 +1,236 @@
+"""Trees of sequential function charts: steps, transitions, branches, jumps, macros."""
+
+from typing import TypeAlias
+
+from achse.st.cursor import Unexpected
+from achse.st.graphical.archive import ArchiveObject, read_archive
+from achse.st.tree import node, place
+
+__all__ = [
+    "ActionAssociation",
+    "Alternative",
+    "Chart",
+    "ChartElement",
+    "ChartJump",
+    "Macro",
+    "Simultaneous",
+    "Step",
+    "Transition",
+    "read_chart",
+    "read_flags",
+]
+
+_NAME = "38391c6d"
+_EXCLUDE = "01580b27"
+_INITIAL = "6844a48e"
+_MAIN, _ENTRY, _EXIT = "700a583f", "a6b08bd8", "a2621e18"
+_MINIMUM, _MAXIMUM = "cacf1a68", "b693554c"
+_PARALLEL = "23bdaa98"
+_QUALIFIER = "e174fc0d"
+QUALIFIERS = frozenset(["N", "R", "S", "L", "D", "P", "P0", "P1", "SD", "DS", "SL"])
+_TIMED = frozenset(["L", "D", "SD", "DS", "SL"])
+
+
+@node
+class ActionAssociation:
+    """An action or Boolean variable that a step controls."""
+
+    name: str
+    qualifier: str
+    """N, R, S, L, D, P, P0, P1, SD, DS or SL."""
+    time: str
+    """Text of the TIME of L, D, SD, DS and SL."""
+    at: int = place()
+
+
+@node
+class Step:
+    """A step."""
+
+    name: str
+    is_initial: bool
+    entry: str
+    """Name of its entry action; empty for none."""
+    main: str
+    exit: str
+    minimum: str
+    """Text of the shortest TIME it is active; empty for none."""
+    maximum: str
+    associations: tuple[ActionAssociation, ...]
+    at: int = place()
+
+
+@node
+class Transition:
+    """A transition: an expression or the name of a transition object."""
+
+    text: str
+    at: int = place()
+
+
+@node
+class ChartJump:
+    """A jump to a step, or to the label of a parallel branch."""
+
+    target: str
+    at: int = place()
+
+
+@node
+class Alternative:
+    """An alternative branch: its segments from left to right."""
+
+    segments: "tuple[tuple[ChartElement, ...], ...]"
+    at: int = place()
+
+
+@node
+class Simultaneous:
+    """A parallel branch: its segments from left to right."""
+
+    label: str
+    segments: "tuple[tuple[ChartElement, ...], ...]"
+    at: int = place()
+
+
+@node
+class Macro:
+    """A part of a chart that the editor folds."""
+
+    name: str
+    elements: "tuple[ChartElement, ...]"
+    at: int = place()
+
+
+ChartElement: TypeAlias = Step | Transition | ChartJump | Alternative | Simultaneous | Macro
+
+
+@node
+class Chart:
+    """A whole chart, from top to bottom."""
+
+    elements: tuple[ChartElement, ...]
+
+
+def read_chart(text: str) -> Chart:
+    """Return the chart of a body. Raises `Unexpected` for what the format does not have."""
+    root = read_archive(text)
+    if root.type != "SFCImplementationObject":
+        raise Unexpected(root.at, f"expected an SFCImplementationObject, got '{root.type[:80]}'")
+    segment = root.part("Root")
+    if segment is None:
+        raise Unexpected(root.at, "the chart has no elements")
+    return Chart(_segment(segment))
+
+
+def read_flags(text: str) -> dict[str, bool]:
+    """Return the SFC flags that a chart uses, by their names without `SFC` in lower case; True
+    for those that the compiler declares. `text` are the settings of the POU."""
+    if "SFCProperty" not in text:
+        return {}
+    start = text.find("<XmlArchive")
+    while start >= 0:
+        end = text.find("</XmlArchive>", start)
+        try:
+            root = read_archive(text[start:end])
+        except Unexpected:
+            return {}
+        flags = root.part("Flags") if root.type == "SFCProperty" else _flags_within(root)
+        if flags is not None:
+            return {
+                key.lower().removeprefix("sfc"): value.flag("Declare")
+                for key, value in flags.pairs
+                if isinstance(value, ArchiveObject) and value.flag("Use")
+            }
+        start = text.find("<XmlArchive", end)
+    return {}
+
+
+def _flags_within(found: ArchiveObject) -> ArchiveObject | None:
+    for value in (*found.members.values(), *found.items):
+        if isinstance(value, ArchiveObject):
+            if value.type == "SFCProperty":
+                return value.part("Flags")
+            inner = _flags_within(value)
+            if inner is not None:
+                return inner
+    return None
+
+
+def _elements(found: ArchiveObject) -> list[ArchiveObject]:
+    """The elements in the object `ElementList`."""
+    outer = found.part("ElementList")
+    return [] if outer is None else outer.objects("InnerList")
+
+
+def _segment(found: ArchiveObject) -> tuple[ChartElement, ...]:
+    return tuple(_element(item) for item in _elements(found))
+
+
+def _attributes(found: ArchiveObject) -> dict[str, str]:
+    """Values by the first eight digits of the attribute's GUID."""
+    values = {}
+    for item in found.objects("Attributes"):
+        value = item.part("Value")
+        if value is not None:
+            values[item.text("AttributeId").strip("{}")[:8].lower()] = value.text("Value").strip()
+    return values
+
+
+def _element(found: ArchiveObject) -> ChartElement:
+    values = _attributes(found)
+    name = values.get(_NAME, "")
+    is_excluded = values.get(_EXCLUDE, "").upper() == "TRUE"
+    match found.type:
+        case "SFCStep":
+            return _step(found, values, is_excluded)
+        case "SFCTransition":
+            if is_excluded:
+                raise Unexpected(found.at, "a transition that is left out is not supported")
+            return Transition(name.rstrip("; "), found.at)
+        case "SFCJump":
+            return ChartJump(name, found.at)
+        case "SFCBranch":
+            segments = tuple(_segment(item) for item in _elements(found))
+            if values.get(_PARALLEL, "").upper() == "TRUE":
+                return Simultaneous(name, segments, found.at)
+            return Alternative(segments, found.at)
+        case "SFCMacro":
+            inner = found.part("Segment")
+            return Macro(name, () if inner is None else _segment(inner), found.at)
+    raise Unexpected(found.at, f"'{found.type[:80]}' is not supported in a chart")
+
+
+def _step(found: ArchiveObject, values: dict[str, str], is_excluded: bool) -> Step:
+    associations = () if is_excluded else tuple(_association(item) for item in _elements(found))
+    entry, main, exit = (
+        "" if is_excluded else values.get(key, "") for key in (_ENTRY, _MAIN, _EXIT)
+    )
+    return Step(
+        values.get(_NAME, ""),
+        values.get(_INITIAL, "").upper() == "TRUE",
+        entry,
+        main,
+        exit,
+        values.get(_MINIMUM, ""),
+        values.get(_MAXIMUM, ""),
+        tuple(item for item in associations if item is not None),
+        found.at,
+    )
+
+
+def _association(found: ArchiveObject) -> ActionAssociation | None:
+    values = _attributes(found)
+    if values.get(_EXCLUDE, "").upper() == "TRUE":
+        return None
+    name = values.get(_NAME, "")
+    if not name:
+        return None
+    text = values.get(_QUALIFIER, "").replace(",", " ").split(None, 1)
+    qualifier = text[0].upper() if text else "N"
+    time = text[1].strip() if len(text) > 1 else ""
+    if qualifier not in QUALIFIERS:
+        raise Unexpected(found.at, f"{name}: '{qualifier[:20]}' is not a qualifier")
+    if qualifier in _TIMED and not time:
+        raise Unexpected(found.at, f"{name}: qualifier {qualifier} has no time")
+    return ActionAssociation(name, qualifier, time, found.at)
