@@ -95,15 +95,15 @@ def parse_envelope(root: Element, path: str, defines: Defines = ()) -> Parsed:
 def _drawings(root: Element, start: int) -> dict[Element, GraphicalBody]:
     """The bodies in other languages, with offsets from `start` on."""
     found: dict[Element, GraphicalBody] = {}
-    settings = b""
-    for element in root.walk():
-        if element.tag == "POU":
-            options = element.find("ObjectProperties")
-            settings = b"" if options is None else options.raw
-        elif element.tag in _LANGUAGES:
-            body = GraphicalBody(element.tag, element.raw, start, element.location.line, settings)
-            found[element] = body
-            start += len(element.raw) + 1
+    for owner in root.walk():
+        implementation = owner.find("Implementation")
+        for element in implementation.children if implementation is not None else ():
+            if element.tag in _LANGUAGES:
+                options = owner.find("ObjectProperties")
+                settings = b"" if options is None else options.raw
+                line = element.location.line
+                found[element] = GraphicalBody(element.tag, element.raw, start, line, settings)
+                start += len(element.raw) + 1
     return found
 
 
@@ -196,11 +196,18 @@ class _Envelope:
         transitions = frozenset(
             child.attributes.get("Name", "").lower() for child in element.all("Transition")
         )
+        variables = {
+            item.name.lower(): declaration.type
+            for block in unit.blocks
+            for declaration in block.variables
+            for item in declaration.names
+        }
         for child in element.walk():
             body = self._drawings.get(child)
             if body in drawn and body is not None:
                 body.owner.unit = unit.name
                 body.owner.actions = actions
+                body.owner.variables = variables
                 body.owner.transitions = transitions
                 body.owner.keeps_memory = not isinstance(unit, Function)
         for child in element.children:

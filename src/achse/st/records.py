@@ -184,6 +184,8 @@ class Records:
         members: list[Variable[Any, Any]] = []
         for variable, place in self.variables(blocks, scope, inside):
             if variable.name.lower() in taken:
+                if variable.name in implicit and variable.name.startswith("SFC"):
+                    continue  # a flag that the base has or the user declares
                 raise Unexpected(place, f"{name} has two variables named {variable.name}")
             if variable.name.startswith("__") and variable.name not in implicit:
                 raise Unexpected(place, "names with two underscores in front are reserved")

@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import Protocol
 
 from achse.st.cursor import Unexpected
-from achse.st.tree import Statements, VarBlock
+from achse.st.tree import Statements, TypeSpec, VarBlock
 
 __all__ = ["BodyOwner", "BodyScope", "GraphicalBody", "Refused"]
 
@@ -41,6 +41,8 @@ class BodyOwner:
     """Name of the condition that a transition assigns; empty for other routines."""
     actions: Mapping[str, str] = field(default_factory=dict)
     """Actions of the unit as written, by their names in lower case."""
+    variables: Mapping[str, TypeSpec] = field(default_factory=dict)
+    """Types of the variables that the unit declares, by their names in lower case."""
     transitions: frozenset[str] = frozenset()
     """Transition objects of the unit, in lower case."""
 

@@ -20,7 +20,16 @@ from achse.st.tree import (
     Unary,
 )
 
-__all__ = ["COMPARISONS", "EDGES", "UNFINISHED", "BoxWriter", "both", "memory_of", "sign_of"]
+__all__ = [
+    "COMPARISONS",
+    "EDGES",
+    "UNFINISHED",
+    "BoxWriter",
+    "both",
+    "memory_of",
+    "sign_of",
+    "sign_of_operator",
+]
 
 EDGES = Modifier.RISING | Modifier.FALLING
 UNFINISHED = "???"
@@ -42,17 +51,25 @@ _SIGNS = {
     "lt": "<",
     "le": "<=",
 }
+_ALL_SIGNS = frozenset(_SIGNS.values())
 COMPARISONS = frozenset(("=", "<>", ">", ">=", "<", "<="))
 _FALSE = Literal("boolean", "FALSE")
 
 
 def memory_of(body: GraphicalBody, key: str) -> str:
+    """The name of the memory of an edge; `key` is the number of its node in the body."""
     owner = body.owner
     return f"__{owner.unit}_{owner.part}_{key}"
 
 
+def sign_of_operator(name: str) -> str:
+    """The sign of an operator in Structured Text; empty for what is called like a function."""
+    return name if name in _ALL_SIGNS else _SIGNS.get(name.lower(), "")
+
+
 def sign_of(node: Box) -> str:
-    return _SIGNS.get(node.call.lower(), "")
+    """The sign of a box; empty for what is called like a function."""
+    return sign_of_operator(node.call)
 
 
 def both(left: Expression | None, right: Expression, at: int) -> Expression:

@@ -1,0 +1,390 @@
+"""Continuous function charts lowered to statements: elements one after the other, in their order.
+
+An output of a function block is read from the instance when its consumer runs. The result of an
+operator, function or method is kept until it is computed again; a consumer that runs before its
+producer gets the result of the cycle before, which the unit keeps.
+"""
+
+import re
+from collections.abc import Iterator, Sequence
+
+from achse.st.cursor import Unexpected
+from achse.st.graphical.body import BodyScope, GraphicalBody, Refused
+from achse.st.graphical.boxes import COMPARISONS, BoxWriter, sign_of_operator
+from achse.st.graphical.execution_order import execution_order
+from achse.st.graphical.function_charts import (
+    ChartBox,
+    ChartComposer,
+    ChartInput,
+    ChartOutput,
+    ChartPin,
+    ChartSelector,
+    FunctionChart,
+    Ordered,
+    read_explicit_order,
+    read_function_chart,
+)
+from achse.st.graphical.networks import Box, BoxInput, Operand
+from achse.st.graphical.writer import call_of, implicit_block
+from achse.st.tree import (
+    Expression,
+    Member,
+    Name,
+    NamedType,
+    Statements,
+    TypeSpec,
+    Unary,
+    VarBlock,
+)
+
+__all__ = ["implicit_variables_of_function_chart", "lowered_function_chart"]
+
+_BITS = frozenset(("AND", "OR", "XOR", "NOT"))
+_NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+_BOOL = NamedType("BOOL")
+
+
+def implicit_variables_of_function_chart(body: GraphicalBody) -> tuple[VarBlock, ...]:
+    """Return what a unit keeps for a chart: structures of composers, results that go back."""
+    try:
+        chart = read_function_chart(body.text)
+    except Unexpected:
+        return ()
+    if not body.owner.keeps_memory:
+        return ()
+    found: list[tuple[str, TypeSpec | str]] = [
+        (_kept(body, element.output.id), element.type)
+        for element in chart.ordered
+        if isinstance(element, ChartComposer)
+    ]
+    connections = _Connections(body, chart)
+    for element in connections.looking_back:
+        type = connections.type_of(element)
+        if type is not None:
+            found.append((_kept(body, element.outputs[0].id), type))
+    return (implicit_block(found),) if found else ()
+
+
+def lowered_function_chart(body: GraphicalBody, scope: BodyScope) -> Statements:
+    """Return the statements of a chart. Raises `Refused` and `Unexpected`."""
+    try:
+        chart = read_function_chart(body.text)
+    except Unexpected as fault:
+        raise Refused(body.name_place(fault.at, "the chart"), fault.message) from None
+    return _Lowering(body, scope, _Connections(body, chart)).statements()
+
+
+def _kept(body: GraphicalBody, id: int) -> str:
+    return f"__{body.owner.unit}_{body.owner.part}_pin{id}"
+
+
+def inputs_of(element: Ordered) -> Sequence[ChartPin]:
+    """The input pins of an element."""
+    return (element.input,) if isinstance(element, ChartOutput | ChartSelector) else element.inputs
+
+
+def outputs_of(element: Ordered) -> Sequence[ChartPin]:
+    """The output pins of an element."""
+    if isinstance(element, ChartOutput):
+        return ()
+    return (element.output,) if isinstance(element, ChartComposer) else element.outputs
+
+
+class _Connections:
+    """A chart in its order of execution, and what leads to each of its pins."""
+
+    def __init__(self, body: GraphicalBody, chart: FunctionChart) -> None:
+        self.source = dict(chart.sources)
+        """Pins that others lead to, by those."""
+        self.texts: dict[int, ChartInput] = {one.output.id: one for one in chart.inputs}
+        self.producers: dict[int, tuple[Ordered, ChartPin]] = {
+            pin.id: (element, pin) for element in chart.ordered for pin in outputs_of(element)
+        }
+        self.passed: dict[int, ChartPin] = {
+            pin.id: pin for element in chart.ordered for pin in inputs_of(element) if pin.is_in_out
+        }
+        self._variables = body.owner.variables
+        is_explicit = read_explicit_order(body.settings)
+        if is_explicit is None:
+            is_explicit = not chart.knows_feedback
+        self.order = list(chart.ordered)
+        if not is_explicit:
+            self.order = execution_order(self.order, self._edges(self.order))
+        self.position = {id(element): number for number, element in enumerate(self.order)}
+
+    def _edges(self, elements: Sequence[Ordered]) -> Iterator[tuple[int, int]]:
+        """Numbers of elements: `(producer, consumer)`."""
+        number = {id(element): index for index, element in enumerate(elements)}
+        for index, element in enumerate(elements):
+            for pin in inputs_of(element):
+                found = self.producers.get(self.source.get(pin.id, -1))
+                if found is not None:
+                    yield number[id(found[0])], index
+
+    @property
+    def looking_back(self) -> list[ChartBox]:
+        """Boxes whose result is read before they run: of operators, functions and methods."""
+        found: dict[int, ChartBox] = {}
+        for element in self.order:
+            for pin in inputs_of(element):
+                producer = self.producers.get(self.source.get(pin.id, -1))
+                if producer is None or not self.is_back(producer[0], element):
+                    continue
+                box = producer[0]
+                if not isinstance(box, ChartBox) or box.call not in _WITH_RESULT:
+                    continue
+                if not self._is_stored(box, element, pin):
+                    found[id(box)] = box
+        return list(found.values())
+
+    def is_back(self, producer: Ordered, consumer: Ordered) -> bool:
+        """Return True if a consumer runs before its producer."""
+        return self.position[id(producer)] >= self.position[id(consumer)]
+
+    def _is_stored(self, producer: ChartBox, element: Ordered, pin: ChartPin) -> bool:
+        """Return True if a result is written to the input of an instance, which keeps it."""
+        return (
+            isinstance(element, ChartBox)
+            and element.call == "FunctionBlock"
+            and not pin.is_in_out
+            and self.type_of(producer) is None
+        )
+
+    def type_of(self, element: ChartBox) -> TypeSpec | None:
+        """The type of a result as far as the declarations of the unit tell it."""
+        return self._type(element, set())
+
+    def _type(self, element: ChartBox, seen: set[int]) -> TypeSpec | None:
+        if id(element) in seen or element.call != "Operator":
+            return None
+        seen.add(id(element))
+        operator = element.type.upper()
+        if sign_of_operator(operator) in COMPARISONS:
+            return _BOOL
+        if "TO_" in operator and operator != "MOVE":
+            return NamedType(operator.rpartition("TO_")[2])
+        pins = element.inputs[1:] if operator in ("SEL", "MUX") else element.inputs
+        for pin in pins:
+            source = self.source.get(pin.id, -1)
+            if source in self.texts:
+                text = self.texts[source].text
+                if _NAME.fullmatch(text) and text.lower() in self._variables:
+                    return self._variables[text.lower()]
+                if text.upper() in ("TRUE", "FALSE"):
+                    return _BOOL
+            producer = self.producers.get(source)
+            if producer is not None and isinstance(producer[0], ChartBox):
+                found = self._type(producer[0], seen)
+                if found is not None:
+                    return found
+        ids = {output.id for output in element.outputs}
+        for consumer in self.order:
+            if isinstance(consumer, ChartOutput) and self.source.get(consumer.input.id) in ids:
+                found = self._variables.get(consumer.text.lower())
+                if found is not None:
+                    return found
+        return _BOOL if operator in _BITS else None
+
+
+_WITH_RESULT = ("Operator", "Function", "Method", "LocalMethod")
+
+
+class _Lowering(BoxWriter):
+    """Writes the statements of one chart."""
+
+    def __init__(self, body: GraphicalBody, scope: BodyScope, connections: _Connections) -> None:
+        super().__init__(body, scope)
+        self._of = connections
+        self._results: dict[int, Expression] = {}
+        """Results so far, by the pin."""
+        self._kept = {
+            box.outputs[0].id: box
+            for box in connections.looking_back
+            if connections.type_of(box) is not None
+        }
+
+    def statements(self) -> Statements:
+        for number, element in enumerate(self._of.order, 1):
+            match element:
+                case ChartOutput():
+                    self.where = f"output {element.text} ({number})"
+                    self._write_output(element)
+                case ChartBox():
+                    self.where = f"box {element.type} {element.instance}".rstrip() + f" ({number})"
+                    self._write_box(element)
+                case ChartComposer():
+                    self.where = f"composer {element.type} ({number})"
+                    self._write_composer(element)
+                case ChartSelector():
+                    self.where = f"selector {element.type} ({number})"
+                    self.at(element.at)
+        return tuple(self.out)
+
+    # values ------------------------------------------------------------------------------------
+
+    def _input(self, pin: ChartPin, consumer: Ordered, at: int) -> Expression | None:
+        """Return the value at an input pin; None for one that is not wired."""
+        source = self._of.source.get(pin.id)
+        found = None if source is None else self._source(source, consumer, at)
+        if found is None:
+            return None
+        return Unary("NOT", found, at) if pin.is_negated else found
+
+    def _source(self, id: int, consumer: Ordered, at: int) -> Expression | None:
+        """Return the value of a pin; None if the pin is gone."""
+        text = self._of.texts.get(id)
+        if text is not None:
+            return self.expression(text.text, at) if text.text else None
+        passed = self._of.passed.get(id)
+        if passed is not None:
+            return self._input(passed, consumer, at)
+        found = self._of.producers.get(id)
+        if found is None:
+            return None
+        element, pin = found
+        value = self._produced(element, pin, consumer, at)
+        return Unary("NOT", value, at) if pin.is_negated else value
+
+    def _produced(self, element: Ordered, pin: ChartPin, consumer: Ordered, at: int) -> Expression:
+        if isinstance(element, ChartSelector):
+            whole = self._input(element.input, consumer, at)
+            if whole is None:
+                raise Refused(at, f"the selector {element.type} has no input")
+            return Member(whole, pin.name, at)
+        if isinstance(element, ChartComposer) or pin.id in self._kept:
+            return Name(_kept(self.body, pin.id), at)
+        assert isinstance(element, ChartBox)
+        if element.call == "FunctionBlock":
+            return Member(self._instance(element, at), pin.name, at)
+        if element.call == "Program":
+            return Member(self.expression(element.type, at), pin.name, at)
+        if pin.id not in self._results:
+            raise Refused(at, f"{element.type} is read before it runs, and its type is not known")
+        return self._results[pin.id]
+
+    def _instance(self, element: ChartBox, at: int) -> Expression:
+        if element.instance.upper().replace(" ", "") == "SUPER^":
+            return self.expression("THIS^", at)
+        if not element.instance or element.instance == "???":
+            raise Refused(at, f"the box {element.type} has no instance")
+        return self.expression(element.instance, at)
+
+    # elements ----------------------------------------------------------------------------------
+
+    def _write_output(self, element: ChartOutput) -> None:
+        at = self.at(element.at)
+        value = self._input(element.input, element, at)
+        if value is None:
+            return
+        if not element.text or element.text == "???":
+            raise Refused(at, "an output is not filled in: expected a variable, got '???'")
+        operator = {"Set": "S=", "Reset": "R="}.get(element.storing, ":=")
+        self.assign(self.expression(element.text, at), value, at, operator)
+
+    def _write_composer(self, element: ChartComposer) -> None:
+        at = self.at(element.at)
+        if not self.body.owner.keeps_memory:
+            raise Refused(at, "a function keeps no memory: a composer needs one")
+        for pin in element.inputs:
+            value = self._input(pin, element, at)
+            if value is not None:
+                target = Member(Name(_kept(self.body, element.output.id), at), pin.name, at)
+                self.assign(target, value, at)
+
+    def _arguments(self, element: ChartBox, at: int) -> list[tuple[str, Expression, bool]]:
+        found = []
+        for pin in element.inputs:
+            if self._comes_later(pin, element):
+                continue
+            value = self._input(pin, element, at)
+            if value is not None:
+                found.append((pin.name, value, False))
+        return found
+
+    def _comes_later(self, pin: ChartPin, element: ChartBox) -> bool:
+        """Return True if a result was stored into the instance's input when it was computed."""
+        found = self._of.producers.get(self._of.source.get(pin.id, -1))
+        return (
+            found is not None
+            and element.call == "FunctionBlock"
+            and not pin.is_in_out
+            and isinstance(found[0], ChartBox)
+            and found[0].call in _WITH_RESULT
+            and found[1].id not in self._kept
+            and self._of.is_back(found[0], element)
+        )
+
+    def _write_box(self, element: ChartBox) -> None:
+        at = self.at(element.at)
+        match element.call:
+            case "FunctionBlock":
+                instance = self._instance(element, at)
+                if element.instance.upper().replace(" ", "") == "SUPER^":
+                    instance = self.expression("SUPER^", at)
+                self.out.append(call_of(instance, self._arguments(element, at), at))
+            case "Program":
+                of = self.expression(element.type, at)
+                self.out.append(call_of(of, self._arguments(element, at), at))
+            case "Operator":
+                self._result(element, self._of_operator(element, at), at)
+            case "Function" | "Method" | "LocalMethod":
+                self._of_routine(element, at)
+            case _:
+                raise Refused(at, f"a call of kind '{element.call[:20]}' is not supported")
+
+    def _of_operator(self, element: ChartBox, at: int) -> Expression:
+        inputs = []
+        for pin in element.inputs:
+            value = self._input(pin, element, at)
+            if value is not None:
+                inputs.append((BoxInput("", "", Operand("", 0, 0), 0), value))
+        box = Box(element.type, "", element.type, (), (), None, None, None, 0, 0)
+        return self.operator(box, inputs, at)
+
+    def _of_routine(self, element: ChartBox, at: int) -> None:
+        name = element.type.rpartition(".")[2]
+        of = self.expression(element.type, at)
+        if element.call == "LocalMethod":
+            of = Name(name, at)
+        elif element.call == "Method":
+            of = Member(self._instance(element, at), name, at)
+        arguments = self._arguments(element, at)
+        result: ChartPin | None = None
+        for number, pin in enumerate(element.outputs):
+            if pin.name.lower() == name.lower() or (number == 0 and not pin.name):
+                result = pin
+                continue
+            consumers = [
+                one for one in self._of.order for into in inputs_of(one)
+                if self._of.source.get(into.id) == pin.id
+            ]  # fmt: skip
+            for one in consumers:
+                if not isinstance(one, ChartOutput) or len(consumers) > 1:
+                    raise Refused(at, f"{element.type}: output {pin.name} leads to a box")
+                arguments.append((pin.name, self.expression(one.text, at), True))
+        call = call_of(of, arguments, at)
+        if result is None:
+            self.out.append(call)
+        else:
+            self._result(element, call, at)
+
+    def _result(self, element: ChartBox, value: Expression, at: int) -> None:
+        """Keep a result for its consumers."""
+        if not element.outputs:
+            return
+        pin = element.outputs[0]
+        consumers = [
+            (one, into) for one in self._of.order for into in inputs_of(one)
+            if self._of.source.get(into.id) == pin.id
+        ]  # fmt: skip
+        if pin.id in self._kept:
+            self.assign(Name(_kept(self.body, pin.id), at), value, at)
+            return
+        if not consumers and element.call != "Operator":
+            self.out.append(value)  # type: ignore[arg-type]
+            return
+        found = self._results[pin.id] = self.let(self.hidden("result"), value, at)
+        for consumer, into in consumers:
+            if isinstance(consumer, ChartBox) and self._comes_later(into, consumer):
+                stored = Unary("NOT", found, at) if pin.is_negated != into.is_negated else found
+                self.assign(Member(self._instance(consumer, at), into.name, at), stored, at)
