@@ -230,3 +230,178 @@ class Drawn:
             self.cycle(**values)
             found = [int(self[name]) for name in outputs.split()]
             assert found == [int(word) for word in expected.split()], f"cycle {number}: {row}"
+
+
+# charts ------------------------------------------------------------------------------------------
+
+_GUIDS = {
+    "name": "38391c6d",
+    "initial": "6844a48e",
+    "main": "700a583f",
+    "entry": "a6b08bd8",
+    "exit": "a2621e18",
+    "minimum": "cacf1a68",
+    "maximum": "b693554c",
+    "parallel": "23bdaa98",
+    "qualifier": "e174fc0d",
+    "exclude": "01580b27",
+}
+
+
+def _element(type: str, inside: Iterable[str] | None = None, **attributes: str) -> str:
+    items = [
+        thing(
+            "SFCAttribute",
+            scalar("AttributeId", "{" + _GUIDS[key] + "-6d4a-42f8-8ee7-9f45e5adafa8}")
+            + thing("StringValue", quoted("Value", value), "Value"),
+        )
+        for key, value in attributes.items()
+    ]
+    nested = ""
+    if inside is not None:
+        nested = thing("SFCElementList", listed("InnerList", inside), "ElementList")
+    return thing(type, nested + listed("Attributes", items))
+
+
+def step(name: str, *actions: tuple[str, str], **attributes: str) -> str:
+    """A step with actions `(name, qualifier)`, and `initial`, `main`, `entry`, `exit` …"""
+    found = [_element("SFCActionAssociation", name=one, qualifier=two) for one, two in actions]
+    return _element("SFCStep", found, name=name, **attributes)
+
+
+def transition(text: str) -> str:
+    return _element("SFCTransition", name=text)
+
+
+def jump(target: str) -> str:
+    return _element("SFCJump", name=target)
+
+
+def segment(*elements: str) -> str:
+    return thing(
+        "SFCSegment", thing("SFCElementList", listed("InnerList", elements), "ElementList")
+    )
+
+
+def branch(*segments: str, parallel: bool = False, name: str = "Branch0") -> str:
+    return _element("SFCBranch", segments, name=name, parallel=str(parallel).upper())
+
+
+def macro(*elements: str) -> str:
+    inside = segment(*elements).replace("<o ", '<o n="Segment" ', 1)
+    return thing("SFCMacro", inside)
+
+
+def chart(*elements: str) -> str:
+    root = segment(*elements).replace("<o ", '<o n="Root" ', 1)
+    body = thing("SFCImplementationObject", root)
+    return f"<SFC><XmlArchive><Data>{body}</Data></XmlArchive></SFC>"
+
+
+def sfc_flags(*names: str) -> str:
+    """The settings of a POU whose chart uses these flags."""
+    rows = "".join(
+        f'<v>"{name}"</v>\n'
+        + thing("SFCPropertyFlagData", scalar("Use", True) + scalar("Declare", True))
+        for name in names
+    )
+    root = thing("SFCProperty", f'<d2 n="Flags" ckt="String">{rows}</d2>')
+    archive = f"<XmlArchive><Data>{root}</Data></XmlArchive>"
+    return f"<ObjectProperties>{archive}</ObjectProperties>\n"
+
+
+# function charts ---------------------------------------------------------------------------------
+
+Source = str | int
+"""Text of an input element, or the number of the pin that leads here."""
+
+
+class Canvas:
+    """Collects the elements of a function chart; each returns the pins of its outputs."""
+
+    def __init__(self) -> None:
+        self.items: list[str] = []
+        self._pins = count(1)
+        self._rows = count(1)
+
+    def _pin(self, number: int, *, negated: bool = False, type: str = "CFCInputPin") -> str:
+        return thing(type, scalar("Id", f"{number}L") + scalar("Negated", negated))
+
+    def connect(self, source: Source, destination: int) -> None:
+        if isinstance(source, str):
+            pin = next(self._pins)
+            inside = self._pin(pin, type="CFCOutputPin").replace("<o ", '<o n="Output" ', 1)
+            self.items.append(
+                thing("CFCInputElement", inside + thing("CFCText", quoted("Text", source), "Text"))
+            )
+            source = pin
+        ends = scalar("SourcePinId", f"{source}L") + scalar("DestPinId", f"{destination}L")
+        self.items.append(thing("CFCConnection", ends))
+
+    def output(
+        self, text: str, source: Source | None = None, *, storing: str = "None", row: int = 0
+    ) -> int:
+        """An output; returns its pin."""
+        pin = next(self._pins)
+        inside = scalar("Id", f"{pin}L") + scalar("Negated", False)
+        inside += f'<v n="SetReset" t="S">{storing}</v>'
+        inside = thing("CFCInputPinWithSetReset", inside, "Input")
+        inside += quoted("Bounds", f"20, {row or next(self._rows)}, 0, 0")
+        inside += thing("CFCText", quoted("Text", text), "Text")
+        self.items.append(thing("CFCOutputElement", inside))
+        if source is not None:
+            self.connect(source, pin)
+        return pin
+
+    def box(
+        self,
+        type: str,
+        *sources: Source | None,
+        call: str = "Operator",
+        instance: str = "",
+        names: Sequence[str] = (),
+        outputs: Sequence[str] = ("",),
+        negated: Sequence[int] = (),
+        start: bool | None = None,
+        row: int = 0,
+        in_outs: Sequence[int] = (),
+    ) -> tuple[list[int], list[int]]:
+        """A box; returns the pins of its inputs and outputs."""
+        pins = [next(self._pins) for _ in sources]
+        out = [next(self._pins) for _ in outputs]
+        wrapped = "<o n={!r} t='CFCItemList'>{}</o>".format
+        inputs = [
+            self._pin(
+                pin,
+                negated=number in negated,
+                type="CFCInOutPin" if number in in_outs else "CFCInputPin",
+            )
+            for number, pin in enumerate(pins)
+        ]
+        texts = [*(names or [""] * len(pins)), *outputs, type, instance]
+        inside = wrapped("Inputs", listed("InnerList", inputs))
+        inside += wrapped("Outputs", listed("InnerList", map(self._pin, out)))
+        inside += wrapped(
+            "Texts", listed("InnerList", [thing("CFCText", quoted("Text", one)) for one in texts])
+        )
+        inside = inside.replace("'", '"')
+        inside += quoted("Bounds", f"10, {row or next(self._rows)}, 0, 0")
+        inside += scalar("EnEno", False) + f'<v n="KindOfCall" t="K">{call}</v>'
+        if start is not None:
+            inside += scalar("IsFeedbackStart", start)
+        self.items.append(thing("CFCBoxElement", inside))
+        for source, pin in zip(sources, pins, strict=True):
+            if source is not None:
+                self.connect(source, pin)
+        return pins, out
+
+    def __str__(self) -> str:
+        inside = thing("CFCItemList", listed("InnerList", self.items), "Items")
+        root = thing("CFCImplementationObject", inside)
+        return f"<CFC><XmlArchive><Data>{root}</Data></XmlArchive></CFC>"
+
+
+def explicit_order(value: bool) -> str:
+    root = thing("CFCProperty", scalar("UseExplicitExecutionOrder", value))
+    archive = f"<XmlArchive><Data>{root}</Data></XmlArchive>"
+    return f"<ObjectProperties>{archive}</ObjectProperties>\n"
