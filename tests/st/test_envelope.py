@@ -5,7 +5,8 @@ import random
 import pytest
 
 from achse.st import units
-from achse.st.envelope import TaskDeclaration, parse_envelope, read_task
+from achse.st.envelope import WITHOUT_TEXT, TaskDeclaration, parse_envelope, read_task
+from achse.st.graphical.body import GraphicalBody
 from achse.st.parser import Parsed, parse
 from achse.st.source import SourceError
 from achse.st.xml import parse_xml
@@ -102,11 +103,16 @@ def test_text_without_cdata_is_text() -> None:
 
 
 @pytest.mark.parametrize("kind", ["PROGRAM", "FUNCTION", "FUNCTION_BLOCK"])
-def test_bodies_in_other_languages_are_none(kind: str) -> None:
+def test_bodies_in_other_languages_are_kept_as_they_are(kind: str) -> None:
     body = "<Implementation><NWL><XmlArchive>x</XmlArchive></NWL></Implementation>"
-    (unit,) = read(wrapped("POU", f"{kind} P", inside=body)).check().units
+    text = wrapped("POU", f"{kind} P", inside=body).encode()
+    parsed = parse_envelope(parse_xml(text, "x.TcPOU", skip=WITHOUT_TEXT), "x.TcPOU")
+    (unit,) = parsed.check().units
     assert isinstance(unit, units.Program | units.Function | units.FunctionBlock)
-    assert unit.body is None
+    assert isinstance(unit.body, GraphicalBody)
+    assert unit.body.text == "<NWL><XmlArchive>x</XmlArchive>"
+    assert list(parsed.source.drawings) == [unit.body]
+    assert unit.body.start > len(parsed.source.text)
 
 
 def test_faults_have_their_place_in_the_file() -> None:

@@ -18,6 +18,7 @@ from achse.st.files import (
     source_files,
     symbol_files,
 )
+from achse.st.graphical.body import GraphicalBody
 from achse.st.parser import Parsed, parse
 from achse.st.source import Source, SourceError
 from achse.st.units import Program
@@ -178,7 +179,7 @@ def test_elements_of_ladder_bodies_are_not_made(
     )
     (unit,) = parse_file(file).check().units
     assert isinstance(unit, Program)
-    assert unit.body is None
+    assert isinstance(unit.body, GraphicalBody)
     assert made == ["TcPlcObject", "POU", "Declaration", "Implementation", "NWL", "LineIds"]
 
 
