@@ -27,6 +27,7 @@ def elsewhere(sentence: str, *tests: str) -> None:
 # what tests elsewhere prove
 
 NETWORK = "tests/station/routes/test_network.py"
+FORWARDING = "tests/router/test_forwarding.py"
 FOLDER = "tests/devices/system/test_folder.py"
 TCP = "tests/transport/test_tcp.py"
 OPENSSL = "tests/interop/test_openssl.py"
@@ -398,6 +399,15 @@ elsewhere(
     " with `strict`.",
     "tests/transport/test_dialled.py::test_strangers_behind_it_may_no_more_than_the_route",
     "tests/transport/test_dialled.py::test_a_strict_station_is_asked_by_nobody_without_a_route",
+)
+elsewhere(
+    "A stranger behind a router that has a route is refused (0x723), and others behind it are"
+    " served on.",
+    f"{FORWARDING}::test_stranger_behind_a_router_does_not_end_its_connection_to_a_strict_target",
+)
+elsewhere(
+    "However many addresses send over one connection, the subscriptions of others on it go on.",
+    f"{FORWARDING}::test_samples_go_on_beside_more_senders_than_a_connection_remembers",
 )
 elsewhere(
     "Sums need the rights of their parts.",

@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 from achse.ams import AmsAddress, Command, Frame, NetId
 from achse.ams.commands import AddNotificationRequest
 from achse.router import forwarding
+from achse.router.routes import Route
+from achse.transport.senders import MOST_SENDERS
 from tests.router.stations import VARIABLES, Client, Host, Loop, Target, line_of
 
 TARGET = NetId("5.0.0.9.1.1")
@@ -196,6 +198,54 @@ def test_restart_of_the_target_ends_connections_with_subscriptions_or_handles() 
     handle = again.subscribe(again.fetch())
     chain.tick(2)
     assert len(again.samples[handle]) == 3
+
+
+@given(
+    routers=st.integers(1, 3),
+    orders=st.lists(st.sampled_from(("stranger", "routed")), min_size=1, max_size=8),
+    later=st.booleans(),
+)
+@settings(max_examples=15)
+def test_stranger_behind_a_router_does_not_end_its_connection_to_a_strict_target(
+    routers: int, orders: list[str], later: bool
+) -> None:
+    """Before, one request of a stranger ended what all clients of the router had at the target."""
+    chain = Chain(routers)
+    chain.target.routes_required = True
+    route = Route(name="them", net_id=PYADS.net_id, host="192.0.2.1")
+    chain.target.router.routes.add(route)
+    clients = [
+        chain.client(n, PYADS if who == "routed" else AmsAddress(f"5.0.1.{n}.1.1:30000"))
+        for n, who in enumerate(orders)
+    ]
+    held = [client.subscribe(client.fetch()) for client in clients]
+    if later:  # a route of a stranger leads elsewhere
+        for n, who in enumerate(orders):
+            if who == "stranger":
+                net_id = NetId(f"5.0.1.{n}.1.1")
+                chain.target.router.routes.add(Route(name=f"{n}", net_id=net_id, host="192.0.2.9"))
+    chain.tick(2)
+    assert not any(client.gone for client in clients)
+    assert [bool(handle) for handle in held] == [who == "routed" for who in orders]
+    assert all(len(c.samples[n]) == 3 for c, n in zip(clients, held, strict=True) if n)
+
+
+def test_samples_go_on_beside_more_senders_than_a_connection_remembers() -> None:
+    """Before, 1,024 addresses behind a router ended all subscriptions there after a minute."""
+    chain = Chain(1)
+    listening = chain.client()
+    handle = listening.subscribe(listening.fetch())
+    crowd = chain.client(address=AmsAddress("5.0.1.1.1.1:1"))
+    for port in range(1, MOST_SENDERS + 2):
+        crowd.address = AmsAddress(f"5.0.1.1.1.1:{port}")
+        crowd.ask(Command.READ_DEVICE_INFO, b"")
+    assert listening.address not in chain.target.router._learned
+    limit = chain.target.device.limits.unreachable_ns
+    for _ in range(2):
+        chain.target.device.sweep(chain.target.time_ns)
+        chain.target.time_ns += limit
+    chain.tick(3)
+    assert len(listening.samples[handle]) == 4
 
 
 def test_client_in_this_process_is_told_by_a_sample_without_data() -> None:

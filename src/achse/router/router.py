@@ -65,6 +65,8 @@ class Router:
         self._local: dict[bytes, Endpoint] = {}
         self._routes: dict[bytes, Endpoint] = {}
         self._learned: dict[bytes, dict[Endpoint, None]] = {}
+        self._crowded: set[Endpoint] = set()
+        """Connections with more clients than are known: the others may still be there."""
         self._close_listeners: list[Callable[[AmsAddress], None]] = []
         self._way_listeners: dict[WayListener, WayUser | None] = {}
         """Listeners for the end of a connection, each with a predicate for connections in use."""
@@ -182,6 +184,7 @@ class Router:
 
         The next one from the same address may be another client's.
         """
+        self._crowded.discard(way)
         for listener in list(self._way_listeners):
             listener(way)
 
@@ -209,6 +212,14 @@ class Router:
             self._learned.pop(source, None)
             self.asking.forget(source)
 
+    def crowd_out(self, source: bytes, endpoint: Endpoint) -> None:
+        """As `forget`, of a client that may still be there: others behind `endpoint` are newer.
+
+        Until that connection ends each address counts as reachable: it may be this client's.
+        """
+        self.forget(source, endpoint)
+        self._crowded.add(endpoint)
+
     def way_to(self, client: bytes) -> Endpoint | None:
         """Return the endpoint over which this client was seen last; None if it is unknown."""
         ways = self._learned.get(client)
@@ -221,7 +232,7 @@ class Router:
 
     def reaches(self, address: bytes) -> bool:
         """True if a response or notification for `address` would find a way now."""
-        if address in self._local or address in self._learned:
+        if address in self._local or address in self._learned or self._crowded:
             return True
         endpoint = self._routes.get(address[:6])
         return (

@@ -8,7 +8,7 @@ Source: reference traffic for the port service (0x1000, 0x0001, 0x1002); 000 §3
 """
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Protocol
 
 from achse.ams import (
@@ -33,7 +33,7 @@ from achse.transport.held import Held
 from achse.transport.line import Line, Timer, Turns
 from achse.transport.outbox import Outbox
 from achse.transport.repeated import REQUEST_SIZE, RepeatedReads
-from achse.transport.sender_rights import SenderRights
+from achse.transport.sender_rights import SenderRights, missing_route
 from achse.transport.senders import Senders
 
 __all__ = ["Line", "Peer", "PeerOwner", "Timer", "Turns"]
@@ -84,11 +84,9 @@ class PeerOwner(Protocol):
 
     def opened(self, peer: "Peer") -> None:
         """Its line is there."""
-        ...
 
     def closed(self, peer: "Peer") -> None:
         """Its line is gone."""
-        ...
 
 
 class Peer:
@@ -113,6 +111,7 @@ class Peer:
         self.senders = Senders()
         self._last_source = b""
         self._rights = SenderRights()
+        self._comes_from_router = False
         self._forwarding: Forwarding | None = None
         """Requests of other clients, from the first one until the line ends."""
         self._repeated = RepeatedReads(owner.router)
@@ -120,24 +119,21 @@ class Peer:
         self._out = Outbox()
         self._counted = 0
         """Bytes that `owner.held` counts for this peer."""
-        self._flush_due = False
-        self._receiving = False
+        self._flush_due = self._receiving = False
         self._events: Iterator[Event] = iter(())
         """Received events that are not processed yet."""
         self._undone = 0
         """Bytes of that at most."""
         self._late: list[bytes] = []
         """Chunks that the line delivers after it was paused."""
-        self._paused = False
+        self._paused = self._open = False
         self.cut_off = False
         """True once the peer was closed because it took too much room."""
-        self._open = False
         self._congested = _CONGESTED
         self._line: Line | None = None
         self.registered: list[AmsAddress] = []
         """Local ports that the peer holds."""
-        self.peer = "?"
-        self.peer_host = ""
+        self.peer, self.peer_host = "?", ""
         self.socket: Any = None
         """The socket below its line, if there is one."""
 
@@ -193,8 +189,7 @@ class Peer:
                     data = data[done:]
             self._do(self._stream.receive(data), None)
             return
-        events = self._stream.receive(data)
-        self._events, self._undone = events, len(data)
+        self._events, self._undone = self._stream.receive(data), len(data)
         if not self.owner.fair_queue.serve(self, self.owner.loop.call_soon):
             self.count()
             if self._line is not None:
@@ -205,8 +200,7 @@ class Peer:
         """Do what came and waits, until this moment; True when all is done."""
         done = self._do(self._events, until)
         if done and self._late:
-            data, self._late = b"".join(self._late), []
-            self._events = self._stream.receive(data)
+            self._events, self._late = self._stream.receive(b"".join(self._late)), []
             return False
         if done and self._undone:
             self._undone = 0
@@ -229,8 +223,7 @@ class Peer:
                     if self._rights and self._refuse(event):
                         continue
                     backwards = event.is_response or event.command == Command.NOTIFICATION
-                    forwarding = self._forwarding
-                    if backwards and forwarding is not None and not forwarding.come_back(event):
+                    if backwards and self._forwarding and not self._forwarding.come_back(event):
                         continue
                     try:
                         router.deliver(event)
@@ -297,27 +290,35 @@ class Peer:
             facts = {"client": self.client, "peer": self.peer}
             log.info("%s has come, client %s", self.peer, facts["client"], extra=facts)
         if source not in self.senders and not ours:
-            admission = self._admission(source[:6])
+            admission = self._admitted(source[:6])
             self._rights.assign(source, self._rights_of(source[:6], admission))
             if admission is Admission.UNKNOWN and self.owner.routes_required:
-                client = AmsAddress(source).net_id
-                self._turn_out(
-                    "client %s from %s has no route here; add it with"
-                    " `achse ads route add` or a [[route]] in the station's configuration:"
-                    ' net_id = "%s", host = "%s"',
-                    *(client, self.peer_host, client, self.peer_host),
-                )
+                self._turn_out("%s", missing_route(source[:6], self.peer_host))
                 return False
         self._router.learn(source, self)
         oldest = self.senders.add(source)
         if oldest is not None:
             self._rights.forget(oldest)
-            self._router.forget(oldest, self)
+            self._router.crowd_out(oldest, self)
         return True
 
     def _admission(self, net_id: bytes) -> Admission:
         """Return the admission of frames from `net_id` over this connection."""
         return self._router.routes.admission(net_id, self.peer_host)
+
+    def _admitted(self, net_id: bytes) -> Admission:
+        """As `_admission`; strangers have no rights where a router with a route may be."""
+        admission = self._admission(net_id)
+        if admission is not Admission.UNKNOWN or not self.owner.routes_required:
+            return admission
+        if not self._comes_from_router:
+            known = map(self._admission, self._far_net_ids())
+            self._comes_from_router = Admission.ROUTED in known
+        return Admission.ONE_WAY if self._comes_from_router else admission
+
+    def _far_net_ids(self) -> Iterable[bytes]:
+        """Return NetIds of which the router at the far end may have one."""
+        return (bytes(route.net_id) for route in self._router.routes)
 
     def _rights_of(self, net_id: bytes, admission: Admission) -> Right:
         """Return the rights of frames from `net_id` with this admission."""
@@ -328,12 +329,13 @@ class Peer:
 
         So nothing goes on that it had subscribed to or opened when it might more.
         """
-        net_id = bytes(route.net_id)
-        for source in [each for each in self.senders if each[:6] == net_id]:
-            admission = self._admission(net_id)
+        all_of_them, self._comes_from_router = self._comes_from_router, False
+        for source in [each for each in self.senders if all_of_them or each[:6] == route.net_id]:
+            net_id, client = source[:6], AmsAddress(source).net_id
+            admission = self._admitted(net_id)
             lost = self._rights.assign(source, self._rights_of(net_id, admission))
             if lost or (admission is Admission.UNKNOWN and self.owner.routes_required):
-                self._turn_out("%s may less than before: the route has changed", route.net_id)
+                self._turn_out("%s may less than before: the route has changed", client)
                 return
 
     def _refuse(self, frame: Frame) -> bool:
@@ -457,8 +459,7 @@ class Peer:
         if not self._open:
             return False
         if not frame.flags & 1 and frame.command != Command.NOTIFICATION:
-            forwarded = self._forward(frame)
-            if forwarded is None:
+            if (forwarded := self._forward(frame)) is None:
                 return True
             frame = forwarded
         packet = frame.encode_tcp()

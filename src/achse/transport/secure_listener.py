@@ -5,6 +5,7 @@ Source: what each mode checks, network facts 2.3.
 
 import asyncio
 import logging
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from achse.ams import NetId
@@ -100,6 +101,9 @@ class _SecurePeer(Peer):
         if route is not None and not self._proof.is_for(route, self.owner.router, self.peer_host):
             return Admission.UNKNOWN
         return Admission.ONE_WAY if route is not None and route.one_way else Admission.ROUTED
+
+    def _far_net_ids(self) -> Iterable[bytes]:
+        return (self._net_id,)
 
 
 _MOST_WAITING = 64 * 1024

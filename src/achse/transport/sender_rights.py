@@ -2,10 +2,10 @@
 
 import logging
 
-from achse.ams import AmsAddress, Command, Frame
+from achse.ams import AmsAddress, Command, Frame, NetId
 from achse.router.rights import ALL_RIGHTS, NO_RIGHTS, Right, needed_rights
 
-__all__ = ["SenderRights"]
+__all__ = ["SenderRights", "missing_route"]
 
 log = logging.getLogger("achse.tcp")
 
@@ -47,3 +47,12 @@ class SenderRights:
                 *(client, str(missing.name).lower().replace("|", ", ")),
                 extra={"client": str(client), "peer": peer},
             )
+
+
+def missing_route(net_id: bytes, host: str) -> str:
+    """Return the text that a client has no route, and how to add one."""
+    client = NetId(net_id)
+    return (
+        f"client {client} from {host} has no route here; add it with `achse ads route add` or a"
+        f' [[route]] in the station\'s configuration: net_id = "{client}", host = "{host}"'
+    )
