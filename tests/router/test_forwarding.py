@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from achse.ams import AmsAddress, Command, Frame, NetId
 from achse.ams.commands import AddNotificationRequest
+from achse.codes import ReturnCode
 from achse.router import forwarding
 from achse.router.routes import Route
 from achse.transport.senders import MOST_SENDERS
@@ -246,6 +247,81 @@ def test_samples_go_on_beside_more_senders_than_a_connection_remembers() -> None
         chain.target.time_ns += limit
     chain.tick(3)
     assert len(listening.samples[handle]) == 4
+
+
+_FULL = ReturnCode.ROUTER_MAILBOX_FULL
+
+
+class Quiet:
+    """A client whose requests are looked at where they leave."""
+
+    def deliver(self, frame: Frame) -> bool:
+        return True
+
+
+REQUEST = st.tuples(
+    st.integers(0, 2),
+    st.sampled_from((Command.READ, Command.READ_WRITE, Command.WRITE, Command.READ_STATE)),
+    st.sampled_from((0, 4, 500, 1 << 12, 1 << 16, 1 << 21, 1 << 22, 1 << 26, 0xFFFF_FFFF)),
+    st.booleans(),
+    st.sampled_from((0, 10**6, 20 * 10**9)),
+)
+
+
+@settings(max_examples=40)
+@given(st.lists(st.one_of(REQUEST, st.integers(0, 20)), max_size=40), st.integers(1, 5))
+def test_client_that_waits_for_little_is_forwarded_beside_one_that_asks_for_much(
+    steps: list[tuple[int, Command, int, bool, int] | int], most: int
+) -> None:
+    """Before, 5 MB of requests for 26 GB of answers kept all other clients out for minutes."""
+    chain = Chain(1)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(forwarding, "_CLIENT_PENDING", most)
+        table = forwarding.Forwarding(chain.hosts[0].router, lambda frame: None, lambda call: None)
+        clients = [Quiet() for _ in range(3)]
+        under_way: list[tuple[int, int, Frame]] = []
+        now, invoke_id = 0, 0
+        for step in steps:
+            if isinstance(step, int):
+                if under_way:
+                    answer = under_way.pop(step % len(under_way))[2].reply(bytes(8))
+                    assert table.come_back(answer)
+                continue
+            which, command, size, congested, passed = step
+            now, invoke_id = now + passed, invoke_id + 1
+            reads = command in (Command.READ, Command.READ_WRITE)
+            data = bytes(8) + (size.to_bytes(4, "little") if reads else b"")
+            frame = Frame(PLC, AmsAddress(f"5.0.1.{which}.1.1:1"), command, 4, 0, invoke_id, data)
+            outcome = table.request(clients[which], frame, now, circles=False, congested=congested)
+            weight = len(data) + (size if reads else 0)
+            own = [other for whose, other, _ in under_way if whose == which]
+            if isinstance(outcome, Frame):
+                under_way.append((which, weight, outcome))
+                if own and now < 10 * 10**9:  # none of them counts as lost
+                    assert not congested
+                    assert len(own) < most
+                    assert sum(own) + weight <= 1 << 22
+            else:
+                assert outcome is _FULL
+                assert own or weight > 1 << 12
+        for *_, request in under_way:
+            table.come_back(request.reply(bytes(8)))
+        assert (table._loads, table._size) == ({}, 0)
+
+
+def test_load_of_a_client_ends_with_answers_that_are_lost() -> None:
+    chain = Chain(1)
+    table = forwarding.Forwarding(chain.hosts[0].router, lambda frame: None, lambda call: None)
+    head = (PLC, PYADS, Command.READ, 4, 0)
+    client, large = Quiet(), bytes(8) + (1 << 21).to_bytes(4, "little")
+    second = 1_000_000_000
+
+    def refused(number: int, at: int) -> bool:
+        return table.request(client, Frame(*head, number, large), at) is _FULL
+
+    assert [refused(number, second) for number in range(3)] == [False, True, True]
+    assert refused(3, 10 * second)
+    assert not refused(4, 11 * second)
 
 
 def test_client_in_this_process_is_told_by_a_sample_without_data() -> None:

@@ -6,6 +6,9 @@ the first session that uses it, the same NetId with another port for each furthe
 notifications are addressed to the alias, so they find the session that asked, at any time. What a
 client leaves at a target is released when its connection or its port is closed.
 
+What one client has under way is bounded, so that the requests of others are not behind minutes of
+its own: the connection carries them one after the other.
+
 AMS has no hop count: a request that comes back while it is unanswered goes in circles.
 
 Source: the router of the vendor gives each of its local programs a port of its own (reference
@@ -17,7 +20,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Protocol
 
-from achse.ams import AmsAddress, Endpoint, Flags, Frame, NetId
+from achse.ams import AmsAddress, Command, Endpoint, Flags, Frame, NetId
 from achse.codes import ReturnCode
 from achse.router.ledger import (
     Resource,
@@ -33,6 +36,22 @@ __all__ = ["ClientPorts", "ForwardedClient", "Forwarding"]
 
 _PENDING = 1 << 14
 """Requests that may be unanswered; beyond, the oldest is forgotten."""
+
+_CLIENT_PENDING = 1 << 12
+"""Requests of one client that may be unanswered; one more is refused."""
+
+_CLIENT_BYTES = 1 << 22
+"""Bytes of them and of their answers; beyond, a client that has one under way is refused."""
+
+_ALL_BYTES = 1 << 26
+"""The same of all clients; beyond, requests that are not small are refused."""
+
+_SMALL = 1 << 12
+"""Bytes of a request and its answer that are no load. A client that has nothing else under way may
+ask for so much at any time."""
+
+_LOST_NS = 10_000_000_000
+"""A client that may ask nothing for so long no longer waits for its answers: they are lost."""
 
 _IDLE = 1 << 14
 """Sessions without requests and resources that are remembered; beyond, the oldest is forgotten."""
@@ -116,10 +135,19 @@ class ForwardedClient:
             yield hint
 
 
+class _Load:
+    """Requests of a client that are under way, and bytes of them and their answers."""
+
+    __slots__ = ("count", "size", "time")
+
+    def __init__(self) -> None:
+        self.count = self.size = self.time = 0
+
+
 class _Pending:
     """A request without an answer."""
 
-    __slots__ = ("change", "command", "flags", "session", "time")
+    __slots__ = ("change", "command", "flags", "session", "size", "time")
 
     def __init__(
         self, session: ForwardedClient, request: Frame, change: ResourceChange | None, time: int
@@ -129,6 +157,7 @@ class _Pending:
         self.flags = request.flags
         self.change = change
         self.time = time
+        self.size = _size_with_answer(request)
 
     def refuse(self, target: bytes, invoke_id: int, code: ReturnCode) -> Frame | None:
         """The answer `code` to the client; None if it is gone."""
@@ -165,6 +194,9 @@ class Forwarding:
         self._idle: dict[ForwardedClient, None] = {}
         self._pending: dict[tuple[bytes, bytes, int], deque[_Pending]] = {}
         """Pending requests by alias, target and invoke id."""
+        self._loads: dict[Endpoint, _Load] = {}
+        self._size = 0
+        """Bytes of all loads."""
         self._subscribers: dict[Resource, ForwardedClient] = {}
         """Client of each subscription."""
         self._to_release: deque[tuple[ForwardedClient, Resource]] = deque()
@@ -192,12 +224,19 @@ class Forwarding:
     # requests --------------------------------------------------------------------------------
 
     def request(
-        self, client: Endpoint, frame: Frame, now: int, *, circles: bool = True
+        self,
+        client: Endpoint,
+        frame: Frame,
+        now: int,
+        *,
+        circles: bool = True,
+        congested: bool = False,
     ) -> Frame | ReturnCode:
         """Return the frame to send for a request of `client`, or what refuses it.
 
         `now` in ns. 0x7 if it goes in circles, 0x502 if so many are unanswered that this could not
-        be seen (neither without `circles`), 0x508 if there are no ports for further aliases.
+        be seen (neither without `circles`), 0x508 if there are no ports for further aliases. 0x502
+        also if too much of the client is under way; while the far end is `congested` anything is.
 
         A handle of another client's subscription is replaced by 0 where it is to be deleted.
         """
@@ -218,6 +257,8 @@ class Forwarding:
                 if action.handle is not None and change is not None:
                     self._discard(session, Resource(action.kind, change.target, action.handle))
         else:
+            if self._is_too_much(client, _size_with_answer(frame), now, congested):
+                return ReturnCode.ROUTER_MAILBOX_FULL
             refusal = self._note(session, frame, change, now, circles)
             if refusal is not None:
                 return refusal
@@ -271,6 +312,19 @@ class Forwarding:
         resource = Resource(action.kind, change.target, action.handle)
         return self._subscribers.get(resource, session) is not session
 
+    def _is_too_much(self, client: Endpoint, size: int, now: int, congested: bool) -> bool:
+        """True if a request of this size has to be refused, for what is under way."""
+        load = self._loads.get(client)
+        if load is not None and now - load.time >= _LOST_NS:
+            del self._loads[client]
+            self._size -= load.size
+            load = None
+        if size > _SMALL and (congested or (self._size and self._size + size > _ALL_BYTES)):
+            return True
+        return load is not None and (
+            congested or load.count >= _CLIENT_PENDING or load.size + size > _CLIENT_BYTES
+        )
+
     def _note(
         self,
         session: ForwardedClient,
@@ -289,14 +343,19 @@ class Forwarding:
                     return ReturnCode.ROUTER_MAILBOX_FULL
                 del self._pending[oldest]
                 for request in requests:
-                    self._answered(request.session)
+                    self._answered(request)
             waiting = self._pending[key] = deque()
         elif circles and sum(now - each.time < _ROUND_NS for each in waiting) >= _ROUNDS:
             return ReturnCode.TARGET_MACHINE_NOT_FOUND
         elif len(waiting) >= _PENDING:
-            waiting.popleft()
-            session.pending -= 1
-        waiting.append(_Pending(session, frame, change, now))
+            self._answered(waiting.popleft())
+        request = _Pending(session, frame, change, now)
+        waiting.append(request)
+        load = self._loads.setdefault(session.client, _Load())
+        load.time = now
+        load.count += 1
+        load.size += request.size
+        self._size += request.size
         session.pending += 1
         self._idle.pop(session, None)
         return None
@@ -336,7 +395,7 @@ class Forwarding:
                 del self._pending[key]
             if request.change is not None and not answer.error:
                 self._apply(session, request.change, answer.data)
-            self._answered(session)
+            self._answered(request)
         return False
 
     def _apply(self, session: ForwardedClient, change: ResourceChange, answer: bytes) -> None:
@@ -372,8 +431,18 @@ class Forwarding:
             self._subscribers.pop(resource, None)
             self._rest(session)
 
-    def _answered(self, session: ForwardedClient) -> None:
+    def _answered(self, request: _Pending) -> None:
+        session = request.session
         session.pending -= 1
+        load = self._loads.get(session.client)
+        if load is not None:
+            size = min(request.size, load.size)
+            load.count -= 1
+            load.size -= size
+            self._size -= size
+            if load.count <= 0:
+                self._size -= load.size
+                del self._loads[session.client]
         self._rest(session)
 
     def _rest(self, session: ForwardedClient) -> None:
@@ -491,9 +560,10 @@ class Forwarding:
         ]
         for table in (
             self._sessions, self._by_client, self._by_alias, self._idle, self._pending,
-            self._subscribers, self._releases,
+            self._subscribers, self._releases, self._loads,
         ):  # fmt: skip
             table.clear()
+        self._size = 0
         self._to_release.clear()
         self._unanswered = 0
         if self._listening:
@@ -504,6 +574,13 @@ class Forwarding:
 
 
 _NOBODY: dict[Endpoint, ForwardedClient] = {}
+
+
+def _size_with_answer(request: Frame) -> int:
+    """Return the bytes of a request and of the answer that it asks for."""
+    data = request.data
+    reads = request.command in (Command.READ, Command.READ_WRITE)
+    return len(data) + (int.from_bytes(data[8:12], "little") if reads else 0)
 
 
 def _with(frame: Frame, data: bytes) -> Frame:

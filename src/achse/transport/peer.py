@@ -361,16 +361,15 @@ class Peer:
         router, client = self._router, frame.origin or self._router.local_endpoint(frame.source)
         if client is None:
             return frame
-        if not getattr(client, "connected", True):
+        congested, quiet = self.congested, frame.flags & Flags.NO_RESPONSE
+        if not getattr(client, "connected", True) or (congested and quiet):
             return None
-        if frame.origin and self.congested and not frame.flags & Flags.NO_RESPONSE:
-            outcome: Frame | ReturnCode = ReturnCode.ROUTER_MAILBOX_FULL
-        else:
-            now = int(self.owner.loop.time() * 1e9)
-            circles = frame.origin is not None and not router.is_local(frame.target[:6])
-            if self._forwarding is None:
-                self._forwarding = Forwarding(router, self._send_own, self._after_a_second)
-            outcome = self._forwarding.request(client, frame, now, circles=circles)
+        now = int(self.owner.loop.time() * 1e9)
+        circles = frame.origin is not None and not router.is_local(frame.target[:6])
+        congested = congested and frame.origin is not None
+        if self._forwarding is None:
+            self._forwarding = Forwarding(router, self._send_own, self._after_a_second)
+        outcome = self._forwarding.request(client, frame, now, circles=circles, congested=congested)
         if isinstance(outcome, Frame):
             return outcome
         if outcome is ReturnCode.TARGET_MACHINE_NOT_FOUND:

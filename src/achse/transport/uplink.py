@@ -34,6 +34,10 @@ _SETTLED = 5.0
 """Seconds after which a connection counts as good; a peer that closes at once is no better than one
 that is not there: it does not know us."""
 
+_SMALL = 1024
+"""Bytes of a packet that goes to a host that leaves much unread, if its client waits for nothing
+else there."""
+
 _NO_ANSWER = 0x0003
 """Flags of frames that are not answered: responses, and requests that want no response."""
 
@@ -108,7 +112,7 @@ class Uplink:
         if connection is not None:
             if not frame.flags & _NO_ANSWER:
                 self._last_request = self.loop.time()
-                if connection.congested:
+                if connection.congested and size > _SMALL:
                     return self.refuse(frame, ReturnCode.ROUTER_MAILBOX_FULL)
             return connection.deliver(frame)
         if not self._dialling and self.loop.time() < self._not_before:
