@@ -406,6 +406,16 @@ elsewhere(
     f"{FORWARDING}::test_stranger_behind_a_router_does_not_end_its_connection_to_a_strict_target",
 )
 elsewhere(
+    "A router forwards 4 MB of one client at a time, so that the requests of others are not kept"
+    " waiting.",
+    f"{FORWARDING}::test_client_that_waits_for_little_is_forwarded_beside_one_that_asks_for_much",
+)
+elsewhere(
+    "File requests wait in a bounded number, however many addresses send them.",
+    "tests/devices/system/test_file_worker.py"
+    "::test_requests_of_many_addresses_are_limited_together",
+)
+elsewhere(
     "However many addresses send over one connection, the subscriptions of others on it go on.",
     f"{FORWARDING}::test_samples_go_on_beside_more_senders_than_a_connection_remembers",
 )

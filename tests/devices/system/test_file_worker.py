@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from achse.ams import DeviceError
+from achse.devices.system import file_worker
 from achse.devices.system.file_worker import FileWorker
 from achse.server.deferred import Result
 
@@ -81,6 +82,53 @@ async def test_what_waits_is_limited(gate: threading.Event) -> None:
     await desk.answered.wait()
     assert len(desk.done) == 66
     desk.ask(b"c", "1", 1)
+    desk.worker.stop()
+
+
+async def test_requests_of_many_addresses_are_limited_together(
+    gate: threading.Event, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before, a flood from ever new addresses waited without bound: 45 MB in a second."""
+    monkeypatch.setattr(file_worker, "_ALL_CLIENTS", 5)
+    desk = Desk(gate)
+    desk.ask(b"first", "0")
+    while desk.worker._waiting:  # noqa: ASYNC110
+        await asyncio.sleep(0)
+    for number in range(5):
+        desk.ask(b"%d" % number, str(number))
+    with pytest.raises(DeviceError, match="0 file requests of the client wait, 5 of all"):
+        desk.ask(b"more", "more")
+    desk.wanted -= 1
+    desk.worker.end_client(b"4", lambda: None)
+    desk.wanted -= 1
+    gate.set()
+    await desk.answered.wait()
+    while desk.worker._waiting:  # noqa: ASYNC110
+        await asyncio.sleep(0)
+    assert (desk.done, desk.worker._count) == (["0", "0", "1", "2", "3"], 0)
+    desk.worker.stop()
+
+
+async def test_results_that_the_loop_has_not_taken_are_limited(
+    gate: threading.Event, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before, a loop that was busy for seconds found gigabytes of results."""
+    monkeypatch.setattr(file_worker, "_RESULT_BYTES", 2)
+    gate.set()
+    desk = Desk(gate)
+    results: list[int] = []
+
+    def job() -> bytes:
+        results.append(desk.worker._result_bytes)
+        return b"x"
+
+    desk.wanted = 6
+    for _ in range(desk.wanted):
+        desk.worker.later(b"a", 0, job).start(desk.take)
+    while desk.worker._result_bytes < 2:
+        threading.Event().wait(0)
+    await desk.answered.wait()
+    assert (len(results), max(results), desk.worker._result_bytes) == (6, 1, 0)
     desk.worker.stop()
 
 

@@ -19,6 +19,12 @@ __all__ = ["FileWorker"]
 _PER_CLIENT = 64
 """Requests of one client that may wait."""
 
+_ALL_CLIENTS = 1024
+"""The same of all clients: addresses cost nothing."""
+
+_RESULT_BYTES = 64 * 1024 * 1024
+"""Results that the loop has not taken; beyond, the thread waits for it."""
+
 _BYTES = 64 * 1024 * 1024
 """Data of requests that may wait, all together; a single larger one goes if none does."""
 
@@ -37,6 +43,9 @@ class FileWorker:
         self._loop = loop
         self._waiting: OrderedDict[bytes, deque[tuple[int, Result, Answer]]] = OrderedDict()
         self._bytes = 0
+        self._count = 0
+        """Requests that wait."""
+        self._result_bytes = 0
         self._changed = threading.Condition()
         self._stopped = False
         self._thread = threading.Thread(target=self._work, name="file services", daemon=True)
@@ -49,8 +58,12 @@ class FileWorker:
         """
         with self._changed:
             waiting = len(self._waiting.get(client, ()))
-            if waiting >= _PER_CLIENT or (self._bytes and self._bytes + size > _BYTES):
-                raise DeviceError(ReturnCode.BUSY, f"{waiting} file requests of the client wait")
+            too_many = waiting >= _PER_CLIENT or self._count >= _ALL_CLIENTS
+            if too_many or (self._bytes and self._bytes + size > _BYTES):
+                raise DeviceError(
+                    ReturnCode.BUSY,
+                    f"{waiting} file requests of the client wait, {self._count} of all",
+                )
         return Deferred(lambda answer: self._put(client, size, job, answer))
 
     def end_client(self, client: bytes, job: Callable[[], None]) -> None:
@@ -58,6 +71,7 @@ class FileWorker:
         with self._changed:
             for size, _, _ in self._waiting.pop(client, ()):
                 self._bytes -= size
+                self._count -= 1
         self.do(client, job)
 
     def do(self, client: bytes, job: Callable[[], None]) -> None:
@@ -74,6 +88,7 @@ class FileWorker:
         with self._changed:
             self._stopped = True
             self._waiting.clear()
+            self._count = 0
             self._changed.notify()
         self._thread.join(_PATIENCE)
 
@@ -81,16 +96,20 @@ class FileWorker:
         with self._changed:
             self._waiting.setdefault(client, deque()).append((size, job, answer))
             self._bytes += size
+            self._count += 1
             self._changed.notify()
 
     def _take(self) -> tuple[int, Result, Answer] | None:
         """The next job: the oldest of the client that has waited longest for its turn."""
         with self._changed:
-            self._changed.wait_for(lambda: self._stopped or self._waiting)
+            self._changed.wait_for(
+                lambda: self._stopped or (self._waiting and self._result_bytes < _RESULT_BYTES)
+            )
             if self._stopped:
                 return None
             client, jobs = self._waiting.popitem(last=False)
             taken = jobs.popleft()
+            self._count -= 1
             if jobs:
                 self._waiting[client] = jobs
             return taken
@@ -98,16 +117,25 @@ class FileWorker:
     def _work(self) -> None:
         while (taken := self._take()) is not None:
             size, job, answer = taken
-            result = _done(job)
+            result, length = _done(job)
+            told = answer is not _nobody
             with self._changed:
                 self._bytes -= size
-            if answer is not _nobody:
+                self._result_bytes += length if told else 0
+            if told:
                 with suppress(RuntimeError):  # the loop has ended
-                    self._loop.call_soon_threadsafe(answer, result)
+                    self._loop.call_soon_threadsafe(self._give, answer, result, length)
+
+    def _give(self, answer: Answer, result: Result, length: int) -> None:
+        """In the loop: pass a result with so many bytes on."""
+        with self._changed:
+            self._result_bytes -= length
+            self._changed.notify()
+        answer(result)
 
 
-def _done(job: Result) -> Result:
-    """Do a job; what then gives its value, or raises what went wrong."""
+def _done(job: Result) -> tuple[Result, int]:
+    """Do a job; what then gives its value, or raises what went wrong, and the bytes of it."""
     try:
         value = job()
     except Exception as failure:
@@ -116,5 +144,5 @@ def _done(job: Result) -> Result:
         def fail() -> bytes:
             raise refusal
 
-        return fail
-    return lambda: value
+        return fail, 0
+    return (lambda: value), len(value)
