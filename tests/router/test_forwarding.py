@@ -1,11 +1,13 @@
 """Clients with one address behind several routers: each gets its own answers and samples."""
 
+import struct
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from achse.ams import AmsAddress, Command, Frame, NetId
-from achse.ams.commands import AddNotificationRequest
+from achse.ams import AmsAddress, Command, Flags, Frame, NetId
+from achse.ams.commands import AddNotificationRequest, ReadWriteRequest
 from achse.codes import ReturnCode
 from achse.router import forwarding
 from achse.router.routes import Route
@@ -143,6 +145,30 @@ def test_request_of_a_client_that_left_before_the_connection_was_up_is_not_sent(
     peer.begin(Wire())  # type: ignore[arg-type]
     chain.loop.run()
     assert written == []
+
+
+@pytest.mark.parametrize("group", [None, 0xF003, 0xF082, 0xF085])
+def test_request_without_an_answer_leaves_nothing_at_the_target(group: int | None) -> None:
+    """Before, a subscription that was added so stayed until the routers parted."""
+    chain = Chain(1)
+    client = chain.client(address=AmsAddress(f"{chain.hosts[0].router.net_id}:30000"))
+    add = client.add_request(client.fetch()).encode()
+    command, data = Command.READ_WRITE, b""
+    match group:
+        case None:
+            command, data = Command.ADD_NOTIFICATION, add
+        case 0xF003:
+            data = ReadWriteRequest(group, 0, 4, client.name()).encode()
+        case 0xF082:
+            part = struct.pack("<IIII", 0xF003, 0, 4, 2)
+            data = ReadWriteRequest(group, 1, 12, part + client.name()).encode()
+        case _:
+            data = ReadWriteRequest(group, 1, 8, add).encode()
+    client.send(command, data, Flags.ADS_COMMAND | Flags.NO_RESPONSE)
+    chain.tick()
+    client.close()
+    chain.tick(3)
+    assert chain.target.held_by_clients == (0, 0)
 
 
 def test_subscription_of_another_client_is_not_deleted() -> None:
