@@ -82,9 +82,40 @@ def test_host_that_waits_replaces_its_request_when_all_places_are_taken() -> Non
     for number in range(256):
         assert waiting.put(str(number), "old")
     assert waiting.put("7", "new")
-    assert not waiting.put("another", "new")
+    waiting.checked("guesser", right=False)
+    assert not waiting.put("guesser", "new")
     assert len(waiting) == 256
     assert waiting.remove(lambda request: request == "new") == [("7", "new")]
+
+
+@given(before=st.integers(0, 600), wrong=st.integers(0, 2), turns=st.integers(0, 5))
+def test_newcomer_is_one_of_the_next_two_however_many_wait(
+    before: int, wrong: int, turns: int
+) -> None:
+    """All have guessed equally often."""
+    clock = Clock()
+    waiting = PasswordQueue[str](clock)
+    hosts = [str(number) for number in range(before)]
+    for host in (*hosts, "newcomer"):
+        for _ in range(wrong):
+            waiting.checked(host, right=False)
+    for host in hosts:
+        assert waiting.put(host, "")
+    for _ in range(min(turns, before)):
+        checked_after(clock, waiting)
+    assert waiting.put("newcomer", "")
+    assert len(waiting) <= 256
+    assert "newcomer" in [checked_after(clock, waiting)[1] for _ in range(min(2, len(waiting)))]
+
+
+def test_crowd_displaces_none_of_those_that_waited_before() -> None:
+    clock = Clock()
+    waiting = PasswordQueue[str](clock)
+    for number in range(1000):
+        assert waiting.put(str(number), "")
+    turns = [checked_after(clock, waiting)[1] for _ in range(256)]
+    assert turns[:4] == ["0", "999", "1", "998"]
+    assert {str(number) for number in range(128)} < set(turns)
 
 
 @pytest.mark.parametrize(("quiet", "pause"), [(600.0, 1.0), (600.5, 0.0)])

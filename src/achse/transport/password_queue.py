@@ -4,6 +4,8 @@ UDP has no connections: anybody may send anything as fast as the wire allows. So
 for each host, a host that guesses waits longer each time, and those who knew the password go first.
 Among the others, those with the fewest wrong passwords are next: in turns the one that waits
 longest, and the one that came last. So a newcomer does not wait until a crowd has had its turns.
+If all places are taken, the newcomer displaces the middle one of those with the most wrong
+passwords: both ends of the queue keep their turns.
 """
 
 import math
@@ -61,12 +63,16 @@ class PasswordQueue(Generic[T]):
         return len(self._waiting)
 
     def put(self, host: str, request: T) -> bool:
-        """Let a request wait; it replaces one of the same host. False if there is no room."""
+        """Let a request wait; it replaces one of the same host.
+
+        False if there is no room: all that wait have fewer wrong passwords.
+        """
         if host not in self._waiting and len(self._waiting) >= _HOSTS:
-            worst = max(self._waiting, key=self._rank)
-            if self._rank(worst) <= self._rank(host):
+            most = max(map(self._rank, self._waiting))
+            if most < self._rank(host):
                 return False
-            del self._waiting[worst]
+            worst = [each for each in self._waiting if self._rank(each) == most]
+            del self._waiting[worst[len(worst) // 2]]
         self._waiting[host] = request
         return True
 
