@@ -3,7 +3,7 @@
 import asyncio
 import functools
 import struct
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from unittest import mock

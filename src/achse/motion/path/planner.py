@@ -504,7 +504,7 @@ class PathPlanner:
         state = self.state
         self._check(position, state.axis_count, "position")
         for name in (
-            *("oldest", "current", "following", "appended", "passed", "backwards", "arrived"),
+            *("oldest", "current", "following", "appended", "passed_segments", "backwards", "arrived"),
             *("hold", "fresh", "junctions", "junction", "out"),
         ):
             setattr(state, name, 0)
