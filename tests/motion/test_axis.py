@@ -1,11 +1,12 @@
 """Access to a record from outside: the same on both forms, and it wakes the axis."""
 
+import struct
 from typing import Any
 
 import pytest
 
 from achse.motion.readout.shown import ShownField
-from achse.motion.record import FIELDS, LAYOUT
+from achse.motion.record import FIELDS, LAYOUT, SHOWN_FIELDS
 from achse.native.declare import pack, reset
 
 WOKEN = {"resting", "features", "encoder_adapt"}
@@ -69,6 +70,19 @@ def test_jobs_are_within_the_axis_and_wake_it(either: Any) -> None:
     assert axis.resting == 1
     axis.cams[2].next.table = 4
     assert axis.resting == 0
+
+
+def test_shown_value_of_a_part_has_a_name_at_the_axis(either: Any) -> None:
+    axis = either.axis
+    for number, (name, part, row) in enumerate(SHOWN_FIELDS, 2):
+        axis.resting = 1
+        setattr(axis, name, number)
+        assert getattr(getattr(axis, part), row.name) == number, name
+        assert axis.resting == 0, name
+        place = axis.place_of(name, 8)
+        assert (place is not None) == either.nc.compiled
+        if place is not None:
+            assert place() == struct.pack("<d" if row.is_real else "<q", number), name
 
 
 PARTS = [row.name for row, _ in LAYOUT.held if not row.length]

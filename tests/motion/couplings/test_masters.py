@@ -6,6 +6,9 @@ import pytest
 
 from achse.motion import commands
 from achse.motion.couplings.masters import end_coupling
+from achse.motion.record import AXIS_PARTS
+from achse.motion.states import SlaveType
+from achse.native.declare import pack
 
 
 @pytest.fixture
@@ -25,6 +28,29 @@ def test_coupling_states(rig: Any) -> None:
     assert states(rig) == [1, 2, 3]
     end_coupling(second, second.rows)
     assert states(rig) == [0, 1, 3]
+
+
+@pytest.mark.parametrize("compiled", [False, True], ids=["plain", "compiled"])
+@pytest.mark.parametrize("by_error", [False, True], ids=["uncoupled", "error"])
+def test_end_of_a_coupling_leaves_fresh_parts(
+    make_rig: Any, compiled: bool, by_error: bool
+) -> None:
+    rig = make_rig(count=4, compiled=compiled)
+    slave = rig.axis
+    slave.gear_ratio_1 = 0.5
+    kind = SlaveType.MULTI_MASTER
+    assert commands.couple_to_several(slave, kind, (2, 3, 4), 100.0, 200.0, 1e3, 50.0) == 0
+    rig.run(5)
+    assert slave.coupling.master_count == 3
+    if by_error:
+        slave.external_error = 0x4550
+        rig.run(2)
+    else:
+        slave.release()
+    for name in ("coupling", "camming"):
+        layout = AXIS_PARTS[name]
+        assert pack(layout, getattr(slave, name)) == pack(layout, layout.plain())
+    assert [axis.followers for axis in rig.nc] == [0, 0, 0, 0]
 
 
 def test_actual_values_lead_an_axis_that_is_not_ready(make_rig: Any) -> None:
