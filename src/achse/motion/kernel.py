@@ -33,7 +33,7 @@ from achse.motion.record import POSITION_HISTORY, AxisFields, EncoderFields
 from achse.motion.rows import NcRows
 from achse.motion.setpoints.limits import adapt_limits
 from achse.motion.setpoints.phasing import shift_phase
-from achse.motion.setpoints.setpoint import generate, keeps_its_table, show_remaining, walk
+from achse.motion.setpoints.setpoint import follow_segment, generate, show_remaining
 from achse.motion.states import AxisType, DriveType, MotionPhase
 
 __all__ = ["STAGES", "Stage", "adapt", "begin", "begin_encoder", "cycle", "cycles", "follow"]
@@ -187,8 +187,7 @@ def _generate(ax: AxisFields, rows: NcRows, dt: float) -> None:
 def _generate_fast(ax: AxisFields, rows: NcRows, dt: float) -> None:
     if ax.set_motion_phase == MotionPhase.COUPLED:
         coupled.step(ax, dt)
-    elif keeps_its_table(ax, dt):
-        walk(ax, ax.profile.elapsed + dt)
+    elif follow_segment(ax, dt):
         show_remaining(ax, dt)
     else:
         generate(ax, dt)

@@ -47,8 +47,8 @@ __all__ = [
     "drop_job",
     "end_homing",
     "fail",
+    "follow_segment",
     "generate",
-    "keeps_its_table",
     "pass_switch_position",
     "shift_encoder",
     "shift_origin",
@@ -56,7 +56,6 @@ __all__ = [
     "show_remaining",
     "stop_fast",
     "take_next",
-    "walk",
 ]
 
 _SWITCH_TARGET = 2
@@ -256,33 +255,30 @@ def _pass_border(ax: AxisFields) -> None:
     ax.profile.replan = 1
 
 
-def walk(ax: AxisFields, t: float) -> None:
-    """Set values at a time within the active row of the table."""
-    profile = ax.profile
-    p = profile.position
-    v = profile.velocity
-    a = profile.acceleration
-    j = profile.jerk[profile.index]
-    profile.elapsed = t
-    set_point = ax.set
-    set_point.position = p + t * (v + t * (0.5 * a + t * (j / 6.0)))
-    set_point.velocity = v + t * (a + t * (0.5 * j))
-    set_point.acceleration = a + t * j
-    set_point.jerk = j
-
-
-def keeps_its_table(ax: AxisFields, dt: float) -> bool:
-    """Return True if a move only goes on along the active segment of its profile in this cycle."""
+def follow_segment(ax: AxisFields, dt: float) -> bool:
+    """Go on along the active segment for a cycle; return False if the move needs more than that."""
     profile = ax.profile
     phase = ax.set_motion_phase
-    return (
+    t = profile.elapsed + dt
+    if not (
         (phase == MotionPhase.POSITIONING or (phase != MotionPhase.NONE and ax.buffer.count == 0))
         and ax.velocity_override == profile.override
         and ax.limits.recheck | profile.replan | ax.switch.armed == 0
         and ax.border.time < 0.0
         and profile.index < profile.count
-        and profile.elapsed + dt < profile.time[profile.index]
-    )
+        and t < profile.time[profile.index]
+    ):
+        return False
+    profile.elapsed = t
+    v = profile.velocity
+    a = profile.acceleration
+    j = profile.jerk[profile.index]
+    set_point = ax.set
+    set_point.position = profile.position + t * (v + t * (0.5 * a + t * (j / 6.0)))
+    set_point.velocity = v + t * (a + t * (0.5 * j))
+    set_point.acceleration = a + t * j
+    set_point.jerk = j
+    return True
 
 
 def advance(ax: AxisFields, dt: float) -> float:
@@ -314,7 +310,10 @@ def advance(ax: AxisFields, dt: float) -> float:
             profile.acceleration = a
         profile.elapsed = t
         if i < count:
-            walk(ax, t)
+            ax.set.position = p + t * (v + t * (0.5 * a + t * (j / 6.0)))
+            ax.set.velocity = v + t * (a + t * (0.5 * j))
+            ax.set.acceleration = a + t * j
+            ax.set.jerk = j
             return 0.0
     profile.elapsed = t
     ax.set.acceleration = 0.0
