@@ -22,7 +22,7 @@ from achse.devices.nc.layouts import (
 )
 from achse.devices.nc.rows import at_axis, bound, parameter, per_element, sample_of_reals, shown
 from achse.motion import Axis, commands
-from achse.motion.couplings.characteristic import (
+from achse.motion.couplings.flying_saws.characteristic import (
     CHARACTERISTIC_VALUES,
     characteristic_of,
     course_of,

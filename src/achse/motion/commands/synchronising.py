@@ -8,10 +8,14 @@ from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK
 from achse.motion.commands.couplings import LARGEST_PARAMETER, begin_coupling, check_slave
-from achse.motion.couplings.approach import AT_REST, NO_WAY, line, quintic, ramp
-from achse.motion.couplings.course import SlaveCourse, course_by_time, course_over_master
+from achse.motion.couplings.flying_saws.approach import AT_REST, NO_WAY, line, quintic, ramp
+from achse.motion.couplings.flying_saws.course import (
+    SlaveCourse,
+    course_by_time,
+    course_over_master,
+)
+from achse.motion.couplings.flying_saws.sync_checks import SawLimits, check_course
 from achse.motion.couplings.masters import as_leader
-from achse.motion.couplings.sync_checks import SawLimits, check_course
 from achse.motion.fields.synchronising import SYNC_PIECES, SYNC_TERMS
 from achse.motion.record import AxisFields
 from achse.motion.states import SlaveType, SynchronisingBit
@@ -180,7 +184,7 @@ def _in_one(
     way: float,
     height: float,
 ) -> _Way:
-    """The way of `achse.motion.couplings.approach.meet`."""
+    """The way of `achse.motion.couplings.flying_saws.approach.meet`."""
     heading = 1.0 if way > 0.0 else -1.0
     speed = heading * velocity
     slope = slave.set.velocity / speed

@@ -37,13 +37,11 @@ from achse.motion.couplings import (
     bilinear,
     cams,
     cyclic_gear,
-    flying_saw,
     linear,
-    modulo_saw,
     multi_master,
     surface_speed,
-    synchronising,
 )
+from achse.motion.couplings.flying_saws import flying_saw, modulo_saw, synchronising
 from achse.motion.couplings.guard import check_step
 from achse.motion.couplings.masters import end_coupling, update_leading_value
 from achse.motion.record import AxisFields

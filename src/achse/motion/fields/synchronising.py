@@ -15,7 +15,7 @@ class Synchronisation(InternalFields):
     """Way of a slave to run with its master, and how far it is."""
 
     state: int = whole(0, "MotionState", "11 before it, 12 on the way, 13 runs with it")
-    method: int = whole(0, "1", "what makes the set point, see `couplings.approach`")
+    method: int = whole(0, "1", "what makes the set point, see `couplings.flying_saws.approach`")
     mask: int = whole(0, "SynchronisingBit", "checks and operations that are asked for")
     heading: float = real(1.0, "1", "direction of the master, -1 or 1")
     moved: int = flag(0, "the slave moved when it began")

@@ -11,8 +11,13 @@ from collections.abc import Sequence
 from math import floor
 
 from achse.codes import NcError
-from achse.motion.couplings.approach import LINEAR, begin_approach, follow_approach, run_with
-from achse.motion.couplings.chase import approach_place, settle_place
+from achse.motion.couplings.flying_saws.approach import (
+    LINEAR,
+    begin_approach,
+    follow_approach,
+    run_with,
+)
+from achse.motion.couplings.flying_saws.chase import approach_place, settle_place
 from achse.motion.couplings.masters import (
     leading_acceleration,
     leading_jerk,

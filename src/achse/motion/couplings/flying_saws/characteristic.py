@@ -2,8 +2,12 @@
 
 from typing import TYPE_CHECKING
 
-from achse.motion.couplings.approach import AT_REST
-from achse.motion.couplings.course import SlaveCourse, course_by_time, course_over_master
+from achse.motion.couplings.flying_saws.approach import AT_REST
+from achse.motion.couplings.flying_saws.course import (
+    SlaveCourse,
+    course_by_time,
+    course_over_master,
+)
 from achse.motion.states import SlaveType
 
 if TYPE_CHECKING:

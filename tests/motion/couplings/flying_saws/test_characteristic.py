@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from achse.motion import commands
-from achse.motion.couplings.characteristic import characteristic_of, course_of
+from achse.motion.couplings.flying_saws.characteristic import characteristic_of, course_of
 
 
 @pytest.fixture

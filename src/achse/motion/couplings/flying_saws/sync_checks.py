@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from achse.codes import NcError
-from achse.motion.couplings.course import SlaveCourse
+from achse.motion.couplings.flying_saws.course import SlaveCourse
 from achse.motion.states import SynchronisingBit
 
 __all__ = ["SawLimits", "check_course"]

@@ -7,8 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from achse.motion.couplings.approach import quintic, weak_ramp
-from achse.motion.couplings.course import SlaveCourse, course_by_time, course_over_master
+from achse.motion.couplings.flying_saws.approach import quintic, weak_ramp
+from achse.motion.couplings.flying_saws.course import (
+    SlaveCourse,
+    course_by_time,
+    course_over_master,
+)
 
 
 def rest_to_rest(length: float, height: float, velocity: float) -> SlaveCourse:

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from math import sin
 
 from achse.codes import NcError
-from achse.motion.couplings.approach import (
+from achse.motion.couplings.flying_saws.approach import (
     BY_POSITION,
     BY_TIME,
     INACTIVE,

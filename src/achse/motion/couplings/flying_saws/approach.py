@@ -12,7 +12,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 
 from collections.abc import MutableSequence, Sequence
 
-from achse.motion.couplings.chase import approach_velocity, settle
+from achse.motion.couplings.flying_saws.chase import approach_velocity, settle
 from achse.motion.fields.synchronising import SYNC_TERMS
 from achse.motion.record import AxisFields
 from achse.motion.states import AxisType, MotionState, SynchronisingBit

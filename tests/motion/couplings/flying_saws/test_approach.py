@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.motion.couplings.approach import line, place_at, quintic, ramp, weak_ramp
+from achse.motion.couplings.flying_saws.approach import line, place_at, quintic, ramp, weak_ramp
 
 
 def fifth(height: float, length: float, slope: float, bend: float, end: float) -> list[float]:

@@ -7,7 +7,11 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from achse.motion.couplings.chase import approach_place, approach_velocity, limits_beside
+from achse.motion.couplings.flying_saws.chase import (
+    approach_place,
+    approach_velocity,
+    limits_beside,
+)
 from achse.motion.record import SlotsRecord
 
 DT = 0.002

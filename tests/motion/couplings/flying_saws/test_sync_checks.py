@@ -3,9 +3,9 @@
 import pytest
 
 from achse.codes import NcError
-from achse.motion.couplings.approach import quintic
-from achse.motion.couplings.course import SlaveCourse, course_over_master
-from achse.motion.couplings.sync_checks import SawLimits, check_course
+from achse.motion.couplings.flying_saws.approach import quintic
+from achse.motion.couplings.flying_saws.course import SlaveCourse, course_over_master
+from achse.motion.couplings.flying_saws.sync_checks import SawLimits, check_course
 from achse.motion.states import SynchronisingBit as Bit
 
 FREE = SawLimits(1e9, 1e9, 1e9, 1e9)

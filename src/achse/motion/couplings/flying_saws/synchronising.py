@@ -11,7 +11,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from collections.abc import Sequence
 
 from achse.codes import NcError
-from achse.motion.couplings.approach import (
+from achse.motion.couplings.flying_saws.approach import (
     BY_POSITION,
     BY_TIME,
     INACTIVE,
