@@ -4,37 +4,18 @@ Each function answers 0 or the number of the NC error that refuses it (`NcError`
 changes nothing. Functions carry the index offset of 0x4200 + axis id that they stand for (002
 §6.4.4.3). Positions are in axis units, velocities per second; acceleration, deceleration and jerk
 of 0 mean the axis default.
+
+Read `starts` first, with `queue` (accepted and waiting commands) and `achse.motion.checks`; then
+`stops`, `changes` and `superposition`, which change a motion. `homing`, `positions` and `probes`
+are about encoders, `loops` and `switches` about the control loop and errors, `groups` about
+membership. `slaves` and `special_generators` are sub-rooms.
 """
 
-from achse.motion.commands.cams import (
-    CamDemand,
-    change_cam_offsets,
-    change_cam_scaling,
-    couple_by_cam,
-    end_profile,
-    follow_correction,
-    last_correction,
-    scale_slave,
-)
 from achse.motion.commands.changes import (
     freeze_override,
     new_dynamics,
     new_end_position,
     new_end_position_and_velocity,
-)
-from achse.motion.commands.couplings import (
-    change_coupling,
-    couple,
-    couple_to_several,
-    decouple,
-    decouple_and_start,
-    decouple_with_follow_up,
-    stop_slave,
-)
-from achse.motion.commands.external import (
-    start_external_setpoint,
-    stop_external_setpoint,
-    stop_external_setpoint_endless,
 )
 from achse.motion.commands.groups import (
     begin_group_motion,
@@ -46,20 +27,6 @@ from achse.motion.commands.groups import (
 )
 from achse.motion.commands.homing import home, set_homing_state
 from achse.motion.commands.loops import switch_control_loop
-from achse.motion.commands.open_loop import (
-    change_drive_output,
-    release_brake,
-    set_drive_operation_mode,
-    start_drive_output,
-    start_torque_control,
-    stop_drive_output,
-)
-from achse.motion.commands.oscillation import (
-    start_reversing,
-    start_sine_oscillation,
-    start_velocity_steps,
-)
-from achse.motion.commands.phasing import start_phasing
 from achse.motion.commands.positions import (
     reinitialize_actual_position,
     reinitialize_encoder,
@@ -77,7 +44,46 @@ from achse.motion.commands.probes import (
     deactivate_touch_probe,
     set_latch_event,
 )
-from achse.motion.commands.special import start_special
+from achse.motion.commands.slaves.cams import (
+    CamDemand,
+    change_cam_offsets,
+    change_cam_scaling,
+    couple_by_cam,
+    end_profile,
+    follow_correction,
+    last_correction,
+    scale_slave,
+)
+from achse.motion.commands.slaves.couplings import (
+    change_coupling,
+    couple,
+    couple_to_several,
+    decouple,
+    decouple_and_start,
+    decouple_with_follow_up,
+    stop_slave,
+)
+from achse.motion.commands.slaves.phasing import start_phasing
+from achse.motion.commands.slaves.synchronising import synchronise
+from achse.motion.commands.special_generators.external import (
+    start_external_setpoint,
+    stop_external_setpoint,
+    stop_external_setpoint_endless,
+)
+from achse.motion.commands.special_generators.open_loop import (
+    change_drive_output,
+    release_brake,
+    set_drive_operation_mode,
+    start_drive_output,
+    start_torque_control,
+    stop_drive_output,
+)
+from achse.motion.commands.special_generators.oscillation import (
+    start_reversing,
+    start_sine_oscillation,
+    start_velocity_steps,
+)
+from achse.motion.commands.special_generators.special import start_special
 from achse.motion.commands.starts import start, universal_start
 from achse.motion.commands.stops import (
     clear,
@@ -100,7 +106,6 @@ from achse.motion.commands.switches import (
     set_drive_output,
     set_external_error,
 )
-from achse.motion.commands.synchronising import synchronise
 
 __all__ = [
     "CamDemand",

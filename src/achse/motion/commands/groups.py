@@ -3,8 +3,8 @@
 from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK
-from achse.motion.commands.generators import begin_generator
 from achse.motion.commands.queue import busy
+from achse.motion.commands.special_generators.generators import begin_generator
 from achse.motion.states import AxisType, CommandState, MotionPhase
 from achse.native.declare import reset
 

@@ -3,8 +3,8 @@
 from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK, check_command, check_velocity
-from achse.motion.commands.generators import begin_generator, check_generator
 from achse.motion.commands.queue import busy
+from achse.motion.commands.special_generators.generators import begin_generator, check_generator
 from achse.motion.generators.homing import cam_direction, pulse_direction
 from achse.motion.port import STATUS_HOMED, STATUS_HOMING_FAILED
 from achse.motion.record import TOUCH_PROBES

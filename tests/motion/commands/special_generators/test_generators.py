@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from achse.codes import NcError
 from achse.motion import CommandState, MotionPhase, StateBit, commands
-from achse.motion.commands.generators import begin_generator
+from achse.motion.commands.special_generators.generators import begin_generator
 
 SINE = (1, 10.0, 2.0, 0.0, 10.0, 20.0, 100.0, 2.0, 3, 1)
 

@@ -7,7 +7,7 @@ from math import isfinite
 from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK
-from achse.motion.commands.couplings import begin_coupling, check_slave
+from achse.motion.commands.slaves.couplings import begin_coupling, check_slave
 from achse.motion.couplings.cam_checks import carry_out_now, check_change
 from achse.motion.couplings.cams import (
     CHANGE_BEGIN,

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK
-from achse.motion.commands.couplings import LARGEST_PARAMETER, begin_coupling, check_slave
+from achse.motion.commands.slaves.couplings import LARGEST_PARAMETER, begin_coupling, check_slave
 from achse.motion.couplings.flying_saws.approach import AT_REST, NO_WAY, line, quintic, ramp
 from achse.motion.couplings.flying_saws.course import (
     SlaveCourse,

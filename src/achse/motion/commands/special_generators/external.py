@@ -5,7 +5,7 @@ from math import isfinite
 from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import ENDLESS, OK
-from achse.motion.commands.generators import begin_generator, check_generator
+from achse.motion.commands.special_generators.generators import begin_generator, check_generator
 from achse.motion.commands.starts import universal_start
 from achse.motion.generators.external import leave_external
 from achse.motion.setpoints.setpoint import begin_stop

@@ -5,8 +5,8 @@ from math import isfinite
 from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK, check_away, check_command, check_permitted
-from achse.motion.commands.generators import begin_generator, check_generator
 from achse.motion.commands.queue import busy
+from achse.motion.commands.special_generators.generators import begin_generator, check_generator
 from achse.motion.commands.stops import stop
 from achse.motion.port import STATUS_READY
 from achse.motion.setpoints.setpoint import absorb, begin_stop

@@ -9,7 +9,7 @@ import pytest
 from achse.codes import NcError
 from achse.motion import AxisParameters, Nc, commands
 from achse.motion.commands import CamDemand
-from achse.motion.commands.cams import (
+from achse.motion.commands.slaves.cams import (
     LARGEST_OFFSET,
     LARGEST_SCALING,
     _check,

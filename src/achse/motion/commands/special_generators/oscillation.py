@@ -5,8 +5,8 @@ from math import isfinite, pi
 from achse.codes import NcError
 from achse.motion.axis import Axis
 from achse.motion.checks import OK, check_target, check_velocity
-from achse.motion.commands.generators import begin_generator, check_generator
 from achse.motion.commands.queue import dynamics, next_number, show_accepted
+from achse.motion.commands.special_generators.generators import begin_generator, check_generator
 from achse.motion.setpoints.jobs import set_request
 from achse.motion.setpoints.setpoint import begin_job
 from achse.motion.states import MotionPhase, StartType
