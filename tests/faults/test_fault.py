@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from achse.faults.fault import ActiveFault, FaultError
+from achse.faults.fault import ActiveFault, FaultError, FaultState
 from achse.faults.frames import Drop
 from achse.faults.kinds import STATION_FAULTS
 
@@ -64,7 +64,7 @@ def test_texts_that_say_nothing_are_refused(text: str) -> None:
 def test_every_nth_and_a_count() -> None:
     active = ActiveFault(1, Drop(every=3, count=2), 0)
     assert not active.take()  # it has not begun
-    active.state = "active"
+    active.state = FaultState.ACTIVE
     assert [active.take() for _ in range(6)] == [False, False, True] * 2
     assert active.used_up
 

@@ -8,6 +8,7 @@ import asyncio
 import ipaddress
 import logging
 from collections.abc import Callable
+from enum import StrEnum
 from typing import Any, Literal, Protocol, cast
 
 from achse.ams import (
@@ -27,6 +28,7 @@ __all__ = [
     "GRANT_TIME",
     "ClientLink",
     "Dialer",
+    "LinkMode",
     "LinkUser",
     "Mode",
     "Onlooker",
@@ -41,7 +43,19 @@ __all__ = [
 log = logging.getLogger("achse.client")
 
 Mode = Literal["auto", "router", "direct"]
-"""Router mode asks the peer for a port of its own (0x1000), direct mode brings its own address."""
+"""Names of `LinkMode`."""
+
+
+class LinkMode(StrEnum):
+    """Origin of the address of a link."""
+
+    AUTO = "auto"
+    """The peer is asked for a port; without an answer the link brings its own address."""
+    ROUTER = "router"
+    """The peer grants a port of its own (0x1000)."""
+    DIRECT = "direct"
+    """The link brings its own address."""
+
 
 GRANT_TIME = 1.0
 """Seconds the router on this host gets to grant a port; it answers within a millisecond."""
@@ -268,7 +282,9 @@ class TcpDialer:
     ) -> None:
         self.host = host
         self.port = port
-        self.mode: Mode = "direct" if source is not None and mode == "auto" else mode
+        self.mode = LinkMode(mode)
+        if source is not None and self.mode is LinkMode.AUTO:
+            self.mode = LinkMode.DIRECT
         self.source = source
         self.grant_time = grant_time
         self.needs_net_id = needs_net_id
@@ -287,19 +303,19 @@ class TcpDialer:
         """Connect; raises OSError if nobody listens, `ConnectionLost` if a port is refused."""
         link = await self._connect(user)
         try:
-            if self.mode == "router" or (self.mode == "auto" and self._may_ask(link)):
+            if self.mode is LinkMode.ROUTER or (self.mode is LinkMode.AUTO and self._may_ask(link)):
                 try:
                     await link.register(self.grant_time)
-                    self.mode = "router"
+                    self.mode = LinkMode.ROUTER
                 except ConnectionLost:
-                    if self.mode == "router":
+                    if self.mode is LinkMode.ROUTER:
                         raise
                     link = await self._open_directly(link, user)
-            if self.mode != "router":
-                if self.mode == "auto" and self._peer_key in _without_service:
+            if self.mode is not LinkMode.ROUTER:
+                if self.mode is LinkMode.AUTO and self._peer_key in _without_service:
                     link.when_mute = self._ask_again
-                elif self.mode == "auto":
-                    self.mode = "direct"
+                elif self.mode is LinkMode.AUTO:
+                    self.mode = LinkMode.DIRECT
                 peer_net_id = await self._find_net_id(link.extra("peername"))
                 address = self.source or address_of(link.extra("sockname"), peer_net_id)
                 link.take_address(address, peer_net_id)

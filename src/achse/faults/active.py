@@ -9,7 +9,14 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from achse.ams import AdsState
-from achse.faults.fault import MOST_FAULTS, ActiveFault, FaultError, LastingFault, Undo
+from achse.faults.fault import (
+    MOST_FAULTS,
+    ActiveFault,
+    FaultError,
+    FaultState,
+    LastingFault,
+    Undo,
+)
 from achse.faults.kinds import STATION_FAULTS
 from achse.faults.runtimes import Config
 from achse.faults.site import Site, StationFault
@@ -66,7 +73,7 @@ class Faults:
     def renew(self) -> None:
         """Hit what the station consists of now: devices after a restart, one more listener."""
         for active in self:
-            if active.state == "active" and not isinstance(active.fault, Config):
+            if active.state is FaultState.ACTIVE and not isinstance(active.fault, Config):
                 if active.undo is not None:
                     active.undo()
                     active.undo = None
@@ -77,9 +84,9 @@ class Faults:
                     self._finish(active)
 
     def _begin(self, active: ActiveFault) -> None:
-        if active.state != "waiting":
+        if active.state is not FaultState.WAITING:
             return
-        active.state = "active"
+        active.state = FaultState.ACTIVE
         log.info("fault %d begins: %s", active.number, active.fault)
         fault = active.fault
         lasts = isinstance(fault, LastingFault)
@@ -116,9 +123,9 @@ class Faults:
         self._station.at(due_ns, action)
 
     def _finish(self, active: ActiveFault) -> None:
-        if active.state == "over":
+        if active.state is FaultState.OVER:
             return
-        active.state = "over"
+        active.state = FaultState.OVER
         self._faults.pop(active.number, None)
         planned, active.planned = active.planned, None
         if planned is not None:

@@ -10,7 +10,7 @@ from typing import Any
 
 from achse.ethercat import Disturbance, Segment, Slave
 from achse.faults.drives import DRIVE_FAULTS, ENDLESS, CableFault, DriveFault, SlaveFault
-from achse.faults.fault import MOST_FAULTS, FaultError, Undo
+from achse.faults.fault import MOST_FAULTS, FaultError, FaultState, Undo
 
 __all__ = ["ActiveDriveFault", "DriveFaults"]
 
@@ -22,8 +22,7 @@ class ActiveDriveFault:
     number: int
     fault: DriveFault
     begins_ns: int
-    state: str = "waiting"
-    """`waiting`, `active`, `over`."""
+    state: FaultState = FaultState.WAITING
     ends_ns: int = ENDLESS
     undos: dict[Slave | None, Callable[[], None]] = dataclasses.field(default_factory=dict)
     """Function that ends the fault, for each slave that it hits; None is the segment."""
@@ -35,7 +34,7 @@ class ActiveDriveFault:
         hits = 0
         if self.left is not None and isinstance(self.fault, CableFault):
             hits = (self.fault.count or ENDLESS) - self.left()
-        elif self.state == "active":
+        elif self.state is FaultState.ACTIVE:
             hits = 1
         fields = self.fault.fields()
         return {"number": self.number, "state": self.state, "hits": hits, "fault": fields}
@@ -87,18 +86,18 @@ class DriveFaults:
         """Begin and end what is due now."""
         now = self._segment.time.now_ns
         for active in tuple(self._faults.values()):
-            if active.state == "waiting" and active.begins_ns <= now:
-                active.state = "active"
+            if active.state is FaultState.WAITING and active.begins_ns <= now:
+                active.state = FaultState.ACTIVE
                 if active.fault.lasting is not None:
                     active.ends_ns = now + round(active.fault.lasting * 1e9)
                 self._begin(active)
-            if active.state == "active" and (
+            if active.state is FaultState.ACTIVE and (
                 now >= active.ends_ns or (active.left is not None and active.left() <= 0)
             ):
                 self._finish(active)
 
     def _finish(self, active: ActiveDriveFault) -> None:
-        active.state = "over"
+        active.state = FaultState.OVER
         self._faults.pop(active.number, None)
         undos, active.undos = active.undos, {}
         for slave, undo in undos.items():

@@ -4,6 +4,7 @@ import inspect
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Annotated, Any, Generic, TypeVar, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, ValidationError
@@ -17,6 +18,7 @@ __all__ = [
     "Fault",
     "FaultError",
     "FaultKinds",
+    "FaultState",
     "FieldUnit",
     "LastingFault",
     "Moment",
@@ -290,6 +292,15 @@ def _unit(parts: Iterable[Any]) -> str:
     return ""
 
 
+class FaultState(StrEnum):
+    """State of a fault on demand, as JSON has it."""
+
+    WAITING = "waiting"
+    """Its time has not come."""
+    ACTIVE = "active"
+    OVER = "over"
+
+
 class ActiveFault:
     """A fault that waits for its time or is at work."""
 
@@ -297,8 +308,7 @@ class ActiveFault:
         self.number = number
         self.fault = fault
         self.begins_ns = begins_ns
-        self.state = "waiting"
-        """`waiting`, `active`, `over`."""
+        self.state = FaultState.WAITING
         self.hits = 0
         self._seen = 0
         counted = fault if isinstance(fault, CountedFault) else None
@@ -310,7 +320,7 @@ class ActiveFault:
 
     def take(self) -> bool:
         """Count the frame that was selected now; True if the fault hits it."""
-        if self.state != "active":
+        if self.state is not FaultState.ACTIVE:
             return False
         self._seen += 1
         if self._seen % self._every:

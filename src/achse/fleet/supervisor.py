@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from achse.fleet.plan import FleetPlan, FleetStation
 from achse.fleet.policy import RestartPolicy
 from achse.station.configuration.types import ConfigError
 
-__all__ = ["FleetProcess", "FleetSupervisor", "usable_cores"]
+__all__ = ["FleetProcess", "FleetSupervisor", "ProcessState", "usable_cores"]
 
 log = logging.getLogger("achse.fleet")
 
@@ -37,6 +38,18 @@ _END_WITHIN_S = 20.0
 Command = Callable[[Sequence[int], int | None], Sequence[str]]
 
 
+class ProcessState(StrEnum):
+    """State of a process of a fleet, as JSON has it."""
+
+    WAITING = "waiting"
+    STARTING = "starting"
+    RUNNING = "running"
+    AGAIN = "again"
+    """It is to be started again."""
+    FAILED = "failed"
+    ENDED = "ended"
+
+
 class FleetProcess:
     """One process and its stations."""
 
@@ -45,8 +58,7 @@ class FleetProcess:
         """0 and up."""
         self.stations = stations
         self.core = core
-        self.state = "waiting"
-        """waiting, starting, running, again (it will be started again), failed, ended."""
+        self.state = ProcessState.WAITING
         self.pid = 0
         self.said: dict[int, dict[str, Any]] = {}
         """The newest figures of each station."""
@@ -59,6 +71,11 @@ class FleetProcess:
         """A restart was ordered."""
         self.ordered = False
         self.child: asyncio.subprocess.Process | None = None
+
+    @property
+    def has_failed(self) -> bool:
+        """True if it is not started again."""
+        return self.state is ProcessState.FAILED
 
     @property
     def numbers(self) -> list[int]:
@@ -158,7 +175,11 @@ class FleetSupervisor:
             for process in self.processes:
                 self._shorten(self.log_of(process.numbers[0]))
                 heard, looks = silent[process]
-                looks = looks + 1 if process.heard == heard and process.state == "running" else 0
+                looks = (
+                    looks + 1
+                    if process.heard == heard and process.state is ProcessState.RUNNING
+                    else 0
+                )
                 silent[process] = process.heard, looks
                 child = process.child
                 if looks >= self._silent_looks and child is not None and child.returncode is None:
@@ -195,15 +216,15 @@ class FleetSupervisor:
             pause = policy.ended(self._clock()) if was_ready else None
             names = ", ".join(station.name for station in process.stations[:3])
             if pause is None:
-                process.state = "failed"
+                process.state = ProcessState.FAILED
                 process.ready.set()
                 log.error("%s: ended with %s, and is not started again", names, code)
             else:
-                process.state = "again"
+                process.state = ProcessState.AGAIN
                 log.warning("%s: ended with %s, started again in %.1f s", names, code, pause)
             await self._pause(process, math.inf if pause is None else pause)
-        if process.state != "failed":
-            process.state = "ended"
+        if not process.has_failed:
+            process.state = ProcessState.ENDED
         process.ready.set()
 
     async def _pause(self, process: FleetProcess, seconds: float) -> None:
@@ -222,7 +243,7 @@ class FleetSupervisor:
         async with self._starting:
             if self._stopping.is_set():
                 return False, "nothing"
-            process.state, process.ordered = "starting", False
+            process.state, process.ordered = ProcessState.STARTING, False
             process.go_on.clear()
             process.said.clear()
             ready: set[int] = set()
@@ -243,7 +264,7 @@ class FleetSupervisor:
             while len(ready) < len(process.stations) and (line := await _line(child)):
                 self._hear(process, line, ready)
             if len(ready) == len(process.stations):
-                process.state = "running"
+                process.state = ProcessState.RUNNING
                 process.ready.set()
         while line := await _line(child):
             self._hear(process, line, ready)
@@ -293,11 +314,13 @@ class FleetSupervisor:
         ]
 
     def _row(self, process: FleetProcess, station: FleetStation) -> dict[str, Any]:
-        figures = process.said.get(station.number, {}) if process.state == "running" else {}
-        state = process.state
-        if state == "running":
+        figures = (
+            process.said.get(station.number, {}) if process.state is ProcessState.RUNNING else {}
+        )
+        state: str = process.state
+        if state == ProcessState.RUNNING:
             silent = self._clock() - process.heard_s > _SILENT_S
-            state = "silent" if silent else figures.get("state", "running")
+            state = "silent" if silent else figures.get("state", state)
         cycles = figures.get("cycles", 0)
         return {
             "station": station.number,

@@ -346,10 +346,9 @@ class _WordByWord:
             raise self._refuse("this address is unknown here", name)
         if name in self.block.values:
             raise self._refuse(f"{name} is twice in this block", name)
-        if isinstance(value, Arithmetical) and not value.rest and value.first.kind == "number":
-            number = value.first.value
-            assert isinstance(number, float)
-            value = value.first.sign * number
+        if isinstance(value, Arithmetical):
+            number = value.number
+            value = value if number is None else number
         self.block.values[name] = value
 
     def _numbered(self, found: re.Match[str]) -> None:

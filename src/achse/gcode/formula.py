@@ -8,13 +8,14 @@ Source: tcnci, arithmetic parameters; the names of the functions are from memory
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import StrEnum
 from math import acos, asin, atan, cos, degrees, fmod, inf, isfinite, radians, sin, sqrt, tan
 
 from achse.codes import NcError
 from achse.gcode.errors import WordRefused
 from achse.gcode.registers import Registers
 
-__all__ = ["FUNCTIONS", "Arithmetical", "FormulaTerm", "parse_formula"]
+__all__ = ["FUNCTIONS", "Arithmetical", "FormulaTerm", "TermKind", "parse_formula"]
 
 MAX_NESTING = 20
 """Deepest nesting of functions."""
@@ -38,30 +39,42 @@ FUNCTIONS: dict[str, Callable[[float], float]] = {
 """By name; each takes and gives one number."""
 
 
+class TermKind(StrEnum):
+    """Kind of a term of a formula."""
+
+    NUMBER = "number"
+    REGISTER = "R"
+    POINTER = "P"
+    FUNCTION = "function"
+
+
 @dataclass(frozen=True, slots=True)
 class FormulaTerm:
     """A number, an R parameter, a pointer or a function of a formula; `sign` is ±1."""
 
     sign: float
-    kind: str
-    """`number`, `R`, `P` or the name of a function."""
+    kind: TermKind
     value: "float | Arithmetical"
+    function: str = ""
+    """Name of the function."""
 
     def evaluate(self, registers: Registers) -> float:
         """Its value now."""
         value = self.value
         if isinstance(value, Arithmetical):
             try:
-                return self.sign * float(FUNCTIONS[self.kind](value.evaluate(registers)))
+                return self.sign * float(FUNCTIONS[self.function](value.evaluate(registers)))
             except (ValueError, OverflowError):
                 raise WordRefused(
                     NcError.FLOATING_POINT_OPERATION,
-                    f"{self.kind} of {value.evaluate(registers):g} is not defined",
+                    f"{self.function} of {value.evaluate(registers):g} is not defined",
                 ) from None
-        if self.kind == "number":
+        if self.kind is TermKind.NUMBER:
             return self.sign * value
         number = int(value)
-        return self.sign * registers[registers.pointed(number) if self.kind == "P" else number]
+        if self.kind is TermKind.POINTER:
+            number = registers.pointed(number)
+        return self.sign * registers[number]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +83,14 @@ class Arithmetical:
 
     first: FormulaTerm
     rest: tuple[tuple[str, FormulaTerm], ...] = ()
+
+    @property
+    def number(self) -> float | None:
+        """The value of a formula that is one number; None of another."""
+        first = self.first
+        if self.rest or first.kind is not TermKind.NUMBER or isinstance(first.value, Arithmetical):
+            return None
+        return first.sign * first.value
 
     def evaluate(self, registers: Registers) -> float:
         """Its value now. A division by 0 is refused with 0x4120, NaN and infinite values with
@@ -132,12 +153,12 @@ def _term(text: str, at: int, nesting: int) -> tuple[FormulaTerm, int]:
         value = float(found[2])
         if value == inf:
             raise WordRefused(NcError.FLOATING_POINT_OPERATION, "the number is out of range")
-        return FormulaTerm(sign, "number", value), at
+        return FormulaTerm(sign, TermKind.NUMBER, value), at
     if found[3]:
-        return FormulaTerm(sign, found[3], float(found[4][:9])), at
+        return FormulaTerm(sign, TermKind(found[3]), float(found[4][:9])), at
     if not found[6]:
         term, at = _term(text, at, nesting + 1)
-        return FormulaTerm(sign, found[5], Arithmetical(term)), at
+        return FormulaTerm(sign, TermKind.FUNCTION, Arithmetical(term), found[5]), at
     inner, at = parse_formula(text, at, nesting + 1)
     closing = _CLOSING[found[6]]
     end = _END.match(text, at)
@@ -145,4 +166,4 @@ def _term(text: str, at: int, nesting: int) -> tuple[FormulaTerm, int]:
         raise WordRefused(
             NcError.PROGRAM_SYNTAX_RUNNING, f"expected {closing} behind {found[5]}{found[6]}…"
         )
-    return FormulaTerm(sign, found[5], inner), end.end()
+    return FormulaTerm(sign, TermKind.FUNCTION, inner, found[5]), end.end()

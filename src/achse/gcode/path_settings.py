@@ -4,6 +4,7 @@ from achse.codes import NcError
 from achse.gcode.blocks import HashCall
 from achse.gcode.canon import Origin, PathParameter, PathSetting
 from achse.gcode.errors import WordRefused
+from achse.gcode.formula import TermKind
 from achse.gcode.registers import Registers
 from achse.gcode.words import PATH_PARAMETERS
 
@@ -40,7 +41,7 @@ def position_registers(call: HashCall, registers: Registers) -> tuple[int, ...]:
     numbers = []
     for each in call.arguments:
         term = each.first
-        if each.rest or term.kind != "R" or not isinstance(term.value, float):
+        if each.rest or term.kind is not TermKind.REGISTER or not isinstance(term.value, float):
             raise refused_call(call, "expected R parameters")
         numbers.append(int(term.value))
     if call.name != "PATHAXESPOS" or len(numbers) != _MAIN_AXES:

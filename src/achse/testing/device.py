@@ -3,6 +3,7 @@
 import contextlib
 from collections import deque
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+from enum import StrEnum
 from typing import Any, NamedTuple
 
 from achse.ams import Command, DecodeError, DeviceError, Frame, NetId
@@ -19,19 +20,29 @@ from achse.testing.clock import ManualClock
 from achse.testing.live import Live
 from achse.transport.tcp import TCP_PORT, TcpListener
 
-__all__ = ["FakeDevice"]
+__all__ = ["FakeDevice", "MisdeedKind"]
 
 Answer = bytes | Callable[[], bytes]
 
 
+class MisdeedKind(StrEnum):
+    """What `FakeDevice` does wrong."""
+
+    NO_REPLY = "no_reply"
+    WRONG_INVOKE_ID = "wrong_invoke_id"
+    TRUNCATE = "truncate"
+    """The answer lacks its last bytes."""
+    ERROR = "error"
+    """The result has an error."""
+    ROUTER_ERROR = "router_error"
+    """The AMS header has an error."""
+
+
 class _Misdeed(NamedTuple):
-    kind: str
+    kind: MisdeedKind
     code: int
     size: int
     command: int | None
-
-
-_MISDEEDS = ("no_reply", "wrong_invoke_id", "truncate", "error", "router_error")
 
 
 class FakeDevice(PlcDevice):
@@ -125,9 +136,9 @@ class FakeDevice(PlcDevice):
         "no_reply", "wrong_invoke_id", "truncate" (the answer lacks its last `size` bytes), "error"
         (`code` in the result), "router_error" (`code` in the header).
         """
-        if kind not in _MISDEEDS:
-            raise ValueError(f"kind: expected one of {', '.join(_MISDEEDS)}; got {kind!r}")
-        self._misdeeds.extend([_Misdeed(kind, int(code), size, command)] * count)
+        if kind not in set(MisdeedKind):
+            raise ValueError(f"kind: expected one of {', '.join(MisdeedKind)}; got {kind!r}")
+        self._misdeeds.extend([_Misdeed(MisdeedKind(kind), int(code), size, command)] * count)
 
     def deliver(self, frame: Frame) -> bool:
         if frame.is_response:
@@ -138,12 +149,12 @@ class FakeDevice(PlcDevice):
         misdeed = self._take(frame.command)
         if misdeed is None:
             return super().deliver(frame)
-        if misdeed.kind == "no_reply":
+        if misdeed.kind is MisdeedKind.NO_REPLY:
             return True
-        if misdeed.kind == "error":
+        if misdeed.kind is MisdeedKind.ERROR:
             padding = ERROR_PADDING[Command(frame.command)]
             self._reply(frame.reply(RESULT.pack(misdeed.code) + padding))
-        elif misdeed.kind == "router_error":
+        elif misdeed.kind is MisdeedKind.ROUTER_ERROR:
             self._reply(frame.reply(error=misdeed.code))
         else:
             self._now = misdeed
@@ -160,7 +171,7 @@ class FakeDevice(PlcDevice):
 
     def _reply(self, response: Frame) -> None:
         if self._now is not None:
-            if self._now.kind == "truncate":
+            if self._now.kind is MisdeedKind.TRUNCATE:
                 response.data = response.data[: -self._now.size]
             else:
                 response.invoke_id ^= 0x8000_0000

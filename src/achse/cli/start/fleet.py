@@ -378,7 +378,7 @@ async def _look_after(plan: "FleetPlan", broker: str | None) -> int:
             await supervisor.run()
             showing.cancel()
             await asyncio.gather(showing, return_exceptions=True)
-            return int(all(each.state == "failed" for each in supervisor.processes))
+            return int(all(each.has_failed for each in supervisor.processes))
     finally:
         await port.close()
 
@@ -424,7 +424,7 @@ async def _show(plan: "FleetPlan", supervisor: "FleetSupervisor") -> None:
     await supervisor.ready()
     if supervisor.stopping:
         return
-    failed = [each for each in supervisor.processes if each.state == "failed"]
+    failed = [each for each in supervisor.processes if each.has_failed]
     for process in failed:
         log = supervisor.log_of(process.numbers[0])
         tell("\n".join([f"{process.stations[0].name} did not start:", *_last_lines(log)]))

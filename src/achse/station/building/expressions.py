@@ -7,6 +7,7 @@ import math
 import operator
 import re
 from collections.abc import Callable, Mapping
+from enum import StrEnum
 from typing import NamedTuple, NoReturn
 
 __all__ = ["FUNCTIONS", "ExpressionError", "Formula", "FormulaFunction", "parse_expression"]
@@ -70,6 +71,15 @@ FUNCTIONS: Mapping[str, FormulaFunction] = {
 }
 CONSTANTS = {"pi": math.pi, "true": 1.0, "false": 0.0}
 
+
+class _Token(StrEnum):
+    END = ""
+    NUMBER = "number"
+    NAME = "name"
+    SIGN = "sign"
+    UNKNOWN = "unknown"
+
+
 _TOKEN = re.compile(
     r"""\s*(?:
         (?P<number>(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)
@@ -120,7 +130,7 @@ class _Parser:
         self._names: list[str] = []
         self._depth = 0
         self._at = 0
-        self._kind = self._word = ""
+        self._kind, self._word = _Token.END, ""
         self._next()
 
     def whole(self) -> Formula:
@@ -138,24 +148,27 @@ class _Parser:
         found = _TOKEN.match(self._text, self._at)
         if found is None:
             if self._text[self._at :].strip():
-                self._kind, self._word = "unknown", self._text[self._begin]
+                self._kind, self._word = _Token.UNKNOWN, self._text[self._begin]
             else:
-                self._kind = self._word = ""
+                self._kind, self._word = _Token.END, ""
             return before
-        self._kind = found.lastgroup or ""
+        self._kind = _Token(found.lastgroup or "")
         self._word = found[self._kind]
         self._at = found.end()
-        if self._kind == "name" and self._word.lower() in _WORDS:
-            self._kind, self._word = "sign", self._word.lower()
+        if self._kind is _Token.NAME and self._word.lower() in _WORDS:
+            self._kind, self._word = _Token.SIGN, self._word.lower()
         return before
 
     def _fault(self, expected: str) -> NoReturn:
         got = repr(self._word) if self._kind else "the end"
         raise ExpressionError(f"column {self._begin + 1}: expected {expected}, got {got}")
 
+    def _is_sign(self, *words: str) -> bool:
+        return self._kind is _Token.SIGN and self._word in words
+
     def _takes(self, *words: str) -> str:
         """The sign that is next, if it is one of these; then it is taken."""
-        if self._kind == "sign" and self._word in words:
+        if self._is_sign(*words):
             return self._next()
         return ""
 
@@ -219,7 +232,7 @@ class _Parser:
         return value
 
     def _atom(self) -> Value:
-        if self._kind == "number":
+        if self._kind is _Token.NUMBER:
             number = float(self._next().replace("_", ""))
             return lambda t: number
         if self._takes("("):
@@ -227,10 +240,10 @@ class _Parser:
             if not self._takes(")"):
                 self._fault("')'")
             return value
-        if self._kind != "name":
+        if self._kind is not _Token.NAME:
             self._fault("a number, a name or '('")
         name = self._next()
-        if self._kind == "sign" and self._word == "(":
+        if self._is_sign("("):
             return self._call(name)
         if name.lower() == "t":
             return lambda t: t

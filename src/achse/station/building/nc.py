@@ -12,6 +12,7 @@ from achse.motion.groups.parameters import GroupParametersError
 from achse.motion.machine.record import PARAMETERS as MACHINE_PARAMETERS
 from achse.motion.nc import STORED_VELOCITIES, configurable
 from achse.motion.record import FIELDS
+from achse.motion.servo import ServoMode
 from achse.motion.states import DriveType, EncoderType, TableSubType, TableType, choices_of
 from achse.motion.tables import TableError, TableParameters
 from achse.motion.tables.function import MotionPoint
@@ -104,8 +105,8 @@ _KINDS = {
 
 def _table(table: TableConfig, number: int, base: Path) -> TableParameters:
     points = table.points if table.file is None else _from_file(table, f"table[{number}]", base)
-    if not points or (table.kind == "motion_function") != isinstance(points[0], MotionPoint):
-        expected = "points with laws" if table.kind == "motion_function" else "rows of 2 numbers"
+    if not points or table.is_motion_function != isinstance(points[0], MotionPoint):
+        expected = "points with laws" if table.is_motion_function else "rows of 2 numbers"
         raise ConfigError(f"table[{number}]: {table.kind}, expected a file that has {expected}")
     return TableParameters(
         *(table.id, points, table.name, TableSubType[table.type.upper()]),
@@ -186,7 +187,7 @@ def _on_a_bus(drive: DriveConfig) -> dict[str, float]:
         "encoder_count_direction": turned,
         "drive_motor_polarity": turned,
         "drive_acceleration_scaling": min(1.0 / drive.scaling, _MOST_WEIGHT),
-        "simulation_ideal": int(drive.mode == "csp"),
+        "simulation_ideal": int(drive.interface is ServoMode.CSP),
         "homed_by_drive": int(drive.homing is not None),
     }
 

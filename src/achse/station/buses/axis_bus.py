@@ -11,7 +11,7 @@ from typing import Any, Protocol
 from achse.ams import NetId
 from achse.drive import Drive
 from achse.motion import Nc
-from achse.motion.servo import ProcessEntry, ServoLink, ServoOptions, Servos, ServoView
+from achse.motion.servo import ProcessEntry, ServoLink, ServoMode, ServoOptions, Servos, ServoView
 from achse.motion.servo.optional import DriveParts
 from achse.station.buses.ethercat_bus import EthercatBus
 from achse.station.buses.kernel_cycles import KernelCycles
@@ -154,7 +154,7 @@ class AxisBus:
     def _options(self, drive: DriveConfig, known: float) -> ServoOptions:
         cycle = self._nc.cycle_seconds
         dead_time = None if drive.dead_time is None else drive.dead_time * 1e-9
-        if dead_time is None and drive.mode != "csp":
+        if dead_time is None and drive.interface is not ServoMode.CSP:
             dead_time = _DEAD_CYCLES * cycle
         bandwidth = drive.velocity_bandwidth or _BANDWIDTH / cycle
         reset = drive.velocity_reset_time

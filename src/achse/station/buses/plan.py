@@ -181,7 +181,7 @@ def _virtual(slot: BusSlot) -> SlaveConfiguration:
 
 def make_terminal(config: TerminalConfig) -> DigitalTerminal | AnalogTerminal:
     """The virtual terminal that a table says."""
-    made = DigitalTerminal if config.kind == "digital" else AnalogTerminal
+    made = DigitalTerminal if config.is_digital else AnalogTerminal
     return made(config.input_count, config.output_count, config.name)
 
 

@@ -335,6 +335,11 @@ class TableConfig(ConfigTable):
     begin_slope: FiniteFloat = 0.0
     end_slope: FiniteFloat = 0.0
 
+    @property
+    def is_motion_function(self) -> bool:
+        """True if the points have laws besides their places."""
+        return self.kind == "motion_function"
+
     @model_validator(mode="after")
     def _has_content(self) -> "TableConfig":
         if (self.points is None) == (self.file is None):

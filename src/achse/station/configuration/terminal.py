@@ -34,13 +34,18 @@ class TerminalConfig(ConfigTable):
 
     @model_validator(mode="after")
     def _is_whole(self) -> "TerminalConfig":
-        most = _DIGITAL if self.kind == "digital" else _ANALOG
+        most = _DIGITAL if self.is_digital else _ANALOG
         for what, number in (("inputs", self.input_count), ("outputs", self.output_count)):
             if number > most:
                 raise ValueError(f"{what}: expected at most {most} {self.kind} channels")
         if not self.input_count + self.output_count:
             raise ValueError("expected inputs or outputs")
         return self
+
+    @property
+    def is_digital(self) -> bool:
+        """True for bits, False for numbers of 16 bits."""
+        return self.kind == "digital"
 
     @property
     def input_count(self) -> int:
@@ -54,4 +59,4 @@ class TerminalConfig(ConfigTable):
 
     @property
     def _default(self) -> int:
-        return 16 if self.kind == "digital" else 4
+        return 16 if self.is_digital else 4
