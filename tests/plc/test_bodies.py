@@ -1,9 +1,8 @@
-"""Bodies: life of instances, calls from outside, online change."""
+"""Bodies: code linked with a memory, and linked again by an online change."""
 
 import pytest
 
 from achse.iec import plain
-from achse.plc.behaviour import with_behaviour
 from achse.plc.bodies import Bodies
 from achse.plc.runtime import PlcRuntime, PlcState
 from achse.plc.task import Task
@@ -55,15 +54,6 @@ def _plc(text: str) -> PlcRuntime:
 
 def _text(step: int = 1, more: str = "") -> str:
     return LIFE.replace("{step}", str(step)).replace("{more}", more)
-
-
-def test_instances_come_to_life_with_the_arguments_of_their_declaration() -> None:
-    plc = _plc(_text())
-    main = plc.instance("MAIN")
-    assert plain(main["a"])["nInit"] == 7
-    assert plc.instance("GVL")["sLog"] == "i"
-    plc.reset()
-    assert plc.instance("GVL")["sLog"] == "i"
 
 
 def test_an_online_change_copies_values_and_goes_on() -> None:
@@ -181,56 +171,6 @@ def test_changed_declarations_elsewhere_leave_instances_alone(parts: dict[str, s
     assert plc.instance("GVL")["sLog"] == "ii", "their block is declared as before"
 
 
-def test_a_fault_in_fb_init_is_an_exception_not_a_crash() -> None:
-    plc = _plc(_text().replace("nInit := nStart;", "nInit := nStart / nInit;"))
-    assert plc.state is PlcState.EXCEPTION
-    assert plc.fault is not None
-    assert plc.fault.name == "DIVIDEBYZERO"
-    assert plc.fault.routine == "FB_Inner.FB_init"
-
-
-CALLED = """
-FUNCTION_BLOCK FB_Tank
-VAR nLevel : DINT; END_VAR
-{attribute 'TcRpcEnable'}
-METHOD Fill : BOOL
-VAR_INPUT nLitres : INT; sWho : STRING(10); END_VAR
-VAR_OUTPUT nNow : DINT; sSaid : STRING(10); END_VAR
-nLevel := nLevel + nLitres;
-nNow := nLevel;
-sSaid := sWho;
-Fill := nLevel > 5;
-END_METHOD
-{attribute 'monitoring' := 'call'}
-PROPERTY Twice : DINT
-GET
-Twice := nLevel * 2;
-END_GET
-SET
-nLevel := Twice / 2;
-END_SET
-END_PROPERTY
-END_FUNCTION_BLOCK
-PROGRAM MAIN
-VAR a : FB_Tank; END_VAR
-END_PROGRAM
-"""
-
-
-def test_clients_call_methods_and_properties_by_their_bytes() -> None:
-    plc = _plc(CALLED)
-    assert plc.bodies is not None
-    tank = plc.instance("MAIN")["a"]
-    method = type(tank).__iec__.method("Fill")
-    data = b"\x07\0" + b"me".ljust(11, b"\0")
-    answer = plc.bodies.call_encoded(tank, method, data)
-    assert answer == b"\1" + b"\x07\0\0\0" + b"me".ljust(11, b"\0")
-    assert plc.bodies.get_encoded(tank, "Twice") == b"\x0e\0\0\0"
-    assert plc.bodies.set_encoded(tank, "Twice", b"\x14\0\0\0")
-    assert tank["nLevel"] == 10
-    assert plc.bodies.get_encoded(tank, "Other") is None
-
-
 def test_a_reset_leaves_variables_with_no_init_alone() -> None:
     plc = _plc(
         """
@@ -246,67 +186,3 @@ def test_a_reset_leaves_variables_with_no_init_alone() -> None:
     assert (main["a"], main["b"], main["f"]["n"], main["f"]["m"]) == (5, 0, 3, 0)
     plc.reset(origin=True)
     assert (main["a"], main["f"]["n"]) == (2, 0)
-
-
-FOLLOW = """
-INTERFACE I_Step METHOD Step : INT END_METHOD END_INTERFACE
-FUNCTION_BLOCK FB_Step IMPLEMENTS I_Step
-VAR {inner} nSteps : INT; END_VAR
-METHOD Step : INT nSteps := nSteps + 1; Step := nSteps; END_METHOD
-END_FUNCTION_BLOCK
-PROGRAM MAIN
-VAR {more} fb : FB_Step; aSteps : ARRAY[1..2] OF I_Step; p : POINTER TO INT;
-    r : REFERENCE TO FB_Step;
-    pLast : POINTER TO INT; aOf : ARRAY[0..3] OF INT; n, k : INT; END_VAR
-IF n = 0 THEN aSteps[2] := fb; p := ADR(k); r REF= fb; pLast := ADR(aOf[3]); END_IF
-n := aSteps[2].Step(); p^ := p^ + 2; r.nSteps := r.nSteps + 10; pLast^ := n;
-END_PROGRAM
-"""
-
-
-@pytest.mark.parametrize(("more", "inner"), [("x : LREAL;", ""), ("", "x : LREAL;")])
-def test_addresses_follow_what_an_online_change_moves(more: str, inner: str) -> None:
-    plc = _plc(FOLLOW.replace("{more}", "").replace("{inner}", ""))
-    plc.run_due(30_000_000)
-    changed = _declared(FOLLOW.replace("{more}", more).replace("{inner}", inner))
-    main = changed.programs["main"]
-    others = [unit for unit in changed.units if unit is not main]
-    plc.online_change(others, {"PlcTask": [main]}, bodies=_bodies(changed))
-    plc.run_due(40_000_000)
-    assert plc.state is PlcState.RUN, plc.failure
-    values = plc.instance("MAIN")
-    assert (values["n"], values["k"], values["aOf"][3]) == (34, 8, 34)
-    assert plain(values["fb"])["nSteps"] == 44
-
-
-def test_blocks_of_python_that_take_turns_in_a_frame() -> None:
-    class First:
-        binds = "FB_A"
-        n: int
-        a: int
-
-        def cycle(self) -> None:
-            self.a = self.n + 1
-
-    class Second:
-        binds = "FB_B"
-        m: int
-        b: int
-
-        def cycle(self) -> None:
-            self.b = self.m * 10
-
-    declared = _declared("""
-FUNCTION_BLOCK FB_A VAR_INPUT n : INT; END_VAR VAR_OUTPUT a : INT; END_VAR END_FUNCTION_BLOCK
-FUNCTION_BLOCK FB_B VAR_INPUT m : INT; END_VAR VAR_OUTPUT b : INT; END_VAR END_FUNCTION_BLOCK
-FUNCTION F : INT VAR inner : FB_A; END_VAR inner(n := 3); F := inner.a; END_FUNCTION
-FUNCTION G : INT VAR inner : FB_B; END_VAR inner(m := 3); G := inner.b; END_FUNCTION
-PROGRAM MAIN VAR x : ARRAY [0..3] OF INT; END_VAR
-x[0] := F(); x[1] := G(); x[2] := F(); x[3] := G();
-END_PROGRAM""")
-    units = with_behaviour(declared.units, [First, Second], declared.types.values())
-    task = Task("PlcTask", 10_000_000, list(declared.programs.values()))
-    plc = PlcRuntime([task], units, bodies=_bodies(declared))
-    plc.run_due(10_000_000)
-    assert plc.failure == ""
-    assert list(plc.instance("MAIN")["x"]) == [4, 30, 4, 30]

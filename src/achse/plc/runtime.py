@@ -152,7 +152,7 @@ class PlcRuntime:
         assert self.bodies is not None
         replaced = self.bodies.execution
         self.bodies.guard = self._guarded
-        self.bodies.settle(
+        self.bodies.link(
             self.memory,
             self.variables,
             lambda: self._running.time_ns,
@@ -374,7 +374,7 @@ class PlcRuntime:
         memory.grow(sizes)
         trial = TrialPlacement(_with_code(declared, bodies or self.bodies), memory)
         if self.bodies is not None:
-            self.bodies.refuse_other_layouts(layouts(trial.units))
+            self.bodies.instances.refuse_other_layouts(layouts(trial.units))
         moves = Moves.between(self.variables, trial.variables)
         self._abandon()
         if bodies is not None and self._is_of_bodies_only(trial, bodies, called):
@@ -390,7 +390,7 @@ class PlcRuntime:
             if self.bodies is not None:
                 self.bodies.resume()
         if self.bodies is not None:
-            self._in_change("FB_exit before", partial(self.bodies.exit, moves))
+            self._in_change("FB_exit before", partial(self.bodies.instances.exit, moves))
             self.bodies.release()
         previous = self.bodies
         statics = [] if previous is None else previous.statics
@@ -409,7 +409,7 @@ class PlcRuntime:
         except Exception as failure:
             self._fail("the start after an online change failed", failure)
         statics = [] if self.bodies is None else self.bodies.statics
-        made = () if self.bodies is None else self.bodies.made()
+        made = () if self.bodies is None else self.bodies.instances.made()
         variables = [*self.variables, *statics]
         carried = past.restore_values(self.memory, variables, made, moves.renewed)
         put_start_values(self.units, self._statics, self.memory, of=PointerType)
@@ -423,12 +423,12 @@ class PlcRuntime:
             ]
             carried.start_again(copied)
             known = past.variables.keys() - moves.renewed
-            self._in_change("FB_init in", partial(self.bodies.create, moves, known))
+            self._in_change("FB_init in", partial(self.bodies.instances.create, moves, known))
             carried.copy_again(copied)
             put_start_values(
                 self.units, self._statics, self.memory, of=PointerType, only=moves.copied
             )
-            self._in_change("FB_reinit after", partial(self.bodies.reinit, moves))
+            self._in_change("FB_reinit after", partial(self.bodies.instances.reinit, moves))
             self._tell_bodies(previous)
         self._close(previous)
         for task, first in firsts.items():
@@ -532,7 +532,7 @@ class PlcRuntime:
 
     def _tell_bodies(self, previous: "Bodies | None") -> None:
         if self.bodies is not None and previous is not None:
-            told = partial(self.bodies.online_changed, previous)
+            told = partial(self.bodies.instances.online_changed, previous.project)
             self._in_change("a call that follows", told)
 
     def _in_change(self, what: str, work: Callable[[], None]) -> None:
@@ -547,7 +547,7 @@ class PlcRuntime:
     def _start(self) -> None:
         self._start_units()
         if self.bodies is not None:
-            self.bodies.create()
+            self.bodies.instances.create()
 
     def _start_units(self) -> None:
         partners: dict[object, object] = {PlcRuntime: self, "PlcRuntime": self}

@@ -226,7 +226,9 @@ class _PlcTests:
             address = int(addresses[number])
             execution = self._bodies.execution
             assert execution is not None
-            found.append(self._bodies.record_at(address, execution.type_at(address) or type))
+            found.append(
+                self._bodies.context.record_at(address, execution.type_at(address) or type)
+            )
         return found
 
     def _suite(self, record: Record) -> Suite:

@@ -162,9 +162,9 @@ class PlcUnit:
             raise AttributeError(name)
         if self._place(name) is not None:
             return self[name]
-        if self._bodies.has(self._record, name):
+        if self._bodies.calls.has(self._record, name):
             return lambda *values, **inputs: self._call(name, values, inputs)
-        if self._bodies.has(self._record, f"__get{name}"):
+        if self._bodies.calls.has(self._record, f"__get{name}"):
             return self._call(f"__get{name}", (), {})
         raise AttributeError(self._unknown(name))
 
@@ -172,7 +172,7 @@ class PlcUnit:
         if self._place(name) is not None:
             self[name] = value
             return
-        if not self._bodies.has(self._record, f"__set{name}"):
+        if not self._bodies.calls.has(self._record, f"__set{name}"):
             raise AttributeError(self._unknown(name))
         self._call(f"__set{name}", (value,), {})
 
@@ -243,7 +243,7 @@ class PlcUnit:
 
     def _call(self, name: str, values: Sequence[object], inputs: Mapping[str, object]) -> Any:
         try:
-            return self._bodies.call(self._record, name, values, inputs)
+            return self._bodies.calls.call(self._record, name, values, inputs)
         except CATCHABLE as failure:
             raise PlcUnitFault(report_of(failure, self._bodies.paths)) from None
 

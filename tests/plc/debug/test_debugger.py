@@ -209,7 +209,7 @@ def test_methods_that_clients_call_meanwhile_run_on_top(plc: PlcRuntime, line: L
     assert places(debugger)[0][0] == "FB_Count.Note"
     record = plc.instance("MAIN")["fbCount"]
     assert plc.bodies is not None
-    assert plc.bodies.call(record, "Note", (99,), {}) is True
+    assert plc.bodies.calls.call(record, "Note", (99,), {}) is True
     assert places(debugger)[0] == ("FB_Count.Note", line("nTwice := nValue"))
     assert debugger.evaluate("nValue") == "2"
     debugger.go()

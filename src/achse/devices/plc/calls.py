@@ -33,7 +33,7 @@ def caller(
             raise DeviceError(ReturnCode.INVALID_SIZE, str(failure)) from None
         if bodies is not None:
             try:
-                answer = bodies.call_encoded(_living(unit, steps), method, data)
+                answer = bodies.calls.call_encoded(_living(unit, steps), method, data)
             except Exception as failure:
                 raise _stopped(f"method {method.name}", failure) from None
             if answer is not None:
@@ -76,7 +76,7 @@ def property_access(
         target = _living(unit, steps)
         if bodies is not None:
             try:
-                given = bodies.get_encoded(target, declared.name)
+                given = bodies.calls.get_encoded(target, declared.name)
             except Exception as failure:
                 raise _stopped(f"property {declared.name}", failure) from None
             if given is not None:
@@ -97,7 +97,7 @@ def property_access(
         whole = (data + rest).ljust(type.size, b"\0")
         if bodies is not None:
             try:
-                if bodies.set_encoded(target, declared.name, whole):
+                if bodies.calls.set_encoded(target, declared.name, whole):
                     return
             except Exception as failure:
                 raise _stopped(f"property {declared.name}", failure) from None
