@@ -13,40 +13,34 @@ from collections.abc import Iterator
 from enum import Enum
 
 from achse.codes import NcError
-from achse.gcode.blocks import AtCall, HashCall, ProgramBlock, RotationCall, WordValue
+from achse.gcode.block_words import BlockWords
+from achse.gcode.blocks import AtCall, HashCall, ProgramBlock, RotationCall
 from achse.gcode.canon import (
     AUXILIARY_AXES,
     Canonical,
     DecoderStop,
-    DwellTime,
     HomeAxis,
     Origin,
     PathParameter,
     PathPoint,
-    PathSetting,
     ProgramEnd,
     ProgramMessage,
     ProgramStop,
     StopKind,
-    Technology,
-    TechnologyWord,
 )
 from achse.gcode.compensation import Bottleneck
 from achse.gcode.errors import GcodeError, WordRefused
 from achse.gcode.flow import Flow
-from achse.gcode.formula import Arithmetical
-from achse.gcode.frame import WorkFrame, rotation
+from achse.gcode.frame import WorkFrame
 from achse.gcode.line_run import LineRun
 from achse.gcode.machine_data import MachineData
 from achse.gcode.mfunctions import PROGRAM_END, PROGRAM_END_CLEAR, SUBROUTINE_END, placed
 from achse.gcode.modal import ModalState
-from achse.gcode.moves import AXIS_LETTERS, MotionWords, PathMaker
+from achse.gcode.moves import AXIS_LETTERS, PathMaker
 from achse.gcode.path_settings import path_setting, position_registers
-from achse.gcode.preparation import Preparation, prepare
+from achse.gcode.preparation import prepare
 from achse.gcode.program import PartProgram
-from achse.gcode.registers import Registers
 from achse.gcode.search import BlockSearch, DryRun, SearchFound, SearchMode
-from achse.gcode.tool_table import TOOL_PLACES
 from achse.gcode.words import AtForm
 
 __all__ = ["BLOCKS_PER_CALL", "Interpreter", "RunState"]
@@ -54,7 +48,6 @@ __all__ = ["BLOCKS_PER_CALL", "Interpreter", "RunState"]
 BLOCKS_PER_CALL = 200
 """Blocks without a command that one `advance` runs at most."""
 
-_LENGTHS = frozenset(("X", "Y", "Z", "I", "J", "K", "B", "U"))
 _STOPS = {
     "empty": StopKind.EMPTY,
     "rescan": StopKind.RESCAN,
@@ -92,8 +85,9 @@ class Interpreter:
         self.program = program
         self.modal = ModalState()
         bottleneck = self.data.bottleneck
-        self._bottleneck = Bottleneck(False, bottleneck.mode, bottleneck.look_ahead)
-        self.path = PathMaker(self.modal, WorkFrame(), positions, auxiliary, self._bottleneck)
+        own = Bottleneck(False, bottleneck.mode, bottleneck.look_ahead)
+        self.path = PathMaker(self.modal, WorkFrame(), positions, auxiliary, own)
+        self._words = BlockWords(self.data, self.modal, self.path, own)
         self.flow = Flow(program, self.data.registers, self.data.subroutines)
         if default_program is not None:
             self._default: Flow | None = Flow(
@@ -143,10 +137,15 @@ class Interpreter:
         """The next lines with nothing but X, Y, Z at once, `most` of them; None where `advance` has
         to go on. The same moves come out, in less time."""
         running = self.state is RunState.RUNNING and not self._ready and self._search is None
-        if not running or self._frame_changed or self.data.single_block or self._factor() != 1.0:
+        if (
+            not running
+            or self._frame_changed
+            or self.data.single_block
+            or self._words.factor() != 1.0
+        ):
             return None
         place = self.flow.places[-1]
-        run = self.path.bare_lines(place.program, place.line, most, self._velocity())
+        run = self.path.bare_lines(place.program, place.line, most, self._words.velocity())
         if run is not None:
             run.counter = self.blocks + 1
             place.line += len(run)
@@ -225,7 +224,7 @@ class Interpreter:
                     program.name, line + 1, program.starts[line], block.number, self.blocks
                 )
                 self.flow.case = None
-                move = self.path.bare_line(origin, block.values, self._velocity())
+                move = self.path.bare_line(origin, block.values, self._words.velocity())
                 if move is not None:
                     return move
                 self.blocks -= 1
@@ -250,7 +249,7 @@ class Interpreter:
         if self._frame_changed:
             self._seen = (data.shifts.changes, data.tools.changes)
             return False
-        return self._search is None and not data.single_block and self._factor() == 1.0
+        return self._search is None and not data.single_block and self._words.factor() == 1.0
 
     def _run_block(self, program: PartProgram, line: int, block: ProgramBlock) -> None:
         skipped = block.skip >= 0 and self.data.skip_mask >> block.skip & 1
@@ -323,12 +322,15 @@ class Interpreter:
             return
         before, after = placed(block.functions, self.data.m_rules, origin)
         prepared = prepare(block)
-        values = self._values(block, prepared)
-        yield from self._modal(prepared, values, origin)
-        yield from self._technology(values, origin)
+        values = self._words.values(block, prepared)
+        yield from self._words.modal_words(prepared, values, origin)
+        yield from self._words.technology(values, origin)
         for command in before:
             yield from self.path.other(command)
-        yield from self._motion(prepared, values, origin)
+        if prepared.homing and not prepared.dwell:
+            yield from self._home(values, origin)
+        else:
+            yield from self._words.motion(prepared, values, origin)
         for command in after:
             yield from self.path.other(command)
         if isinstance(call, AtCall):
@@ -336,175 +338,10 @@ class Interpreter:
         elif isinstance(call, HashCall):
             yield from self._hash(call, origin)
         elif isinstance(call, RotationCall):
-            self._calculate(call)
+            self._words.calculate(call)
         if (number_ := values.get("L")) is not None:
             self._subroutine(number_, values.get("P"))
         yield from self._leave(block.functions, origin)
-
-    def _values(self, block: ProgramBlock, prepared: Preparation) -> dict[str, float | None]:
-        """The values of the block's words in mm; feeds and angles as they are."""
-        registers = self.data.registers
-        values: dict[str, float | None] = {}
-        inches = self.modal.inches if prepared.inches is None else prepared.inches
-        factor = self._factor(inches)
-        for name, value in block.values.items():
-            number = self._number(value, registers)
-            if number is not None and name in _LENGTHS and prepared.lengths:
-                number *= factor
-            values[name] = number
-        return values
-
-    def _factor(self, inches: bool | None = None) -> float:
-        """mm for one programmed unit."""
-        return (
-            self.data.inch
-            if (self.modal.inches if inches is None else inches)
-            else self.data.metric
-        )
-
-    @staticmethod
-    def _number(value: WordValue, registers: Registers) -> float | None:
-        return value.evaluate(registers) if isinstance(value, Arithmetical) else value
-
-    # modal words
-
-    def _modal(
-        self, prepared: Preparation, values: dict[str, float | None], origin: Origin
-    ) -> Iterator[Canonical]:
-        modal, path = self.modal, self.path
-        if prepared.plane is not None and prepared.plane is not modal.plane:
-            if path.compensation is not None:
-                raise WordRefused(
-                    NcError.TOOL_COMPENSATION_PLANE_CHANGE,
-                    "the plane cannot change while G41 or G42 is active",
-                )
-            modal.plane = prepared.plane
-        if prepared.plane is not None:
-            sign = values.get("P")
-            if sign is not None and abs(sign) != 1.0:
-                raise WordRefused(NcError.PROGRAM_SYNTAX_RUNNING, "expected P1 or P-1", "P")
-            modal.infeed = 1.0 if sign is None else sign
-        prepared.apply(modal)
-        self._bottleneck.active = modal.bottleneck
-        if prepared.rotation is not None:
-            angles = [values.get(name) or 0.0 for name in AXIS_LETTERS]
-            modal.turn(angles, further=prepared.rotation == "AROT")
-        if prepared.mirror:
-            modal.mirror[:] = [name in values for name in AXIS_LETTERS]
-        if prepared.programmed_shift:
-            self._programmed_shift(prepared.programmed_shift, values)
-        self._tool_data(values)
-        feed = values.get("F")
-        if feed is not None and not prepared.dwell:
-            if feed <= 0.0:
-                raise WordRefused(
-                    NcError.NCI_VELOCITY_NOT_POSITIVE, "expected a feed greater than 0", "F"
-                )
-            modal.feed = feed
-        path.set_frame(modal.frame(self.data.shifts, self.data.tools))
-        if prepared.cutter is not None:
-            yield from self._cutter(prepared.cutter)
-        if prepared.dynamics:
-            value = values["DYNOVR"]
-            if value is None or not 0.0 < value <= 1.0:
-                raise WordRefused(
-                    NcError.PROGRAM_SYNTAX_RUNNING, "expected 0 < DYNOVR <= 1", "DYNOVR"
-                )
-            yield from path.other(PathSetting(origin, PathParameter.DYNAMIC_OVERRIDE, (value,)))
-
-    def _programmed_shift(self, number: int, values: dict[str, float | None]) -> None:
-        if self.modal.shift == 53:
-            self.modal.shift = number
-        for axis, name in enumerate(AXIS_LETTERS):
-            value = values.get(name)
-            if value is not None:
-                self.data.shifts.program(number, axis, value)
-
-    def _tool_data(self, values: dict[str, float | None]) -> None:
-        value = values.get("D")
-        if value is None or value == self.modal.tool_data:
-            return
-        if value != int(value) or not 0.0 <= value <= TOOL_PLACES:
-            raise WordRefused(NcError.PROGRAM_SYNTAX_RUNNING, f"expected D0 to D{TOOL_PLACES}", "D")
-        if self.path.compensation is not None:
-            raise WordRefused(
-                NcError.TOOL_COMPENSATION_RADIUS_LOCKED,
-                "the tool cannot change while G41 or G42 is active",
-                "D",
-            )
-        self.modal.tool_data = int(value)
-
-    def _cutter(self, code: int) -> Iterator[Canonical]:
-        modal, path = self.modal, self.path
-        if code == 40:
-            yield from path.end_compensation()
-        elif code != modal.cutter:
-            if path.compensation is not None:
-                raise WordRefused(
-                    NcError.TOOL_COMPENSATION_GEOMETRY,
-                    "a G40 is needed between G41 and G42",
-                    f"G{code}",
-                )
-            if not modal.tool_data:
-                raise WordRefused(
-                    NcError.TOOL_COMPENSATION_D_WORD, "G41 and G42 need a tool (D)", f"G{code}"
-                )
-            radius = self.data.tools[modal.tool_data].radius
-            if radius <= 0.0:
-                raise WordRefused(
-                    NcError.TOOL_COMPENSATION_RADIUS,
-                    f"tool D{modal.tool_data} has radius {radius:g} mm",
-                    f"G{code}",
-                )
-            # the mirror turns left to right by itself: elements are those of the workpiece
-            path.start_compensation(radius, left=code == 41)
-        modal.cutter = code
-
-    # technology
-
-    def _technology(self, values: dict[str, float | None], origin: Origin) -> Iterator[Canonical]:
-        for word in Technology:
-            value = values.get(word.value)
-            if value is None:
-                continue
-            if word is Technology.SPINDLE:
-                self.modal.spindle = value
-            elif word is Technology.TOOL:
-                self.modal.tool = value
-            yield from self.path.other(TechnologyWord(origin, word, value))
-
-    # motion
-
-    def _motion(
-        self, prepared: Preparation, values: dict[str, float | None], origin: Origin
-    ) -> Iterator[Canonical]:
-        if prepared.dwell:
-            given = [values[name] for name in ("X", "F") if values.get(name) is not None]
-            if len(given) != 1 or given[0] is None or not 0.0 <= given[0] <= 1e9:
-                raise WordRefused(
-                    NcError.PROGRAM_SYNTAX_RUNNING, "expected G04 with X or F: seconds >= 0", "G04"
-                )
-            yield from self.path.other(DwellTime(origin, given[0]))
-        elif prepared.homing:
-            yield from self._home(values, origin)
-        elif prepared.positions:
-            words = MotionWords(
-                values,
-                prepared.in_space,
-                self.modal.exact_stop or prepared.exact_stop,
-                prepared.delete_distance,
-            )
-            if words.moves:
-                yield from self.path.move(origin, words, self._velocity())
-            elif prepared.in_space or "ANG" in values:
-                raise WordRefused(
-                    NcError.PROGRAM_SYNTAX_RUNNING, "expected positions of axes in this block"
-                )
-
-    def _velocity(self) -> float:
-        """F in mm/s."""
-        factor = self.data.inch if self.modal.feed_in_inches else 1.0
-        return self.modal.feed * factor / 60.0
 
     def _home(self, values: dict[str, float | None], origin: Origin) -> Iterator[Canonical]:
         names = [*AXIS_LETTERS, *(f"Q{number}" for number in range(1, AUXILIARY_AXES + 1))]
@@ -552,16 +389,6 @@ class Interpreter:
     def _get_positions(self, call: HashCall, origin: Origin) -> Iterator[Canonical]:
         self._targets = position_registers(call, self.data.registers)
         yield from self._decoder_stop(origin, StopKind.READ_POSITIONS)
-
-    def _calculate(self, call: RotationCall) -> None:
-        """CalcRot and CalcInvRot: the active rotation, on a point in R parameters."""
-        registers = self.data.registers
-        x, y, z = (registers[number] for number in call.registers)
-        matrix = rotation(self.modal.rotation)
-        frame = WorkFrame(turn=matrix)
-        point = frame.to_work((x, y, z)) if call.inverse else frame.turned((x, y, z))
-        for number, value in zip(call.registers, point, strict=True):
-            registers[number] = value
 
     def _subroutine(self, number: float, repeats: float | None) -> None:
         times = 1.0 if repeats is None else repeats
