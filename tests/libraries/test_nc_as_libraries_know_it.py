@@ -14,7 +14,7 @@ from achse.codes import NcError
 from achse.codes.axis import StartType, StateBit
 from achse.codes.nc.structures import FROM_PLC
 from achse.devices.nc import NcDevice
-from achse.devices.nc.axis_structures import PLC_TO_NC, PLCTONC_AXIS_REF
+from achse.devices.nc.axes.structures import PLC_TO_NC, PLCTONC_AXIS_REF
 from achse.iec import StructType
 from achse.motion.states import TorqueStartType
 from achse.router import Router

@@ -10,12 +10,12 @@ from achse.ams import AmsAddress, Command, Frame, NetId
 from achse.ams.commands import ADD_NOTIFICATION_BODY
 from achse.codes.nc.table import every_row, named_rows
 from achse.devices.nc import NcDevice
-from achse.devices.nc.axis_states import AXIS_STATES
+from achse.devices.nc.axes.states import AXIS_STATES
 from achse.devices.nc.channels import CHANNEL_GROUPS
 from achse.devices.nc.device import AXIS_GROUPS, GROUPS, RING0_GROUPS
 from achse.devices.nc.layouts import INT32
 from achse.devices.nc.rows import shown
-from achse.devices.nc.tables import TABLE_GROUPS
+from achse.devices.nc.tables.services import TABLE_GROUPS
 from achse.motion import AxisParameters, Nc
 from achse.motion.record import FIELDS
 from achse.native.memory import ComputedCell, MemoryCell

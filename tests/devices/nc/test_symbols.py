@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from achse.devices.nc.axis_states import AXIS_STATES
+from achse.devices.nc.axes.states import AXIS_STATES
 from achse.iec.datatypes import decode_types
 from achse.iec.symbols import decode_symbols
 from achse.iec.typetable import TypeTable

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from achse.devices.nc.axis_structures import NC_TO_PLC_TC3
+from achse.devices.nc.axes.structures import NC_TO_PLC_TC3
 from achse.motion import Axis, AxisParameters, Nc, commands
 from achse.motion.readout.cyclic_image import IMAGE_BYTES, AxisImages, images_of
 from achse.motion.states import MotionPhase, StartType

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from achse.devices.nc.axis_states import AXIS_STATES
+from achse.devices.nc.axes.states import AXIS_STATES
 from achse.motion import Axis, AxisParameters, Nc
 from achse.motion.readout.shown_values import VALUES
 from achse.motion.states import MotionPhase

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from achse.devices.nc.axis_structures import NC_TO_PLC_TC2, NC_TO_PLC_TC3
+from achse.devices.nc.axes.structures import NC_TO_PLC_TC2, NC_TO_PLC_TC3
 from achse.motion import AxisParameters, Nc
 from achse.native.compiled import compiler_installed
 from achse.plc import Area

@@ -5,20 +5,20 @@ from functools import partial
 
 from achse.ams import DeviceError
 from achse.codes import NcError
-from achse.devices.nc.axis_cyclic import AXIS_CYCLIC
-from achse.devices.nc.axis_parameters import AXIS_PARAMETERS
-from achse.devices.nc.axis_states import AXIS_STATES
+from achse.devices.nc.axes.controller import CONTROLLER_PARAMETERS, CONTROLLER_STATES
+from achse.devices.nc.axes.cyclic import AXIS_CYCLIC
+from achse.devices.nc.axes.drive import DRIVE_FUNCTIONS, DRIVE_PARAMETERS, DRIVE_STATES
+from achse.devices.nc.axes.encoder import ENCODER_PARAMETERS, ENCODER_STATES
+from achse.devices.nc.axes.io_structures import DRIVE_CYCLIC, ENCODER_CYCLIC
+from achse.devices.nc.axes.parameters import AXIS_PARAMETERS
+from achse.devices.nc.axes.states import AXIS_STATES
 from achse.devices.nc.channels import channel_groups
-from achse.devices.nc.controller import CONTROLLER_PARAMETERS, CONTROLLER_STATES
-from achse.devices.nc.drive import DRIVE_FUNCTIONS, DRIVE_PARAMETERS, DRIVE_STATES
-from achse.devices.nc.encoder import ENCODER_PARAMETERS, ENCODER_STATES
 from achse.devices.nc.functions import AXIS_FUNCTIONS, ENCODER_FUNCTIONS
 from achse.devices.nc.groups import GROUP_FUNCTIONS, GROUP_PARAMETERS, GROUP_STATES
 from achse.devices.nc.groups.binding import GroupFinder
-from achse.devices.nc.io_structures import DRIVE_CYCLIC, ENCODER_CYCLIC
 from achse.devices.nc.ring0 import RING0_FUNCTIONS, RING0_PARAMETERS, RING0_STATES
 from achse.devices.nc.symbols import NcSymbols, interface_groups
-from achse.devices.nc.tables import table_groups
+from achse.devices.nc.tables.services import table_groups
 from achse.motion import Axis, Nc
 from achse.motion.axis import ObjectAxis
 from achse.motion.parts import VIEWS, AxisPart

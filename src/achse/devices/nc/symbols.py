@@ -9,7 +9,7 @@ from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
-from achse.devices.nc.axis_structures import (
+from achse.devices.nc.axes.structures import (
     NC_TO_PLC_TC3,
     NCTOPLC_AXIS_REF,
     PLC_TO_NC,

@@ -1,6 +1,6 @@
 """Cyclic image of each axis for its PLC, made by machine code for all linked axes in one call.
 
-The image is the structure of TwinCAT 3, byte for byte (`achse.devices.nc.axis_structures.TO_PLC`,
+The image is the structure of TwinCAT 3, byte for byte (`achse.devices.nc.axes.structures.TO_PLC`,
 from which the plain form comes; a test compares the two). A record has words of 64 bits, so values
 of 32 and 16 bits share one. Machine code only: from Python, a call per value costs more than the
 work.

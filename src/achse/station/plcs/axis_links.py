@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from achse.devices.nc.axis_structures import NC_TO_PLC_TC2, NC_TO_PLC_TC3, PLC_TO_NC
+from achse.devices.nc.axes.structures import NC_TO_PLC_TC2, NC_TO_PLC_TC3, PLC_TO_NC
 from achse.devices.nc.layouts import AxisStructure
 from achse.iec import LREAL, IecType, StructType, resolved
 from achse.motion import Axis, Nc

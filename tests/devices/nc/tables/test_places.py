@@ -6,7 +6,7 @@ import pytest
 
 from achse.ams import DeviceError
 from achse.codes import NcError, ReturnCode
-from achse.devices.nc.table_places import (
+from achse.devices.nc.tables.places import (
     Numbers,
     TablePlace,
     answered,

@@ -6,7 +6,7 @@ import pytest
 
 from achse.client.nc.services import NcLayout
 from achse.codes.nc.structures import NC_TO_PLC_STRUCTURE, ONLINE_STRUCTURE
-from achse.devices.nc.axis_structures import (
+from achse.devices.nc.axes.structures import (
     NC_TO_PLC_TC2,
     NC_TO_PLC_TC3,
     NCTOPLC_AXIS_REF,

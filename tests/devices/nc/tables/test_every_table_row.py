@@ -11,7 +11,7 @@ import pytest
 from achse.ams import DeviceError
 from achse.codes import NcError, ReturnCode
 
-SERVICES = Path(__file__).parents[2] / "data" / "nc_services.tsv"
+SERVICES = Path(__file__).parents[3] / "data" / "nc_services.tsv"
 
 ABSENT = 9
 EQUIDISTANT_CAMS, MONOTONIC_CAMS = (1, 2), (3, 4)

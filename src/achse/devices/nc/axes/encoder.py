@@ -10,8 +10,8 @@ from achse.ams import DeviceError
 from achse.codes import NcError
 from achse.codes.nc.table import named_rows
 from achse.devices.nc import rows
+from achse.devices.nc.axes.touch_probe import TOUCH_PROBE
 from achse.devices.nc.rows import bound, error_state, not_while_enabled
-from achse.devices.nc.touch_probe import TOUCH_PROBE
 from achse.motion.parts import AxisEncoder
 from achse.motion.record import POSITION_HISTORY
 

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from achse.ams import DeviceError
-from achse.devices.nc.axis_parameters import AXIS_PARAMETERS
-from achse.devices.nc.parameter_set import PLACES, LongParameterSet, ShortParameterSet
+from achse.devices.nc.axes.parameter_set import PLACES, LongParameterSet, ShortParameterSet
+from achse.devices.nc.axes.parameters import AXIS_PARAMETERS
 
 P = 0x4001
 OFFSETS = {row.name: row.offset for row in AXIS_PARAMETERS}

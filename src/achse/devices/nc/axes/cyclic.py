@@ -10,8 +10,8 @@ from achse.ams import DeviceError
 from achse.codes import NcError
 from achse.codes.nc.row import NcRow
 from achse.codes.nc.table import named_rows, rows_of
-from achse.devices.nc.axis_structures import NC_TO_PLC_TC2, NC_TO_PLC_TC3, PLC_TO_NC
-from achse.devices.nc.io_structures import DRIVE_IO, ENCODER_IO
+from achse.devices.nc.axes.io_structures import DRIVE_IO, ENCODER_IO
+from achse.devices.nc.axes.structures import NC_TO_PLC_TC2, NC_TO_PLC_TC3, PLC_TO_NC
 from achse.devices.nc.layouts import (
     OfAxis,
 )

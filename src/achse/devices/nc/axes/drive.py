@@ -12,7 +12,7 @@ from achse.codes import NcError
 from achse.codes.nc.table import named_rows
 from achse.devices.nc import rows
 from achse.devices.nc.rows import bound, error_state, not_while_enabled
-from achse.devices.nc.table_places import answered
+from achse.devices.nc.tables.places import answered
 from achse.motion.parts import AxisDrive
 from achse.motion.record import DRIVE_DELAY
 from achse.motion.states import AxisType, ControlBit, OutputFilter

@@ -8,7 +8,7 @@ from achse.ams import DeviceError
 from achse.codes import NcError, ReturnCode
 from achse.codes.nc.table import named_rows
 from achse.devices.nc.rows import bound
-from achse.devices.nc.table_places import (
+from achse.devices.nc.tables.places import (
     Numbers,
     TablePlace,
     answered,

@@ -25,7 +25,7 @@ from achse.motion.tables import TableParameters
 from achse.router import Router
 from achse.server import READ, WRITE, Service
 
-EFFECTS = Path(__file__).parents[2] / "data" / "nc_effects.tsv"
+EFFECTS = Path(__file__).parents[3] / "data" / "nc_effects.tsv"
 
 CYCLE = 0.002
 LOOK = 5

@@ -13,8 +13,8 @@ from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.codes.nc.row import NcRow
 from achse.codes.nc.table import named_rows
+from achse.devices.nc.axes.terminals import note_output, shown_input
 from achse.devices.nc.rows import bound
-from achse.devices.nc.terminals import note_output, shown_input
 from achse.motion.parts import AxisDrive, AxisEncoder, AxisPart
 from achse.motion.states import DISCRETE_DRIVES, AxisType
 from achse.server import Service

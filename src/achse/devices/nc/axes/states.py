@@ -11,9 +11,9 @@ from typing import NamedTuple
 from achse.ams import DeviceError
 from achse.codes import NcError
 from achse.codes.nc.table import named_rows, rows_of
-from achse.devices.nc.controller import CONTROLLER_STATES
-from achse.devices.nc.drive import DRIVE_STATES
-from achse.devices.nc.encoder import ENCODER_STATES
+from achse.devices.nc.axes.controller import CONTROLLER_STATES
+from achse.devices.nc.axes.drive import DRIVE_STATES
+from achse.devices.nc.axes.encoder import ENCODER_STATES
 from achse.devices.nc.functions.cams import CAM_STATES
 from achse.devices.nc.layouts import (
     ONLINE_TC2,

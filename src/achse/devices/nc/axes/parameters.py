@@ -7,12 +7,12 @@ from achse.ams import DeviceError
 from achse.codes import NcError
 from achse.codes.nc.row import NcRow
 from achse.codes.nc.table import named_rows, rows_of
-from achse.devices.nc.controller import CONTROLLER_PARAMETERS
-from achse.devices.nc.drive import DRIVE_PARAMETERS
-from achse.devices.nc.encoder import ENCODER_PARAMETERS
+from achse.devices.nc.axes.controller import CONTROLLER_PARAMETERS
+from achse.devices.nc.axes.drive import DRIVE_PARAMETERS
+from achse.devices.nc.axes.encoder import ENCODER_PARAMETERS
+from achse.devices.nc.axes.parameter_set import LongParameterSet, ShortParameterSet
 from achse.devices.nc.groups.every import OWNERS_OF_AXIS
 from achse.devices.nc.layouts import OfAxis
-from achse.devices.nc.parameter_set import LongParameterSet, ShortParameterSet
 from achse.devices.nc.rows import at_axis, bound, parameter, per_element, shown
 from achse.motion import Axis
 from achse.server import Layout, Service

@@ -12,9 +12,9 @@ from typing import Any
 from achse.ams import DeviceError
 from achse.codes import NcError
 from achse.codes.nc.table import named_rows
-from achse.devices.nc.motion_functions import MOTION_FUNCTIONS
 from achse.devices.nc.rows import bound
-from achse.devices.nc.table_places import (
+from achse.devices.nc.tables.motion_functions import MOTION_FUNCTIONS
+from achse.devices.nc.tables.places import (
     Numbers,
     TablePlace,
     answered,
