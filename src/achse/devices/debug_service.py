@@ -2,22 +2,36 @@
 
 import json
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, Protocol
 
-from achse.devices.debugging import Attached, DebuggedStation
 from achse.iec import ArrayType, StructType, resolved
 from achse.plc import PlcRuntime
 from achse.plc.debug import Breakpoint, DebugError, Debugger, StepKind
 from achse.plc.debug.evaluate import EvaluationError, assign, evaluate, is_expandable, text_of
 from achse.plc.debug.places import DebugSpot, NotThere
 
-__all__ = ["DebugService"]
+__all__ = ["Attached", "DebugService", "DebuggedStation"]
 
 _LONGEST_REQUEST = 1 << 16
 _MOST_PARTS = 500
 """Variables in one answer."""
 
 Fields = Mapping[str, Any]
+
+
+Attached = Callable[[bytes, int], object]
+"""Called with a client and the AMS port of a PLC."""
+
+
+class DebuggedStation(Protocol):
+    """Interface of the station to the debugging group."""
+
+    @property
+    def plcs(self) -> Mapping[int, PlcRuntime]: ...
+
+    def source_files(self, port: int) -> Mapping[str, str]:
+        """Return the paths of a PLC's own source files, by the names that faults use."""
+        ...
 
 
 class DebugService:

@@ -4,36 +4,20 @@ A request is a JSON object with `do`; so is the answer, `{"error": …}` for wha
 index offset is the AMS port of the PLC, 0 for the first one. Read gives the state.
 """
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
-from achse.plc import PlcRuntime
 from achse.server import RawGroup
 
 if TYPE_CHECKING:
-    from achse.devices.debug_service import DebugService
+    from achse.devices.debug_service import Attached, DebuggedStation, DebugService
 
-__all__ = ["DEBUG", "Attached", "DebuggedStation", "debug_group"]
+__all__ = ["DEBUG", "debug_group"]
 
 DEBUG = 0xFA05
 """Index group."""
 
-Attached = Callable[[bytes, int], object]
-"""Called with a client and the AMS port of a PLC."""
 
-
-class DebuggedStation(Protocol):
-    """Interface of the station to the debugging group."""
-
-    @property
-    def plcs(self) -> Mapping[int, PlcRuntime]: ...
-
-    def source_files(self, port: int) -> Mapping[str, str]:
-        """Return the paths of a PLC's own source files, by the names that faults use."""
-        ...
-
-
-def debug_group(station: DebuggedStation, attached: Attached) -> RawGroup:
+def debug_group(station: "DebuggedStation", attached: "Attached") -> RawGroup:
     """The service by which PLCs are debugged. It is loaded when somebody asks.
 
     `attached` is told of a client that wants debugging to end with its connection.
