@@ -52,7 +52,7 @@ class Bodies:
         self.guard: Guard = unguarded
         """Runs what a client calls: the PLC puts itself around it."""
         self.context = BuiltinMemory(epoch)
-        """What built-in routines and Python classes see."""
+        """Memory, time and records, as built-in routines and Python classes see them."""
         self.execution: Execution | None = None
         self.calls: RoutineCalls
         """Calls by clients and Python, from `link` on."""

@@ -26,7 +26,7 @@ Answer = bytes | Callable[[], bytes]
 
 
 class MisdeedKind(StrEnum):
-    """What `FakeDevice` does wrong."""
+    """Fault of a `FakeDevice` in its answers."""
 
     NO_REPLY = "no_reply"
     WRONG_INVOKE_ID = "wrong_invoke_id"
