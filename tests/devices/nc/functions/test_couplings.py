@@ -1,4 +1,4 @@
-"""Couplings over ADS, of an axis and of its group."""
+"""Couplings and groups of an axis over ADS."""
 
 import struct
 from typing import Any
@@ -377,3 +377,14 @@ def test_layer_that_waits_takes_no_other_request(lines: Any, refused: Any) -> No
             send(*request)
     with refused(0x4261):
         send(*_cam(11, 8, operation=2, other=7))
+
+
+def test_return_to_the_ptp_group(bench: Any) -> None:
+    bench.write(0x4201, 0x70)
+    assert bench.get(0x4301, 0x81, "<I") >> 25 & 1
+
+
+@pytest.mark.parametrize("offset", [0x2E, 0x2F])
+def test_reserved_functions_are_none(bench: Any, refused: Any, offset: int) -> None:
+    with refused(0x703):
+        bench.write(0x4201, offset)

@@ -3,17 +3,12 @@
 Source: 002 §6.4.4.3.
 """
 
-from achse.devices.nc.functions.couplings import COUPLINGS
+from achse.devices.nc.functions.couplings import COUPLINGS, GROUPS
 from achse.devices.nc.functions.external import EXTERNAL
-from achse.devices.nc.functions.groups import GROUPS
-from achse.devices.nc.functions.homing import HOMING
-from achse.devices.nc.functions.loops import LOOPS
-from achse.devices.nc.functions.open_loop import OPEN_LOOP
-from achse.devices.nc.functions.oscillation import OSCILLATIONS
-from achse.devices.nc.functions.positions import POSITIONS
+from achse.devices.nc.functions.moves import OSCILLATIONS, STARTS, STOPS
+from achse.devices.nc.functions.open_loop import LOOPS, OPEN_LOOP
+from achse.devices.nc.functions.positions import HOMING, POSITIONS
 from achse.devices.nc.functions.probes import ENCODER_FUNCTIONS
-from achse.devices.nc.functions.starts import STARTS
-from achse.devices.nc.functions.stops import STOPS
 from achse.devices.nc.functions.superposition import SUPERPOSITION
 from achse.devices.nc.functions.switches import SWITCHES
 

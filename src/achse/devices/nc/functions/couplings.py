@@ -1,4 +1,4 @@
-"""Couplings of an axis, 0x4200 + ID (002 §6.4.4.3)."""
+"""Couplings of an axis and its group, 0x4200 + ID (002 §6.4.4.3)."""
 
 from typing import Any
 
@@ -9,7 +9,8 @@ from achse.devices.nc.functions.cams import CAMS
 from achse.devices.nc.rows import bound
 from achse.motion import Axis, commands
 
-__all__ = ["COUPLINGS"]
+__all__ = ["COUPLINGS", "GROUPS"]
+
 
 _ROWS = named_rows(0x4200)
 
@@ -55,3 +56,6 @@ COUPLINGS = (
         _ROWS["decouple_and_universal_axis_start"], exchange=_decouple_and_start, non_finite=True
     ),
 )
+
+
+GROUPS = (function(_ROWS["return_to_ptp_group"], commands.return_to_ptp_group),)

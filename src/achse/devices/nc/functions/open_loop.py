@@ -1,11 +1,12 @@
-"""Direct drive output, torque mode and what belongs to the drive, 0x4200 + ID (002 §6.4.4.3)."""
+"""Control loops, direct output, torque mode and the drive, 0x4200 + ID (002 §6.4.4.3)."""
 
 from achse.codes.nc.table import named_rows
 from achse.devices.nc.functions.calling import function, numbered
 from achse.devices.nc.rows import bound
 from achse.motion import Axis, commands
 
-__all__ = ["OPEN_LOOP"]
+__all__ = ["LOOPS", "OPEN_LOOP"]
+
 
 _ROWS = named_rows(0x4200)
 
@@ -22,3 +23,6 @@ OPEN_LOOP = (
     function(_ROWS["release_brake"], commands.release_brake),
     function(_ROWS["set_drive_operation_mode"], commands.set_drive_operation_mode),
 )
+
+
+LOOPS = (function(_ROWS["switch_control_loop"], commands.switch_control_loop),)

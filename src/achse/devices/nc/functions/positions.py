@@ -1,11 +1,12 @@
-"""The origin of positions and the scaling, 0x4200 + ID per encoder (002 §6.4.4.3)."""
+"""Homing, the origin of positions and the scaling, 0x4200 + ID (002 §6.4.4.3)."""
 
 from achse.codes.nc.table import named_rows
 from achse.devices.nc.functions.calling import function
 from achse.devices.nc.rows import per_encoder
 from achse.motion import commands
 
-__all__ = ["POSITIONS"]
+__all__ = ["HOMING", "POSITIONS"]
+
 
 _ROWS = named_rows(0x4200)
 
@@ -20,4 +21,10 @@ POSITIONS = (
         function(_ROWS["set_actual_position_on_the_fly"], commands.set_actual_position_on_the_fly),
         function(_ROWS["reinitialize_encoder"], commands.reinitialize_encoder),
     ),
+)
+
+
+HOMING = (
+    function(_ROWS["home"], commands.home),
+    function(_ROWS["set_homing_state"], commands.set_homing_state),
 )

@@ -1,4 +1,4 @@
-"""Starts and changes of the running move, 0x4200 + ID (002 §6.4.4.3)."""
+"""Moves of an axis: starts, changes, stops and oscillations, 0x4200 + ID (002 §6.4.4.3)."""
 
 from collections.abc import Callable
 from typing import Any
@@ -8,7 +8,8 @@ from achse.devices.nc.functions.calling import function, numbered
 from achse.devices.nc.rows import bound
 from achse.motion import Axis, commands
 
-__all__ = ["STARTS"]
+__all__ = ["OSCILLATIONS", "STARTS", "STOPS"]
+
 
 _ROWS = named_rows(0x4200)
 
@@ -44,4 +45,21 @@ STARTS = (
     function(_ROWS["start"], commands.start),
     function(_ROWS["start_extended"], _with_defaults(commands.start)),
     function(_ROWS["start_special"], _with_defaults(commands.start_special)),
+)
+
+
+STOPS = (
+    function(_ROWS["stop"], commands.stop),
+    function(_ROWS["clear"], commands.clear),
+    function(_ROWS["emergency_stop"], commands.emergency_stop),
+    function(_ROWS["parameterized_stop"], commands.parameterized_stop),
+    function(_ROWS["oriented_stop"], commands.oriented_stop),
+    function(_ROWS["release_motion_lock"], commands.release_lock),
+)
+
+
+OSCILLATIONS = (
+    function(_ROWS["start_reversing_positioning"], commands.start_reversing),
+    function(_ROWS["start_reversing_velocity_steps"], commands.start_velocity_steps),
+    function(_ROWS["start_sine_oscillation"], commands.start_sine_oscillation),
 )
