@@ -1,4 +1,7 @@
-"""The camshaft controllers, AMS port 900."""
+"""The camshaft controllers, AMS port 900.
+
+Read `device` first; `rows` are its services, `served` a controller as they show it.
+"""
 
 from achse.devices.camshaft.device import CAMSHAFT_PORT, CamshaftDevice
 from achse.devices.camshaft.served import ServedCamshaft

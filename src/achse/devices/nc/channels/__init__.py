@@ -1,6 +1,9 @@
 """Channels, 0x2000 … 0x2300 + ID: the standard one, which has the PTP groups, and configured ones.
 
 Rows of an interpreter answer 0x703 where a channel has none. Source: 002 §6.4.2.
+
+Read `states` and `parameters` first, then `functions` and the `cyclic` interface. `every` has the
+rows of all channels, `structures` what is packed, `binding` how a row finds its channel.
 """
 
 from achse.ams import DeviceError

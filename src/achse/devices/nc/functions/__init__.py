@@ -1,6 +1,9 @@
 """Axis functions, 0x4200 + ID: commands to an axis, a file for each kind of them.
 
 Source: 002 §6.4.4.3.
+
+Read `moves` first. `calling` is how a row becomes a call of `achse.motion.commands`; the others are
+kinds of commands.
 """
 
 from achse.devices.nc.functions.couplings import COUPLINGS, GROUPS

@@ -2,6 +2,10 @@
 
 Each axis has a PTP group of its own, which has the axis' id; groups of several axes are configured.
 A row of another kind of group answers 0x703. Source: 002 §6.4.3.
+
+Read `every` first: rows of all groups. `single` is the PTP group of an axis; `path`, `kinematic`
+and `fifo` are groups of several axes, `places` the axes in them. `binding` is how a row finds its
+group.
 """
 
 from achse.devices.nc.groups.every import EVERY_FUNCTION, EVERY_PARAMETER, EVERY_STATE
