@@ -47,7 +47,7 @@ _ALL_BYTES = 1 << 26
 """The same of all clients; beyond, requests that are not small are refused."""
 
 _SMALL = 1 << 12
-"""Bytes of a request and its answer that are no load. A client that has nothing else under way may
+"""Bytes of a request and its answer that are not load. A client that has nothing else under way may
 ask for so much at any time."""
 
 _LOST_NS = 10_000_000_000

@@ -504,8 +504,8 @@ class PathPlanner:
         state = self.state
         self._check(position, state.axis_count, "position")
         for name in (
-            *("oldest", "current", "following", "appended", "passed_segments", "backwards", "arrived"),
-            *("hold", "fresh", "junctions", "junction", "out"),
+            *("oldest", "current", "following", "appended", "passed_segments"),
+            *("backwards", "arrived", "hold", "fresh", "junctions", "junction", "out"),
         ):
             setattr(state, name, 0)
         for name in (
