@@ -1,9 +1,16 @@
 """Names: the nearest declaration wins, and what means nothing is told."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
+from achse.plc.bodies import Bodies
+from achse.plc.code.execution import CodeForm
+from achse.plc.runtime import PlcRuntime
+from achse.plc.task import Task
+from achse.st.check import check
+from achse.st.project import load_project
 from achse.st.typed.expressions import Stored
 from achse.st.typed.project import TypedProject
 from achse.st.typed.statements import Do
@@ -94,3 +101,38 @@ def test_every_variable_is_a_place(typed: Callable[[str], TypedProject]) -> None
         "this+8", "this+18", "static FB.s", "frame", "pointer", "GVL.global", "%M+10",
         "frame", "this+32", "static FB.M.m",
     ]  # fmt: skip
+
+
+OWN_TEXTS = """
+FUNCTION CONCAT : STRING VAR_INPUT STR1, STR2 : STRING; END_VAR CONCAT := 'own'; END_FUNCTION
+FUNCTION LEFT : STRING VAR_INPUT STR : STRING; SIZE : INT; END_VAR LEFT := 'own'; END_FUNCTION
+FUNCTION MAX : INT VAR_INPUT a, b : INT; END_VAR MAX := 7; END_FUNCTION
+PROGRAM MAIN
+VAR
+    sOwn, sQualified, sLibrary, sTime : STRING; nOwn, nQualified : INT;
+    nTime : T_DCTIME64 := 1000000000000;
+END_VAR
+sOwn := CONCAT('a', 'b');
+sQualified := Tc2_Standard.CONCAT('a', Tc2_Standard.LEFT('bc', 1));
+sLibrary := F_ConvStateToString(16#18);
+sTime := DCTIME64_TO_STRING(nTime);
+nOwn := MAX(1, 2);
+nQualified := Tc2_Standard.MAX(1, 2);
+END_PROGRAM
+"""
+
+
+def test_function_of_the_project_replaces_none_in_libraries(tmp_path: Path) -> None:
+    """Neither inside a library nor behind its name (decision 0105)."""
+    (tmp_path / "MAIN.st").write_text(OWN_TEXTS)
+    declared = load_project(tmp_path / "MAIN.st").declarations
+    typed = check(declared)
+    assert [str(fault) for fault in typed.faults] == []
+    task = Task("PlcTask", 10_000_000, [declared.programs["main"]])
+    plc = PlcRuntime([task], declared.units, bodies=Bodies(typed, form=CodeForm.PLAIN))
+    plc.run_due(10_000_000)
+    main = plc.instance("MAIN")
+    assert (main["sOwn"], main["nOwn"]) == ("own", 7)
+    assert (main["sQualified"], main["nQualified"]) == ("ab", 2)
+    assert main["sLibrary"] == "OP ERROR"
+    assert main["sTime"] == "2000-01-01-00:16:40.000000000"

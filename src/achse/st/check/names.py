@@ -70,7 +70,7 @@ class NameResolver:
         found = self._global(key, space, at)
         if found is not None:
             return found
-        entry = self._names.scopes.find(name, space)
+        entry = self._unit(name, space)
         if entry is not None:
             return self.of_entry(entry, at)
         lists = self._names.scopes.lists_with_property(key, space)
@@ -89,6 +89,15 @@ class NameResolver:
             return BuiltinName(name.upper(), at)
         type = self._names.given.find(name, at)
         return None if type is None else TypeName(type, None, name, at)
+
+    def _unit(self, name: str, space: str) -> DeclaredUnit | None:
+        """Return the unit of a name; in a library functions of the language hide those of the
+        project."""
+        scopes = self._names.scopes
+        entry = scopes.find(name, space)
+        if entry is None or entry.is_library or not scopes.library_named(space):
+            return entry
+        return None if is_builtin(name) else entry
 
     def of_entry(self, entry: DeclaredUnit, at: int) -> Meaning:
         """A unit as a meaning."""
@@ -366,7 +375,7 @@ class NameResolver:
         key = name.lower()
         found = self._own_part(key, at)
         if found is None:
-            entry = self._names.scopes.find(name, self._body.scope.space)
+            entry = self._unit(name, self._body.scope.space)
             found = None if entry is None else self.of_entry(entry, at)
         if found is None and is_builtin(name):
             return BuiltinName(name.upper(), at)
