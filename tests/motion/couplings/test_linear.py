@@ -221,3 +221,62 @@ def test_both_kernels_do_the_same(gear: float) -> None:
         nc.cycle(200)
         digests.append(nc.digest())
     assert digests[0] == digests[1]
+
+
+@given(
+    ratio=st.floats(-50.0, 50.0).filter(bool),
+    other=st.floats(-50.0, 50.0).filter(bool),
+    velocity=st.floats(1.0, 900.0),
+    most=st.floats(1.0, 2000.0),
+    room=st.floats(1.0, 1e4),
+    soft=st.sampled_from([0, 1]),
+    cycles=st.integers(1, 300),
+)
+@settings(max_examples=60)
+def test_a_new_ratio_never_makes_a_slave_too_fast(
+    ratio: float, other: float, velocity: float, most: float, room: float, soft: int, cycles: int
+) -> None:
+    """It is refused and changes nothing, or the next cycle is not farther than both allow."""
+    limits = {"encoder_soft_limit_max": room, "encoder_soft_limit_min": -room}
+    enabled = {"encoder_soft_limit_max_enable": soft, "encoder_soft_limit_min_enable": soft}
+    slave_values = VALUES | limits | enabled | {"max_velocity": most}
+    parameters = [AxisParameters(1, values=VALUES), AxisParameters(2, values=slave_values)]
+    nc = Nc(2_000_000, parameters, compiled=False)
+    nc.cycle(3)
+    master, slave = nc
+    assert commands.couple(slave, 1, 1, 0, 0, ratio) == 0
+    commands.universal_start(master, 3, 0.0, velocity)
+    nc.cycle(cycles)
+    if slave.error_code:
+        return
+    before, place = slave.set_velocity, slave.set_position
+    code = commands.change_coupling(slave, other, 0.0, 0.0, 0.0)
+    nc.cycle()
+    way = abs(slave.set_position - place)
+    in_force = other if code == 0 else ratio
+    assert slave.set_gear_ratio == in_force
+    if code == 0:
+        accelerated = abs(other) * 5e3 * 0.002  # of the master, within the cycle
+        assert way <= (max(most, abs(before)) + accelerated) * 0.002 + 1e-6
+    else:
+        assert code in (NcError.SLAVE_COUPLING_PARAMETER, NcError.SLAVE_TARGET_BEYOND_SOFT_LIMITS)
+
+
+def test_a_ratio_that_the_slave_cannot_follow_is_refused() -> None:
+    nc = station(max_velocity=500.0, encoder_soft_limit_max=2e3, encoder_soft_limit_max_enable=1)
+    master, slave = nc
+    commands.couple(slave, 1, 1, 0, 0, 0.5)
+    commands.universal_start(master, 3, 0.0, 200.0)
+    nc.cycle(2000)
+    code = commands.change_coupling(slave, 50.0, 0.0, 0.0, 0.0)
+    assert code == NcError.SLAVE_COUPLING_PARAMETER
+    nc.cycle()
+    assert slave.set_velocity == 100.0
+    assert commands.change_coupling(slave, 2.5, 0.0, 0.0, 0.0) == 0
+    while slave.set_position < 1960.0:
+        nc.cycle()
+    assert commands.change_coupling(slave, 0.5, 0.0, 0.0, 0.0) == 0
+    while slave.set_position < 1995.0:
+        nc.cycle()
+    code = commands.change_coupling(slave, 2.5, 0.0, 0.0, 0.0)
+    assert code == NcError.SLAVE_TARGET_BEYOND_SOFT_LIMITS

@@ -1,6 +1,7 @@
 """Slave type 1, linear: s = s0 + g · (M - M0), positions and all derivatives.
 
-A new gear ratio acts at once: the velocity jumps, the position does not (004 §3.1.4).
+A new gear ratio acts at once: the velocity jumps, the position does not (004 §3.1.4). It is refused
+if the slave would then be faster than it may, or could not stop before a soft limit.
 
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
@@ -8,6 +9,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from collections.abc import Sequence
 
 from achse.codes import NcError
+from achse.motion.couplings.guard import check_step
 from achse.motion.couplings.masters import (
     leading_acceleration,
     leading_jerk,
@@ -17,7 +19,7 @@ from achse.motion.couplings.masters import (
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 
-__all__ = ["base", "check", "step"]
+__all__ = ["base", "check", "check_change", "step"]
 
 
 def base(ax: AxisFields, rows: NcRows) -> None:
@@ -41,3 +43,19 @@ def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
 def check(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[float]) -> int:
     """Parameter 1 is the gear ratio, not 0."""
     return NcError.GEAR_FACTOR_ZERO if parameters[0] == 0.0 else 0
+
+
+def check_change(ax: AxisFields, rows: NcRows, parameters: Sequence[float], dt: float) -> int:
+    """Return the code that refuses the velocity of the next cycle with a new ratio, or 0.
+
+    0x4229: no rest before a soft limit. A ratio that makes the slave slower is not refused.
+    """
+    velocity = parameters[0] * leading_velocity(ax, rows, 0)
+    if abs(velocity) <= abs(ax.set.velocity) and velocity * ax.set.velocity >= 0.0:
+        return 0
+    acceleration = parameters[0] * leading_acceleration(ax, rows, 0)
+    way = velocity * dt
+    code = check_step(ax, way, ax.set.position + way, velocity, acceleration, dt)
+    if code == NcError.SET_VELOCITY_TOO_HIGH:
+        return NcError.SLAVE_COUPLING_PARAMETER
+    return NcError.SLAVE_TARGET_BEYOND_SOFT_LIMITS if code else 0

@@ -97,6 +97,9 @@ class Coupling(NamedTuple):
     """True if masters may move at coupling by parameters."""
     change: Callable[[AxisFields, NcRows], None] | None = None
     """New parameters while it runs; without it the law counts from here (`base`)."""
+    check_change: Callable[[AxisFields, NcRows, Sequence[float], float], int] | None = None
+    """Code that refuses new parameters while it runs, or 0, for a law whose velocity jumps to
+    theirs; the last argument is the cycle, s."""
     stops: bool = False
     """True if its slave has a motion of its own that can be stopped (0x44)."""
     guarded: bool = False
@@ -104,7 +107,14 @@ class Coupling(NamedTuple):
 
 
 COUPLINGS: tuple[Coupling, ...] = (
-    Coupling("linear", SlaveType.LINEAR.value, linear.step, linear.base, check=linear.check),
+    Coupling(
+        "linear",
+        SlaveType.LINEAR.value,
+        linear.step,
+        linear.base,
+        check=linear.check,
+        check_change=linear.check_change,
+    ),
     Coupling(
         "cam",
         SlaveType.TABULAR.value,

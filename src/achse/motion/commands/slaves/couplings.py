@@ -233,7 +233,8 @@ def _check_parameters(
 def change_coupling(slave: Axis, *parameters: float) -> int:
     """Change the parameters of a coupling at work (0x42).
 
-    A new gear ratio of slave type 1 acts at once: the velocity jumps, the position does not.
+    A new gear ratio of slave type 1 acts at once: the velocity jumps, the position does not. 0x425B
+    if the slave may not be that fast, 0x4229 if it could not stop before a soft limit.
     """
     law = law_of(slave.coupling.law)
     if law is None or law.check is None:
@@ -244,6 +245,8 @@ def change_coupling(slave: Axis, *parameters: float) -> int:
     if law.by_parameters and law.others(parameters) != others:
         return NcError.SLAVE_COUPLING_PARAMETER
     code = _check_parameters(slave, masters, law, parameters)
+    if not code and law.check_change is not None:
+        code = law.check_change(slave, slave.rows, parameters, slave.cycle_ns * 1e-9)
     if code:
         return code
     for n, value in enumerate(parameters):
