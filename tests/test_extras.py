@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import achse
-from achse.extras import install_command, needs_extra
+from achse.extras import install_command, needs_extra, requirement_elsewhere
 
 ROOT = Path(achse.__file__).parents[2]
 
@@ -101,3 +101,25 @@ def test_page_on_installing_names_each_extra_for_users() -> None:
     page = (ROOT / "docs" / "how-to" / "install.md").read_text(encoding="utf-8")
     named = re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE)
     assert set(named) == project["optional-dependencies"].keys() - {"dev"}
+
+
+@pytest.mark.parametrize(
+    ("origin", "requirement", "is_reachable"),
+    [
+        (None, "achse[fast]", True),
+        (
+            {"url": "https://h/a.git", "vcs_info": {"vcs": "git", "requested_revision": "v1"}},
+            "achse[fast] @ git+https://h/a.git@v1",
+            True,
+        ),
+        ({"url": "file:///clone", "dir_info": {"editable": True}}, "achse[fast]", False),
+    ],
+)
+def test_the_requirement_of_another_computer(
+    origin: dict[str, Any] | None,
+    requirement: str,
+    is_reachable: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(importlib.metadata, "distribution", lambda _: Installed(origin))
+    assert requirement_elsewhere("fast") == (requirement, is_reachable)

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-__all__ = ["install_command", "needs_extra"]
+__all__ = ["install_command", "needs_extra", "requirement_elsewhere"]
 
 
 def needs_extra(subject: str, extra: str) -> str:
@@ -21,15 +21,29 @@ def install_command(extra: str) -> str:
     from urllib.request import url2pathname
 
     origin = _origin()
-    url = str(origin.get("url", ""))
     if "dir_info" in origin:
-        folder = url2pathname(urlsplit(url).path)
+        folder = url2pathname(urlsplit(origin["url"]).path)
         editable = "-e " if origin["dir_info"].get("editable") else ""
         return f'pip install {editable}"{folder}[{extra}]"'
+    return f'pip install "{_requirement(origin, extra)}"'
+
+
+def requirement_elsewhere(extra: str) -> tuple[str, bool]:
+    """Return the requirement that installs this copy with the extra on another computer.
+
+    False with it if no other computer reaches what this copy was installed from: a folder.
+    """
+    origin = _origin()
+    is_folder = "dir_info" in origin
+    return _requirement({} if is_folder else origin, extra), not is_folder
+
+
+def _requirement(origin: dict[str, Any], extra: str) -> str:
+    url = str(origin.get("url", ""))
     if "vcs_info" in origin:
         revision = origin["vcs_info"].get("requested_revision")
         url = f"{origin['vcs_info']['vcs']}+{url}" + (f"@{revision}" if revision else "")
-    return f'pip install "achse[{extra}] @ {url}"' if url else f'pip install "achse[{extra}]"'
+    return f"achse[{extra}] @ {url}" if url else f"achse[{extra}]"
 
 
 def _origin() -> dict[str, Any]:

@@ -17,7 +17,10 @@ def test_each_recipe_is_yaml(fences: Any) -> None:
     recipes = [block.body for block in fences(PAGE.read_text(encoding="utf-8"))]
     assert len(recipes) == 4
     assert all(isinstance(yaml.safe_load(recipe), dict) for recipe in recipes)
-    assert recipes[:2] == [GITHUB, GITLAB]
+    released = [
+        text.replace("{note}", "").replace("{achse}", "achse[fast]") for text in (GITHUB, GITLAB)
+    ]
+    assert recipes[:2] == released
 
 
 def test_linters_find_nothing(fences: Any, tmp_path: Path) -> None:

@@ -10,7 +10,15 @@ import pytest
 from typer.testing import CliRunner
 
 from achse.cli.app import app
-from achse.cli.start.new import GITHUB, GITLAB, PlcKind, Server, commented, project
+from achse.cli.start.new import (
+    GITHUB,
+    GITLAB,
+    PlcKind,
+    Server,
+    ci_recipe,
+    commented,
+    project,
+)
 from achse.station import Station
 from achse.station.configuration.documents import parse_toml
 from achse.station.configuration.schema import station_schema
@@ -120,19 +128,33 @@ def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("server", "text"), [(Server.GITHUB, GITHUB), (Server.GITLAB, GITLAB)])
-def test_the_recipe_is_yaml_that_installs_checks_and_tests(server: Server, text: str) -> None:
+@pytest.mark.parametrize(
+    ("requirement", "is_reachable"),
+    [("achse[fast]", True), ("achse[fast] @ git+https://h/a.git@v1", True), ("achse[fast]", False)],
+)
+def test_the_recipe_is_yaml_that_installs_checks_and_tests(
+    server: Server,
+    text: str,
+    requirement: str,
+    is_reachable: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     yaml = pytest.importorskip("yaml")
-    document = yaml.safe_load(text)
+    answer = (requirement, is_reachable)
+    monkeypatch.setattr("achse.cli.start.new.requirement_elsewhere", lambda _: answer)
+    recipe = ci_recipe(text)
+    assert recipe in project("x", PlcKind.ST, ["X"], False, server).values()
+    assert ("# This achse was installed from a folder" in recipe) is not is_reachable
+    document = yaml.safe_load(recipe)
     job = document["jobs"]["tests"] if server is Server.GITHUB else document["tests"]
     steps = (
         [step["run"] for step in job["steps"] if "run" in step]
         if server is Server.GITHUB
         else job["script"]
     )
-    assert steps[0].startswith('pip install "achse[fast]" pytest')
+    assert steps[0] == f'pip install "{requirement}" pytest'
     assert steps[1] == "achse check station.toml"
     assert steps[2].startswith("pytest")
-    assert text in project("x", PlcKind.ST, ["X"], False, server).values()
     pythons = str(job.get("strategy", job.get("parallel")))
     assert all(version in pythons for version in ("3.11", "3.12", "3.13"))
 

@@ -14,6 +14,7 @@ from achse.cli.failure import fail
 from achse.cli.files import write_file
 from achse.cli.output import print_json
 from achse.cli.target import Json
+from achse.extras import requirement_elsewhere
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -24,6 +25,7 @@ __all__ = [
     "SCHEMA_FILE",
     "PlcKind",
     "Server",
+    "ci_recipe",
     "commented",
     "new",
     "project",
@@ -183,10 +185,20 @@ def project(
     if tests or ci is not None:
         files["tests/test_station.py"] = _TEST[plc]
     if ci is Server.GITHUB:
-        files[".github/workflows/tests.yml"] = GITHUB
+        files[".github/workflows/tests.yml"] = ci_recipe(GITHUB)
     elif ci is Server.GITLAB:
-        files[".gitlab-ci.yml"] = GITLAB
+        files[".gitlab-ci.yml"] = ci_recipe(GITLAB)
     return files
+
+
+def ci_recipe(text: str) -> str:
+    """Return GITHUB or GITLAB with the requirement that installs this copy of achse."""
+    requirement, is_reachable = requirement_elsewhere("fast")
+    note = "" if is_reachable else _FROM_A_FOLDER
+    step = text.partition("{note}")[2]
+    indent = step[: step.index("-")]
+    lines = "".join(f"{indent}# {line}\n" for line in note.splitlines())
+    return text.replace("{note}", lines).replace("{achse}", requirement)
 
 
 def _keys(names: list[str]) -> list[str]:
@@ -403,6 +415,10 @@ def test_{name}() -> None:
 }
 """Of a station with an axis, and without one."""
 
+_FROM_A_FOLDER = """This achse was installed from a folder, which a server does not have:
+name its repository, for example "achse[fast] @ git+https://HOST/PATH.git".
+"""
+
 GITHUB = """name: tests
 on: [push, pull_request]
 jobs:
@@ -417,7 +433,7 @@ jobs:
       - uses: actions/setup-python@v5
         with:
           python-version: ${{ matrix.python }}
-      - run: pip install "achse[fast]" pytest
+{note}      - run: pip install "{achse}" pytest
       - run: achse check station.toml
       - run: pytest
 """
@@ -428,7 +444,7 @@ GITLAB = """tests:
       - PYTHON: ["3.11", "3.12", "3.13"]
   image: python:$PYTHON
   script:
-    - pip install "achse[fast]" pytest
+{note}    - pip install "{achse}" pytest
     - achse check station.toml
     - pytest --junitxml=report.xml
   artifacts:
