@@ -406,6 +406,11 @@ elsewhere(
     f"{FORWARDING}::test_stranger_behind_a_router_does_not_end_its_connection_to_a_strict_target",
 )
 elsewhere(
+    "The address of a port is used by its holder alone: from others requests are refused under it,"
+    " and answers and samples are lost.",
+    "tests/transport/test_peer.py::test_address_of_a_port_is_used_by_its_holder_alone",
+)
+elsewhere(
     "A router forwards 4 MB of one client at a time, so that the requests of others are not kept"
     " waiting.",
     f"{FORWARDING}::test_client_that_waits_for_little_is_forwarded_beside_one_that_asks_for_much",

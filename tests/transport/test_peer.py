@@ -7,8 +7,8 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from achse.ams import AmsAddress, Frame, NetId, TcpCommand, TcpMessage
-from achse.router import FIRST_CLIENT_PORT, Router
+from achse.ams import AmsAddress, Command, Flags, Frame, NetId, TcpCommand, TcpMessage
+from achse.router import FIRST_CLIENT_PORT, LOOPBACK_NET_ID, Router
 from achse.transport import peer as peer_module
 from achse.transport.fair_queue import FairQueue
 from achse.transport.held import Held
@@ -364,3 +364,55 @@ def test_whatever_connections_do_what_is_kept_stays_within_the_limits(
     assert station.held.total == 0
     assert station.connections == {good}
     assert dict(station._per_host) == {"10.9.9.9": 1}
+
+
+@given(
+    of_device=st.booleans(),
+    loopback=st.booleans(),
+    host=st.sampled_from(("127.0.0.1", "10.0.0.7")),
+    first=st.booleans(),
+    command=st.sampled_from((Command.READ, Command.DELETE_NOTIFICATION, Command.NOTIFICATION)),
+    flags=st.sampled_from((4, 4 | Flags.RESPONSE, 4 | Flags.NO_RESPONSE)),
+    to_client=st.booleans(),
+)
+@settings(max_examples=40)
+def test_address_of_a_port_is_used_by_its_holder_alone(
+    of_device: bool,
+    loopback: bool,
+    host: str,
+    first: bool,
+    command: Command,
+    flags: int,
+    to_client: bool,
+) -> None:
+    """Before, anyone ended subscriptions of another program, or sent it answers of a device."""
+    loop = Loop()
+    station = listener(loop)
+    came: list[Frame] = []
+    station.router.put_watcher(came.append)
+    holder, wire = dial(station, "127.0.0.1")
+    holder.receive(connect_port())
+    other, other_wire = dial(station, host, 2)
+    [client] = holder.registered
+    if first:
+        other.receive(request(4, CLIENT))
+    loop.run()
+    came.clear()
+    before = wire.came, other_wire.came
+    whose = AmsAddress.of(OURS, 852 if of_device else client.port)
+    if of_device:
+        station.router.register(852, Device(station.router))
+    source = AmsAddress.of(LOOPBACK_NET_ID, whose.port) if loopback else whose
+    target = client if to_client else PLC
+    frame = Frame(target, source, command, flags, 0, 7, bytes(4))
+    other.receive(frame.encode_tcp())
+    loop.run()
+    assert wire.came == before[0]
+    assert not [each for each in came if each.source == source]
+    answered = flags == 4 and command != Command.NOTIFICATION
+    assert (other_wire.came > before[1]) is answered
+    assert not other_wire.gone
+    other.receive(request(4, CLIENT))
+    holder.receive(request(4, client))
+    loop.run()
+    assert wire.came > before[0]

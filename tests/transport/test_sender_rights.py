@@ -40,6 +40,15 @@ def test_what_is_missing_and_what_is_lost(caplog: pytest.LogCaptureFixture) -> N
     assert not rights
 
 
+def test_lie_about_an_address_is_logged_once(caplog: pytest.LogCaptureFixture) -> None:
+    rights = SenderRights()
+    for _ in range(3):
+        rights.tell_lie(CLIENT, "10.0.0.1:1")
+    assert [line.getMessage() for line in caplog.records] == [
+        f"10.0.0.1:1 sends as {CLIENT}, which is the port of another program: refused with 0x723"
+    ]
+
+
 rights_of_routes = st.sampled_from(
     (ALL_RIGHTS, NO_RIGHTS, Right.READ, Right.READ | Right.WRITE, Right.STATE)
 )

@@ -234,7 +234,8 @@ async def test_a_peer_that_does_not_read_fills_the_mailbox(monkeypatch: Any) -> 
         assert (await client.ask(NET_IDS[1])).error == 0
         [uplink] = here.uplinks
         monkeypatch.setattr(type(uplink._connection), "congested", True)
-        assert (await client.ask(NET_IDS[1])).error == 0x502
+        assert (await client.ask(NET_IDS[1], bytes(1 << 13))).error == 0x502
+        assert (await client.ask(NET_IDS[1])).error == 0  # it waits for nothing else
 
 
 async def test_packets_beyond_the_largest_fragment_are_refused() -> None:

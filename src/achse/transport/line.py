@@ -1,12 +1,19 @@
-"""The surroundings of a peer: a line that carries bytes, and calls at a time.
+"""The surroundings of a peer: a line that carries bytes, calls at a time, and its owner.
 
 An asyncio transport is a `Line`, and its loop is `Turns`; tests and other roads have their own.
 """
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-__all__ = ["Line", "Timer", "Turns"]
+from achse.router import Router
+from achse.transport.fair_queue import FairQueue
+from achse.transport.held import Held
+
+if TYPE_CHECKING:
+    from achse.transport.peer import Peer
+
+__all__ = ["Line", "PeerOwner", "Timer", "Turns"]
 
 
 class Line(Protocol):
@@ -51,3 +58,27 @@ class Turns(Protocol):
     def call_soon(self, callback: Callable[[], object], /) -> object: ...
 
     def call_at(self, when: float, callback: Callable[[], object], /) -> Timer: ...
+
+
+class PeerOwner(Protocol):
+    """Owner of connections that it accepted or dialled, with their limits."""
+
+    router: Router
+    max_length: int
+    max_backlog: int
+    routes_required: bool
+    held: Held
+    fair_queue: FairQueue
+
+    @property
+    def loop(self) -> Turns: ...
+
+    def serves_ports(self, host: str) -> bool:
+        """Return True if a peer at `host` may register ports here."""
+        ...
+
+    def opened(self, peer: "Peer") -> None:
+        """Its line is there."""
+
+    def closed(self, peer: "Peer") -> None:
+        """Its line is gone."""

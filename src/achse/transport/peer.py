@@ -9,7 +9,7 @@ Source: reference traffic for the port service (0x1000, 0x0001, 0x1002); 000 §3
 
 import logging
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any, Protocol
+from typing import Any
 
 from achse.ams import (
     AmsAddress,
@@ -24,13 +24,10 @@ from achse.ams import (
     TcpMessage,
 )
 from achse.codes import ReturnCode
-from achse.router import Router
 from achse.router.forwarding import ForwardedClient, Forwarding
-from achse.router.rights import Right
+from achse.router.rights import ALL_RIGHTS, Right
 from achse.router.routes import Admission, Route
-from achse.transport.fair_queue import FairQueue
-from achse.transport.held import Held
-from achse.transport.line import Line, Timer, Turns
+from achse.transport.line import Line, PeerOwner, Timer, Turns
 from achse.transport.outbox import Outbox
 from achse.transport.repeated import REQUEST_SIZE, RepeatedReads
 from achse.transport.sender_rights import SenderRights, missing_route
@@ -61,32 +58,10 @@ _PORTS_LEFT = 8192
 _QUICK = 8192
 """Bytes whose requests are done without a look at the time."""
 
+_UNANSWERED = Flags.RESPONSE | Flags.NO_RESPONSE
+
 _LINGER = 5.0
 """Seconds a closed connection has to take the rest of what was sent to it."""
-
-
-class PeerOwner(Protocol):
-    """Owner of connections that it accepted or dialled, with their limits."""
-
-    router: Router
-    max_length: int
-    max_backlog: int
-    routes_required: bool
-    held: Held
-    fair_queue: FairQueue
-
-    @property
-    def loop(self) -> Turns: ...
-
-    def serves_ports(self, host: str) -> bool:
-        """Return True if a peer at `host` may register ports here."""
-        ...
-
-    def opened(self, peer: "Peer") -> None:
-        """Its line is there."""
-
-    def closed(self, peer: "Peer") -> None:
-        """Its line is gone."""
 
 
 class Peer:
@@ -112,6 +87,8 @@ class Peer:
         self._last_source = b""
         self._rights = SenderRights()
         self._comes_from_router = False
+        self._lies = False
+        """True if the last sender gave an address that belongs to a port of another endpoint."""
         self._forwarding: Forwarding | None = None
         """Requests of other clients, from the first one until the line ends."""
         self._repeated = RepeatedReads(owner.router)
@@ -220,7 +197,7 @@ class Peer:
                     event.origin = self
                     if event.source != self._last_source and not self._learn(event.source):
                         return False
-                    if self._rights and self._refuse(event):
+                    if (self._rights or self._lies) and self._refuse(event):
                         continue
                     backwards = event.is_response or event.command == Command.NOTIFICATION
                     if backwards and self._forwarding and not self._forwarding.come_back(event):
@@ -285,6 +262,7 @@ class Peer:
         """Note where `source` is; False if it may not come here and the connection ends."""
         router = self._router
         self._last_source = source
+        self._lies = (router.local_endpoint(source) or self) is not self
         ours = router.is_local(source[:6]) and self.owner.serves_ports(self.peer_host)
         if not self.senders and log.isEnabledFor(logging.INFO):
             facts = {"client": self.client, "peer": self.peer}
@@ -340,14 +318,18 @@ class Peer:
 
     def _refuse(self, frame: Frame) -> bool:
         """Refuse a request for which its sender has no right."""
-        missing = self._rights.missing(frame)
+        lies = self._lies and self._router.is_local(frame.target[:6])
+        missing = ALL_RIGHTS if lies else self._rights.missing(frame)
         if not missing:
             return False
         self._router.denied += 1
         self._router.asking.asked(frame.source)
         self._router.asking.refused(frame.source)
-        self._rights.tell(frame.source, missing, self.peer)
-        if not frame.flags & Flags.NO_RESPONSE:
+        if lies:
+            self._rights.tell_lie(frame.source, self.peer)
+        else:
+            self._rights.tell(frame.source, missing, self.peer)
+        if not frame.flags & _UNANSWERED and frame.command != Command.NOTIFICATION:
             self.deliver(frame.reply(error=ReturnCode.DEVICE_ACCESS_DENIED.number))
         return True
 

@@ -16,6 +16,7 @@ class SenderRights:
     def __init__(self) -> None:
         self._limited: dict[bytes, Right] = {}
         self._told = NO_RIGHTS
+        self._lie_told = False
 
     def __bool__(self) -> bool:
         return bool(self._limited)
@@ -46,6 +47,17 @@ class SenderRights:
                 "%s may not %s here: refused with 0x723, as whatever it asks of that kind",
                 *(client, str(missing.name).lower().replace("|", ", ")),
                 extra={"client": str(client), "peer": peer},
+            )
+
+    def tell_lie(self, source: bytes, peer: str) -> None:
+        """Log that the sender gives an address that belongs to another one's port, once."""
+        if not self._lie_told:
+            self._lie_told = True
+            client = str(AmsAddress(source))
+            log.warning(
+                "%s sends as %s, which is the port of another program: refused with 0x723",
+                *(peer, client),
+                extra={"client": client, "peer": peer},
             )
 
 
