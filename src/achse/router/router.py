@@ -213,7 +213,7 @@ class Router:
             self.asking.forget(source)
 
     def crowd_out(self, source: bytes, endpoint: Endpoint) -> None:
-        """As `forget`, of a client that may still be there: others behind `endpoint` are newer.
+        """Forget a client that may still be there: others behind `endpoint` are newer.
 
         Until that connection ends each address counts as reachable: it may be this client's.
         """

@@ -268,7 +268,7 @@ class Peer:
             facts = {"client": self.client, "peer": self.peer}
             log.info("%s has come, client %s", self.peer, facts["client"], extra=facts)
         if source not in self.senders and not ours:
-            admission = self._admitted(source[:6])
+            admission = self._effective_admission(source[:6])
             self._rights.assign(source, self._rights_of(source[:6], admission))
             if admission is Admission.UNKNOWN and self.owner.routes_required:
                 self._turn_out("%s", missing_route(source[:6], self.peer_host))
@@ -284,8 +284,8 @@ class Peer:
         """Return the admission of frames from `net_id` over this connection."""
         return self._router.routes.admission(net_id, self.peer_host)
 
-    def _admitted(self, net_id: bytes) -> Admission:
-        """As `_admission`; strangers have no rights where a router with a route may be."""
+    def _effective_admission(self, net_id: bytes) -> Admission:
+        """Return the admission; strangers behind a router with a route have no rights."""
         admission = self._admission(net_id)
         if admission is not Admission.UNKNOWN or not self.owner.routes_required:
             return admission
@@ -310,7 +310,7 @@ class Peer:
         all_of_them, self._comes_from_router = self._comes_from_router, False
         for source in [each for each in self.senders if all_of_them or each[:6] == route.net_id]:
             net_id, client = source[:6], AmsAddress(source).net_id
-            admission = self._admitted(net_id)
+            admission = self._effective_admission(net_id)
             lost = self._rights.assign(source, self._rights_of(net_id, admission))
             if lost or (admission is Admission.UNKNOWN and self.owner.routes_required):
                 self._turn_out("%s may less than before: the route has changed", client)

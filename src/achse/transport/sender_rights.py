@@ -16,7 +16,7 @@ class SenderRights:
     def __init__(self) -> None:
         self._limited: dict[bytes, Right] = {}
         self._told = NO_RIGHTS
-        self._lie_told = False
+        self._lie_reported = False
 
     def __bool__(self) -> bool:
         return bool(self._limited)
@@ -51,8 +51,8 @@ class SenderRights:
 
     def tell_lie(self, source: bytes, peer: str) -> None:
         """Log that the sender gives an address that belongs to another one's port, once."""
-        if not self._lie_told:
-            self._lie_told = True
+        if not self._lie_reported:
+            self._lie_reported = True
             client = str(AmsAddress(source))
             log.warning(
                 "%s sends as %s, which is the port of another program: refused with 0x723",

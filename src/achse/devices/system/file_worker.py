@@ -127,7 +127,7 @@ class FileWorker:
                     self._loop.call_soon_threadsafe(self._give, answer, result, length)
 
     def _give(self, answer: Answer, result: Result, length: int) -> None:
-        """In the loop: pass a result with so many bytes on."""
+        """Pass on a result of so many bytes; called in the loop."""
         with self._changed:
             self._result_bytes -= length
             self._changed.notify()
