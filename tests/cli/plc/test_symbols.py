@@ -161,7 +161,8 @@ def test_stubs_replace_stubs_only(cli: Cli, tmp_path: Path) -> None:
 
 
 def test_symbols_of_sources_are_listed(lines: Lines, sources: Path) -> None:
-    assert sorted(line.split() for line in lines("symbols", "--from", str(sources))) == [
+    listed = lines("symbols", "MAIN", "--from", str(sources))
+    assert sorted(line.split() for line in listed) == [
         ["MAIN.aNames", "ARRAY", "[1..2]", "OF", "STRING(10)"],
         ["MAIN.nCounter", "UDINT"],
     ]
