@@ -60,6 +60,11 @@ def test_what_is_no_capture_is_refused(tmp_path: Path, cli: Cli) -> None:
     assert "no AMS packets" in cli("diff", *[_empty(tmp_path)] * 2, exit_code=2).stderr
 
 
+def test_captures_are_compared_whatever_their_names_end_with(tmp_path: Path, cli: Cli) -> None:
+    other = Path(_empty(tmp_path)).rename(tmp_path / "empty.cap")
+    assert "no AMS packets" in cli("diff", str(other), str(other), exit_code=2).stderr
+
+
 def _empty(folder: Path) -> str:
     from achse.monitor.capture import CaptureWriter
 

@@ -26,8 +26,14 @@ Compared = Annotated[
     ),
 ]
 
-_CAPTURES = {".pcap", ".pcapng"}
+_ENDINGS = {".pcap", ".pcapng"}
 """Endings of captures."""
+
+_MAGIC = {
+    *(bytes.fromhex("0a0d0d0a"), bytes.fromhex("a1b2c3d4"), bytes.fromhex("d4c3b2a1")),
+    *(bytes.fromhex("a1b23c4d"), bytes.fromhex("4d3cb2a1")),
+}
+"""First bytes of captures: pcapng; pcap in either byte order, with µs or ns."""
 
 
 def register(app: typer.Typer) -> None:
@@ -110,7 +116,7 @@ def diff(
     Exit code 1 if they differ, 2 if a capture cannot be read. The running PLC is at ACHSE_HOST and
     ACHSE_TCP_PORT, else on this host.
     """
-    if not {first.suffix.lower(), second.suffix.lower()} & _CAPTURES:
+    if not (_is_capture(first) or _is_capture(second)):
         from achse.cli.plc.symbols import report_differences
 
         report_differences(first, second, places, port, as_json)
@@ -127,6 +133,17 @@ def diff(
         print("\n".join(found))
     if found:
         raise typer.Exit(1)
+
+
+def _is_capture(file: Path) -> bool:
+    """Return True if a file is a capture by its ending or its first bytes."""
+    if file.suffix.lower() in _ENDINGS:
+        return True
+    try:
+        with file.open("rb") as content:
+            return content.read(4) in _MAGIC
+    except OSError:
+        return False
 
 
 def _recording(file: Path, trouble: int = 1) -> "Recording":
