@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from achse.native.declare import Slot, lay_out, plain_record
 from achse.native.memory import Rows, RowView
-from achse.native.sampling import LAYOUT, SampledValue, Sampler, is_fixed, take_changed
+from achse.native.sampling import LAYOUT, SampledValue, Sampler, is_fixed, write_changed
 
 WORDS = st.integers(-(1 << 63), (1 << 63) - 1) | st.integers(-2, 2)
 SIZES = st.lists(st.integers(0, 20), min_size=1, max_size=8)
@@ -39,8 +39,8 @@ def test_what_changed_is_written_with_its_header(sizes: list[int], data: st.Data
     before = data.draw(st.lists(WORDS, min_size=count, max_size=count))
     after = [word ^ change for word, change in zip(before, changes, strict=True)]
     last, stream = [0] * count, bytearray(8 * len(sizes) + 8 * count)
-    take_changed(before, values, last, stream)
-    taken = take_changed(after, values, last, stream)
+    write_changed(before, values, last, stream)
+    taken = write_changed(after, values, last, stream)
     sent = []
     for value in values:
         first = 8 * value.place
@@ -52,7 +52,7 @@ def test_what_changed_is_written_with_its_header(sizes: list[int], data: st.Data
             sent.append(struct.pack("=q", value.header) + new)
     assert divmod(taken, 1 << 32) == (len(sent), len(b"".join(sent)))
     assert stream.startswith(b"".join(sent))
-    assert take_changed(after, values, last, stream) == 0
+    assert write_changed(after, values, last, stream) == 0
 
 
 @given(SIZES, st.data())
@@ -69,14 +69,14 @@ def test_machine_code_does_the_same(
     machine_memory, machine_last = array("q", memory), array("q", last)
     stream = bytearray(8 * len(sizes) + 8 * count)
     machine_stream = array("q", bytes(stream))
-    function = compiled(take_changed, {SampledValue: LAYOUT})
+    function = compiled(write_changed, {SampledValue: LAYOUT})
     taken = function(
         *machine_memory.buffer_info(),
         *(packed.buffer_info()[0], len(values)),
         *machine_last.buffer_info(),
         *(machine_stream.buffer_info()[0], len(stream)),
     )
-    assert taken == take_changed(memory, values, last, stream)
+    assert taken == write_changed(memory, values, last, stream)
     assert machine_last.tolist() == last
     assert machine_stream.tobytes() == stream
 

@@ -220,7 +220,7 @@ class Axis(View, _Fields):
         self.drive.on_bus = 1
         self.wake(adapts=True)
 
-    def take_parts(
+    def set_parts(
         self,
         encoders: list[AxisEncoder],
         controllers: list[AxisController],

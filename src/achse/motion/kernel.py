@@ -18,7 +18,7 @@ from achse.motion.features import BY_PARAMETERS, Feature
 from achse.motion.generators import coupled
 from achse.motion.generators.homing import home
 from achse.motion.generators.table import BY_FAST_PATH, generate_set_point, hand_over
-from achse.motion.machine.kernel import HardwareRows, carry_out, give_inputs
+from achse.motion.machine.kernel import HardwareRows, carry_out, write_inputs
 from achse.motion.monitoring import (
     operation_mode,
     settle,
@@ -349,7 +349,7 @@ def cycles(rows: NcRows, hardware: HardwareRows, dt: float, count: int) -> None:
             i = rows.order[n]
             ax = rows.axes[i]
             machine = hardware.machines[i]
-            give_inputs(machine, hardware)
+            write_inputs(machine, hardware)
             cycle(ax, rows, dt)
             if ax.encoder_count > 1:
                 _follow_others(ax, rows, dt)

@@ -307,7 +307,7 @@ class Nc:
         """
         self._around: tuple[Callable[[], None], Callable[[], None]] | None = None
         self.tables = Tables(lambda: self._axes.values())
-        self.tables.laid_out = self.tables.characteristics.laid_out = self._take_curves
+        self.tables.laid_out = self.tables.characteristics.laid_out = self._load_curves
         ids = [parameters.ids() for parameters in configured]
         encoders, controllers, drives = (
             sum(len(each[kind]) for each in ids) for kind in ("encoder", "controller", "drive")
@@ -340,7 +340,7 @@ class Nc:
         self._has_groups = len(self.groups) > 0
         self.channels = Channels(channels, self.groups, self._axes)
 
-    def _take_curves(self) -> None:
+    def _load_curves(self) -> None:
         """Let the kernel read the curves as they are now."""
         pieces = self.tables.characteristics.pieces
         records, encoders = self._records.arguments, self._encoders.arguments
@@ -378,7 +378,7 @@ class Nc:
         axis = next(axes)
         ids = parameters.ids()
         axis.name = parameters.name or f"Axis {parameters.axis_id}"
-        axis.take_parts(
+        axis.set_parts(
             list(islice(encoders, len(ids["encoder"]))),
             list(islice(controllers, len(ids["controller"]))),
             list(islice(drives, len(ids["drive"]))),

@@ -13,17 +13,17 @@ from achse.native.compiled import Kernel
 from achse.native.declare import Slot, lay_out
 from achse.native.memory import ComputedCell, ComputedFields, MemoryCell, RowView, gather
 
-__all__ = ["KERNEL", "SampledValue", "Sampler", "is_fixed", "take_changed"]
+__all__ = ["KERNEL", "SampledValue", "Sampler", "is_fixed", "write_changed"]
 
 _COUNT = 32
 _BYTES = (1 << _COUNT) - 1
-"""The result of `take_changed`: how many bytes, and before these bits how many values."""
+"""The result of `write_changed`: how many bytes, and before these bits how many values."""
 
 _NOTHING = 0, b""
 
 
 class SampledValue:
-    """Description of a value for `take_changed`."""
+    """Description of a value for `write_changed`."""
 
     place: int = 0
     """Its first word in the memory."""
@@ -38,7 +38,7 @@ class SampledValue:
 LAYOUT = lay_out("SampledValue", [SampledValue], Slot)
 
 
-def take_changed(
+def write_changed(
     memory: Sequence[int],
     values: Sequence[SampledValue],
     last: MutableSequence[int],
@@ -77,7 +77,7 @@ def _put(stream: bytearray, end: int, word: int, size: int) -> int:
     return end + size
 
 
-KERNEL = Kernel("sampling", take_changed, {SampledValue: LAYOUT})
+KERNEL = Kernel("sampling", write_changed, {SampledValue: LAYOUT})
 
 
 class Sampler:

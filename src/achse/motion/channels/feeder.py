@@ -204,7 +204,7 @@ class Feeder:
                 self._auxiliary = int(command.value)
             self._mark(lambda: self.outputs.show(command.word, command.value))
         elif isinstance(command, ProgramMessage):
-            self._mark(lambda: self._tell(command.text))
+            self._mark(lambda: self._report(command.text))
         elif isinstance(command, PathSetting):
             return self._set(command)
         elif isinstance(command, HomeAxis):
@@ -219,7 +219,7 @@ class Feeder:
         else:
             self._marks.append((self.group.number, action))
 
-    def _tell(self, text: str) -> None:
+    def _report(self, text: str) -> None:
         self.message = text
 
     def _refuse(self, code: int) -> FeedOutcome:

@@ -92,7 +92,7 @@ class PlannedPath:
         for _ in range(_MOVES_AT_ONCE):
             command = run.advance(until - run.blocks)
             if isinstance(command, LineMove | ArcMove):
-                self._take(command)
+                self._apply(command)
             elif command is None and run.state in (RunState.DECODER_STOP, RunState.SINGLE_STOP):
                 run.go_ahead(self.points[-1][:3])
             elif command is None and run.state is not RunState.RUNNING:
@@ -101,7 +101,7 @@ class PlannedPath:
             if run.blocks >= until:
                 return
 
-    def _take(self, move: LineMove | ArcMove) -> None:
+    def _apply(self, move: LineMove | ArcMove) -> None:
         count = 1 if isinstance(move, LineMove) else max(2, ceil(move.angle / _STEP))
         rapid = isinstance(move, LineMove) and move.rapid
         room = MOST_POINTS - len(self.points)

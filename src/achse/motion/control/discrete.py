@@ -10,7 +10,7 @@ Kernel source: compiled as it stands, see `compiled`.
 from math import ceil
 
 from achse.motion.record import AxisFields
-from achse.motion.setpoints.setpoint import pass_switch_position, take_next
+from achse.motion.setpoints.setpoint import begin_next_job, pass_switch_position
 from achse.motion.setpoints.targets import overrun
 from achse.motion.states import CommandState, MotionPhase, StepperMode
 
@@ -225,7 +225,7 @@ def run_two_speeds(ax: AxisFields, dt: float) -> None:
                 and drive.switch_phase in (_RAPID, _CREEP)
             )
         ):
-            take_next(ax)
+            begin_next_job(ax)
         if ax.profile.replan:
             ax.profile.replan = 0
             drive.switch_start = encoder.actual_position

@@ -19,7 +19,7 @@ from achse.motion.profiles.segments import segment_acceleration, segment_positio
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 
-__all__ = ["base", "change", "step", "take_ratios"]
+__all__ = ["apply_ratios", "base", "change", "step"]
 
 MOST = 1e6
 """Largest ratio; a larger one, or one that is not a number, changes nothing."""
@@ -47,7 +47,7 @@ def base(ax: AxisFields, rows: NcRows) -> None:
     ax.coupling.in_gear = 0
 
 
-def take_ratios(ax: AxisFields) -> None:
+def apply_ratios(ax: AxisFields) -> None:
     """Accept the ratios of the cyclic interface."""
     for n in range(ax.coupling.master_count):
         ratio = _ratio(ax, ax.coupling.ratio_places[n])
@@ -125,7 +125,7 @@ def _swing(ax: AxisFields, goal: float, dt: float) -> int:
 
 def step(ax: AxisFields, rows: NcRows, dt: float) -> None:
     """One cycle of the law."""
-    take_ratios(ax)
+    apply_ratios(ax)
     way = 0.0
     goal = 0.0
     a = 0.0
@@ -164,4 +164,4 @@ def change(ax: AxisFields, rows: NcRows) -> None:
     ax.gear_ratio_2 = ax.coupling.parameters[1]
     ax.gear_ratio_3 = ax.coupling.parameters[2]
     ax.gear_ratio_4 = ax.coupling.parameters[3]
-    take_ratios(ax)
+    apply_ratios(ax)

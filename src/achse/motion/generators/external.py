@@ -76,7 +76,7 @@ def _fault(ax: AxisFields, way: float, dt: float) -> int:
     return 0
 
 
-def _take(ax: AxisFields, way: float, dt: float) -> None:
+def _apply(ax: AxisFields, way: float, dt: float) -> None:
     """Take the external values; where the velocity belongs to another way, that way counts.
 
     The mean velocity of a cycle is between those at its ends, give or take one increment.
@@ -111,7 +111,7 @@ def step(ax: AxisFields, dt: float) -> None:
         generate(ax, dt)
         return
     if ax.set_motion_phase == MotionPhase.EXTERNAL:
-        _take(ax, way, dt)
+        _apply(ax, way, dt)
         ax.set.position = ax.external.origin + ax.external.position
         ax.set.velocity = ax.external.velocity
         ax.set.acceleration = ax.external.acceleration
@@ -134,7 +134,7 @@ def step(ax: AxisFields, dt: float) -> None:
         leave_external(ax)
         generate(ax, dt)
         return
-    _take(ax, way, dt)
+    _apply(ax, way, dt)
     displace(ax, way)
     ax.set.velocity += ax.external.velocity
     ax.set.acceleration += ax.external.acceleration

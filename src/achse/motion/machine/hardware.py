@@ -11,7 +11,7 @@ from achse.motion.machine.kernel import (
     TWO_SPEEDS,
     HardwareRows,
     carry_out,
-    give_inputs,
+    write_inputs,
 )
 from achse.motion.machine.record import (
     AMPLIFIER,
@@ -176,7 +176,7 @@ class Hardware:
         for machine in rows.machines:
             carry_out(machine, rows, [], dt)
         for machine in rows.machines:
-            give_inputs(machine, rows)
+            write_inputs(machine, rows)
 
     def build(self, sensors: int, amplifiers: int) -> MachineView:
         """The next machine, with so many sensors and amplifiers."""

@@ -12,7 +12,15 @@ from achse.motion.machine.discrete import run_stepper, run_two_speeds
 from achse.motion.machine.record import Amplifier, Machine, Sensor
 from achse.motion.machine.sensor import arm_latches, sense
 
-__all__ = ["ANALOG", "DIGITAL", "STEPPER", "TWO_SPEEDS", "HardwareRows", "carry_out", "give_inputs"]
+__all__ = [
+    "ANALOG",
+    "DIGITAL",
+    "STEPPER",
+    "TWO_SPEEDS",
+    "HardwareRows",
+    "carry_out",
+    "write_inputs",
+]
 
 DIGITAL = 0
 ANALOG = 1
@@ -30,14 +38,14 @@ class HardwareRows:
     amplifiers: Sequence[Amplifier]
 
 
-def give_inputs(machine: Machine, hardware: HardwareRows) -> None:
+def write_inputs(machine: Machine, hardware: HardwareRows) -> None:
     """Before the cycle of the NC: what the hardware of a machine says now."""
     if machine.plain and not machine.resting:
         sense(machine.sensor, plain=True)
         report(machine.amplifier, plain=True)
     elif machine.several:
         if machine.on_bus == 0:
-            _give_all_inputs(machine, hardware)
+            _write_all_inputs(machine, hardware)
     elif machine.resting == 0:
         sense(machine.sensor)
         report(machine.amplifier)
@@ -45,7 +53,7 @@ def give_inputs(machine: Machine, hardware: HardwareRows) -> None:
         sense(machine.sensor)
 
 
-def _give_all_inputs(machine: Machine, hardware: HardwareRows) -> None:
+def _write_all_inputs(machine: Machine, hardware: HardwareRows) -> None:
     for i in range(machine.first_sensor, machine.first_sensor + machine.sensor_count):
         sensor = hardware.sensors[i]
         if machine.resting == 0 or sensor.noise > 0.0:

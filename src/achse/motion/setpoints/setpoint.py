@@ -42,6 +42,7 @@ __all__ = [
     "advance",
     "arrived",
     "begin_job",
+    "begin_next_job",
     "begin_stop",
     "displace",
     "drop_job",
@@ -55,7 +56,6 @@ __all__ = [
     "shift_setpoint",
     "show_remaining",
     "stop_fast",
-    "take_next",
 ]
 
 _SWITCH_TARGET = 2
@@ -208,7 +208,7 @@ def arrived(ax: AxisFields) -> int:
     return 1
 
 
-def take_next(ax: AxisFields) -> None:
+def begin_next_job(ax: AxisFields) -> None:
     """Make the oldest waiting command the active one; it counts from the target before it."""
     start = (
         ax.target_position if ax.set_motion_phase == MotionPhase.POSITIONING else ax.set.position
@@ -248,7 +248,7 @@ def pass_switch_position(ax: AxisFields) -> None:
 def _pass_border(ax: AxisFields) -> None:
     """Go over to the next command, or on at the segment end velocity."""
     if ax.buffer.count > 0:
-        take_next(ax)
+        begin_next_job(ax)
         return
     ax.set_motion_phase = MotionPhase.ENDLESS
     ax.job.velocity = ax.job.end_velocity
@@ -390,9 +390,9 @@ def generate(ax: AxisFields, dt: float) -> None:
     if ax.set_motion_phase == MotionPhase.NONE:
         if ax.buffer.count == 0 or not arrived(ax):
             return
-        take_next(ax)
+        begin_next_job(ax)
     elif ax.set_motion_phase == MotionPhase.ENDLESS and ax.buffer.count > 0 and _in_velocity(ax):
-        take_next(ax)
+        begin_next_job(ax)
     if ax.velocity_override != ax.profile.override:
         if ax.velocity_override <= 0 and ax.set_motion_phase == MotionPhase.STOPPING:
             stop_fast(ax)

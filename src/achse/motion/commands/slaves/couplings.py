@@ -12,7 +12,7 @@ from achse.motion.checks import OK, check_dynamics, check_velocity
 from achse.motion.commands.queue import busy, dynamics, next_number
 from achse.motion.commands.starts import universal_start
 from achse.motion.commands.stops import oriented_stop
-from achse.motion.couplings.multi_master import take_ratios
+from achse.motion.couplings.multi_master import apply_ratios
 from achse.motion.couplings.table import Coupling, count_from_here, law_of
 from achse.motion.fields.coupling import COUPLING_PARAMETERS
 from achse.motion.order import CouplingRing
@@ -112,7 +112,7 @@ def couple_to_several(
         slave.coupling.jerk, slave.coupling.velocity = jerk, velocity
         for n, place in enumerate(places):
             slave.coupling.ratio_places[n], slave.coupling.ratios[n] = place, 0.0
-        take_ratios(slave)
+        apply_ratios(slave)
 
     return begin_coupling(
         slave,

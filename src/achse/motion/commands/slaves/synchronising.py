@@ -113,7 +113,7 @@ def synchronise(
         fill=fill,
     )
     if not code and ways:
-        _take(slave, ways[0])
+        _apply(slave, ways[0])
     return code
 
 
@@ -131,7 +131,7 @@ def _limits(
     )
 
 
-def _take(slave: Axis, way: _Way) -> None:
+def _apply(slave: Axis, way: _Way) -> None:
     """Go this way instead of the one in a single piece."""
     slave.sync.count = len(way.lengths)
     for n, length in enumerate(way.lengths):

@@ -35,7 +35,7 @@ __all__ = [
     "quintic",
     "ramp",
     "run_with",
-    "take_gear",
+    "set_gear",
     "weak_ramp",
 ]
 
@@ -204,7 +204,7 @@ def run_with(ax: AxisFields, slave: float, master: float, gear: float) -> None:
     ax.sync.state = MotionState.SLAVE_SYNCHRONOUS
 
 
-def take_gear(ax: AxisFields, velocity: float, acceleration: float, gear: float) -> None:
+def set_gear(ax: AxisFields, velocity: float, acceleration: float, gear: float) -> None:
     """Another gear on the way in time, where the slave sees its master move like this."""
     ax.coupling.gear = gear
     ax.set_gear_ratio = gear

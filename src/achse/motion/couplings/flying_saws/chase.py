@@ -104,7 +104,7 @@ def _changes_too_fast(ax: AxisFields, velocity: float, dt: float) -> bool:
     return abs(change) > most * dt + _DIGITS * (abs(velocity) + abs(ax.set.velocity))
 
 
-def _take(
+def _apply(
     ax: AxisFields,
     velocity: float,
     rising: float,
@@ -152,7 +152,7 @@ def approach_velocity(
     if done:
         w = 0.0
         b = 0.0
-    exact = _take(ax, velocity, rising, way, p, w, b, dt)
+    exact = _apply(ax, velocity, rising, way, p, w, b, dt)
     if noisy:
         return abs(ax.set.velocity - velocity) <= limit * dt
     return done and exact
@@ -177,7 +177,7 @@ def approach_place(
         w = 0.0
         b = 0.0
         p = -offset
-    return _take(ax, velocity, rising, way, p, w, b, dt) and done
+    return _apply(ax, velocity, rising, way, p, w, b, dt) and done
 
 
 def settle(ax: AxisFields, velocity: float, way: float, dt: float) -> bool:

@@ -24,7 +24,7 @@ from achse.motion.couplings.flying_saws.approach import (
     follow_approach,
     heading_of,
     run_with,
-    take_gear,
+    set_gear,
     weak_ramp,
 )
 from achse.motion.couplings.masters import (
@@ -157,6 +157,6 @@ def change(ax: AxisFields, rows: NcRows) -> None:
     if ax.sync.method == LINEAR:
         run_with(ax, ax.set.position, leading_position(ax, rows, 0), gear)
     elif ax.sync.method == BY_TIME or ax.sync.method == SETTLING:
-        take_gear(ax, leading_velocity(ax, rows, 0), leading_acceleration(ax, rows, 0), gear)
+        set_gear(ax, leading_velocity(ax, rows, 0), leading_acceleration(ax, rows, 0), gear)
     else:
         base(ax, rows)

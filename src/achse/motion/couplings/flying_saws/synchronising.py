@@ -21,7 +21,7 @@ from achse.motion.couplings.flying_saws.approach import (
     follow_approach,
     meet,
     run_with,
-    take_gear,
+    set_gear,
 )
 from achse.motion.couplings.masters import leading_acceleration, leading_position, leading_velocity
 from achse.motion.record import AxisFields
@@ -76,7 +76,7 @@ def change(ax: AxisFields, rows: NcRows) -> None:
     """Another gear ratio: of a slave that runs with its master at once."""
     gear = ax.coupling.parameters[0]
     if ax.sync.method == BY_TIME or ax.sync.method == SETTLING:
-        take_gear(ax, leading_velocity(ax, rows, 0), leading_acceleration(ax, rows, 0), gear)
+        set_gear(ax, leading_velocity(ax, rows, 0), leading_acceleration(ax, rows, 0), gear)
     elif ax.sync.state == MotionState.SLAVE_SYNCHRONOUS:
         run_with(ax, ax.set.position, leading_position(ax, rows, 0), gear)
     else:  # it stands, or comes to rest, and stays there
