@@ -309,26 +309,11 @@ class ProgramChannel(ProgramStates):
 
     def step(self) -> None:
         """One cycle, before the groups have theirs."""
-        if self.state in ACTIVE_STATES:
-            self._work()
-        elif self._comes_to_rest and self._rests:
-            self.end_wait()
-            self._show_stop()
-
-    def _show_stop(self) -> None:
-        """Keep where the axes rest after a fault."""
-        fault, group = self.fault, self.group
-        if self.state is InterpreterState.ABORTED and fault is not None and group is not None:
-            x, y, z, *_ = group.positions
-            self.fault = replace(fault, stopped=(x, y, z))
-            block, where = named_block(fault.origin), named_position((x, y, z))
-            log.info("channel %d: %s: axes at rest at %s", self.channel_id, block, where)
-
-    @property
-    def _rests(self) -> bool:
-        return not any(group.moving for group in self.groups)
-
-    def _work(self) -> None:
+        if self.state not in ACTIVE_STATES:
+            if self._comes_to_rest and self._rests:
+                self.end_wait()
+                self._show_stop()
+            return
         run, group = self._run, self.group
         if run is None or group is None:
             return
@@ -342,6 +327,19 @@ class ProgramChannel(ProgramStates):
             self._fail(outcome)
         elif outcome is not None:
             self._finish(run, group, outcome)
+
+    def _show_stop(self) -> None:
+        """Keep where the axes rest after a fault."""
+        fault, group = self.fault, self.group
+        if self.state is InterpreterState.ABORTED and fault is not None and group is not None:
+            x, y, z, *_ = group.positions
+            self.fault = replace(fault, stopped=(x, y, z))
+            block, where = named_block(fault.origin), named_position((x, y, z))
+            log.info("channel %d: %s: axes at rest at %s", self.channel_id, block, where)
+
+    @property
+    def _rests(self) -> bool:
+        return not any(group.moving for group in self.groups)
 
     def _finish(self, run: ProgramRun, group: PathGroup, end: ProgramEnd) -> None:
         if end.clear_fast:

@@ -124,7 +124,6 @@ class ProgramRun:
         channel, feeder, interpreter = self._channel, self.feeder, self.interpreter
         if channel.state is InterpreterState.SINGLE_STOP:
             return None
-        channel.waiting = None
         for _ in range(_COMMANDS_PER_CYCLE):
             if self._command is None and not self._feed_lines():
                 return None
@@ -158,6 +157,7 @@ class ProgramRun:
             elif isinstance(command, ProgramEnd):
                 return command
             self._command = None
+            channel.waiting = None
             if channel.state is not InterpreterState.SEARCHING:
                 channel.happens(_E.RUN)
         self._show_single_block()
@@ -179,6 +179,7 @@ class ProgramRun:
         if run.taken == len(run):
             self._lines = None
         if fed is FeedOutcome.DONE:
+            channel.waiting = None
             channel.happens(_E.RUN)
             return True
         channel.wait(_W.TABLE_FULL)

@@ -62,7 +62,9 @@ class ProgramStates(NcChannel):
         self.state = TRANSITIONS.get((self.state, event), self.state)
 
     def wait(self, reason: WaitReason) -> None:
-        """Wait for something; the state shows it."""
+        """Wait for something; the state shows it. Nothing changes while it waits for it already."""
+        if self.waiting is reason:
+            return
         self.waiting = reason
         begins = WAITS[reason].begins
         if begins is not None:
