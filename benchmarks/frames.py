@@ -12,9 +12,9 @@ import time
 from achse.ams import AmsAddress, Command, Frame, NetId
 from achse.ams.commands import DataResponse, ReadRequest
 from achse.router import Router
-from achse.transport.connection import TcpConnection
-from achse.transport.peer import Peer
-from achse.transport.tcp import TcpListener
+from achse.transport.connections.connection import TcpConnection
+from achse.transport.connections.peer import Peer
+from achse.transport.tcp.listener import TcpListener
 
 PLC = AmsAddress("127.0.0.1.1.1:851")
 CLIENT = AmsAddress("127.0.0.1.1.1:30000")

@@ -25,7 +25,7 @@ from typing import Any
 from processes import running
 
 import achse
-from achse.transport.own_certificate import OwnCertificate
+from achse.transport.secure.own_certificate import OwnCertificate
 
 WINDOW = 64
 REQUEST, ANSWER = bytes(50), bytes(54)

@@ -12,7 +12,7 @@ from achse.ams import AdsState, ConnectionLost, DeviceError, Frame, NetId
 from achse.client import blocking
 from achse.iec import UDINT
 from achse.router import Router
-from achse.transport.tcp import TcpListener
+from achse.transport.tcp.listener import TcpListener
 
 
 class Hosted:

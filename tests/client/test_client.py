@@ -14,7 +14,7 @@ from achse.client import client as module
 from achse.client.client import connect
 from achse.client.link import RouterDialer, TcpDialer
 from achse.router import Router
-from achse.transport.tcp import TcpListener
+from achse.transport.tcp.listener import TcpListener
 
 Run = Callable[[Any], Any]
 

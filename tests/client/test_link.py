@@ -17,7 +17,7 @@ from achse.ams.discovery import RouterInfo
 from achse.client.link import ClientLink, Mode, RouterDialer, TcpDialer, address_of
 from achse.router import Router
 from achse.router.routes import RouteTable
-from achse.transport.tcp import TcpListener
+from achse.transport.tcp.listener import TcpListener
 from achse.transport.udp import DiscoveryEndpoint
 
 Run = Callable[[Any], Any]

@@ -12,10 +12,10 @@ from achse.client.link import Onlooker
 from achse.client.mqtt_link import MqttDialer, MqttLink, routers_of
 from achse.station import Station
 from achse.station.configuration.station_file import parse
-from achse.transport.mqtt import MqttSettings
-from achse.transport.mqtt_routes import MqttRoutes
+from achse.transport.mqtt.network import MqttSettings
+from achse.transport.mqtt.routes import MqttRoutes
 from tests.transport.brokers import Broker
-from tests.transport.test_mqtt import until
+from tests.transport.mqtt.test_network import until
 
 SETTINGS = MqttSettings(host="broker", topic="plant", client_id="client")
 
@@ -83,7 +83,7 @@ async def test_without_a_broker_it_says_so() -> None:
 
 
 async def test_it_comes_back_after_the_broker(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("achse.transport.mqtt._FIRST_PAUSE", 0.0)
+    monkeypatch.setattr("achse.transport.mqtt.network._FIRST_PAUSE", 0.0)
     broker = Broker()
     routes = join(broker, station(1))
     dialer = MqttDialer(SETTINGS, session=broker.session)

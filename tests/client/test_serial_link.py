@@ -13,8 +13,8 @@ from achse.ams.commands import DataResponse, ReadRequest
 from achse.client import blocking, connect
 from achse.client.link import LinkUser
 from achse.client.serial_link import OUR_NET_ID, SerialDialer, SerialLink
-from achse.transport.serial import SerialCarrier
-from achse.transport.serial_port import SerialPort, open_serial_port
+from achse.transport.serial.carrier import SerialCarrier
+from achse.transport.serial.port import SerialPort, open_serial_port
 from tests.transport.lines import cable
 
 BAUD = 115_200

@@ -29,13 +29,13 @@ def elsewhere(sentence: str, *tests: str) -> None:
 NETWORK = "tests/station/routes/test_network.py"
 FORWARDING = "tests/router/test_forwarding.py"
 FOLDER = "tests/devices/system/test_folder.py"
-TCP = "tests/transport/test_tcp.py"
+TCP = "tests/transport/tcp/test_listener.py"
 OPENSSL = "tests/interop/test_openssl.py"
 SECURED = "tests/station/configuration/test_secure.py"
-SECURE = "tests/transport/test_secure_listener.py"
-MQTT = "tests/transport/test_mqtt_routes.py"
+SECURE = "tests/transport/secure/test_listener.py"
+MQTT = "tests/transport/mqtt/test_routes.py"
 UDP = "tests/transport/test_udp.py"
-QUEUE = "tests/transport/test_password_queue.py"
+QUEUE = "tests/transport/secure/test_password_queue.py"
 HOSTILE = "tests/interop/test_hostile_load.py"
 STATE = "tests/station/persistence/test_state_file.py"
 NESTING = "tests/fuzz/test_nesting.py"
@@ -125,11 +125,11 @@ elsewhere(
 elsewhere(
     "Clients that have not shown who they are have ten seconds, and are 32 of a host at most.",
     f"{SECURE}::test_half_handshakes_do_not_keep_others_out",
-    "tests/transport/test_secure.py::test_a_server_that_says_nothing_is_waited_for_in_vain",
+    "tests/transport/secure/test_channel.py::test_a_server_that_says_nothing_is_waited_for_in_vain",
 )
 elsewhere(
     "Only its owner may read the key that a station made.",
-    "tests/transport/test_own_certificate.py::test_only_its_owner_reads_the_key",
+    "tests/transport/secure/test_own_certificate.py::test_only_its_owner_reads_the_key",
 )
 elsewhere(
     "At an address that other computers reach it does not start without `strict = true` or"
@@ -167,7 +167,7 @@ elsewhere(
     f"{NETWORK}::test_strict_closes_clients_without_a_route",
     f"{NETWORK}::test_who_may_change_routes",
     "tests/router/test_routes.py::test_senders_are_admitted_by_net_id_and_address",
-    "tests/transport/test_uplinks.py"
+    "tests/transport/uplinks/test_uplinks.py"
     "::test_where_routes_are_required_a_stranger_is_told_how_to_get_one",
 )
 elsewhere(
@@ -175,12 +175,12 @@ elsewhere(
     " minute.",
     f"{NETWORK}::test_strict_lets_in_by_a_host_name_only_who_is_there",
     "tests/router/test_routes.py::test_by_a_host_name_only_its_addresses_are_admitted",
-    "tests/transport/test_host_names.py::test_names_are_looked_up_again_every_minute",
+    "tests/transport/uplinks/test_host_names.py::test_names_are_looked_up_again_every_minute",
 )
 elsewhere(
     "By a name that nobody knows, nobody gets in.",
     f"{NETWORK}::test_strict_lets_in_by_a_host_name_only_who_is_there",
-    "tests/transport/test_host_names.py::test_an_unknown_name_is_told_and_lets_nobody_in",
+    "tests/transport/uplinks/test_host_names.py::test_an_unknown_name_is_told_and_lets_nobody_in",
 )
 elsewhere(
     "A computer has one connection, and a second one closes the first.",
@@ -188,8 +188,8 @@ elsewhere(
 )
 elsewhere(
     "From the far end of a one-way route requests are refused, in a station without `strict` too.",
-    "tests/transport/test_uplinks.py::test_requests_from_the_far_end_of_a_one_way_route_are_refused",
-    "tests/transport/test_dialled.py::test_behind_a_one_way_route_nobody_asks_under_any_name",
+    "tests/transport/uplinks/test_uplinks.py::test_requests_from_the_far_end_of_a_one_way_route_are_refused",
+    "tests/transport/uplinks/test_dialled.py::test_behind_a_one_way_route_nobody_asks_under_any_name",
     "tests/router/test_routes.py::test_a_one_way_route_refuses_also_before_its_host_is_known",
 )
 elsewhere(
@@ -230,7 +230,7 @@ elsewhere(
 )
 elsewhere(
     "A password that was wrong once is not checked again, and does not count as a guess.",
-    "tests/transport/test_password_checker.py::test_a_password_that_was_wrong_is_not_checked_again",
+    "tests/transport/secure/test_password_checker.py::test_a_password_that_was_wrong_is_not_checked_again",
 )
 elsewhere(
     "Routes of the configuration are neither replaced nor removed, by nobody.",
@@ -315,7 +315,7 @@ elsewhere(
     "File services and host names are looked after beside the loop, so that a slow disk or network"
     " holds up nobody else.",
     "tests/devices/system/test_files.py::test_no_file_service_holds_the_loop",
-    "tests/transport/test_host_names.py::test_a_look_up_that_hangs_holds_nobody_up",
+    "tests/transport/uplinks/test_host_names.py::test_a_look_up_that_hangs_holds_nobody_up",
 )
 elsewhere(
     "During a restart nobody takes the ports of the configuration.",
@@ -336,9 +336,9 @@ elsewhere(
 elsewhere(
     "Where file descriptors run out connections wait until some are free, and the log says so"
     " once.",
-    "tests/transport/test_acceptor.py"
+    "tests/transport/tcp/test_acceptor.py"
     "::test_without_descriptors_the_log_has_one_line_and_connections_wait",
-    "tests/transport/test_acceptor.py::test_while_accepting_fails_the_loop_does_not_spin",
+    "tests/transport/tcp/test_acceptor.py::test_while_accepting_fails_the_loop_does_not_spin",
 )
 elsewhere(
     "Beside an attack a good client is answered in time.",
@@ -397,8 +397,8 @@ elsewhere(
 elsewhere(
     "Strangers behind a route that the station dialled may no more than that route, and nothing"
     " with `strict`.",
-    "tests/transport/test_dialled.py::test_strangers_behind_it_may_no_more_than_the_route",
-    "tests/transport/test_dialled.py::test_a_strict_station_is_asked_by_nobody_without_a_route",
+    "tests/transport/uplinks/test_dialled.py::test_strangers_behind_it_may_no_more_than_the_route",
+    "tests/transport/uplinks/test_dialled.py::test_a_strict_station_is_asked_by_nobody_without_a_route",
 )
 elsewhere(
     "A stranger behind a router that has a route is refused (0x723), and others behind it are"
@@ -408,7 +408,7 @@ elsewhere(
 elsewhere(
     "The address of a port is used by its holder alone: from others requests are refused under it,"
     " and answers and samples are lost.",
-    "tests/transport/test_peer.py::test_address_of_a_port_is_used_by_its_holder_alone",
+    "tests/transport/connections/test_peer.py::test_address_of_a_port_is_used_by_its_holder_alone",
 )
 elsewhere(
     "A router forwards 4 MB of one client at a time, so that the requests of others are not kept"

@@ -12,8 +12,8 @@ from achse.ams.secure import BLOCK_SIZE, ConnectBlock, ConnectFlags, SecureRefus
 from achse.router import Router
 from achse.router.access import Users, hash_password
 from achse.router.routes import Route, RouteTls
-from achse.transport.secure_listener import SecureListener
-from achse.transport.tls import ServerTls, TlsError
+from achse.transport.secure.listener import SecureListener
+from achse.transport.secure.tls import ServerTls, TlsError
 from tests.transport.certificates import identity
 
 COUNT, DEEP = 4_000, 100_000

@@ -9,9 +9,9 @@ import pytest
 from achse.ams import AmsAddress, Connection, DecodeError, Frame, NetId
 from achse.ams.commands import decode_request
 from achse.router import Router
-from achse.transport.connection import TcpConnection
-from achse.transport.peer import Peer
-from achse.transport.tcp import TcpListener
+from achse.transport.connections.connection import TcpConnection
+from achse.transport.connections.peer import Peer
+from achse.transport.tcp.listener import TcpListener
 
 COUNT = 20_000
 

@@ -28,15 +28,15 @@ from achse.router.routes import Route, RouteTls
 from achse.server import READ, RowFacts
 from achse.station import Station
 from achse.station.configuration.station_file import parse
-from achse.transport.mqtt import MqttSettings
-from achse.transport.mqtt_routes import MqttRoutes
-from achse.transport.peer import Peer
-from achse.transport.secure_listener import SecureListener, _Proof, _SecurePeer
-from achse.transport.tcp import TcpListener
-from achse.transport.tls import ServerTls
-from achse.transport.uplink import Uplink
+from achse.transport.connections.peer import Peer
+from achse.transport.mqtt.network import MqttSettings
+from achse.transport.mqtt.routes import MqttRoutes
+from achse.transport.secure.listener import SecureListener, _Proof, _SecurePeer
+from achse.transport.secure.tls import ServerTls
+from achse.transport.tcp.listener import TcpListener
+from achse.transport.uplinks.uplink import Uplink
 from tests.transport.certificates import identity
-from tests.transport.test_peer import Loop
+from tests.transport.connections.test_peer import Loop
 
 OURS = NetId("5.1.2.3.1.1")
 HOST = "10.0.0.1"

@@ -22,7 +22,7 @@ MAY: dict[str, str] = {
     "src/achse/station/station.py": "when a packet passed a tap, as people read it",
     "src/achse/monitor/relay.py": "when a packet passed, as people read it",
     "src/achse/transport/ethernet.py": "beside the kernel's note of when a frame arrived",
-    "src/achse/transport/own_certificate.py": "from when a certificate is valid",
+    "src/achse/transport/secure/own_certificate.py": "from when a certificate is valid",
     "src/achse/web/sampling.py": "when a recording begins, as people read it",
 }
 """Modules that read the time of day, and what for."""

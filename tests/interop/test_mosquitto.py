@@ -18,7 +18,7 @@ import achse
 from achse.ams import AdsError, DeviceError, NetId
 from achse.ams.mqtt import RouterNote
 from achse.client.mqtt_link import routers_of
-from achse.transport.mqtt import MqttNetwork, MqttSettings
+from achse.transport.mqtt.network import MqttNetwork, MqttSettings
 from tests.interop.waiting import until, until_async
 from tests.transport.certificates import authority, signed
 

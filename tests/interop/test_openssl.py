@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from achse.router.access import hash_password
-from achse.transport.tls import HAS_PSK
+from achse.transport.secure.tls import HAS_PSK
 from tests.transport.certificates import authority, identity, signed
 
 PORT = 8016

@@ -14,7 +14,7 @@ from achse.client import blocking, connect
 from achse.station import ConfigError, Station
 from achse.station.configuration.station_file import parse
 from tests.transport.lines import cable, until
-from tests.transport.test_serial_ports import FAR, station
+from tests.transport.serial.test_ports import FAR, station
 
 FAST = 115_200
 

@@ -17,11 +17,11 @@ from achse.ams.notification import NotificationStream
 from achse.router import Router
 from achse.router.routes import Route
 from achse.server import Device, TableSizes
-from achse.transport.fair_queue import FairQueue
-from achse.transport.held import Held
-from achse.transport.line import Line
-from achse.transport.peer import Peer
-from achse.transport.uplink import Uplink
+from achse.transport.connections.fair_queue import FairQueue
+from achse.transport.connections.held import Held
+from achse.transport.connections.line import Line
+from achse.transport.connections.peer import Peer
+from achse.transport.uplinks.uplink import Uplink
 
 TASK = 10_000_000
 VARIABLES = 8

@@ -11,7 +11,7 @@ from achse.ams.commands import AddNotificationRequest, ReadWriteRequest
 from achse.codes import ReturnCode
 from achse.router import forwarding
 from achse.router.routes import Route
-from achse.transport.senders import MOST_SENDERS
+from achse.transport.connections.senders import MOST_SENDERS
 from tests.router.stations import VARIABLES, Client, Host, Loop, Target, line_of
 
 TARGET = NetId("5.0.0.9.1.1")

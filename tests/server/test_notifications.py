@@ -14,7 +14,7 @@ from achse.ams import AmsAddress, Connection, Frame, TcpCommand, TcpMessage
 from achse.ams.commands import AddNotificationRequest
 from achse.ams.notification import NotificationStream
 from achse.server import ClientLimits
-from achse.transport.tcp import TcpListener
+from achse.transport.tcp.listener import TcpListener
 
 FILETIME_OF_START = 116_444_736_000_000_000 + 18_000_000_000_000_000
 """2027-01-15 08:00 UTC, where the bench's clock starts, in 100 ns since 1601."""

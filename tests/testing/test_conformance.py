@@ -20,7 +20,7 @@ from achse.testing import (
     check_device,
     check_transport,
 )
-from achse.transport.tcp import TcpListener
+from achse.transport.tcp.listener import TcpListener
 
 PORTS = [851, 501, 10_000]
 

@@ -11,7 +11,7 @@ from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import rsa
 
-from achse.transport.own_certificate import OwnCertificate
+from achse.transport.secure.own_certificate import OwnCertificate
 
 __all__ = ["authority", "authority_without", "identity", "signed", "signed_for"]
 

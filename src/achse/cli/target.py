@@ -180,9 +180,9 @@ def _run(
     from achse.client.link import TcpDialer
     from achse.client.secure_link import SECURE_SCHEME, SecureTargetError
     from achse.codes import ReturnCode
-    from achse.transport.mqtt import MQTT_SCHEMES, MqttError
-    from achse.transport.own_certificate import CertificateError
-    from achse.transport.serial_port import SCHEME, SerialPortError
+    from achse.transport.mqtt.network import MQTT_SCHEMES, MqttError
+    from achse.transport.secure.own_certificate import CertificateError
+    from achse.transport.serial.port import SCHEME, SerialPortError
 
     where = None if net_id is None else net_id_of(net_id)
     schemes = (SCHEME, SECURE_SCHEME, *MQTT_SCHEMES)

@@ -14,9 +14,9 @@ from achse.client.serial_link import SerialDialer
 from achse.client.session import Advance, Backoff, Session
 from achse.client.target import Target
 from achse.router import Router
-from achse.transport.mqtt import MQTT_SCHEMES, MqttSettings
-from achse.transport.serial_port import SCHEME, SerialPort
-from achse.transport.tcp import TCP_PORT
+from achse.transport.mqtt.network import MQTT_SCHEMES, MqttSettings
+from achse.transport.serial.port import SCHEME, SerialPort
+from achse.transport.tcp.listener import TCP_PORT
 
 __all__ = ["Client", "Connecting", "connect"]
 

@@ -20,8 +20,8 @@ from achse.ams import (
 )
 from achse.ams.discovery import UDP_PORT
 from achse.router import LOOPBACK_NET_ID, Router
-from achse.transport.caller import Caller
-from achse.transport.tcp import TCP_PORT
+from achse.transport.connections.caller import Caller
+from achse.transport.tcp.listener import TCP_PORT
 
 __all__ = [
     "ANSWER_TIME",

@@ -12,8 +12,8 @@ from achse.ams.connection import DEFAULT_MAX_LENGTH, Connection
 from achse.ams.mqtt import RouterNote, as_tcp_packet
 from achse.client.link import LinkUser, Onlooker
 from achse.router import FIRST_CLIENT_PORT
-from achse.transport.mqtt import MqttNetwork, MqttSettings, Session
-from achse.transport.unanswered import Unanswered
+from achse.transport.mqtt.network import MqttNetwork, MqttSettings, Session
+from achse.transport.mqtt.unanswered import Unanswered
 
 __all__ = ["MqttDialer", "MqttLink", "routers_of"]
 

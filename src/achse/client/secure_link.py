@@ -12,9 +12,9 @@ from achse.ams import AmsAddress, NetId
 from achse.ams.secure import SECURE_PORT, parse_fingerprint, pre_shared_key
 from achse.client.link import LinkUser, TcpLink, address_of, net_id_of
 from achse.router.routes import TlsKind
-from achse.transport.own_certificate import OwnCertificate
-from achse.transport.secure import Credentials, SecureClient
-from achse.transport.tls import ClientTls
+from achse.transport.secure.channel import Credentials, SecureClient
+from achse.transport.secure.own_certificate import OwnCertificate
+from achse.transport.secure.tls import ClientTls
 
 __all__ = ["SECURE_SCHEME", "SecureDialer", "SecureTarget", "SecureTargetError", "own_folder"]
 

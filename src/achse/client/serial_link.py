@@ -9,8 +9,8 @@ from achse.ams import AmsAddress, Frame, NetId
 from achse.ams.serial import MAX_PACKET
 from achse.client.link import LinkUser
 from achse.router import FIRST_CLIENT_PORT, LOOPBACK_NET_ID
-from achse.transport.serial import SerialCarrier
-from achse.transport.serial_port import SerialPort, open_serial_port
+from achse.transport.serial.carrier import SerialCarrier
+from achse.transport.serial.port import SerialPort, open_serial_port
 
 __all__ = ["OUR_NET_ID", "SerialDialer", "SerialLink"]
 

@@ -13,7 +13,7 @@ from achse.dap.link import DebugLink
 from achse.devices.station import SERVICE_PORT
 from achse.station import Station
 from achse.station.configuration.station_file import parse
-from achse.transport.tcp import TCP_PORT
+from achse.transport.tcp.listener import TCP_PORT
 
 __all__ = ["Target", "TargetError"]
 

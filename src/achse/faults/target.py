@@ -7,7 +7,7 @@ from achse.ams import AdsState
 from achse.plc import PlcRuntime
 from achse.router import Router
 from achse.server import Device
-from achse.transport.tcp import TcpListener
+from achse.transport.tcp.listener import TcpListener
 
 __all__ = ["FaultyStation"]
 

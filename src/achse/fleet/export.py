@@ -10,7 +10,7 @@ from pathlib import PurePosixPath
 
 from achse.fleet.plan import FleetPlan
 from achse.station.configuration.types import ConfigError
-from achse.transport.tcp import TCP_PORT
+from achse.transport.tcp.listener import TCP_PORT
 
 __all__ = ["compose", "kubernetes"]
 

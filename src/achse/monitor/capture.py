@@ -14,7 +14,7 @@ from typing import BinaryIO, NamedTuple, Self
 from achse.ams import Command, Connection, DecodeError, Frame
 from achse.ams.frame import TCP_HEADER
 from achse.router.tap import Captured
-from achse.transport.tcp import TCP_PORT
+from achse.transport.tcp.listener import TCP_PORT
 
 __all__ = ["CaptureError", "CaptureWriter", "read_capture"]
 

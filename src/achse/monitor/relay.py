@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 from achse.ams import Command, Connection, DecodeError, Frame
 from achse.router.tap import Captured
-from achse.transport.tcp import TCP_PORT
+from achse.transport.tcp.listener import TCP_PORT
 
 __all__ = ["Relay"]
 

@@ -19,7 +19,7 @@ from achse.monitor.recording import (
 from achse.router import Router
 from achse.server import Device, IndexGroup
 from achse.server.table import Reader
-from achse.transport.tcp import TCP_PORT, TcpListener
+from achse.transport.tcp.listener import TCP_PORT, TcpListener
 
 __all__ = ["Replay", "ReplayDevice"]
 

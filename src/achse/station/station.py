@@ -42,7 +42,7 @@ from achse.station.running.operation import Operation, RunningStation
 from achse.station.running.state_requests import StateRequests
 from achse.station.running.states import StationStates
 from achse.station.running.statistics import statistics
-from achse.transport.tcp import TcpListener
+from achse.transport.tcp.listener import TcpListener
 
 if TYPE_CHECKING:
     from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal

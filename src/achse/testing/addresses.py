@@ -6,7 +6,7 @@ import socket
 import sys
 from collections.abc import Iterator
 
-from achse.transport.tcp import TCP_PORT
+from achse.transport.tcp.listener import TCP_PORT
 
 __all__ = ["free_host"]
 

@@ -18,7 +18,7 @@ from achse.server.table import Reader
 from achse.testing.addresses import free_host
 from achse.testing.clock import ManualClock
 from achse.testing.live import Live
-from achse.transport.tcp import TCP_PORT, TcpListener
+from achse.transport.tcp.listener import TCP_PORT, TcpListener
 
 __all__ = ["FakeDevice", "MisdeedKind"]
 

@@ -17,7 +17,7 @@ from achse.faults.site import StationFault
 from achse.station import Station, StationConfig
 from achse.station.configuration.station_file import parse
 from achse.testing.addresses import free_host
-from achse.transport.tcp import TCP_PORT
+from achse.transport.tcp.listener import TCP_PORT
 
 __all__ = ["Live", "LiveStation"]
 

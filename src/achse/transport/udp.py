@@ -28,7 +28,7 @@ from achse.router.access import Users
 from achse.router.limited_log import LimitedLog
 from achse.router.rate import Rates
 from achse.router.routes import FixedRouteError, Route, RouteError, RouteTable
-from achse.transport.password_checker import PasswordChecker
+from achse.transport.secure.password_checker import PasswordChecker
 
 __all__ = ["ANYBODY", "DiscoveryEndpoint", "ask", "change_route", "scan"]
 

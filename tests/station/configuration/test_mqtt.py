@@ -9,7 +9,7 @@ from achse.ams.secure import pre_shared_key
 from achse.station import ConfigError, Station
 from achse.station.configuration.mqtt import parse_mqtt_file
 from achse.station.configuration.station_file import parse
-from achse.transport.mqtt import MqttError, MqttSettings, MqttTls
+from achse.transport.mqtt.network import MqttError, MqttSettings, MqttTls
 
 VENDORS = b"""<?xml version="1.0"?>
 <TcConfig>

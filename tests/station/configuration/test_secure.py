@@ -14,7 +14,7 @@ from achse.router.routes import Route, RouteTls
 from achse.station import ConfigError, Station
 from achse.station.configuration.station_file import parse
 from achse.station.routes.identity import StationIdentity
-from achse.transport.tls import HAS_PSK
+from achse.transport.secure.tls import HAS_PSK
 from achse.transport.udp import scan
 
 USERS = {"Administrator": str(hash_password("1"))}

@@ -28,8 +28,8 @@ from achse.station.routes.network import (
     host_system,
     what_everybody_may,
 )
-from achse.transport.connection import TcpConnection
-from achse.transport.peer import Peer
+from achse.transport.connections.connection import TcpConnection
+from achse.transport.connections.peer import Peer
 from achse.transport.udp import change_route, scan
 from tests.transport.brokers import Broker
 
@@ -322,8 +322,8 @@ def test_who_may_change_routes(
         built.router.routes.add(MILL)
         with (
             mock.patch("achse.station.routes.network.Users", Knows),
-            mock.patch("achse.transport.password_queue._PACE", 0.0),
-            mock.patch("achse.transport.password_queue._FREE", 1000),
+            mock.patch("achse.transport.secure.password_queue._PACE", 0.0),
+            mock.patch("achse.transport.secure.password_queue._FREE", 1000),
         ):
             async with built.running("127.0.0.1", 0, udp_port=0, speed=0) as running:
                 for wish in asked:
@@ -454,7 +454,7 @@ async def test_a_station_is_ready_when_it_has_joined_or_said_why_not(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     broker = Broker()
-    monkeypatch.setattr("achse.transport.mqtt._session", lambda: broker.session)
+    monkeypatch.setattr("achse.transport.mqtt.network._session", lambda: broker.session)
     built = station(mqtt=[{"broker": "broker", "topic": "plant"}])
     async with built.running("127.0.0.1", 0) as running:
         assert running.network.mqtt[0].network.online
@@ -476,7 +476,7 @@ async def test_a_broker_that_says_nothing_keeps_nobody_waiting(
             """Nobody came in."""
 
     silent = Silent()
-    monkeypatch.setattr("achse.transport.mqtt._session", lambda: lambda **_: silent)
+    monkeypatch.setattr("achse.transport.mqtt.network._session", lambda: lambda **_: silent)
     monkeypatch.setattr("achse.station.routes.network._JOINED_WITHIN", 0.01)
     built = station(mqtt=[{"broker": "broker", "topic": "plant"}])
     async with built.running("127.0.0.1", 0) as running:

@@ -64,7 +64,11 @@ def certificate(
 
 def _made(place: Path, name: str) -> dict[str, str]:
     """Make key and certificate; return their places and the fingerprint."""
-    from achse.transport.own_certificate import CERTIFICATE_FILE, CertificateError, OwnCertificate
+    from achse.transport.secure.own_certificate import (
+        CERTIFICATE_FILE,
+        CertificateError,
+        OwnCertificate,
+    )
 
     if (place / CERTIFICATE_FILE).exists():
         fail(f"{place / CERTIFICATE_FILE} is there already; `achse certificate` shows it")
@@ -83,7 +87,7 @@ def _made(place: Path, name: str) -> dict[str, str]:
 
 def _own(place: Path) -> dict[str, str]:
     """Return place and fingerprint of the certificate in a folder."""
-    from achse.transport.own_certificate import (
+    from achse.transport.secure.own_certificate import (
         CERTIFICATE_FILE,
         KEY_FILE,
         CertificateError,
@@ -120,7 +124,7 @@ async def _shown_by(target: "SecureTarget") -> str:
     """The fingerprint that a target shows, whether it knows us or not."""
     from achse.client.link import Onlooker
     from achse.client.secure_link import SecureDialer
-    from achse.transport.own_certificate import CertificateError
+    from achse.transport.secure.own_certificate import CertificateError
 
     dialer = SecureDialer(target)
     try:
@@ -138,7 +142,7 @@ async def connect_first(target: "SecureTarget") -> tuple[str, str]:
     """Make us known to a target by user and password; the NetId and fingerprint it shows."""
     from achse.client.link import Onlooker
     from achse.client.secure_link import SecureDialer
-    from achse.transport.own_certificate import CertificateError
+    from achse.transport.secure.own_certificate import CertificateError
 
     dialer = SecureDialer(target)
     try:

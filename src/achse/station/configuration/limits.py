@@ -9,7 +9,7 @@ from achse.motion.tables.limits import TableLimits
 from achse.motion.tables.table import MOST_NUMBERS
 from achse.server import ClientLimits
 from achse.station.configuration.types import ConfigTable, DurationNs
-from achse.transport.held import DEFAULT_MAX_HELD
+from achse.transport.connections.held import DEFAULT_MAX_HELD
 
 __all__ = ["LimitsConfig"]
 

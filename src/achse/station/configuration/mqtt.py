@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from achse.ams.secure import pre_shared_key
 from achse.station.configuration.types import ConfigError, ConfigTable
-from achse.transport.mqtt import MqttError, MqttSettings, MqttTls
+from achse.transport.mqtt.network import MqttError, MqttSettings, MqttTls
 
 __all__ = ["MqttConfig", "MqttTlsConfig", "parse_mqtt_file"]
 

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 from achse.ams.secure import SECURE_PORT
 from achse.router.routes import RouteTls, TlsKind
 from achse.station.configuration.types import ConfigTable
-from achse.transport.tls import HAS_PSK
+from achse.transport.secure.tls import HAS_PSK
 
 __all__ = ["RouteTlsConfig", "SecureConfig"]
 

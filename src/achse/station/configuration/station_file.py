@@ -46,7 +46,7 @@ from achse.station.configuration.types import (
     MomentNs,
     without_plugins,
 )
-from achse.transport.serial_port import Parity, SerialPort
+from achse.transport.serial.port import Parity, SerialPort
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails

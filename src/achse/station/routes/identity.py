@@ -7,9 +7,9 @@ from achse.ams.secure import pre_shared_key
 from achse.router.routes import Route, RouteError, TlsKind
 from achse.station.configuration.secure import SecureConfig
 from achse.station.configuration.types import ConfigError
-from achse.transport.own_certificate import CertificateError, OwnCertificate
-from achse.transport.secure import Credentials
-from achse.transport.tls import ClientTls, ServerTls, TlsError
+from achse.transport.secure.channel import Credentials
+from achse.transport.secure.own_certificate import CertificateError, OwnCertificate
+from achse.transport.secure.tls import ClientTls, ServerTls, TlsError
 
 __all__ = ["StationIdentity"]
 

@@ -15,17 +15,17 @@ from achse.router.rights import rights_named
 from achse.station.configuration.station_file import ConfigError, StationConfig
 from achse.station.routes.addresses import check_own_address, is_reachable_from_outside
 from achse.station.routes.identity import StationIdentity
-from achse.transport.held import Held
-from achse.transport.host_names import HostNames
-from achse.transport.mqtt import MqttError
-from achse.transport.mqtt_routes import MqttRoutes
+from achse.transport.connections.held import Held
+from achse.transport.mqtt.network import MqttError
+from achse.transport.mqtt.routes import MqttRoutes
 from achse.transport.reason import reason
-from achse.transport.secure_listener import SecureListener
-from achse.transport.serial_port import SerialPortError
-from achse.transport.serial_ports import ServedPort, ServedSerialPorts
-from achse.transport.tcp import TCP_PORT, TcpListener
+from achse.transport.secure.listener import SecureListener
+from achse.transport.serial.port import SerialPortError
+from achse.transport.serial.ports import ServedPort, ServedSerialPorts
+from achse.transport.tcp.listener import TCP_PORT, TcpListener
 from achse.transport.udp import DiscoveryEndpoint
-from achse.transport.uplinks import Uplinks
+from achse.transport.uplinks.host_names import HostNames
+from achse.transport.uplinks.uplinks import Uplinks
 
 __all__ = [
     "Network",

@@ -20,7 +20,7 @@ from achse.station.configuration.types import ConfigError
 from achse.station.routes.network import Network
 from achse.station.running.metrics import MetricsPort
 from achse.station.running.states import StationStates
-from achse.transport.tcp import TcpListener
+from achse.transport.tcp.listener import TcpListener
 
 if TYPE_CHECKING:
     from achse.station.buses.interface_bus import InterfaceBus

@@ -11,7 +11,7 @@ from achse.router.clients import ClientFigures
 from achse.server import Device, Usage
 from achse.station.clocks.clock import StationClock
 from achse.station.clocks.pacing import Pace
-from achse.transport.tcp import TcpListener
+from achse.transport.tcp.listener import TcpListener
 
 if TYPE_CHECKING:
     from achse.station.buses.ethercat_bus import EthercatBus

@@ -8,7 +8,7 @@ from achse.devices.station import SERVICE_PORT
 from achse.ethercat import Segment
 from achse.faults.drive_list import DriveFaults
 from achse.router import Router
-from achse.transport.tcp import TcpListener
+from achse.transport.tcp.listener import TcpListener
 
 __all__ = ["DriveControl"]
 

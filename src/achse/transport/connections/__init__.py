@@ -1,0 +1,8 @@
+"""Connections without a socket: bytes in, frames out, and back.
+
+Read `peer` first: it parts a stream into frames, passes them to the router, and gathers answers
+in its `outbox`. `line` has what a peer needs of its surroundings, `connection` gives it those of
+asyncio. `fair_queue` serves peers in turns, `held` bounds what all of them buffer, `repeated`
+answers reads that come again and again. `senders` and `sender_rights` note who speaks on one
+connection; `caller` is the asking end.
+"""

@@ -1,0 +1,581 @@
+"""The peer at the far end of a connection, without a socket: bytes in, frames out, and back.
+
+What is learned, gathered, held back, asked and answered is decided here. What carries the bytes is
+a `Line`, and who calls back at a time are `Turns`: a TCP transport and its loop, a serial line, a
+test.
+
+Source: reference traffic for the port service (0x1000, 0x0001, 0x1002); 000 §3.2.
+"""
+
+import logging
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
+
+from achse.ams import (
+    AmsAddress,
+    Command,
+    Connection,
+    DecodeError,
+    Event,
+    Flags,
+    Frame,
+    RouterError,
+    TcpCommand,
+    TcpMessage,
+)
+from achse.codes import ReturnCode
+from achse.router.forwarding import ForwardedClient, Forwarding
+from achse.router.rights import ALL_RIGHTS, Right
+from achse.router.routes import Admission, Route
+from achse.transport.connections.line import Line, PeerOwner, Timer, Turns
+from achse.transport.connections.outbox import Outbox
+from achse.transport.connections.repeated import REQUEST_SIZE, RepeatedReads
+from achse.transport.connections.sender_rights import SenderRights, missing_route
+from achse.transport.connections.senders import Senders
+
+__all__ = ["Line", "Peer", "PeerOwner", "Timer", "Turns"]
+
+log = logging.getLogger("achse.tcp")
+
+_AGAIN_NS = 10_000_000_000
+"""Circles of routes are told again after this time."""
+
+_CONGESTED = 1024 * 1024
+"""Bytes waiting for a peer at which devices keep notifications back."""
+
+_FLUSH_SIZE = 256 * 1024
+"""Answers are written once per turn of the loop, or when this many bytes have gathered."""
+
+_SMALL = 4096
+"""Gathered bytes below this are not counted until they are written, with the same turn."""
+
+_PORTS_PER_CONNECTION = 256
+"""Local ports of one peer; the programs of a computer share a connection at times."""
+
+_PORTS_LEFT = 8192
+"""So many client ports are only for peers that have none: they last for every connection."""
+
+_QUICK = 8192
+"""Bytes whose requests are done without a look at the time."""
+
+_UNANSWERED = Flags.RESPONSE | Flags.NO_RESPONSE
+
+_LINGER = 5.0
+"""Seconds a closed connection has to take the rest of what was sent to it."""
+
+
+class Peer:
+    """The far end of one connection; for the router it is an endpoint.
+
+    The one who has the line calls `begin` when it is there, `receive` with what came, `count` when
+    more or less of what was written waits, `close` when nothing more comes, and `ended` when it is
+    gone. Frames for the peer are gathered and written once per turn. A peer that does not read is
+    cut off when more than `max_backlog` bytes wait for it.
+    """
+
+    _code_at_end: ReturnCode | None = None
+    """Answer to requests that are unanswered when the line ends; None: their clients time out."""
+
+    _unchanged = True
+    """True if frames are passed on without changes to their addresses."""
+
+    def __init__(self, owner: PeerOwner) -> None:
+        self.owner = owner
+        self._router = owner.router
+        self._stream = Connection(owner.max_length)
+        self.senders = Senders()
+        self._last_source = b""
+        self._rights = SenderRights()
+        self._comes_from_router = False
+        self._lies = False
+        """True if the last sender gave an address that belongs to a port of another endpoint."""
+        self._forwarding: Forwarding | None = None
+        """Requests of other clients, from the first one until the line ends."""
+        self._repeated = RepeatedReads(owner.router)
+        self._circles_told = -_AGAIN_NS
+        self._out = Outbox()
+        self._counted = 0
+        """Bytes that `owner.held` counts for this peer."""
+        self._flush_due = self._receiving = False
+        self._events: Iterator[Event] = iter(())
+        """Received events that are not processed yet."""
+        self._undone = 0
+        """Bytes of that at most."""
+        self._late: list[bytes] = []
+        """Chunks that the line delivers after it was paused."""
+        self._paused = self._open = False
+        self.cut_off = False
+        """True once the peer was closed because it took too much room."""
+        self._congested = _CONGESTED
+        self._line: Line | None = None
+        self.registered: list[AmsAddress] = []
+        """Local ports that the peer holds."""
+        self.peer, self.peer_host = "?", ""
+        self.socket: Any = None
+        """The socket below its line, if there is one."""
+
+    # the line ----------------------------------------------------------------------------------
+
+    def begin(
+        self, line: Line, host: str = "", port: int = 0, *, congested: int = _CONGESTED
+    ) -> None:
+        """Bytes go by `line` from now on; its far end is at `host`:`port`, if that is known.
+
+        More than `congested` bytes that wait on it are too many for what can wait as well.
+        """
+        self._line = line
+        self._congested = congested
+        self._open = True
+        if host:
+            self.peer_host = host
+            self.peer = f"{host}:{port}"
+        self.owner.opened(self)
+
+    def ended(self) -> None:
+        """The line is gone."""
+        self._line = None
+        self._leave()
+        self.owner.closed(self)
+        forwarding, self._forwarding = self._forwarding, None
+        if forwarding is None:
+            return
+        lost, unanswered = forwarding.end(self._code_at_end)
+        for answer in unanswered:
+            self._router.deliver(answer)
+        for session in lost:
+            self._report_loss(session)
+
+    def receive(self, data: bytes) -> None:
+        """Take bytes as they come."""
+        if not self._open:
+            return
+        if self._undone:
+            self._late.append(data)
+            self._undone += len(data)
+            return
+        if len(data) <= _QUICK:
+            whole = len(data) >= REQUEST_SIZE and not self._stream.pending
+            if whole and self._unchanged and not self._rights:
+                answers, done = self._repeated.answer(data, self._last_source)
+                if done:
+                    self._router.asking.asked(self._last_source, done // REQUEST_SIZE)
+                    self._out.put(answers)
+                    if done == len(data):
+                        self._flush()
+                        return
+                    data = data[done:]
+            self._do(self._stream.receive(data), None)
+            return
+        self._events, self._undone = self._stream.receive(data), len(data)
+        if not self.owner.fair_queue.serve(self, self.owner.loop.call_soon):
+            self.count()
+            if self._line is not None:
+                self._line.pause_reading()
+                self._paused = True
+
+    def work(self, until: float) -> bool:
+        """Do what came and waits, until this moment; True when all is done."""
+        done = self._do(self._events, until)
+        if done and self._late:
+            self._events, self._late = self._stream.receive(b"".join(self._late)), []
+            return False
+        if done and self._undone:
+            self._undone = 0
+            self.count()
+            if self._paused and self._line is not None:
+                self._line.resume_reading()
+            self._paused = False
+        return done or not self._open
+
+    def _do(self, events: Iterator[Event], until: float | None) -> bool:
+        """Do what came, until this moment if there is one; True when all is done."""
+        router = self._router
+        self._receiving = True
+        try:
+            for event in events:
+                if isinstance(event, Frame):
+                    event.origin = self
+                    if event.source != self._last_source and not self._learn(event.source):
+                        return False
+                    if (self._rights or self._lies) and self._refuse(event):
+                        continue
+                    backwards = event.is_response or event.command == Command.NOTIFICATION
+                    if backwards and self._forwarding and not self._forwarding.come_back(event):
+                        continue
+                    try:
+                        router.deliver(event)
+                    except Exception:  # a fault of one frame is not one of its connection
+                        self._apologize(event)
+                else:
+                    self._serve(event)
+                if not self._open:
+                    return False
+                if until is not None and self.owner.fair_queue.clock() >= until:
+                    return False
+            return True
+        except DecodeError as failure:
+            self._turn_out("%s", failure)
+            return False
+        finally:
+            self._receiving = False
+            self._flush()
+            if self._counted or self._stream.pending:
+                self.count()
+
+    def _apologize(self, frame: Frame) -> None:
+        """Something in here broke over this frame: tell the log and anyone who asked."""
+        log.exception(
+            "a frame of %s to %s could not be delivered",
+            *(AmsAddress(frame.source), AmsAddress(frame.target)),
+            extra=frame.sender,
+        )
+        backwards = frame.is_response or frame.command == Command.NOTIFICATION
+        if not backwards and not frame.flags & Flags.NO_RESPONSE:
+            self.deliver(frame.reply(error=ReturnCode.INTERNAL_ERROR.number))
+
+    def _leave(self) -> None:
+        """From here on the peer is unreachable and holds nothing."""
+        was_open = self._open
+        self._open = False
+        self._out.clear()
+        self._events, self._undone = iter(()), 0
+        self._late.clear()
+        self._stream.drop()
+        self._repeated.clear()
+        for source in self.senders:
+            self._router.forget(source, self)
+        self.senders.clear()
+        while self.registered:
+            self._router.unregister(self.registered.pop().port)
+        self.count()
+        if was_open:
+            self._router.close_way(self)
+
+    @property
+    def connected(self) -> bool:
+        """False once nothing more comes from the peer or goes to it."""
+        return self._open
+
+    # addresses -------------------------------------------------------------------------------
+
+    def _learn(self, source: bytes) -> bool:
+        """Note where `source` is; False if it may not come here and the connection ends."""
+        router = self._router
+        self._last_source = source
+        self._lies = (router.local_endpoint(source) or self) is not self
+        ours = router.is_local(source[:6]) and self.owner.serves_ports(self.peer_host)
+        if not self.senders and log.isEnabledFor(logging.INFO):
+            facts = {"client": self.client, "peer": self.peer}
+            log.info("%s has come, client %s", self.peer, facts["client"], extra=facts)
+        if source not in self.senders and not ours:
+            admission = self._effective_admission(source[:6])
+            self._rights.assign(source, self._rights_of(source[:6], admission))
+            if admission is Admission.UNKNOWN and self.owner.routes_required:
+                self._turn_out("%s", missing_route(source[:6], self.peer_host))
+                return False
+        self._router.learn(source, self)
+        oldest = self.senders.add(source)
+        if oldest is not None:
+            self._rights.forget(oldest)
+            self._router.crowd_out(oldest, self)
+        return True
+
+    def _admission(self, net_id: bytes) -> Admission:
+        """Return the admission of frames from `net_id` over this connection."""
+        return self._router.routes.admission(net_id, self.peer_host)
+
+    def _effective_admission(self, net_id: bytes) -> Admission:
+        """Return the admission; strangers behind a router with a route have no rights."""
+        admission = self._admission(net_id)
+        if admission is not Admission.UNKNOWN or not self.owner.routes_required:
+            return admission
+        if not self._comes_from_router:
+            known = map(self._admission, self._far_net_ids())
+            self._comes_from_router = Admission.ROUTED in known
+        return Admission.ONE_WAY if self._comes_from_router else admission
+
+    def _far_net_ids(self) -> Iterable[bytes]:
+        """Return NetIds of which the router at the far end may have one."""
+        return (bytes(route.net_id) for route in self._router.routes)
+
+    def _rights_of(self, net_id: bytes, admission: Admission) -> Right:
+        """Return the rights of frames from `net_id` with this admission."""
+        return self._router.routes.rights(net_id, admission)
+
+    def judge_again(self, route: Route) -> None:
+        """This route came, went or changed: a sender that may less now comes again from the start.
+
+        So nothing goes on that it had subscribed to or opened when it might more.
+        """
+        all_of_them, self._comes_from_router = self._comes_from_router, False
+        for source in [each for each in self.senders if all_of_them or each[:6] == route.net_id]:
+            net_id, client = source[:6], AmsAddress(source).net_id
+            admission = self._effective_admission(net_id)
+            lost = self._rights.assign(source, self._rights_of(net_id, admission))
+            if lost or (admission is Admission.UNKNOWN and self.owner.routes_required):
+                self._turn_out("%s may less than before: the route has changed", client)
+                return
+
+    def _refuse(self, frame: Frame) -> bool:
+        """Refuse a request for which its sender has no right."""
+        lies = self._lies and self._router.is_local(frame.target[:6])
+        missing = ALL_RIGHTS if lies else self._rights.missing(frame)
+        if not missing:
+            return False
+        self._router.denied += 1
+        self._router.asking.asked(frame.source)
+        self._router.asking.refused(frame.source)
+        if lies:
+            self._rights.tell_lie(frame.source, self.peer)
+        else:
+            self._rights.tell(frame.source, missing, self.peer)
+        if not frame.flags & _UNANSWERED and frame.command != Command.NOTIFICATION:
+            self.deliver(frame.reply(error=ReturnCode.DEVICE_ACCESS_DENIED.number))
+        return True
+
+    # requests of others ------------------------------------------------------------------------
+
+    def _forward(self, frame: Frame) -> Frame | None:
+        """The frame to send for a request of another client; None if it does not go.
+
+        A request for a port of ours cannot circle: the server behind this connection registered it.
+        """
+        router, client = self._router, frame.origin or self._router.local_endpoint(frame.source)
+        if client is None:
+            return frame
+        congested, quiet = self.congested, frame.flags & Flags.NO_RESPONSE
+        if not getattr(client, "connected", True) or (congested and quiet):
+            return None
+        now = int(self.owner.loop.time() * 1e9)
+        circles = frame.origin is not None and not router.is_local(frame.target[:6])
+        congested = congested and frame.origin is not None
+        if self._forwarding is None:
+            self._forwarding = Forwarding(router, self._send_own, self._after_a_second)
+        outcome = self._forwarding.request(client, frame, now, circles=circles, congested=congested)
+        if isinstance(outcome, Frame):
+            return outcome
+        if outcome is ReturnCode.TARGET_MACHINE_NOT_FOUND:
+            self._warn_of_circle(frame)
+        if not frame.flags & Flags.NO_RESPONSE:
+            router.deliver(frame.reply(error=outcome.number))
+        return None
+
+    def _warn_of_circle(self, request: Frame) -> None:
+        now = int(self.owner.loop.time() * 1e9)
+        if now >= self._circles_told + _AGAIN_NS:
+            self._circles_told = now
+            log.warning(
+                "requests of %s to %s go in circles by way of %s: look at the routes",
+                *(AmsAddress(request.source), AmsAddress(request.target), self.peer),
+                extra=request.sender,
+            )
+
+    def _send_own(self, frame: Frame) -> None:
+        """Send a request of the router itself."""
+        if self._open:
+            self._put(frame.encode_tcp())
+
+    def _after_a_second(self, callback: Callable[[], object]) -> None:
+        self.owner.loop.call_at(self.owner.loop.time() + 1.0, callback)
+
+    def _report_loss(self, session: ForwardedClient) -> None:
+        """Hint that the subscriptions of a client are invalid, and end its connection."""
+        for hint in session.end_hints():
+            self._router.deliver(hint)
+        if isinstance(session.client, Peer):
+            session.client.drop_client(self.peer)
+
+    def drop_client(self, target: str) -> None:
+        """End the connection: the target has lost the subscriptions and handles of its client."""
+        if self._open:
+            self.warn("its subscriptions and handles at %s ended with the connection there", target)
+            self.close()
+
+    # the port service of a local router --------------------------------------------------------
+
+    def _serve(self, message: TcpMessage) -> None:
+        if not self.owner.serves_ports(self.peer_host):
+            self._turn_out("it is not on this host, port service refused")
+        elif message.command is TcpCommand.PORT_CONNECT and len(message.data) == 2:
+            self._register(int.from_bytes(message.data, "little"))
+        elif message.command is TcpCommand.PORT_CLOSE and len(message.data) == 2:
+            self._unregister(int.from_bytes(message.data, "little"))
+        elif message.command is TcpCommand.GET_LOCAL_NET_ID:
+            self._send(TcpMessage(TcpCommand.GET_LOCAL_NET_ID, bytes(self._router.net_id)))
+        elif message.command is not TcpCommand.ROUTER_NOTE:
+            self._turn_out(
+                "%s with %d bytes of data is not a port service",
+                *(message.command.name, len(message.data)),
+            )
+
+    def _register(self, port: int) -> None:
+        held = len(self.registered)
+        if held and (held >= _PORTS_PER_CONNECTION or self._router.free_ports <= _PORTS_LEFT):
+            self._turn_out("it holds %d ports, further ones are for others", held)
+            return
+        try:
+            address = self._router.register(port, self)
+        except RouterError as refusal:
+            self._turn_out("%s", refusal)
+            return
+        self.registered.append(address)
+        self._send(TcpMessage(TcpCommand.PORT_CONNECT, bytes(address)))
+
+    def _unregister(self, port: int) -> None:
+        """Free a port of this peer. With the last one gone its connection ends: clients wait."""
+        address = AmsAddress.of(self._router.net_id, port)
+        if address in self.registered:
+            self.registered.remove(address)
+            self._router.unregister(port)
+            if not self.registered:
+                self.close()
+
+    # out ---------------------------------------------------------------------------------------
+
+    def deliver(self, frame: Frame) -> bool:
+        """Send `frame` to the peer; False if the connection is gone.
+
+        A request for a peer that leaves too much unread is answered with 0x502 instead.
+        """
+        if not self._open:
+            return False
+        if not frame.flags & 1 and frame.command != Command.NOTIFICATION:
+            if (forwarded := self._forward(frame)) is None:
+                return True
+            frame = forwarded
+        packet = frame.encode_tcp()
+        if frame.command == Command.ADD_NOTIFICATION and frame.is_response:
+            self._out.added(self.owner.loop.time())
+        elif frame.command == Command.NOTIFICATION and self._hold(packet):
+            return True
+        self._put(packet)
+        return True
+
+    def break_off(self, frame: Frame) -> None:
+        """Send the first half of `frame`, then end the connection: a cable pulled in between."""
+        packet = frame.encode_tcp()
+        self._out.put(packet[: len(packet) // 2])
+        self.close()
+
+    def _put(self, packet: bytes) -> None:
+        out = self._out
+        out.gathered.append(packet)
+        out.size += len(packet)
+        if out.size > _FLUSH_SIZE:
+            self._flush()
+        elif not self._receiving:
+            if not self._flush_due:
+                self._flush_due = True
+                self.owner.loop.call_soon(self._flush)
+            if out.size > _SMALL:
+                self.count()
+
+    def _hold(self, packet: bytes) -> bool:
+        """Keep a notification back if it must not come yet."""
+        out, loop = self._out, self.owner.loop
+        waited = out.due is not None
+        if not out.hold(packet, loop.time()):
+            return False
+        if not waited:
+            self._release_at(out.due)
+        self.count()
+        return True
+
+    def _release_at(self, due: float | None) -> None:
+        if due is not None:
+            self.owner.loop.call_at(due, self._release)
+
+    def _release(self) -> None:
+        """Send the notifications that have waited long enough, in order."""
+        out, due = self._out, self._out.due
+        if self._open and due is not None:
+            out.release(max(self.owner.loop.time(), due))  # timers may be early by their resolution
+            self._release_at(out.due)
+            self._flush()
+
+    @property
+    def congested(self) -> bool:
+        """True while the peer leaves so much unread that notifications had better wait."""
+        line = self._line
+        return line is not None and line.get_write_buffer_size() > self._congested
+
+    @property
+    def backlog(self) -> int:
+        """Bytes that the peer has not taken yet."""
+        line = self._line
+        return self._out.size + (0 if line is None else line.get_write_buffer_size())
+
+    @property
+    def held(self) -> int:
+        """Bytes it has not taken, also after the end, and packets that lack their end."""
+        if self.cut_off:
+            return 0
+        return self.backlog + self._out.held_size + self._stream.pending + self._undone
+
+    def count(self) -> None:
+        """Update the send-buffer budget after a change of the buffered bytes."""
+        held = self.held
+        if held != self._counted:
+            self._counted = held
+            self.owner.held.count(self, held)
+
+    def cut(self, reason: str, *details: object) -> None:
+        """Close at once because the peer takes too much room."""
+        self.warn(reason, *details)
+        self.cut_off = True
+        self.abort()
+
+    def _send(self, message: TcpMessage) -> None:
+        self._out.put(message.encode_tcp())
+
+    def _flush(self) -> None:
+        self._flush_due = False
+        out, line = self._out, self._line
+        if not out.size or line is None:
+            return
+        line.write(out.take())
+        unread = line.get_write_buffer_size()
+        if unread > self.owner.max_backlog:
+            self.cut("it does not read what it asked for")
+        elif unread or self._counted:
+            self.count()
+
+    @property
+    def client(self) -> str:
+        """The AMS address that the peer last sent from, or else registered; "" if neither."""
+        address = self._last_source or next(iter(self.registered), b"")
+        return str(AmsAddress(address)) if address else ""
+
+    def warn(self, reason: str, *details: object) -> None:
+        """Log why the connection ends, and whose it is."""
+        client = self.client
+        whom = f"{self.peer}, client {client}" if client else self.peer
+        facts = {"client": client, "peer": self.peer}
+        log.warning("closing %s: " + reason, whom, *details, extra=facts)
+
+    def _turn_out(self, reason: str, *details: object) -> None:
+        self.warn(reason, *details)
+        self.close()
+
+    def give_up(self) -> Line:
+        """The line, for somebody else to use: nothing more comes or goes here."""
+        line, self._line = self._line, None
+        assert line is not None
+        self._leave()
+        return line
+
+    def abort(self) -> None:
+        """Close at once; what waits for the peer is lost."""
+        self._leave()
+        if self._line is not None:
+            self._line.abort()
+
+    def close(self) -> None:
+        """Send what is due and close; a peer that does not take it in time is cut off."""
+        self._flush()
+        if self._open and self._line is not None:
+            self._leave()
+            self._line.close()
+            if self._line.get_write_buffer_size():
+                turns = self.owner.loop
+                turns.call_at(turns.time() + _LINGER, self.abort)

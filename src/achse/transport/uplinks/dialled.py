@@ -1,0 +1,62 @@
+"""The far end of a connection that this station dialled: what its requests may here.
+
+Who is dialled for one route answers; it may ask too, for itself and for those behind it. It gets no
+more by this than by coming itself.
+"""
+
+from typing import Protocol
+
+from achse.router.rights import Right
+from achse.router.routes import Admission, Route
+from achse.transport.connections.peer import Peer, PeerOwner
+
+__all__ = ["DialOwner", "DialledPeer"]
+
+
+class DialOwner(PeerOwner, Protocol):
+    """Owner of a connection that it dialled, and the route for which it did."""
+
+    strict: bool
+    """True if senders without a route are refused."""
+
+    @property
+    def route(self) -> Route: ...
+
+
+class DialledPeer(Peer):
+    """The other side of a route, at the end of a connection that was dialled for it.
+
+    - Its own NetId has the rights of the route. Another one has those of its own route, where that
+      leads to the same place; else what strangers may, and never more than the route.
+    - With `strict` strangers are refused (0x723); the connection stays, others use it.
+    - Behind a one-way route nobody asks, under whatever NetId.
+    """
+
+    def __init__(self, owner: DialOwner) -> None:
+        super().__init__(owner)
+        self._dialled_by = owner
+
+    def _admission(self, net_id: bytes) -> Admission:
+        dialled = self._dialled_by.route
+        if dialled.one_way:
+            return Admission.ONE_WAY
+        if net_id == dialled.net_id:
+            return Admission.ROUTED
+        admission = super()._admission(net_id)
+        route = self._router.routes.to(net_id)
+        if admission is Admission.UNKNOWN and route is not None and _same_proof(route, dialled):
+            admission = Admission.ONE_WAY if route.one_way else Admission.ROUTED
+        if admission is Admission.UNKNOWN and self._dialled_by.strict:
+            return Admission.ONE_WAY
+        return admission
+
+    def _rights_of(self, net_id: bytes, admission: Admission) -> Right:
+        rights = super()._rights_of(net_id, admission)
+        return rights & self._dialled_by.route.rights if admission is Admission.UNKNOWN else rights
+
+
+def _same_proof(route: Route, dialled: Route) -> bool:
+    """Return True if `route` names the certificate that the far end of `dialled` has shown."""
+    if route.tls is None or dialled.tls is None:
+        return False
+    return bool(dialled.tls.fingerprint) and route.tls.fingerprint == dialled.tls.fingerprint
