@@ -66,7 +66,7 @@ async def test_there_is_room_for_so_many_hosts() -> None:
 
     checker = PasswordChecker(lambda user, password: False, decide)
     taken = [checker.put(f"h{number}", "me", "1", number) for number in range(300)]
-    assert sum(taken) == password_queue._HOSTS
+    assert all(taken)  # one that comes later takes the place of another
     tasks = list(checker._tasks)
     assert len(checker) == password_queue._HOSTS
     await checker.close()
