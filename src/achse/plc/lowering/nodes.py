@@ -1,0 +1,429 @@
+"""The lowered form: what a routine does, step by step, for any form of code.
+
+A value is a node with operands that are evaluated from left to right; a statement has a place in
+the source, which is that of every fault in it. Types are flat, as in the typed form, and so are
+`Known` values and the statements that only go somewhere: those are nodes of the typed form.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, TypeAlias
+
+from achse.iec.types import IecType
+from achse.iec.variables import Variable
+from achse.plc.memory import Area
+from achse.st.tree import node
+from achse.st.typed.expressions import Conversion, Converted, EnumName, Known, Operator
+from achse.st.typed.project import Routine
+from achse.st.typed.statements import JumpMark, JumpTo, LoopExit, LoopNext, RoutineExit
+
+__all__ = [
+    "Address",
+    "Branch",
+    "Branches",
+    "Call",
+    "Case",
+    "Check",
+    "Choice",
+    "Compute",
+    "Convert",
+    "Copy",
+    "Creation",
+    "Effects",
+    "External",
+    "Home",
+    "Keep",
+    "Lifecycle",
+    "Load",
+    "Loop",
+    "LoweredRoutine",
+    "Place",
+    "Record",
+    "Selection",
+    "Sequence",
+    "Service",
+    "Statement",
+    "Statements",
+    "Store",
+    "Temporary",
+    "Term",
+    "Try",
+    "Value",
+]
+
+
+# Places --------------------------------------------------------------------------------------
+
+
+class Home(Enum):
+    """What a place is counted from."""
+
+    LOCAL = "local"
+    """A variable of the frame that needs no memory: `variable`."""
+    AREA = "area"
+    INSTANCE = "instance"
+    FRAME = "frame"
+    ADDRESS = "address"
+    """A pointer of the PLC: `address`."""
+
+
+@node
+class Term:
+    """An index: adds `index * stride` bytes. ARRAYBOUNDS unless it is from `low` to `high`.
+
+    Without bounds it needs no check, or has none.
+    """
+
+    index: "Value"
+    stride: int
+    low: "Value | None" = None
+    high: "Value | None" = None
+
+
+@dataclass(slots=True, eq=False)
+class Place:
+    """Location of a variable or a part of it. Nothing of it is computed before it is used."""
+
+    home: Home
+    offset: int
+    """Bytes from the home; of LOCAL from the variable."""
+    type: IecType[Any]
+    bit: int | None = None
+    terms: tuple[Term, ...] = ()
+    is_bounded: bool = True
+    """False if an index may lead anywhere."""
+    variable: Variable[Any, Any] | None = None
+    area: Area | None = None
+    address: "Value | None" = None
+    alignment: int = 8
+    """Of the home."""
+
+    def is_aligned(self, size: int) -> bool:
+        """Return True if it is in an area, at a multiple of `size` bytes whatever the indexes."""
+        home = self.home
+        if home is Home.LOCAL or home is Home.ADDRESS or not self.is_bounded or self.offset % size:
+            return False
+        if home is not Home.AREA and self.alignment % size:
+            return False
+        return not any(term.stride % size for term in self.terms)
+
+    @property
+    def is_fixed(self) -> bool:
+        """True if it is the same place each time, without effects and faults."""
+        return not self.terms and self.home is not Home.ADDRESS
+
+
+# Values --------------------------------------------------------------------------------------
+
+
+@node
+class Temporary:
+    """A value that the same routine has evaluated before, or that its caller has passed."""
+
+    number: int
+    type: IecType[Any] | None
+
+
+@node
+class Keep:
+    """A value that is needed again: its temporary has it from then on."""
+
+    temporary: Temporary
+    value: "Value"
+    is_repeatable: bool = False
+    """True if it may as well be evaluated again."""
+
+    @property
+    def type(self) -> IecType[Any] | None:
+        return self.temporary.type
+
+
+@node
+class Load:
+    """Present value in a place."""
+
+    place: Place
+    spends: bool = False
+    """True if it is large: it takes from the budget by its length, once it is there."""
+
+    @property
+    def type(self) -> IecType[Any]:
+        return self.place.type
+
+
+@node
+class Address:
+    """The address of a place as a pointer has it."""
+
+    place: Place
+    type: IecType[Any]
+
+
+@node
+class Copy:
+    """A text or record as it is before what comes next, which may change its bytes."""
+
+    value: "Value"
+    type: IecType[Any]
+
+
+@node
+class Convert:
+    """A value at another type: `rule` is none that `External` does, and not RESCALE."""
+
+    operand: "Value"
+    type: IecType[Any]
+    rule: Conversion
+
+
+@node
+class External:
+    """A conversion from or to text that needs the runtime: `source` says which."""
+
+    operand: "Value"
+    type: IecType[Any]
+    source: Converted | EnumName
+
+
+@node
+class Compute:
+    """An operator that evaluates all of its operands. There is no LIMIT, IF and TIME, the count of
+    a shift is in the width, MIN and MAX are not of BOOLs."""
+
+    operator: Operator
+    operands: "tuple[Value, ...]"
+    type: IecType[Any]
+
+
+@node
+class Check:
+    """A real; FPU_INVALID_OPERATION if it is NaN and none of `operands` is."""
+
+    value: "Value"
+    operands: "tuple[Temporary, ...]"
+    type: IecType[Any]
+
+
+@node
+class Choice:
+    """One of two values; nothing of the other is evaluated."""
+
+    condition: "Value"
+    yes: "Value"
+    no: "Value"
+    type: IecType[Any]
+
+
+@node
+class Sequence:
+    """Effects in order, then a value."""
+
+    effects: "tuple[Value, ...]"
+    value: "Value"
+
+    @property
+    def type(self) -> IecType[Any] | None:
+        return self.value.type
+
+
+@node
+class Store:
+    """An assignment, and its value. Texts: up to the NUL; records: without headers of blocks."""
+
+    place: Place
+    value: "Value"
+    value_first: bool = False
+    """True if the value is evaluated before the indexes of the place."""
+
+    @property
+    def type(self) -> IecType[Any]:
+        return self.place.type
+
+
+@node
+class Call:
+    """A call of a routine, or of what the instance's block has in its table under `entry`."""
+
+    routine: Routine
+    entry: str | None
+    instance: "Value | None"
+    arguments: "tuple[tuple[Variable[Any, Any], Value], ...]"
+    """In the order of evaluation, all of them."""
+    outputs: tuple[Temporary, ...]
+    """Result and outputs; empty if the routine has no outputs."""
+    type: IecType[Any] | None
+
+
+@node
+class Record:
+    """A record made on the spot: values put over an image, at their offsets."""
+
+    image: bytes
+    parts: "tuple[tuple[int, Value], ...]"
+    type: IecType[Any]
+
+
+@node
+class Creation:
+    """`__NEW`: the address of `count` of a type; `effects` bring each at `pointer` to life."""
+
+    of: IecType[Any]
+    count: "Value"
+    pointer: Temporary
+    effects: "tuple[Value, ...]"
+    type: IecType[Any]
+
+
+@node
+class Service:
+    """A function of the runtime that only plain code calls; `why` says so."""
+
+    name: str
+    operands: "tuple[Value, ...]"
+    argument: str | None
+    type: IecType[Any] | None
+    why: str
+
+
+Value: TypeAlias = (
+    Known
+    | Temporary
+    | Keep
+    | Load
+    | Address
+    | Copy
+    | Convert
+    | External
+    | Compute
+    | Check
+    | Choice
+    | Sequence
+    | Store
+    | Call
+    | Record
+    | Creation
+    | Service
+)
+
+
+# Statements ----------------------------------------------------------------------------------
+
+
+@node
+class Effects:
+    """Values evaluated for what they do."""
+
+    values: tuple[Value, ...]
+    at: int
+
+
+@node
+class Branch:
+    """A condition, and what it leads to."""
+
+    condition: Value
+    body: "Statements"
+    at: int
+
+
+@node
+class Branches:
+    """The first branch whose condition holds."""
+
+    branches: tuple[Branch, ...]
+    otherwise: "Statements"
+    at: int
+
+
+@node
+class Case:
+    """Ranges of numbers, and what they lead to."""
+
+    labels: tuple[tuple[int, int], ...]
+    body: "Statements"
+    at: int
+
+
+@node
+class Selection:
+    """The first case that has the number."""
+
+    selector: Value
+    cases: tuple[Case, ...]
+    otherwise: "Statements"
+    at: int
+
+
+@node
+class Loop:
+    """`start`; each pass: leave unless `before` holds, take 1 from the budget, `body`, `advance`,
+    leave unless `after` holds. CONTINUE goes to `advance`."""
+
+    start: tuple[Value, ...]
+    before: Value | None
+    body: "Statements"
+    advance: tuple[Value, ...]
+    after: Value | None
+    at: int
+
+
+@node
+class Try:
+    """__TRY: what fails in `body` goes to `handler`, its code to `code`; `final` in any case."""
+
+    body: "Statements"
+    code: Place | None
+    handler: "Statements"
+    final: "Statements"
+    at: int
+
+
+@node
+class Lifecycle:
+    """Effects for each of `count` records `stride` bytes apart, with its address in `pointer`."""
+
+    pointer: Temporary
+    address: Value
+    count: int
+    stride: int
+    effects: tuple[Value, ...]
+    at: int
+
+
+Statement: TypeAlias = (
+    Effects
+    | Branches
+    | Selection
+    | Loop
+    | Try
+    | Lifecycle
+    | LoopExit
+    | LoopNext
+    | RoutineExit
+    | JumpTo
+    | JumpMark
+)
+
+Statements: TypeAlias = tuple[Statement, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LoweredRoutine:
+    """All that a call of a routine does."""
+
+    routine: Routine
+    cost: int
+    """Budget that a call takes."""
+    parameters: tuple[tuple[Variable[Any, Any], Temporary], ...]
+    """Passed as values."""
+    start: tuple[Store, ...]
+    """Of variables without memory: what they start with, of parameters what is passed."""
+    is_framed: bool
+    """True if a variable needs memory."""
+    image: bytes
+    """Bytes that the frame begins with."""
+    entry: tuple[Store, ...]
+    """Arguments that go into the frame."""
+    body: Statements
+    results: tuple[Value, ...]
+    """The result, if there is one, and the outputs."""
