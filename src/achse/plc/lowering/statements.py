@@ -1,0 +1,149 @@
+"""Statements: loops with their budget, latches, calls and lifecycles in the order of effects."""
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from achse.plc.lowering import nodes
+from achse.plc.lowering.places import ADDRESS_TYPE
+from achse.plc.lowering.values import ValueLowering
+from achse.st.check.kinds import counted
+from achse.st.typed.expressions import Invocation, Known, Latched, Operator, Stored, TypedValue
+from achse.st.typed.statements import (
+    CaseSelection,
+    Conditional,
+    ConditionLoop,
+    CountedLoop,
+    Do,
+    JumpMark,
+    JumpTo,
+    LifeEvent,
+    LifeStep,
+    LoopExit,
+    LoopNext,
+    Protected,
+    RoutineExit,
+    TypedStatements,
+)
+
+__all__ = ["JUMP_COST", "StatementLowering"]
+
+JUMP_COST = 10
+"""Budget that a jump costs: an exception of plain code, as long as some loop passes."""
+
+
+class StatementLowering(ValueLowering):
+    """Lowers the statements of one routine."""
+
+    def block(self, statements: TypedStatements) -> nodes.Statements:
+        """A list of statements."""
+        lowered: list[nodes.Statement] = []
+        for one in statements:
+            lowered += _LOWERINGS[type(one)](self, one)
+        return tuple(lowered)
+
+    def effects(self, value: TypedValue) -> tuple[nodes.Value, ...]:
+        """A value evaluated for what it does."""
+        if isinstance(value, Stored):
+            return (self.store(value.storage, value.value, alone=True),)
+        if isinstance(value, Invocation):
+            return tuple(self.call_effects(value, alone=True)[0])
+        return (self.value(value),)
+
+    def do(self, statement: Do) -> Iterator[nodes.Statement]:
+        """An assignment, a call; a latch is one only if its condition holds."""
+        value, at = statement.value, statement.at
+        if isinstance(value, Latched):
+            condition = self.value(value.value)
+            known = Known(value.sets, value.storage.type)
+            store = nodes.Effects((self.store(value.storage, known, alone=True),), 0)
+            yield nodes.Branches((nodes.Branch(condition, (store,), at),), (), at)
+        else:
+            yield nodes.Effects(self.effects(value), at)
+
+    def conditional(self, statement: Conditional) -> Iterator[nodes.Statement]:
+        """IF."""
+        branches = tuple(
+            nodes.Branch(self.value(one.condition), self.block(one.body), one.at or statement.at)
+            for one in statement.branches
+        )
+        yield nodes.Branches(branches, self.block(statement.otherwise), statement.at)
+
+    def selection(self, statement: CaseSelection) -> Iterator[nodes.Statement]:
+        """CASE: labels that the selector can be."""
+        selector = self.value(statement.selector)
+        assert selector.type is not None
+        whole = counted(selector.type)
+        cases = tuple(
+            nodes.Case(
+                tuple((max(low, whole.low), min(high, whole.high)) for low, high in one.labels),
+                self.block(one.body),
+                one.at or statement.at,
+            )
+            for one in statement.choices
+        )
+        yield nodes.Selection(selector, cases, self.block(statement.otherwise), statement.at)
+
+    def counted_loop(self, statement: CountedLoop) -> Iterator[nodes.Statement]:
+        """FOR."""
+        start = self.effects(statement.start)
+        beyond = self.value(statement.beyond)
+        assert beyond.type is not None
+        before = nodes.Compute(Operator.NOT, (beyond,), beyond.type)
+        body = self.block(statement.body)
+        yield nodes.Loop(start, before, body, self.effects(statement.advance), None, statement.at)
+
+    def condition_loop(self, statement: ConditionLoop) -> Iterator[nodes.Statement]:
+        """WHILE, REPEAT."""
+        condition, body = self.value(statement.condition), self.block(statement.body)
+        if statement.before:
+            yield nodes.Loop((), condition, body, (), None, statement.at)
+        else:
+            yield nodes.Loop((), None, body, (), condition, statement.at)
+
+    def protected(self, statement: Protected) -> Iterator[nodes.Statement]:
+        """__TRY."""
+        code = None if statement.code is None else self.place(statement.code)
+        body, handler = self.block(statement.body), self.block(statement.handler)
+        yield nodes.Try(body, code, handler, self.block(statement.final), statement.at)
+
+    def life(self, statement: LifeStep) -> Iterator[nodes.Statement]:
+        """A step in the lifecycle of records."""
+        record = self.project.record(statement.of)
+        if record is None:
+            return
+        pointer = self.temporary(ADDRESS_TYPE)
+        address = self.address(statement.storage)
+
+        def each(effects: list[nodes.Value]) -> Iterator[nodes.Statement]:
+            if effects:
+                count, stride = statement.count, statement.stride
+                yield nodes.Lifecycle(pointer, address, count, stride, tuple(effects), statement.at)
+
+        if statement.event is LifeEvent.CREATE:
+            yield from each(self.begin(statement.of, statement.arguments, pointer))
+            yield from self.block(statement.values)
+            yield from each(self.after_init(statement.of, pointer))
+            return
+        key = record.exit if statement.event is LifeEvent.EXIT else record.reinit
+        if key:
+            yield from each([self.life_call(key, statement.arguments, pointer)])
+
+
+def _same(_: StatementLowering, statement: Any) -> Iterator[nodes.Statement]:
+    yield statement
+
+
+_LOWERINGS: dict[type[Any], Callable[[StatementLowering, Any], Iterator[nodes.Statement]]] = {
+    Do: StatementLowering.do,
+    Conditional: StatementLowering.conditional,
+    CaseSelection: StatementLowering.selection,
+    CountedLoop: StatementLowering.counted_loop,
+    ConditionLoop: StatementLowering.condition_loop,
+    Protected: StatementLowering.protected,
+    LifeStep: StatementLowering.life,
+    LoopExit: _same,
+    LoopNext: _same,
+    RoutineExit: _same,
+    JumpTo: _same,
+    JumpMark: _same,
+}
