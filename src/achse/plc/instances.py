@@ -9,9 +9,9 @@ from achse.iec.errors import DeclarationError
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Section
-from achse.plc.code.calls import parameters_of
 from achse.plc.code.execution import Execution
 from achse.plc.lives import Moves, is_alike, unit_variable
+from achse.plc.lowering.calls import parameters_of
 from achse.plc.memory import Memory
 from achse.plc.program import PlacedVariable
 from achse.plc.routine_calls import outside_cycle

@@ -5,7 +5,8 @@ from typing import Any
 
 from achse.iec.structs import Record, RecordKind, StructType
 from achse.iec.variables import Section, Variable
-from achse.plc.code.calls import encoded_from, outputs_of, parameters_of
+from achse.plc.code.storages import encoded_from
+from achse.plc.lowering.calls import outputs_of, parameters_of
 from achse.st.check.kinds import known_from
 from achse.st.typed.places import flat
 from achse.st.typed.project import Routine, RoutineKind, TypedProject

@@ -8,8 +8,9 @@ from achse.iec.derived import resolved
 from achse.iec.methods import Method
 from achse.iec.structs import Record, StructType
 from achse.iec.variables import Section
-from achse.plc.code.calls import encoded_from, outputs_of, parameters_of
 from achse.plc.code.execution import Execution
+from achse.plc.code.storages import encoded_from
+from achse.plc.lowering.calls import outputs_of, parameters_of
 from achse.plc.memory import Memory
 from achse.plc.python_bodies import python_attribute
 from achse.st.check.kinds import known_from

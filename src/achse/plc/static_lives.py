@@ -10,7 +10,7 @@ from achse.iec.arrays import ArrayType
 from achse.iec.derived import resolved
 from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import IecType
-from achse.plc.code.calls import parameters_of
+from achse.plc.lowering.calls import parameters_of
 from achse.plc.memory import Memory
 from achse.plc.program import PlacedVariable
 from achse.st.check.kinds import known_from

@@ -74,7 +74,6 @@ def test_the_task_option_decides_what_undefined_reals_are() -> None:
 
 
 def test_choices() -> None:
-    assert OPERATIONS["limited"](5, 9, 3) == 3
     assert OPERATIONS["chosen"](-1, 1, 2, 3) == 3
     assert OPERATIONS["selected"](True, 1, 2) == 2
     assert OPERATIONS["truncated"](3.0e9, -(1 << 31)) == -(1 << 31)

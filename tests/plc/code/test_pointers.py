@@ -53,9 +53,8 @@ def test_texts_bits_and_parts() -> None:
     assert OF["load_wide"](address, 8).decode("utf-16-le") == "äb"
     OF["store_B"](address, 0)
     assert OF["store_bit"](address, 4, True) is True
-    assert OF["latch"](address, 8, False, True) is False
     assert OF["load_B"](address) == 4
-    assert OF["latch"](address, 4, True, False) is True
+    assert OF["store_bit"](address, 4, False) is False
     assert OF["load_B"](address) == 0
     OF["store_parts"](address, b"12345678", ((0, 2), (4, 8)))
     assert OF["load_bytes"](address, 2) == b"12"

@@ -4,8 +4,9 @@ from collections.abc import Callable
 from typing import Any
 
 from achse.plc.code.linker import Linker
-from achse.plc.code.placement import Placement
 from achse.plc.code.routines import source_of
+from achse.plc.lowering.placement import Placement
+from achse.plc.lowering.project import LoweredProject
 
 Run = Callable[..., Any]
 
@@ -26,7 +27,8 @@ END_PROGRAM
 def test_only_variables_that_need_an_address_are_in_the_frame(run: Run) -> None:
     ran = run(TEXT, cycles=3)
     assert ran["x"] == 3
-    linker = Linker(ran.typed, Placement(ran.plc.memory, ran.plc.variables))
+    placement = Placement(ran.plc.memory, ran.plc.variables)
+    linker = Linker(LoweredProject(ran.typed, placement))
     source = source_of(ran.typed.routines["f"], linker)
     assert "enter(" in source
     assert "v_p =" in source

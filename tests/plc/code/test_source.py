@@ -33,10 +33,9 @@ def test_a_number_that_grows_without_end_is_cut_on_the_way() -> None:
 
 
 def test_lines_know_where_they_come_from() -> None:
-    lines = SourceLines()
-    lines.place(5)
-    lines.add("if a:")
-    lines.indent()
-    lines.place(9)
-    lines.add("b")
-    assert lines.lines == [("if a:", 5), ("    b", 9)]
+    lines = SourceLines(5)
+    with lines.within("if a:"):
+        lines.place(9)
+        lines.add("b")
+    lines.add("c")
+    assert lines.lines == [("if a:", 5), ("    b", 9), ("c", 9)]

@@ -35,7 +35,7 @@ _S = STRING(80)
         ("find", (b"abcab", b"ab"), 1),
         ("find", (b"abc", b""), 0),
         ("find", (b"abc", b"x"), 0),
-        ("length", (b"abc",), 3),
+        ("len", (b"abc",), 3),
         ("concat", (b"a" * 200, b"b" * 100), b"a" * 200 + b"b" * 55),
     ],
 )

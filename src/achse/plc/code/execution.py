@@ -16,15 +16,15 @@ from achse.plc.code.faults import CATCHABLE, ExceptionCode, PlcFault, code_of
 from achse.plc.code.frames import Frames, Heap
 from achse.plc.code.linker import Linker, Probe
 from achse.plc.code.operations import OPERATIONS, real_operations
-from achse.plc.code.placement import MissingPlaceError, Placement
 from achse.plc.code.pointers import pointer_operations
 from achse.plc.code.routines import compiled, emit_routine
-from achse.plc.code.storages import BYTES_A_PASS
 from achse.plc.code.texts import TEXTS
 from achse.plc.code.views import Views
+from achse.plc.lowering.placement import MissingPlaceError, Placement
+from achse.plc.lowering.places import BYTES_A_PASS
+from achse.plc.lowering.project import LoweredProject
 from achse.plc.memory import Memory
 from achse.plc.program import PlacedVariable
-from achse.st.check.folding import rescaled
 from achse.st.typed.project import Routine, TypedProject
 from achse.st.typed.statements import TypedStatement
 
@@ -126,7 +126,7 @@ class Execution:
         self.views = Views(memory)
         self.frames = Frames(memory, self.views)
         self.heap: Heap = Heap(memory) if after is None else after.heap
-        self._linker = Linker(project, placement, exceptions=exceptions)
+        self._linker = Linker(LoweredProject(project, placement, exceptions=exceptions))
         self.namespace: dict[str, Any] = {
             **OPERATIONS,
             **TEXTS,
@@ -138,7 +138,6 @@ class Execution:
             "LoopLeft": _LoopLeft,
             "LoopGoesOn": _LoopGoesOn,
             "composed": _composed,
-            "begin_block": self._begin_block,
             "caught": self._caught,
             "code_of": code_of,
             "delete_memory": self._delete,
@@ -152,10 +151,8 @@ class Execution:
             "spent": self._spent,
             "spent_for": self._spent_for,
             "queried": self._queried,
-            "rescaled": rescaled,
             "system_ltime": clock_ns,
             "system_task_index": task_index,
-            "system_time": lambda: clock_ns() // 1_000_000 & 0xFFFF_FFFF,
             "unavailable": _unavailable,
         }
         self.left_out: dict[str, str] = dict(project.left_out)
@@ -401,9 +398,6 @@ class Execution:
             raise failure
         is_overflow = code_of(failure) == ExceptionCode.STACK_OVERFLOW
         self._fuel[0] -= self.budget // (_OVERFLOWS if is_overflow else _CATCHES)
-
-    def _begin_block(self, address: int, number: int) -> None:
-        self.namespace["store_Q" if self._pointer_size == 8 else "store_I"](address, number)
 
     @property
     def _pointer_size(self) -> int:

@@ -1,41 +1,22 @@
-"""Values of the typed form as Python expressions."""
+"""Values of the lowered form as Python expressions."""
 
 import math
+from collections.abc import Callable, Sequence
 from functools import partial, reduce
 from typing import Any
 
 from achse.iec.elementary import BoolType, IntegerType, RealType
 from achse.iec.strings import StringType
 from achse.iec.types import IecType
-from achse.iec.variables import Variable
-from achse.plc.code.calls import CallWriter, HeldAddress, is_plain
 from achse.plc.code.linker import Linker
 from achse.plc.code.source import ATOM, CodeExpression, Precedence, exact, joined
-from achse.plc.code.storages import Storages, format_of
+from achse.plc.code.storages import Storages, format_of, local_name, ranged
+from achse.plc.lowering import nodes
+from achse.plc.lowering.calls import parameters_of
 from achse.st.check.kinds import counted, is_whole
-from achse.st.typed.expressions import (
-    AddressOf,
-    Composed,
-    Computed,
-    Conversion,
-    Converted,
-    Created,
-    Deleted,
-    EnumName,
-    Invocation,
-    Known,
-    Latched,
-    Operator,
-    Queried,
-    Read,
-    Shortcut,
-    Stored,
-    TypedValue,
-)
-from achse.st.typed.places import Storage
-from achse.st.typed.project import Routine
+from achse.st.typed.expressions import Conversion, EnumName, Known, Operator
 
-__all__ = ["ExpressionWriter", "may_be_invalid"]
+__all__ = ["ExpressionWriter"]
 
 _ARITHMETIC = {
     Operator.ADD: ("+", Precedence.ADD),
@@ -55,7 +36,23 @@ _COMPARISONS = {
     Operator.GT: ">",
     Operator.GE: ">=",
 }
-_CHOICES = {Operator.MIN: "min", Operator.MAX: "max", Operator.LIMIT: "limited"}
+_CHOICES = {
+    Operator.MIN: ("min", 0),
+    Operator.MAX: ("max", 0),
+    Operator.SEL: ("selected", 1),
+    Operator.MUX: ("chosen", 1),
+}
+"""Function, and the first operand that it gives."""
+_SYSTEM = {
+    Operator.LTIME: "system_ltime",
+    Operator.TASK_INDEX: "system_task_index",
+    Operator.RAISE: "raise_exception",
+}
+_EXTERNAL = {
+    Conversion.RECODE_TEXT: "text_recoded",
+    Conversion.WRITE_TEXT: "text_written",
+    Conversion.READ_TEXT: "text_read",
+}
 _MATHEMATICS = {
     Operator.SQRT: "sqrt",
     Operator.LN: "log",
@@ -70,15 +67,8 @@ _MATHEMATICS = {
     Operator.ATAN: "atan",
 }
 _TEXTS = {
-    Operator.LEN: "text_length",
-    Operator.LEFT: "text_left",
-    Operator.RIGHT: "text_right",
-    Operator.MID: "text_mid",
-    Operator.CONCAT: "text_concat",
-    Operator.INSERT: "text_insert",
-    Operator.DELETE: "text_delete",
-    Operator.REPLACE: "text_replace",
-    Operator.FIND: "text_find",
+    Operator(name): f"text_{name.lower()}"
+    for name in ["LEN", "LEFT", "RIGHT", "MID", "CONCAT", "INSERT", "DELETE", "REPLACE", "FIND"]
 }
 _EXACT_SINGLE = 1 << 24
 """Whole numbers up to here are REALs as they are."""
@@ -87,21 +77,16 @@ _EXACT_SINGLE = 1 << 24
 class ExpressionWriter:
     """Writes the values of one routine."""
 
-    def __init__(self, routine: Routine, linker: Linker) -> None:
-        self.routine = routine
+    def __init__(self, linker: Linker) -> None:
         self.linker = linker
         self.storages = Storages(self)
-        self.calls = CallWriter(self)
-        self.uses_instance = False
-        self.needs_frame = False
         self.instance_formats: set[str] = set()
         """Formats of the views of the instance that are needed."""
         self.bases: set[tuple[str, int]] = set()
         """Index bases that are needed: `t2` is the instance's address in units of 2 bytes."""
         self._temporaries = 0
-        self._variables = sorted(routine.frame.fields, key=lambda field: field.offset)
-
-    # what the routine has --------------------------------------------------------------------
+        self.kept: dict[int, CodeExpression] = {}
+        """Temporaries of the lowered form."""
 
     def temporary(self) -> str:
         """A Python variable that nothing else uses."""
@@ -111,25 +96,12 @@ class ExpressionWriter:
     def base_index(self, base: str, size: int) -> str:
         """Return the expression for the begin of the instance or frame, in units of that many
         bytes."""
-        if base == "t":
-            self.uses_instance = True
         self.bases.add((base, size))
         return f"{base}{size}"
 
-    def frame_variable(self, offset: int) -> Variable[Any, Any]:
-        """The variable of the frame that has the byte at `offset`."""
-        for variable in self._variables:
-            if variable.offset <= offset < variable.offset + max(variable.type.size, 1):
-                return variable
-        raise AssertionError(f"{self.routine.name}: nothing in the frame at {offset}")
-
-    def callee_storage(self, storage: Storage) -> Storage:
-        """Return a storage of the callee as the caller addresses it."""
-        return self.calls.storage_of(storage)
-
     # values ----------------------------------------------------------------------------------
 
-    def exact_value(self, value: TypedValue) -> CodeExpression:
+    def exact_value(self, value: nodes.Value) -> CodeExpression:
         """A value in the range of its type."""
         piece = self.value(value)
         type = value.type
@@ -139,57 +111,37 @@ class ExpressionWriter:
             return CodeExpression(f"single({piece.text})")
         return piece
 
-    def condition(self, value: TypedValue) -> str:
+    def condition(self, value: nodes.Value) -> str:
         """A BOOL where only its truth counts."""
         text = self.value(value).text
         return text.removesuffix(" != 0") if text.count(" ") == 2 else text
 
-    def value(self, value: TypedValue) -> CodeExpression:
+    def value(self, value: nodes.Value) -> CodeExpression:
         """A value; a whole number right in its low bits, a REAL perhaps not rounded yet."""
-        if isinstance(value, HeldAddress):
-            return CodeExpression(value.name, ATOM, 0, (1 << 64) - 1)
-        match value:
-            case Known():
-                return self._known(value)
-            case Read(storage):
-                return self.calls.result_read(storage) or self.storages.read(storage)
-            case AddressOf(storage):
-                return self.storages.address(storage)
-            case Converted():
-                return self._converted(value)
-            case Computed():
-                return self._computed(value)
-            case Shortcut(is_and, left, right):
-                level = Precedence.AND if is_and else Precedence.OR
-                word = "and" if is_and else "or"
-                return CodeExpression(
-                    f"{self.value(left).at(level)} {word} {self.value(right).at(level + 1)}", level
-                )
-            case Stored(storage, inner):
-                return self.storages.store_expression(storage, self.value(inner))
-            case Latched(storage, inner, sets):
-                return self.storages.latch(storage, self.value(inner), sets=sets)
-            case Invocation():
-                return self.calls.expression(value)
-            case Composed():
-                return self._composed(value)
-            case EnumName(operand, names, type):
-                assert isinstance(type, StringType)
-                table = self.linker.constant(dict(names))
-                number = self.exact_value(operand).text
-                size = type.length * type.unit
-                return CodeExpression(f"enum_name({number}, {table})[:{size}]")
-            case Created():
-                return self.calls.created(value)
-            case Deleted(pointer):
-                return CodeExpression(
-                    f"({self.calls.deleted(self.exact_value(Read(pointer, pointer.type)))},"
-                    f" {self.storages.store_expression(pointer, CodeExpression('0')).text})[0]"
-                )
-            case Queried():
-                return self._queried(value)
+        return _WRITERS[type(value)](self, value)
 
-    def _known(self, value: Known) -> CodeExpression:
+    def effect(self, value: nodes.Value) -> str:
+        """A line that evaluates a value for what it does."""
+        if isinstance(value, nodes.Store) and (value.value_first or not value.place.terms):
+            return self.storages.store_statement(value.place, self.value(value.value))
+        if isinstance(value, nodes.Keep):
+            return f"{self.keep(value.temporary)} = {self.exact_value(value.value).text}"
+        if isinstance(value, nodes.Call) and value.outputs:
+            name, text = self._call_with_outputs(value)
+            return f"{name} = {text}"
+        return self.value(value).text
+
+    def _listed(self, values: Sequence[nodes.Value]) -> str:
+        return ", ".join(self.exact_value(one).text for one in values)
+
+    def keep(self, temporary: nodes.Temporary) -> str:
+        """The Python variable that a temporary is."""
+        name = self.temporary()
+        self.kept[temporary.number] = ranged(name, temporary.type)
+        return name
+
+    def known(self, value: Known) -> CodeExpression:
+        """A constant."""
         known = value.value
         if isinstance(known, bool):
             return CodeExpression(str(known))
@@ -203,30 +155,109 @@ class ExpressionWriter:
             return CodeExpression(repr(known), level)
         return CodeExpression(repr(known) if len(known) <= 64 else self.linker.constant(known))
 
-    def _composed(self, value: Composed) -> CodeExpression:
-        places = self.linker.constant(
-            tuple((offset, self._packed(part)) for offset, part in value.parts)
+    def keeping(self, value: nodes.Keep) -> CodeExpression:
+        """A value that is needed again."""
+        piece = self.exact_value(value.value)
+        if value.is_repeatable:
+            self.kept[value.temporary.number] = piece
+            return piece
+        return CodeExpression(
+            f"({self.keep(value.temporary)} := {piece.text})", ATOM, piece.low, piece.high
         )
+
+    def check(self, value: nodes.Check) -> CodeExpression:
+        """A real that is not NaN unless an operand is."""
+        text, name = self.value(value.value).text, self.temporary()
+        leaves = self._listed(value.operands)
+        checked = f"({name} if ({name} := {text}) == {name} else invalid({leaves}))"
+        return CodeExpression(checked, loose=True)
+
+    def choice(self, value: nodes.Choice) -> CodeExpression:
+        """One of two values, of which the other is not evaluated."""
+        for decided, other, word, level in (
+            (value.no, value.yes, "and", Precedence.AND),
+            (value.yes, value.no, "or", Precedence.OR),
+        ):
+            if isinstance(decided, Known) and decided.value is (word == "or"):
+                left, right = self.value(value.condition), self.value(other)
+                return CodeExpression(f"{left.at(level)} {word} {right.at(level + 1)}", level)
+        which = self.value(value.condition)
+        no, yes = self.exact_value(value.no), self.exact_value(value.yes)
+        return _one_of(f"({yes.text} if {which.text} else {no.text})", (no, yes))
+
+    def sequence(self, value: nodes.Sequence) -> CodeExpression:
+        """Effects and then a value."""
+        texts = [self.value(one).text for one in value.effects]
+        piece = self.value(value.value)
+        text = f"({', '.join([*texts, piece.text])})[-1]"
+        return piece._replace(text=text, level=ATOM)
+
+    def record(self, value: nodes.Record) -> CodeExpression:
+        """A record made on the spot."""
+        places = []
+        for offset, part in value.parts:
+            assert part.type is not None
+            places.append((offset, format_of(part.type)))
+        names = f"{self.linker.constant(value.image)}, {self.linker.constant(tuple(places))}"
         parts = "".join(f"{self.exact_value(part).text}, " for _, part in value.parts)
-        return CodeExpression(f"composed({self.linker.constant(value.image)}, {places}, ({parts}))")
+        return CodeExpression(f"composed({names}, ({parts}))")
 
-    def _packed(self, part: TypedValue) -> str:
-        """The format of a value in a record."""
-        assert part.type is not None
-        return format_of(part.type)
+    # calls -----------------------------------------------------------------------------------
 
-    def _queried(self, value: Queried) -> CodeExpression:
-        source = self.exact_value(value.source).text
-        name = self.temporary()
-        found = CodeExpression(f"queried({source}, {value.interface!r})", ATOM, 0, (1 << 64) - 1)
-        stored = self.storages.store_expression(
-            value.target, CodeExpression(f"({name} := {found.text})")
-        )
-        return CodeExpression(f"({stored.text}, {name} != 0)[-1]")
+    def call(self, call: nodes.Call) -> CodeExpression:
+        """A call; with outputs, a tuple of result and outputs."""
+        if not call.outputs:
+            return ranged(self._call_text(call), call.type)
+        name, text = self._call_with_outputs(call)
+        return CodeExpression(f"({name} := {text})")
+
+    def _call_with_outputs(self, call: nodes.Call) -> tuple[str, str]:
+        """The Python variable that the results are in, and the call."""
+        text, name = self._call_text(call), self.temporary()
+        for number, output in enumerate(call.outputs):
+            self.kept[output.number] = ranged(f"{name}[{number}]", output.type)
+        return name, text
+
+    def _call_text(self, call: nodes.Call) -> str:
+        name = self.linker.name_of(call.routine.key)
+        arguments: list[str] = []
+        if call.instance is not None:
+            address = self.exact_value(call.instance).text
+            if call.entry is not None:
+                looked_up = address
+                if not address.isalnum():
+                    address = self.temporary()
+                    looked_up = f"{address} := {looked_up}"
+                name = f"dispatched({looked_up}, {call.entry!r})"
+            arguments.append(address)
+        pieces = [(one, self.exact_value(value).text) for one, value in call.arguments]
+        if [one.name for one, _ in pieces] == [one.name for one in parameters_of(call.routine)]:
+            arguments += [text for _, text in pieces]
+        else:
+            arguments += [f"{local_name(one)}={text}" for one, text in pieces]
+        return f"{name}({', '.join(arguments)})"
+
+    def creation(self, value: nodes.Creation) -> CodeExpression:
+        """`__NEW`."""
+        count, create = self.exact_value(value.count).text, "None"
+        if value.effects:
+            pointer = self.keep(value.pointer)
+            effects = "".join(f"{self.value(one).text}, " for one in value.effects)
+            create = f"lambda {pointer}: ({effects})"
+        text = f"new_memory({self.linker.constant(value.of)}, {count}, {create})"
+        return ranged(text, value.type)
+
+    def service(self, value: nodes.Service) -> CodeExpression:
+        """A function of the runtime."""
+        texts = [self.exact_value(one).text for one in value.operands]
+        if value.argument is not None:
+            texts.append(repr(value.argument))
+        return ranged(f"{value.name}({', '.join(texts)})", value.type)
 
     # conversions -----------------------------------------------------------------------------
 
-    def _converted(self, value: Converted) -> CodeExpression:
+    def converted(self, value: nodes.Convert) -> CodeExpression:
+        """A value at another type."""
         operand, target, source = value.operand, value.type, value.operand.type
         assert source is not None
         match value.rule:
@@ -243,277 +274,148 @@ class ExpressionWriter:
                 )
             case Conversion.RESIZE_REAL:
                 return self.exact_value(operand)._replace(loose=target.size == 4)
-            case Conversion.ROUND | Conversion.TRUNCATE:
-                text = self.exact_value(operand).text
-                if value.rule is Conversion.ROUND:
-                    return CodeExpression(f"whole({text})", ATOM, -(1 << 63), (1 << 63) - 1)
-                held = counted(target)
-                return CodeExpression(f"truncated({text}, {held.low})", ATOM, held.low, held.high)
+            case Conversion.ROUND:
+                text = f"whole({self.exact_value(operand).text})"
+                return CodeExpression(text, ATOM, -(1 << 63), (1 << 63) - 1)
+            case Conversion.TRUNCATE:
+                low = counted(target).low
+                return ranged(f"truncated({self.exact_value(operand).text}, {low})", target)
             case Conversion.TO_BOOL:
                 return CodeExpression(
                     f"{self.exact_value(operand).at(Precedence.COMPARE + 1)} != 0",
                     Precedence.COMPARE,
                 )
             case Conversion.FROM_BOOL:
+                piece = self.value(operand)
                 if isinstance(target, RealType):
-                    return CodeExpression(f"float({self.value(operand).text})")
-                return CodeExpression(
-                    f"+{self.value(operand).at(Precedence.UNARY + 1)}", Precedence.UNARY, 0, 1
-                )
-            case Conversion.RESCALE:
-                names = f"{self.linker.constant(source)}, {self.linker.constant(target)}"
-                whole = counted(target)
-                text = f"rescaled({self.exact_value(operand).text}, {names})"
-                return CodeExpression(text, ATOM, whole.low, whole.high)
-        return self._converted_text(value, source, target)
+                    return CodeExpression(f"float({piece.text})")
+                return CodeExpression(f"+{piece.at(Precedence.UNARY + 1)}", Precedence.UNARY, 0, 1)
+        assert isinstance(target, StringType)  # CUT_TEXT
+        return CodeExpression(f"{self.value(operand).at(ATOM)}[:{target.unit * target.length}]")
 
-    def _converted_text(
-        self, value: Converted, source: IecType[Any], target: IecType[Any]
-    ) -> CodeExpression:
-        piece = self.exact_value(value.operand)
-        if value.rule is Conversion.CUT_TEXT:
+    def external(self, value: nodes.External) -> CodeExpression:
+        """A conversion from or to text."""
+        piece, source, target = self.exact_value(value.operand), value.source, value.type
+        if isinstance(source, EnumName):
             assert isinstance(target, StringType)
-            return CodeExpression(f"{piece.at(ATOM)}[:{target.unit * target.length}]")
-        name = {
-            Conversion.RECODE_TEXT: "text_recoded",
-            Conversion.WRITE_TEXT: "text_written",
-            Conversion.READ_TEXT: "text_read",
-        }[value.rule]
-        kinds = f"{self.linker.constant(source)}, {self.linker.constant(target)}"
-        text = f"{name}({piece.text}, {kinds})"
-        if is_whole(target):
-            whole = counted(target)
-            return CodeExpression(text, ATOM, whole.low, whole.high)
-        return CodeExpression(text)
+            table = self.linker.constant(dict(source.names))
+            size = target.length * target.unit
+            return CodeExpression(f"enum_name({piece.text}, {table})[:{size}]")
+        kinds = f"{self.linker.constant(source.operand.type)}, {self.linker.constant(target)}"
+        return ranged(f"{_EXTERNAL[source.rule]}({piece.text}, {kinds})", target)
 
     # operators -------------------------------------------------------------------------------
 
-    def _computed(self, value: Computed) -> CodeExpression:
-        operator, operands = value.operator, value.operands
-        if operator in _COMPARISONS:
-            return self._comparison(_COMPARISONS[operator], operands)
-        if operator in _TEXTS:
-            return self._text_function(value)
-        match operator:
-            case Operator.SEL:
-                which, no, yes = (self.exact_value(one) for one in operands)
-                return self._choice(f"selected({which.text}, {no.text}, {yes.text})", (no, yes))
-            case Operator.IF:
-                which = self.exact_value(operands[0])
-                no, yes = (self.exact_value(one) for one in operands[1:])
-                return self._choice(f"({yes.text} if {which.text} else {no.text})", (no, yes))
-            case Operator.MUX:
-                pieces = [self.exact_value(one) for one in operands]
-                return self._choice(
-                    f"chosen({', '.join(piece.text for piece in pieces)})", pieces[1:]
-                )
-            case Operator.TIME | Operator.LTIME | Operator.TASK_INDEX:
-                whole = counted(value.type)
-                return CodeExpression(
-                    f"system_{operator.value.lower()}()", ATOM, whole.low, whole.high
-                )
-            case Operator.RAISE:
-                return CodeExpression(f"raise_exception({self.exact_value(operands[0]).text})")
-        if isinstance(value.type, BoolType):
-            return self._logic(operator, operands)
-        if isinstance(value.type, RealType):
-            return self._real(operator, operands, value.type)
-        if operator in _CHOICES:
-            pieces = [self.exact_value(one) for one in operands]
-            text = f"{_CHOICES[operator]}({', '.join(piece.text for piece in pieces)})"
-            return self._choice(text, pieces)
-        return self._whole(operator, operands, counted(value.type))
-
-    def _choice(self, text: str, pieces: Any) -> CodeExpression:
-        low = min(piece.low for piece in pieces)
-        return CodeExpression(text, ATOM, low, max(piece.high for piece in pieces))
-
-    def _comparison(self, sign: str, operands: tuple[TypedValue, ...]) -> CodeExpression:
-        left, right = (self.exact_value(one) for one in operands)
-        above = Precedence.COMPARE + 1
-        type = operands[0].type
-        if isinstance(type, StringType) and type.unit == 2 and sign not in ("==", "!="):
-            return CodeExpression(
-                f"text_units({left.text}) {sign} text_units({right.text})", Precedence.COMPARE
-            )
-        return CodeExpression(f"{left.at(above)} {sign} {right.at(above)}", Precedence.COMPARE)
-
-    def _text_function(self, value: Computed) -> CodeExpression:
-        type = value.operands[0].type
-        assert isinstance(type, StringType)
-        arguments = ", ".join(self.exact_value(one).text for one in value.operands)
-        return CodeExpression(
-            f"{_TEXTS[value.operator]}({arguments}, {type.unit})", ATOM, 0, 0x7FFF
-        )
-
-    def _logic(self, operator: Operator, operands: tuple[TypedValue, ...]) -> CodeExpression:
-        if operator is Operator.NOT:
-            return CodeExpression(
-                f"not {self.value(operands[0]).at(Precedence.NOT)}", Precedence.NOT
-            )
-        if operator in _CHOICES:
-            arguments = ", ".join(self.value(one).text for one in operands)
-            return CodeExpression(f"{_CHOICES[operator]}({arguments})")
-        sign, level = _BITWISE[operator]
-        pieces = [self.value(one) for one in operands]
-        return reduce(lambda left, right: joined(left, sign, right, level, 0, 0), pieces)
-
-    def _real(
-        self, operator: Operator, operands: tuple[TypedValue, ...], type: RealType
-    ) -> CodeExpression:
-        if operator in _ARITHMETIC:
-            return self._real_arithmetic(operator, operands, type)
+    def computed(self, value: nodes.Compute) -> CodeExpression:
+        """An operator."""
+        operator, operands, type = value.operator, value.operands, value.type
+        is_real = isinstance(type, RealType)
+        if operator in _ARITHMETIC and not is_real:
+            return reduce(partial(_arithmetic, operator), map(self.value, operands))
         pieces = [self.exact_value(one) for one in operands]
-        if operator is Operator.DIV:
+        if operator in _COMPARISONS:
+            return _comparison(_COMPARISONS[operator], pieces, operands[0].type)
+        if operator in _TEXTS:
+            unit = operands[0].type.unit  # type: ignore[union-attr]
+            return CodeExpression(_called(_TEXTS[operator], pieces, f", {unit}"), ATOM, 0, 0x7FFF)
+        if operator in _CHOICES:
+            name, first = _CHOICES[operator]
+            return _one_of(_called(name, pieces), pieces[first:])
+        if operator in _SYSTEM:
+            return ranged(_called(_SYSTEM[operator], pieces), type)
+        if operator in _BITWISE:
+            return reduce(partial(_bitwise, operator, type), pieces)
+        if isinstance(type, BoolType):
+            return CodeExpression(f"not {pieces[0].at(Precedence.NOT)}", Precedence.NOT)
+        if is_real:
+            return _real(operator, pieces, operands, type.size == 4)
+        return _whole(operator, pieces, counted(type))
+
+
+def _called(name: str, pieces: Sequence[CodeExpression], more: str = "") -> str:
+    return f"{name}({', '.join(piece.text for piece in pieces)}{more})"
+
+
+def _one_of(text: str, pieces: Sequence[CodeExpression]) -> CodeExpression:
+    """A text that is one of several values."""
+    low, high = min(piece.low for piece in pieces), max(piece.high for piece in pieces)
+    return CodeExpression(text, ATOM, low, high)
+
+
+def _comparison(
+    sign: str, pieces: Sequence[CodeExpression], type: IecType[Any] | None
+) -> CodeExpression:
+    left, right = pieces
+    above = Precedence.COMPARE + 1
+    if isinstance(type, StringType) and type.unit == 2 and sign not in ("==", "!="):
+        text = f"text_units({left.text}) {sign} text_units({right.text})"
+        return CodeExpression(text, Precedence.COMPARE)
+    return CodeExpression(f"{left.at(above)} {sign} {right.at(above)}", Precedence.COMPARE)
+
+
+def _real(
+    operator: Operator,
+    pieces: Sequence[CodeExpression],
+    operands: Sequence[nodes.Value],
+    rounds: bool,
+) -> CodeExpression:
+    """An operator of reals."""
+    if operator in _ARITHMETIC:
+        return reduce(partial(_real_joined, operator, rounds), pieces)
+    match operator:
+        case Operator.DIV:
             divisor = operands[1]
             if isinstance(divisor, Known) and divisor.value:
                 return joined(pieces[0], "/", pieces[1], Precedence.MUL, 0, 0)._replace(loose=True)
-            return CodeExpression(f"divided({pieces[0].text}, {pieces[1].text})", loose=True)
-        if operator is Operator.NEG:
+            return CodeExpression(_called("divided", pieces), loose=True)
+        case Operator.NEG:
             return CodeExpression(f"-{pieces[0].at(Precedence.UNARY)}", Precedence.UNARY)
-        arguments = ", ".join(piece.text for piece in pieces)
-        if operator is Operator.ABS:
-            return CodeExpression(f"abs({arguments})")
-        if operator in _CHOICES:
-            return CodeExpression(f"{_CHOICES[operator]}({arguments})")
-        return CodeExpression(f"{_MATHEMATICS[operator]}({arguments})", loose=True)
-
-    def _real_arithmetic(
-        self, operator: Operator, operands: tuple[TypedValue, ...], type: RealType
-    ) -> CodeExpression:
-        """Sums and products, as far as they are one expression.
-
-        Infinity minus infinity and 0 times infinity are invalid operations: with exceptions on,
-        a result that is NaN although no operand was one stops the program.
-        """
-        if not (self.linker.exceptions and may_be_invalid(operator, operands)):
-            pieces = [self.exact_value(one) for one in operands]
-            return reduce(partial(_real_joined, operator, type.size == 4), pieces)
-        leaves: list[str] = []
-        text = self._real_chain(operator, operands, type, leaves).text
-        name = self.temporary()
-        checked = f"({name} if ({name} := {text}) == {name} else invalid({', '.join(leaves)}))"
-        return CodeExpression(checked, loose=True)
-
-    def _real_chain(
-        self,
-        operator: Operator,
-        operands: tuple[TypedValue, ...],
-        type: RealType,
-        leaves: list[str],
-    ) -> CodeExpression:
-        pieces: list[CodeExpression] = []
-        for one in operands:
-            if isinstance(one, Computed) and one.operator in _ARITHMETIC:
-                piece = self._real_chain(one.operator, one.operands, type, leaves)
-                if type.size == 4:
-                    piece = CodeExpression(f"single({piece.text})")
-            else:
-                piece = self.exact_value(one)
-                if not isinstance(one, Known):
-                    if not (isinstance(one, Read) and is_plain(one.storage)):
-                        name = self.temporary()
-                        piece = CodeExpression(f"({name} := {piece.text})")
-                        leaves.append(name)
-                    else:
-                        leaves.append(piece.text)
-            pieces.append(piece)
-        return reduce(partial(_real_joined, operator, type.size == 4), pieces)
-
-    def _whole(
-        self, operator: Operator, operands: tuple[TypedValue, ...], type: IntegerType
-    ) -> CodeExpression:
-        if operator in _ARITHMETIC:
-            return self._arithmetic(operator, operands)
-        pieces = [self.exact_value(one) for one in operands]
-        first = pieces[0]
-        match operator:
-            case Operator.NEG:
-                text = f"-{first.at(Precedence.UNARY)}"
-                return CodeExpression(text, Precedence.UNARY, -first.high, -first.low)
-            case Operator.ABS:
-                return CodeExpression(
-                    f"abs({first.text})", ATOM, 0, max(abs(first.low), abs(first.high))
-                )
-            case Operator.NOT:
-                text = f"~{first.at(Precedence.UNARY)}"
-                return CodeExpression(text, Precedence.UNARY, ~first.high, ~first.low)
-            case Operator.AND | Operator.OR | Operator.XOR:
-                return reduce(partial(_bitwise, operator, type), pieces)
-            case Operator.DIV:
-                return self._division(pieces, type)
-            case Operator.MOD:
-                left, right = pieces
-                if left.low >= 0 and right.low > 0:
-                    high = min(left.high, right.high - 1)
-                    return joined(left, "%", right, Precedence.MUL, 0, high)
-                return CodeExpression(
-                    f"remainder({left.text}, {right.text})", ATOM, type.low, type.high
-                )
-        return self._shift(operator, first, pieces[1], type)
-
-    def _arithmetic(self, operator: Operator, operands: tuple[TypedValue, ...]) -> CodeExpression:
-        return reduce(partial(_arithmetic, operator), map(self.value, operands))
-
-    def _division(self, pieces: list[CodeExpression], type: IntegerType) -> CodeExpression:
-        left, right = pieces
-        if left.low >= 0 and right.low > 0:
-            return joined(left, "//", right, Precedence.MUL, 0, left.high)
-        # The lowest number divided by -1 is one more than the highest.
-        return CodeExpression(f"quotient({left.text}, {right.text})", ATOM, type.low, type.high + 1)
-
-    def _shift(
-        self, operator: Operator, value: CodeExpression, count: CodeExpression, type: IntegerType
-    ) -> CodeExpression:
-        width = 8 * type.size
-        if operator in (Operator.ROL, Operator.ROR):
-            turns = count.text if operator is Operator.ROL else f"-{count.at(Precedence.UNARY)}"
-            return CodeExpression(
-                f"rotated({value.text}, {turns}, {width})", ATOM, 0, (1 << width) - 1
-            )
-        mask = 63 if type.size == 8 else 31
-        if count.low == count.high:
-            count = CodeExpression(str(count.low & mask), ATOM, count.low & mask, count.low & mask)
-        elif not (count.low >= 0 and count.high <= mask):
-            count = CodeExpression(
-                f"{count.at(Precedence.BIT_AND)} & {mask}", Precedence.BIT_AND, 0, mask
-            )
-        if operator is Operator.SHR:
-            low = min(value.low >> count.low, value.low >> count.high)
-            high = max(value.high >> count.low, value.high >> count.high)
-            return joined(value, ">>", count, Precedence.SHIFT, low, high)
-        low, high = min(value.low << count.high, 0), max(value.high << count.high, 0)
-        return joined(value, "<<", count, Precedence.SHIFT, low, high)
+        case Operator.ABS:
+            return CodeExpression(_called("abs", pieces))
+    return CodeExpression(_called(_MATHEMATICS[operator], pieces), loose=True)
 
 
-def may_be_invalid(operator: Operator, operands: tuple[TypedValue, ...]) -> bool:
-    """Return True if sums or products of reals in this expression can be NaN for numbers as
-    operands."""
-    if any(
-        isinstance(one, Computed)
-        and one.operator in _ARITHMETIC
-        and may_be_invalid(one.operator, one.operands)
-        for one in operands
-    ):
-        return True
-    unbounded = sum(not _is_finite(one) for one in operands)
-    if operator is not Operator.MUL:
-        return unbounded > 1
-    return unbounded > 1 or (unbounded == 1 and any(map(_may_be_zero, operands)))
+def _whole(
+    operator: Operator, pieces: Sequence[CodeExpression], type: IntegerType
+) -> CodeExpression:
+    """An operator of whole numbers."""
+    first = pieces[0]
+    match operator:
+        case Operator.NEG:
+            text = f"-{first.at(Precedence.UNARY)}"
+            return CodeExpression(text, Precedence.UNARY, -first.high, -first.low)
+        case Operator.ABS:
+            high = max(abs(first.low), abs(first.high))
+            return CodeExpression(f"abs({first.text})", ATOM, 0, high)
+        case Operator.NOT:
+            text = f"~{first.at(Precedence.UNARY)}"
+            return CodeExpression(text, Precedence.UNARY, ~first.high, ~first.low)
+        case Operator.DIV:
+            if first.low >= 0 and pieces[1].low > 0:
+                return joined(first, "//", pieces[1], Precedence.MUL, 0, first.high)
+            # The lowest number divided by -1 is one more than the highest.
+            return CodeExpression(_called("quotient", pieces), ATOM, type.low, type.high + 1)
+        case Operator.MOD:
+            if first.low >= 0 and pieces[1].low > 0:
+                high = min(first.high, pieces[1].high - 1)
+                return joined(first, "%", pieces[1], Precedence.MUL, 0, high)
+            return CodeExpression(_called("remainder", pieces), ATOM, type.low, type.high)
+    return _shift(operator, first, pieces[1], 8 * type.size)
 
 
-def _may_be_zero(value: TypedValue) -> bool:
-    """Return True if a finite number may be 0."""
-    return _is_finite(value) and not (isinstance(value, Known) and value.value)
-
-
-def _is_finite(value: TypedValue) -> bool:
-    """Return True if a real is a finite number, whatever is in memory."""
-    if isinstance(value, Known):
-        return isinstance(value.value, int | float) and math.isfinite(value.value)
-    if isinstance(value, Converted):
-        return value.rule in (Conversion.TO_REAL, Conversion.FROM_BOOL)
-    return isinstance(value, Computed) and value.operator in (Operator.SIN, Operator.COS)
+def _shift(
+    operator: Operator, value: CodeExpression, count: CodeExpression, width: int
+) -> CodeExpression:
+    if operator in (Operator.ROL, Operator.ROR):
+        turns = count.text if operator is Operator.ROL else f"-{count.at(Precedence.UNARY)}"
+        text = f"rotated({value.text}, {turns}, {width})"
+        return CodeExpression(text, ATOM, 0, (1 << width) - 1)
+    if operator is Operator.SHR:
+        low = min(value.low >> count.low, value.low >> count.high)
+        high = max(value.high >> count.low, value.high >> count.high)
+        return joined(value, ">>", count, Precedence.SHIFT, low, high)
+    low, high = min(value.low << count.high, 0), max(value.high << count.high, 0)
+    return joined(value, "<<", count, Precedence.SHIFT, low, high)
 
 
 def _real_joined(
@@ -540,15 +442,39 @@ def _arithmetic(operator: Operator, left: CodeExpression, right: CodeExpression)
 
 
 def _bitwise(
-    operator: Operator, type: IntegerType, left: CodeExpression, right: CodeExpression
+    operator: Operator, type: IecType[Any], left: CodeExpression, right: CodeExpression
 ) -> CodeExpression:
-    """One operation of bits, and what it can be."""
+    """One operation of bits, and what it can be; of BOOLs, too."""
     sign, level = _BITWISE[operator]
-    low, high = type.low, type.high
     if operator is Operator.AND and (left.low >= 0 or right.low >= 0):
-        low = 0
-        high = min(piece.high for piece in (left, right) if piece.low >= 0)
+        low, high = 0, min(piece.high for piece in (left, right) if piece.low >= 0)
+        mask = right.low
+        if right.text.isdigit() and mask & mask + 1 == 0 and 0 <= left.low <= left.high <= mask:
+            return left
     elif left.low >= 0 and right.low >= 0:
-        low = 0
-        high = (1 << max(left.high, right.high).bit_length()) - 1
+        low, high = 0, (1 << max(left.high, right.high).bit_length()) - 1
+    else:
+        whole = counted(type)
+        low, high = whole.low, whole.high
     return joined(left, sign, right, level, low, high)
+
+
+_WRITERS: dict[type[Any], Callable[[ExpressionWriter, Any], CodeExpression]] = {
+    Known: ExpressionWriter.known,
+    nodes.Temporary: lambda of, value: of.kept[value.number],
+    nodes.Keep: ExpressionWriter.keeping,
+    nodes.Load: lambda of, value: of.storages.read(value.place, spends=value.spends),
+    nodes.Address: lambda of, value: of.storages.address(value.place),
+    nodes.Copy: lambda of, value: of.value(value.value),
+    nodes.Convert: ExpressionWriter.converted,
+    nodes.External: ExpressionWriter.external,
+    nodes.Compute: ExpressionWriter.computed,
+    nodes.Check: ExpressionWriter.check,
+    nodes.Choice: ExpressionWriter.choice,
+    nodes.Sequence: ExpressionWriter.sequence,
+    nodes.Store: lambda of, value: of.storages.store_expression(value.place, of.value(value.value)),
+    nodes.Call: ExpressionWriter.call,
+    nodes.Record: ExpressionWriter.record,
+    nodes.Creation: ExpressionWriter.creation,
+    nodes.Service: ExpressionWriter.service,
+}

@@ -1,36 +1,13 @@
 """The linker: what emitted code refers to by name, and where it is."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
-from achse.iec.structs import StructType
 from achse.iec.types import IecType
-from achse.plc.code.placement import Placement
-from achse.plc.memory import Area
-from achse.st.typed.project import Routine, TypedBlock, TypedProject, TypedRecord
+from achse.plc.lowering.project import LoweredProject
+from achse.st.typed.project import Routine
 
-__all__ = ["Linker", "LiveRecord", "Probe"]
-
-
-class LiveRecord(NamedTuple):
-    """Lifecycle of a record: keys of its routines, empty where none is needed."""
-
-    create: str
-    exit: str
-    reinit: str
-    number: int
-    """Of a function block; 0 of a structure."""
-    after_init: tuple[str, ...]
-
-
-def _live(record: TypedRecord) -> LiveRecord:
-    return LiveRecord(
-        record.create,
-        record.exit,
-        record.reinit,
-        record.number if isinstance(record, TypedBlock) else 0,
-        record.after_init if isinstance(record, TypedBlock) else (),
-    )
+__all__ = ["Linker", "Probe"]
 
 
 class Probe(Protocol):
@@ -49,31 +26,13 @@ class Probe(Protocol):
 class Linker:
     """Names in emitted code: `R12` is a routine, `K7` a constant. Both stay as they are."""
 
-    stack = Area.STACK
-
-    def __init__(
-        self, project: TypedProject, placement: Placement, *, exceptions: bool = True
-    ) -> None:
+    def __init__(self, project: LoweredProject) -> None:
         self.project = project
         self.probe: Probe | None = None
         """Of a debug build: what code says before each statement."""
-        self.exceptions = exceptions
-        """The task option "floating point exceptions"."""
-        self.placement = placement
         self.constants: dict[str, Any] = {}
         self._names: dict[str, str] = {}
         self._constant_names: dict[Any, str] = {}
-        self._rows = {
-            record.type.name.lower(): _live(record)
-            for record in (*project.blocks.values(), *project.records.values())
-        }
-
-    def routine(self, key: str) -> Routine | str:
-        """A routine; or, in words, why there is none."""
-        found = self.project.routines.get(key)
-        if found is not None:
-            return found
-        return f"{key}: {self.project.left_out.get(key, 'it has an error')}"
 
     def name_of(self, key: str) -> str:
         """The Python name of a routine."""
@@ -95,7 +54,3 @@ class Linker:
             name = self._constant_names[key] = f"K{len(self._constant_names)}"
             self.constants[name] = value
         return name
-
-    def record(self, type: StructType[Any]) -> LiveRecord | None:
-        """The row of a record whose values come to life; None if nothing is to be done."""
-        return self._rows.get(type.name.lower())

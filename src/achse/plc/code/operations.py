@@ -64,11 +64,6 @@ def out_of_bounds(index: int, first: int, last: int) -> int:
     raise PlcFault(ExceptionCode.ARRAYBOUNDS, f"index {index}, the array has {first}..{last}")
 
 
-def _limited(low: Any, value: Any, high: Any) -> Any:
-    """LIMIT: MIN(MAX(value, low), high)."""
-    return min(max(value, low), high)
-
-
 def _chosen(which: int, *values: Any) -> Any:
     """MUX: out of range takes the last."""
     return values[which] if 0 <= which < len(values) else values[-1]
@@ -99,7 +94,6 @@ OPERATIONS: dict[str, Callable[..., Any]] = {
     "remainder": remainder,
     "rotated": rotated,
     "out_of_bounds": out_of_bounds,
-    "limited": _limited,
     "chosen": _chosen,
     "selected": _selected,
     "raise_exception": _raise_exception,

@@ -124,16 +124,6 @@ def pointer_operations(views: Views) -> dict[str, Callable[..., Any]]:
         store_byte(address, old | mask if state else old & ~mask)
         return state
 
-    def latch(address: int, mask: int, state: bool, sets: bool) -> bool:
-        """S= and R=: of a whole BOOL the mask is 255."""
-        if state:
-            old = load_byte(address)
-            if mask == 255:
-                store_byte(address, int(sets))
-            else:
-                store_byte(address, old | mask if sets else old & ~mask)
-        return state
-
     return {
         "load_bytes": load_bytes,
         "store_bytes": store_bytes,
@@ -143,7 +133,6 @@ def pointer_operations(views: Views) -> dict[str, Callable[..., Any]]:
         "store_text": store_text,
         "store_wide": store_wide,
         "store_bit": store_bit,
-        "latch": latch,
         "put": _put,
         **{f"load_{code}": _load(code, views) for code in FORMATS},
         **{f"store_{code}": _store(code, views) for code in FORMATS},

@@ -2,24 +2,20 @@
 
 import ast
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import lru_cache
 from types import CodeType, FunctionType
 from typing import Any, cast
 
-from achse.iec.variables import Variable
-from achse.plc.code.calls import outputs_of, parameters_of
 from achse.plc.code.expressions import ExpressionWriter
 from achse.plc.code.linker import Linker
-from achse.plc.code.source import CodeExpression, SourceLine, SourceLines
+from achse.plc.code.source import SourceLine, SourceLines
 from achse.plc.code.statements import StatementWriter
-from achse.plc.code.storages import BYTES_A_PASS, local_name
+from achse.plc.code.storages import local_name, ranged
 from achse.plc.code.views import OFFSET_MASK
-from achse.plc.layout import frame_image
+from achse.plc.lowering.nodes import LoweredRoutine, Temporary
+from achse.plc.lowering.routines import lowered
 from achse.plc.memory import ADDRESS_BITS
-from achse.st.check.kinds import known_from
-from achse.st.typed.places import FrameBase, Storage, flat
-from achse.st.typed.project import Routine, RoutineKind
+from achse.st.typed.project import Routine
 
 __all__ = ["compiled", "emit_routine", "source_of"]
 
@@ -34,41 +30,33 @@ def emit_routine(routine: Routine, linker: Linker) -> list[SourceLine]:
 
     With a probe, all variables of the frame are in memory, where a debugger finds them.
     """
-    if linker.probe is not None:
-        names_in_memory = frozenset(field.name.lower() for field in routine.frame.fields)
-        routine = replace(routine, addressed=names_in_memory)
-    of = ExpressionWriter(routine, linker)
-    body = SourceLines()
-    statements = StatementWriter(of, body)
-    body.place(routine.at)
-    statements.block((*routine.opening, *(routine.body or ())))
-    body.indent()
-    if routine.result is not None or outputs_of(routine):
+    low = lowered(linker.project, routine, all_in_memory=linker.probe is not None)
+    of = ExpressionWriter(linker)
+    for parameter, passed in low.parameters:
+        of.kept[passed.number] = ranged(local_name(parameter), passed.type)
+    body = SourceLines(routine.at, 2 if low.is_framed else 1)
+    statements = StatementWriter(low, of, body)
+    statements.list_of(low.body)
+    if low.results:
         statements.leave()
-    lines = statements.pieces + body.lines
-    needs_frame = (
-        of.needs_frame
-        or linker.probe is not None
-        or any(field.name.lower() in routine.addressed for field in routine.frame.fields)
-    )
-    head = SourceLines()
-    head.place(routine.at)
-    parameters = parameters_of(routine) if routine.kind in _WITH_PARAMETERS else []
-    names = [*(["this"] if routine.this is not None else []), *map(local_name, parameters)]
-    head.add(f"def {linker.name_of(routine.key)}({', '.join(names)}):")
-    head.indent()
-    head.add(f"F[0] = fuel = F[0] - {1 + routine.frame.size // BYTES_A_PASS}")
-    head.add("if fuel < 0: exhausted()")
-    _instance(head, routine, of)
-    _locals(head, routine, of, {parameter.name for parameter in parameters})
-    if not needs_frame:
-        return head.lines + lines
-    return head.lines + _framed(routine, of, lines, parameters)
-
-
-_WITH_PARAMETERS = frozenset(
-    {RoutineKind.FUNCTION, RoutineKind.METHOD, RoutineKind.GET, RoutineKind.SET, RoutineKind.LIFE}
-)
+    inner = statements.pieces + body.lines
+    names = [local_name(parameter) for parameter, _ in low.parameters]
+    if routine.this is not None:
+        names.insert(0, "this")
+    lines = SourceLines(routine.at)
+    lines.add(f"def {linker.name_of(routine.key)}({', '.join(names)}):")
+    lines.depth = 1
+    lines.add(f"F[0] = fuel = F[0] - {low.cost}")
+    lines.add("if fuel < 0: exhausted()")
+    _instance(lines, routine, of)
+    for store in low.start:
+        if not isinstance(store.value, Temporary):
+            lines.add(of.effect(store))
+    if low.is_framed:
+        _frame(lines, low, of, inner)
+    else:
+        lines.lines += inner
+    return lines.lines
 
 
 def _instance(head: SourceLines, routine: Routine, of: ExpressionWriter) -> None:
@@ -83,68 +71,40 @@ def _instance(head: SourceLines, routine: Routine, of: ExpressionWriter) -> None
         head.add(f"if o & {alignment - 1}: misaligned(this)")
     for code in sorted(of.instance_formats):
         head.add(f"t_{code} = A_{code}[this >> {ADDRESS_BITS}]")
+    _bases(head, "t", "o", of)
+
+
+def _bases(lines: SourceLines, letter: str, begin: str, of: ExpressionWriter) -> None:
+    """Write the begin of the instance or frame in units of each size that indexes need."""
     for base, size in sorted(of.bases):
-        if base == "t":
-            head.add(f"t{size} = o" if size == 1 else f"t{size} = o >> {size.bit_length() - 1}")
+        if base == letter:
+            shift = "" if size == 1 else f" >> {size.bit_length() - 1}"
+            lines.add(f"{letter}{size} = {begin}{shift}")
 
 
-def _locals(
-    head: SourceLines, routine: Routine, of: ExpressionWriter, parameters: set[str]
+def _frame(
+    lines: SourceLines, low: LoweredRoutine, of: ExpressionWriter, inner: list[SourceLine]
 ) -> None:
-    """Variables that are Python's, with what they start with."""
-    image = routine.frame.default
-    for field in routine.frame.fields:
-        if field.name in parameters or field.name.lower() in routine.addressed:
-            continue
-        start = known_from(image[field.offset : field.offset + field.type.size], flat(field.type))
-        head.add(f"{local_name(field)} = {of.value(start).text}")
-
-
-def _framed(
-    routine: Routine,
-    of: ExpressionWriter,
-    body: list[SourceLine],
-    parameters: list[Variable[Any, Any]],
-) -> list[SourceLine]:
-    """The body with a frame in memory around it."""
-    stores = []
-    for parameter in parameters:
-        if parameter.name.lower() in routine.addressed:
-            storage = Storage(FrameBase(), parameter.offset, flat(parameter.type))
-            stores.append(
-                of.storages.store_statement(storage, CodeExpression(local_name(parameter)))
-            )
-    lines = SourceLines()
-    lines.place(routine.at)
-    lines.indent()
-    image = frame_image(routine, of.linker.project.blocks)
-    lines.add(f"f = enter({routine.frame.size}, {of.linker.constant(image)})")
-    for base, size in sorted(of.bases):
-        if base == "f":
-            lines.add(f"f{size} = f" if size == 1 else f"f{size} = f >> {size.bit_length() - 1}")
-    lines.add("try:")
-    lines.indent()
-    for store in stores:
-        lines.add(store)
-    probe = of.linker.probe
+    """Write what is inside with a frame in memory around it."""
+    routine, probe = low.routine, of.linker.probe
+    stores = [of.effect(store) for store in low.entry]
+    lines.add(f"f = enter({routine.frame.size}, {of.linker.constant(low.image)})")
+    _bases(lines, "f", "f", of)
+    with lines.within("try:"):
+        for store in stores:
+            lines.add(store)
+        if probe is not None:
+            lines.add(probe.entry(routine))
+    lines.lines += inner
+    lines.place(inner[-1].at)
     if probe is not None:
-        lines.add(probe.entry(routine))
-    for line in body:
-        lines.place(line.at)
-        lines.add(line.text.removeprefix("    "))
-    lines.dedent()
-    if probe is not None:
-        lines.add("except CATCHABLE as failure:")
-        lines.indent()
-        lines.add("raised(call, failure)")
-        lines.add("raise")
-        lines.dedent()
-    lines.add("finally:")
-    lines.indent()
-    lines.add("leave(f)")
-    if probe is not None:
-        lines.add("returned(call)")
-    return lines.lines
+        with lines.within("except CATCHABLE as failure:"):
+            lines.add("raised(call, failure)")
+            lines.add("raise")
+    with lines.within("finally:"):
+        lines.add("leave(f)")
+        if probe is not None:
+            lines.add("returned(call)")
 
 
 def compiled(

@@ -1,5 +1,7 @@
 """Python source in the making: pieces of expressions with their precedence, lines with places."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 from achse.iec.elementary import IntegerType
@@ -79,12 +81,13 @@ class SourceLine(NamedTuple):
 
 
 class SourceLines:
-    """Lines with their indentation."""
+    """Lines with their indentation, from a place in the source on."""
 
-    def __init__(self) -> None:
+    def __init__(self, at: int = 0, depth: int = 0) -> None:
         self.lines: list[SourceLine] = []
-        self._depth = 0
-        self._at = 0
+        self.depth = depth
+        """Levels of indentation."""
+        self._at = at
 
     def place(self, at: int) -> None:
         """Lines from now on come from there."""
@@ -92,17 +95,12 @@ class SourceLines:
 
     def add(self, text: str) -> None:
         """One more line."""
-        self.lines.append(SourceLine("    " * self._depth + text, self._at))
+        self.lines.append(SourceLine("    " * self.depth + text, self._at))
 
-    @property
-    def depth(self) -> int:
-        """Levels of indentation."""
-        return self._depth
-
-    def indent(self) -> None:
-        """Lines from now on are inside the last one."""
-        self._depth += 1
-
-    def dedent(self) -> None:
-        """The inside ends."""
-        self._depth -= 1
+    @contextmanager
+    def within(self, head: str) -> Iterator[None]:
+        """A line; those that are added within are inside it."""
+        self.add(head)
+        self.depth += 1
+        yield
+        self.depth -= 1

@@ -4,45 +4,23 @@ Python takes only so many loops inside each other: what is deeper becomes a func
 before the body, which sees the variables of the routine and tells how it was left.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from enum import IntEnum
 from functools import partial
-from typing import TYPE_CHECKING
 
-from achse.plc.code.calls import outputs_of
+from achse.plc.code.expressions import ExpressionWriter
 from achse.plc.code.source import CodeExpression, SourceLine, SourceLines
 from achse.plc.code.storages import local_name
-from achse.st.typed.expressions import Invocation, Latched, Stored, TypedValue
-from achse.st.typed.places import FrameBase, Storage, flat
-from achse.st.typed.statements import (
-    CaseSelection,
-    Conditional,
-    ConditionLoop,
-    CountedLoop,
-    Do,
-    JumpMark,
-    JumpTo,
-    LifeEvent,
-    LifeStep,
-    LoopExit,
-    LoopNext,
-    Protected,
-    RoutineExit,
-    TypedStatement,
-    TypedStatements,
-)
+from achse.plc.lowering import nodes
+from achse.plc.lowering.statements import JUMP_COST
+from achse.st.typed.statements import JumpMark, JumpTo, LoopExit, LoopNext, RoutineExit
 
-if TYPE_CHECKING:
-    from achse.plc.code.expressions import ExpressionWriter
-
-__all__ = ["JUMP_COST", "StatementWriter"]
+__all__ = ["StatementWriter"]
 
 _DEEPEST = 12
 """Loops and __TRY inside each other in one Python function, which takes 20 at most: a statement
 and its list may add some before the next statement is checked."""
-
-JUMP_COST = 10
-"""Budget that a jump costs: an exception of Python, as long as some loop passes."""
 
 _WIDEST = 60
 """Levels of indentation in one Python function; Python takes 100."""
@@ -50,7 +28,7 @@ _WIDEST = 60
 _MOST_BRANCHES = 30
 """Branches of one choice that are written with `elif`."""
 
-_COMPOUND = (Conditional, CaseSelection, CountedLoop, ConditionLoop, Protected)
+_COMPOUND = (nodes.Branches, nodes.Selection, nodes.Loop, nodes.Try)
 
 
 class _Leaves(IntEnum):
@@ -64,10 +42,14 @@ class _Leaves(IntEnum):
 class StatementWriter:
     """Writes the statements of one routine."""
 
-    def __init__(self, expressions: "ExpressionWriter", lines: SourceLines) -> None:
+    def __init__(
+        self, routine: nodes.LoweredRoutine, expressions: ExpressionWriter, lines: SourceLines
+    ) -> None:
+        self._routine = routine
         self._of = expressions
         self._lines = lines
-        self._loops: list[tuple[str, TypedStatement, int]] = []
+        self._base = lines.depth
+        self._loops: list[tuple[str, nodes.Loop, int]] = []
         """Meaning of EXIT and CONTINUE here: `plain` for Python's own, `raised` inside marks; and
         the function that contains the loop."""
         self._depth = 0
@@ -78,19 +60,22 @@ class StatementWriter:
         self.pieces: list[SourceLine] = []
         """The lines of those functions."""
 
-    def block(self, statements: TypedStatements) -> None:
-        """A list of statements, one level in."""
-        self._lines.indent()
+    def block(self, head: str, statements: nodes.Statements) -> None:
+        """A line, and a list of statements one level in."""
+        with self._lines.within(head):
+            self.list_of(statements)
+
+    def list_of(self, statements: nodes.Statements) -> None:
+        """A list of statements."""
         if any(isinstance(one, JumpMark) for one in statements):
             self._with_marks(statements)
-        else:
-            for one in statements:
-                self.statement(one)
-            if not statements:
-                self._lines.add("pass")
-        self._lines.dedent()
+            return
+        for one in statements:
+            self.statement(one)
+        if not statements:
+            self._lines.add("pass")
 
-    def statement(self, statement: TypedStatement) -> None:
+    def statement(self, statement: nodes.Statement) -> None:
         """One statement."""
         lines = self._lines
         if statement.at:
@@ -100,28 +85,22 @@ class StatementWriter:
             return
         self._mark(statement)
         match statement:
-            case Do(value):
-                self.do(value)
-            case Conditional(branches, otherwise):
+            case nodes.Effects(values):
+                self.effects(values)
+            case nodes.Branches(branches, otherwise):
                 self._branches(
                     [
-                        (
-                            one.at or statement.at,
-                            partial(self._of.condition, one.condition),
-                            one.body,
-                        )
+                        (one.at, partial(self._of.condition, one.condition), one.body)
                         for one in branches
                     ],
                     otherwise,
                 )
-            case CaseSelection():
+            case nodes.Selection():
                 self._selection(statement)
-            case CountedLoop():
-                self._counted(statement)
-            case ConditionLoop():
-                self._conditional_loop(statement)
-            case Protected():
-                self._protected(statement)
+            case nodes.Loop():
+                self._loop(statement)
+            case nodes.Try():
+                self._try(statement)
             case LoopExit():
                 self._leave("break", "LoopLeft")
             case LoopNext():
@@ -132,69 +111,47 @@ class StatementWriter:
                 lines.add(f"raise Jump({label!r})")
             case JumpMark():
                 raise AssertionError("a mark is part of its list")
-            case LifeStep():
-                self._life(statement)
+            case nodes.Lifecycle():
+                self._lifecycle(statement)
 
-    def _mark(self, statement: TypedStatement) -> None:
+    def _mark(self, statement: nodes.Statement) -> None:
         """In a debug build: say that the statement is next."""
         probe = self._of.linker.probe
-        if probe is not None and statement.at and not isinstance(statement, LifeStep):
-            for line in probe.statement(self._of.routine, statement.at):
+        if probe is not None and statement.at and not isinstance(statement, nodes.Lifecycle):
+            for line in probe.statement(self._routine.routine, statement.at):
                 self._lines.add(line)
 
-    def do(self, value: TypedValue) -> None:
-        """An expression for what it does."""
-        of, lines = self._of, self._lines
-        if isinstance(value, Stored):
-            lines.add(of.storages.store_statement(value.storage, of.value(value.value)))
-        elif isinstance(value, Invocation):
-            for line in of.calls.statements(value):
-                lines.add(line)
-        elif isinstance(value, Latched):
-            lines.add(f"if {of.condition(value.value)}:")
-            lines.indent()
-            state = CodeExpression("True" if value.sets else "False")
-            lines.add(of.storages.store_statement(value.storage, state))
-            lines.dedent()
-        else:
-            lines.add(of.value(value).text)
+    def effects(self, values: Sequence[nodes.Value]) -> None:
+        """Values for what they do."""
+        for value in values:
+            self._lines.add(self._of.effect(value))
 
-    def _piece(self, statement: TypedStatement) -> None:
+    def _piece(self, statement: nodes.Statement) -> None:
         """A statement as a function of its own."""
         name, left = self._of.temporary(), self._of.temporary()
         outer = (self._lines, self._depth, self._leaves)
-        self._lines, self._depth, self._leaves = SourceLines(), 0, set()
+        lines = SourceLines(statement.at, self._base)
+        self._lines, self._depth, self._leaves = lines, 0, set()
         self._function += 1
-        lines = self._lines
-        lines.place(statement.at)
-        lines.indent()
-        lines.add(f"def {name}():")
-        lines.indent()
-        routine = self._of.routine
-        names = [
-            local_name(field)
-            for field in routine.frame.fields
-            if field.name.lower() not in routine.addressed
-        ]
-        if names:
-            lines.add(f"nonlocal {', '.join(names)}")
-        self.statement(statement)
+        places = (store.place for store in self._routine.start)
+        names = [local_name(place.variable) for place in places if place.variable is not None]
+        with lines.within(f"def {name}():"):
+            if names:
+                lines.add(f"nonlocal {', '.join(names)}")
+            self.statement(statement)
         self._function -= 1
+        self.pieces += lines.lines
         leaves = self._leaves
         self._lines, self._depth, self._leaves = outer
-        self.pieces += lines.lines
-        lines = self._lines
-        lines.add(f"{left} = {name}()")
+        self._lines.add(f"{left} = {name}()")
         for reason, act in (
             (_Leaves.RETURN, self.leave),
             (_Leaves.EXIT, lambda: self._leave("break", "LoopLeft")),
             (_Leaves.CONTINUE, lambda: self._leave("continue", "LoopGoesOn")),
         ):
             if reason in leaves:
-                lines.add(f"if {left} == {reason.value}:")
-                lines.indent()
-                act()
-                lines.dedent()
+                with self._lines.within(f"if {left} == {reason.value}:"):
+                    act()
 
     def leave(self) -> None:
         """RETURN, with what the routine gives."""
@@ -209,37 +166,31 @@ class StatementWriter:
 
     def results(self) -> str:
         """The result; with outputs a tuple of it and them."""
-        routine = self._of.routine
-        given = [] if routine.result is None else [routine.result]
-        outputs = outputs_of(routine)
-        texts = []
-        for variable in (*given, *outputs):
-            storage = Storage(FrameBase(), variable.offset, flat(variable.type))
-            is_local = variable.name.lower() not in routine.addressed
-            texts.append(local_name(variable) if is_local else self._of.storages.read(storage).text)
-        if not outputs:
+        routine = self._routine.routine
+        texts = [self._of.value(value).text for value in self._routine.results]
+        if len(texts) == (routine.result is not None):
             return texts[0] if texts else ""
-        return f"({', '.join(texts if given else ['None', *texts])})"
+        return f"({', '.join(texts if routine.result is not None else ['None', *texts])})"
 
     # choices and loops -----------------------------------------------------------------------
 
-    def _selection(self, statement: CaseSelection) -> None:
+    def _selection(self, statement: nodes.Selection) -> None:
         lines, held = self._lines, self._of.temporary()
         lines.add(f"{held} = {self._of.exact_value(statement.selector).text}")
         branches = []
-        for choice in statement.choices:
+        for choice in statement.cases:
             tests = [
                 f"{held} == {low}" if low == high else f"{low} <= {held} <= {high}"
                 for low, high in choice.labels
             ]
             test = partial(str, " or ".join(tests))
-            branches.append((choice.at or statement.at, test, choice.body))
+            branches.append((choice.at, test, choice.body))
         self._branches(branches, statement.otherwise)
 
     def _branches(
         self,
-        branches: Sequence[tuple[int, Callable[[], str], TypedStatements]],
-        otherwise: TypedStatements,
+        branches: Sequence[tuple[int, Callable[[], str], nodes.Statements]],
+        otherwise: nodes.Statements,
     ) -> None:
         """The first one whose test holds; each test is written at its own place.
 
@@ -248,82 +199,57 @@ class StatementWriter:
         """
         lines = self._lines
         if not branches:
+            self.list_of(otherwise)
+        elif len(branches) > _MOST_BRANCHES:
+            with lines.within("match None:"):
+                for at, test, body in branches:
+                    lines.place(at)
+                    self.block(f"case _ if {test()}:", body)
+                if otherwise:
+                    self.block("case _:", otherwise)
+        else:
+            word = "if"
+            for at, test, body in branches:
+                lines.place(at)
+                self.block(f"{word} {test()}:", body)
+                word = "elif"
             if otherwise:
-                lines.add("if True:")
-                self.block(otherwise)
-            return
-        is_long = len(branches) > _MOST_BRANCHES
-        word, last = ("case _ if", "case _:") if is_long else ("if", "else:")
-        if is_long:
-            lines.add("match None:")
-            lines.indent()
-        for at, test, body in branches:
-            lines.place(at)
-            lines.add(f"{word} {test()}:")
-            self.block(body)
-            word = word if is_long else "elif"
-        if otherwise:
-            lines.add(last)
-            self.block(otherwise)
-        if is_long:
-            lines.dedent()
+                self.block("else:", otherwise)
 
-    def _counted(self, statement: CountedLoop) -> None:
-        self.do(statement.start)
-        test = self._of.value(statement.beyond)
-        self._loop(f"while not ({test.text}):", statement.body, statement)
-
-    def _conditional_loop(self, statement: ConditionLoop) -> None:
-        before = statement.before
-        test = self._of.condition(statement.condition) if before else "True"
-        self._loop(f"while {test}:", statement.body, statement)
-
-    def _loop(self, head: str, body: TypedStatements, statement: TypedStatement) -> None:
+    def _loop(self, statement: nodes.Loop) -> None:
         """A loop; with marks inside, EXIT and CONTINUE come as exceptions."""
-        lines = self._lines
+        self.effects(statement.start)
+        head = "True" if statement.before is None else self._of.condition(statement.before)
+        lines, raised = self._lines, _has_marks(statement.body)
         self._depth += 1
-        raised = _has_marks(body)
-        if raised:
-            self._depth += 1
-            lines.add("try:")
-            lines.indent()
-        lines.add(head)
-        lines.indent()
-        lines.add("F[0] = fuel = F[0] - 1")
-        lines.add("if fuel < 0: exhausted()")
-        self._loops.append(("raised" if raised else "plain", statement, self._function))
-        if raised:
-            self._depth += 1
-            lines.add("try:")
-            self.block(body)
-            lines.add("except LoopGoesOn:")
-            lines.indent()
-            lines.add("pass")
-            lines.dedent()
-            self._depth -= 1
-        elif body:
-            lines.dedent()
-            self.block(body)
-            lines.indent()
-        self._loops.pop()
-        self._advance(statement)
-        lines.dedent()
-        if raised:
-            lines.dedent()
-            lines.add("except LoopLeft:")
-            lines.indent()
-            lines.add("pass")
-            lines.dedent()
-            self._depth -= 1
+        with self._passing("LoopLeft" if raised else ""), lines.within(f"while {head}:"):
+            lines.add("F[0] = fuel = F[0] - 1")
+            lines.add("if fuel < 0: exhausted()")
+            self._loops.append(("raised" if raised else "plain", statement, self._function))
+            with self._passing("LoopGoesOn" if raised else ""):
+                self.list_of(statement.body)
+            self._loops.pop()
+            self._advance(statement)
         self._depth -= 1
 
-    def _advance(self, statement: TypedStatement) -> None:
+    @contextmanager
+    def _passing(self, exception: str) -> Iterator[None]:
+        """An exception, if it is named, ends what is within."""
+        if not exception:
+            yield
+            return
+        self._depth += 1
+        with self._lines.within("try:"):
+            yield
+        self._lines.add(f"except {exception}: pass")
+        self._depth -= 1
+
+    def _advance(self, statement: nodes.Loop) -> None:
         """Write the step between a pass of a loop and the next."""
         self._mark(statement)
-        if isinstance(statement, CountedLoop):
-            self.do(statement.advance)
-        elif isinstance(statement, ConditionLoop) and not statement.before:
-            self._lines.add(f"if not ({self._of.value(statement.condition).text}): break")
+        self.effects(statement.advance)
+        if statement.after is not None:
+            self._lines.add(f"if not ({self._of.value(statement.after).text}): break")
 
     def _leave(self, word: str, exception: str) -> None:
         form, statement, function = self._loops[-1]
@@ -339,34 +265,28 @@ class StatementWriter:
 
     # exceptions and jumps --------------------------------------------------------------------
 
-    def _protected(self, statement: Protected) -> None:
+    def _try(self, statement: nodes.Try) -> None:
         lines, of = self._lines, self._of
         self._depth += 2
         held = of.temporary()
-        lines.add("try:")
-        lines.indent()
-        lines.add("try:")
-        self.block(statement.body)
-        lines.add(f"except CATCHABLE as {held}:")
-        lines.indent()
-        lines.add(f"caught({held})")
-        if statement.code is not None:
-            code = CodeExpression(f"code_of({held})", low=0, high=0xFFFF_FFFF)
-            lines.add(of.storages.store_statement(statement.code, code))
-        lines.dedent()
-        self.block(statement.handler)
-        lines.dedent()
-        lines.add("finally:")
-        self.block(statement.final)
+        with lines.within("try:"):
+            self.block("try:", statement.body)
+            with lines.within(f"except CATCHABLE as {held}:"):
+                lines.add(f"caught({held})")
+                if statement.code is not None:
+                    code = CodeExpression(f"code_of({held})", low=0, high=0xFFFF_FFFF)
+                    lines.add(of.storages.store_statement(statement.code, code))
+                self.list_of(statement.handler)
+        self.block("finally:", statement.final)
         self._depth -= 2
 
-    def _with_marks(self, statements: TypedStatements) -> None:
+    def _with_marks(self, statements: nodes.Statements) -> None:
         """A list with marks: from the mark that was jumped to, on to the end."""
         lines = self._lines
         self._depth += 2
         where = self._of.temporary()
         marks: dict[str, int] = {}
-        sections: list[list[TypedStatement]] = [[]]
+        sections: list[list[nodes.Statement]] = [[]]
         for one in statements:
             if isinstance(one, JumpMark):
                 marks[one.label] = len(sections)
@@ -374,98 +294,47 @@ class StatementWriter:
             else:
                 sections[-1].append(one)
         lines.add(f"{where} = 0")
-        lines.add("while True:")
-        lines.indent()
-        lines.add(f"F[0] = fuel = F[0] - {JUMP_COST}")
-        lines.add("if fuel < 0: exhausted()")
-        lines.add("try:")
-        lines.indent()
-        for number, section in enumerate(sections):
-            lines.add(f"if {where} <= {number}:")
-            self.block(tuple(section))
-        lines.add("break")
-        lines.dedent()
-        lines.add("except Jump as jump:")
-        lines.indent()
-        lines.add(f"{where} = {marks!r}.get(jump.label, -1)")
-        lines.add(f"if {where} < 0: raise")
-        lines.dedent()
-        lines.dedent()
+        with lines.within("while True:"):
+            lines.add(f"F[0] = fuel = F[0] - {JUMP_COST}")
+            lines.add("if fuel < 0: exhausted()")
+            with lines.within("try:"):
+                for number, section in enumerate(sections):
+                    self.block(f"if {where} <= {number}:", tuple(section))
+                lines.add("break")
+            with lines.within("except Jump as jump:"):
+                lines.add(f"{where} = {marks!r}.get(jump.label, -1)")
+                lines.add(f"if {where} < 0: raise")
         self._depth -= 2
 
     # life ------------------------------------------------------------------------------------
 
-    def _life(self, statement: LifeStep) -> None:
-        of, lines = self._of, self._lines
-        record = of.linker.record(statement.of)
-        if record is None:
-            return
-        address = of.storages.address(statement.storage).text
-        held = of.temporary()
-        if statement.event is LifeEvent.CREATE:
-            life = of.calls.life_call(statement.of, statement.arguments)
-            self._each(statement, held, address, life)
-            if statement.values:
-                lines.dedent()
-                self.block(statement.values)
-                lines.indent()
-            self._after_init(statement, address)
-            return
-        key = record.exit if statement.event is LifeEvent.EXIT else record.reinit
-        if not key:
-            return
-        routine = of.linker.routine(key)
-        if isinstance(routine, str):
-            lines.add(f"unavailable({routine!r})")
-            return
-        arguments = ", ".join([held, *of.calls.arguments(routine, statement.arguments)])
-        lines.add(f"for {held} in {self._range(statement, address)}:")
-        lines.indent()
-        lines.add(f"{of.linker.name_of(key)}({arguments})")
-        lines.dedent()
-
-    def _range(self, statement: LifeStep, address: str) -> str:
+    def _lifecycle(self, statement: nodes.Lifecycle) -> None:
+        lines = self._lines
+        address = self._of.value(statement.address).text
+        pointer = self._of.keep(statement.pointer)
         if statement.count == 1:
-            return f"({address},)"
-        return (
-            f"range({address}, {address} + {statement.count * statement.stride},"
-            f" {statement.stride})"
-        )
-
-    def _each(self, statement: LifeStep, held: str, address: str, life: str) -> None:
-        if life == "None":
+            lines.add(f"{pointer} = {address}")
+            self.effects(statement.effects)
             return
-        self._lines.add(f"for {held} in {self._range(statement, address)}:")
-        self._lines.indent()
-        self._lines.add(f"({life})({held})")
-        self._lines.dedent()
-
-    def _after_init(self, statement: LifeStep, address: str) -> None:
-        record = self._of.linker.record(statement.of)
-        if record is None or not record.after_init:
-            return
-        held = self._of.temporary()
-        self._lines.add(f"for {held} in {self._range(statement, address)}:")
-        self._lines.indent()
-        for key in record.after_init:
-            self._lines.add(f"{self._of.linker.name_of(key)}({held})")
-        self._lines.dedent()
+        end = f"{address} + {statement.count * statement.stride}"
+        with lines.within(f"for {pointer} in range({address}, {end}, {statement.stride}):"):
+            self.effects(statement.effects)
 
 
-def _has_marks(statements: TypedStatements) -> bool:
+def _has_marks(statements: nodes.Statements) -> bool:
     """Return True if there are marks in the statements, outside of loops inside them."""
     for one in statements:
         match one:
             case JumpMark():
                 return True
-            case Conditional(branches, otherwise):
+            case nodes.Branches(branches, otherwise):
                 if _has_marks(otherwise) or any(_has_marks(each.body) for each in branches):
                     return True
-            case CaseSelection():
-                inner = (*(choice.body for choice in one.choices), one.otherwise)
+            case nodes.Selection():
+                inner = (*(case.body for case in one.cases), one.otherwise)
                 if any(_has_marks(each) for each in inner):
                     return True
-            case Protected():
+            case nodes.Try():
                 if any(_has_marks(each) for each in (one.body, one.handler, one.final)):
                     return True
     return False

@@ -184,7 +184,7 @@ TEXTS: dict[str, Callable[..., Any]] = {
     "text_delete": _delete,
     "text_replace": _replace,
     "text_find": _find,
-    "text_length": _length,
+    "text_len": _length,
     "text_units": _units,
     "text_recoded": recoded,
     "text_written": text_written,
