@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from achse.native.backend import Effort, ObjectCache, compile_module, identity
-from achse.plc.code.placement import Placement
+from achse.plc.lowering.placement import Placement
 from achse.plc.machine.module import ProjectTranslator
 from achse.plc.memory import Area
 from achse.plc.program import PlacedVariable

@@ -1,6 +1,6 @@
-"""Calls in machine code: of functions and methods with their values, of blocks with stores."""
+"""Calls in machine code: arguments, room for what comes back, and methods of the instance."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from achse.native.backend import (
     ADDRESS,
@@ -12,7 +12,7 @@ from achse.native.backend import (
     Operand,
     Relation,
 )
-from achse.plc.code.calls import HeldAddress
+from achse.plc.lowering.nodes import Call
 from achse.plc.machine.signatures import PartKind, RoutineSignature, SignaturePart, signature_of
 from achse.plc.machine.values import (
     MachineText,
@@ -21,35 +21,16 @@ from achse.plc.machine.values import (
     PackedBytes,
     machine_type,
 )
-from achse.st.check.kinds import known_from
-from achse.st.typed.expressions import (
-    AddressOf,
-    DirectTarget,
-    Invocation,
-    Stored,
-    TypedValue,
-)
-from achse.st.typed.places import CalleeBase, PointerBase, Storage
-from achse.st.typed.project import Routine, RoutineKind
+from achse.st.typed.project import Routine
 
 if TYPE_CHECKING:
     from achse.plc.machine.expressions import ExpressionTranslator
 
 __all__ = ["CallTranslator"]
 
-_WITH_FRAME = frozenset(
-    {RoutineKind.FUNCTION, RoutineKind.METHOD, RoutineKind.GET, RoutineKind.SET, RoutineKind.LIFE}
-)
 _WORD = 8
 _MOST_PARAMETERS = 500
 """Words that a call may pass: they are on the stack before the callee checks it."""
-
-
-class _Callee(NamedTuple):
-    """Present referent of CalleeBase: the outputs of a call, or an instance."""
-
-    outputs: dict[int, MachineValue]
-    instance: Storage | None
 
 
 class CallTranslator:
@@ -57,108 +38,26 @@ class CallTranslator:
 
     def __init__(self, expressions: "ExpressionTranslator") -> None:
         self._of = expressions
-        self._callees: list[_Callee] = []
-        self._held: dict[str, Operand] = {}
-
-    # the callee, while its arguments are written ---------------------------------------------
-
-    def storage_of(self, storage: Storage) -> Storage:
-        """A variable of the instance that is called."""
-        instance = self._callees[-1].instance
-        assert instance is not None
-        return Storage(
-            instance.base,
-            instance.offset + storage.offset,
-            storage.type,
-            storage.bit,
-            (*instance.steps, *storage.steps),
-        )
-
-    def result_read(self, storage: Storage) -> MachineValue | None:
-        """An output of the function that was called; None for any other storage."""
-        if not isinstance(storage.base, CalleeBase) or self._callees[-1].instance is not None:
-            return None
-        found = self._callees[-1].outputs[storage.offset]
-        if isinstance(found, Operand):
-            return self._of.at_type(found, machine_type(storage.type))
-        return found
-
-    def held(self, held: HeldAddress) -> Operand:
-        """An address that was computed before."""
-        return self._held[held.name]
-
-    # calls -----------------------------------------------------------------------------------
 
     def check_parameters(self, signature: RoutineSignature) -> None:
         """Raise NotTranslatedError if a call passes too much for the stack."""
         if len(signature.parameters) > _MOST_PARAMETERS:
             raise NotTranslatedError(f"more than {_MOST_PARAMETERS} parameters are on the stack")
 
-    def call(self, call: Invocation, *, alone: bool = False) -> MachineValue:
+    def call(self, call: Call) -> MachineValue:
         """A call; its result, or a number that means nothing."""
         of = self._of
-        key = call.target.routine if isinstance(call.target, DirectTarget) else call.target.declared
-        routine = of.module.routine(key)
-        if isinstance(routine, str):
-            raise NotTranslatedError(f"it calls what is not there: {routine}")
-        dispatched = not isinstance(call.target, DirectTarget)
-        signature = signature_of(routine, dispatched=dispatched)
-        self.check_parameters(signature)
-        if routine.kind in _WITH_FRAME:
-            return self._function_call(call, routine, signature)
-        storage, address = self._instance(call)
-        self._callees.append(_Callee({}, storage))
-        for stored in call.inputs:
-            self._store(stored, alone)
-        arguments = []
-        if signature.has_instance:
-            if address is None:
-                assert storage is not None
-                address = of.storages.address(storage)
-            arguments.append(address)
-        if isinstance(call.target, DirectTarget):
-            of.builder.call(of.module.function(routine.key), *arguments)
-        else:
-            found = self._dispatched(arguments[0], call.target.name, routine)
-            of.builder.call_at(found, _like(signature), *arguments)
-        for stored in call.outputs:
-            self._store(stored, alone)
-        self._callees.pop()
-        return of.builder.constant(I64, 0)
-
-    def _store(self, stored: Stored, alone: bool) -> None:
-        of = self._of
-        of.storages.store(stored.storage, lambda: of.value(stored.value), alone=alone)
-
-    def _instance(self, call: Invocation) -> tuple[Storage | None, Operand | None]:
-        """The instance of a block's call as a storage, and its address if that is computed."""
-        instance = call.instance
-        if instance is None:
-            return None, None
-        of = self._of
-        if isinstance(instance, AddressOf):
-            storage = instance.storage
-            if not storage.steps and not isinstance(storage.base, PointerBase):
-                return storage, None
-        address = of.builder.convert(of.number(instance), U64)
-        name = f"h{len(self._held)}"
-        self._held[name] = address
-        assert instance.type is not None
-        base = PointerBase(HeldAddress(name, instance.type))  # type: ignore[arg-type]
-        return Storage(base, 0, instance.type), address
-
-    def _function_call(
-        self, call: Invocation, routine: Routine, signature: RoutineSignature
-    ) -> MachineValue:
-        of = self._of
         b = of.builder
+        signature = signature_of(call.routine, dispatched=call.entry is not None)
+        self.check_parameters(signature)
         arguments: list[Operand] = []
         if call.instance is not None:
             arguments.append(b.convert(of.number(call.instance), U64))
         target = None
-        if not isinstance(call.target, DirectTarget):
-            target = self._dispatched(arguments[0], call.target.name, routine)
-        arguments += self._inputs(routine, signature, call.inputs)
+        if call.entry is not None:
+            target = self._dispatched(arguments[0], call.entry, call.routine)
+        if call.arguments:
+            arguments += self._inputs(signature, call)
         result = signature.result
         room: Operand | None = None
         if result is not None and result.kind is not PartKind.NUMBER:
@@ -168,20 +67,37 @@ class CallTranslator:
         for place in places:
             arguments += place
         if target is None:
-            results = b.call(of.module.function(routine.key), *arguments)
+            results = b.call(of.module.function(call.routine.key), *arguments)
         else:
             results = b.call_at(target, _like(signature), *arguments)
         given = self._given(result, results, room)
-        if signature.outputs:
-            outputs = {
-                part.offset: self._read(part, place)
-                for part, place in zip(signature.outputs, places, strict=True)
-            }
-            self._callees.append(_Callee(outputs, None))
-            for stored in call.outputs:
-                self._store(stored, alone=False)
-            self._callees.pop()
+        if call.outputs:
+            parts = zip(signature.outputs, places, strict=True)
+            values = (given, *[self._read(*part) for part in parts])
+            for output, value in zip(call.outputs, values, strict=True):
+                of.kept[output.number] = value
         return given
+
+    def _inputs(self, signature: RoutineSignature, call: Call) -> list[Operand]:
+        """The arguments, computed in the order they are given."""
+        of = self._of
+        given = {
+            variable.offset: self._as_words(of.value(value)) for variable, value in call.arguments
+        }
+        found: list[Operand] = []
+        for part in signature.inputs:
+            words = given[part.offset]
+            if part.kind is PartKind.NUMBER:
+                words = [of.at_type(words[0], machine_type(part.type))]
+            found += words
+        return found
+
+    def _as_words(self, value: MachineValue) -> list[Operand]:
+        if isinstance(value, Operand):
+            return [value]
+        if isinstance(value, MachineText):
+            return [value.address, value.length]
+        return [value.address]
 
     def _given(
         self, result: SignaturePart | None, results: tuple[Operand, ...], room: Operand | None
@@ -213,34 +129,6 @@ class CallTranslator:
             case PartKind.TEXT:
                 return MachineText(place[0], b.load(I64, place[1]), steady=True)
         return PackedBytes(place[0], part.room, steady=True)
-
-    def _inputs(
-        self, routine: Routine, signature: RoutineSignature, inputs: tuple[Stored, ...]
-    ) -> list[Operand]:
-        """The arguments, computed in the order they are given; the others start as declared."""
-        of = self._of
-        values: list[TypedValue] = [stored.value for stored in inputs]
-        given = {
-            stored.storage.offset: self._as_words(part)
-            for stored, part in zip(inputs, of.several(values), strict=True)
-        }
-        found: list[Operand] = []
-        for part in signature.inputs:
-            words = given.get(part.offset)
-            if words is None:
-                image = routine.frame.default[part.offset : part.offset + part.type.size]
-                words = self._as_words(of.value(known_from(image, part.type)))
-            if part.kind is PartKind.NUMBER:
-                words = [of.at_type(words[0], machine_type(part.type))]
-            found += words
-        return found
-
-    def _as_words(self, value: MachineValue) -> list[Operand]:
-        if isinstance(value, Operand):
-            return [value]
-        if isinstance(value, MachineText):
-            return [value.address, value.length]
-        return [value.address]
 
     # methods of the instance -----------------------------------------------------------------
 

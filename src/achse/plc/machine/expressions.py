@@ -1,13 +1,11 @@
-"""Values of the typed form in machine code."""
+"""Values of the lowered form in machine code."""
 
-from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from achse.iec.elementary import BoolType, RealType
 from achse.iec.strings import StringType
 from achse.iec.types import IecType
-from achse.iec.variables import Variable
 from achse.native.backend import (
     ADDRESS,
     BOOL,
@@ -21,7 +19,7 @@ from achse.native.backend import (
     Operand,
     Relation,
 )
-from achse.plc.code.calls import HeldAddress
+from achse.plc.lowering import nodes
 from achse.plc.machine.calls import CallTranslator
 from achse.plc.machine.fault_places import FaultKind
 from achse.plc.machine.outside import OutsideTranslator
@@ -38,32 +36,12 @@ from achse.plc.machine.values import (
 )
 from achse.plc.memory import Area
 from achse.st.check.kinds import counted
-from achse.st.typed.expressions import (
-    AddressOf,
-    Composed,
-    Computed,
-    Conversion,
-    Converted,
-    Created,
-    Deleted,
-    EnumName,
-    Invocation,
-    Known,
-    Latched,
-    Operator,
-    Queried,
-    Read,
-    Shortcut,
-    Stored,
-    TypedValue,
-)
-from achse.st.typed.project import Routine
-from achse.st.values import UNITS_NS
+from achse.st.typed.expressions import Conversion, Known, Operator
 
 if TYPE_CHECKING:
     from achse.plc.machine.module import ProjectTranslator
 
-__all__ = ["ExpressionTranslator", "has_effect"]
+__all__ = ["ExpressionTranslator"]
 
 _RELATIONS = {
     Operator.EQ: Relation.EQUAL,
@@ -74,20 +52,8 @@ _RELATIONS = {
     Operator.GE: Relation.GREATER_EQUAL,
 }
 _TEXTS = frozenset(
-    {
-        Operator.LEN,
-        Operator.LEFT,
-        Operator.RIGHT,
-        Operator.MID,
-        Operator.CONCAT,
-        Operator.INSERT,
-        Operator.DELETE,
-        Operator.REPLACE,
-        Operator.FIND,
-    }
+    map(Operator, ["LEN", "LEFT", "RIGHT", "MID", "CONCAT", "INSERT", "DELETE", "REPLACE", "FIND"])
 )
-_WITH_EFFECT = (Invocation, Stored, Latched, Created, Deleted, Queried)
-_DAY_NS = 86_400 * 1_000_000_000
 _LARGEST_BUFFER = 1 << 14
 """Bytes of a value that has no place in PLC memory; routines with larger ones stay plain."""
 
@@ -96,14 +62,18 @@ class ExpressionTranslator:
     """Translates the values of one routine. `number` is the routine's place in the project."""
 
     def __init__(
-        self, module: "ProjectTranslator", routine: Routine, number: int, builder: FunctionBuilder
+        self,
+        module: "ProjectTranslator",
+        routine: nodes.LoweredRoutine,
+        number: int,
+        builder: FunctionBuilder,
     ) -> None:
         self.module = module
         self.routine = routine
         self.number_of_routine = number
         self.builder = builder
         builder.place = lambda: self.site(FaultKind.CALL)
-        self.at = routine.at
+        self.at = routine.routine.at
         """Present offset in the source."""
         self.this = Operand(U64, "%this")
         self.instance = Operand(ADDRESS, "%instance")
@@ -117,25 +87,14 @@ class ExpressionTranslator:
         self.storages = MachineStorages(self)
         self.calls = CallTranslator(self)
         self.outside = OutsideTranslator(self)
-        self._reals = RealTranslator(self)
+        self.reals = RealTranslator(self)
         self._texts = TextTranslator(self)
-        self._variables = sorted(routine.frame.fields, key=lambda field: field.offset)
-        self._offsets = [variable.offset for variable in self._variables]
+        self.kept: dict[int, MachineValue] = {}
+        """Values of temporaries."""
         self._buffers: dict[int, list[Operand]] = {}
         self._lent: list[tuple[int, Operand]] = []
 
     # what the routine has --------------------------------------------------------------------
-
-    def frame_variable(self, offset: int) -> Variable[Any, Any]:
-        """The variable of the frame that has the byte at `offset`."""
-        place = bisect_left(self._offsets, offset)
-        if place == len(self._offsets) or self._offsets[place] != offset:
-            place -= 1
-        if place >= 0:
-            variable = self._variables[place]
-            if offset < variable.offset + max(variable.type.size, 1):
-                return variable
-        raise AssertionError(f"{self.routine.name}: nothing in the frame at {offset}")
 
     def area(self, area: Area) -> Operand:
         """Return the address at which an area begins."""
@@ -179,7 +138,7 @@ class ExpressionTranslator:
 
     # values ----------------------------------------------------------------------------------
 
-    def number(self, value: TypedValue) -> Operand:
+    def number(self, value: nodes.Value) -> Operand:
         """A value in a register."""
         found = self.value(value)
         assert isinstance(found, Operand)
@@ -189,25 +148,20 @@ class ExpressionTranslator:
         """A value where its type has another name."""
         return value if value.type is type else self.builder.convert(value, type)
 
-    def text(self, value: TypedValue) -> MachineText:
+    def text(self, value: nodes.Value) -> MachineText:
         """A text."""
         found = self.value(value)
         assert isinstance(found, MachineText)
         return found
 
-    def several(self, values: Sequence[TypedValue]) -> list[MachineValue]:
-        """Values one after the other: what a later one may change is copied before."""
-        found: list[MachineValue] = []
-        for place, value in enumerate(values):
-            one = self.value(value)
-            if (
-                not isinstance(one, Operand)
-                and not one.steady
-                and any(has_effect(later) for later in values[place + 1 :])
-            ):
-                one = self.snapshot(one, value.type)
-            found.append(one)
-        return found
+    def steady(self, value: MachineValue, type: IecType[Any] | None) -> MachineValue:
+        """A value that nothing changes."""
+        is_steady = isinstance(value, Operand) or value.steady
+        return value if is_steady else self.snapshot(value, type)
+
+    def refuse(self, why: str) -> MachineValue:
+        """Leave the routine plain."""
+        raise NotTranslatedError(why)
 
     def snapshot(self, value: Any, type: IecType[Any] | None = None) -> Any:
         """A copy of a text or record that nothing changes."""
@@ -222,42 +176,12 @@ class ExpressionTranslator:
         b.copy(kept, value.address, value.size)
         return PackedBytes(kept, value.size, steady=True)
 
-    def value(self, value: TypedValue) -> MachineValue:
+    def value(self, value: nodes.Value) -> MachineValue:
         """A value, exactly of its type."""
-        if isinstance(value, HeldAddress):
-            return self.calls.held(value)
-        match value:
-            case Known():
-                return self._known(value)
-            case Read(storage):
-                given = self.calls.result_read(storage)
-                return self.storages.read(storage) if given is None else given
-            case Converted():
-                return self._converted(value)
-            case Computed():
-                return self._computed(value)
-            case Stored(storage, inner):
-                return self.storages.store(storage, lambda: self.value(inner))
-            case AddressOf(storage, type):
-                return self.at_type(self.storages.address(storage), machine_type(type))
-            case Invocation():
-                return self.calls.call(value)
-            case Shortcut():
-                return self._shortcut(value)
-            case Latched(storage, inner, sets):
-                return self.storages.latch(storage, lambda: self.number(inner), sets=sets)
-            case Composed():
-                return self._composed(value)
-            case EnumName():
-                return self.outside.text(value, [value.operand], value.type)
-            case Created():
-                raise NotTranslatedError("__NEW is done by Python")
-            case Deleted():
-                raise NotTranslatedError("__DELETE is done by Python")
-            case Queried():
-                raise NotTranslatedError("__QUERYINTERFACE or __QUERYPOINTER is done by Python")
+        return _TRANSLATIONS[type(value)](self, value)
 
-    def _known(self, value: Known) -> MachineValue:
+    def known(self, value: Known) -> MachineValue:
+        """A constant."""
         known, type, b = value.value, value.type, self.builder
         if isinstance(known, bytes):
             address = b.module.data(known)
@@ -271,7 +195,18 @@ class ExpressionTranslator:
             known = cut - (1 << 8 * whole.size) if cut > whole.high else cut
         return b.constant(kind, known)
 
-    def _composed(self, value: Composed) -> PackedBytes:
+    def keep(self, value: nodes.Keep) -> MachineValue:
+        """A value that is needed again."""
+        kept = self.steady(self.value(value.value), value.type)
+        self.kept[value.temporary.number] = kept
+        return kept
+
+    def address(self, value: nodes.Address) -> Operand:
+        """The address of a place, as a pointer of its type."""
+        return self.at_type(self.storages.address(value.place), machine_type(value.type))
+
+    def record(self, value: nodes.Record) -> PackedBytes:
+        """A record made on the spot."""
         b = self.builder
         parts = [(offset, self.number(part)) for offset, part in value.parts]
         record = self.buffer(len(value.image))
@@ -280,20 +215,56 @@ class ExpressionTranslator:
             b.store(part, record, offset)
         return PackedBytes(record, len(value.image), steady=True)
 
-    def _shortcut(self, value: Shortcut) -> Operand:
+    def sequence(self, value: nodes.Sequence) -> MachineValue:
+        """Effects and then a value."""
+        for one in value.effects:
+            self.value(one)
+        return self.value(value.value)
+
+    def choice(self, value: nodes.Choice) -> MachineValue:
+        """One of two values; nothing of the other is evaluated."""
+        b, yes, no = self.builder, value.yes, value.no
+        for decided, other, is_and in ((no, yes, True), (yes, no, False)):
+            if isinstance(decided, Known) and decided.value is (not is_and):
+                return self._shortcut(value.condition, other, is_and=is_and)
+        on_yes, on_no, end = b.label(), b.label(), b.label()
+        b.branch(self.number(value.condition), on_yes, on_no)
+        kept: list[LocalVariable] = []
+        found: list[MachineValue] = []
+        for label, one in ((on_yes, yes), (on_no, no)):
+            b.begin(label)
+            given = self.value(one)
+            pieces = _operands_of(given)
+            kept = kept or [b.variable(piece.type) for piece in pieces]
+            for variable, piece in zip(kept, pieces, strict=True):
+                b.set(variable, self.at_type(piece, variable.type))
+            found.append(given)
+            b.jump(end)
+        b.begin(end)
+        first, *more = (b.get(variable) for variable in kept)
+        steady = all(getattr(one, "steady", True) for one in found)
+        if more:
+            return MachineText(first, more[0], steady)
+        if isinstance(found[0], PackedBytes):
+            return PackedBytes(first, found[0].size, steady)
+        return first
+
+    def _shortcut(self, condition: nodes.Value, other: nodes.Value, *, is_and: bool) -> Operand:
+        """The condition where it decides, else the other BOOL."""
         b = self.builder
         decided = b.variable(BOOL)
-        b.set(decided, self.number(value.left))
+        b.set(decided, self.number(condition))
         more, end = b.label(), b.label()
-        b.branch(b.get(decided), *((more, end) if value.is_and else (end, more)))
+        b.branch(b.get(decided), *((more, end) if is_and else (end, more)))
         b.begin(more)
-        b.set(decided, self.number(value.right))
+        b.set(decided, self.number(other))
         b.begin(end)
         return b.get(decided)
 
     # conversions -----------------------------------------------------------------------------
 
-    def _converted(self, value: Converted) -> MachineValue:
+    def converted(self, value: nodes.Convert) -> MachineValue:
+        """A value at another type."""
         operand, type, b = value.operand, value.type, self.builder
         match value.rule:
             case Conversion.EXTEND | Conversion.CUT | Conversion.FROM_BOOL | Conversion.TO_BOOL:
@@ -308,19 +279,11 @@ class ExpressionTranslator:
                 return b.convert(found, machine_type(type))
             case Conversion.TRUNCATE:
                 return self._truncated(b.convert(self.number(operand), F64), machine_type(type))
-            case Conversion.RESCALE:
-                assert operand.type is not None
-                return self._rescaled(self.number(operand), operand.type, type)
-            case Conversion.CUT_TEXT:
-                assert isinstance(type, StringType)
-                text = self.text(operand)
-                limit = b.constant(I64, type.length * type.unit)
-                fits = b.compare(Relation.LESS_EQUAL, text.length, limit)
-                return MachineText(text.address, b.select(fits, text.length, limit), text.steady)
-            case Conversion.READ_TEXT:
-                return self.outside.number(value, self.text(operand), type)
-        assert isinstance(type, StringType)
-        return self.outside.text(value, [operand], type)
+        assert isinstance(type, StringType)  # CUT_TEXT
+        text = self.text(operand)
+        limit = b.constant(I64, type.length * type.unit)
+        fits = b.compare(Relation.LESS_EQUAL, text.length, limit)
+        return MachineText(text.address, b.select(fits, text.length, limit), text.steady)
 
     def _truncated(self, value: Operand, type: MachineType) -> Operand:
         b = self.builder
@@ -330,25 +293,9 @@ class ExpressionTranslator:
         inside = b.bit_and(above, b.compare(Relation.LESS, value, high))
         return b.select(inside, b.convert(value, type), b.constant(type, type.least))
 
-    def _rescaled(self, count: Operand, source: IecType[Any], target: IecType[Any]) -> Operand:
-        b = self.builder
-        found = b.convert(count, U64)
-        unit = UNITS_NS.get(source.name, 1)
-        if unit != 1:
-            found = b.multiply(found, b.constant(U64, unit))
-        day = b.constant(U64, _DAY_NS)
-        if target.name in ("DATE", "LDATE"):
-            found = b.subtract(found, b.remainder(found, day))
-        elif target.name in ("TOD", "TIME_OF_DAY", "LTOD"):
-            found = b.remainder(found, day)
-        unit = UNITS_NS.get(target.name, 1)
-        if unit != 1:
-            found = b.divide(found, b.constant(U64, unit))
-        return b.convert(found, machine_type(target))
-
     # operators -------------------------------------------------------------------------------
 
-    def _computed(self, value: Computed) -> MachineValue:
+    def computed(self, value: nodes.Compute) -> MachineValue:
         operator, operands, type, b = value.operator, value.operands, value.type, self.builder
         relation = _RELATIONS.get(operator)
         if relation is not None:
@@ -357,18 +304,14 @@ class ExpressionTranslator:
             return self._texts.computed(value)
         match operator:
             case Operator.SEL:
-                which, no, yes = self.several(operands)
+                which, no, yes = [self.value(one) for one in operands]
                 assert isinstance(which, Operand)
                 return self._one_of(which, yes, no)
-            case Operator.IF:
-                return self._if(*operands)
             case Operator.MUX:
                 return self._mux(operands)
-            case Operator.TIME | Operator.LTIME:
+            case Operator.LTIME:
                 (clock,) = b.call(self.module.support.clock)
-                if operator is Operator.TIME:
-                    clock = b.divide(clock, b.constant(U64, UNITS_NS["TIME"]))
-                return b.convert(clock, machine_type(type))
+                return clock
             case Operator.TASK_INDEX:
                 (number,) = b.call(self.module.support.task_index)
                 return b.convert(number, machine_type(type))
@@ -377,11 +320,11 @@ class ExpressionTranslator:
                 b.leave(self.site(FaultKind.RAISED), code)
                 return code
         if isinstance(type, StringType):
-            return self._choice(operator, self.several(operands))
+            return self._best(operator, [self.value(one) for one in operands])
         if isinstance(type, BoolType):
             return self._logic(operator, [self.number(one) for one in operands])
         if isinstance(type, RealType):
-            return self._reals.computed(value)
+            return self.reals.computed(value)
         kind = machine_type(type)
         if operator in _SHIFTS:
             number = self.at_type(self.number(operands[0]), kind)
@@ -404,34 +347,9 @@ class ExpressionTranslator:
         address = b.select(which, yes.address, no.address)
         return PackedBytes(address, yes.size, yes.steady and no.steady)
 
-    def _if(self, which: TypedValue, no: TypedValue, yes: TypedValue) -> MachineValue:
-        """One of two values; nothing of the other is evaluated."""
+    def _mux(self, operands: Sequence[nodes.Value]) -> MachineValue:
         b = self.builder
-        on_yes, on_no, end = b.label(), b.label(), b.label()
-        b.branch(self.number(which), on_yes, on_no)
-        kept: list[LocalVariable] = []
-        found: list[MachineValue] = []
-        for label, value in ((on_yes, yes), (on_no, no)):
-            b.begin(label)
-            one = self.value(value)
-            pieces = _operands_of(one)
-            kept = kept or [b.variable(piece.type) for piece in pieces]
-            for variable, piece in zip(kept, pieces, strict=True):
-                b.set(variable, self.at_type(piece, variable.type))
-            found.append(one)
-            b.jump(end)
-        b.begin(end)
-        first, *more = (b.get(variable) for variable in kept)
-        steady = all(getattr(one, "steady", True) for one in found)
-        if more:
-            return MachineText(first, more[0], steady)
-        if isinstance(found[0], PackedBytes):
-            return PackedBytes(first, found[0].size, steady)
-        return first
-
-    def _mux(self, operands: Sequence[TypedValue]) -> MachineValue:
-        b = self.builder
-        which, *values = self.several(operands)
+        which, *values = [self.value(one) for one in operands]
         assert isinstance(which, Operand)
         found = values[-1]
         for place in reversed(range(len(values) - 1)):
@@ -439,9 +357,9 @@ class ExpressionTranslator:
             found = self._one_of(here, values[place], found)
         return found
 
-    def _comparison(self, relation: Relation, operands: Sequence[TypedValue]) -> Operand:
+    def _comparison(self, relation: Relation, operands: Sequence[nodes.Value]) -> Operand:
         b = self.builder
-        left, right = self.several(operands)
+        left, right = [self.value(one) for one in operands]
         if isinstance(left, MachineText) and isinstance(right, MachineText):
             assert isinstance(operands[0].type, StringType)
             return self._texts.comparison(relation, left, right, operands[0].type.unit)
@@ -461,10 +379,7 @@ class ExpressionTranslator:
         b = self.builder
         if operator is Operator.NOT:
             return b.bit_not(values[0])
-        if operator is Operator.LIMIT:
-            low, value, high = values
-            return b.bit_and(b.bit_or(value, low), high)
-        return _folded(_LOGIC[operator](b), values)
+        return _folded(_ARITHMETIC[operator](b), values)
 
     def _whole(self, operator: Operator, values: list[Operand]) -> Operand:
         b = self.builder
@@ -476,10 +391,8 @@ class ExpressionTranslator:
                 return b.absolute(first)
             case Operator.NOT:
                 return b.bit_not(first)
-            case Operator.MIN | Operator.MAX | Operator.LIMIT:
-                found = self._choice(operator, values)
-                assert isinstance(found, Operand)
-                return found
+            case Operator.MIN | Operator.MAX:
+                return self.best(operator, values)
             case Operator.DIV:
                 left, right = values
                 if not (right.is_constant and int(right.text)):
@@ -492,16 +405,10 @@ class ExpressionTranslator:
 
     def _shift(self, operator: Operator, value: Operand, count: Operand) -> Operand:
         b, type = self.builder, value.type
-        if operator in (Operator.SHL, Operator.SHR):
-            mask = 63 if type.bits == U64.bits else 31
-            count = b.bit_and(count, b.constant(count.type, mask))
         return _SHIFTS[operator](b)(value, b.convert(count, type))
 
-    def _choice(self, operator: Operator, values: Sequence[MachineValue]) -> MachineValue:
-        """MIN, MAX, LIMIT: the first of equals stays, as in plain code."""
-        if operator is Operator.LIMIT:
-            low, value, high = values
-            return self._better(Operator.MIN, self._better(Operator.MAX, value, low), high)
+    def _best(self, operator: Operator, values: Sequence[MachineValue]) -> MachineValue:
+        """MIN, MAX: the first of equals stays, as in plain code."""
         found = values[0]
         for one in values[1:]:
             found = self._better(operator, found, one)
@@ -515,9 +422,9 @@ class ExpressionTranslator:
         assert isinstance(new, Operand)
         return self._one_of(self.builder.compare(relation, new, held), new, held)
 
-    def choice(self, operator: Operator, values: Sequence[Operand]) -> Operand:
-        """MIN, MAX and LIMIT of numbers."""
-        found = self._choice(operator, values)
+    def best(self, operator: Operator, values: Sequence[Operand]) -> Operand:
+        """MIN and MAX of numbers."""
+        found = self._best(operator, values)
         assert isinstance(found, Operand)
         return found
 
@@ -537,13 +444,6 @@ _ARITHMETIC: dict[Operator, Callable[[FunctionBuilder], Callable[..., Operand]]]
     Operator.OR: lambda b: b.bit_or,
     Operator.XOR: lambda b: b.bit_xor,
 }
-_LOGIC: dict[Operator, Callable[[FunctionBuilder], Callable[..., Operand]]] = {
-    Operator.AND: lambda b: b.bit_and,
-    Operator.OR: lambda b: b.bit_or,
-    Operator.XOR: lambda b: b.bit_xor,
-    Operator.MIN: lambda b: b.bit_and,
-    Operator.MAX: lambda b: b.bit_or,
-}
 _SHIFTS: dict[Operator, Callable[[FunctionBuilder], Callable[..., Operand]]] = {
     Operator.SHL: lambda b: b.shift_left,
     Operator.SHR: lambda b: b.shift_right,
@@ -559,23 +459,22 @@ def _operands_of(value: MachineValue) -> list[Operand]:
     return [value.address] if isinstance(value, PackedBytes) else [value]
 
 
-def has_effect(value: TypedValue) -> bool:
-    """Return True if evaluating a value may change memory."""
-    if isinstance(value, _WITH_EFFECT):
-        return True
-    match value:
-        case Converted(operand) | EnumName(operand):
-            return has_effect(operand)
-        case Computed(_, operands):
-            return any(map(has_effect, operands))
-        case Shortcut(_, left, right):
-            return has_effect(left) or has_effect(right)
-        case Composed(_, parts):
-            return any(has_effect(part) for _, part in parts)
-        case Read(storage) | AddressOf(storage):
-            base = storage.base
-            inner = getattr(base, "value", None) or getattr(base, "address", None)
-            return (inner is not None and has_effect(inner)) or any(
-                has_effect(step.index) for step in storage.steps
-            )
-    return False
+_TRANSLATIONS: dict[type[Any], Callable[[ExpressionTranslator, Any], MachineValue]] = {
+    Known: ExpressionTranslator.known,
+    nodes.Temporary: lambda of, value: of.kept[value.number],
+    nodes.Keep: ExpressionTranslator.keep,
+    nodes.Load: lambda of, value: of.storages.read(value.place, spends=value.spends),
+    nodes.Address: ExpressionTranslator.address,
+    nodes.Copy: lambda of, value: of.steady(of.value(value.value), value.type),
+    nodes.Convert: ExpressionTranslator.converted,
+    nodes.External: lambda of, value: of.outside.converted(value),
+    nodes.Compute: ExpressionTranslator.computed,
+    nodes.Check: lambda of, value: of.reals.check(value),
+    nodes.Choice: ExpressionTranslator.choice,
+    nodes.Sequence: ExpressionTranslator.sequence,
+    nodes.Store: lambda of, value: of.storages.store(value),
+    nodes.Call: lambda of, value: of.calls.call(value),
+    nodes.Record: ExpressionTranslator.record,
+    nodes.Creation: lambda of, _: of.refuse("__NEW is done by Python"),
+    nodes.Service: lambda of, value: of.refuse(value.why),
+}

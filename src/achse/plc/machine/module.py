@@ -5,8 +5,8 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 
 from achse.native.backend import CallTarget, FunctionBuilder, ModuleBuilder, Operand
-from achse.plc.code.linker import Linker
-from achse.plc.code.placement import MissingPlaceError, Placement, Spot
+from achse.plc.lowering.placement import MissingPlaceError, Placement
+from achse.plc.lowering.project import LoweredProject
 from achse.plc.machine.fault_places import FaultPlaces
 from achse.plc.machine.outside import nodes_outside
 from achse.plc.machine.routines import door_in, door_out, translate_routine
@@ -15,7 +15,6 @@ from achse.plc.machine.support import AREA_ROW, ENTRIES, Support
 from achse.plc.machine.values import NotTranslatedError
 from achse.plc.memory import Area
 from achse.st.typed.expressions import TypedValue
-from achse.st.typed.places import ImageBase, StaticBase, UnitBase
 from achse.st.typed.project import Routine, TypedProject
 
 __all__ = ["ModuleNotes", "ProjectTranslator"]
@@ -72,13 +71,12 @@ class ProjectTranslator:
         self.support = Support(self.module)
         self.notes = ModuleNotes(FaultPlaces())
         self.project = project
-        self._linker = Linker(project, placement)
+        self.lowered = LoweredProject(project, placement, exceptions=exceptions)
         self._by_python = by_python
         self._numbers = {key: number for number, key in enumerate(project.routines)}
         self._functions: dict[str, CallTarget] = {}
         self._signatures: dict[str, RoutineSignature] = {}
         self._tables: dict[tuple[object, ...], tuple[Operand, int]] = {}
-        self._spots: dict[int, Spot] = {}
         self._outside: dict[int, dict[int, int]] = {}
         self._outside_numbers: dict[tuple[int, int], int] = {}
         self._sizes = {area: len(placement.memory[area]) & -_POINTER_SIZE for area in Area}
@@ -150,10 +148,6 @@ class ProjectTranslator:
 
     # what translators of routines ask --------------------------------------------------------
 
-    def routine(self, key: str) -> Routine | str:
-        """A routine; or, in words, why there is none."""
-        return self._linker.routine(key)
-
     def function(self, key: str) -> CallTarget:
         """The machine function of a routine."""
         found = self._functions.get(key)
@@ -217,15 +211,6 @@ class ProjectTranslator:
             number = self._outside_numbers[row] = len(self.notes.outside)
             self.notes.outside.append(row)
         return number
-
-    def spot(self, base: UnitBase | StaticBase | ImageBase) -> Spot:
-        """Return the place of a variable."""
-        if not isinstance(base, UnitBase):
-            return self.placement.spot(base)
-        found = self._spots.get(id(base.variable))
-        if found is None:
-            found = self._spots[id(base.variable)] = self.placement.spot(base)
-        return found
 
     def room(self, area: Area) -> int:
         """Bytes of an area that code can reach."""

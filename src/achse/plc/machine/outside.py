@@ -1,7 +1,7 @@
 """Python's part of machine code: texts of numbers, names of enumerations, other encodings."""
 
 import struct
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,8 @@ from achse.iec.strings import StringType
 from achse.iec.types import IecType
 from achse.native.backend import ADDRESS, BOOL, F64, I64, U8, Operand
 from achse.plc.code.texts import TEXTS
-from achse.plc.machine.values import MachineText, machine_type
+from achse.plc.lowering.nodes import External
+from achse.plc.machine.values import MachineText, MachineValue, machine_type
 from achse.st.check.kinds import counted
 from achse.st.typed.expressions import Conversion, Converted, EnumName, TypedValue
 from achse.st.typed.project import Routine
@@ -18,7 +19,7 @@ from achse.st.typed.project import Routine
 if TYPE_CHECKING:
     from achse.plc.machine.expressions import ExpressionTranslator
 
-__all__ = ["OutsideTranslator", "maker_of", "nodes_outside", "reader_of"]
+__all__ = ["OutsideTranslator", "decoded", "encoded", "maker_of", "nodes_outside", "reader_of"]
 
 _BY_PYTHON = frozenset({Conversion.RECODE_TEXT, Conversion.WRITE_TEXT, Conversion.READ_TEXT})
 
@@ -29,14 +30,17 @@ class OutsideTranslator:
     def __init__(self, expressions: "ExpressionTranslator") -> None:
         self._of = expressions
 
-    def text(
-        self, node: TypedValue, operands: Sequence[TypedValue], type: IecType[Any]
-    ) -> MachineText:
-        """A text that Python makes of a value."""
-        of = self._of
+    def converted(self, value: External) -> MachineValue:
+        """A text that Python makes of a value, or a number that Python reads from a text."""
+        of, type = self._of, value.type
         b = of.builder
-        assert isinstance(type, StringType)
-        (given,) = of.several(operands)
+        given = of.value(value.operand)
+        number = b.constant(I64, of.module.outside(of.number_of_routine, value.source))
+        if not isinstance(type, StringType):
+            assert isinstance(given, MachineText)
+            (bits,) = b.call(of.module.support.text_read, number, given.address, given.length)
+            wanted = machine_type(type)
+            return b.convert(b.reinterpret(bits, F64) if wanted.is_real else bits, wanted)
         bits, address, length = b.constant(I64, 0), Operand(ADDRESS, "null"), b.constant(I64, 0)
         if isinstance(given, MachineText):
             address, length = given.address, given.length
@@ -44,20 +48,8 @@ class OutsideTranslator:
             assert isinstance(given, Operand)
             bits = self._bits(given)
         made = of.buffer(type.length * type.unit)
-        number = b.constant(I64, of.module.outside(of.number_of_routine, node))
         (size,) = b.call(of.module.support.text_made, number, bits, address, length, made)
         return MachineText(made, size, steady=True)
-
-    def number(self, node: TypedValue, text: MachineText, type: IecType[Any]) -> Operand:
-        """A number that Python reads from a text."""
-        of = self._of
-        b = of.builder
-        number = b.constant(I64, of.module.outside(of.number_of_routine, node))
-        (bits,) = b.call(of.module.support.text_read, number, text.address, text.length)
-        wanted = machine_type(type)
-        if wanted.is_real:
-            return b.convert(b.reinterpret(bits, F64), wanted)
-        return b.convert(bits, wanted)
 
     def _bits(self, value: Operand) -> Operand:
         b = self._of.builder
@@ -89,14 +81,23 @@ def _found(part: Any) -> Iterator[TypedValue]:
 _TYPED = "achse.st.typed"
 
 
-def _decoded(bits: int, type: IecType[Any]) -> Any:
+def decoded(word: int, type: IecType[Any]) -> Any:
     """The value of a type in a word of 64 bits."""
     if isinstance(type, BoolType):
-        return bits != 0
+        return word & 0xFF != 0
     if isinstance(type, RealType):
-        return struct.unpack("<d", struct.pack("<q", bits))[0]
+        return struct.unpack("<d", struct.pack("<q", word))[0]
     whole = counted(type)
-    return bits & (1 << 8 * whole.size) - 1 if whole.low == 0 else bits
+    bits = word & (1 << 8 * whole.size) - 1
+    return bits - (1 << 8 * whole.size) if bits > whole.high else bits
+
+
+def encoded(value: Any, type: IecType[Any]) -> int:
+    """The word of 64 bits that a value of a type is in."""
+    if isinstance(type, RealType):
+        number: int = struct.unpack("<q", struct.pack("<d", value))[0]
+        return number
+    return int(value)
 
 
 def maker_of(node: TypedValue) -> Callable[[int, bytes], bytes]:
@@ -108,7 +109,7 @@ def maker_of(node: TypedValue) -> Callable[[int, bytes], bytes]:
         size = text_type.length * text_type.unit
 
         def named(bits: int, _: bytes) -> bytes:
-            number = _decoded(bits, kind)
+            number = decoded(bits, kind)
             return (names.get(number) or str(number).encode())[:size]
 
         return named
@@ -121,7 +122,7 @@ def maker_of(node: TypedValue) -> Callable[[int, bytes], bytes]:
         recode = TEXTS["text_recoded"]
         return lambda _, text: bytes(recode(text, source, target))[:room]
     write = TEXTS["text_written"]
-    return lambda bits, _: bytes(write(_decoded(bits, source), source, target))[:room]
+    return lambda bits, _: bytes(write(decoded(bits, source), source, target))[:room]
 
 
 def reader_of(node: TypedValue) -> Callable[[bytes], int]:
@@ -130,11 +131,7 @@ def reader_of(node: TypedValue) -> Callable[[bytes], int]:
     source, target, read = node.operand.type, node.type, TEXTS["text_read"]
 
     def word(text: bytes) -> int:
-        found = read(text, source, target)
-        if isinstance(target, RealType):
-            number: int = struct.unpack("<q", struct.pack("<d", found))[0]
-            return number
-        found = int(found) & (1 << 64) - 1
+        found = encoded(read(text, source, target), target) & (1 << 64) - 1
         return found - (1 << 64) if found >> 63 else found
 
     return word

@@ -2,20 +2,18 @@
 
 import ctypes
 import gc
-import struct
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from achse.iec.elementary import BoolType, RealType
-from achse.iec.types import IecType
+from achse.iec.elementary import RealType
 from achse.native.backend import MachineCode, address_of
 from achse.plc.code.faults import CATCHABLE, ExceptionCode, PlcFault, code_of
+from achse.plc.code.storages import encoded_from
 from achse.plc.machine.module import ModuleNotes
-from achse.plc.machine.outside import maker_of, nodes_outside, reader_of
+from achse.plc.machine.outside import decoded, encoded, maker_of, nodes_outside, reader_of
 from achse.plc.machine.signatures import PartKind, RoutineSignature, SignaturePart, signature_of
 from achse.plc.machine.support import AREA_WORDS, ENTRIES, FRAME_WORDS, INTERFACE
 from achse.plc.memory import Area, Memory
-from achse.st.check.kinds import counted
 from achse.st.typed.project import TypedProject
 
 __all__ = ["MachineHost", "MachineProgram"]
@@ -267,7 +265,7 @@ class MachineProgram:
             for part in signature.inputs:
                 match part.kind:
                     case PartKind.NUMBER:
-                        values.append(_decoded(block[place], part.type))
+                        values.append(decoded(block[place], part.type))
                     case PartKind.TEXT:
                         values.append(ctypes.string_at(block[place], block[place + 1]))
                         place += 1
@@ -279,7 +277,7 @@ class MachineProgram:
             result = given[0] if signature.outputs else given
             if signature.result is not None:
                 if signature.result.kind is PartKind.NUMBER:
-                    block[words - 1] = _encoded(result, signature.result.type)
+                    block[words - 1] = encoded(result, signature.result.type)
                 else:
                     room = bytes(result)[: signature.result.room]
                     ctypes.memmove(block[place], room, len(room))
@@ -343,27 +341,10 @@ def _closed() -> RuntimeError:
 # values in words -------------------------------------------------------------------------------
 
 
-def _encoded(value: Any, type: IecType[Any]) -> int:
-    if isinstance(type, RealType):
-        number: int = struct.unpack("<q", struct.pack("<d", value))[0]
-        return number
-    return int(value)
-
-
-def _decoded(word: int, type: IecType[Any]) -> Any:
-    if isinstance(type, BoolType):
-        return word & 0xFF != 0
-    if isinstance(type, RealType):
-        return struct.unpack("<d", struct.pack("<q", word))[0]
-    whole = counted(type)
-    bits = word & (1 << 8 * whole.size) - 1
-    return bits - (1 << 8 * whole.size) if bits > whole.high else bits
-
-
 def _put(block: Any, place: int, part: SignaturePart, value: Any, kept: list[Any]) -> int:
     """An argument into a block; the next place."""
     if part.kind is PartKind.NUMBER:
-        block[place] = _encoded(value, part.type)
+        block[place] = encoded(value, part.type)
         return place + 1
     value = bytes(value)[: part.room]
     if part.kind is PartKind.PACKED:
@@ -388,7 +369,7 @@ def _put_room(block: Any, place: int, size: int, rooms: list[Any]) -> int:
 def _result(part: SignaturePart, word: int, rooms: list[Any]) -> Any:
     match part.kind:
         case PartKind.NUMBER:
-            return _decoded(word, part.type)
+            return decoded(word, part.type)
         case PartKind.TEXT:
             return rooms.pop(0).raw[:word]
     return rooms.pop(0).raw[: part.room]
@@ -396,36 +377,21 @@ def _result(part: SignaturePart, word: int, rooms: list[Any]) -> Any:
 
 def _output(part: SignaturePart, rooms: list[Any]) -> Any:
     room = rooms.pop(0).raw
-    match part.kind:
-        case PartKind.NUMBER:
-            number = int.from_bytes(room[: part.type.size], "little")
-            return _native(room, part, number)
-        case PartKind.TEXT:
-            return room[: int.from_bytes(rooms.pop(0).raw[:8], "little")]
-    return room[: part.room]
-
-
-def _native(room: bytes, part: SignaturePart, number: int) -> Any:
+    if part.kind is PartKind.TEXT:
+        return room[: int.from_bytes(rooms.pop(0).raw[:8], "little")]
     if isinstance(part.type, RealType):
         return part.type.codec.unpack(room[: part.type.size])[0]
-    return _decoded(number, part.type)
+    if part.kind is PartKind.NUMBER:
+        return decoded(int.from_bytes(room[: part.type.size], "little"), part.type)
+    return room[: part.room]
 
 
 def _give(block: Any, place: int, part: SignaturePart, value: Any) -> int:
     """An output where the caller wants it; the next place."""
-    if part.kind is PartKind.NUMBER:
-        if isinstance(part.type, BoolType):
-            data = b"\1" if value else b"\0"
-        elif isinstance(part.type, RealType):
-            data = part.type.codec.pack(value)
-        else:
-            whole = counted(part.type)
-            data = int(value).to_bytes(whole.size, "little", signed=whole.low < 0)
-        ctypes.memmove(block[place], data, len(data))
-        return place + 1
-    data = bytes(value)[: part.room]
+    is_number = part.kind is PartKind.NUMBER
+    data = encoded_from(value, part.type) if is_number else bytes(value)[: part.room]
     ctypes.memmove(block[place], data, len(data))
-    if part.kind is PartKind.PACKED:
+    if part.kind is not PartKind.TEXT:
         return place + 1
     ctypes.c_int64.from_address(block[place + 1]).value = len(data)
     return place + 2

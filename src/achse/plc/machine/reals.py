@@ -6,21 +6,20 @@ and in double precision else.
 
 import math
 import struct
+from functools import reduce
 from typing import TYPE_CHECKING
 
 from achse.native.backend import BOOL, F32, F64, U32, U64, MachineType, Operand, Relation
-from achse.plc.code.expressions import may_be_invalid
+from achse.plc.lowering.nodes import Check, Compute
 from achse.plc.machine.fault_places import FaultKind
 from achse.plc.machine.values import machine_type
-from achse.st.typed.expressions import Computed, Known, Operator
+from achse.st.typed.expressions import Known, Operator
 
 if TYPE_CHECKING:
     from achse.plc.machine.expressions import ExpressionTranslator
 
 __all__ = ["RealTranslator"]
 
-_ARITHMETIC = (Operator.ADD, Operator.SUB, Operator.MUL)
-_CHOICES = (Operator.MIN, Operator.MAX, Operator.LIMIT)
 _C_NAMES = {
     Operator.LN: "log",
     Operator.LOG: "log10",
@@ -40,16 +39,22 @@ class RealTranslator:
     def __init__(self, expressions: "ExpressionTranslator") -> None:
         self._of = expressions
 
-    def computed(self, value: Computed) -> Operand:
+    def computed(self, value: Compute) -> Operand:
         """A real."""
         of = self._of
         b, operator = of.builder, value.operator
         type = machine_type(value.type)
-        if operator in _ARITHMETIC:
-            return self._arithmetic(value, type)
         values = [of.at_type(of.number(one), type) for one in value.operands]
         first = values[0]
         match operator:
+            case Operator.ADD:
+                return reduce(b.add, values)
+            case Operator.SUB:
+                return reduce(b.subtract, values)
+            case Operator.MUL:
+                return reduce(b.multiply, values)
+            case Operator.MIN | Operator.MAX:
+                return of.best(operator, values)
             case Operator.DIV:
                 divisor = value.operands[1]
                 known = isinstance(divisor, Known) and bool(divisor.value)
@@ -58,56 +63,26 @@ class RealTranslator:
                 return b.negate(first)
             case Operator.ABS:
                 return b.absolute(first)
-        if operator in _CHOICES:
-            return of.choice(operator, values)
         wide = [b.convert(one, F64) for one in values]
         found = self._power(*wide) if operator is Operator.EXPT else self._of_one(operator, *wide)
         return b.convert(found, type)
 
-    def _arithmetic(self, value: Computed, type: MachineType) -> Operand:
-        """Sums and products, as far as they are one expression.
-
-        With exceptions on, a result that is NaN although no operand was one stops the program.
-        """
+    def check(self, value: Check) -> Operand:
+        """A real; if it is NaN although no operand is, that stops the program."""
         of = self._of
         b = of.builder
-        leaves: list[Operand] = []
-        found = self._chain(value, type, leaves)
-        if not (of.module.exceptions and may_be_invalid(value.operator, value.operands)):
-            return found
+        type = machine_type(value.type)
+        found = of.number(value.value)
         kept = b.variable(type)
         b.set(kept, found)
         odd, good = b.label(), b.label()
         b.branch(b.compare(Relation.EQUAL, found, found), good, odd)
         with b.aside(odd):
-            self._required_nan(leaves)
+            self._required_nan([of.at_type(of.number(one), type) for one in value.operands])
             b.set(kept, self._nan(type))
             b.jump(good)
         b.begin(good)
         return b.get(kept)
-
-    def _chain(self, value: Computed, type: MachineType, leaves: list[Operand]) -> Operand:
-        of = self._of
-        b = of.builder
-        pieces: list[Operand] = []
-        for one in value.operands:
-            if isinstance(one, Computed) and one.operator in _ARITHMETIC:
-                pieces.append(self._chain(one, type, leaves))
-                continue
-            piece = of.at_type(of.number(one), type)
-            pieces.append(piece)
-            if not isinstance(one, Known):
-                leaves.append(piece)
-        found = pieces[0]
-        for piece in pieces[1:]:
-            match value.operator:
-                case Operator.ADD:
-                    found = b.add(found, piece)
-                case Operator.SUB:
-                    found = b.subtract(found, piece)
-                case _:
-                    found = b.multiply(found, piece)
-        return found
 
     def _required_nan(self, values: list[Operand]) -> None:
         """FPU_INVALID_OPERATION unless one of the values is NaN."""

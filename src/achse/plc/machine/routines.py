@@ -18,8 +18,7 @@ from achse.native.backend import (
     Relation,
 )
 from achse.plc.code.frames import STACK_SIZE
-from achse.plc.code.storages import BYTES_A_PASS
-from achse.plc.layout import frame_image
+from achse.plc.lowering.routines import lowered
 from achse.plc.machine.expressions import ExpressionTranslator
 from achse.plc.machine.fault_places import FaultKind
 from achse.plc.machine.signatures import PartKind, RoutineSignature, signature_of
@@ -33,8 +32,6 @@ from achse.plc.machine.values import (
     is_packed,
 )
 from achse.plc.memory import Area
-from achse.st.check.kinds import known_from
-from achse.st.typed.places import FrameBase, Storage, flat
 from achse.st.typed.project import Routine
 
 if TYPE_CHECKING:
@@ -60,19 +57,18 @@ class _RoutineTranslator:
     ) -> None:
         self._module = module
         self._routine = routine
+        self._low = lowered(module.lowered, routine)
         self._builder = builder
         self._signature = signature_of(routine)
-        self._of = ExpressionTranslator(module, routine, number, builder)
-        self._is_framed = any(
-            field.name.lower() in routine.addressed for field in routine.frame.fields
-        )
+        self._of = ExpressionTranslator(module, self._low, number, builder)
         parameters = list(builder.parameters)
         if self._signature.has_instance:
             self._of.this = parameters.pop(0)
-        self._inputs: list[list[Operand]] = []
-        for part in self._signature.inputs:
+        passed = [temporary for _, temporary in self._low.parameters]
+        for part, temporary in zip(self._signature.inputs, passed, strict=True):
             width = 2 if part.kind is PartKind.TEXT else 1
-            self._inputs.append([parameters.pop(0) for _ in range(width)])
+            words = [parameters.pop(0) for _ in range(width)]
+            self._of.kept[temporary.number] = _as_value(words, part.type)
         self._rooms = parameters
 
     def write(self) -> None:
@@ -80,12 +76,12 @@ class _RoutineTranslator:
         routine, of, b = self._routine, self._of, self._builder
         of.calls.check_parameters(self._signature)
         b.will_descend()
-        for field in routine.frame.fields:
-            if field.name.lower() not in routine.addressed:
-                of.locals[field.name.lower()] = of.own(flat(field.type))
+        for store in self._low.start:
+            assert store.place.variable is not None
+            of.locals[store.place.variable.name.lower()] = of.own(store.place.type)
         of.place(routine.at)
         statements = StatementTranslator(of, self._results, self._leave)
-        statements.block((*routine.opening, *(routine.body or ())))
+        statements.block(self._low.body)
         if not b.ended:
             self._leave(self._results())
         with b.opening():
@@ -99,16 +95,17 @@ class _RoutineTranslator:
         routine, of, b = self._routine, self._of, self._builder
         of.place(routine.at)
         b.descend(of.site(FaultKind.DEPTH))
-        b.spend(1 + routine.frame.size // BYTES_A_PASS, of.site(FaultKind.BUDGET))
+        b.spend(self._low.cost, of.site(FaultKind.BUDGET))
         if of.uses_instance:
             self._instance()
-        if self._is_framed:
+        if self._low.is_framed:
             of.area(Area.STACK)
         for area in sorted(of.areas, key=lambda one: one.name):
             row = b.load(ADDRESS, self._module.support.areas, self._module.area_row(area))
             b.named(f"area.{area.name.lower()}", row)
-        self._locals()
-        if self._is_framed:
+        for store in self._low.start:
+            of.value(store)
+        if self._low.is_framed:
             self._enter()
 
     def _instance(self) -> None:
@@ -119,26 +116,6 @@ class _RoutineTranslator:
             good = b.compare(Relation.EQUAL, low, b.constant(U64, 0))
             b.require(good, of.site(FaultKind.ALIGNMENT), of.this)
         b.named("instance", of.storages.looked_up(of.this, this.size))
-
-    def _locals(self) -> None:
-        """Variables without an address, with what they start with."""
-        routine, of = self._routine, self._of
-        given = {
-            part.name: words
-            for part, words in zip(self._signature.inputs, self._inputs, strict=True)
-        }
-        image = routine.frame.default
-        for field in routine.frame.fields:
-            if field.name.lower() not in of.locals:
-                continue
-            type = flat(field.type)
-            words = given.get(field.name)
-            if words is None:
-                start = known_from(image[field.offset : field.offset + field.type.size], type)
-                value = of.value(start)
-            else:
-                value = _as_value(words, type)
-            of.storages.store(Storage(FrameBase(), field.offset, type), lambda given=value: given)  # type: ignore[misc]
 
     def _enter(self) -> None:
         """The frame: room for it, its image, and the parameters that need memory."""
@@ -151,26 +128,20 @@ class _RoutineTranslator:
         b.require(room, of.site(FaultKind.FRAMES))
         b.store(end, frames)
         frame = b.named("frame", b.address(of.area(Area.STACK), top))
-        image = frame_image(routine, self._module.project.blocks)
-        b.copy(frame, b.module.data(image), size)
-        for part, words in zip(self._signature.inputs, self._inputs, strict=True):
-            if part.name.lower() not in routine.addressed:
-                continue
-            storage = Storage(FrameBase(), part.offset, part.type)
-            value = _as_value(words, part.type)
-            of.storages.store(storage, lambda given=value: given)  # type: ignore[misc]
+        b.copy(frame, b.module.data(self._low.image), size)
+        for store in self._low.entry:
+            of.value(store)
 
     # the end ---------------------------------------------------------------------------------
 
     def _results(self) -> list[Operand]:
         """Return the results in registers; texts, records and outputs are stored at the caller's
         addresses."""
-        of, b, signature = self._of, self._builder, self._signature
-        rooms = list(self._rooms)
+        of, b, rooms = self._of, self._builder, list(self._rooms)
         found: list[Operand] = []
-        if signature.result is not None:
-            result = signature.result
-            value = of.storages.read(Storage(FrameBase(), result.offset, result.type))
+        values = list(self._low.results)
+        if self._signature.result is not None:
+            value = of.value(values.pop(0))
             if isinstance(value, Operand):
                 found.append(value)
             elif isinstance(value, MachineText):
@@ -178,8 +149,7 @@ class _RoutineTranslator:
                 found.append(value.length)
             else:
                 b.copy(rooms.pop(0), value.address, value.size)
-        for part in signature.outputs:
-            value = of.storages.read(Storage(FrameBase(), part.offset, part.type))
+        for value in map(of.value, values):
             room = rooms.pop(0)
             if isinstance(value, Operand):
                 b.store(value, room)
@@ -191,7 +161,7 @@ class _RoutineTranslator:
         return found
 
     def _leave(self, results: list[Operand]) -> None:
-        if self._is_framed:
+        if self._low.is_framed:
             self._builder.store(self._of.frame_offset, self._module.support.frames)
         self._builder.return_(*results)
 

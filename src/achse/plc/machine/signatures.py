@@ -13,16 +13,12 @@ from typing import Any
 from achse.iec.strings import StringType
 from achse.iec.types import IecType
 from achse.native.backend import ADDRESS, I64, U64, MachineType
-from achse.plc.code.calls import outputs_of, parameters_of
+from achse.plc.lowering.calls import WITH_PARAMETERS, outputs_of, parameters_of
 from achse.plc.machine.values import is_packed, machine_type
 from achse.st.typed.places import flat
-from achse.st.typed.project import Routine, RoutineKind
+from achse.st.typed.project import Routine
 
 __all__ = ["PartKind", "RoutineSignature", "SignaturePart", "signature_of"]
-
-_WITH_PARAMETERS = frozenset(
-    {RoutineKind.FUNCTION, RoutineKind.METHOD, RoutineKind.GET, RoutineKind.SET, RoutineKind.LIFE}
-)
 
 
 class PartKind(Enum):
@@ -106,7 +102,7 @@ class RoutineSignature:
 def signature_of(routine: Routine, *, dispatched: bool = False) -> RoutineSignature:
     """The signature of a routine; of what is called through a table always with an instance."""
     has_instance = dispatched or routine.this is not None
-    if routine.kind not in _WITH_PARAMETERS:
+    if routine.kind not in WITH_PARAMETERS:
         return RoutineSignature(has_instance, (), None, ())
 
     def parts(variables: list[Any]) -> tuple[SignaturePart, ...]:

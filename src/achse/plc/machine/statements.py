@@ -4,31 +4,17 @@ The place of a statement is written down as plain code has it, so that both name
 the same fault; and both take from the budget at the same places.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from achse.native.backend import I64, U32, Label, Operand, Relation
-from achse.plc.code.statements import JUMP_COST
+from achse.plc.lowering import nodes
+from achse.plc.lowering.statements import JUMP_COST
 from achse.plc.machine.fault_places import FaultKind
 from achse.plc.machine.values import NotTranslatedError
-from achse.st.typed.expressions import Computed, Invocation, Latched, Operator, Stored, TypedValue
-from achse.st.typed.statements import (
-    CaseSelection,
-    Conditional,
-    ConditionLoop,
-    CountedLoop,
-    Do,
-    JumpMark,
-    JumpTo,
-    LifeStep,
-    LoopExit,
-    LoopNext,
-    Protected,
-    RoutineExit,
-    TypedStatement,
-    TypedStatements,
-)
+from achse.st.typed.expressions import Operator
+from achse.st.typed.statements import JumpMark, JumpTo, LoopExit, LoopNext, RoutineExit
 
 if TYPE_CHECKING:
     from achse.plc.machine.expressions import ExpressionTranslator
@@ -43,7 +29,7 @@ _WIDEST = 64
 class _Loop:
     """Targets of EXIT and CONTINUE in a loop."""
 
-    statement: TypedStatement
+    statement: nodes.Loop
     head: Label
     end: Label
     finals: int
@@ -77,10 +63,10 @@ class StatementTranslator:
         self._leave = leave
         self._loops: list[_Loop] = []
         self._marks: list[_Marks] = []
-        self._finals: list[tuple[Label | None, TypedStatements]] = []
+        self._finals: list[tuple[Label | None, nodes.Statements]] = []
         """FINALLY parts that are around the statement."""
 
-    def block(self, statements: TypedStatements) -> None:
+    def block(self, statements: nodes.Statements) -> None:
         """A list of statements."""
         if any(isinstance(one, JumpMark) for one in statements):
             self._with_marks(statements)
@@ -88,23 +74,23 @@ class StatementTranslator:
         for one in statements:
             self.statement(one)
 
-    def statement(self, statement: TypedStatement) -> None:
+    def statement(self, statement: nodes.Statement) -> None:
         """One statement."""
         of = self._of
         b = of.builder
         if statement.at:
             of.place(statement.at)
         match statement:
-            case Do(value):
-                self.do(value)
-            case Conditional():
-                self._conditional(statement)
-            case CaseSelection():
+            case nodes.Effects(values):
+                self._effects(values)
+            case nodes.Branches():
+                self._branches(statement)
+            case nodes.Selection():
                 self._selection(statement)
-            case CountedLoop() | ConditionLoop():
+            case nodes.Loop():
                 self._loop(statement)
-            case Protected():
-                self._protected(statement)
+            case nodes.Try():
+                self._try(statement)
             case LoopExit():
                 loop = self._loops[-1]
                 self._through(loop.finals)
@@ -121,39 +107,31 @@ class StatementTranslator:
                 self._jump(label)
             case JumpMark():
                 raise AssertionError("a mark is part of its list")
-            case LifeStep():
+            case nodes.Lifecycle():
                 raise NotTranslatedError("instances begin to live in it")
 
-    def do(self, value: TypedValue) -> None:
-        """An expression for what it does."""
-        of = self._of
-        match value:
-            case Stored(storage, inner):
-                of.storages.store(storage, lambda: of.value(inner), alone=True)
-            case Invocation():
-                of.calls.call(value, alone=True)
-            case Latched(storage, inner, sets):
-                of.storages.latch(storage, lambda: of.number(inner), sets=sets, alone=True)
-            case _:
-                of.value(value)
-        of.end_statement()
+    def _effects(self, values: Sequence[nodes.Value]) -> None:
+        """Values for what they do."""
+        for value in values:
+            self._of.value(value)
+        self._of.end_statement()
 
-    def _branch(self, condition: TypedValue, yes: Label, no: Label) -> None:
+    def _branch(self, condition: nodes.Value, yes: Label, no: Label) -> None:
         of = self._of
         b = of.builder
-        while isinstance(condition, Computed) and condition.operator is Operator.NOT:
+        while isinstance(condition, nodes.Compute) and condition.operator is Operator.NOT:
             condition, yes, no = condition.operands[0], no, yes
         b.branch(of.number(condition), yes, no)
         of.end_statement()
 
     # choices ---------------------------------------------------------------------------------
 
-    def _conditional(self, statement: Conditional) -> None:
+    def _branches(self, statement: nodes.Branches) -> None:
         of = self._of
         b = of.builder
         end = b.label()
         for branch in statement.branches:
-            of.place(branch.at or statement.at)
+            of.place(branch.at)
             yes, no = b.label(), b.label()
             self._branch(branch.condition, yes, no)
             b.begin(yes)
@@ -163,19 +141,17 @@ class StatementTranslator:
         self.block(statement.otherwise)
         b.begin(end)
 
-    def _selection(self, statement: CaseSelection) -> None:
+    def _selection(self, statement: nodes.Selection) -> None:
         of = self._of
         b = of.builder
         selector = of.number(statement.selector)
         of.end_statement()
         end, otherwise = b.label(), b.label()
-        bodies = [b.label() for _ in statement.choices]
-        low, high = selector.type.least, selector.type.most
+        bodies = [b.label() for _ in statement.cases]
         cases: dict[int, Label] = {}
         wide = False
-        for choice, body in zip(statement.choices, bodies, strict=True):
+        for choice, body in zip(statement.cases, bodies, strict=True):
             for first, last in choice.labels:
-                first, last = max(first, low), min(last, high)
                 wide = wide or last - first > _WIDEST
                 if not wide:
                     for number in range(first, last + 1):
@@ -184,8 +160,8 @@ class StatementTranslator:
             self._ranges(statement, selector, bodies, otherwise)
         else:
             b.switch(selector, cases, otherwise)
-        for choice, body in zip(statement.choices, bodies, strict=True):
-            of.place(choice.at or statement.at)
+        for choice, body in zip(statement.cases, bodies, strict=True):
+            of.place(choice.at)
             b.begin(body)
             self.block(choice.body)
             b.jump(end)
@@ -194,13 +170,12 @@ class StatementTranslator:
         b.begin(end)
 
     def _ranges(
-        self, statement: CaseSelection, selector: Operand, bodies: list[Label], otherwise: Label
+        self, statement: nodes.Selection, selector: Operand, bodies: list[Label], otherwise: Label
     ) -> None:
         """Range by range."""
         b, type = self._of.builder, selector.type
-        for choice, body in zip(statement.choices, bodies, strict=True):
+        for choice, body in zip(statement.cases, bodies, strict=True):
             for first, last in choice.labels:
-                first, last = max(first, type.least), min(last, type.most)
                 if first > last:
                     continue
                 above = b.compare(Relation.GREATER_EQUAL, selector, b.constant(type, first))
@@ -212,18 +187,15 @@ class StatementTranslator:
 
     # loops -----------------------------------------------------------------------------------
 
-    def _loop(self, statement: CountedLoop | ConditionLoop) -> None:
+    def _loop(self, statement: nodes.Loop) -> None:
         of = self._of
         b = of.builder
-        if isinstance(statement, CountedLoop):
-            self.do(statement.start)
+        self._effects(statement.start)
         head, body, end = b.label(), b.label(), b.label()
         loop = _Loop(statement, head, end, len(self._finals))
         b.begin(head)
-        if isinstance(statement, CountedLoop):
-            self._branch(statement.beyond, end, body)
-        elif statement.before:
-            self._branch(statement.condition, body, end)
+        if statement.before is not None:
+            self._branch(statement.before, body, end)
         b.begin(body)
         b.spend(1, of.site(FaultKind.BUDGET))
         self._loops.append(loop)
@@ -237,16 +209,15 @@ class StatementTranslator:
         b, statement = self._of.builder, loop.statement
         if b.ended:
             return
-        if isinstance(statement, CountedLoop):
-            self.do(statement.advance)
-        elif isinstance(statement, ConditionLoop) and not statement.before:
-            self._branch(statement.condition, loop.head, loop.end)
-            return
-        b.jump(loop.head)
+        self._effects(statement.advance)
+        if statement.after is not None:
+            self._branch(statement.after, loop.head, loop.end)
+        else:
+            b.jump(loop.head)
 
     # jumps -----------------------------------------------------------------------------------
 
-    def _with_marks(self, statements: TypedStatements) -> None:
+    def _with_marks(self, statements: nodes.Statements) -> None:
         """A list with marks; it takes from the budget when it begins and with each jump."""
         of = self._of
         b = of.builder
@@ -287,7 +258,7 @@ class StatementTranslator:
         self._finals = around
         self._of.place(at)
 
-    def _protected(self, statement: Protected) -> None:
+    def _try(self, statement: nodes.Try) -> None:
         of = self._of
         b = of.builder
         caught, failed, end = b.label(), b.label(), b.label()
@@ -303,8 +274,7 @@ class StatementTranslator:
         with b.protected(failed):
             (code,) = b.call(of.module.support.caught)
             if statement.code is not None:
-                storage = statement.code
-                of.storages.store(storage, lambda: b.convert(code, U32), alone=True)
+                of.storages.put(statement.code, b.convert(code, U32))
                 of.end_statement()
             self.block(statement.handler)
         self._finals.pop()

@@ -1,23 +1,22 @@
-"""Storages in machine code: reading, writing and addressing what a name or path means.
+"""Places in machine code: reading, writing and addressing them.
 
 What is in an area at an offset that is known needs no check. An address of the PLC is looked up
 in the table of areas each time: machine code never reaches what is not PLC memory.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from achse.iec.arrays import ArrayType
 from achse.iec.derived import resolved
-from achse.iec.elementary import BoolType, IntegerType
+from achse.iec.elementary import BoolType
 from achse.iec.strings import StringType
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
-from achse.iec.variables import Variable
 from achse.native.backend import BOOL, I64, U8, U64, LocalVariable, Operand, Relation
-from achse.plc.code.storages import BYTES_A_PASS
 from achse.plc.layout import parts_without_headers
+from achse.plc.lowering.nodes import Home, Place, Store
+from achse.plc.lowering.places import BYTES_A_PASS
 from achse.plc.machine.fault_places import FaultKind
 from achse.plc.machine.values import (
     MachineText,
@@ -28,25 +27,11 @@ from achse.plc.machine.values import (
     machine_type,
 )
 from achse.plc.memory import Area
-from achse.st.check.kinds import counted
-from achse.st.typed.expressions import Conversion, Converted, Known, TypedValue
-from achse.st.typed.places import (
-    CalleeBase,
-    FrameBase,
-    ImageBase,
-    IndexStep,
-    InstanceBase,
-    PointerBase,
-    StaticBase,
-    Storage,
-    TemporaryBase,
-    UnitBase,
-)
 
 if TYPE_CHECKING:
     from achse.plc.machine.expressions import ExpressionTranslator
 
-__all__ = ["Aim", "MachineStorages", "OwnBytes", "Shape"]
+__all__ = ["Aim", "MachineStorages", "OwnBytes"]
 
 _HALF_WORD = 32
 
@@ -59,32 +44,6 @@ class OwnBytes:
     size: int
     length: LocalVariable | None = None
     """Of a text, in bytes."""
-
-
-@dataclass(slots=True)
-class Shape:
-    """Location of a storage, as far as it is known without computing."""
-
-    storage: Storage
-    offset: int
-    bit: int | None
-    area: Area | None = None
-    """Of variables of units; also of the frame, which is at a place of its own in it."""
-    local: LocalVariable | None = None
-    variable: Variable[Any, Any] | None = None
-    """The one that `local` is."""
-    own: "OwnBytes | None" = None
-    """Of a text or record that needs no address."""
-    is_instance: bool = False
-    is_frame: bool = False
-    alignment: int = 8
-    is_bounded: bool = True
-    """True if all indexes have bounds that are constants."""
-
-    @property
-    def is_direct(self) -> bool:
-        """True if it is reached without looking an address up."""
-        return self.is_bounded and (self.area is not None or self.is_instance)
 
 
 @dataclass(slots=True)
@@ -103,118 +62,53 @@ class MachineStorages:
     def __init__(self, expressions: "ExpressionTranslator") -> None:
         self._of = expressions
 
-    # what a storage is -----------------------------------------------------------------------
-
-    def shape(self, storage: Storage) -> Shape:
-        """Return the location of a storage, as far as it is known without computing."""
-        of = self._of
-        base = storage.base
-        while isinstance(base, CalleeBase):
-            storage = of.calls.storage_of(storage)
-            base = storage.base
-        found = Shape(storage, storage.offset, storage.bit)
-        match base:
-            case UnitBase() | StaticBase() | ImageBase():
-                spot = of.module.spot(base)
-                found.area = spot.area
-                found.offset += spot.offset
-                if spot.bit is not None:
-                    found.bit = spot.bit
-                size = max(storage.type.size, 1)
-                if not storage.steps and found.offset + size > of.module.room(spot.area):
-                    raise NotTranslatedError("a direct address is beyond the process image")
-            case InstanceBase():
-                assert of.routine.this is not None
-                found.is_instance = True
-                found.alignment = of.routine.this.alignment
-            case FrameBase():
-                variable = of.frame_variable(storage.offset)
-                local = of.locals.get(variable.name.lower())
-                if isinstance(local, OwnBytes):
-                    if storage.offset != variable.offset or storage.steps:
-                        raise NotTranslatedError(f"a part of {variable.name} is used")
-                    found.own = local
-                elif local is not None:
-                    found.local, found.variable = local, variable
-                    found.offset = storage.offset - variable.offset
-                else:
-                    found.is_frame, found.area = True, Area.STACK
-            case TemporaryBase(variable):
-                if variable.name.lower() not in of.routine.addressed:
-                    raise NotTranslatedError("a hidden variable without an address")
-        for step in storage.steps:
-            if not isinstance(step.first, Known) or not isinstance(step.last, Known):
-                found.is_bounded = False
-            if isinstance(step.first, Known):
-                assert isinstance(step.first.value, int)
-                found.offset -= step.first.value * step.stride
-                if isinstance(step.index, Known) and _is_within(step):
-                    assert isinstance(step.index.value, int)
-                    found.offset += step.index.value * step.stride
-        return found
-
-    def comes_first(self, shape: Shape) -> bool:
-        """Return True if, in an assignment of its own, the value is computed before the index, as
-        in plain code, which is the case for numbers at their alignment."""
-        if not shape.is_direct or shape.bit is not None or not is_number(shape.storage.type):
-            return False
-        size = shape.storage.type.size
-        based = shape.is_instance or shape.is_frame
-        aligned = shape.offset % size == 0 and (not based or shape.alignment % size == 0)
-        return aligned and not any(step.stride % size for step in shape.storage.steps)
-
     # where it is -----------------------------------------------------------------------------
 
-    def aim(self, shape: Shape) -> Aim:
-        """Compute where a storage is, with the checks of its indexes."""
-        of = self._of
-        b = of.builder
-        if shape.is_direct:
-            if shape.is_instance:
-                of.uses_instance = True
-                if is_number(shape.storage.type):
-                    of.aligned_instance = True
-                base = of.instance
-            elif shape.is_frame:
-                base = of.frame
-            else:
-                assert shape.area is not None
-                base = of.area(shape.area)
-            for index, stride in self._terms(shape):
-                base = b.address(base, index, stride)
-            return Aim(base, shape.offset)
-        if isinstance(shape.storage.base, TemporaryBase) and shape.is_bounded:
-            base = self._kept(shape.storage.base)
-            for index, stride in self._terms(shape):
-                base = b.address(base, index, stride)
-            return Aim(base, shape.offset)
-        return Aim(self._plc_address(shape), 0, is_plc=True)
+    def _local(self, place: Place) -> LocalVariable | OwnBytes:
+        """The variable that needs no memory."""
+        assert place.variable is not None
+        local = self._of.locals[place.variable.name.lower()]
+        if isinstance(local, OwnBytes) and (place.offset or place.terms):
+            raise NotTranslatedError(f"a part of {place.variable.name} is used")
+        return local
 
-    def _kept(self, base: TemporaryBase) -> Operand:
-        """Put the value of a hidden variable into it; its machine address."""
+    def _aim(self, place: Place) -> Aim:
+        """Compute where a place is, with the checks of its indexes."""
         of = self._of
-        assert base.value.type is not None
-        kept = Storage(FrameBase(), base.variable.offset, base.value.type)
-        self.store(kept, lambda: of.value(base.value))
-        return of.builder.address(of.frame, base.variable.offset)
+        if place.home is Home.ADDRESS or not place.is_bounded:
+            return Aim(self.address(place), 0, is_plc=True)
+        if place.home is Home.INSTANCE:
+            of.uses_instance = True
+            if is_number(place.type):
+                of.aligned_instance = True
+            base = of.instance
+        elif place.home is Home.FRAME:
+            base = of.frame
+        else:
+            base = of.area(self._area(place))
+        for index, stride in self._terms(place):
+            base = of.builder.address(base, index, stride)
+        return Aim(base, place.offset)
 
-    def _terms(self, shape: Shape) -> list[tuple[Operand, int]]:
-        """Return the offsets of index steps that the shape does not include: numbers and
-        strides."""
+    def _area(self, place: Place) -> Area:
+        if place.area is None:
+            raise NotTranslatedError("the address of a variable in a register")
+        size = max(place.type.size, 1)
+        if not place.terms and place.offset + size > self._of.module.room(place.area):
+            raise NotTranslatedError("a direct address is beyond the process image")
+        return place.area
+
+    def _terms(self, place: Place) -> list[tuple[Operand, int]]:
+        """Indexes and the bytes that each counts."""
         of = self._of
         b = of.builder
         found: list[tuple[Operand, int]] = []
-        for step in shape.storage.steps:
-            if isinstance(step.first, Known) and isinstance(step.index, Known) and _is_within(step):
-                continue
-            index = b.convert(of.number(step.index), I64)
-            first = b.convert(of.number(step.first), I64)
-            if step.last is not None and not _never_outside(step):
-                last = b.convert(of.number(step.last), I64)
-                self._check(index, first, last)
-            found.append((index, step.stride))
-            if not isinstance(step.first, Known):
-                found.append((first, -step.stride))
+        for term in place.terms:
+            index = b.convert(of.number(term.index), I64)
+            if term.low is not None and term.high is not None:
+                first = b.convert(of.number(term.low), I64)
+                self._check(index, first, b.convert(of.number(term.high), I64))
+            found.append((index, term.stride))
         return found
 
     def _check(self, index: Operand, first: Operand, last: Operand) -> None:
@@ -235,29 +129,20 @@ class MachineStorages:
             both = b.bit_or(b.shift_left(first, half), low_word)
         b.require(good, of.site(FaultKind.BOUNDS), index, both)
 
-    def _plc_address(self, shape: Shape) -> Operand:
-        """U64: what a pointer to the storage holds."""
+    def address(self, place: Place) -> Operand:
+        """U64: what a pointer to the place holds."""
         of = self._of
         b = of.builder
-        base = shape.storage.base
-        offset = shape.offset
-        if isinstance(base, PointerBase):
-            address = b.convert(of.number(base.address), U64)
-        elif isinstance(base, TemporaryBase):
-            self._kept(base)
-            address = of.frame_offset
-            offset += of.module.address_of(Area.STACK) + base.variable.offset
-        elif shape.is_instance:
+        offset = place.offset
+        if place.home is Home.ADDRESS:
+            assert place.address is not None
+            address = b.convert(of.number(place.address), U64)
+        elif place.home is Home.INSTANCE:
             address = of.this
-        elif shape.is_frame:
-            offset += of.module.address_of(Area.STACK)
-            address = of.frame_offset
-        elif shape.area is not None:
-            address = b.constant(U64, 0)
-            offset += of.module.address_of(shape.area)
         else:
-            raise NotTranslatedError("the address of a variable in a register")
-        for index, stride in self._terms(shape):
+            offset += of.module.address_of(self._area(place))
+            address = of.frame_offset if place.home is Home.FRAME else b.constant(U64, 0)
+        for index, stride in self._terms(place):
             if stride != 1:
                 index = b.multiply(index, b.constant(I64, stride))
             address = b.add(address, b.convert(index, U64))
@@ -267,11 +152,7 @@ class MachineStorages:
             return b.add(address, b.constant(U64, offset & (1 << 64) - 1))
         return address
 
-    def address(self, storage: Storage) -> Operand:
-        """U64: what a pointer to the storage holds."""
-        return self._plc_address(self.shape(storage))
-
-    def reach(self, aim: Aim, size: int | Operand) -> tuple[Operand, int]:
+    def _reach(self, aim: Aim, size: int | Operand) -> tuple[Operand, int]:
         """A machine address and an offset, where that many bytes are; ACCESS_VIOLATION if not."""
         if not aim.is_plc:
             return aim.base, aim.offset
@@ -288,41 +169,36 @@ class MachineStorages:
 
     # reading ---------------------------------------------------------------------------------
 
-    def read(self, storage: Storage) -> MachineValue:
-        """Return the value in a storage."""
-        shape = self.shape(storage)
-        if shape.own is not None:
-            return self._read_own(shape.own)
-        if shape.local is not None:
-            return self._read_local(shape)
-        of = self._of
-        b = of.builder
-        type = storage.type
-        aim = self.aim(shape)
+    def read(self, place: Place, *, spends: bool = False) -> MachineValue:
+        """Return the value in a place; `spends`: it takes from the budget."""
+        if place.home is Home.LOCAL:
+            local = self._local(place)
+            if isinstance(local, OwnBytes):
+                return self._read_own(local)
+            return self._read_local(place, local)
+        b, type, aim = self._of.builder, place.type, self._aim(place)
         if isinstance(type, StringType):
             limit = type.length * type.unit
-            base, offset = self.reach(aim, limit)
-            base = b.address(base, offset)
-            (length,) = b.call(of.module.support.length(type.unit), base, b.constant(I64, limit))
-            if limit >= BYTES_A_PASS:
-                passes = b.shift_right(length, b.constant(I64, BYTES_A_PASS.bit_length() - 1))
-                b.spend(passes, of.site(FaultKind.BUDGET))
+            base = b.address(*self._reach(aim, limit))
+            length_of = self._of.module.support.length(type.unit)
+            (length,) = b.call(length_of, base, b.constant(I64, limit))
+            if spends:
+                self._spend(b.shift_right(length, b.constant(I64, BYTES_A_PASS.bit_length() - 1)))
             return MachineText(base, length)
         if isinstance(type, StructType | ArrayType):
-            base, offset = self.reach(aim, type.size)
-            self._spend(type.size)
+            base, offset = self._reach(aim, type.size)
+            if spends:
+                self._spend(type.size // BYTES_A_PASS)
             return PackedBytes(b.address(base, offset), type.size)
-        if shape.bit is not None:
-            base, offset = self.reach(aim, 1)
-            mask = b.constant(U8, 1 << shape.bit)
+        if place.bit is not None:
+            base, offset = self._reach(aim, 1)
+            mask = b.constant(U8, 1 << place.bit)
             return b.convert(b.bit_and(b.load(U8, base, offset), mask), BOOL)
-        base, offset = self.reach(aim, type.size)
+        base, offset = self._reach(aim, type.size)
         return b.load(machine_type(type), base, offset)
 
-    def _spend(self, size: int) -> None:
-        """A large value takes from the budget."""
-        if size >= BYTES_A_PASS:
-            self._of.builder.spend(size // BYTES_A_PASS, self._of.site(FaultKind.BUDGET))
+    def _spend(self, passes: int | Operand) -> None:
+        self._of.builder.spend(passes, self._of.site(FaultKind.BUDGET))
 
     def _read_own(self, own: OwnBytes) -> MachineValue:
         if own.length is None:
@@ -340,49 +216,48 @@ class MachineStorages:
             b.copy(own.room, given.address, own.size)
         return self._read_own(own)
 
-    def _read_local(self, shape: Shape) -> Operand:
-        assert shape.local is not None
-        assert shape.variable is not None
+    def _read_local(self, place: Place, local: LocalVariable) -> Operand:
+        assert place.variable is not None
         b = self._of.builder
-        value = b.get(shape.local)
-        if shape.bit is not None and not isinstance(resolved(shape.variable.type), BoolType):
-            mask = b.constant(value.type, _bit_of(value.type.bits, shape.offset * 8 + shape.bit))
+        value = b.get(local)
+        if place.bit is not None and not isinstance(resolved(place.variable.type), BoolType):
+            mask = b.constant(value.type, _bit_of(value.type.bits, place.offset * 8 + place.bit))
             return b.convert(b.bit_and(value, mask), BOOL)
-        return self._of.at_type(value, machine_type(shape.storage.type))
+        return self._of.at_type(value, machine_type(place.type))
 
     # writing ---------------------------------------------------------------------------------
 
-    def store(
-        self, storage: Storage, value: Callable[[], MachineValue], *, alone: bool = False
-    ) -> MachineValue:
-        """Compute a value and put it into a storage; gives it back.
+    def store(self, store: Store) -> MachineValue:
+        """Compute a value and put it into a place; gives it back."""
+        of, place = self._of, store.place
+        if store.value_first or place.home is Home.LOCAL:
+            given = of.value(store.value)
+            return self.put(place, given)
+        aim = self._aim(place)
+        return self._put(aim, place, of.value(store.value))
 
-        `alone`: as a statement, not within an expression.
-        """
+    def put(self, place: Place, given: MachineValue) -> MachineValue:
+        """Put a value into a place; gives it back."""
+        if place.home is not Home.LOCAL:
+            return self._put(self._aim(place), place, given)
+        local = self._local(place)
+        if isinstance(local, OwnBytes):
+            return self._store_own(local, given)
+        return self._store_local(place, local, given)
+
+    def _put(self, aim: Aim, place: Place, given: MachineValue) -> MachineValue:
         of = self._of
-        shape = self.shape(storage)
-        if shape.own is not None:
-            return self._store_own(shape.own, value())
-        if shape.local is not None:
-            return self._store_local(shape, value())
-        if alone and self.comes_first(shape):
-            given = value()
-            aim = self.aim(shape)
-        else:
-            aim = self.aim(shape)
-            given = value()
         if isinstance(given, MachineText):
-            return self._store_text(aim, storage.type, given)
+            return self._store_text(aim, place.type, given)
         if isinstance(given, PackedBytes):
-            return self._store_packed(aim, storage, given)
-        b = of.builder
-        if shape.bit is not None:
-            base, offset = self.reach(aim, 1)
-            self._put_bit(base, offset, 1 << shape.bit, given)
+            return self._store_packed(aim, place.type, given)
+        if place.bit is not None:
+            base, offset = self._reach(aim, 1)
+            self._put_bit(base, offset, 1 << place.bit, given)
             return given
-        given = of.at_type(given, machine_type(storage.type))
-        base, offset = self.reach(aim, storage.type.size)
-        b.store(given, base, offset)
+        given = of.at_type(given, machine_type(place.type))
+        base, offset = self._reach(aim, place.type.size)
+        of.builder.store(given, base, offset)
         return given
 
     def _put_bit(self, base: Operand, offset: int, mask: int, state: Operand) -> None:
@@ -393,21 +268,17 @@ class MachineStorages:
         no = b.bit_and(old, b.constant(U8, 0xFF & ~mask))
         b.store(b.select(state, yes, no), place)
 
-    def _store_local(self, shape: Shape, given: MachineValue) -> Operand:
-        assert shape.local is not None
-        assert shape.variable is not None
+    def _store_local(self, place: Place, local: LocalVariable, given: MachineValue) -> Operand:
+        assert place.variable is not None
         assert isinstance(given, Operand)
-        b, local = self._of.builder, shape.local
-        if shape.bit is None or isinstance(resolved(shape.variable.type), BoolType):
+        b = self._of.builder
+        if place.bit is None or isinstance(resolved(place.variable.type), BoolType):
             b.set(local, self._of.at_type(given, local.type))
             return given
         old = b.get(local)
-        bit = shape.offset * 8 + shape.bit
-        bits = local.type.bits
-        yes = b.bit_or(old, b.constant(local.type, _bit_of(bits, bit, local.type.signed)))
-        no = b.bit_and(
-            old, b.bit_not(b.constant(local.type, _bit_of(bits, bit, local.type.signed)))
-        )
+        mask = _bit_of(local.type.bits, place.offset * 8 + place.bit, local.type.signed)
+        yes = b.bit_or(old, b.constant(local.type, mask))
+        no = b.bit_and(old, b.bit_not(b.constant(local.type, mask)))
         b.set(local, b.select(given, yes, no))
         return given
 
@@ -424,10 +295,10 @@ class MachineStorages:
             b.store(b.constant(U8, 0), end, number)
         return MachineText(base, given.length)
 
-    def _store_packed(self, aim: Aim, storage: Storage, given: PackedBytes) -> PackedBytes:
+    def _store_packed(self, aim: Aim, type: IecType[Any], given: PackedBytes) -> PackedBytes:
         of = self._of
         b = of.builder
-        parts = parts_without_headers(storage.type)
+        parts = parts_without_headers(type)
         if len(parts) > 1 and not given.steady and aim.is_plc:
             given = of.snapshot(given)
         if not aim.is_plc:
@@ -441,35 +312,6 @@ class MachineStorages:
             b.copy(base, b.address(given.address, start), end - start)
         return given
 
-    def latch(
-        self, storage: Storage, value: Callable[[], Operand], *, sets: bool, alone: bool = False
-    ) -> Operand:
-        """S= and R= of a BOOL."""
-        of = self._of
-        b = of.builder
-        shape = self.shape(storage)
-        new = b.constant(BOOL, sets)
-        if alone or shape.local is not None:
-            state = value()
-            yes, end = b.label(), b.label()
-            b.branch(state, yes, end)
-            b.begin(yes)
-            self.store(storage, lambda: new, alone=True)
-            b.begin(end)
-            return state
-        aim = self.aim(shape)
-        state = value()
-        yes, end = b.label(), b.label()
-        b.branch(state, yes, end)
-        b.begin(yes)
-        base, offset = self.reach(aim, 1)
-        if shape.bit is None:
-            b.store(new, base, offset)
-        else:
-            self._put_bit(base, offset, 1 << shape.bit, new)
-        b.begin(end)
-        return state
-
 
 def _bit_of(bits: int, number: int, signed: bool = True) -> int:
     """The number that has one bit set, of that many bits."""
@@ -480,36 +322,3 @@ def _bit_of(bits: int, number: int, signed: bool = True) -> int:
 def _signed(word: int) -> int:
     word &= (1 << 64) - 1
     return word - (1 << 64) if word >> 63 else word
-
-
-def _is_within(step: IndexStep) -> bool:
-    """Return True if a constant index is in its bounds."""
-    parts = (step.first, step.index, step.last)
-    numbers = [part.value for part in parts if isinstance(part, Known)]
-    if len(numbers) < len(parts):
-        return False
-    low, index, high = numbers
-    assert isinstance(low, int)
-    assert isinstance(index, int)
-    assert isinstance(high, int)
-    return low <= index <= high
-
-
-def _never_outside(step: IndexStep) -> bool:
-    """Return True if the type of an index keeps it in its bounds."""
-    assert step.last is not None
-    if not isinstance(step.first, Known) or not isinstance(step.last, Known):
-        return False
-    index: TypedValue = step.index
-    if isinstance(index, Known):
-        return _is_within(step)
-    if not isinstance(index, Converted) or index.rule is not Conversion.EXTEND:
-        return False
-    type = index.operand.type
-    if not isinstance(type, IntegerType):
-        return False
-    whole = counted(type)
-    low, high = step.first.value, step.last.value
-    assert isinstance(low, int)
-    assert isinstance(high, int)
-    return low <= whole.low and whole.high <= high

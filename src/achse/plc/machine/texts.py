@@ -4,8 +4,9 @@ from typing import TYPE_CHECKING
 
 from achse.iec.strings import StringType
 from achse.native.backend import I32, I64, Operand, Relation
+from achse.plc.lowering.nodes import Compute
 from achse.plc.machine.values import MachineText, MachineValue, machine_type
-from achse.st.typed.expressions import Computed, Operator
+from achse.st.typed.expressions import Operator
 
 if TYPE_CHECKING:
     from achse.plc.machine.expressions import ExpressionTranslator
@@ -22,7 +23,7 @@ class TextTranslator:
     def __init__(self, expressions: "ExpressionTranslator") -> None:
         self._of = expressions
 
-    def computed(self, value: Computed) -> MachineValue:
+    def computed(self, value: Compute) -> MachineValue:
         """A text, or a number."""
         of = self._of
         b = of.builder
@@ -31,7 +32,7 @@ class TextTranslator:
         unit = type.unit
         texts: list[MachineText] = []
         numbers: list[Operand] = []
-        for one in of.several(value.operands):
+        for one in map(of.value, value.operands):
             if isinstance(one, MachineText):
                 texts.append(one)
             else:
