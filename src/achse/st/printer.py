@@ -27,6 +27,7 @@ from achse.st.tree import (
     Initial,
     Jump,
     Label,
+    Let,
     Literal,
     Member,
     Name,
@@ -231,6 +232,8 @@ def _statement(tree: Statement) -> list[str]:
             lines.append("__CATCH" + ("" if exception is None else f"({_path(exception)})"))
             lines += [*_block(tree.handler), "__FINALLY", *_block(tree.final)]
             return [*lines, "__ENDTRY"]
+        case Let():
+            return [f"{tree.name} := {print_expression(tree.value)};"]
         case Exit():
             return ["EXIT;"]
         case Continue():

@@ -57,6 +57,7 @@ def test_outputs_of_a_block_go_to_plain_negated_set_and_reset_targets() -> None:
     block = """FUNCTION_BLOCK FB VAR_INPUT i : BOOL; k : INT := 5; END_VAR
     VAR_OUTPUT o, p, r, s : BOOL; m : INT; END_VAR
     o := p := r := s := i; m := k; END_FUNCTION_BLOCK"""
+    slots: list[tuple[str, str | tuple[str, int] | None]]
     slots = [("o", "a"), ("p", ("b", NEGATED)), ("r", ("c", SET)), ("s", ("d", RESET)), ("m", "n")]
     node = fb("FB", "f", [("i", contact("x")), ("k", contact(""))], slots)
     plc = drawn("x, a, b, c : BOOL; d : BOOL := TRUE; n : INT; f : FB;", node, others=(block,))

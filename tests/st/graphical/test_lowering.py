@@ -4,13 +4,13 @@ import pytest
 
 from achse.st.check import check
 from achse.st.declare import declare
-from tests.st.graphical.drawings import read, unit
+from tests.st.graphical.drawings import contact, network, networks, read, unit
 
 
 @pytest.mark.parametrize(
     ("tag", "why"),
     [
-        ("LADDER", "the new ladder editor's form is not supported"),
+        ("LADDER", "expected an object archive"),
         ("StateChart", "a UML state chart is not supported"),
         ("NWL", "expected an object archive"),
         ("SFC", "expected an object archive"),
@@ -27,3 +27,12 @@ def test_a_body_that_cannot_be_read_keeps_its_declaration(tag: str, why: str) ->
     assert warning.message.startswith("the ")
     assert "FB cannot be called" in warning.message
     assert project.types["fb"].member("n")  # type: ignore[attr-defined]
+
+
+def test_a_body_that_nests_too_deep_is_refused() -> None:
+    item = contact("a")
+    for _ in range(3000):
+        item = item.replace("<o ", '<o n="Input" ', 1)
+        item = f'<o t="BoxTreeDemux">{item}</o>'
+    typed = check(declare([read(unit("PROGRAM MAIN", networks(network(item))))]))
+    assert "elements nest too deep" in typed.left_out["main"]

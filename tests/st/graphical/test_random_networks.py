@@ -139,15 +139,15 @@ class Interpreter:
                 return power and value
             case ("and", inputs):
                 if not self.is_ladder:
-                    found = [self.flow(one, True, (key, n)) for n, one in enumerate(inputs)]
-                    return power and all(found)
+                    values = [self.flow(one, True, (key, n)) for n, one in enumerate(inputs)]
+                    return power and all(values)
                 for number, one in enumerate(inputs):
                     power = self.flow(one, power, (key, number))
                 return power
             case ("or", inputs):
                 into = power if self.is_ladder else True
-                found = [self.flow(one, into, (key, n)) for n, one in enumerate(inputs)]
-                return power and any(found)
+                values = [self.flow(one, into, (key, n)) for n, one in enumerate(inputs)]
+                return power and any(values)
             case ("add", enable, name, amount):
                 if self.flow(enable, power, (key, "en")):
                     self.values[name] += amount
@@ -159,9 +159,9 @@ class Interpreter:
                 now = self.flow(value, power, (key, "in"))
                 return self.edge(name, now != negated, True)
             case ("stored", value, name):
-                found = self.flow(value, power, (key, "v"))
-                self.values[name] = found
-                return found
+                stored = self.flow(value, power, (key, "v"))
+                self.values[name] = stored
+                return stored
             case ("parallel", value, inner, sequential):
                 power = self.flow(value, power, (key, "in"))
                 boxes = [one[0] in ("add", "block") for one in inner]

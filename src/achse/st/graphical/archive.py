@@ -96,7 +96,7 @@ def read_archive(text: str) -> ArchiveObject:
     end = text.find("</Data>", start)
     for found in _TOKEN.finditer(text, start, end if end >= 0 else len(text)):
         holder, type = stack[-1]
-        content = found["text"]
+        content: str | None = found["text"]
         if content is not None:
             _add(holder, found["scalar"], _plain(content))
         elif found["end"]:
@@ -109,7 +109,7 @@ def read_archive(text: str) -> ArchiveObject:
             if tag in "nv":
                 _add(holder, facts, None if tag == "n" else "")
                 continue
-            attributes = dict(_ATTRIBUTE.findall(facts))
+            attributes: dict[str, str] = dict(_ATTRIBUTE.findall(facts))
             made = ArchiveObject(attributes.get("t") or type, found.start())
             name = attributes.get("n")
             if name is None:

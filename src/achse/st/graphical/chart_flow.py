@@ -59,9 +59,9 @@ class ChartFlow:
         exits = self._segment(chart.elements, [])
         for firing, jump in self._jumps:
             firing.activated += self._target(jump)
-        for firing in exits:
-            if isinstance(firing, Firing):
-                raise Unexpected(firing.transition.at, "the transition leads nowhere")
+        for end in exits:
+            if isinstance(end, Firing):
+                raise Unexpected(end.transition.at, "the transition leads nowhere")
 
     def _target(self, jump: ChartJump) -> Sequence[Step]:
         key = jump.target.lower()

@@ -6,7 +6,7 @@ value that it had then.
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from achse.st.cursor import Unexpected
 from achse.st.graphical.body import BodyScope, GraphicalBody, Refused
@@ -65,10 +65,12 @@ def memories_of_networks(body: GraphicalBody) -> tuple[VarBlock, ...]:
     return (implicit_block((name, "BOOL") for name in dict.fromkeys(names)),) if names else ()
 
 
-def lowered_networks(body: GraphicalBody, scope: BodyScope) -> Statements:
-    """Return the statements of a body. Raises `Refused` and `Unexpected`."""
+def lowered_networks(
+    body: GraphicalBody, scope: BodyScope, read: Callable[[str], NetworkList] = read_networks
+) -> Statements:
+    """Return the statements of a body that `read` reads. Raises `Refused` and `Unexpected`."""
     try:
-        networks = read_networks(body.text)
+        networks = read(body.text)
     except Unexpected as fault:
         raise Refused(body.name_place(fault.at, "the body"), fault.message) from None
     return _Lowering(body, scope, networks).statements()

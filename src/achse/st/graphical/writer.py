@@ -91,9 +91,10 @@ class StatementWriter:
             if not any(word.upper() in _RESERVED for word in words):
                 return path_of(words, at)
         try:
-            return _moved(_parsed(text), at)
+            found: Expression = _moved(_parsed(text), at)
         except SourceError as error:
             raise Unexpected(at, error.faults[0].message) from None
+        return found
 
     def parsed_statements(self, text: str, at: int) -> Statements:
         """Parse a list of statements. Raises `Unexpected`."""
