@@ -184,6 +184,7 @@ class DebugService:
                 "path": call.path,
                 "file": files.get(call.path, ""),
                 "line": call.line,
+                "place": call.place,
                 "library": call.is_library,
             }
             for call in (plc.debugger.calls() if plc.debugger is not None else ())
@@ -269,6 +270,7 @@ def _state(plc: PlcRuntime) -> dict[str, Any]:
             "routine": stop.routine,
             "path": stop.path,
             "line": stop.line,
+            "place": stop.place,
             "text": stop.text,
             "breakpoints": list(stop.breakpoints),
         }
@@ -285,6 +287,7 @@ def _facts(breakpoint: Breakpoint) -> dict[str, Any]:
         "number": breakpoint.number,
         "path": breakpoint.found_path or breakpoint.path,
         "line": breakpoint.found_line or breakpoint.line,
+        "place": breakpoint.found_place,
         "condition": breakpoint.condition,
         "found": breakpoint.is_found,
         "message": breakpoint.message,

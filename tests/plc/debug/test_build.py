@@ -6,6 +6,7 @@ from typing import Any
 
 from achse.plc import PlcRuntime
 from achse.plc.debug.build import DebugBuild, matching_paths
+from tests.st.graphical.drawings import Drawn, assign, contact, network, networks, unit
 
 
 @contextmanager
@@ -90,3 +91,13 @@ def test_of_several_paths_the_likeliest_is_meant() -> None:
     assert matching_paths("x/b/main.st", known) == ["b/main.st", "main.st"]
     assert matching_paths("main.st", known) == ["a/main.st", "b/main.st", "main.st"]
     assert matching_paths("ain.st", known) == []
+
+
+def test_marks_of_a_drawing_name_network_and_rung() -> None:
+    body = networks(network(), network(assign(contact("a"), "q"), assign(contact("q"), "a")))
+    plc = Drawn(unit("PROGRAM MAIN VAR a, q : BOOL; END_VAR", body)).plc
+    with built(plc) as build:
+        found = build.at("MAIN.TcPOU", 1)
+        assert found is not None
+        marks = [build.mark(number) for number in sorted(found[2])]
+        assert [mark and mark.place for mark in marks] == ["network 2, rung 1"]

@@ -116,7 +116,7 @@ async def _set_breakpoint(
 
 
 def _breakpoint(facts: dict[str, Any]) -> str:
-    parts = [f"{facts['number']}  {facts['path']}:{facts['line']}"]
+    parts = [f"{facts['number']}  {_shown_place(facts)}"]
     if facts["condition"]:
         parts.append(f"if {facts['condition']}")
     parts.append(f"{facts['hits']} hits" if facts["found"] else facts["message"])
@@ -222,7 +222,7 @@ async def _where(link: "DebugLink", in_json: bool) -> None:
         return
     _tell(state, in_json)
     for call in calls:
-        print(f"  {call['number']}  {call['routine']}  {call['path']}:{call['line']}")
+        print(f"  {call['number']}  {call['routine']}  {_shown_place(call)}")
 
 
 @client_command(plc, STATION_PORT, "set", signed=True)
@@ -254,8 +254,14 @@ def _tell(state: dict[str, Any], in_json: bool) -> None:
     text = f": {stop['text']}" if stop["text"] else ""
     print(
         f"{state['plc']}: {stop['reason']} in {stop['routine']}"
-        f" ({stop['path']}:{stop['line']}), task {stop['task']}{text}"
+        f" ({_shown_place(stop)}), task {stop['task']}{text}"
     )
+
+
+def _shown_place(facts: dict[str, Any]) -> str:
+    """File and line, and in a drawing the place: `MAIN.TcPOU:45, network 3, rung 1`."""
+    place = facts.get("place")
+    return f"{facts['path']}:{facts['line']}" + (f", {place}" if place else "")
 
 
 # online change -------------------------------------------------------------------------------

@@ -20,6 +20,8 @@ class Mark(NamedTuple):
     routine: Routine
     path: str
     line: int
+    place: str = ""
+    """Place in a drawing: `network 3, rung 1`; empty in text."""
 
 
 class _Marks:
@@ -39,7 +41,8 @@ class _Marks:
         if number is None:
             number = self._numbers[routine.key, at] = len(self.marks)
             place = routine.locate(at)
-            self.marks.append(Mark(routine, place.path, place.line))
+            drawn = routine.source.place(at)
+            self.marks.append(Mark(routine, place.path, place.line, drawn))
         return f"call[0] = {number}", f"if {number} in STOPS: stopped(call)"
 
     def entry(self, routine: Routine) -> str:

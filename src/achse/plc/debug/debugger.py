@@ -65,6 +65,8 @@ class Breakpoint:
     """True if there is a statement at the line or after it."""
     found_path: str = ""
     found_line: int = 0
+    found_place: str = ""
+    """Place in a drawing; empty in text."""
     message: str = ""
     hits: int = 0
     marks: frozenset[int] = field(default_factory=frozenset)
@@ -81,6 +83,8 @@ class Stop:
     routine: str
     path: str
     line: int
+    place: str = ""
+    """Place in a drawing: `network 3, rung 1`; empty in text."""
     text: str = ""
     """Of an exception what it says; of a condition what is wrong with it."""
     breakpoints: tuple[int, ...] = ()
@@ -96,6 +100,8 @@ class DebugCall:
     line: int
     view: CallView
     is_library: bool
+    place: str = ""
+    """Place in a drawing; empty in text."""
 
 
 class _Everything:
@@ -245,6 +251,8 @@ class Debugger:
             )
         else:
             breakpoint.found_path, breakpoint.found_line, breakpoint.marks = found
+            mark = self.build.mark(min(breakpoint.marks))
+            breakpoint.found_place = "" if mark is None else mark.place
 
     def _aim(self) -> None:
         """Let the code stop where it has to be looked at."""
@@ -428,6 +436,7 @@ class Debugger:
             mark.routine.name,
             mark.path,
             mark.line,
+            mark.place,
             text,
             numbers,
         )
@@ -456,7 +465,9 @@ class Debugger:
             place = routine.locate(routine.at)
             path, line = (place.path, place.line) if mark is None else (mark.path, mark.line)
             view = CallView(routine, call[2], call[3])
-            found.append(DebugCall(number, routine, path, line, view, self._is_library(path)))
+            drawn = "" if mark is None else mark.place
+            is_library = self._is_library(path)
+            found.append(DebugCall(number, routine, path, line, view, is_library, drawn))
         return found
 
     def view(self, number: int = 0) -> CallView | None:
