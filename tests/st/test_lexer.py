@@ -1,9 +1,12 @@
 """Words, offsets, comments and pragmas."""
 
+from unittest import mock
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from achse.st import lexer
 from achse.st.lexer import END, scan
 
 
@@ -114,6 +117,26 @@ def test_a_part_of_a_text() -> None:
 def test_what_is_no_word(text: str, at: int, message: str) -> None:
     (place, found), *_ = scan(text).faults
     assert (place, found.startswith(message)) == (at, True)
+
+
+@given(st.text(alphabet="aB1 #'~{}%_.\n(*5x", max_size=40), st.integers(0, 3))
+def test_kept_kinds_change_no_token(text: str, most: int) -> None:
+    """Kinds of words are kept: of texts before, of none, and of so few that they are dropped."""
+    with mock.patch.object(lexer, "_MOST_KEPT", len(lexer._KNOWN) + most):
+        first, second = scan(text), scan(text)
+    with mock.patch.object(lexer, "_KINDS", lexer._Kinds()):
+        fresh = scan(text)
+    for tokens in (first, second):
+        assert (tokens.kinds, tokens.words, tokens.faults) == (
+            fresh.kinds, fresh.words, fresh.faults,
+        )  # fmt: skip
+
+
+def test_long_words_are_not_kept() -> None:
+    comment, name = f"(* {'x' * 100} *)", "n" * lexer._LONGEST_KEPT
+    with mock.patch.object(lexer, "_KINDS", lexer._Kinds()) as kinds:
+        scan(comment + name)
+    assert (comment in kinds, name in kinds) == (False, True)
 
 
 def test_conditions() -> None:

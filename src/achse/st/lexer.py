@@ -33,6 +33,12 @@ _BLANK = ""
 _COMMENT = "comment"
 _PRAGMA = "pragma"
 _OPEN = "open"
+_FAULTY = "faulty"
+
+_LONGEST_KEPT = 40
+"""Most characters of a word whose kind is kept: longer words are texts and comments."""
+_MOST_KEPT = 50_000
+"""Most words whose kinds are kept."""
 
 _CLOSED = (BLOCK_WORDS - {"TYPE"}) | {";", "STRUCT", "UNION", "END_STRUCT", "END_UNION"}
 """Tokens behind which something new begins."""
@@ -89,15 +95,25 @@ _CLOSING = {"(*": "*)", "/*": "*/"}
 
 
 class _Kinds(dict[str, str]):
-    """Kind of each word. `faults` maps words of no kind to the reason."""
+    """Kind of each word, for all texts of a process. `faults` maps faulty words to the reason, and
+    to the kind that the parser takes them for."""
 
     def __init__(self) -> None:
         super().__init__(_KNOWN)
-        self.faults: dict[str, str] = {}
+        self.faults: dict[str, tuple[str, str]] = {}
 
     def __missing__(self, word: str) -> str:
-        kind = self[word] = self._classify(word)
+        kind = self._classify(word)
+        if len(word) <= _LONGEST_KEPT:
+            self[word] = kind
         return kind
+
+    def limit(self) -> None:
+        """Begin again if too many words are kept."""
+        if len(self) + len(self.faults) > _MOST_KEPT:
+            self.clear()
+            self.update(_KNOWN)
+            self.faults.clear()
 
     def _classify(self, word: str) -> str:
         first = word[0]
@@ -119,17 +135,19 @@ class _Kinds(dict[str, str]):
             return PARTIAL
         if first == "%" and _ADDRESS.fullmatch(word):
             return ADDRESS
-        self.faults[word] = {
+        reason = {
             "{": "expected } at the end of this pragma",
             "%": "expected an address like %IX0.3, %MD4 or %Q*",
         }.get(first, f"expected Structured Text, got {word[:20]!r}")
-        return _BLANK
+        self.faults[word] = reason, _BLANK
+        return _FAULTY
 
     def _literal(self, kind: str, word: str) -> str:
         problem = malformed(word)
         if problem:
-            self.faults[word] = problem
-        elif kind is REAL and not any(sign in word for sign in ".eE"):
+            self.faults[word] = problem, kind
+            return _FAULTY
+        if kind is REAL and not any(sign in word for sign in ".eE"):
             return INTEGER
         return kind
 
@@ -144,6 +162,7 @@ _KNOWN: dict[str, str] = {
     "(*": _OPEN,
     "/*": _OPEN,
 }
+_KINDS = _Kinds()
 
 
 class Tokens:
@@ -167,22 +186,20 @@ class Tokens:
 def scan(text: str, start: int = 0, end: int | None = None, defines: Defines = ()) -> Tokens:
     """The tokens of a part of the text. What is none is listed in `faults` and left out."""
     end = len(text) if end is None else end
-    kind_of = _Kinds()
+    _KINDS.limit()
     words = _TOKEN.findall(text, start, end)
-    kinds = list(map(kind_of.__getitem__, words))
+    kinds = list(map(_KINDS.__getitem__, words))
     if _OPEN in kinds:
         flat = _flattened(text, start, end)
         words = _TOKEN.findall(flat, start, end)
-        kinds = list(map(kind_of.__getitem__, words))
+        kinds = list(map(_KINDS.__getitem__, words))
     starts = list(accumulate(map(len, words), initial=start))
     tokens = Tokens()
-    if kind_of.faults:
-        problems = kind_of.faults
-        tokens.faults = [
-            (at, problems[word])
-            for word, at in zip(words, starts, strict=False)
-            if word in problems
-        ]
+    if _FAULTY in kinds:
+        for index, kind in enumerate(kinds):
+            if kind is _FAULTY:
+                reason, kinds[index] = _KINDS.faults[words[index]]
+                tokens.faults.append((starts[index], reason))
     asides = [index for index, kind in enumerate(kinds) if kind in (_COMMENT, _PRAGMA, _OPEN)]
     if asides:
         _set_aside(tokens, text, asides, kinds, words, starts, Conditions(defines))
