@@ -1,6 +1,7 @@
 """Declared variables and their addresses."""
 
 import contextlib
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 from achse.iec.elementary import BIT, INT, UDINT
 from achse.iec.errors import DeclarationError
 from achse.iec.strings import STRING
+from achse.iec.types import IecType
 from achse.iec.variables import Address, Section, Variable
 
 
@@ -70,6 +72,29 @@ def test_a_variable_is_that_of_its_first_record_and_copied_for_others() -> None:
     third = variable.copy()
     assert third.placed("c", 12, None) is third
     assert (variable.offset, third.offset, third.initial) == (4, 12, 5)
+
+
+@pytest.mark.parametrize("type", [BIT, INT, STRING(9)])
+def test_copy_has_every_field_of_the_declaration(type: IecType[Any]) -> None:
+    variable: Variable[Any, Any] = Variable(
+        type,
+        name="x",
+        section=Section.STATIC,
+        at="%MX4.1",
+        retain=True,
+        persistent=True,
+        constant=True,
+        comment="pieces",
+        attributes={"TcNoSymbol": ""},
+        offset=8,
+        bit=3,
+    )
+    variable.apart = True
+    fields = set(Variable.__slots__) - {"_is_placed", "_shared"}
+    copies = [
+        (getattr(item, field, None) for field in fields) for item in (variable, variable.copy())
+    ]
+    assert all(mine is copied for mine, copied in zip(*copies, strict=True))
 
 
 def test_an_initial_value_must_fit() -> None:

@@ -226,9 +226,19 @@ class Variable(Generic[G, S]):
     def copy(self) -> Self:
         """The same declaration for another record."""
         copy = object.__new__(type(self))
-        for slot in Variable.__slots__:
-            if hasattr(self, slot):
-                setattr(copy, slot, getattr(self, slot))
+        copy.type, copy.initial, copy.start_values = self.type, self.initial, self.start_values
+        copy.name, copy.section, copy.in_memory = self.name, self.section, self.in_memory
+        copy.address, copy.retain, copy.persistent = self.address, self.retain, self.persistent
+        copy.constant, copy.comment, copy.attributes = self.constant, self.comment, self.attributes
+        copy.hidden, copy.offset, copy.bit, copy.apart = (
+            self.hidden,
+            self.offset,
+            self.bit,
+            self.apart,
+        )
+        copy._unpack = self._unpack
+        if self._unpack is not None:
+            copy._pack, copy._pack_into = self._pack, self._pack_into
         copy._is_placed = False
         copy._shared = None
         return copy
