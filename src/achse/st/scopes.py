@@ -326,7 +326,10 @@ class Scopes:
 
     def global_variables(self, key: str, space: str) -> Sequence[tuple[Scope, Declared]]:
         """The variables of lists that a name alone means, seen from a name space."""
-        lists = self._seen(self.globals.get(key, ()), key, space)
+        named = self.globals.get(key)
+        if named is None:
+            return ()
+        lists = self._seen(named, key, space)
         scopes = map(self.scope, lists)
         return [(scope, scope.variables[key]) for scope in scopes]
 
@@ -456,7 +459,11 @@ class Scopes:
 
     def own(self, key: str, scope: Scope) -> tuple[Scope, Declared] | None:
         """The variable of that name in a scope or in those it extends."""
+        if (found := scope.variables.get(key)) is not None:
+            return scope, found
+        if scope.base is None:
+            return None
         for here in with_bases(scope):
-            if key in here.variables:
-                return here, here.variables[key]
+            if (found := here.variables.get(key)) is not None:
+                return here, found
         return None

@@ -136,3 +136,27 @@ def test_function_of_the_project_replaces_none_in_libraries(tmp_path: Path) -> N
     assert (main["sQualified"], main["nQualified"]) == ("ab", 2)
     assert main["sLibrary"] == "OP ERROR"
     assert main["sTime"] == "2000-01-01-00:16:40.000000000"
+
+
+def test_one_name_means_different_things_in_different_routines(
+    typed: Callable[[str], TypedProject],
+) -> None:
+    """What a name means outside of routines is kept: not for routines that declare it."""
+    project = typed(
+        """
+        FUNCTION F_Own : INT F_Own := 5; END_FUNCTION
+        FUNCTION F_1 : INT F_1 := F_Own() + ABS(-1); END_FUNCTION
+        FUNCTION F_2 : INT VAR F_Own, abs : INT; END_VAR F_2 := F_Own + abs; END_FUNCTION
+        FUNCTION_BLOCK FB
+            METHOD F_Own : INT F_Own := 6; END_METHOD
+            METHOD Go : INT Go := F_Own() + ABS(-1); END_METHOD
+        END_FUNCTION_BLOCK
+        FUNCTION F_3 : INT F_3 := F_Own() + ABS(-1); END_FUNCTION
+        """
+    )
+    assert not project.faults
+    bodies = {key: list(lines_of(routine.body or ())) for key, routine in project.routines.items()}
+    assert bodies["f_1"][0].replace("F_1", "F_3") == bodies["f_3"][0]
+    assert "f_own()" in bodies["f_1"][0]
+    assert "()" not in bodies["f_2"][0]
+    assert "ADR(THIS^)->[f_own]()" in bodies["fb.go"][0]

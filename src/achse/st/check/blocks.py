@@ -29,6 +29,7 @@ class Blocks:
     def __init__(self, names: Resolver) -> None:
         self._names = names
         self._own: dict[int, dict[str, Part]] = {}
+        self._parts: dict[int, dict[str, FoundPart]] = {}
         self._interfaces: dict[int, frozenset[str]] = {}
 
     def base(self, entry: DeclaredUnit) -> DeclaredUnit | None:
@@ -84,14 +85,25 @@ class Blocks:
 
     def part(self, entry: DeclaredUnit, key: str) -> FoundPart | None:
         """The part of that name, in lower case: the unit's own, or of the nearest base."""
-        for here in self.chain(entry):
-            if key in self.own_parts(here):
-                return FoundPart(here, self.own_parts(here)[key])
+        found = self._parts.get(id(entry))
+        return (self._all_parts(entry) if found is None else found).get(key)
+
+    def _all_parts(self, entry: DeclaredUnit) -> dict[str, FoundPart]:
+        """The parts of a unit and its bases by name, kept once the types of the blocks are
+        known."""
+        units = self.chain(entry)
+        is_final = all(
+            here.type is not None or here.tree.__class__ is not FunctionBlock for here in units
+        )
         if isinstance(entry.tree, Interface):
-            for here in self.bases_of_interface(entry):
-                if key in self.own_parts(here):
-                    return FoundPart(here, self.own_parts(here)[key])
-        return None
+            units += self.bases_of_interface(entry)
+        found: dict[str, FoundPart] = {}
+        for here in units:
+            for key, part in self.own_parts(here).items():
+                found.setdefault(key, FoundPart(here, part))
+        if is_final:
+            self._parts[id(entry)] = found
+        return found
 
     def interfaces(self, entry: DeclaredUnit) -> frozenset[str]:
         """The keys of all interfaces that a block (or interface) has, its bases' included."""

@@ -103,9 +103,10 @@ class Builtins:
     def call(self, name: str, arguments: Sequence[Argument], at: int) -> TypedOperand:
         """A call. Raises `Unexpected`."""
         name = name.upper()
-        special = self._body.system.special(name)
+        system = self._body.system
+        special = system.special(name)
         if special is not None:
-            return special(_values(name, arguments, at), at)
+            return special(system, _values(name, arguments, at), at)
         row = _ROWS.get(name)
         if row is None:
             source_target = conversion_target(name)

@@ -1,6 +1,6 @@
 """Calls: which routine is called, and what goes into which parameter."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,7 @@ from achse.st.check.meanings import (
     UnitName,
 )
 from achse.st.check.operands import TypedOperand, followed_value, read
-from achse.st.check.signatures import DeclaredParameter, Signature
+from achse.st.check.signatures import DeclaredParameter, Signature, parameters_by_name
 from achse.st.cursor import Unexpected
 from achse.st.tree import Argument, Call, Expression
 from achse.st.typed.expressions import (
@@ -272,27 +272,31 @@ class CallChecker:
         at: int,
     ) -> tuple[tuple[Stored, ...], tuple[Stored, ...]]:
         """Arguments as stores into parameters, and outputs as stores from them."""
-        by_name = {item.variable.name.lower(): item for item in parameters}
-        by_position = [item for item in parameters if item.section != "VAR_OUTPUT"]
-        by_position += [item for item in parameters if item.section == "VAR_OUTPUT"]
-        if signature is not None and signature.kind in (RoutineKind.FUNCTION, RoutineKind.METHOD):
-            by_position = list(parameters)
+        if signature is not None and parameters is signature.parameters:
+            by_name = signature.by_name
+        else:
+            by_name = parameters_by_name(parameters)
+        by_position: Sequence[DeclaredParameter] | None = None
         unit = signature.entry.name if base is None and signature is not None else ""
+        expressions, converter = self._body.expressions, self._body.converter
         inputs: list[Stored] = []
         outputs: list[Stored] = []
         given: set[str] = set()
         for position, argument in enumerate(arguments):
-            if argument.name:
-                parameter = by_name.get(argument.name.lower())
+            key = argument.name.lower()
+            if key:
+                parameter = by_name.get(key)
                 if parameter is None:
                     raise self._no_parameter(signature, argument, parameters)
             else:
+                if by_position is None:
+                    by_position = _by_position(signature, parameters)
                 if position >= len(by_position):
                     count = len(by_position)
                     name = "the call" if signature is None else signature.name
                     raise Unexpected(argument.at or at, f"{name} takes {count} arguments, got more")
                 parameter = by_position[position]
-            key = parameter.variable.name.lower()
+                key = parameter.variable.name.lower()
             if key in given:
                 if not (argument.name and arguments[0].name):
                     raise Unexpected(argument.at, f"{parameter.variable.name} is given twice")
@@ -307,9 +311,15 @@ class CallChecker:
             if is_output or argument.is_output:
                 outputs.append(self._output(parameter, place, argument.value))
                 continue
-            operand = self._body.expressions.operand(argument.value)
-            inputs += self._input(parameter, place, operand, argument.value.at)
-        self._check_missing(signature, parameters, given, at)
+            operand = expressions.operand(argument.value)
+            value_at = argument.value.at
+            if _is_plain(parameter):
+                value = converter.implicit(operand, parameter.variable.type, value_at)
+                inputs.append(Stored(place, value, place.type, value_at))
+            else:
+                inputs += self._input(parameter, place, operand, value_at)
+        if len(given) < len(by_name):
+            self._check_missing(signature, by_name, given, at)
         return tuple(inputs), tuple(outputs)
 
     def _no_parameter(
@@ -327,7 +337,7 @@ class CallChecker:
     def _check_missing(
         self,
         signature: Signature | None,
-        parameters: Sequence[DeclaredParameter],
+        by_name: Mapping[str, DeclaredParameter],
         given: set[str],
         at: int,
     ) -> None:
@@ -336,10 +346,10 @@ class CallChecker:
             RoutineKind.ACTION,
         ):
             return
-        for parameter in parameters:
-            name = parameter.variable.name
-            if name.lower() in given:
+        for key, parameter in by_name.items():
+            if key in given:
                 continue
+            name = parameter.variable.name
             if parameter.section == "VAR_IN_OUT":
                 self._body.missing_in_out(signature, name, at)
             elif parameter.section == "VAR_INPUT" and not parameter.has_initial:
@@ -474,14 +484,35 @@ def _table_name(signature: Signature) -> str:
     return signature.key.rpartition(".")[2]
 
 
+def _by_position(
+    signature: Signature | None, parameters: Sequence[DeclaredParameter]
+) -> Sequence[DeclaredParameter]:
+    """The parameters in the order of arguments without names: of blocks the outputs are last."""
+    if signature is not None and signature.kind in (RoutineKind.FUNCTION, RoutineKind.METHOD):
+        return parameters
+    inputs = [item for item in parameters if item.section != "VAR_OUTPUT"]
+    return inputs + [item for item in parameters if item.section == "VAR_OUTPUT"]
+
+
+def _is_plain(parameter: DeclaredParameter) -> bool:
+    """Return True if an argument is converted and stored, and nothing besides."""
+    if parameter.is_plain is None:
+        type = parameter.variable.type
+        is_reference = isinstance(resolved(type), ReferenceType)
+        parameter.is_plain = not (is_reference or is_any(type) or parameter.section == "VAR_IN_OUT")
+    return parameter.is_plain
+
+
+_CALLEE = CalleeBase()
+
+
 def _place(parameter: DeclaredParameter, at: int, unit: str = "") -> Storage:
     """Return the storage of a parameter in the called routine, of a program in its unit."""
     variable = parameter.variable
     type = flat(variable.type)
     if unit:
         return Storage(UnitBase(unit, variable), 0, type, name=variable.name, at=at)
-    base = CalleeBase()
-    return Storage(base, variable.offset, type, variable.bit, name=variable.name, at=at)
+    return Storage(_CALLEE, variable.offset, type, variable.bit, (), False, variable.name, at)
 
 
 def _variable_place(variable: Variable[Any, Any], at: int) -> Storage:

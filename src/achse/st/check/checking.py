@@ -106,6 +106,9 @@ class Checking:
             for member in unit.__iec__.members
         }
         self.current: RoutineBody
+        self.plain_names: dict[tuple[str, str], DeclaredUnit | str] = {}
+        """Meanings of names that are no variables and no values, by name space and name in lower
+        case: a unit, or the name of a function of the language."""
         self._pointers: dict[int, PointerType] = {}
         self._functions: dict[str, Signature | None] = {}
         self._known_faults = len(names.scopes.faults)

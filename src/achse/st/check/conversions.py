@@ -95,10 +95,13 @@ class Converter:
     def implicit(self, operand: TypedOperand, target: IecType[Any], at: int) -> TypedValue:
         """The operand as a variable of `target` takes it. Raises `Unexpected` if none does."""
         to = flat(target)
-        if operand.loose and operand.is_constant:
-            self._check_value(operand, target, at)
-            return self._constant(operand, target, to, at)
         value = operand.value
+        if operand.loose and isinstance(value, Known):
+            if to is not target:
+                self._check_value(operand, target, at)
+            return self._constant(operand, target, to, at)
+        if value.type is target and to is target:
+            return value  # neither an enumeration nor an alias: nothing to convert or check
         source = operand.flat
         if isinstance(to, InterfaceType):
             return self._interface(operand, to, at)

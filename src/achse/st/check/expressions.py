@@ -61,7 +61,7 @@ class ExpressionChecker:
 
     def operand(self, tree: Expression) -> TypedOperand:
         """An expression as a value. Raises `Unexpected` and `Failed`."""
-        found = self.meaning(tree)
+        found = _READERS[tree.__class__](self, tree)
         if not isinstance(found, TypedOperand):
             found = self.as_operand(found, tree.at)
         if found.value.type is None:
@@ -100,9 +100,7 @@ class ExpressionChecker:
 
     def meaning(self, tree: Expression) -> Meaning:
         """Return the meaning of an expression: a value, or anything else that a name can be."""
-        if isinstance(tree, Binary):
-            return self._chain(tree)
-        return _READERS[type(tree)](self, tree)
+        return _READERS[tree.__class__](self, tree)
 
     def type_operand(self, tree: Expression) -> IecType[Any] | None:
         """The type that an expression names; None if it is a value."""
@@ -223,14 +221,18 @@ class ExpressionChecker:
 
     # operators -------------------------------------------------------------------------------
 
-    def _chain(self, tree: Expression) -> TypedOperand:
+    def _chain(self, tree: Binary) -> TypedOperand:
         """Long sums lean to the left: that side is walked, not descended."""
-        chain: list[Binary] = []
-        while isinstance(tree, Binary):
-            chain.append(tree)
-            tree = tree.left
         operators = self._body.operators
-        left = self.operand(tree)
+        first = tree.left
+        if first.__class__ is not Binary:
+            left, right = self.operand(first), self.operand(tree.right)
+            return operators.binary(tree.operator, left, right, tree.at)
+        chain = [tree]
+        while isinstance(first, Binary):
+            chain.append(first)
+            first = first.left
+        left = self.operand(first)
         is_long = len(chain) > _LONG
         for node in reversed(chain):
             right = self.operand(node.right)
@@ -271,6 +273,7 @@ _LONG = 50
 _WIDTHS: dict[str, IecType[Any]] = {"B": BYTE, "W": WORD, "D": DWORD, "L": LWORD}
 
 _READERS: dict[type, Callable[[ExpressionChecker, Any], Meaning]] = {
+    Binary: ExpressionChecker._chain,
     DirectAddress: ExpressionChecker._address,
     Literal: ExpressionChecker._literal,
     Name: ExpressionChecker._name,

@@ -11,6 +11,8 @@ from achse.st.typed.places import FrameBase, Storage, flat
 
 __all__ = ["VariableFrame"]
 
+_FRAME = FrameBase()
+
 
 class VariableFrame:
     """Variables one after the other, each at its natural alignment."""
@@ -57,7 +59,7 @@ class VariableFrame:
     def storage(self, variable: Variable[Any, Any], at: int) -> Storage:
         """Return the storage of a variable of the frame."""
         type = flat(variable.type)
-        return Storage(FrameBase(), variable.offset, type, name=variable.name, at=at)
+        return Storage(_FRAME, variable.offset, type, None, (), False, variable.name, at)
 
     def structure(self) -> StructType[Any]:
         """The frame as a type: offsets, and the bytes it starts with."""

@@ -1,7 +1,6 @@
 """Names: what one means inside a routine, from the nearest declaration to the farthest."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
@@ -67,11 +66,15 @@ class NameResolver:
         key = name.lower()
         body = self._body
         space = library or body.scope.space
+        known = body.checking.plain_names.get((space, key))
+        if known is not None:
+            return BuiltinName(known, at) if isinstance(known, str) else self.of_entry(known, at)
         found = self._global(key, space, at)
         if found is not None:
             return found
         entry = self._unit(name, space)
         if entry is not None:
+            body.checking.plain_names[space, key] = entry
             return self.of_entry(entry, at)
         lists = self._names.scopes.lists_with_property(key, space)
         if lists:
@@ -86,6 +89,7 @@ class NameResolver:
             unit = body.checking.given_units[key]
             return UnitName(unit.__iec__.name, None, unit.__iec__, at)
         if is_builtin(name):
+            body.checking.plain_names[space, key] = name.upper()
             return BuiltinName(name.upper(), at)
         type = self._names.given.find(name, at)
         return None if type is None else TypeName(type, None, name, at)
@@ -345,8 +349,7 @@ class NameResolver:
         """A method, property or action of the routine's own block or program."""
         body = self._body
         entry = body.signature.entry
-        found = body.checking.blocks.part(entry, key)
-        if found is None:
+        if body.checking.blocks.part(entry, key) is None:
             return None
         instance = self.this_address(at)
         return self.of_part(entry, key, instance, False, at)
@@ -414,4 +417,16 @@ class NameResolver:
 
 def replaced(storage: Storage, **changes: Any) -> Storage:
     """The same storage with other values of some fields."""
-    return replace(storage, **changes)
+    copy = Storage(
+        storage.base,
+        storage.offset,
+        storage.type,
+        storage.bit,
+        storage.steps,
+        storage.is_constant,
+        storage.name,
+        storage.at,
+    )
+    for name, value in changes.items():
+        setattr(copy, name, value)
+    return copy

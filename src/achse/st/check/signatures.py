@@ -31,7 +31,14 @@ from achse.st.units import (
     Unit,
 )
 
-__all__ = ["DeclaredParameter", "Routines", "Signature", "SignatureTree", "attributes_in"]
+__all__ = [
+    "DeclaredParameter",
+    "Routines",
+    "Signature",
+    "SignatureTree",
+    "attributes_in",
+    "parameters_by_name",
+]
 
 SignatureTree: TypeAlias = Function | FunctionBlock | Program | Method | Accessor | Action
 
@@ -54,6 +61,8 @@ class DeclaredParameter:
     bounds: tuple[Variable[Any, Any], ...] = ()
     """Of an ARRAY [*]: hidden variables for the lower and upper bound of each dimension."""
     has_initial: bool = False
+    is_plain: bool | None = None
+    """True if an argument is only converted and stored; None before the first call."""
 
 
 @dataclass(slots=True, eq=False)
@@ -79,6 +88,7 @@ class Signature:
     starts: list[tuple[Declaration, Variable[Any, Any]]] = field(default_factory=list)
     """Locals whose first value takes code."""
     accessor_of: Property | None = None
+    _by_name: dict[str, DeclaredParameter] = field(default_factory=dict)
 
     @property
     def source(self) -> Source:
@@ -97,9 +107,21 @@ class Signature:
     def is_abstract(self) -> bool:
         return "ABSTRACT" in self.modifiers or isinstance(self.entry.tree, Interface)
 
+    @property
+    def by_name(self) -> dict[str, DeclaredParameter]:
+        """The parameters in order, by name in lower case."""
+        if len(self._by_name) < len(self.parameters):
+            self._by_name = parameters_by_name(self.parameters)
+        return self._by_name
+
     def parameter(self, key: str) -> DeclaredParameter | None:
         """The parameter of that name, in lower case."""
-        return next((item for item in self.parameters if item.variable.name.lower() == key), None)
+        return self.by_name.get(key)
+
+
+def parameters_by_name(parameters: Iterable[DeclaredParameter]) -> dict[str, DeclaredParameter]:
+    """Return parameters by name in lower case."""
+    return {item.variable.name.lower(): item for item in parameters}
 
 
 class Routines:

@@ -96,10 +96,12 @@ class StatementChecker:
         if self._all_labels:
             own = {item.name.lower() for item in statements if isinstance(item, Label)}
             self._labels.append(own)
-        self._none_after(statements[0].at if statements else 0)
+        after = self._body.calls.after
+        if after:
+            self._none_after(statements[0].at if statements else 0)
         for statement in statements:
             try:
-                typed = _CHECKS[type(statement)](self, statement)
+                typed = _CHECKS[statement.__class__](self, statement)
             except Unexpected as fault:
                 self._body.fault(fault.at, fault.message)
             except Failed:
@@ -109,10 +111,11 @@ class StatementChecker:
             else:
                 if typed is not None:
                     found.append(typed)
-                if isinstance(statement, Assign | Call):
-                    found += self._body.calls.after
-                    self._body.calls.after.clear()
-                self._none_after(statement.at)
+                if after:
+                    if isinstance(statement, Assign | Call):
+                        found += after
+                        after.clear()
+                    self._none_after(statement.at)
         if self._all_labels:
             self._labels.pop()
         return tuple(found)

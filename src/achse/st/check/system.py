@@ -1,7 +1,7 @@
 """Operators of addresses, types and memory: ADR, SIZEOF, __NEW, __QUERYINTERFACE and the like."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from achse.iec.arrays import ArrayType
 from achse.iec.derived import InterfaceType, PointerType, resolved
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 __all__ = ["SystemOperators"]
 
-Special = Callable[[list[Expression], int], TypedOperand]
+Special: TypeAlias = "Callable[[SystemOperators, list[Expression], int], TypedOperand]"
 
 
 class SystemOperators:
@@ -45,29 +45,11 @@ class SystemOperators:
 
     def __init__(self, body: "RoutineBody") -> None:
         self._body = body
-        self._specials: dict[str, Special] = {
-            "ADR": self._address,
-            "BITADR": self._bit_address,
-            "SIZEOF": self._size,
-            "XSIZEOF": self._size,
-            "LOWER_BOUND": self._lower,
-            "UPPER_BOUND": self._upper,
-            "__NEW": self._created,
-            "__DELETE": self._deleted,
-            "__ISVALIDREF": self._is_valid,
-            "__QUERYINTERFACE": self._query_interface,
-            "__QUERYPOINTER": self._query_pointer,
-            "__VARINFO": self._variable_info,
-            "__POUNAME": self._unit_name,
-            "__POSITION": self._position,
-            "TEST_AND_SET": self._test_and_set,
-            "__XADD": self._added,
-            "__COMPARE_AND_SWAP": self._swapped,
-        }
 
-    def special(self, name: str) -> Special | None:
+    @staticmethod
+    def special(name: str) -> "Special | None":
         """The operator of that name, in upper case."""
-        return self._specials.get(name)
+        return _SPECIALS.get(name)
 
     def variable(self, name: str, at: int) -> TypedOperand | None:
         """Names that are values: none of the checker's own at present."""
@@ -313,6 +295,27 @@ class SystemOperators:
             (_offset(record, "ByteOffset"), offset),
         )
         return TypedOperand(Composed(image, parts, record, at), found.type)
+
+
+_SPECIALS: dict[str, Special] = {
+    "ADR": SystemOperators._address,
+    "BITADR": SystemOperators._bit_address,
+    "SIZEOF": SystemOperators._size,
+    "XSIZEOF": SystemOperators._size,
+    "LOWER_BOUND": SystemOperators._lower,
+    "UPPER_BOUND": SystemOperators._upper,
+    "__NEW": SystemOperators._created,
+    "__DELETE": SystemOperators._deleted,
+    "__ISVALIDREF": SystemOperators._is_valid,
+    "__QUERYINTERFACE": SystemOperators._query_interface,
+    "__QUERYPOINTER": SystemOperators._query_pointer,
+    "__VARINFO": SystemOperators._variable_info,
+    "__POUNAME": SystemOperators._unit_name,
+    "__POSITION": SystemOperators._position,
+    "TEST_AND_SET": SystemOperators._test_and_set,
+    "__XADD": SystemOperators._added,
+    "__COMPARE_AND_SWAP": SystemOperators._swapped,
+}
 
 
 def _offset(record: StructType[Any], name: str) -> int:

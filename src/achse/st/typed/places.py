@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from achse.iec.derived import resolved
+from achse.iec.derived import AliasType
 from achse.iec.enums import EnumType
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
@@ -29,8 +29,9 @@ __all__ = [
 
 def flat(type: IecType[Any]) -> IecType[Any]:
     """The type that code sees: behind aliases and sub-ranges, and the base of an enumeration."""
-    real = resolved(type)
-    return real.base if isinstance(real, EnumType) else real
+    while isinstance(type, AliasType):
+        type = type.base
+    return type.base if isinstance(type, EnumType) else type
 
 
 @node
