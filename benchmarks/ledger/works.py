@@ -36,7 +36,7 @@ WORKS = (
     Work("axis read", "read the position of an axis at port 501", "request_works:axis_read", 100),
     Work("frames", "64 read requests in one portion of a TCP stream", "request_works:frames", 2),
     Work("samples", "10 ms of the demo station with 100 subscriptions", "request_works:samples", 5),
-    Work("symbol upload", "the symbol table of the demo PLC (0xF00B)", "request_works:upload", 5),
+    Work("symbol upload", "the symbol table of the demo PLC (0xF00B)", "request_works:upload", 100),
     Work("tick at rest", "10 ms of the demo station at rest", "request_works:tick_at_rest", 20),
     Work("tick moving", "10 ms of the demo station, 3 axes move", "request_works:tick_moving", 20),
     Work("1 axis plain", "NC cycle of an axis, plain Python", "axis_works:one_axis_plain", 20),
