@@ -107,8 +107,8 @@ class Checking:
         }
         self.current: RoutineBody
         self.plain_names: dict[tuple[str, str], DeclaredUnit | str] = {}
-        """Meanings of names that are no variables and no values, by name space and name in lower
-        case: a unit, or the name of a function of the language."""
+        """Units, and names of functions of the language, by the name space and the name in lower
+        case that mean them where no variable or value has the name."""
         self._pointers: dict[int, PointerType] = {}
         self._functions: dict[str, Signature | None] = {}
         self._known_faults = len(names.scopes.faults)
