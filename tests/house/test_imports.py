@@ -43,12 +43,14 @@ def test_help_is_light(arguments: str) -> None:
 
 
 def test_a_station_loads_only_what_it_has() -> None:
-    """Neither bus nor Structured Text: no EtherCAT, no drives, no front end."""
+    """Neither bus nor Structured Text, signals or Modbus: nothing of them is loaded."""
     statement = "from achse.station.station import DEMO, Station\nStation.load(DEMO)"
     loaded = _loaded_by(statement)
     rooms = ("achse.st.", "achse.ethercat", "achse.drive")
     front_end = {"achse.st.collection", "achse.st.tasks"}
     assert {name for name in loaded if name.startswith(rooms)} == front_end
+    parts = {"achse.station.building.signals", "achse.devices.modbus", "achse.transport.modbus"}
+    assert not loaded & parts
 
 
 def test_a_start_searches_for_no_garbage() -> None:

@@ -16,11 +16,9 @@ from achse.server import Device
 from achse.st.collection import collection_paused
 from achse.station.building.building import Building, Ground, Parts
 from achse.station.building.camshaft import make_camshafts
-from achse.station.building.modbus import make_modbus
 from achse.station.building.nc import make_nc
 from achse.station.building.plcs import make_plcs
 from achse.station.building.scope import make_scope
-from achse.station.building.signals import make_signals
 from achse.station.configuration.station_file import ConfigError, StationConfig
 
 __all__ = ["PARTS", "assemble", "idle", "permanent"]
@@ -43,15 +41,31 @@ def _make_terminals(building: Building) -> None:
         terminals.make_terminals(building)
 
 
+def _make_signals(building: Building) -> None:
+    """The simulated signals, without which no waveform is loaded. Raises ConfigError."""
+    if building.ground.config.signal:
+        from achse.station.building import signals
+
+        signals.make_signals(building)
+
+
+def _make_modbus(building: Building) -> None:
+    """The Modbus server, without which nothing of Modbus is loaded. Raises ConfigError."""
+    if building.ground.config.modbus is not None:
+        from achse.station.building import modbus
+
+        modbus.make_modbus(building)
+
+
 PARTS: tuple[Callable[[Building], None], ...] = (
     make_nc,
     _make_buses,
     make_plcs,
     _make_terminals,
-    make_signals,
+    _make_signals,
     make_camshafts,
     make_scope,
-    make_modbus,
+    _make_modbus,
 )
 """Builders of a station's parts; each reads its section of the configuration."""
 
