@@ -223,7 +223,7 @@ def test_a_missing_end_var_is_one_fault() -> None:
     ]
     (program,) = parsed.units
     assert isinstance(program, Program)
-    assert program.body is not None
+    assert isinstance(program.body, tuple)
     assert len(program.body) == 3
 
 

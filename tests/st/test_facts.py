@@ -57,5 +57,5 @@ def test_conditions(tmp_path: Path, condition: str, holds: bool) -> None:
     project = load_project(tmp_path)
     main = project.declarations.trees["main"]
     assert isinstance(main, Program)
-    assert main.body is not None
+    assert isinstance(main.body, tuple)
     assert len(main.body) == holds
