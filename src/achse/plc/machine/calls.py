@@ -20,6 +20,7 @@ from achse.plc.machine.values import (
     NotTranslatedError,
     PackedBytes,
     machine_type,
+    words_of,
 )
 from achse.st.typed.project import Routine
 
@@ -81,9 +82,7 @@ class CallTranslator:
     def _inputs(self, signature: RoutineSignature, call: Call) -> list[Operand]:
         """The arguments, computed in the order they are given."""
         of = self._of
-        given = {
-            variable.offset: self._as_words(of.value(value)) for variable, value in call.arguments
-        }
+        given = {variable.offset: words_of(of.value(value)) for variable, value in call.arguments}
         found: list[Operand] = []
         for part in signature.inputs:
             words = given[part.offset]
@@ -91,13 +90,6 @@ class CallTranslator:
                 words = [of.at_type(words[0], machine_type(part.type))]
             found += words
         return found
-
-    def _as_words(self, value: MachineValue) -> list[Operand]:
-        if isinstance(value, Operand):
-            return [value]
-        if isinstance(value, MachineText):
-            return [value.address, value.length]
-        return [value.address]
 
     def _given(
         self, result: SignaturePart | None, results: tuple[Operand, ...], room: Operand | None

@@ -33,6 +33,7 @@ from achse.plc.machine.values import (
     PackedBytes,
     is_packed,
     machine_type,
+    words_of,
 )
 from achse.plc.memory import Area
 from achse.st.check.kinds import counted
@@ -234,7 +235,7 @@ class ExpressionTranslator:
         for label, one in ((on_yes, yes), (on_no, no)):
             b.begin(label)
             given = self.value(one)
-            pieces = _operands_of(given)
+            pieces = words_of(given)
             kept = kept or [b.variable(piece.type) for piece in pieces]
             for variable, piece in zip(kept, pieces, strict=True):
                 b.set(variable, self.at_type(piece, variable.type))
@@ -450,13 +451,6 @@ _SHIFTS: dict[Operator, Callable[[FunctionBuilder], Callable[..., Operand]]] = {
     Operator.ROL: lambda b: b.rotate_left,
     Operator.ROR: lambda b: b.rotate_right,
 }
-
-
-def _operands_of(value: MachineValue) -> list[Operand]:
-    """Return the operands of a value in registers."""
-    if isinstance(value, MachineText):
-        return [value.address, value.length]
-    return [value.address] if isinstance(value, PackedBytes) else [value]
 
 
 _TRANSLATIONS: dict[type[Any], Callable[[ExpressionTranslator, Any], MachineValue]] = {

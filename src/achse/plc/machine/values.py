@@ -33,6 +33,7 @@ __all__ = [
     "is_number",
     "is_packed",
     "machine_type",
+    "words_of",
 ]
 
 
@@ -92,3 +93,10 @@ def is_packed(type: IecType[Any]) -> bool:
 def is_number(type: IecType[Any]) -> bool:
     """Return True if values are in a register."""
     return not isinstance(type, StructType | ArrayType | StringType)
+
+
+def words_of(value: MachineValue) -> list[Operand]:
+    """Return the registers that a value is in."""
+    if isinstance(value, MachineText):
+        return [value.address, value.length]
+    return [value.address] if isinstance(value, PackedBytes) else [value]
