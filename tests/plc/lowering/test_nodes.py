@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.iec.elementary import DINT, IntegerType
-from achse.plc.lowering.nodes import Home, Place, Temporary, Term
+from achse.plc.lowering.nodes import Home, ResolvedPlace, Temporary, Term
 from achse.st.check.kinds import UNSIGNED
 
 SIZES = st.sampled_from((1, 2, 4, 8))
@@ -26,7 +26,7 @@ def test_aligned_place_is_a_multiple_of_its_size_for_all_indexes(
 ) -> None:
     type: IntegerType = UNSIGNED[size]
     terms = tuple(Term(Temporary(1, DINT), stride) for stride in strides)
-    place = Place(home, offset, type, None, terms, bounded, alignment=alignment)
+    place = ResolvedPlace(home, offset, type, None, terms, bounded, alignment=alignment)
     is_aligned = place.is_aligned(size)
     if is_aligned:
         assert home in (Home.AREA, Home.INSTANCE, Home.FRAME)

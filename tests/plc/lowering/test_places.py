@@ -7,11 +7,11 @@ from achse.plc.lowering.nodes import (
     Effects,
     Home,
     Keep,
-    Load,
+    LoadValue,
     LoweredRoutine,
-    Place,
+    ResolvedPlace,
     Sequence,
-    Store,
+    StoreValue,
     Temporary,
 )
 from achse.plc.memory import Area
@@ -44,9 +44,9 @@ END_PROGRAM
 """
 
 
-def _stores(routine: LoweredRoutine) -> list[Store]:
+def _stores(routine: LoweredRoutine) -> list[StoreValue]:
     values = [one.values[0] for one in routine.body if isinstance(one, Effects)]
-    return [value for value in values if isinstance(value, Store)]
+    return [value for value in values if isinstance(value, StoreValue)]
 
 
 def test_constant_index_is_part_of_the_offset(lower: Lower) -> None:
@@ -72,7 +72,7 @@ def test_pointer_and_bit_have_their_place(lower: Lower) -> None:
     assert [(term.stride, term.low) for term in element.terms] == [(2, None)]
     assert (bit.area, bit.offset, bit.bit) == (Area.OUTPUT, 1, 3)
     read = stores[5].value
-    assert isinstance(read, Load)
+    assert isinstance(read, LoadValue)
     assert read.place.bit == 1
 
 
@@ -83,16 +83,16 @@ def test_number_in_an_area_is_evaluated_before_its_index(lower: Lower) -> None:
 
 def test_large_value_takes_from_the_budget(lower: Lower) -> None:
     large = _stores(lower(TEXT))[6].value
-    assert isinstance(large, Load)
+    assert isinstance(large, LoadValue)
     assert large.spends
     (small, *_) = [one.value for one in _stores(lower(TEXT, "f"))]
-    assert isinstance(small, Load)
+    assert isinstance(small, LoadValue)
     assert not small.spends
 
 
 def test_open_array_keeps_its_lower_bound(lower: Lower) -> None:
     (store,) = _stores(lower(TEXT, "f"))
-    assert isinstance(store.value, Load)
+    assert isinstance(store.value, LoadValue)
     index, first = store.value.place.terms
     assert isinstance(index.low, Keep)
     assert index.low.is_repeatable
@@ -111,11 +111,11 @@ END_PROGRAM"""
     (store,) = _stores(lower(text))
     assert isinstance(store.value, Sequence)
     (hidden,) = store.value.effects
-    assert isinstance(hidden, Store)
+    assert isinstance(hidden, StoreValue)
     assert hidden.place.home is Home.FRAME
     read = store.value.value
-    assert isinstance(read, Load)
-    assert isinstance(read.place, Place)
+    assert isinstance(read, LoadValue)
+    assert isinstance(read.place, ResolvedPlace)
     assert read.place.home is Home.FRAME
 
 

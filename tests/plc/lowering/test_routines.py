@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from achse.plc.lowering.nodes import Home, Load, LoweredRoutine
+from achse.plc.lowering.nodes import Home, LoadValue, LoweredRoutine
 
 Lower = Callable[..., LoweredRoutine]
 
@@ -37,7 +37,7 @@ def test_debugger_finds_all_variables_in_memory(lower: Lower) -> None:
 
 def test_results_are_the_result_and_the_outputs(lower: Lower) -> None:
     routine = lower(TEXT, "small")
-    names = [one.place.variable.name for one in routine.results if isinstance(one, Load)
+    names = [one.place.variable.name for one in routine.results if isinstance(one, LoadValue)
              and one.place.variable is not None]  # fmt: skip
     assert names == ["Small", "m"]
     assert lower(TEXT).results == ()

@@ -4,15 +4,15 @@ from collections.abc import Callable
 
 from achse.plc.lowering.nodes import (
     Branches,
-    Call,
     Compute,
     Effects,
     Lifecycle,
     Loop,
     LoweredRoutine,
-    Selection,
-    Store,
-    Try,
+    LoweredSelection,
+    LoweredTry,
+    RoutineCall,
+    StoreValue,
 )
 from achse.st.typed.expressions import Operator
 
@@ -49,8 +49,8 @@ def test_loops_have_one_form(lower: Lower) -> None:
     counted, before, after, *_ = lower(TEXT).body
     assert isinstance(counted, Loop)
     (start,), (advance,) = counted.start, counted.advance
-    assert isinstance(start, Store)
-    assert isinstance(advance, Store)
+    assert isinstance(start, StoreValue)
+    assert isinstance(advance, StoreValue)
     assert isinstance(counted.before, Compute)
     assert counted.before.operator is Operator.NOT
     assert isinstance(before, Loop)
@@ -73,14 +73,14 @@ def test_latch_stores_only_if_its_condition_holds(lower: Lower) -> None:
 
 def test_selection_has_the_numbers_of_its_type(lower: Lower) -> None:
     selection = lower(TEXT).body[4]
-    assert isinstance(selection, Selection)
+    assert isinstance(selection, LoweredSelection)
     assert [one.labels for one in selection.cases] == [((1, 1), (3, 5)), ((6, 6),)]
     assert len(selection.otherwise) == 1
 
 
 def test_protected_statements_keep_their_parts(lower: Lower) -> None:
     statement = lower(TEXT).body[5]
-    assert isinstance(statement, Try)
+    assert isinstance(statement, LoweredTry)
     assert statement.code is None
     assert [len(part) for part in (statement.body, statement.handler, statement.final)] == [1, 1, 1]
 
@@ -89,14 +89,14 @@ def test_call_of_a_block_is_the_last_effect(lower: Lower) -> None:
     statement = lower(TEXT).body[6]
     assert isinstance(statement, Effects)
     (call,) = statement.values
-    assert isinstance(call, Call)
+    assert isinstance(call, RoutineCall)
     assert call.routine.key == "fb"
 
 
 def test_record_begins_with_its_header(lower: Lower) -> None:
     one, *more = [step for step in lower(TEXT, "f").body if isinstance(step, Lifecycle)]
     header, create = one.effects
-    assert isinstance(header, Store)
-    assert isinstance(create, Call)
+    assert isinstance(header, StoreValue)
+    assert isinstance(create, RoutineCall)
     assert create.instance == one.pointer
     assert sum(step.count for step in more if len(step.effects) == 2) == 3

@@ -7,17 +7,17 @@ import pytest
 
 from achse.plc.lowering.nodes import (
     Check,
-    Choice,
     Compute,
     Convert,
     Copy,
     Effects,
     External,
     Keep,
-    Load,
+    LazyChoice,
+    LoadValue,
     LoweredRoutine,
     Sequence,
-    Store,
+    StoreValue,
     Value,
 )
 from achse.st.typed.expressions import Conversion, Known, Operator
@@ -45,7 +45,7 @@ def value(lower: Lower) -> Callable[[str], Value]:
         (effects,) = lower(f"{DECLARED}{statement}\nEND_PROGRAM").body
         assert isinstance(effects, Effects)
         (store,) = effects.values
-        assert isinstance(store, Store)
+        assert isinstance(store, StoreValue)
         return store.value
 
     return stored
@@ -85,9 +85,9 @@ def test_choices_of_bools_are_logic(value: Callable[[str], Value]) -> None:
 
 def test_shortcut_is_a_choice_with_a_constant(value: Callable[[str], Value]) -> None:
     both, either = value("a := b AND_THEN c;"), value("a := b OR_ELSE c;")
-    assert isinstance(both, Choice)
+    assert isinstance(both, LazyChoice)
     assert both.no == Known(False, both.type)
-    assert isinstance(either, Choice)
+    assert isinstance(either, LazyChoice)
     assert either.yes == Known(True, either.type)
 
 
@@ -118,7 +118,7 @@ def test_text_is_copied_before_a_call_that_may_change_it(value: Callable[[str], 
     found = _computed(value("u := CONCAT(s, F(s));"))
     assert isinstance(found.operands[0], Copy)
     found = _computed(value("u := CONCAT(s, u);"))
-    assert isinstance(found.operands[0], Load)
+    assert isinstance(found.operands[0], LoadValue)
 
 
 def test_text_before_a_call_is_what_it_was(run: Run) -> None:

@@ -122,11 +122,11 @@ class ExpressionWriter:
 
     def effect(self, value: nodes.Value) -> str:
         """A line that evaluates a value for what it does."""
-        if isinstance(value, nodes.Store) and (value.value_first or not value.place.terms):
+        if isinstance(value, nodes.StoreValue) and (value.value_first or not value.place.terms):
             return self.storages.store_statement(value.place, self.value(value.value))
         if isinstance(value, nodes.Keep):
             return f"{self.keep(value.temporary)} = {self.exact_value(value.value).text}"
-        if isinstance(value, nodes.Call) and value.outputs:
+        if isinstance(value, nodes.RoutineCall) and value.outputs:
             name, text = self._call_with_outputs(value)
             return f"{name} = {text}"
         return self.value(value).text
@@ -172,7 +172,7 @@ class ExpressionWriter:
         checked = f"({name} if ({name} := {text}) == {name} else invalid({leaves}))"
         return CodeExpression(checked, loose=True)
 
-    def choice(self, value: nodes.Choice) -> CodeExpression:
+    def choice(self, value: nodes.LazyChoice) -> CodeExpression:
         """One of two values, of which the other is not evaluated."""
         for decided, other, word, level in (
             (value.no, value.yes, "and", Precedence.AND),
@@ -192,7 +192,7 @@ class ExpressionWriter:
         text = f"({', '.join([*texts, piece.text])})[-1]"
         return piece._replace(text=text, level=ATOM)
 
-    def record(self, value: nodes.Record) -> CodeExpression:
+    def record(self, value: nodes.RecordValue) -> CodeExpression:
         """A record made on the spot."""
         places = []
         for offset, part in value.parts:
@@ -204,21 +204,21 @@ class ExpressionWriter:
 
     # calls -----------------------------------------------------------------------------------
 
-    def call(self, call: nodes.Call) -> CodeExpression:
+    def call(self, call: nodes.RoutineCall) -> CodeExpression:
         """A call; with outputs, a tuple of result and outputs."""
         if not call.outputs:
             return ranged(self._call_text(call), call.type)
         name, text = self._call_with_outputs(call)
         return CodeExpression(f"({name} := {text})")
 
-    def _call_with_outputs(self, call: nodes.Call) -> tuple[str, str]:
+    def _call_with_outputs(self, call: nodes.RoutineCall) -> tuple[str, str]:
         """The Python variable that the results are in, and the call."""
         text, name = self._call_text(call), self.temporary()
         for number, output in enumerate(call.outputs):
             self.kept[output.number] = ranged(f"{name}[{number}]", output.type)
         return name, text
 
-    def _call_text(self, call: nodes.Call) -> str:
+    def _call_text(self, call: nodes.RoutineCall) -> str:
         name = self.linker.name_of(call.routine.key)
         arguments: list[str] = []
         if call.instance is not None:
@@ -247,7 +247,7 @@ class ExpressionWriter:
         text = f"new_memory({self.linker.constant(value.of)}, {count}, {create})"
         return ranged(text, value.type)
 
-    def service(self, value: nodes.Service) -> CodeExpression:
+    def service(self, value: nodes.RuntimeCall) -> CodeExpression:
         """A function of the runtime."""
         texts = [self.exact_value(one).text for one in value.operands]
         if value.argument is not None:
@@ -463,18 +463,20 @@ _WRITERS: dict[type[Any], Callable[[ExpressionWriter, Any], CodeExpression]] = {
     Known: ExpressionWriter.known,
     nodes.Temporary: lambda of, value: of.kept[value.number],
     nodes.Keep: ExpressionWriter.keeping,
-    nodes.Load: lambda of, value: of.storages.read(value.place, spends=value.spends),
-    nodes.Address: lambda of, value: of.storages.address(value.place),
+    nodes.LoadValue: lambda of, value: of.storages.read(value.place, spends=value.spends),
+    nodes.PlaceAddress: lambda of, value: of.storages.address(value.place),
     nodes.Copy: lambda of, value: of.value(value.value),
     nodes.Convert: ExpressionWriter.converted,
     nodes.External: ExpressionWriter.external,
     nodes.Compute: ExpressionWriter.computed,
     nodes.Check: ExpressionWriter.check,
-    nodes.Choice: ExpressionWriter.choice,
+    nodes.LazyChoice: ExpressionWriter.choice,
     nodes.Sequence: ExpressionWriter.sequence,
-    nodes.Store: lambda of, value: of.storages.store_expression(value.place, of.value(value.value)),
-    nodes.Call: ExpressionWriter.call,
-    nodes.Record: ExpressionWriter.record,
+    nodes.StoreValue: lambda of, value: of.storages.store_expression(
+        value.place, of.value(value.value)
+    ),
+    nodes.RoutineCall: ExpressionWriter.call,
+    nodes.RecordValue: ExpressionWriter.record,
     nodes.Creation: ExpressionWriter.creation,
-    nodes.Service: ExpressionWriter.service,
+    nodes.RuntimeCall: ExpressionWriter.service,
 }

@@ -28,7 +28,7 @@ _WIDEST = 60
 _MOST_BRANCHES = 30
 """Branches of one choice that are written with `elif`."""
 
-_COMPOUND = (nodes.Branches, nodes.Selection, nodes.Loop, nodes.Try)
+_COMPOUND = (nodes.Branches, nodes.LoweredSelection, nodes.Loop, nodes.LoweredTry)
 
 
 class _Leaves(IntEnum):
@@ -95,11 +95,11 @@ class StatementWriter:
                     ],
                     otherwise,
                 )
-            case nodes.Selection():
+            case nodes.LoweredSelection():
                 self._selection(statement)
             case nodes.Loop():
                 self._loop(statement)
-            case nodes.Try():
+            case nodes.LoweredTry():
                 self._try(statement)
             case LoopExit():
                 self._leave("break", "LoopLeft")
@@ -174,7 +174,7 @@ class StatementWriter:
 
     # choices and loops -----------------------------------------------------------------------
 
-    def _selection(self, statement: nodes.Selection) -> None:
+    def _selection(self, statement: nodes.LoweredSelection) -> None:
         lines, held = self._lines, self._of.temporary()
         lines.add(f"{held} = {self._of.exact_value(statement.selector).text}")
         branches = []
@@ -265,7 +265,7 @@ class StatementWriter:
 
     # exceptions and jumps --------------------------------------------------------------------
 
-    def _try(self, statement: nodes.Try) -> None:
+    def _try(self, statement: nodes.LoweredTry) -> None:
         lines, of = self._lines, self._of
         self._depth += 2
         held = of.temporary()
@@ -330,11 +330,11 @@ def _has_marks(statements: nodes.Statements) -> bool:
             case nodes.Branches(branches, otherwise):
                 if _has_marks(otherwise) or any(_has_marks(each.body) for each in branches):
                     return True
-            case nodes.Selection():
+            case nodes.LoweredSelection():
                 inner = (*(case.body for case in one.cases), one.otherwise)
                 if any(_has_marks(each) for each in inner):
                     return True
-            case nodes.Try():
+            case nodes.LoweredTry():
                 if any(_has_marks(each) for each in (one.body, one.handler, one.final)):
                     return True
     return False

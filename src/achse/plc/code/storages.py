@@ -12,7 +12,7 @@ from achse.iec.variables import Variable
 from achse.plc.code.source import ATOM, CodeExpression, Precedence, exact
 from achse.plc.code.views import AREA_LETTERS
 from achse.plc.layout import parts_without_headers
-from achse.plc.lowering.nodes import Home, Place
+from achse.plc.lowering.nodes import Home, ResolvedPlace
 from achse.plc.lowering.places import BYTES_A_PASS
 from achse.st.check.kinds import counted, is_whole
 
@@ -45,7 +45,7 @@ class Storages:
 
     # where it is -----------------------------------------------------------------------------
 
-    def _terms(self, place: Place) -> list[tuple[CodeExpression, int]]:
+    def _terms(self, place: ResolvedPlace) -> list[tuple[CodeExpression, int]]:
         """Indexes and the bytes that each counts."""
         of = self._of
         terms: list[tuple[CodeExpression, int]] = []
@@ -64,7 +64,7 @@ class Storages:
             terms.append((index, term.stride))
         return terms
 
-    def _view(self, place: Place, code: str) -> tuple[str, str] | None:
+    def _view(self, place: ResolvedPlace, code: str) -> tuple[str, str] | None:
         """View and index for numbers of a format, if all of them are at multiples of its size."""
         size = _SIZES[code.lower()]
         if not place.is_aligned(size):
@@ -87,7 +87,7 @@ class Storages:
             parts.append(str(number))
         return f"{letter}_{code}", " + ".join(parts)
 
-    def address(self, place: Place) -> CodeExpression:
+    def address(self, place: ResolvedPlace) -> CodeExpression:
         """The address of a place."""
         parts: list[str] = []
         offset, is_fixed = place.offset, False
@@ -117,7 +117,7 @@ class Storages:
 
     # reading ---------------------------------------------------------------------------------
 
-    def read(self, place: Place, *, spends: bool = False) -> CodeExpression:
+    def read(self, place: ResolvedPlace, *, spends: bool = False) -> CodeExpression:
         """Return the expression that reads a place; `spends`: it takes from the budget."""
         type = place.type
         if place.home is Home.LOCAL:
@@ -136,13 +136,13 @@ class Storages:
             return CodeExpression(f"spent({type.size // BYTES_A_PASS}, {text})" if spends else text)
         return ranged(self._number(place, format_of(type)), type)
 
-    def _number(self, place: Place, code: str) -> str:
+    def _number(self, place: ResolvedPlace, code: str) -> str:
         view = self._view(place, code)
         if view is not None:
             return f"{view[0]}[{view[1]}]"
         return f"load_{code}({self.address(place).text})"
 
-    def _read_local(self, place: Place) -> CodeExpression:
+    def _read_local(self, place: ResolvedPlace) -> CodeExpression:
         assert place.variable is not None
         name = local_name(place.variable)
         if place.bit is not None and not isinstance(resolved(place.variable.type), BoolType):
@@ -152,7 +152,7 @@ class Storages:
 
     # writing ---------------------------------------------------------------------------------
 
-    def store_statement(self, place: Place, value: CodeExpression) -> str:
+    def store_statement(self, place: ResolvedPlace, value: CodeExpression) -> str:
         """A line that puts a value into a place; the value is evaluated before the indexes."""
         type = place.type
         if place.bit is None:
@@ -166,7 +166,7 @@ class Storages:
                     return f"{view[0]}[{view[1]}] = {stored}"
         return self.store_expression(place, value).text
 
-    def store_expression(self, place: Place, value: CodeExpression) -> CodeExpression:
+    def store_expression(self, place: ResolvedPlace, value: CodeExpression) -> CodeExpression:
         """An expression that does it, place first, and is the value."""
         type = place.type
         if place.home is Home.LOCAL:
@@ -195,7 +195,7 @@ class Storages:
         )
         return CodeExpression(text, ATOM, value.low, value.high)
 
-    def _store_local(self, place: Place, value: CodeExpression) -> CodeExpression:
+    def _store_local(self, place: ResolvedPlace, value: CodeExpression) -> CodeExpression:
         assert place.variable is not None
         name, whole_type = local_name(place.variable), resolved(place.variable.type)
         if place.bit is None or isinstance(whole_type, BoolType):

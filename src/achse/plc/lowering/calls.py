@@ -6,13 +6,13 @@ from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Section, Variable
 from achse.plc.lowering import nodes
-from achse.plc.lowering.places import ADDRESS_TYPE, Callee, PlaceLowering
+from achse.plc.lowering.places import ADDRESS_TYPE, PlaceLowering, PresentCallee
 from achse.st.check.kinds import UNSIGNED, known_from
 from achse.st.typed.expressions import AddressOf, Created, DirectTarget, Invocation, Known, Stored
 from achse.st.typed.places import PointerBase, TemporaryBase, flat
 from achse.st.typed.project import Routine, RoutineKind, TypedBlock
 
-__all__ = ["WITH_PARAMETERS", "CallLowering", "outputs_of", "parameters_of"]
+__all__ = ["WITH_PARAMETERS", "CallLowering", "initial_value", "outputs_of", "parameters_of"]
 
 WITH_PARAMETERS = frozenset(
     {RoutineKind.FUNCTION, RoutineKind.METHOD, RoutineKind.GET, RoutineKind.SET, RoutineKind.LIFE}
@@ -54,19 +54,19 @@ class CallLowering(PlaceLowering):
         if routine.kind in WITH_PARAMETERS:
             return self._function(call, routine, entry)
         effects, place, address = self._instance(call)
-        self.callees.append(Callee(place, {}))
+        self.callees.append(PresentCallee(place, {}))
         self.changes += 1
         effects += [self.store(one.storage, one.value, alone=alone) for one in call.inputs]
         if routine.this is None and entry is None:
             address = None
-        effects.append(nodes.Call(routine, entry, address, (), (), call.type))
+        effects.append(nodes.RoutineCall(routine, entry, address, (), (), call.type))
         effects += [self.store(one.storage, one.value, alone=alone) for one in call.outputs]
         self.callees.pop()
         return effects, None
 
     def _instance(
         self, call: Invocation
-    ) -> tuple[list[nodes.Value], nodes.Place | None, nodes.Value | None]:
+    ) -> tuple[list[nodes.Value], nodes.ResolvedPlace | None, nodes.Value | None]:
         """The instance of a block: what is done first, its place and its address."""
         instance = call.instance
         if instance is None:
@@ -75,9 +75,9 @@ class CallLowering(PlaceLowering):
             storage = instance.storage
             if not storage.steps and not isinstance(storage.base, PointerBase | TemporaryBase):
                 place = self.place(storage)
-                return [], place, nodes.Address(place, instance.type)
+                return [], place, nodes.PlaceAddress(place, instance.type)
         pointer = self.temporary(instance.type)
-        place = nodes.Place(nodes.Home.ADDRESS, 0, ADDRESS_TYPE, address=pointer)
+        place = nodes.ResolvedPlace(nodes.Home.ADDRESS, 0, ADDRESS_TYPE, address=pointer)
         return [nodes.Keep(pointer, self.value(instance))], place, pointer
 
     def _function(
@@ -88,13 +88,13 @@ class CallLowering(PlaceLowering):
         self.changes += 1
         outputs = {one.offset: self.temporary(flat(one.type)) for one in outputs_of(routine)}
         if not outputs:
-            return [nodes.Call(routine, entry, instance, arguments, (), call.type)], None
+            return [nodes.RoutineCall(routine, entry, instance, arguments, (), call.type)], None
         result = self.temporary(call.type)
         given = (result, *outputs.values())
         effects: list[nodes.Value] = [
-            nodes.Call(routine, entry, instance, arguments, given, call.type)
+            nodes.RoutineCall(routine, entry, instance, arguments, given, call.type)
         ]
-        self.callees.append(Callee(None, outputs))
+        self.callees.append(PresentCallee(None, outputs))
         effects += [self.store(one.storage, one.value, alone=False) for one in call.outputs]
         self.callees.pop()
         return effects, result
@@ -125,15 +125,15 @@ class CallLowering(PlaceLowering):
     def begin(
         self, type: StructType[Any], arguments: tuple[Stored, ...], pointer: nodes.Temporary
     ) -> list[nodes.Value]:
-        """What brings a record at an address to life: its header, then its `create`."""
+        """Return the first effects on a record at an address: its header, then its `create`."""
         record = self.project.record(type)
         if record is None:
             return []
         effects: list[nodes.Value] = []
         if isinstance(record, TypedBlock):
             word = UNSIGNED[type.rules.pointer_size]
-            header = nodes.Place(nodes.Home.ADDRESS, 0, word, address=pointer)
-            effects.append(nodes.Store(header, Known(record.number, word)))
+            header = nodes.ResolvedPlace(nodes.Home.ADDRESS, 0, word, address=pointer)
+            effects.append(nodes.StoreValue(header, Known(record.number, word)))
         if record.create:
             effects.append(self.life_call(record.create, arguments, pointer))
         return effects
@@ -151,14 +151,16 @@ class CallLowering(PlaceLowering):
         routine = self.project.routine(key)
         if isinstance(routine, str):
             return _missing(routine, None)
-        return nodes.Call(routine, None, pointer, self.arguments(routine, arguments), (), None)
+        return nodes.RoutineCall(
+            routine, None, pointer, self.arguments(routine, arguments), (), None
+        )
 
 
-def _missing(why: str, type: IecType[Any] | None) -> nodes.Service:
-    return nodes.Service("unavailable", (), why, type, f"it calls what is not there: {why}")
+def _missing(why: str, type: IecType[Any] | None) -> nodes.RuntimeCall:
+    return nodes.RuntimeCall("unavailable", (), why, type, f"it calls what is not there: {why}")
 
 
 def initial_value(routine: Routine, variable: Variable[Any, Any]) -> Known:
-    """What a variable of the frame begins with."""
+    """Return the value that a variable of the frame begins with."""
     image = routine.frame.default[variable.offset : variable.offset + variable.type.size]
     return known_from(image, flat(variable.type))

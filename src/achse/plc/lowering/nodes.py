@@ -18,13 +18,8 @@ from achse.st.typed.project import Routine
 from achse.st.typed.statements import JumpMark, JumpTo, LoopExit, LoopNext, RoutineExit
 
 __all__ = [
-    "Address",
-    "Branch",
     "Branches",
-    "Call",
-    "Case",
     "Check",
-    "Choice",
     "Compute",
     "Convert",
     "Copy",
@@ -33,21 +28,26 @@ __all__ = [
     "External",
     "Home",
     "Keep",
+    "LazyChoice",
     "Lifecycle",
-    "Load",
+    "LoadValue",
     "Loop",
+    "LoweredBranch",
+    "LoweredCase",
     "LoweredRoutine",
-    "Place",
-    "Record",
-    "Selection",
+    "LoweredSelection",
+    "LoweredTry",
+    "PlaceAddress",
+    "RecordValue",
+    "ResolvedPlace",
+    "RoutineCall",
+    "RuntimeCall",
     "Sequence",
-    "Service",
     "Statement",
     "Statements",
-    "Store",
+    "StoreValue",
     "Temporary",
     "Term",
-    "Try",
     "Value",
 ]
 
@@ -56,7 +56,7 @@ __all__ = [
 
 
 class Home(Enum):
-    """What a place is counted from."""
+    """Begin that a place is counted from."""
 
     LOCAL = "local"
     """A variable of the frame that needs no memory: `variable`."""
@@ -81,7 +81,7 @@ class Term:
 
 
 @dataclass(slots=True, eq=False)
-class Place:
+class ResolvedPlace:
     """Location of a variable or a part of it. Nothing of it is computed before it is used."""
 
     home: Home
@@ -139,10 +139,10 @@ class Keep:
 
 
 @node
-class Load:
+class LoadValue:
     """Present value in a place."""
 
-    place: Place
+    place: ResolvedPlace
     spends: bool = False
     """True if it is large: it takes from the budget by its length, once it is there."""
 
@@ -152,10 +152,10 @@ class Load:
 
 
 @node
-class Address:
+class PlaceAddress:
     """The address of a place as a pointer has it."""
 
-    place: Place
+    place: ResolvedPlace
     type: IecType[Any]
 
 
@@ -205,7 +205,7 @@ class Check:
 
 
 @node
-class Choice:
+class LazyChoice:
     """One of two values; nothing of the other is evaluated."""
 
     condition: "Value"
@@ -227,10 +227,10 @@ class Sequence:
 
 
 @node
-class Store:
+class StoreValue:
     """An assignment, and its value. Texts: up to the NUL; records: without headers of blocks."""
 
-    place: Place
+    place: ResolvedPlace
     value: "Value"
     value_first: bool = False
     """True if the value is evaluated before the indexes of the place."""
@@ -241,7 +241,7 @@ class Store:
 
 
 @node
-class Call:
+class RoutineCall:
     """A call of a routine, or of what the instance's block has in its table under `entry`."""
 
     routine: Routine
@@ -255,7 +255,7 @@ class Call:
 
 
 @node
-class Record:
+class RecordValue:
     """A record made on the spot: values put over an image, at their offsets."""
 
     image: bytes
@@ -275,7 +275,7 @@ class Creation:
 
 
 @node
-class Service:
+class RuntimeCall:
     """A function of the runtime that only plain code calls; `why` says so."""
 
     name: str
@@ -289,20 +289,20 @@ Value: TypeAlias = (
     Known
     | Temporary
     | Keep
-    | Load
-    | Address
+    | LoadValue
+    | PlaceAddress
     | Copy
     | Convert
     | External
     | Compute
     | Check
-    | Choice
+    | LazyChoice
     | Sequence
-    | Store
-    | Call
-    | Record
+    | StoreValue
+    | RoutineCall
+    | RecordValue
     | Creation
-    | Service
+    | RuntimeCall
 )
 
 
@@ -318,7 +318,7 @@ class Effects:
 
 
 @node
-class Branch:
+class LoweredBranch:
     """A condition, and what it leads to."""
 
     condition: Value
@@ -330,13 +330,13 @@ class Branch:
 class Branches:
     """The first branch whose condition holds."""
 
-    branches: tuple[Branch, ...]
+    branches: tuple[LoweredBranch, ...]
     otherwise: "Statements"
     at: int
 
 
 @node
-class Case:
+class LoweredCase:
     """Ranges of numbers, and what they lead to."""
 
     labels: tuple[tuple[int, int], ...]
@@ -345,11 +345,11 @@ class Case:
 
 
 @node
-class Selection:
+class LoweredSelection:
     """The first case that has the number."""
 
     selector: Value
-    cases: tuple[Case, ...]
+    cases: tuple[LoweredCase, ...]
     otherwise: "Statements"
     at: int
 
@@ -368,11 +368,11 @@ class Loop:
 
 
 @node
-class Try:
+class LoweredTry:
     """__TRY: what fails in `body` goes to `handler`, its code to `code`; `final` in any case."""
 
     body: "Statements"
-    code: Place | None
+    code: ResolvedPlace | None
     handler: "Statements"
     final: "Statements"
     at: int
@@ -393,9 +393,9 @@ class Lifecycle:
 Statement: TypeAlias = (
     Effects
     | Branches
-    | Selection
+    | LoweredSelection
     | Loop
-    | Try
+    | LoweredTry
     | Lifecycle
     | LoopExit
     | LoopNext
@@ -416,13 +416,13 @@ class LoweredRoutine:
     """Budget that a call takes."""
     parameters: tuple[tuple[Variable[Any, Any], Temporary], ...]
     """Passed as values."""
-    start: tuple[Store, ...]
+    start: tuple[StoreValue, ...]
     """Of variables without memory: what they start with, of parameters what is passed."""
     is_framed: bool
     """True if a variable needs memory."""
     image: bytes
     """Bytes that the frame begins with."""
-    entry: tuple[Store, ...]
+    entry: tuple[StoreValue, ...]
     """Arguments that go into the frame."""
     body: Statements
     results: tuple[Value, ...]

@@ -26,7 +26,7 @@ from achse.st.typed.places import (
 )
 from achse.st.typed.project import Routine
 
-__all__ = ["BYTES_A_PASS", "Callee", "PlaceLowering"]
+__all__ = ["BYTES_A_PASS", "PlaceLowering", "PresentCallee"]
 
 BYTES_A_PASS = 1024
 """Bytes that are copied as long as a loop passes once: so many take one from the budget."""
@@ -34,10 +34,10 @@ BYTES_A_PASS = 1024
 ADDRESS_TYPE = UNSIGNED[8]
 
 
-class Callee(NamedTuple):
+class PresentCallee(NamedTuple):
     """Present referent of CalleeBase: an instance, or the outputs of a call by their offsets."""
 
-    instance: nodes.Place | None
+    instance: nodes.ResolvedPlace | None
     outputs: Mapping[int, nodes.Temporary]
 
 
@@ -50,7 +50,7 @@ class PlaceLowering:
         self.project = project
         self.routine = routine
         self.in_memory = in_memory
-        self.callees: list[Callee] = []
+        self.callees: list[PresentCallee] = []
         self.changes = 0
         """Number of values so far that may change memory."""
         self._temporaries = 0
@@ -82,10 +82,10 @@ class PlaceLowering:
 
     # where it is -----------------------------------------------------------------------------
 
-    def place(self, storage: Storage) -> nodes.Place:
+    def place(self, storage: Storage) -> nodes.ResolvedPlace:
         """Return the place of a storage."""
         base = storage.base
-        place = nodes.Place(nodes.Home.AREA, storage.offset, storage.type, storage.bit)
+        place = nodes.ResolvedPlace(nodes.Home.AREA, storage.offset, storage.type, storage.bit)
         match base:
             case InstanceBase():
                 assert self.routine.this is not None
@@ -125,7 +125,7 @@ class PlaceLowering:
                 return variable
         raise AssertionError(f"{self.routine.name}: nothing in the frame at {offset}")
 
-    def _in_frame(self, place: nodes.Place, variable: Variable[Any, Any]) -> None:
+    def _in_frame(self, place: nodes.ResolvedPlace, variable: Variable[Any, Any]) -> None:
         place.variable = variable
         if variable.name.lower() in self.in_memory:
             place.home, place.area = nodes.Home.FRAME, Area.STACK
@@ -133,7 +133,7 @@ class PlaceLowering:
             place.home = nodes.Home.LOCAL
             place.offset -= variable.offset
 
-    def _index(self, place: nodes.Place, steps: tuple[IndexStep, ...]) -> None:
+    def _index(self, place: nodes.ResolvedPlace, steps: tuple[IndexStep, ...]) -> None:
         """Add the indexes: of those that are constant, the bytes."""
         terms: list[nodes.Term] = []
         for step in steps:
@@ -164,11 +164,11 @@ class PlaceLowering:
                 return callee.outputs[storage.offset]
         place = self.place(storage)
         spends = place.home is not nodes.Home.LOCAL and _is_large(storage.type)
-        return self._with_value(storage, nodes.Load(place, spends))
+        return self._with_value(storage, nodes.LoadValue(place, spends))
 
     def address(self, storage: Storage, type: IecType[Any] = ADDRESS_TYPE) -> nodes.Value:
         """The address of a storage."""
-        return self._with_value(storage, nodes.Address(self.place(storage), type))
+        return self._with_value(storage, nodes.PlaceAddress(self.place(storage), type))
 
     def store(self, storage: Storage, value: TypedValue, *, alone: bool) -> nodes.Value:
         """An assignment; `alone` as a statement, where the value of a number comes first if no
@@ -178,7 +178,7 @@ class PlaceLowering:
         type = place.type
         value_first = alone and place.bit is None and _is_number(type)
         value_first = value_first and place.is_aligned(type.size)
-        return self._with_value(storage, nodes.Store(place, lowered, value_first))
+        return self._with_value(storage, nodes.StoreValue(place, lowered, value_first))
 
     def latch(self, storage: Storage, value: TypedValue, *, sets: bool) -> nodes.Value:
         """S= or R= in an expression: its place first, then the value, which it is."""
@@ -186,13 +186,15 @@ class PlaceLowering:
         effects: list[nodes.Value] = []
         if not place.is_fixed:
             pointer = self.temporary(ADDRESS_TYPE)
-            effects.append(nodes.Keep(pointer, nodes.Address(place, ADDRESS_TYPE)))
-            place = nodes.Place(nodes.Home.ADDRESS, 0, place.type, place.bit, address=pointer)
+            effects.append(nodes.Keep(pointer, nodes.PlaceAddress(place, ADDRESS_TYPE)))
+            place = nodes.ResolvedPlace(
+                nodes.Home.ADDRESS, 0, place.type, place.bit, address=pointer
+            )
         state = self.temporary(place.type)
         self.changes += 1
         effects.append(nodes.Keep(state, self.value(value)))
-        store = nodes.Store(place, Known(sets, place.type))
-        effects.append(nodes.Choice(state, store, Known(False, place.type), place.type))
+        store = nodes.StoreValue(place, Known(sets, place.type))
+        effects.append(nodes.LazyChoice(state, store, Known(False, place.type), place.type))
         return self._with_value(storage, nodes.Sequence(tuple(effects), state))
 
     def _with_value(self, storage: Storage, value: nodes.Value) -> nodes.Value:
@@ -202,7 +204,9 @@ class PlaceLowering:
             return value
         assert base.value.type is not None
         hidden = Storage(FrameBase(), base.variable.offset, base.value.type)
-        return nodes.Sequence((nodes.Store(self.place(hidden), self.value(base.value)),), value)
+        return nodes.Sequence(
+            (nodes.StoreValue(self.place(hidden), self.value(base.value)),), value
+        )
 
 
 def _is_large(type: IecType[Any]) -> bool:

@@ -5,7 +5,7 @@ from typing import Any
 from achse.iec.variables import Variable
 from achse.plc.layout import frame_image
 from achse.plc.lowering.calls import WITH_PARAMETERS, initial_value, outputs_of, parameters_of
-from achse.plc.lowering.nodes import LoweredRoutine, Store
+from achse.plc.lowering.nodes import LoweredRoutine, StoreValue
 from achse.plc.lowering.places import BYTES_A_PASS
 from achse.plc.lowering.project import LoweredProject
 from achse.plc.lowering.statements import StatementLowering
@@ -28,15 +28,15 @@ def lowered(
     of = StatementLowering(project, routine, in_memory)
     parameters = parameters_of(routine) if routine.kind in WITH_PARAMETERS else []
     passed = {one.offset: of.temporary(flat(one.type)) for one in parameters}
-    start: list[Store] = []
-    entry: list[Store] = []
+    start: list[StoreValue] = []
+    entry: list[StoreValue] = []
     for field in fields:
         place = of.place(_storage(field))
         if field.offset in passed:
             stores = entry if field.name.lower() in in_memory else start
-            stores.append(Store(place, passed[field.offset]))
+            stores.append(StoreValue(place, passed[field.offset]))
         elif field.name.lower() not in in_memory:
-            start.append(Store(place, initial_value(routine, field)))
+            start.append(StoreValue(place, initial_value(routine, field)))
     result = [] if routine.result is None else [routine.result]
     is_framed = bool(in_memory) or all_in_memory
     return LoweredRoutine(

@@ -56,14 +56,16 @@ class StatementLowering(ValueLowering):
             condition = self.value(value.value)
             known = Known(value.sets, value.storage.type)
             store = nodes.Effects((self.store(value.storage, known, alone=True),), 0)
-            yield nodes.Branches((nodes.Branch(condition, (store,), at),), (), at)
+            yield nodes.Branches((nodes.LoweredBranch(condition, (store,), at),), (), at)
         else:
             yield nodes.Effects(self.effects(value), at)
 
     def conditional(self, statement: Conditional) -> Iterator[nodes.Statement]:
         """IF."""
         branches = tuple(
-            nodes.Branch(self.value(one.condition), self.block(one.body), one.at or statement.at)
+            nodes.LoweredBranch(
+                self.value(one.condition), self.block(one.body), one.at or statement.at
+            )
             for one in statement.branches
         )
         yield nodes.Branches(branches, self.block(statement.otherwise), statement.at)
@@ -74,14 +76,14 @@ class StatementLowering(ValueLowering):
         assert selector.type is not None
         whole = counted(selector.type)
         cases = tuple(
-            nodes.Case(
+            nodes.LoweredCase(
                 tuple((max(low, whole.low), min(high, whole.high)) for low, high in one.labels),
                 self.block(one.body),
                 one.at or statement.at,
             )
             for one in statement.choices
         )
-        yield nodes.Selection(selector, cases, self.block(statement.otherwise), statement.at)
+        yield nodes.LoweredSelection(selector, cases, self.block(statement.otherwise), statement.at)
 
     def counted_loop(self, statement: CountedLoop) -> Iterator[nodes.Statement]:
         """FOR."""
@@ -104,7 +106,7 @@ class StatementLowering(ValueLowering):
         """__TRY."""
         code = None if statement.code is None else self.place(statement.code)
         body, handler = self.block(statement.body), self.block(statement.handler)
-        yield nodes.Try(body, code, handler, self.block(statement.final), statement.at)
+        yield nodes.LoweredTry(body, code, handler, self.block(statement.final), statement.at)
 
     def life(self, statement: LifeStep) -> Iterator[nodes.Statement]:
         """A step in the lifecycle of records."""

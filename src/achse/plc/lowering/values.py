@@ -65,7 +65,7 @@ class ValueLowering(CallLowering):
         """An operator."""
         operator, type = value.operator, value.type
         if operator in _ARITHMETIC and isinstance(type, RealType):
-            if self.project.exceptions and may_be_invalid(operator, value.operands):
+            if self.project.exceptions and _may_be_invalid(operator, value.operands):
                 leaves: list[nodes.Temporary] = []
                 chain = self._chain(value, leaves)
                 return nodes.Check(chain, tuple(leaves), type)
@@ -91,7 +91,7 @@ class ValueLowering(CallLowering):
             if not isinstance(operand, Known):
                 leaf = self.temporary(one.type)
                 leaves.append(leaf)
-                is_fixed = isinstance(operand, nodes.Load) and operand.place.is_fixed
+                is_fixed = isinstance(operand, nodes.LoadValue) and operand.place.is_fixed
                 operand = nodes.Keep(leaf, operand, is_fixed)
             operands.append(operand)
         return nodes.Compute(value.operator, tuple(operands), value.type)
@@ -113,7 +113,7 @@ class ValueLowering(CallLowering):
     def one_of(self, value: Computed) -> nodes.Value:
         """IF as an operator."""
         condition, no, yes = map(self.value, value.operands)
-        return nodes.Choice(condition, yes, no, value.type)
+        return nodes.LazyChoice(condition, yes, no, value.type)
 
     def time(self, value: Computed) -> nodes.Value:
         """TIME in milliseconds, of the clock in nanoseconds."""
@@ -126,21 +126,21 @@ class ValueLowering(CallLowering):
         """AND_THEN, OR_ELSE."""
         left, right, type = self.value(value.left), self.value(value.right), value.type
         if value.is_and:
-            return nodes.Choice(left, right, Known(False, type), type)
-        return nodes.Choice(left, Known(True, type), right, type)
+            return nodes.LazyChoice(left, right, Known(False, type), type)
+        return nodes.LazyChoice(left, Known(True, type), right, type)
 
     # records and memory ----------------------------------------------------------------------
 
     def composed(self, value: Composed) -> nodes.Value:
         """A record made on the spot."""
         parts = tuple((offset, self.value(part)) for offset, part in value.parts)
-        return nodes.Record(value.image, parts, value.type)
+        return nodes.RecordValue(value.image, parts, value.type)
 
     def deleted(self, value: Deleted) -> nodes.Value:
         """`__DELETE`."""
         pointer = value.pointer
         why = "__DELETE is done by Python"
-        memory = nodes.Service("delete_memory", (self.read(pointer),), None, None, why)
+        memory = nodes.RuntimeCall("delete_memory", (self.read(pointer),), None, None, why)
         return nodes.Sequence((memory,), self.store(pointer, Known(0, pointer.type), alone=False))
 
     def queried(self, value: Queried) -> nodes.Value:
@@ -149,8 +149,8 @@ class ValueLowering(CallLowering):
         self.changes += 1
         address = self.temporary(target.type)
         why = "__QUERYINTERFACE or __QUERYPOINTER is done by Python"
-        query = nodes.Service("queried", (source,), value.interface, target.type, why)
-        store = nodes.Store(target, nodes.Keep(address, query))
+        query = nodes.RuntimeCall("queried", (source,), value.interface, target.type, why)
+        store = nodes.StoreValue(target, nodes.Keep(address, query))
         return nodes.Sequence((store,), nodes.Convert(address, value.type, Conversion.TO_BOOL))
 
 
@@ -207,13 +207,13 @@ def _masked(count: nodes.Value, mask: int) -> nodes.Value:
     return nodes.Compute(Operator.AND, (count, Known(mask, type)), type)
 
 
-def may_be_invalid(operator: Operator, operands: tuple[TypedValue, ...]) -> bool:
+def _may_be_invalid(operator: Operator, operands: tuple[TypedValue, ...]) -> bool:
     """Return True if sums or products of reals in this expression can be NaN for numbers as
     operands: infinity minus infinity, 0 times infinity."""
     if any(
         isinstance(one, Computed)
         and one.operator in _ARITHMETIC
-        and may_be_invalid(one.operator, one.operands)
+        and _may_be_invalid(one.operator, one.operands)
         for one in operands
     ):
         return True

@@ -12,7 +12,7 @@ from achse.native.backend import (
     Operand,
     Relation,
 )
-from achse.plc.lowering.nodes import Call
+from achse.plc.lowering.nodes import RoutineCall
 from achse.plc.machine.signatures import PartKind, RoutineSignature, SignaturePart, signature_of
 from achse.plc.machine.values import (
     MachineText,
@@ -45,7 +45,7 @@ class CallTranslator:
         if len(signature.parameters) > _MOST_PARAMETERS:
             raise NotTranslatedError(f"more than {_MOST_PARAMETERS} parameters are on the stack")
 
-    def call(self, call: Call) -> MachineValue:
+    def call(self, call: RoutineCall) -> MachineValue:
         """A call; its result, or a number that means nothing."""
         of = self._of
         b = of.builder
@@ -79,7 +79,7 @@ class CallTranslator:
                 of.kept[output.number] = value
         return given
 
-    def _inputs(self, signature: RoutineSignature, call: Call) -> list[Operand]:
+    def _inputs(self, signature: RoutineSignature, call: RoutineCall) -> list[Operand]:
         """The arguments, computed in the order they are given."""
         of = self._of
         given = {variable.offset: words_of(of.value(value)) for variable, value in call.arguments}

@@ -202,11 +202,11 @@ class ExpressionTranslator:
         self.kept[value.temporary.number] = kept
         return kept
 
-    def address(self, value: nodes.Address) -> Operand:
+    def address(self, value: nodes.PlaceAddress) -> Operand:
         """The address of a place, as a pointer of its type."""
         return self.at_type(self.storages.address(value.place), machine_type(value.type))
 
-    def record(self, value: nodes.Record) -> PackedBytes:
+    def record(self, value: nodes.RecordValue) -> PackedBytes:
         """A record made on the spot."""
         b = self.builder
         parts = [(offset, self.number(part)) for offset, part in value.parts]
@@ -222,7 +222,7 @@ class ExpressionTranslator:
             self.value(one)
         return self.value(value.value)
 
-    def choice(self, value: nodes.Choice) -> MachineValue:
+    def choice(self, value: nodes.LazyChoice) -> MachineValue:
         """One of two values; nothing of the other is evaluated."""
         b, yes, no = self.builder, value.yes, value.no
         for decided, other, is_and in ((no, yes, True), (yes, no, False)):
@@ -457,18 +457,18 @@ _TRANSLATIONS: dict[type[Any], Callable[[ExpressionTranslator, Any], MachineValu
     Known: ExpressionTranslator.known,
     nodes.Temporary: lambda of, value: of.kept[value.number],
     nodes.Keep: ExpressionTranslator.keep,
-    nodes.Load: lambda of, value: of.storages.read(value.place, spends=value.spends),
-    nodes.Address: ExpressionTranslator.address,
+    nodes.LoadValue: lambda of, value: of.storages.read(value.place, spends=value.spends),
+    nodes.PlaceAddress: ExpressionTranslator.address,
     nodes.Copy: lambda of, value: of.steady(of.value(value.value), value.type),
     nodes.Convert: ExpressionTranslator.converted,
     nodes.External: lambda of, value: of.outside.converted(value),
     nodes.Compute: ExpressionTranslator.computed,
     nodes.Check: lambda of, value: of.reals.check(value),
-    nodes.Choice: ExpressionTranslator.choice,
+    nodes.LazyChoice: ExpressionTranslator.choice,
     nodes.Sequence: ExpressionTranslator.sequence,
-    nodes.Store: lambda of, value: of.storages.store(value),
-    nodes.Call: lambda of, value: of.calls.call(value),
-    nodes.Record: ExpressionTranslator.record,
+    nodes.StoreValue: lambda of, value: of.storages.store(value),
+    nodes.RoutineCall: lambda of, value: of.calls.call(value),
+    nodes.RecordValue: ExpressionTranslator.record,
     nodes.Creation: lambda of, _: of.refuse("__NEW is done by Python"),
-    nodes.Service: lambda of, value: of.refuse(value.why),
+    nodes.RuntimeCall: lambda of, value: of.refuse(value.why),
 }

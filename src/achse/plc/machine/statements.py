@@ -85,11 +85,11 @@ class StatementTranslator:
                 self._effects(values)
             case nodes.Branches():
                 self._branches(statement)
-            case nodes.Selection():
+            case nodes.LoweredSelection():
                 self._selection(statement)
             case nodes.Loop():
                 self._loop(statement)
-            case nodes.Try():
+            case nodes.LoweredTry():
                 self._try(statement)
             case LoopExit():
                 loop = self._loops[-1]
@@ -141,7 +141,7 @@ class StatementTranslator:
         self.block(statement.otherwise)
         b.begin(end)
 
-    def _selection(self, statement: nodes.Selection) -> None:
+    def _selection(self, statement: nodes.LoweredSelection) -> None:
         of = self._of
         b = of.builder
         selector = of.number(statement.selector)
@@ -170,7 +170,11 @@ class StatementTranslator:
         b.begin(end)
 
     def _ranges(
-        self, statement: nodes.Selection, selector: Operand, bodies: list[Label], otherwise: Label
+        self,
+        statement: nodes.LoweredSelection,
+        selector: Operand,
+        bodies: list[Label],
+        otherwise: Label,
     ) -> None:
         """Range by range."""
         b, type = self._of.builder, selector.type
@@ -258,7 +262,7 @@ class StatementTranslator:
         self._finals = around
         self._of.place(at)
 
-    def _try(self, statement: nodes.Try) -> None:
+    def _try(self, statement: nodes.LoweredTry) -> None:
         of = self._of
         b = of.builder
         caught, failed, end = b.label(), b.label(), b.label()

@@ -15,7 +15,7 @@ from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.native.backend import BOOL, I64, U8, U64, LocalVariable, Operand, Relation
 from achse.plc.layout import parts_without_headers
-from achse.plc.lowering.nodes import Home, Place, Store
+from achse.plc.lowering.nodes import Home, ResolvedPlace, StoreValue
 from achse.plc.lowering.places import BYTES_A_PASS
 from achse.plc.machine.fault_places import FaultKind
 from achse.plc.machine.values import (
@@ -64,7 +64,7 @@ class MachineStorages:
 
     # where it is -----------------------------------------------------------------------------
 
-    def _local(self, place: Place) -> LocalVariable | OwnBytes:
+    def _local(self, place: ResolvedPlace) -> LocalVariable | OwnBytes:
         """The variable that needs no memory."""
         assert place.variable is not None
         local = self._of.locals[place.variable.name.lower()]
@@ -72,7 +72,7 @@ class MachineStorages:
             raise NotTranslatedError(f"a part of {place.variable.name} is used")
         return local
 
-    def _aim(self, place: Place) -> Aim:
+    def _aim(self, place: ResolvedPlace) -> Aim:
         """Compute where a place is, with the checks of its indexes."""
         of = self._of
         if place.home is Home.ADDRESS or not place.is_bounded:
@@ -90,7 +90,7 @@ class MachineStorages:
             base = of.builder.address(base, index, stride)
         return Aim(base, place.offset)
 
-    def _area(self, place: Place) -> Area:
+    def _area(self, place: ResolvedPlace) -> Area:
         if place.area is None:
             raise NotTranslatedError("the address of a variable in a register")
         size = max(place.type.size, 1)
@@ -98,7 +98,7 @@ class MachineStorages:
             raise NotTranslatedError("a direct address is beyond the process image")
         return place.area
 
-    def _terms(self, place: Place) -> list[tuple[Operand, int]]:
+    def _terms(self, place: ResolvedPlace) -> list[tuple[Operand, int]]:
         """Indexes and the bytes that each counts."""
         of = self._of
         b = of.builder
@@ -129,7 +129,7 @@ class MachineStorages:
             both = b.bit_or(b.shift_left(first, half), low_word)
         b.require(good, of.site(FaultKind.BOUNDS), index, both)
 
-    def address(self, place: Place) -> Operand:
+    def address(self, place: ResolvedPlace) -> Operand:
         """U64: what a pointer to the place holds."""
         of = self._of
         b = of.builder
@@ -169,7 +169,7 @@ class MachineStorages:
 
     # reading ---------------------------------------------------------------------------------
 
-    def read(self, place: Place, *, spends: bool = False) -> MachineValue:
+    def read(self, place: ResolvedPlace, *, spends: bool = False) -> MachineValue:
         """Return the value in a place; `spends`: it takes from the budget."""
         if place.home is Home.LOCAL:
             local = self._local(place)
@@ -216,7 +216,7 @@ class MachineStorages:
             b.copy(own.room, given.address, own.size)
         return self._read_own(own)
 
-    def _read_local(self, place: Place, local: LocalVariable) -> Operand:
+    def _read_local(self, place: ResolvedPlace, local: LocalVariable) -> Operand:
         assert place.variable is not None
         b = self._of.builder
         value = b.get(local)
@@ -227,7 +227,7 @@ class MachineStorages:
 
     # writing ---------------------------------------------------------------------------------
 
-    def store(self, store: Store) -> MachineValue:
+    def store(self, store: StoreValue) -> MachineValue:
         """Compute a value and put it into a place; gives it back."""
         of, place = self._of, store.place
         if store.value_first or place.home is Home.LOCAL:
@@ -236,7 +236,7 @@ class MachineStorages:
         aim = self._aim(place)
         return self._put(aim, place, of.value(store.value))
 
-    def put(self, place: Place, given: MachineValue) -> MachineValue:
+    def put(self, place: ResolvedPlace, given: MachineValue) -> MachineValue:
         """Put a value into a place; gives it back."""
         if place.home is not Home.LOCAL:
             return self._put(self._aim(place), place, given)
@@ -245,7 +245,7 @@ class MachineStorages:
             return self._store_own(local, given)
         return self._store_local(place, local, given)
 
-    def _put(self, aim: Aim, place: Place, given: MachineValue) -> MachineValue:
+    def _put(self, aim: Aim, place: ResolvedPlace, given: MachineValue) -> MachineValue:
         of = self._of
         if isinstance(given, MachineText):
             return self._store_text(aim, place.type, given)
@@ -268,7 +268,9 @@ class MachineStorages:
         no = b.bit_and(old, b.constant(U8, 0xFF & ~mask))
         b.store(b.select(state, yes, no), place)
 
-    def _store_local(self, place: Place, local: LocalVariable, given: MachineValue) -> Operand:
+    def _store_local(
+        self, place: ResolvedPlace, local: LocalVariable, given: MachineValue
+    ) -> Operand:
         assert place.variable is not None
         assert isinstance(given, Operand)
         b = self._of.builder
