@@ -47,6 +47,7 @@ WITHOUT_MODULE: dict[str, str] = {
     "tests/motion/test_profile_oracle.py": "planner and ruckig, case by case",
     "tests/motion/test_wrong_parameters.py": "NC and machine, which are set up alike or not",
     "tests/plc/machine/test_random_recursion.py": "recursion of any shape on stacks of any size",
+    "tests/st/graphical/test_random_networks.py": "reader, lowering and a run, at random",
     "tests/station/buses/test_catching_up.py": "bus, master and link while a station catches up",
     "tests/station/test_departed_clients.py": "station and peers after clients of all kinds",
     "tests/transport/secure/test_admission.py": "listener, routes, users and proofs in tables",

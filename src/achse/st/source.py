@@ -76,7 +76,7 @@ class SourceSegment(NamedTuple):
 
 
 class Drawing(Protocol):
-    """A body that is no text: its nodes have offsets behind the text of the source."""
+    """A body that is drawn: its nodes have offsets behind the text of the source."""
 
     start: int
     digest: bytes
@@ -114,7 +114,7 @@ class Source:
         self.pieces = tuple(pieces) or (SourceSegment(0, 1, 1),)
         self._starts = [piece.start for piece in self.pieces]
         self.drawings = tuple(drawings)
-        """Bodies that are no text, by their first offsets, all behind the text."""
+        """Drawn bodies, by their first offsets, all behind the text."""
 
     def locate(self, offset: int) -> Location:
         """The place of an offset."""

@@ -68,7 +68,6 @@ __all__ = [
     "place",
 ]
 
-
 N = TypeVar("N")
 
 
@@ -180,8 +179,7 @@ class Argument:
 
 @node
 class Call:
-    """`of(arguments)`: function, function block instance, method, cast (`TO_INT`), operator
-    (`ADR`, `SIZEOF`, `__NEW`)."""
+    """`of(arguments)`: function, instance, method, cast (`TO_INT`), operator (`ADR`, `__NEW`)."""
 
     of: "Expression"
     arguments: tuple[Argument, ...]
@@ -422,8 +420,7 @@ class Label:
 
 @node
 class Let:
-    """`name` becomes a variable of the call, with the type of the value that it takes. Made for
-    bodies in LD, FBD, IL and CFC; no text says it."""
+    """A hidden variable of the call, with the type of its value: only drawn bodies make one."""
 
     name: str
     value: Expression

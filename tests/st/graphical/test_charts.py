@@ -6,10 +6,10 @@ from achse.st.cursor import Unexpected
 from achse.st.graphical.charts import (
     Alternative,
     ChartJump,
+    ChartTransition,
     Macro,
     Simultaneous,
     Step,
-    Transition,
     read_chart,
     read_flags,
 )
@@ -40,9 +40,9 @@ def test_steps_have_actions_and_times_and_branches_their_segments() -> None:
     assert (first.is_initial, first.main, first.entry, first.minimum) == (True, "m", "", "T#1S")
     actions = [(one.name, one.qualifier, one.time) for one in first.associations]
     assert actions == [("b", "N", ""), ("c", "SD", "T#5S")]
-    kinds = [Step, Transition, Simultaneous, Alternative, Macro]
+    kinds = [Step, ChartTransition, Simultaneous, Alternative, Macro]
     assert [type(one) for one in found] == kinds
-    assert isinstance(found[1], Transition)
+    assert isinstance(found[1], ChartTransition)
     assert found[1].text == "x > 1"
     assert isinstance(found[2], Simultaneous)
     assert (found[2].label, len(found[2].segments)) == ("both", 2)

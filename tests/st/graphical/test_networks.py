@@ -3,7 +3,7 @@
 import pytest
 
 from achse.st.cursor import Unexpected
-from achse.st.graphical.networks import Assignment, Box, Network, Operand, read_networks
+from achse.st.graphical.networks import Assignment, Box, DrawnNetwork, NetworkOperand, read_networks
 from tests.st.graphical.drawings import (
     NEGATED,
     assign,
@@ -64,7 +64,7 @@ def test_networks_have_number_label_view_and_lines() -> None:
     assert found.view == "Il"
     facts = [(one.number, one.label, one.is_disabled, len(one.lines)) for one in found.networks]
     assert facts == [(1, "On", False, 0), (2, "", True, 0), (3, "", False, 2)]
-    assert isinstance(found.networks[1], Network)
+    assert isinstance(found.networks[1], DrawnNetwork)
     assert found.networks[1].items == ()
     assert [one.operator for one in found.networks[2].lines] == ["LD", "ST"]
 
@@ -73,7 +73,7 @@ def test_an_assignment_has_its_targets_in_order() -> None:
     found = first(assign(contact("a", NEGATED), "x", ("y", NEGATED)))
     assert isinstance(found, Assignment)
     assert [(one.text, one.modifiers) for one in found.targets] == [("x", 0), ("y", NEGATED)]
-    assert isinstance(found.value, Operand)
+    assert isinstance(found.value, NetworkOperand)
     assert found.value.modifiers == NEGATED
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from achse.st.cursor import Unexpected
 from achse.st.graphical.body import GraphicalBody
-from achse.st.graphical.writer import StatementWriter, implicit_block, path_of
+from achse.st.graphical.writer import BodyStatements, implicit_block, path_of
 from achse.st.parser import parse_expression
 from achse.st.tree import Assign, If, Let, Member, Name
 
@@ -14,8 +14,8 @@ class NoScope:
         return False
 
 
-def writer() -> StatementWriter:
-    return StatementWriter(GraphicalBody("NWL", b"<NWL>", 100, 1), NoScope())
+def writer() -> BodyStatements:
+    return BodyStatements(GraphicalBody("NWL", b"<NWL>", 100, 1), NoScope())
 
 
 @pytest.mark.parametrize("text", ["a", "a.b.c", "TRUE", "this^.x", "w.7", "F(a, 2) + TO_REAL(n)"])

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 from achse.st.cursor import Unexpected
 
-__all__ = ["ArchiveObject", "read_archive"]
+__all__ = ["ArchiveObject", "read_archive", "unquoted"]
 
 _ENTITY = re.compile(r"&(?:#(\d+)|#x([0-9a-fA-F]+)|(\w+));")
 _ENTITIES = {"lt": "<", "gt": ">", "amp": "&", "quot": '"', "apos": "'"}
@@ -85,7 +85,7 @@ def unquoted(text: str) -> str:
 
 
 def read_archive(text: str) -> ArchiveObject:
-    """Return the root object. Raises `Unexpected` for what is no archive.
+    """Return the root object. Raises `Unexpected` for anything else.
 
     The document around it has been parsed before, so it is well-formed.
     """

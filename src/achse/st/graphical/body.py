@@ -1,7 +1,7 @@
 """A body drawn in LD, FBD, IL, SFC or CFC: its text in the file, and the statements it means.
 
 The text is kept packed and is read when the body is compiled: a large project has a hundred
-megabytes of them. Offsets of its nodes lie behind the text of their source; a body tells the line
+megabytes of them. Offsets of its nodes follow the text of their source; a body tells the line
 in the file and the place in the drawing, `network 3, rung 1`, for each.
 """
 
@@ -48,7 +48,7 @@ class BodyOwner:
 
 
 class BodyScope(Protocol):
-    """What a body has to know of the names around it to be lowered."""
+    """Names around a body, as far as its lowering depends on them."""
 
     def is_callable(self, name: str) -> bool:
         """Return True if a name means an action, method, function or program."""
@@ -88,7 +88,7 @@ class GraphicalBody:
 
     @property
     def settings(self) -> str:
-        """The settings of the editor that stand beside the body; empty without any."""
+        """Settings of the editor for the unit or part; empty without any."""
         return self._unpacked[0]
 
     @property

@@ -3,8 +3,8 @@
 from itertools import pairwise
 
 from achse.st.graphical.body import GraphicalBody, Refused
-from achse.st.graphical.networks import Box, BoxInput, BoxOutput, Modifier, Operand
-from achse.st.graphical.writer import StatementWriter, call_of
+from achse.st.graphical.networks import Box, BoxInput, BoxOutput, Modifier, NetworkOperand
+from achse.st.graphical.writer import BodyStatements, call_of
 from achse.st.tree import (
     Binary,
     Branch,
@@ -77,10 +77,10 @@ def both(left: Expression | None, right: Expression, at: int) -> Expression:
     return right if left is None else Binary("AND", left, right, at)
 
 
-class BoxWriter(StatementWriter):
+class BoxWriter(BodyStatements):
     """Writes the execution of boxes and what is assigned from them."""
 
-    def store(self, target: Operand, value: Expression) -> None:
+    def store(self, target: NetworkOperand, value: Expression) -> None:
         """Write a value to a target: a variable, a coil, a jump, a return."""
         modifiers = target.modifiers
         if modifiers & Modifier.JUMP:
@@ -109,7 +109,7 @@ class BoxWriter(StatementWriter):
         else:
             self.out.append(If((Branch(value, (statement,), at),), (), at))
 
-    def target(self, target: Operand, at: int) -> Expression:
+    def target(self, target: NetworkOperand, at: int) -> Expression:
         if target.text in ("", UNFINISHED):
             raise Refused(at, "a target is not filled in: expected a variable, got '???'")
         return self.expression(target.text, at)

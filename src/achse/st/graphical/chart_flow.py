@@ -10,10 +10,10 @@ from achse.st.graphical.charts import (
     Chart,
     ChartElement,
     ChartJump,
+    ChartTransition,
     Macro,
     Simultaneous,
     Step,
-    Transition,
 )
 
 __all__ = ["ChartFlow", "Firing", "steps_of"]
@@ -23,7 +23,7 @@ __all__ = ["ChartFlow", "Firing", "steps_of"]
 class Firing:
     """A transition in the flow."""
 
-    transition: Transition
+    transition: ChartTransition
     left: tuple[Step, ...]
     """Steps that must all be active, and that it leaves."""
     activated: list[Step] = field(default_factory=list)
@@ -82,7 +82,7 @@ class ChartFlow:
                 for firing in self._transitions(exits, element.at):
                     firing.activated.append(element)
                 return [(element,)]
-            case Transition():
+            case ChartTransition():
                 return list(self._fire(element, exits))
             case ChartJump():
                 for firing in self._transitions(exits, element.at):
@@ -101,7 +101,7 @@ class ChartFlow:
                 raise Unexpected(at, f"expected a transition behind step {end[-1].name}")
             yield end
 
-    def _fire(self, transition: Transition, exits: list[_Exit]) -> Iterator[Firing]:
+    def _fire(self, transition: ChartTransition, exits: list[_Exit]) -> Iterator[Firing]:
         for end in exits:
             if isinstance(end, Firing):
                 raise Unexpected(transition.at, "two transitions follow each other")

@@ -16,7 +16,7 @@ from achse.st.cursor import Unexpected
 from achse.st.graphical.body import BodyScope, GraphicalBody, Refused
 from achse.st.graphical.chart_flow import ChartFlow, Firing, steps_of
 from achse.st.graphical.charts import ActionAssociation, Chart, Step, read_chart, read_flags
-from achse.st.graphical.writer import StatementWriter, call_of, implicit_block
+from achse.st.graphical.writer import BodyStatements, call_of, implicit_block
 from achse.st.tree import (
     Assign,
     Binary,
@@ -174,7 +174,7 @@ def _or(values: Iterable[Expression], at: int) -> Expression:
     return _FALSE if found is None else found
 
 
-class _Lowering(StatementWriter):
+class _Lowering(BodyStatements):
     """Writes the statements of one chart."""
 
     def __init__(

@@ -12,10 +12,10 @@ __all__ = [
     "Chart",
     "ChartElement",
     "ChartJump",
+    "ChartTransition",
     "Macro",
     "Simultaneous",
     "Step",
-    "Transition",
     "read_chart",
     "read_flags",
 ]
@@ -27,7 +27,7 @@ _MAIN, _ENTRY, _EXIT = "700a583f", "a6b08bd8", "a2621e18"
 _MINIMUM, _MAXIMUM = "cacf1a68", "b693554c"
 _PARALLEL = "23bdaa98"
 _QUALIFIER = "e174fc0d"
-QUALIFIERS = frozenset(["N", "R", "S", "L", "D", "P", "P0", "P1", "SD", "DS", "SL"])
+_QUALIFIERS = frozenset(["N", "R", "S", "L", "D", "P", "P0", "P1", "SD", "DS", "SL"])
 _TIMED = frozenset(["L", "D", "SD", "DS", "SL"])
 
 
@@ -61,7 +61,7 @@ class Step:
 
 
 @node
-class Transition:
+class ChartTransition:
     """A transition: an expression or the name of a transition object."""
 
     text: str
@@ -102,7 +102,7 @@ class Macro:
     at: int = place()
 
 
-ChartElement: TypeAlias = Step | Transition | ChartJump | Alternative | Simultaneous | Macro
+ChartElement: TypeAlias = Step | ChartTransition | ChartJump | Alternative | Simultaneous | Macro
 
 
 @node
@@ -187,7 +187,7 @@ def _element(found: ArchiveObject) -> ChartElement:
         case "SFCTransition":
             if is_excluded:
                 raise Unexpected(found.at, "a transition that is left out is not supported")
-            return Transition(name.rstrip("; "), found.at)
+            return ChartTransition(name.rstrip("; "), found.at)
         case "SFCJump":
             return ChartJump(name, found.at)
         case "SFCBranch":
@@ -229,7 +229,7 @@ def _association(found: ArchiveObject) -> ActionAssociation | None:
     text = values.get(_QUALIFIER, "").replace(",", " ").split(None, 1)
     qualifier = text[0].upper() if text else "N"
     time = text[1].strip() if len(text) > 1 else ""
-    if qualifier not in QUALIFIERS:
+    if qualifier not in _QUALIFIERS:
         raise Unexpected(found.at, f"{name}: '{qualifier[:20]}' is not a qualifier")
     if qualifier in _TIMED and not time:
         raise Unexpected(found.at, f"{name}: qualifier {qualifier} has no time")

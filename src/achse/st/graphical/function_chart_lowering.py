@@ -24,7 +24,7 @@ from achse.st.graphical.function_charts import (
     read_explicit_order,
     read_function_chart,
 )
-from achse.st.graphical.networks import Box, BoxInput, Operand
+from achse.st.graphical.networks import Box, BoxInput, NetworkOperand
 from achse.st.graphical.writer import call_of, implicit_block
 from achse.st.tree import (
     Expression,
@@ -78,12 +78,12 @@ def _kept(body: GraphicalBody, id: int) -> str:
     return f"__{body.owner.unit}_{body.owner.part}_pin{id}"
 
 
-def inputs_of(element: Ordered) -> Sequence[ChartPin]:
+def _inputs_of(element: Ordered) -> Sequence[ChartPin]:
     """The input pins of an element."""
     return (element.input,) if isinstance(element, ChartOutput | ChartSelector) else element.inputs
 
 
-def outputs_of(element: Ordered) -> Sequence[ChartPin]:
+def _outputs_of(element: Ordered) -> Sequence[ChartPin]:
     """The output pins of an element."""
     if isinstance(element, ChartOutput):
         return ()
@@ -98,10 +98,10 @@ class _Connections:
         """Pins that others lead to, by those."""
         self.texts: dict[int, ChartInput] = {one.output.id: one for one in chart.inputs}
         self.producers: dict[int, tuple[Ordered, ChartPin]] = {
-            pin.id: (element, pin) for element in chart.ordered for pin in outputs_of(element)
+            pin.id: (element, pin) for element in chart.ordered for pin in _outputs_of(element)
         }
         self.passed: dict[int, ChartPin] = {
-            pin.id: pin for element in chart.ordered for pin in inputs_of(element) if pin.is_in_out
+            pin.id: pin for element in chart.ordered for pin in _inputs_of(element) if pin.is_in_out
         }
         self._variables = body.owner.variables
         is_explicit = read_explicit_order(body.settings)
@@ -116,7 +116,7 @@ class _Connections:
         """Numbers of elements: `(producer, consumer)`."""
         number = {id(element): index for index, element in enumerate(elements)}
         for index, element in enumerate(elements):
-            for pin in inputs_of(element):
+            for pin in _inputs_of(element):
                 found = self.producers.get(self.source.get(pin.id, -1))
                 if found is not None:
                     yield number[id(found[0])], index
@@ -126,7 +126,7 @@ class _Connections:
         """Boxes whose result is read before they run: of operators, functions and methods."""
         found: dict[int, ChartBox] = {}
         for element in self.order:
-            for pin in inputs_of(element):
+            for pin in _inputs_of(element):
                 producer = self.producers.get(self.source.get(pin.id, -1))
                 if producer is None or not self.is_back(producer[0], element):
                     continue
@@ -337,7 +337,7 @@ class _Lowering(BoxWriter):
         for pin in element.inputs:
             value = self._input(pin, element, at)
             if value is not None:
-                inputs.append((BoxInput("", "", Operand("", 0, 0), 0), value))
+                inputs.append((BoxInput("", "", NetworkOperand("", 0, 0), 0), value))
         box = Box(element.type, "", element.type, (), (), None, None, None, 0, 0)
         return self.operator(box, inputs, at)
 
@@ -355,7 +355,7 @@ class _Lowering(BoxWriter):
                 result = pin
                 continue
             consumers = [
-                one for one in self._of.order for into in inputs_of(one)
+                one for one in self._of.order for into in _inputs_of(one)
                 if self._of.source.get(into.id) == pin.id
             ]  # fmt: skip
             for one in consumers:
@@ -374,7 +374,7 @@ class _Lowering(BoxWriter):
             return
         pin = element.outputs[0]
         consumers = [
-            (one, into) for one in self._of.order for into in inputs_of(one)
+            (one, into) for one in self._of.order for into in _inputs_of(one)
             if self._of.source.get(into.id) == pin.id
         ]  # fmt: skip
         if pin.id in self._kept:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from achse.st.graphical.body import Refused
-from achse.st.graphical.networks import Instruction, Network
+from achse.st.graphical.networks import DrawnNetwork, Instruction
 from achse.st.graphical.writer import call_of
 from achse.st.tree import (
     Argument,
@@ -27,7 +27,7 @@ from achse.st.tree import (
 )
 
 if TYPE_CHECKING:
-    from achse.st.graphical.writer import StatementWriter
+    from achse.st.graphical.writer import BodyStatements
 
 __all__ = ["InstructionList"]
 
@@ -55,7 +55,7 @@ _CONDITIONS = {"": None, "C": True, "CN": False}
 class InstructionList:
     """Writes the lines of one network."""
 
-    def __init__(self, writer: "StatementWriter", network: Network) -> None:
+    def __init__(self, writer: "BodyStatements", network: DrawnNetwork) -> None:
         self._writer = writer
         self._network = network
         self._value: Expression | None = None

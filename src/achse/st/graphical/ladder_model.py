@@ -18,11 +18,11 @@ from achse.st.graphical.networks import (
     Box,
     BoxInput,
     BoxOutput,
+    DrawnNetwork,
     Modifier,
-    Network,
     NetworkList,
     NetworkNode,
-    Operand,
+    NetworkOperand,
     Parallel,
     Unconnected,
 )
@@ -77,7 +77,7 @@ class _Reader:
             at = next(self._at)
             node = self._sequence(one.get("Sequence", {}))
             items = () if node is None else (node,)
-            networks.append(Network(number, "", "", False, items, (), at))
+            networks.append(DrawnNetwork(number, "", "", False, items, (), at))
         return NetworkList("Ld", tuple(networks))
 
     def _check(self, found: Any, *types: str) -> str:
@@ -105,7 +105,7 @@ class _Reader:
                 contact = self._operand(found.get("Operand"))
                 return contact if left is None else self._series(left, contact)
             case "Coil":
-                value = Operand("TRUE", 0, 0, next(self._at)) if left is None else left
+                value = NetworkOperand("TRUE", 0, 0, next(self._at)) if left is None else left
                 target = self._operand(found.get("Operand"))
                 return Assignment((target,), value, next(self._at))
             case "InVariable":
@@ -127,7 +127,7 @@ class _Reader:
         at, id = next(self._at), next(self._ids)
         return Box("AND", "", "And", inputs, (result,), None, None, None, 0, id, at)
 
-    def _operand(self, found: Any) -> Operand:
+    def _operand(self, found: Any) -> NetworkOperand:
         self._check(found, "Operand")
         modifier = found.get("Modifier")
         negated = False
@@ -136,7 +136,7 @@ class _Reader:
             negated = bool(modifier.get("Negation"))
         text = str(found.get("Expression", "")).strip()
         modifiers = int(Modifier.NEGATED) if negated else 0
-        return Operand(text, modifiers, next(self._ids), next(self._at))
+        return NetworkOperand(text, modifiers, next(self._ids), next(self._at))
 
     def _block(self, found: _Json, left: NetworkNode | None) -> NetworkNode:
         at = next(self._at)
@@ -160,7 +160,7 @@ class _Reader:
         for one in found.get("Outputs", ()):
             self._check(one, "Output")
             variable = one.get("OutVariable")
-            target: Operand | None = None
+            target: NetworkOperand | None = None
             if variable is not None:
                 self._check(variable, "OutVariable")
                 operand = self._operand(variable.get("Operand"))

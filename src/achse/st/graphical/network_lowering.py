@@ -24,14 +24,14 @@ from achse.st.graphical.networks import (
     Assignment,
     Box,
     BoxInput,
+    DrawnNetwork,
     Modifier,
-    Network,
     NetworkList,
     NetworkNode,
-    Operand,
+    NetworkOperand,
+    NetworkWire,
     Parallel,
     Unconnected,
-    Wire,
     read_networks,
 )
 from achse.st.graphical.writer import implicit_block
@@ -78,7 +78,7 @@ def lowered_networks(
 
 def _edges_of(node: NetworkNode) -> Iterator[str]:
     """The keys of the memories that a node itself needs."""
-    if isinstance(node, Operand | Box) and node.modifiers & EDGES:
+    if isinstance(node, NetworkOperand | Box) and node.modifiers & EDGES:
         yield str(node.id)
     if isinstance(node, Box):
         inputs = (node.enable, *node.inputs) if node.enable else node.inputs
@@ -94,7 +94,7 @@ def _inner(node: NetworkNode) -> Iterator[NetworkNode]:
                 yield node.enable.node
             for pin in node.inputs:
                 yield pin.node
-        case Assignment(value=inner) | Wire(input=inner):
+        case Assignment(value=inner) | NetworkWire(input=inner):
             if inner is not None:
                 yield inner
         case Parallel():
@@ -155,7 +155,7 @@ class _Lowering(BoxWriter):
                 raise self.fault(network.at, message)
             taken[key] = network.number
 
-    def _network(self, network: Network) -> None:
+    def _network(self, network: DrawnNetwork) -> None:
         self._number = network.number
         self._wires.clear()
         self.where = f"network {network.number}"
@@ -173,13 +173,13 @@ class _Lowering(BoxWriter):
         match node:
             case Assignment():
                 self._assignment(node, None)
-            case Wire(input=None):
+            case NetworkWire(input=None):
                 pass
-            case Wire():
+            case NetworkWire():
                 self._define(node)
             case Box():
                 self._box(node, None, is_read=False)
-            case Operand() | Unconnected():
+            case NetworkOperand() | Unconnected():
                 pass
             case Parallel():
                 self._parallel(node, None)
@@ -202,7 +202,7 @@ class _Lowering(BoxWriter):
             self.store(target, value)
         return value
 
-    def _define(self, node: Wire) -> None:
+    def _define(self, node: NetworkWire) -> None:
         """Write the value of a wire into its variable."""
         at = self.at(node.at)
         assert node.input is not None
@@ -228,9 +228,9 @@ class _Lowering(BoxWriter):
         match node:
             case Unconnected():
                 return power
-            case Operand():
+            case NetworkOperand():
                 return both(power, self._operand(node), at)
-            case Wire():
+            case NetworkWire():
                 if node.input is not None or node.number not in self._wires:
                     raise Refused(at, f"wire {node.number} is read before it is defined")
                 return both(power, Name(self._wire(node.number), at), at)
@@ -241,7 +241,7 @@ class _Lowering(BoxWriter):
             case Box():
                 return self._box(node, power, is_read=True)
 
-    def _operand(self, node: Operand) -> Expression:
+    def _operand(self, node: NetworkOperand) -> Expression:
         at = self.at(node.at)
         if node.text in ("", UNFINISHED):
             raise Refused(at, "an operand is not filled in: expected an expression, got '???'")
@@ -340,7 +340,7 @@ class _Lowering(BoxWriter):
         powered = _powered(node) if power is not None else -1
         offset = 0 if node.enable is None else 1
         for number, pin in enumerate(node.inputs):
-            if isinstance(pin.node, Operand) and not pin.node.text:
+            if isinstance(pin.node, NetworkOperand) and not pin.node.text:
                 continue
             start = len(self.out)
             value = self._pin(node, pin, number + offset, power if number == powered else None)
@@ -356,7 +356,9 @@ class _Lowering(BoxWriter):
         argument stays itself: it may be a VAR_IN_OUT."""
         kept = []
         for pin, value in inputs:
-            if not (node.is_call and isinstance(pin.node, Operand) and not pin.node.modifiers):
+            if not (
+                node.is_call and isinstance(pin.node, NetworkOperand) and not pin.node.modifiers
+            ):
                 value = self.frozen(value, index, self.at(pin.node.at))
             kept.append((pin, value))
         return kept

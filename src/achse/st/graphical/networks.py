@@ -17,20 +17,20 @@ __all__ = [
     "Box",
     "BoxInput",
     "BoxOutput",
+    "DrawnNetwork",
     "Instruction",
     "Modifier",
-    "Network",
     "NetworkList",
     "NetworkNode",
-    "Operand",
+    "NetworkOperand",
+    "NetworkWire",
     "Parallel",
     "Unconnected",
-    "Wire",
     "read_networks",
 ]
 
 
-T = TypeVar("T")
+_T = TypeVar("_T")
 
 
 class Modifier(IntFlag):
@@ -52,7 +52,7 @@ _KNOWN = sum(Modifier)
 
 
 @node
-class Operand:
+class NetworkOperand:
     """A variable, literal or expression, as Structured Text; a target, a label."""
 
     text: str
@@ -71,7 +71,7 @@ class Unconnected:
 
 
 @node
-class Wire:
+class NetworkWire:
     """A value with a number: defined where it has an input, else read."""
 
     number: int
@@ -107,7 +107,7 @@ class BoxOutput:
     """An output of a box."""
 
     name: str
-    target: Operand | None
+    target: NetworkOperand | None
     """None for an output that is not assigned."""
     is_read: bool
     """True for the output that the node around the box reads."""
@@ -151,12 +151,12 @@ _CALLS = frozenset(("FunctionBlock", "Function", "Program", "Action", "Method", 
 class Assignment:
     """A value that is written to targets, coils, jumps."""
 
-    targets: tuple[Operand, ...]
+    targets: tuple[NetworkOperand, ...]
     value: "NetworkNode | None"
     at: int = place()
 
 
-NetworkNode: TypeAlias = Operand | Unconnected | Wire | Parallel | Box | Assignment
+NetworkNode: TypeAlias = NetworkOperand | Unconnected | NetworkWire | Parallel | Box | Assignment
 
 
 @node
@@ -165,13 +165,13 @@ class Instruction:
 
     prefix: str
     operator: str
-    operand: Operand
+    operand: NetworkOperand
     postfix: str
     at: int = place()
 
 
 @node
-class Network:
+class DrawnNetwork:
     """A network: its trees, or the lines of its instruction list."""
 
     number: int
@@ -192,7 +192,7 @@ class NetworkList:
 
     view: str
     """Editor that shows it: `Ld`, `Fbd` or `Il`."""
-    networks: tuple[Network, ...]
+    networks: tuple[DrawnNetwork, ...]
 
 
 def read_networks(text: str) -> NetworkList:
@@ -205,12 +205,12 @@ def read_networks(text: str) -> NetworkList:
     return NetworkList(root.text("DefaultViewMode", "Ld"), networks)
 
 
-def _network(found: ArchiveObject, number: int) -> Network:
+def _network(found: ArchiveObject, number: int) -> DrawnNetwork:
     is_disabled = found.flag("OutCommented")
     is_list = found.flag("ILActive")
     items: Iterable[ArchiveObject] = () if is_disabled or is_list else found.objects("NetworkItems")
     lines = found.objects("ILLines") if is_list and not is_disabled else ()
-    return Network(
+    return DrawnNetwork(
         number,
         found.text("Title"),
         found.text("Label"),
@@ -239,7 +239,7 @@ def _node(found: ArchiveObject) -> NetworkNode:
         case "BoxTreeBox":
             return _box(found)
         case "BoxTreeDemux":
-            return Wire(found.number("VarId"), _optional(found), found.at)
+            return NetworkWire(found.number("VarId"), _optional(found), found.at)
         case "BoxTreeParallel":
             return Parallel(
                 _optional(found),
@@ -266,8 +266,10 @@ def _listed(found: ArchiveObject) -> list[ArchiveObject | str | None]:
     return [] if inner is None else inner.items
 
 
-def _operand(found: ArchiveObject) -> Operand:
-    return Operand(found.text("Operand").strip(), _modifiers(found), found.number("Id"), found.at)
+def _operand(found: ArchiveObject) -> NetworkOperand:
+    return NetworkOperand(
+        found.text("Operand").strip(), _modifiers(found), found.number("Id"), found.at
+    )
 
 
 def _modifiers(found: ArchiveObject) -> int:
@@ -306,7 +308,7 @@ def _box(found: ArchiveObject) -> Box:
     )
 
 
-def _at(list: Sequence[T], index: int, default: T) -> T:
+def _at(list: Sequence[_T], index: int, default: _T) -> _T:
     return list[index] if index < len(list) else default
 
 
@@ -359,7 +361,7 @@ def _instruction(found: ArchiveObject) -> Instruction:
     return Instruction(
         found.text("Prefix").strip(),
         found.text("Operator").strip(),
-        Operand("", 0, 0, found.at) if operand is None else _operand(operand),
+        NetworkOperand("", 0, 0, found.at) if operand is None else _operand(operand),
         found.text("Postfix").strip(),
         found.at,
     )

@@ -33,7 +33,7 @@ from achse.st.tree import (
 )
 from achse.st.words import KEYWORDS
 
-__all__ = ["IMPLICIT", "StatementWriter", "call_of", "implicit_block", "path_of"]
+__all__ = ["IMPLICIT", "BodyStatements", "call_of", "implicit_block", "path_of"]
 
 IMPLICIT = "IMPLICIT"
 """Qualifier of variables that a unit keeps for a body; their names may begin with `__`."""
@@ -60,7 +60,7 @@ def implicit_block(
     return VarBlock("VAR", (IMPLICIT,), declarations, NO_NOTE if has_symbols else _HIDDEN)
 
 
-class StatementWriter:
+class BodyStatements:
     """Collects the statements of one body in `out`."""
 
     def __init__(self, body: GraphicalBody, scope: BodyScope) -> None:
