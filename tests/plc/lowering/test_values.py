@@ -16,9 +16,9 @@ from achse.plc.lowering.nodes import (
     LazyChoice,
     LoadValue,
     LoweredRoutine,
+    LoweredValue,
     Sequence,
     StoreValue,
-    Value,
 )
 from achse.st.typed.expressions import Conversion, Known, Operator
 
@@ -38,10 +38,10 @@ END_VAR
 
 
 @pytest.fixture(scope="session")
-def value(lower: Lower) -> Callable[[str], Value]:
+def value(lower: Lower) -> Callable[[str], LoweredValue]:
     """`value(text)`: what an assignment stores."""
 
-    def stored(statement: str) -> Value:
+    def stored(statement: str) -> LoweredValue:
         (effects,) = lower(f"{DECLARED}{statement}\nEND_PROGRAM").body
         assert isinstance(effects, Effects)
         (store,) = effects.values
@@ -51,14 +51,14 @@ def value(lower: Lower) -> Callable[[str], Value]:
     return stored
 
 
-def _computed(value: Value) -> Compute:
+def _computed(value: LoweredValue) -> Compute:
     while isinstance(value, Convert):
         value = value.operand
     assert isinstance(value, Compute)
     return value
 
 
-def test_limit_is_a_minimum_of_a_maximum(value: Callable[[str], Value]) -> None:
+def test_limit_is_a_minimum_of_a_maximum(value: Callable[[str], LoweredValue]) -> None:
     most = _computed(value("n := LIMIT(INT#0, i, INT#9);"))
     assert most.operator is Operator.MIN
     least = _computed(most.operands[0])
@@ -78,12 +78,12 @@ def test_limits_are_evaluated_from_left_to_right(run: Run) -> None:
     assert ran["i"] == 32
 
 
-def test_choices_of_bools_are_logic(value: Callable[[str], Value]) -> None:
+def test_choices_of_bools_are_logic(value: Callable[[str], LoweredValue]) -> None:
     assert _computed(value("a := MIN(b, c);")).operator is Operator.AND
     assert _computed(value("a := MAX(b, c);")).operator is Operator.OR
 
 
-def test_shortcut_is_a_choice_with_a_constant(value: Callable[[str], Value]) -> None:
+def test_shortcut_is_a_choice_with_a_constant(value: Callable[[str], LoweredValue]) -> None:
     both, either = value("a := b AND_THEN c;"), value("a := b OR_ELSE c;")
     assert isinstance(both, LazyChoice)
     assert both.no == Known(False, both.type)
@@ -91,7 +91,7 @@ def test_shortcut_is_a_choice_with_a_constant(value: Callable[[str], Value]) -> 
     assert either.yes == Known(True, either.type)
 
 
-def test_count_of_a_shift_is_within_the_width(value: Callable[[str], Value]) -> None:
+def test_count_of_a_shift_is_within_the_width(value: Callable[[str], LoweredValue]) -> None:
     constant = _computed(value("n := SHL(i, 35);")).operands[1]
     assert isinstance(constant, Known)
     assert constant.value == 3
@@ -99,7 +99,7 @@ def test_count_of_a_shift_is_within_the_width(value: Callable[[str], Value]) -> 
     assert counted.operator is Operator.AND
 
 
-def test_times_are_rescaled_by_arithmetic(value: Callable[[str], Value]) -> None:
+def test_times_are_rescaled_by_arithmetic(value: Callable[[str], LoweredValue]) -> None:
     for text in ("t := LTIME_TO_TIME(l);", "d := DT_TO_DATE(dt);", "t := TIME();"):
         found = value(text)
         assert isinstance(found, Convert)
@@ -107,14 +107,16 @@ def test_times_are_rescaled_by_arithmetic(value: Callable[[str], Value]) -> None
         assert _computed(found).operator is Operator.DIV
 
 
-def test_sum_of_reals_keeps_its_numbers(value: Callable[[str], Value]) -> None:
+def test_sum_of_reals_keeps_its_numbers(value: Callable[[str], LoweredValue]) -> None:
     found = value("x := y + z * x;")
     assert isinstance(found, Check)
     assert len(found.operands) == 3
     assert not isinstance(value("x := y + 1.0;"), Check)
 
 
-def test_text_is_copied_before_a_call_that_may_change_it(value: Callable[[str], Value]) -> None:
+def test_text_is_copied_before_a_call_that_may_change_it(
+    value: Callable[[str], LoweredValue],
+) -> None:
     found = _computed(value("u := CONCAT(s, F(s));"))
     assert isinstance(found.operands[0], Copy)
     found = _computed(value("u := CONCAT(s, u);"))
@@ -126,7 +128,7 @@ def test_text_before_a_call_is_what_it_was(run: Run) -> None:
     assert (ran["u"], ran["s"]) == ("xz", "y")
 
 
-def test_number_as_text_is_left_to_the_runtime(value: Callable[[str], Value]) -> None:
+def test_number_as_text_is_left_to_the_runtime(value: Callable[[str], LoweredValue]) -> None:
     found = value("u := INT_TO_STRING(i);")
     while isinstance(found, Convert):
         found = found.operand

@@ -101,7 +101,7 @@ class ExpressionWriter:
 
     # values ----------------------------------------------------------------------------------
 
-    def exact_value(self, value: nodes.Value) -> CodeExpression:
+    def exact_value(self, value: nodes.LoweredValue) -> CodeExpression:
         """A value in the range of its type."""
         piece = self.value(value)
         type = value.type
@@ -111,16 +111,16 @@ class ExpressionWriter:
             return CodeExpression(f"single({piece.text})")
         return piece
 
-    def condition(self, value: nodes.Value) -> str:
+    def condition(self, value: nodes.LoweredValue) -> str:
         """A BOOL where only its truth counts."""
         text = self.value(value).text
         return text.removesuffix(" != 0") if text.count(" ") == 2 else text
 
-    def value(self, value: nodes.Value) -> CodeExpression:
+    def value(self, value: nodes.LoweredValue) -> CodeExpression:
         """A value; a whole number right in its low bits, a REAL perhaps not rounded yet."""
         return _WRITERS[type(value)](self, value)
 
-    def effect(self, value: nodes.Value) -> str:
+    def effect(self, value: nodes.LoweredValue) -> str:
         """A line that evaluates a value for what it does."""
         if isinstance(value, nodes.StoreValue) and (value.value_first or not value.place.terms):
             return self.storages.store_statement(value.place, self.value(value.value))
@@ -131,7 +131,7 @@ class ExpressionWriter:
             return f"{name} = {text}"
         return self.value(value).text
 
-    def _listed(self, values: Sequence[nodes.Value]) -> str:
+    def _listed(self, values: Sequence[nodes.LoweredValue]) -> str:
         return ", ".join(self.exact_value(one).text for one in values)
 
     def keep(self, temporary: nodes.Temporary) -> str:
@@ -356,7 +356,7 @@ def _comparison(
 def _real(
     operator: Operator,
     pieces: Sequence[CodeExpression],
-    operands: Sequence[nodes.Value],
+    operands: Sequence[nodes.LoweredValue],
     rounds: bool,
 ) -> CodeExpression:
     """An operator of reals."""

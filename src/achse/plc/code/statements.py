@@ -60,12 +60,12 @@ class StatementWriter:
         self.pieces: list[SourceLine] = []
         """The lines of those functions."""
 
-    def block(self, head: str, statements: nodes.Statements) -> None:
+    def block(self, head: str, statements: nodes.LoweredStatements) -> None:
         """A line, and a list of statements one level in."""
         with self._lines.within(head):
             self.list_of(statements)
 
-    def list_of(self, statements: nodes.Statements) -> None:
+    def list_of(self, statements: nodes.LoweredStatements) -> None:
         """A list of statements."""
         if any(isinstance(one, JumpMark) for one in statements):
             self._with_marks(statements)
@@ -75,7 +75,7 @@ class StatementWriter:
         if not statements:
             self._lines.add("pass")
 
-    def statement(self, statement: nodes.Statement) -> None:
+    def statement(self, statement: nodes.LoweredStatement) -> None:
         """One statement."""
         lines = self._lines
         if statement.at:
@@ -114,19 +114,19 @@ class StatementWriter:
             case nodes.Lifecycle():
                 self._lifecycle(statement)
 
-    def _mark(self, statement: nodes.Statement) -> None:
+    def _mark(self, statement: nodes.LoweredStatement) -> None:
         """In a debug build: say that the statement is next."""
         probe = self._of.linker.probe
         if probe is not None and statement.at and not isinstance(statement, nodes.Lifecycle):
             for line in probe.statement(self._routine.routine, statement.at):
                 self._lines.add(line)
 
-    def effects(self, values: Sequence[nodes.Value]) -> None:
+    def effects(self, values: Sequence[nodes.LoweredValue]) -> None:
         """Values for what they do."""
         for value in values:
             self._lines.add(self._of.effect(value))
 
-    def _piece(self, statement: nodes.Statement) -> None:
+    def _piece(self, statement: nodes.LoweredStatement) -> None:
         """A statement as a function of its own."""
         name, left = self._of.temporary(), self._of.temporary()
         outer = (self._lines, self._depth, self._leaves)
@@ -189,8 +189,8 @@ class StatementWriter:
 
     def _branches(
         self,
-        branches: Sequence[tuple[int, Callable[[], str], nodes.Statements]],
-        otherwise: nodes.Statements,
+        branches: Sequence[tuple[int, Callable[[], str], nodes.LoweredStatements]],
+        otherwise: nodes.LoweredStatements,
     ) -> None:
         """The first one whose test holds; each test is written at its own place.
 
@@ -280,13 +280,13 @@ class StatementWriter:
         self.block("finally:", statement.final)
         self._depth -= 2
 
-    def _with_marks(self, statements: nodes.Statements) -> None:
+    def _with_marks(self, statements: nodes.LoweredStatements) -> None:
         """A list with marks: from the mark that was jumped to, on to the end."""
         lines = self._lines
         self._depth += 2
         where = self._of.temporary()
         marks: dict[str, int] = {}
-        sections: list[list[nodes.Statement]] = [[]]
+        sections: list[list[nodes.LoweredStatement]] = [[]]
         for one in statements:
             if isinstance(one, JumpMark):
                 marks[one.label] = len(sections)
@@ -321,7 +321,7 @@ class StatementWriter:
             self.effects(statement.effects)
 
 
-def _has_marks(statements: nodes.Statements) -> bool:
+def _has_marks(statements: nodes.LoweredStatements) -> bool:
     """Return True if there are marks in the statements, outside of loops inside them."""
     for one in statements:
         match one:

@@ -33,7 +33,7 @@ def outputs_of(routine: Routine) -> list[Variable[Any, Any]]:
 class CallLowering(PlaceLowering):
     """Lowers the calls of one routine."""
 
-    def call(self, call: Invocation) -> nodes.Value:
+    def call(self, call: Invocation) -> nodes.LoweredValue:
         """A call as a value: its result."""
         effects, result = self.call_effects(call, alone=False)
         if result is None:
@@ -42,7 +42,7 @@ class CallLowering(PlaceLowering):
 
     def call_effects(
         self, call: Invocation, *, alone: bool
-    ) -> tuple[list[nodes.Value], nodes.Value | None]:
+    ) -> tuple[list[nodes.LoweredValue], nodes.LoweredValue | None]:
         """All that a call does, in order; its value, unless that is the last effect."""
         target = call.target
         if isinstance(target, DirectTarget):
@@ -66,7 +66,7 @@ class CallLowering(PlaceLowering):
 
     def _instance(
         self, call: Invocation
-    ) -> tuple[list[nodes.Value], nodes.ResolvedPlace | None, nodes.Value | None]:
+    ) -> tuple[list[nodes.LoweredValue], nodes.ResolvedPlace | None, nodes.LoweredValue | None]:
         """The instance of a block: what is done first, its place and its address."""
         instance = call.instance
         if instance is None:
@@ -82,7 +82,7 @@ class CallLowering(PlaceLowering):
 
     def _function(
         self, call: Invocation, routine: Routine, entry: str | None
-    ) -> tuple[list[nodes.Value], nodes.Value | None]:
+    ) -> tuple[list[nodes.LoweredValue], nodes.LoweredValue | None]:
         instance = None if call.instance is None else self.value(call.instance)
         arguments = self.arguments(routine, call.inputs)
         self.changes += 1
@@ -91,7 +91,7 @@ class CallLowering(PlaceLowering):
             return [nodes.RoutineCall(routine, entry, instance, arguments, (), call.type)], None
         result = self.temporary(call.type)
         given = (result, *outputs.values())
-        effects: list[nodes.Value] = [
+        effects: list[nodes.LoweredValue] = [
             nodes.RoutineCall(routine, entry, instance, arguments, given, call.type)
         ]
         self.callees.append(PresentCallee(None, outputs))
@@ -101,7 +101,7 @@ class CallLowering(PlaceLowering):
 
     def arguments(
         self, routine: Routine, inputs: tuple[Stored, ...]
-    ) -> tuple[tuple[Variable[Any, Any], nodes.Value], ...]:
+    ) -> tuple[tuple[Variable[Any, Any], nodes.LoweredValue], ...]:
         """All arguments, in the order they are evaluated; left out ones start as declared."""
         parameters = {parameter.offset: parameter for parameter in parameters_of(routine)}
         given = [parameters.pop(one.storage.offset) for one in inputs]
@@ -111,12 +111,12 @@ class CallLowering(PlaceLowering):
 
     # records that come to life ---------------------------------------------------------------
 
-    def creation(self, value: Created) -> nodes.Value:
+    def creation(self, value: Created) -> nodes.LoweredValue:
         """`__NEW`."""
         count = Known(1, ADDRESS_TYPE) if value.count is None else self.value(value.count)
         pointer = self.temporary(ADDRESS_TYPE)
         self.changes += 1
-        effects: list[nodes.Value] = []
+        effects: list[nodes.LoweredValue] = []
         if isinstance(value.of, StructType):
             effects += self.begin(value.of, value.arguments, pointer)
             effects += self.after_init(value.of, pointer)
@@ -124,12 +124,12 @@ class CallLowering(PlaceLowering):
 
     def begin(
         self, type: StructType[Any], arguments: tuple[Stored, ...], pointer: nodes.Temporary
-    ) -> list[nodes.Value]:
+    ) -> list[nodes.LoweredValue]:
         """Return the first effects on a record at an address: its header, then its `create`."""
         record = self.project.record(type)
         if record is None:
             return []
-        effects: list[nodes.Value] = []
+        effects: list[nodes.LoweredValue] = []
         if isinstance(record, TypedBlock):
             word = UNSIGNED[type.rules.pointer_size]
             header = nodes.ResolvedPlace(nodes.Home.ADDRESS, 0, word, address=pointer)
@@ -138,7 +138,9 @@ class CallLowering(PlaceLowering):
             effects.append(self.life_call(record.create, arguments, pointer))
         return effects
 
-    def after_init(self, type: StructType[Any], pointer: nodes.Temporary) -> list[nodes.Value]:
+    def after_init(
+        self, type: StructType[Any], pointer: nodes.Temporary
+    ) -> list[nodes.LoweredValue]:
         """The calls after a record has all its values."""
         record = self.project.record(type)
         keys = record.after_init if isinstance(record, TypedBlock) else ()
@@ -146,7 +148,7 @@ class CallLowering(PlaceLowering):
 
     def life_call(
         self, key: str, arguments: tuple[Stored, ...], pointer: nodes.Temporary
-    ) -> nodes.Value:
+    ) -> nodes.LoweredValue:
         """The call of a routine of a record's lifecycle."""
         routine = self.project.routine(key)
         if isinstance(routine, str):

@@ -36,19 +36,19 @@ __all__ = [
     "LoweredCase",
     "LoweredRoutine",
     "LoweredSelection",
+    "LoweredStatement",
+    "LoweredStatements",
     "LoweredTry",
+    "LoweredValue",
     "PlaceAddress",
     "RecordValue",
     "ResolvedPlace",
     "RoutineCall",
     "RuntimeCall",
     "Sequence",
-    "Statement",
-    "Statements",
     "StoreValue",
     "Temporary",
     "Term",
-    "Value",
 ]
 
 
@@ -74,10 +74,10 @@ class Term:
     Without bounds it needs no check, or has none.
     """
 
-    index: "Value"
+    index: "LoweredValue"
     stride: int
-    low: "Value | None" = None
-    high: "Value | None" = None
+    low: "LoweredValue | None" = None
+    high: "LoweredValue | None" = None
 
 
 @dataclass(slots=True, eq=False)
@@ -94,7 +94,7 @@ class ResolvedPlace:
     """False if an index may lead anywhere."""
     variable: Variable[Any, Any] | None = None
     area: Area | None = None
-    address: "Value | None" = None
+    address: "LoweredValue | None" = None
     alignment: int = 8
     """Of the home."""
 
@@ -129,7 +129,7 @@ class Keep:
     """A value that is needed again: its temporary has it from then on."""
 
     temporary: Temporary
-    value: "Value"
+    value: "LoweredValue"
     is_repeatable: bool = False
     """True if it may as well be evaluated again."""
 
@@ -163,7 +163,7 @@ class PlaceAddress:
 class Copy:
     """A text or record as it is before what comes next, which may change its bytes."""
 
-    value: "Value"
+    value: "LoweredValue"
     type: IecType[Any]
 
 
@@ -171,7 +171,7 @@ class Copy:
 class Convert:
     """A value at another type: `rule` is none that `External` does, and not RESCALE."""
 
-    operand: "Value"
+    operand: "LoweredValue"
     type: IecType[Any]
     rule: Conversion
 
@@ -180,7 +180,7 @@ class Convert:
 class External:
     """A conversion from or to text that needs the runtime: `source` says which."""
 
-    operand: "Value"
+    operand: "LoweredValue"
     type: IecType[Any]
     source: Converted | EnumName
 
@@ -191,7 +191,7 @@ class Compute:
     a shift is in the width, MIN and MAX are not of BOOLs."""
 
     operator: Operator
-    operands: "tuple[Value, ...]"
+    operands: "tuple[LoweredValue, ...]"
     type: IecType[Any]
 
 
@@ -199,7 +199,7 @@ class Compute:
 class Check:
     """A real; FPU_INVALID_OPERATION if it is NaN and none of `operands` is."""
 
-    value: "Value"
+    value: "LoweredValue"
     operands: "tuple[Temporary, ...]"
     type: IecType[Any]
 
@@ -208,9 +208,9 @@ class Check:
 class LazyChoice:
     """One of two values; nothing of the other is evaluated."""
 
-    condition: "Value"
-    yes: "Value"
-    no: "Value"
+    condition: "LoweredValue"
+    yes: "LoweredValue"
+    no: "LoweredValue"
     type: IecType[Any]
 
 
@@ -218,8 +218,8 @@ class LazyChoice:
 class Sequence:
     """Effects in order, then a value."""
 
-    effects: "tuple[Value, ...]"
-    value: "Value"
+    effects: "tuple[LoweredValue, ...]"
+    value: "LoweredValue"
 
     @property
     def type(self) -> IecType[Any] | None:
@@ -231,7 +231,7 @@ class StoreValue:
     """An assignment, and its value. Texts: up to the NUL; records: without headers of blocks."""
 
     place: ResolvedPlace
-    value: "Value"
+    value: "LoweredValue"
     value_first: bool = False
     """True if the value is evaluated before the indexes of the place."""
 
@@ -246,8 +246,8 @@ class RoutineCall:
 
     routine: Routine
     entry: str | None
-    instance: "Value | None"
-    arguments: "tuple[tuple[Variable[Any, Any], Value], ...]"
+    instance: "LoweredValue | None"
+    arguments: "tuple[tuple[Variable[Any, Any], LoweredValue], ...]"
     """In the order of evaluation, all of them."""
     outputs: tuple[Temporary, ...]
     """Result and outputs; empty if the routine has no outputs."""
@@ -259,7 +259,7 @@ class RecordValue:
     """A record made on the spot: values put over an image, at their offsets."""
 
     image: bytes
-    parts: "tuple[tuple[int, Value], ...]"
+    parts: "tuple[tuple[int, LoweredValue], ...]"
     type: IecType[Any]
 
 
@@ -268,9 +268,9 @@ class Creation:
     """`__NEW`: the address of `count` of a type; `effects` bring each at `pointer` to life."""
 
     of: IecType[Any]
-    count: "Value"
+    count: "LoweredValue"
     pointer: Temporary
-    effects: "tuple[Value, ...]"
+    effects: "tuple[LoweredValue, ...]"
     type: IecType[Any]
 
 
@@ -279,13 +279,13 @@ class RuntimeCall:
     """A function of the runtime that only plain code calls; `why` says so."""
 
     name: str
-    operands: "tuple[Value, ...]"
+    operands: "tuple[LoweredValue, ...]"
     argument: str | None
     type: IecType[Any] | None
     why: str
 
 
-Value: TypeAlias = (
+LoweredValue: TypeAlias = (
     Known
     | Temporary
     | Keep
@@ -313,7 +313,7 @@ Value: TypeAlias = (
 class Effects:
     """Values evaluated for what they do."""
 
-    values: tuple[Value, ...]
+    values: tuple[LoweredValue, ...]
     at: int
 
 
@@ -321,8 +321,8 @@ class Effects:
 class LoweredBranch:
     """A condition, and what it leads to."""
 
-    condition: Value
-    body: "Statements"
+    condition: LoweredValue
+    body: "LoweredStatements"
     at: int
 
 
@@ -331,7 +331,7 @@ class Branches:
     """The first branch whose condition holds."""
 
     branches: tuple[LoweredBranch, ...]
-    otherwise: "Statements"
+    otherwise: "LoweredStatements"
     at: int
 
 
@@ -340,7 +340,7 @@ class LoweredCase:
     """Ranges of numbers, and what they lead to."""
 
     labels: tuple[tuple[int, int], ...]
-    body: "Statements"
+    body: "LoweredStatements"
     at: int
 
 
@@ -348,9 +348,9 @@ class LoweredCase:
 class LoweredSelection:
     """The first case that has the number."""
 
-    selector: Value
+    selector: LoweredValue
     cases: tuple[LoweredCase, ...]
-    otherwise: "Statements"
+    otherwise: "LoweredStatements"
     at: int
 
 
@@ -359,11 +359,11 @@ class Loop:
     """`start`; each pass: leave unless `before` holds, take 1 from the budget, `body`, `advance`,
     leave unless `after` holds. CONTINUE goes to `advance`."""
 
-    start: tuple[Value, ...]
-    before: Value | None
-    body: "Statements"
-    advance: tuple[Value, ...]
-    after: Value | None
+    start: tuple[LoweredValue, ...]
+    before: LoweredValue | None
+    body: "LoweredStatements"
+    advance: tuple[LoweredValue, ...]
+    after: LoweredValue | None
     at: int
 
 
@@ -371,10 +371,10 @@ class Loop:
 class LoweredTry:
     """__TRY: what fails in `body` goes to `handler`, its code to `code`; `final` in any case."""
 
-    body: "Statements"
+    body: "LoweredStatements"
     code: ResolvedPlace | None
-    handler: "Statements"
-    final: "Statements"
+    handler: "LoweredStatements"
+    final: "LoweredStatements"
     at: int
 
 
@@ -383,14 +383,14 @@ class Lifecycle:
     """Effects for each of `count` records `stride` bytes apart, with its address in `pointer`."""
 
     pointer: Temporary
-    address: Value
+    address: LoweredValue
     count: int
     stride: int
-    effects: tuple[Value, ...]
+    effects: tuple[LoweredValue, ...]
     at: int
 
 
-Statement: TypeAlias = (
+LoweredStatement: TypeAlias = (
     Effects
     | Branches
     | LoweredSelection
@@ -404,7 +404,7 @@ Statement: TypeAlias = (
     | JumpMark
 )
 
-Statements: TypeAlias = tuple[Statement, ...]
+LoweredStatements: TypeAlias = tuple[LoweredStatement, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -424,6 +424,6 @@ class LoweredRoutine:
     """Bytes that the frame begins with."""
     entry: tuple[StoreValue, ...]
     """Arguments that go into the frame."""
-    body: Statements
-    results: tuple[Value, ...]
+    body: LoweredStatements
+    results: tuple[LoweredValue, ...]
     """The result, if there is one, and the outputs."""

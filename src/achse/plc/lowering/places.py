@@ -57,7 +57,7 @@ class PlaceLowering:
         self._variables = sorted(routine.frame.fields, key=lambda field: field.offset)
         self._offsets = [variable.offset for variable in self._variables]
 
-    def value(self, value: TypedValue) -> nodes.Value:
+    def value(self, value: TypedValue) -> nodes.LoweredValue:
         """Lower a value."""
         raise NotImplementedError
 
@@ -66,10 +66,10 @@ class PlaceLowering:
         self._temporaries += 1
         return nodes.Temporary(self._temporaries, type)
 
-    def operands(self, values: Iterable[TypedValue]) -> tuple[nodes.Value, ...]:
+    def operands(self, values: Iterable[TypedValue]) -> tuple[nodes.LoweredValue, ...]:
         """Lower values that are evaluated one after the other: texts and records are copied if a
         later one may change memory."""
-        lowered: list[nodes.Value] = []
+        lowered: list[nodes.LoweredValue] = []
         changes: list[int] = []
         for value in values:
             lowered.append(self.value(value))
@@ -156,7 +156,7 @@ class PlaceLowering:
 
     # what reaches it -------------------------------------------------------------------------
 
-    def read(self, storage: Storage) -> nodes.Value:
+    def read(self, storage: Storage) -> nodes.LoweredValue:
         """The value in a storage; a large one takes from the budget."""
         if isinstance(storage.base, CalleeBase):
             callee = self.callees[-1]
@@ -166,11 +166,11 @@ class PlaceLowering:
         spends = place.home is not nodes.Home.LOCAL and _is_large(storage.type)
         return self._with_value(storage, nodes.LoadValue(place, spends))
 
-    def address(self, storage: Storage, type: IecType[Any] = ADDRESS_TYPE) -> nodes.Value:
+    def address(self, storage: Storage, type: IecType[Any] = ADDRESS_TYPE) -> nodes.LoweredValue:
         """The address of a storage."""
         return self._with_value(storage, nodes.PlaceAddress(self.place(storage), type))
 
-    def store(self, storage: Storage, value: TypedValue, *, alone: bool) -> nodes.Value:
+    def store(self, storage: Storage, value: TypedValue, *, alone: bool) -> nodes.LoweredValue:
         """An assignment; `alone` as a statement, where the value of a number comes first if no
         address is computed."""
         place, lowered = self.place(storage), self.value(value)
@@ -180,10 +180,10 @@ class PlaceLowering:
         value_first = value_first and place.is_aligned(type.size)
         return self._with_value(storage, nodes.StoreValue(place, lowered, value_first))
 
-    def latch(self, storage: Storage, value: TypedValue, *, sets: bool) -> nodes.Value:
+    def latch(self, storage: Storage, value: TypedValue, *, sets: bool) -> nodes.LoweredValue:
         """S= or R= in an expression: its place first, then the value, which it is."""
         place = self.place(storage)
-        effects: list[nodes.Value] = []
+        effects: list[nodes.LoweredValue] = []
         if not place.is_fixed:
             pointer = self.temporary(ADDRESS_TYPE)
             effects.append(nodes.Keep(pointer, nodes.PlaceAddress(place, ADDRESS_TYPE)))
@@ -197,7 +197,7 @@ class PlaceLowering:
         effects.append(nodes.LazyChoice(state, store, Known(False, place.type), place.type))
         return self._with_value(storage, nodes.Sequence(tuple(effects), state))
 
-    def _with_value(self, storage: Storage, value: nodes.Value) -> nodes.Value:
+    def _with_value(self, storage: Storage, value: nodes.LoweredValue) -> nodes.LoweredValue:
         """A value that reaches a storage, after what is put into it if it is a hidden variable."""
         base = storage.base
         if not isinstance(base, TemporaryBase):

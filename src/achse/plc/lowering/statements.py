@@ -34,14 +34,14 @@ JUMP_COST = 10
 class StatementLowering(ValueLowering):
     """Lowers the statements of one routine."""
 
-    def block(self, statements: TypedStatements) -> nodes.Statements:
+    def block(self, statements: TypedStatements) -> nodes.LoweredStatements:
         """A list of statements."""
-        lowered: list[nodes.Statement] = []
+        lowered: list[nodes.LoweredStatement] = []
         for one in statements:
             lowered += _LOWERINGS[type(one)](self, one)
         return tuple(lowered)
 
-    def effects(self, value: TypedValue) -> tuple[nodes.Value, ...]:
+    def effects(self, value: TypedValue) -> tuple[nodes.LoweredValue, ...]:
         """A value evaluated for what it does."""
         if isinstance(value, Stored):
             return (self.store(value.storage, value.value, alone=True),)
@@ -49,7 +49,7 @@ class StatementLowering(ValueLowering):
             return tuple(self.call_effects(value, alone=True)[0])
         return (self.value(value),)
 
-    def do(self, statement: Do) -> Iterator[nodes.Statement]:
+    def do(self, statement: Do) -> Iterator[nodes.LoweredStatement]:
         """An assignment, a call; a latch is one only if its condition holds."""
         value, at = statement.value, statement.at
         if isinstance(value, Latched):
@@ -60,7 +60,7 @@ class StatementLowering(ValueLowering):
         else:
             yield nodes.Effects(self.effects(value), at)
 
-    def conditional(self, statement: Conditional) -> Iterator[nodes.Statement]:
+    def conditional(self, statement: Conditional) -> Iterator[nodes.LoweredStatement]:
         """IF."""
         branches = tuple(
             nodes.LoweredBranch(
@@ -70,7 +70,7 @@ class StatementLowering(ValueLowering):
         )
         yield nodes.Branches(branches, self.block(statement.otherwise), statement.at)
 
-    def selection(self, statement: CaseSelection) -> Iterator[nodes.Statement]:
+    def selection(self, statement: CaseSelection) -> Iterator[nodes.LoweredStatement]:
         """CASE: labels that the selector can be."""
         selector = self.value(statement.selector)
         assert selector.type is not None
@@ -85,7 +85,7 @@ class StatementLowering(ValueLowering):
         )
         yield nodes.LoweredSelection(selector, cases, self.block(statement.otherwise), statement.at)
 
-    def counted_loop(self, statement: CountedLoop) -> Iterator[nodes.Statement]:
+    def counted_loop(self, statement: CountedLoop) -> Iterator[nodes.LoweredStatement]:
         """FOR."""
         start = self.effects(statement.start)
         beyond = self.value(statement.beyond)
@@ -94,7 +94,7 @@ class StatementLowering(ValueLowering):
         body = self.block(statement.body)
         yield nodes.Loop(start, before, body, self.effects(statement.advance), None, statement.at)
 
-    def condition_loop(self, statement: ConditionLoop) -> Iterator[nodes.Statement]:
+    def condition_loop(self, statement: ConditionLoop) -> Iterator[nodes.LoweredStatement]:
         """WHILE, REPEAT."""
         condition, body = self.value(statement.condition), self.block(statement.body)
         if statement.before:
@@ -102,13 +102,13 @@ class StatementLowering(ValueLowering):
         else:
             yield nodes.Loop((), None, body, (), condition, statement.at)
 
-    def protected(self, statement: Protected) -> Iterator[nodes.Statement]:
+    def protected(self, statement: Protected) -> Iterator[nodes.LoweredStatement]:
         """__TRY."""
         code = None if statement.code is None else self.place(statement.code)
         body, handler = self.block(statement.body), self.block(statement.handler)
         yield nodes.LoweredTry(body, code, handler, self.block(statement.final), statement.at)
 
-    def life(self, statement: LifeStep) -> Iterator[nodes.Statement]:
+    def life(self, statement: LifeStep) -> Iterator[nodes.LoweredStatement]:
         """A step in the lifecycle of records."""
         record = self.project.record(statement.of)
         if record is None:
@@ -116,7 +116,7 @@ class StatementLowering(ValueLowering):
         pointer = self.temporary(ADDRESS_TYPE)
         address = self.address(statement.storage)
 
-        def each(effects: list[nodes.Value]) -> Iterator[nodes.Statement]:
+        def each(effects: list[nodes.LoweredValue]) -> Iterator[nodes.LoweredStatement]:
             if effects:
                 count, stride = statement.count, statement.stride
                 yield nodes.Lifecycle(pointer, address, count, stride, tuple(effects), statement.at)
@@ -131,11 +131,13 @@ class StatementLowering(ValueLowering):
             yield from each([self.life_call(key, statement.arguments, pointer)])
 
 
-def _same(_: StatementLowering, statement: Any) -> Iterator[nodes.Statement]:
+def _same(_: StatementLowering, statement: Any) -> Iterator[nodes.LoweredStatement]:
     yield statement
 
 
-_LOWERINGS: dict[type[Any], Callable[[StatementLowering, Any], Iterator[nodes.Statement]]] = {
+_LOWERINGS: dict[
+    type[Any], Callable[[StatementLowering, Any], Iterator[nodes.LoweredStatement]]
+] = {
     Do: StatementLowering.do,
     Conditional: StatementLowering.conditional,
     CaseSelection: StatementLowering.selection,

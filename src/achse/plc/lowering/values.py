@@ -44,12 +44,12 @@ _LOGIC = {Operator.MIN: Operator.AND, Operator.MAX: Operator.OR}
 class ValueLowering(CallLowering):
     """Lowers the values of one routine."""
 
-    def value(self, value: TypedValue) -> nodes.Value:
+    def value(self, value: TypedValue) -> nodes.LoweredValue:
         return _LOWERINGS[type(value)](self, value)
 
     # conversions -----------------------------------------------------------------------------
 
-    def converted(self, value: Converted) -> nodes.Value:
+    def converted(self, value: Converted) -> nodes.LoweredValue:
         """A conversion."""
         operand = self.value(value.operand)
         if value.rule in _EXTERNAL:
@@ -61,7 +61,7 @@ class ValueLowering(CallLowering):
 
     # operators -------------------------------------------------------------------------------
 
-    def computed(self, value: Computed) -> nodes.Value:
+    def computed(self, value: Computed) -> nodes.LoweredValue:
         """An operator."""
         operator, type = value.operator, value.type
         if operator in _ARITHMETIC and isinstance(type, RealType):
@@ -79,10 +79,10 @@ class ValueLowering(CallLowering):
             operator = _LOGIC[operator]
         return nodes.Compute(operator, self.operands(value.operands), type)
 
-    def _chain(self, value: Computed, leaves: list[nodes.Temporary]) -> nodes.Value:
+    def _chain(self, value: Computed, leaves: list[nodes.Temporary]) -> nodes.LoweredValue:
         """Sums and products as far as they are one expression; `leaves` are its numbers, which are
         needed again if the result is NaN."""
-        operands: list[nodes.Value] = []
+        operands: list[nodes.LoweredValue] = []
         for one in value.operands:
             if isinstance(one, Computed) and one.operator in _ARITHMETIC:
                 operands.append(self._chain(one, leaves))
@@ -96,11 +96,11 @@ class ValueLowering(CallLowering):
             operands.append(operand)
         return nodes.Compute(value.operator, tuple(operands), value.type)
 
-    def limit(self, value: Computed) -> nodes.Value:
+    def limit(self, value: Computed) -> nodes.LoweredValue:
         """LIMIT(low, value, high) is MIN(MAX(value, low), high)."""
         type = value.type
         low, number, high = self.operands(value.operands)
-        effects: tuple[nodes.Value, ...] = ()
+        effects: tuple[nodes.LoweredValue, ...] = ()
         if not isinstance(low, Known):
             kept = self.temporary(type)
             effects, low = (nodes.Keep(kept, low),), kept
@@ -110,19 +110,19 @@ class ValueLowering(CallLowering):
         limited = nodes.Compute(most, (nodes.Compute(least, (number, low), type), high), type)
         return nodes.Sequence(effects, limited) if effects else limited
 
-    def one_of(self, value: Computed) -> nodes.Value:
+    def one_of(self, value: Computed) -> nodes.LoweredValue:
         """IF as an operator."""
         condition, no, yes = map(self.value, value.operands)
         return nodes.LazyChoice(condition, yes, no, value.type)
 
-    def time(self, value: Computed) -> nodes.Value:
+    def time(self, value: Computed) -> nodes.LoweredValue:
         """TIME in milliseconds, of the clock in nanoseconds."""
         clock = nodes.Compute(Operator.LTIME, (), _ULINT)
         return nodes.Convert(
             _scaled(Operator.DIV, clock, UNITS_NS["TIME"]), value.type, Conversion.CUT
         )
 
-    def shortcut(self, value: Shortcut) -> nodes.Value:
+    def shortcut(self, value: Shortcut) -> nodes.LoweredValue:
         """AND_THEN, OR_ELSE."""
         left, right, type = self.value(value.left), self.value(value.right), value.type
         if value.is_and:
@@ -131,19 +131,19 @@ class ValueLowering(CallLowering):
 
     # records and memory ----------------------------------------------------------------------
 
-    def composed(self, value: Composed) -> nodes.Value:
+    def composed(self, value: Composed) -> nodes.LoweredValue:
         """A record made on the spot."""
         parts = tuple((offset, self.value(part)) for offset, part in value.parts)
         return nodes.RecordValue(value.image, parts, value.type)
 
-    def deleted(self, value: Deleted) -> nodes.Value:
+    def deleted(self, value: Deleted) -> nodes.LoweredValue:
         """`__DELETE`."""
         pointer = value.pointer
         why = "__DELETE is done by Python"
         memory = nodes.RuntimeCall("delete_memory", (self.read(pointer),), None, None, why)
         return nodes.Sequence((memory,), self.store(pointer, Known(0, pointer.type), alone=False))
 
-    def queried(self, value: Queried) -> nodes.Value:
+    def queried(self, value: Queried) -> nodes.LoweredValue:
         """`__QUERYINTERFACE`, `__QUERYPOINTER`."""
         target, source = self.place(value.target), self.value(value.source)
         self.changes += 1
@@ -154,7 +154,7 @@ class ValueLowering(CallLowering):
         return nodes.Sequence((store,), nodes.Convert(address, value.type, Conversion.TO_BOOL))
 
 
-_LOWERINGS: dict[type[Any], Callable[[ValueLowering, Any], nodes.Value]] = {
+_LOWERINGS: dict[type[Any], Callable[[ValueLowering, Any], nodes.LoweredValue]] = {
     Known: lambda _, value: value,
     Read: lambda of, value: of.read(value.storage),
     AddressOf: lambda of, value: of.address(value.storage, value.type),
@@ -170,21 +170,23 @@ _LOWERINGS: dict[type[Any], Callable[[ValueLowering, Any], nodes.Value]] = {
     Deleted: ValueLowering.deleted,
     Queried: ValueLowering.queried,
 }
-_SPECIAL: dict[Operator, Callable[[ValueLowering, Computed], nodes.Value]] = {
+_SPECIAL: dict[Operator, Callable[[ValueLowering, Computed], nodes.LoweredValue]] = {
     Operator.LIMIT: ValueLowering.limit,
     Operator.IF: ValueLowering.one_of,
     Operator.TIME: ValueLowering.time,
 }
 
 
-def _scaled(operator: Operator, value: nodes.Value, unit: int) -> nodes.Value:
+def _scaled(operator: Operator, value: nodes.LoweredValue, unit: int) -> nodes.LoweredValue:
     """Multiply or divide nanoseconds."""
     if unit == 1:
         return value
     return nodes.Compute(operator, (value, Known(unit, _ULINT)), _ULINT)
 
 
-def _rescaled(value: nodes.Value, source: IecType[Any], target: IecType[Any]) -> nodes.Value:
+def _rescaled(
+    value: nodes.LoweredValue, source: IecType[Any], target: IecType[Any]
+) -> nodes.LoweredValue:
     """A time in the unit of another type, through nanoseconds."""
     if value.type is None or value.type.size < _ULINT.size:
         value = nodes.Convert(value, _ULINT, Conversion.EXTEND)
@@ -198,7 +200,7 @@ def _rescaled(value: nodes.Value, source: IecType[Any], target: IecType[Any]) ->
     )
 
 
-def _masked(count: nodes.Value, mask: int) -> nodes.Value:
+def _masked(count: nodes.LoweredValue, mask: int) -> nodes.LoweredValue:
     """The low bits of a count."""
     type = count.type
     assert type is not None

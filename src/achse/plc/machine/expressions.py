@@ -139,7 +139,7 @@ class ExpressionTranslator:
 
     # values ----------------------------------------------------------------------------------
 
-    def number(self, value: nodes.Value) -> Operand:
+    def number(self, value: nodes.LoweredValue) -> Operand:
         """A value in a register."""
         found = self.value(value)
         assert isinstance(found, Operand)
@@ -149,7 +149,7 @@ class ExpressionTranslator:
         """A value where its type has another name."""
         return value if value.type is type else self.builder.convert(value, type)
 
-    def text(self, value: nodes.Value) -> MachineText:
+    def text(self, value: nodes.LoweredValue) -> MachineText:
         """A text."""
         found = self.value(value)
         assert isinstance(found, MachineText)
@@ -177,7 +177,7 @@ class ExpressionTranslator:
         b.copy(kept, value.address, value.size)
         return PackedBytes(kept, value.size, steady=True)
 
-    def value(self, value: nodes.Value) -> MachineValue:
+    def value(self, value: nodes.LoweredValue) -> MachineValue:
         """A value, exactly of its type."""
         return _TRANSLATIONS[type(value)](self, value)
 
@@ -250,7 +250,9 @@ class ExpressionTranslator:
             return PackedBytes(first, found[0].size, steady)
         return first
 
-    def _shortcut(self, condition: nodes.Value, other: nodes.Value, *, is_and: bool) -> Operand:
+    def _shortcut(
+        self, condition: nodes.LoweredValue, other: nodes.LoweredValue, *, is_and: bool
+    ) -> Operand:
         """The condition where it decides, else the other BOOL."""
         b = self.builder
         decided = b.variable(BOOL)
@@ -348,7 +350,7 @@ class ExpressionTranslator:
         address = b.select(which, yes.address, no.address)
         return PackedBytes(address, yes.size, yes.steady and no.steady)
 
-    def _mux(self, operands: Sequence[nodes.Value]) -> MachineValue:
+    def _mux(self, operands: Sequence[nodes.LoweredValue]) -> MachineValue:
         b = self.builder
         which, *values = [self.value(one) for one in operands]
         assert isinstance(which, Operand)
@@ -358,7 +360,7 @@ class ExpressionTranslator:
             found = self._one_of(here, values[place], found)
         return found
 
-    def _comparison(self, relation: Relation, operands: Sequence[nodes.Value]) -> Operand:
+    def _comparison(self, relation: Relation, operands: Sequence[nodes.LoweredValue]) -> Operand:
         b = self.builder
         left, right = [self.value(one) for one in operands]
         if isinstance(left, MachineText) and isinstance(right, MachineText):

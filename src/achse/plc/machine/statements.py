@@ -63,10 +63,10 @@ class StatementTranslator:
         self._leave = leave
         self._loops: list[_Loop] = []
         self._marks: list[_Marks] = []
-        self._finals: list[tuple[Label | None, nodes.Statements]] = []
+        self._finals: list[tuple[Label | None, nodes.LoweredStatements]] = []
         """FINALLY parts that are around the statement."""
 
-    def block(self, statements: nodes.Statements) -> None:
+    def block(self, statements: nodes.LoweredStatements) -> None:
         """A list of statements."""
         if any(isinstance(one, JumpMark) for one in statements):
             self._with_marks(statements)
@@ -74,7 +74,7 @@ class StatementTranslator:
         for one in statements:
             self.statement(one)
 
-    def statement(self, statement: nodes.Statement) -> None:
+    def statement(self, statement: nodes.LoweredStatement) -> None:
         """One statement."""
         of = self._of
         b = of.builder
@@ -110,13 +110,13 @@ class StatementTranslator:
             case nodes.Lifecycle():
                 raise NotTranslatedError("instances begin to live in it")
 
-    def _effects(self, values: Sequence[nodes.Value]) -> None:
+    def _effects(self, values: Sequence[nodes.LoweredValue]) -> None:
         """Values for what they do."""
         for value in values:
             self._of.value(value)
         self._of.end_statement()
 
-    def _branch(self, condition: nodes.Value, yes: Label, no: Label) -> None:
+    def _branch(self, condition: nodes.LoweredValue, yes: Label, no: Label) -> None:
         of = self._of
         b = of.builder
         while isinstance(condition, nodes.Compute) and condition.operator is Operator.NOT:
@@ -221,7 +221,7 @@ class StatementTranslator:
 
     # jumps -----------------------------------------------------------------------------------
 
-    def _with_marks(self, statements: nodes.Statements) -> None:
+    def _with_marks(self, statements: nodes.LoweredStatements) -> None:
         """A list with marks; it takes from the budget when it begins and with each jump."""
         of = self._of
         b = of.builder
