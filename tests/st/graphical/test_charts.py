@@ -6,10 +6,10 @@ from achse.st.cursor import Unexpected
 from achse.st.graphical.charts import (
     Alternative,
     ChartJump,
+    ChartStep,
     ChartTransition,
     Macro,
     Simultaneous,
-    Step,
     read_chart,
     read_flags,
 )
@@ -36,11 +36,11 @@ def test_steps_have_actions_and_times_and_branches_their_segments() -> None:
         )
     ).elements
     first = found[0]
-    assert isinstance(first, Step)
+    assert isinstance(first, ChartStep)
     assert (first.is_initial, first.main, first.entry, first.minimum) == (True, "m", "", "T#1S")
     actions = [(one.name, one.qualifier, one.time) for one in first.associations]
     assert actions == [("b", "N", ""), ("c", "SD", "T#5S")]
-    kinds = [Step, ChartTransition, Simultaneous, Alternative, Macro]
+    kinds = [ChartStep, ChartTransition, Simultaneous, Alternative, Macro]
     assert [type(one) for one in found] == kinds
     assert isinstance(found[1], ChartTransition)
     assert found[1].text == "x > 1"
@@ -52,7 +52,7 @@ def test_steps_have_actions_and_times_and_branches_their_segments() -> None:
 
 def test_what_is_left_out_of_the_build_does_nothing() -> None:
     (found,) = read_chart(chart(step("A", ("b", "N"), main="m", exclude="TRUE"))).elements
-    assert isinstance(found, Step)
+    assert isinstance(found, ChartStep)
     assert (found.main, found.associations) == ("", ())
 
 

@@ -10,10 +10,10 @@ from achse.st.graphical.charts import (
     Chart,
     ChartElement,
     ChartJump,
+    ChartStep,
     ChartTransition,
     Macro,
     Simultaneous,
-    Step,
 )
 
 __all__ = ["ChartFlow", "Firing", "steps_of"]
@@ -24,12 +24,12 @@ class Firing:
     """A transition in the flow."""
 
     transition: ChartTransition
-    left: tuple[Step, ...]
+    left: tuple[ChartStep, ...]
     """Steps that must all be active, and that it leaves."""
-    activated: list[Step] = field(default_factory=list)
+    activated: list[ChartStep] = field(default_factory=list)
 
 
-_Exit = Firing | tuple[Step, ...]
+_Exit = Firing | tuple[ChartStep, ...]
 """An open end: a transition that leads on, or steps that are left together."""
 
 
@@ -43,7 +43,7 @@ class ChartFlow:
         self.steps = tuple(steps_of(chart.elements))
         self.firings: list[Firing] = []
         self._by_name = {step.name.lower(): step for step in self.steps}
-        self._labels: dict[str, list[Step]] = {}
+        self._labels: dict[str, list[ChartStep]] = {}
         self._jumps: list[tuple[Firing, ChartJump]] = []
         if len(self._by_name) < len(self.steps):
             taken: set[str] = set()
@@ -63,7 +63,7 @@ class ChartFlow:
             if isinstance(end, Firing):
                 raise Unexpected(end.transition.at, "the transition leads nowhere")
 
-    def _target(self, jump: ChartJump) -> Sequence[Step]:
+    def _target(self, jump: ChartJump) -> Sequence[ChartStep]:
         key = jump.target.lower()
         if key in self._by_name:
             return (self._by_name[key],)
@@ -78,7 +78,7 @@ class ChartFlow:
 
     def _element(self, element: ChartElement, exits: list[_Exit]) -> list[_Exit]:
         match element:
-            case Step():
+            case ChartStep():
                 for firing in self._transitions(exits, element.at):
                     firing.activated.append(element)
                 return [(element,)]
@@ -113,7 +113,7 @@ class ChartFlow:
         first = [steps_of(segment) for segment in branch.segments]
         self._labels[branch.label.lower()] = [step for one in first for step in list(one)[:1]]
         ends = [self._segment(segment, exits) for segment in branch.segments]
-        groups: list[list[tuple[Step, ...]]] = []
+        groups: list[list[tuple[ChartStep, ...]]] = []
         for end in ends:
             steps = [one for one in end if not isinstance(one, Firing)]
             if len(steps) < len(end):
@@ -123,11 +123,11 @@ class ChartFlow:
         return [tuple(step for one in group for step in one) for group in product(*groups) if group]
 
 
-def steps_of(elements: Sequence[ChartElement]) -> Iterator[Step]:
+def steps_of(elements: Sequence[ChartElement]) -> Iterator[ChartStep]:
     """The steps of a part of a chart, from top to bottom and left to right."""
     for element in elements:
         match element:
-            case Step():
+            case ChartStep():
                 yield element
             case Macro(elements=inner):
                 yield from steps_of(inner)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from achse.st.cursor import Unexpected
 from achse.st.graphical.body import BodyScope, GraphicalBody, Refused
 from achse.st.graphical.chart_flow import ChartFlow, Firing, steps_of
-from achse.st.graphical.charts import ActionAssociation, Chart, Step, read_chart, read_flags
+from achse.st.graphical.charts import ActionAssociation, Chart, ChartStep, read_chart, read_flags
 from achse.st.graphical.writer import BodyStatements, call_of, implicit_block
 from achse.st.tree import (
     Assign,
@@ -137,7 +137,7 @@ class _Controlled:
 
     name: str
     key: str
-    associations: list[tuple[Step, ActionAssociation]] = field(default_factory=list)
+    associations: list[tuple[ChartStep, ActionAssociation]] = field(default_factory=list)
 
     @property
     def is_plain(self) -> bool:
@@ -203,14 +203,14 @@ class _Lowering(BodyStatements):
 
     # places and members ------------------------------------------------------------------------
 
-    def at_step(self, step: Step, detail: str = "") -> int:
+    def at_step(self, step: ChartStep, detail: str = "") -> int:
         self.where = f"step {step.name}"
         return self.at(step.at, detail)
 
-    def _member(self, step: Step, name: str, at: int) -> Expression:
+    def _member(self, step: ChartStep, name: str, at: int) -> Expression:
         return Member(Name(step.name, at), name, at)
 
-    def _set(self, step: Step, name: str, value: Expression, at: int) -> None:
+    def _set(self, step: ChartStep, name: str, value: Expression, at: int) -> None:
         self.assign(self._member(step, name, at), value, at)
 
     def _time(self, at: int) -> Expression:
@@ -277,7 +277,7 @@ class _Lowering(BodyStatements):
 
     # steps -------------------------------------------------------------------------------------
 
-    def _leave(self, step: Step) -> None:
+    def _leave(self, step: ChartStep) -> None:
         at = self.at_step(step, "exit action" if step.exit else "")
 
         def write() -> None:
@@ -287,7 +287,7 @@ class _Lowering(BodyStatements):
 
         self._when(self._changes(step, "x", "_x", at), at, write)
 
-    def _enter(self, step: Step) -> None:
+    def _enter(self, step: ChartStep) -> None:
         at = self.at_step(step, "entry action" if step.entry else "")
 
         def write() -> None:
@@ -298,11 +298,11 @@ class _Lowering(BodyStatements):
 
         self._when(self._changes(step, "_x", "x", at), at, write)
 
-    def _changes(self, step: Step, yes: str, no: str, at: int) -> Expression:
+    def _changes(self, step: ChartStep, yes: str, no: str, at: int) -> Expression:
         not_yet = Unary("NOT", self._member(step, no, at), at)
         return Binary("AND", self._member(step, yes, at), not_yet, at)
 
-    def _execute(self, step: Step) -> None:
+    def _execute(self, step: ChartStep) -> None:
         at = self.at_step(step)
 
         def write() -> None:
@@ -315,7 +315,7 @@ class _Lowering(BodyStatements):
 
         self._when(self._member(step, "x", at), at, write)
 
-    def _check_limit(self, step: Step, at: int) -> None:
+    def _check_limit(self, step: ChartStep, at: int) -> None:
         """A step that is active for longer than its maximum sets SFCError."""
         if not step.maximum or "error" not in self._flags:
             return
@@ -464,7 +464,7 @@ class _Lowering(BodyStatements):
 
         self._when(self._enabled(left, start), start, choose)
 
-    def _enabled(self, left: tuple[Step, ...], at: int) -> Expression:
+    def _enabled(self, left: tuple[ChartStep, ...], at: int) -> Expression:
         """All steps in front of a transition are active, and for their minimum time."""
         found: Expression | None = None
         for step in left:

@@ -12,10 +12,10 @@ __all__ = [
     "Chart",
     "ChartElement",
     "ChartJump",
+    "ChartStep",
     "ChartTransition",
     "Macro",
     "Simultaneous",
-    "Step",
     "read_chart",
     "read_flags",
 ]
@@ -44,7 +44,7 @@ class ActionAssociation:
 
 
 @node
-class Step:
+class ChartStep:
     """A step."""
 
     name: str
@@ -102,7 +102,9 @@ class Macro:
     at: int = place()
 
 
-ChartElement: TypeAlias = Step | ChartTransition | ChartJump | Alternative | Simultaneous | Macro
+ChartElement: TypeAlias = (
+    ChartStep | ChartTransition | ChartJump | Alternative | Simultaneous | Macro
+)
 
 
 @node
@@ -201,12 +203,12 @@ def _element(found: ArchiveObject) -> ChartElement:
     raise Unexpected(found.at, f"'{found.type[:80]}' is not supported in a chart")
 
 
-def _step(found: ArchiveObject, values: dict[str, str], is_excluded: bool) -> Step:
+def _step(found: ArchiveObject, values: dict[str, str], is_excluded: bool) -> ChartStep:
     associations = () if is_excluded else tuple(_association(item) for item in _elements(found))
     entry, main, exit = (
         "" if is_excluded else values.get(key, "") for key in (_ENTRY, _MAIN, _EXIT)
     )
-    return Step(
+    return ChartStep(
         values.get(_NAME, ""),
         values.get(_INITIAL, "").upper() == "TRUE",
         entry,
