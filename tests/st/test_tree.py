@@ -31,6 +31,19 @@ def test_the_same_text_elsewhere_is_the_same_tree() -> None:
     assert here.at != there.at
 
 
+@pytest.mark.parametrize("node", NODES)
+def test_changed_node_differs_in_the_field_alone(node: type) -> None:
+    names = [item.name for item in fields(node)]
+    first = node(**{name: name for name in names})
+    for name in names:
+        copy = tree.changed(first, **{name: 5})
+        assert type(copy) is node
+        assert {key: getattr(copy, key) for key in names} == {
+            key: 5 if key == name else key for key in names
+        }
+    assert [getattr(first, name) for name in names] == names
+
+
 def test_other_words_are_another_tree() -> None:
     assert parse_expression("a + b") != parse_expression("a - b")
     assert parse_expression("a") != parse_expression(".a")

@@ -6,14 +6,13 @@ Faults are told by their place in the file.
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
 from typing import NamedTuple, TypeVar
 
 from achse.st.graphical.body import GraphicalBody
 from achse.st.lexer import Defines
 from achse.st.parser import Parsed, Parser
 from achse.st.source import Diagnostic, Source, SourceSegment
-from achse.st.tree import NO_NOTE, Assign, Expression, Name, NamedType
+from achse.st.tree import NO_NOTE, Assign, Expression, Name, NamedType, changed
 from achse.st.units import (
     Accessor,
     Action,
@@ -161,7 +160,7 @@ class _Envelope:
         lists = [unit for unit in units if isinstance(unit, GlobalList)]
         whole = lists[0] if lists else GlobalList(name, (), NO_NOTE, self._start_of(element))
         others = tuple(unit for unit in units if unit is not whole)
-        return (*others, replace(whole, parts=tuple(properties)))
+        return (*others, changed(whole, parts=tuple(properties)))
 
     def _start_of(self, element: Element) -> int:
         """Return the index at which the declaration of an element begins."""
@@ -179,10 +178,10 @@ class _Envelope:
         if drawn:
             self._adopt(unit, element, drawn)
         if isinstance(unit, Function):
-            yield replace(unit, body=body)
+            yield changed(unit, body=body)
             return
         blocks = (*unit.blocks, *(block for one in drawn for block in one.implicit_variables))
-        yield replace(unit, body=body, parts=parts, blocks=blocks)
+        yield changed(unit, body=body, parts=parts, blocks=blocks)
 
     def _adopt(
         self, unit: Program | FunctionBlock | Function, element: Element, drawn: list[GraphicalBody]
@@ -225,7 +224,7 @@ class _Envelope:
         unit = self._attempt(parser, lambda: parser.interface(whole=False))
         parts = self._parts(element)
         if unit is not None:
-            yield replace(unit, parts=parts)
+            yield changed(unit, parts=parts)
 
     def _body(self, element: Element) -> Body:
         """The statements; None for a body in another language, () where there is none."""
@@ -290,7 +289,7 @@ class _Envelope:
         method = self._attempt(parser, lambda: parser.method(whole=False))
         body = self._body(element)
         if method is not None:
-            yield replace(method, body=body)
+            yield changed(method, body=body)
 
     def _property(self, element: Element) -> Iterator[Property]:
         parser = self._parser(element)
@@ -299,7 +298,7 @@ class _Envelope:
         found = self._attempt(parser, lambda: parser.property(whole=False))
         get, set = self._accessor(element.find("Get")), self._accessor(element.find("Set"))
         if found is not None:
-            yield replace(found, get=get, set=set)
+            yield changed(found, get=get, set=set)
 
     def _accessor(self, element: Element | None) -> Accessor | None:
         if element is None:
@@ -310,7 +309,7 @@ class _Envelope:
             parser = Parser(self._source, *self._spans[declaration], self._defines)
             accessor = self._attempt(parser, parser.accessor)
         body = self._body(element)
-        return None if accessor is None else replace(accessor, body=body)
+        return None if accessor is None else changed(accessor, body=body)
 
 
 def _bodies_of(parts: tuple[Part, ...]) -> Iterator[Body]:

@@ -118,8 +118,7 @@ class StatementParser:
         S= c`."""
         cursor = self._cursor
         value = self._expressions.expression()
-        sign = cursor.setter()
-        if sign is None:
+        if self._kinds[cursor.position] == ";" or (sign := cursor.setter()) is None:
             return value
         at = cursor.at
         cursor.position += 2

@@ -111,6 +111,7 @@ def parse_xml(data: bytes, path: str, *, skip: Collection[str] = ()) -> Element:
             element.fault(f"elements nest deeper than {_DEEPEST}")
         (stack[-1][0].children if stack else roots).append(element)
         stack.append((element, []))
+        parser.CharacterDataHandler = text
         if element.tag in skip:
             pass_over(tag, element)
 
@@ -138,14 +139,17 @@ def parse_xml(data: bytes, path: str, *, skip: Collection[str] = ()) -> Element:
             raise _SkippedInItself
         element, pieces = stack.pop()
         element.text = "".join(pieces)
+        parser.CharacterDataHandler = text
 
     def text(piece: str) -> None:
         if not stack:
             return
         element, pieces = stack[-1]
-        if element.begin_at is element.location and not piece.isspace():
-            element.begin = sum(map(len, pieces))
-            element.begin_at = location()
+        if not piece.isspace():
+            if element.begin_at is element.location:
+                element.begin = sum(map(len, pieces))
+                element.begin_at = location()
+            parser.CharacterDataHandler = pieces.append  # up to the next tag: a call for each line
         pieces.append(piece)
 
     def doctype(*_: object) -> None:

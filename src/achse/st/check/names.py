@@ -20,7 +20,7 @@ from achse.st.check.meanings import (
 from achse.st.check.operands import TypedOperand, constant_operand, read
 from achse.st.cursor import Unexpected
 from achse.st.scopes import Declared, DeclaredUnit, Scope
-from achse.st.tree import ArrayInitial, StructInitial
+from achse.st.tree import ArrayInitial, StructInitial, changed
 from achse.st.typed.expressions import AddressOf, Read, TypedValue
 from achse.st.typed.places import InstanceBase, StaticBase, Storage, UnitBase, flat
 from achse.st.units import (
@@ -417,16 +417,4 @@ class NameResolver:
 
 def replaced(storage: Storage, **changes: Any) -> Storage:
     """The same storage with other values of some fields."""
-    copy = Storage(
-        storage.base,
-        storage.offset,
-        storage.type,
-        storage.bit,
-        storage.steps,
-        storage.is_constant,
-        storage.name,
-        storage.at,
-    )
-    for name, value in changes.items():
-        setattr(copy, name, value)
-    return copy
+    return changed(storage, **changes)
