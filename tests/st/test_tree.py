@@ -5,6 +5,7 @@ from dataclasses import fields, is_dataclass
 import pytest
 
 from achse.st import tree
+from achse.st.nodes import changed
 from achse.st.parser import parse_expression, parse_statements
 
 NODES = [
@@ -36,7 +37,7 @@ def test_changed_node_differs_in_the_field_alone(node: type) -> None:
     names = [item.name for item in fields(node)]
     first = node(**{name: name for name in names})
     for name in names:
-        copy = tree.changed(first, **{name: 5})
+        copy = changed(first, **{name: 5})
         assert type(copy) is node
         assert {key: getattr(copy, key) for key in names} == {
             key: 5 if key == name else key for key in names

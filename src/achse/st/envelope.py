@@ -10,9 +10,10 @@ from typing import NamedTuple, TypeVar
 
 from achse.st.graphical.body import GraphicalBody
 from achse.st.lexer import Defines
+from achse.st.nodes import changed
 from achse.st.parser import Parsed, Parser
 from achse.st.source import Diagnostic, Source, SourceSegment
-from achse.st.tree import NO_NOTE, Assign, Expression, Name, NamedType, changed
+from achse.st.tree import NO_NOTE, Assign, Expression, Name, NamedType
 from achse.st.units import (
     Accessor,
     Action,

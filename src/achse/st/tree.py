@@ -6,8 +6,9 @@ Every node knows its place: `at` is the offset in its `Source` of the sign that 
 is (the operator, the name after a dot, the keyword). Places do not count when nodes are compared.
 """
 
-from dataclasses import dataclass, field
-from typing import Any, TypeAlias, TypeVar, dataclass_transform
+from typing import TypeAlias
+
+from achse.st.nodes import node, place
 
 __all__ = [
     "NO_NOTE",
@@ -64,36 +65,7 @@ __all__ = [
     "UnionOf",
     "VarBlock",
     "While",
-    "changed",
-    "node",
-    "place",
 ]
-
-N = TypeVar("N")
-
-
-@dataclass_transform(frozen_default=True)
-def node(cls: type[N]) -> type[N]:
-    """Makes a class of nodes, which nobody changes once they are made.
-
-    Type checkers see to that. `frozen=True` would do so at run time, and make the nodes of a
-    large project take four times as long.
-    """
-    return dataclass(slots=True, unsafe_hash=True)(cls)
-
-
-def place() -> Any:
-    """The field `at` of a node."""
-    return field(default=0, compare=False, repr=False)
-
-
-def changed(node: N, **changes: Any) -> N:
-    """Return a copy of a node with other values of some fields, faster than `replace`."""
-    copy = object.__new__(node.__class__)
-    for name in node.__class__.__match_args__:  # type: ignore[attr-defined]
-        setattr(copy, name, changes[name] if name in changes else getattr(node, name))
-    return copy
-
 
 # Expressions --------------------------------------------------------------------------------
 

@@ -6,7 +6,8 @@ Source: IEC 61131-3 (2013) tables 19, 40, 47, 48 and 51.
 from typing import TypeAlias
 
 from achse.st.graphical.body import GraphicalBody
-from achse.st.tree import Initial, NamedType, Note, Statements, TypeSpec, VarBlock, node, place
+from achse.st.nodes import node, place
+from achse.st.tree import Initial, NamedType, Note, Statements, TypeSpec, VarBlock
 
 __all__ = [
     "Accessor",

@@ -19,8 +19,9 @@ from achse.st.check.meanings import (
 )
 from achse.st.check.operands import TypedOperand, constant_operand, read
 from achse.st.cursor import Unexpected
+from achse.st.nodes import changed
 from achse.st.scopes import Declared, DeclaredUnit, Scope
-from achse.st.tree import ArrayInitial, StructInitial, changed
+from achse.st.tree import ArrayInitial, StructInitial
 from achse.st.typed.expressions import AddressOf, Read, TypedValue
 from achse.st.typed.places import InstanceBase, StaticBase, Storage, UnitBase, flat
 from achse.st.units import (

@@ -1,4 +1,7 @@
-"""Boxes, targets and flags of networks and charts, once their inputs are evaluated."""
+"""Boxes, targets and flags of networks and charts, once their inputs are evaluated.
+
+Source: IEC 61131-3 (2013) §8.1.6 for EN and ENO; bodies of public TwinCAT 3 projects.
+"""
 
 from itertools import pairwise
 

@@ -1,4 +1,7 @@
-"""Flow of a chart: its steps in order, and what each transition leaves and activates."""
+"""Flow of a chart: its steps in order, and what each transition leaves and activates.
+
+Source: IEC 61131-3 (2013) §6.7.5, rules of evolution.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field

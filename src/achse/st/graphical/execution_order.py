@@ -1,4 +1,7 @@
-"""Automatic order of execution of continuous function charts: by data flow, then by position."""
+"""Automatic order of execution of continuous function charts: by data flow, then by position.
+
+Source: the vendor's editor calls it execution order by data flow; ties are our choice.
+"""
 
 from collections.abc import Iterable, Sequence
 

@@ -3,6 +3,8 @@
 An output of a function block is read from the instance when its consumer runs. The result of an
 operator, function or method is kept until it is computed again; a consumer that runs before its
 producer gets the result of the cycle before, which the unit keeps.
+
+Source: CFC bodies of public TwinCAT 3 projects; when values are kept is our choice.
 """
 
 import re

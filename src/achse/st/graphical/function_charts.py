@@ -1,10 +1,13 @@
-"""Trees of continuous function charts (CFC): elements, pins, and the connections between them."""
+"""Trees of continuous function charts (CFC): elements, pins, and the connections between them.
+
+Source: CFC bodies of public TwinCAT 3 projects.
+"""
 
 from typing import TypeAlias
 
 from achse.st.cursor import Unexpected
 from achse.st.graphical.archive import ArchiveObject, read_archive
-from achse.st.tree import node, place
+from achse.st.nodes import node, place
 
 __all__ = [
     "ChartBox",

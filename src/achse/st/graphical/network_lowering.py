@@ -3,6 +3,8 @@
 Power is a Boolean expression; None is TRUE, the left rail. Inputs of a box are evaluated before
 it, in the order of its pins and depth first; what has been read before a box is called keeps the
 value that it had then.
+
+Source: IEC 61131-3 (2013) §8.2, §8.3; bodies of public TwinCAT 3 projects.
 """
 
 import re

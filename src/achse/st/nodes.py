@@ -1,0 +1,31 @@
+"""Nodes of syntax trees and of what is made of them: classes that are compared without places."""
+
+from dataclasses import dataclass, field
+from typing import Any, TypeVar, dataclass_transform
+
+__all__ = ["changed", "node", "place"]
+
+N = TypeVar("N")
+
+
+@dataclass_transform(frozen_default=True)
+def node(cls: type[N]) -> type[N]:
+    """Makes a class of nodes, which nobody changes once they are made.
+
+    Type checkers see to that. `frozen=True` would do so at run time, and make the nodes of a
+    large project take four times as long.
+    """
+    return dataclass(slots=True, unsafe_hash=True)(cls)
+
+
+def place() -> Any:
+    """The field `at` of a node."""
+    return field(default=0, compare=False, repr=False)
+
+
+def changed(node: N, **changes: Any) -> N:
+    """Return a copy of a node with other values of some fields, faster than `replace`."""
+    copy = object.__new__(node.__class__)
+    for name in node.__class__.__match_args__:  # type: ignore[attr-defined]
+        setattr(copy, name, changes[name] if name in changes else getattr(node, name))
+    return copy
