@@ -43,14 +43,14 @@ class LiveStation:
     """Called after each step, in the station's thread."""
 
     async def serve(self, ready: threading.Event, leave: asyncio.Event) -> None:
-        step = self.station.step
+        step = self.station.cycle.step
 
         def hooked() -> None:
             step()
             if self.hook is not None:
                 self.hook()
 
-        self.station.step = hooked  # type: ignore[method-assign]
+        self.station.cycle.step = hooked  # type: ignore[method-assign]
         async with self.station.running("127.0.0.1", 0, speed=SPEED) as running:
             self.tcp_port = running.tcp_port
             ready.set()
