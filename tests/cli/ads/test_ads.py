@@ -92,6 +92,14 @@ def test_watch_prints_a_line_per_sample(lines: Lines) -> None:
     assert [line.partition("  ")[2] for line in watched] == ["GVL.nUsint = 8"] * 3
 
 
+def test_watch_shows_values_of_several_ports(lines: Lines) -> None:
+    names = "GVL.nUsint", "500:Axes.X.ActPos"
+    watched = lines("ads", "watch", *names, "--cyclic", "-c", "0.2", "-n", "60")
+    shown = [line.partition("  ")[2].partition(" = ")[0] for line in watched]
+    assert len(shown) == 60
+    assert set(shown) == set(names)
+
+
 def test_watch_ends_in_time(lines: Lines) -> None:
     assert len(lines("ads", "watch", "GVL.nUsint", "--for", "0.05")) <= 1
 

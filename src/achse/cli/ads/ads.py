@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 import re
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -16,6 +16,7 @@ from achse.cli.target import Json, client_command
 
 if TYPE_CHECKING:
     from achse.client import Client
+    from achse.client.subscription import Sample
     from achse.client.target import Target
 
 __all__ = ["ads"]
@@ -201,34 +202,52 @@ async def watch(
     duration: Duration = None,
     in_json: Json = False,
 ) -> None:
-    """Print values as they change, until Ctrl-C."""
-    types = {name: await client.type_of(name) for name in names}
+    """Print values as they change, until Ctrl-C; `500:…` is one of another AMS port."""
+    places = {name: _place(client, name) for name in names}
+    types = {name: await target.type_of(path) for name, (target, path) in places.items()}
+    targets = {target.address: target for target, _ in places.values()}
     left = count
-    with contextlib.suppress(TimeoutError):
-        async with (
-            asyncio.timeout(duration),
-            client.subscribe(
-                names, cycle_time=cycle_time, mode="cycle" if cyclic else "change"
-            ) as samples,
-        ):
+    enough = asyncio.Event()
+
+    async def follow(target: "Target") -> None:
+        nonlocal left
+        shown = {path: name for name, (at, path) in places.items() if at.address == target.address}
+        mode: Literal["cycle", "change"] = "cycle" if cyclic else "change"
+        async with target.subscribe([*shown], cycle_time=cycle_time, mode=mode) as samples:
             async for sample in samples:
-                type = types[sample.name]
-                if in_json:
-                    print_json(
-                        {
-                            "time": sample.time.isoformat(),
-                            "name": sample.name,
-                            "value": as_json(type, sample.value),
-                            "lost": sample.lost,
-                            "gap": sample.gap,
-                        }
-                    )
-                else:
-                    if sample.lost or sample.gap:
-                        print("… samples are missing here", flush=True)
-                    clock = f"{sample.time.astimezone():%H:%M:%S.%f}"[:-3]
-                    print(f"{clock}  {sample.name} = {as_text(type, sample.value)}", flush=True)
+                if enough.is_set():
+                    return
+                _show(shown[sample.name], types[shown[sample.name]], sample, in_json)
                 if left is not None:
                     left -= 1
                     if left == 0:
-                        break
+                        enough.set()
+                        return
+
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(duration):
+            following = [asyncio.create_task(follow(target)) for target in targets.values()]
+            ending = asyncio.create_task(enough.wait())
+            try:
+                await asyncio.wait((*following, ending), return_when=asyncio.FIRST_COMPLETED)
+                for task in following:
+                    if task.done():
+                        task.result()
+            finally:
+                ending.cancel()
+                for task in following:
+                    task.cancel()
+                await asyncio.gather(*following, ending, return_exceptions=True)
+
+
+def _show(name: str, type: Any, sample: "Sample", in_json: bool) -> None:
+    """Print a sample in its form."""
+    if in_json:
+        facts = {"time": sample.time.isoformat(), "name": name}
+        value = as_json(type, sample.value)
+        print_json({**facts, "value": value, "lost": sample.lost, "gap": sample.gap})
+        return
+    if sample.lost or sample.gap:
+        print("… samples are missing here", flush=True)
+    clock = f"{sample.time.astimezone():%H:%M:%S.%f}"[:-3]
+    print(f"{clock}  {name} = {as_text(type, sample.value)}", flush=True)
