@@ -1,6 +1,7 @@
 """What forbids a command, where no whole command is needed to see it."""
 
 from math import inf, nan, nextafter
+from operator import attrgetter
 from typing import Any
 
 import pytest
@@ -96,8 +97,8 @@ STATES: list[tuple[dict[str, int], NcError | None]] = [
     ({"error_code": NcError.AXIS_LOCKED_BY_STOP.number}, NcError.AXIS_LOCKED_BY_STOP),
     ({"grouped": 1}, NcError.FUNCTION_NOT_ALLOWED),
     ({"motion_locked": 1}, NcError.AXIS_LOCKED_BY_STOP),
-    ({"coupling": 1}, NcError.JOB_FOR_SLAVE),
-    ({"coupling": 1, "allow_slave_motion_commands": 1}, None),
+    ({"coupling.law": 1}, NcError.JOB_FOR_SLAVE),
+    ({"coupling.law": 1, "allow_slave_motion_commands": 1}, None),
     ({"allow_slave_motion_commands": 1}, None),
     ({"external_setpoint_active": 1}, NcError.EXTERNAL_GENERATOR_ACTIVE),
     (
@@ -110,7 +111,8 @@ STATES: list[tuple[dict[str, int], NcError | None]] = [
 @pytest.mark.parametrize(("state", "error"), STATES)
 def test_state_forbids_commands(rig: Any, state: dict[str, int], error: NcError | None) -> None:
     for name, value in state.items():
-        setattr(rig.axis, name, value)
+        part, _, field = name.rpartition(".")
+        setattr(attrgetter(part)(rig.axis) if part else rig.axis, field, value)
     assert checks.check_command(rig.axis) == number(error)
     follows = rig.axis.coupling.law and not rig.axis.allow_slave_motion_commands
     assert checks.check_own(rig.axis) == number(NcError.FUNCTION_FOR_SLAVE if follows else None)

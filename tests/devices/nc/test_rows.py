@@ -3,6 +3,7 @@
 import math
 import random
 import struct
+from typing import Any
 
 import pytest
 
@@ -17,6 +18,7 @@ from achse.devices.nc.layouts import INT32
 from achse.devices.nc.rows import shown
 from achse.devices.nc.tables.services import TABLE_GROUPS
 from achse.motion import AxisParameters, Nc
+from achse.motion.axis import Axis
 from achse.motion.record import FIELDS
 from achse.native.memory import ComputedCell, MemoryCell
 from achse.router import Router
@@ -134,7 +136,7 @@ def test_values_that_lie_in_memory_as_they_are_shown_have_a_place() -> None:
     axis = Nc(2 * MS, [AxisParameters(1)], compiled=True).axis(1)
     axis.remaining_time, axis.remaining_distance = 1.5, 2.5
     axis.encoder.hardware_increments = -3
-    read = {row.name: row.sample and row.sample(axis, 16) for row in ROWS}
+    read = {row.name: row.sample and row.sample(_subject(row, axis), 16) for row in ROWS}
     both, count = read["remaining_time_and_distance"], read["encoder_hardware_increments"]
     assert isinstance(both, MemoryCell)
     assert isinstance(count, MemoryCell)
@@ -146,4 +148,9 @@ def test_values_that_lie_in_memory_as_they_are_shown_have_a_place() -> None:
 
 def test_plain_records_have_no_places() -> None:
     axis = Nc(2 * MS, [AxisParameters(1)], compiled=False).axis(1)
-    assert all(row.sample(axis, 8) is None for row in ROWS if row.sample)
+    assert all(row.sample(_subject(row, axis), 8) is None for row in ROWS if row.sample)
+
+
+def _subject(row: Any, axis: Axis) -> Any:
+    """The axis, or its ratio to its first master."""
+    return row.element(axis, 0) if row.name == "set_gear_ratio" else axis

@@ -67,9 +67,9 @@ def test_sampling_has_its_share_of_the_time(
 def test_a_client_may_have_so_many(
     make_station: Callable[..., Station], client_of: Any, refused: Any
 ) -> None:
-    station = make_station(scopes=5, scopes_per_client=3, channels=20)
+    station = make_station(scopes=10, channels=25)
     clients = [client_of(station.router, 14000) for _ in range(3)]
-    for _ in range(3):
+    for _ in range(8):
         clients[0].exchange(ScopeGroup.SCOPES, 0, 100, request())
     with refused(0x716):
         clients[0].exchange(ScopeGroup.SCOPES, 0, 100, request())
