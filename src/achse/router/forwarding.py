@@ -234,10 +234,10 @@ class Forwarding:
     ) -> Frame | ReturnCode:
         """Return the frame to send for a request of `client`, or what refuses it.
 
-        `now` in ns. 0x7 if it goes in circles, 0x502 if so many are unanswered that this could not
-        be seen (neither without `circles`), 0x508 if there are no ports for further aliases. 0x502
-        also if too much of the client is under way; while the far end is `congested` anything is.
-        0x701 if it fetches a resource without an answer.
+        `now` in ns. With `circles`: 0x7 if it goes in circles, 0x502 if too many requests are
+        unanswered to detect that. 0x502 also if too much of the client is under way (anything
+        while the far end is `congested`), 0x508 if there are no ports for further aliases, 0x701
+        if it fetches a resource without an answer.
 
         A handle of another client's subscription is replaced by 0 where it is to be deleted.
         """
@@ -255,7 +255,7 @@ class Forwarding:
                 )
         if frame.flags & Flags.NO_RESPONSE:
             for action in () if change is None else change.actions:
-                if action.handle is None:  # a resource that nobody could release
+                if action.handle is None:  # its handle would be unknown
                     return ReturnCode.SERVICE_NOT_SUPPORTED
                 if change is not None:
                     self._discard(session, Resource(action.kind, change.target, action.handle))

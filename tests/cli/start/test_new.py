@@ -21,10 +21,10 @@ from achse.cli.start.new import (
 )
 from achse.station import Station
 from achse.station.configuration.documents import parse_toml
+from achse.station.configuration.plc import PlcConfig
 from achse.station.configuration.schema import station_schema
 from achse.station.configuration.station_file import (
     LimitsConfig,
-    PlcConfig,
     RouterConfig,
     SystemConfig,
     parse,

@@ -13,7 +13,7 @@ from achse.st.symbolfiles import (
     write_tpy,
 )
 from achse.station import Station
-from achse.station.configuration.station_file import PlcConfig
+from achse.station.configuration.plc import PlcConfig
 from achse.station.plcs.sources import PlcSource
 
 SOURCE = """TYPE E_Mode : (off := 0, on := 5) UINT; END_TYPE

@@ -317,7 +317,7 @@ def test_bodies_with_new_faults_leave_the_plc_as_it_was(folder: Path) -> None:
 
 
 def test_stamps_tell_when_a_source_changed(folder: Path) -> None:
-    from achse.station.configuration.station_file import PlcConfig
+    from achse.station.configuration.plc import PlcConfig
     from achse.station.plcs.sources import PlcSource
 
     source = PlcSource(PlcConfig(sources="plc", behaviour=["behaviour.py:MAIN"]), "plc", folder)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["entry_of", "register"]
 
 _DIGITS = 4
-"""Of an index."""
+"""Hexadecimal digits of an index."""
 
 _SHOWN = 3
 _SHORTEST = 3

@@ -253,7 +253,7 @@ def _of_running(port: int) -> "SymbolFile":
 def _of_origin(origin: Path) -> "SymbolFile":
     """Return the symbols that sources or a symbol file declare."""
     from achse.station import ConfigError
-    from achse.station.configuration.station_file import PlcConfig
+    from achse.station.configuration.plc import PlcConfig
     from achse.station.plcs.sources import PlcSource
 
     if origin.suffix.lower() == ".toml":

@@ -213,6 +213,7 @@ def _schema() -> str:
 
 def _station(name: str, plc: PlcKind, axes: list[str]) -> Iterator[str]:
     """A station.toml: what it has, and as comments what else it could have."""
+    from achse.station.configuration import plc as plc_keys
     from achse.station.configuration import station_file
 
     yield f"#:schema ./{SCHEMA_FILE}\n"
@@ -225,13 +226,11 @@ def _station(name: str, plc: PlcKind, axes: list[str]) -> Iterator[str]:
     for number, axis in enumerate(axes, 1):
         yield from _axis(number, axis, first=number == 1)
     if plc is PlcKind.ST:
-        yield from _table("[[plc]]", station_file.PlcConfig, {"port": 851, "sources": "plc"})
+        yield from _table("[[plc]]", plc_keys.PlcConfig, {"port": 851, "sources": "plc"})
     elif plc is PlcKind.PYTHON:
-        yield from _table(
-            "[[plc]]", station_file.PlcConfig, {"port": 851, "globals": ["plc.py:GVL"]}
-        )
+        yield from _table("[[plc]]", plc_keys.PlcConfig, {"port": 851, "globals": ["plc.py:GVL"]})
         given = {"name": "PlcTask", "cycle": "10ms", "programs": ["plc.py:MAIN"]}
-        yield from _table("[[plc.task]]", station_file.TaskConfig, given)
+        yield from _table("[[plc.task]]", plc_keys.TaskConfig, given)
     if plc is not PlcKind.NONE:
         yield _SIGNALS
     yield "\n# How much clients may take:\n"

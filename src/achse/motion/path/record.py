@@ -169,7 +169,7 @@ class PathJunction:
     waits: int = 0
     """1: the piece is a dwell time."""
     velocity: float = 0.0
-    """Of the span before the junction: its wanted velocity, and its bounds as in the piece."""
+    """Wanted velocity of the span before the junction; its bounds follow, as in the piece."""
     cap: float = 0.0
     start: float = 0.0
     acceleration: float = 0.0

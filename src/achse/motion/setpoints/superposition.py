@@ -67,8 +67,8 @@ def _room(ax: AxisFields) -> float:
 def _cover(ax: AxisFields, way: float, room: float, dt: float) -> float:
     """Let the main motion's `way` pass and shift the axis by what that adds; process time then.
 
-    Where there is no room for the whole additional velocity, less of the way counts; so it does
-    where the main motion is faster than the limits of acceleration let the clock follow.
+    Less of the way counts if there is no room for the whole additional velocity, or if the main
+    motion is faster than the acceleration limits allow.
     """
     process = ax.superposed.process_velocity
     if way > ax.superposed.fastest * dt:

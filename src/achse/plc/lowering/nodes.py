@@ -96,7 +96,7 @@ class ResolvedPlace:
     area: Area | None = None
     address: "LoweredValue | None" = None
     alignment: int = 8
-    """Of the home."""
+    """Alignment of the first byte, in bytes."""
 
     def is_aligned(self, size: int) -> bool:
         """Return True if it is in an area, at a multiple of `size` bytes whatever the indexes."""
@@ -417,7 +417,7 @@ class LoweredRoutine:
     parameters: tuple[tuple[Variable[Any, Any], Temporary], ...]
     """Passed as values."""
     start: tuple[StoreValue, ...]
-    """Of variables without memory: what they start with, of parameters what is passed."""
+    """Initial values of variables without memory, and passed values of parameters."""
     is_framed: bool
     """True if a variable needs memory."""
     image: bytes

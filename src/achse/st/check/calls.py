@@ -10,7 +10,7 @@ from achse.iec.elementary import BOOL, DINT
 from achse.iec.strings import StringType
 from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import IecType
-from achse.iec.variables import Section, Variable
+from achse.iec.variables import Section
 from achse.st.check.anytype import any_record
 from achse.st.check.kinds import same_shape
 from achse.st.check.meanings import (
@@ -24,6 +24,7 @@ from achse.st.check.meanings import (
     UnitName,
 )
 from achse.st.check.operands import TypedOperand, followed_value, read
+from achse.st.check.parameter_places import place_beside, place_of, place_of_variable
 from achse.st.check.signatures import DeclaredParameter, Signature, parameters_by_name
 from achse.st.cursor import Unexpected
 from achse.st.tree import Argument, Call, Expression
@@ -39,7 +40,6 @@ from achse.st.typed.expressions import (
 from achse.st.typed.places import (
     CalleeBase,
     Storage,
-    UnitBase,
     flat,
 )
 from achse.st.typed.project import RoutineKind
@@ -142,7 +142,7 @@ class CallChecker:
     def invoke_values(self, callee: Callee, values: Sequence[TypedValue], at: int) -> TypedValue:
         """A function with values that fit its first parameters."""
         inputs = tuple(
-            Stored(_place(parameter, at), value, flat(parameter.variable.type), at)
+            Stored(place_of(parameter, at), value, flat(parameter.variable.type), at)
             for parameter, value in zip(callee.signature.parameters, values, strict=False)
         )
         return self._invocation(callee, inputs, (), at).value
@@ -185,7 +185,7 @@ class CallChecker:
         self._body.warn(at, f"{signature.name} gives no value: FALSE is taken")
         if signature.nothing is None:
             signature.nothing = signature.frame.hidden("__nothing", BOOL)
-        result = _variable_place(signature.nothing, at)
+        result = place_of_variable(signature.nothing, at)
         return TypedOperand(replace(call, result=result, type=BOOL), BOOL)
 
     def block(self, operand: TypedOperand, arguments: Sequence[Argument], at: int) -> TypedOperand:
@@ -253,7 +253,7 @@ class CallChecker:
         if signature is None:
             raise Unexpected(use.at, f"property {use.tree.name} has no SET: it cannot be written")
         parameter = signature.parameters[0]
-        stored = next(self._input(parameter, _place(parameter, at), operand, at))
+        stored = next(self._input(parameter, place_of(parameter, at), operand, at))
         callee = Callee(signature, use.instance, use.is_exact, use.at)
         return self._invocation(callee, (stored,), (), at).value
 
@@ -306,7 +306,7 @@ class CallChecker:
             given.add(key)
             if argument.value is None:
                 continue
-            place = _place(parameter, argument.at, unit)
+            place = place_of(parameter, argument.at, unit)
             is_output = parameter.section == "VAR_OUTPUT"
             if is_output or argument.is_output:
                 outputs.append(self._output(parameter, place, argument.value))
@@ -447,7 +447,7 @@ class CallChecker:
         address = body.paths.address(operand, resolved(parameter.variable.type), at)
         yield Stored(place, address, place.type, at)
         for variable, value in zip(parameter.bounds, values, strict=True):
-            bound = _beside(place, variable)
+            bound = place_beside(place, variable)
             yield Stored(bound, value, DINT, at)
 
     def _output(self, parameter: DeclaredParameter, place: Storage, target: Expression) -> Stored:
@@ -501,31 +501,6 @@ def _is_plain(parameter: DeclaredParameter) -> bool:
         is_reference = isinstance(resolved(type), ReferenceType)
         parameter.is_plain = not (is_reference or is_any(type) or parameter.section == "VAR_IN_OUT")
     return parameter.is_plain
-
-
-_CALLEE = CalleeBase()
-
-
-def _place(parameter: DeclaredParameter, at: int, unit: str = "") -> Storage:
-    """Return the storage of a parameter in the called routine, of a program in its unit."""
-    variable = parameter.variable
-    type = flat(variable.type)
-    if unit:
-        return Storage(UnitBase(unit, variable), 0, type, name=variable.name, at=at)
-    return Storage(_CALLEE, variable.offset, type, variable.bit, (), False, variable.name, at)
-
-
-def _variable_place(variable: Variable[Any, Any], at: int) -> Storage:
-    type = flat(variable.type)
-    return Storage(CalleeBase(), variable.offset, type, name=variable.name, at=at)
-
-
-def _beside(place: Storage, variable: Any) -> Storage:
-    """The hidden variable beside a parameter."""
-    type = flat(variable.type)
-    if isinstance(place.base, UnitBase):
-        return Storage(UnitBase(place.base.unit, variable), 0, type, name=variable.name)
-    return Storage(place.base, variable.offset, type, name=variable.name, at=place.at)
 
 
 def _target_of(type: IecType[Any]) -> IecType[Any]:

@@ -16,6 +16,7 @@ from achse.st.tree import (
     Argument,
     Binary,
     Branch,
+    Call,
     Expression,
     If,
     Jump,
@@ -175,8 +176,8 @@ class InstructionList:
     ) -> None:
         given = [(one.name, one.value, one.is_output) for one in arguments if one.value is not None]
         found = self._writer.expression(line.operand.text, at)
-        call = call_of(found, given, at) if given or not hasattr(found, "arguments") else found
-        self._leave(call, condition, at)  # type: ignore[arg-type]
+        call = call_of(found, given, at) if given or not isinstance(found, Call) else found
+        self._leave(call, condition, at)
 
     def _leave(self, statement: Statement, condition: bool | None, at: int) -> None:
         """Write a statement that depends on the accumulator if it has a condition."""

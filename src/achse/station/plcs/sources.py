@@ -22,7 +22,8 @@ from achse.plc.memory import SPARSE
 from achse.plc.system_info import system_info_list
 from achse.st.collection import collection_paused
 from achse.st.tasks import FileTask
-from achse.station.configuration.station_file import ConfigError, PlcConfig, TaskConfig
+from achse.station.configuration.plc import PlcConfig, TaskConfig
+from achse.station.configuration.types import ConfigError
 
 if TYPE_CHECKING:
     from achse.plc.bodies import Bodies
