@@ -3,6 +3,8 @@
 import asyncio
 import itertools
 import os
+import subprocess
+import sys
 import threading
 from collections.abc import Callable
 
@@ -73,6 +75,35 @@ def test_what_ends_in_time_gives_what_it_gives() -> None:
         pass
     with pytest.raises(ValueError, match="mine"), within(3600.0):
         raise ValueError("mine")
+
+
+PROFILED = """
+import resource, sys
+from achse.sweeps import deadline
+from achse.sweeps.deadline import RunTooLong, within
+
+resource.setrlimit(resource.RLIMIT_CPU, (20, 20))
+deadline._AGAIN = 0.001
+for limit in (3600.0, 0.01, 0.02):
+    try:
+        with within(limit):
+            while limit < 1.0:
+                pass
+    except RunTooLong:
+        pass
+calls = []
+sys.setprofile(lambda frame, event, argument: calls.append(event))
+len(calls)
+(lambda: None)()
+sys.setprofile(None)
+print(len(calls) > 1)
+"""
+
+
+def test_a_process_can_be_profiled_afterwards() -> None:
+    """With Python's flag of a pending exception left set, its first traced call never ends."""
+    done = subprocess.run([sys.executable, "-c", PROFILED], capture_output=True, text=True)
+    assert (done.stdout, done.returncode) == ("True\n", 0), done.stderr
 
 
 def test_a_row_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -67,9 +67,7 @@ class _Watch:
                 if self._over.is_set():
                     return
                 self.fired = True
-                ctypes.pythonapi.PyThreadState_SetAsyncExc(
-                    ctypes.c_ulong(self._thread), ctypes.py_object(RunTooLong)
-                )
+                self._raise()
             left -= _AGAIN
             if left <= 0 and self._own_process:
                 os._exit(_GONE)
@@ -80,7 +78,20 @@ class _Watch:
             try:
                 with self._turn:
                     self._over.set()
-                    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._thread), None)
-                return
+                break
             except RunTooLong:
                 continue
+        if not self.fired:
+            return
+        # To set None in place of what is pending would leave Python's flag for it set for ever:
+        # a process that is traced or profiled would then hang. Only raising takes the flag back.
+        with contextlib.suppress(RunTooLong):
+            self._raise()
+            while True:
+                pass
+
+    def _raise(self) -> None:
+        """Raise RunTooLong in the watched thread, in place of one that has not come up yet."""
+        ctypes.pythonapi.PyThreadState_SetAsyncExc(
+            ctypes.c_ulong(self._thread), ctypes.py_object(RunTooLong)
+        )
