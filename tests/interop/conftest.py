@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from tests.conftest import WITNESSES
 from tests.interop import waiting
 
 if TYPE_CHECKING:
@@ -50,13 +51,19 @@ class _KeptCallbacks(dict[Any, Any]):
         return self.get(key, default)
 
 
-_CALLBACKS = _KeptCallbacks()
+@pytest.fixture(autouse=True, scope="session")
+def kept_callbacks() -> Iterator[None]:
+    """Whatever ends a subscription of pyads, its callback stays: the process would end."""
+    with pytest.MonkeyPatch.context() as patch:
+        if WITNESSES["pyads"]():
+            import pyads.pyads_ex
+
+            patch.setattr(pyads.pyads_ex, "callback_store", _KeptCallbacks())
+        yield
 
 
 @pytest.fixture
-def pyads_connection(
-    witness: Callable[[str], None], monkeypatch: pytest.MonkeyPatch
-) -> Iterator[Callable[..., "pyads.Connection"]]:
+def pyads_connection(witness: Callable[[str], None]) -> Iterator[Callable[..., "pyads.Connection"]]:
     """`pyads_connection(station, 851)` opens a pyads connection, closed when the test ends.
 
     pyads keeps one route per NetId and drops it when the first of its connections is closed;
@@ -66,9 +73,6 @@ def pyads_connection(
     """
     witness("pyads")
     import pyads
-    import pyads.pyads_ex
-
-    monkeypatch.setattr(pyads.pyads_ex, "callback_store", _CALLBACKS)
 
     with ExitStack() as connections:
 
