@@ -11,9 +11,9 @@ import time
 from collections.abc import Callable
 from math import cos, sin
 
-from achse.gcode.blocks import parse_block
-from achse.gcode.interpreter import Interpreter
-from achse.gcode.program import PartProgram
+from achse.gcode.interpretation.interpreter import Interpreter
+from achse.gcode.text.blocks import parse_block
+from achse.gcode.text.program import PartProgram
 
 CUT = re.compile(r"([A-Z])([-+]?[\d.]+)")
 

@@ -17,8 +17,8 @@ import time
 from math import cos, dist, sin
 from pathlib import Path
 
-from achse.gcode.interpreter import Interpreter
-from achse.gcode.program import PartProgram
+from achse.gcode.interpretation.interpreter import Interpreter
+from achse.gcode.text.program import PartProgram
 from achse.motion import AxisParameters, Nc
 from achse.motion.channels.parameters import ChannelParameters
 from achse.motion.channels.program_channel import ProgramChannel

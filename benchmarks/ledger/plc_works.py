@@ -142,8 +142,8 @@ def blocks() -> Call:
 
 def part_program() -> Call:
     """Set up a part program of short lines."""
-    from achse.gcode.interpreter import Interpreter
-    from achse.gcode.program import PartProgram
+    from achse.gcode.interpretation.interpreter import Interpreter
+    from achse.gcode.text.program import PartProgram
 
     lines = ["G90 G17 G1 F10000"]
     lines += [

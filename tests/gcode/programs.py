@@ -3,10 +3,10 @@
 from achse.codes import NcError
 from achse.gcode.canon import ArcMove, Canonical, LineMove, PathPoint
 from achse.gcode.errors import GcodeError
-from achse.gcode.interpreter import Interpreter, RunState
-from achse.gcode.machine_data import MachineData
-from achse.gcode.program import PartProgram
-from achse.gcode.tool_table import ToolParameter
+from achse.gcode.interpretation.interpreter import Interpreter, RunState
+from achse.gcode.interpretation.machine_data import MachineData
+from achse.gcode.state.tool_table import ToolParameter
+from achse.gcode.text.program import PartProgram
 
 
 def commands(text: str, data: MachineData | None = None) -> list[Canonical]:

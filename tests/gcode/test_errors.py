@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.codes import NcError
-from achse.gcode.checking import check_lines
-from achse.gcode.program import PartProgram
+from achse.gcode.interpretation.checking import check_lines
+from achse.gcode.text.program import PartProgram
 from tests.gcode.programs import refused
 
 

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from achse.gcode.canon import ArcMove, LineMove
 from achse.gcode.errors import GcodeError
-from achse.gcode.interpreter import Interpreter, RunState
-from achse.gcode.machine_data import MachineData
-from achse.gcode.offsets import ZeroShift
-from achse.gcode.program import PartProgram
-from achse.gcode.tool_table import ToolParameter
+from achse.gcode.interpretation.interpreter import Interpreter, RunState
+from achse.gcode.interpretation.machine_data import MachineData
+from achse.gcode.state.offsets import ZeroShift
+from achse.gcode.state.tool_table import ToolParameter
+from achse.gcode.text.program import PartProgram
 from tests.interop.linuxcnc.cases import BY_HAND, CASES, COMPENSATED
 from tests.interop.linuxcnc.rs274 import SYSTEMS, Refused, WitnessMove, of_ours, run, translated
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import achse
 from achse.extras import install_command
-from achse.gcode.drawing import PathSample
+from achse.gcode.geometry.drawing import PathSample
 from achse.plot import Picture, PictureError, PlotExtraMissing, cam, moves, path, recording
 from tests.scope.conftest import recording as recorded
 

@@ -1,5 +1,7 @@
 """DIN 66025 part programs: text → blocks → canonical commands. No axes, no clock, no ADS in here.
 
-`program` holds a text, `interpreter` runs it and yields the commands of `canon`, which a channel
-carries out; `tool_table` and `offsets` hold what the machine adds.
+`canon` holds the commands that a channel carries out, `errors` what is wrong with a program. Read
+`text` (lines, words, formulas), `state` (what the channel keeps: modal groups, R parameters, zero
+shifts, tools), `geometry` (arcs, contours, cutter compensation) and then `interpretation`, which
+runs a program block by block.
 """

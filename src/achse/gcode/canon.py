@@ -11,6 +11,8 @@ from enum import Enum, IntEnum
 from math import hypot
 from typing import TypeAlias
 
+from achse.gcode.vectors import PathPoint, turned
+
 __all__ = [
     "AUXILIARY_AXES",
     "ArcMove",
@@ -39,9 +41,6 @@ __all__ = [
 
 AUXILIARY_AXES = 5
 """Q1..Q5 beside X, Y, Z. Source: tcnci, auxiliary axes."""
-
-PathPoint: TypeAlias = tuple[float, float, float]
-"""X, Y, Z in mm; or a direction without unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,8 +165,6 @@ class ArcMove:
 
     def at(self, share: float) -> PathPoint:
         """The point after this share of the path, 0..1."""
-        from achse.gcode.arcs import turned
-
         return turned(self.start, self.centre, self.normal, share * self.angle, share * self.rise)
 
 

@@ -95,7 +95,7 @@ class Demanded(Protocol):
 
 
 class PathMoment(Protocol):
-    """Position on a path, mm, and velocity there, as `achse.gcode.drawing.PathSample`."""
+    """Position on a path, mm, and velocity there, as `achse.gcode.geometry.drawing.PathSample`."""
 
     @property
     def at(self) -> Any: ...

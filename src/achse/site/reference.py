@@ -92,8 +92,8 @@ def _drive_pages() -> Iterator[tuple[str, str, str]]:
 
 def _words() -> Iterator[tuple[str, str, str]]:
     """The words of the dialect of part programs, each with its kind and meaning."""
-    from achse.gcode.formula import FUNCTIONS
-    from achse.gcode.words import ADDRESSES, AT_COMMANDS, G_WORDS, NAMED_WORDS, PATH_PARAMETERS
+    from achse.gcode.text.formula import FUNCTIONS
+    from achse.gcode.text.words import ADDRESSES, AT_COMMANDS, G_WORDS, NAMED_WORDS, PATH_PARAMETERS
 
     for word in (*G_WORDS.values(), *NAMED_WORDS.values()):
         alone = "; in a block of its own" if word.alone else ""

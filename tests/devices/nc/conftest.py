@@ -10,7 +10,7 @@ import pytest
 from achse.ams import NetId
 from achse.devices.nc import NcDevice
 from achse.gcode.canon import Handshake
-from achse.gcode.mfunctions import MRule
+from achse.gcode.state.mfunctions import MRule
 from achse.motion import Axis, AxisParameters, Nc
 from achse.motion.channels.parameters import ChannelParameters
 from achse.motion.channels.store import ProgramStore

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from achse.codes import NcError
-from achse.gcode.offsets import ZeroShift
+from achse.gcode.state.offsets import ZeroShift
 from tests.libraries.tc2_nci.conftest import NciBench
 
 OWN: tuple[tuple[str, dict[str, int]], ...] = (("Ex", {}), ("", {"nChnId": 1}))

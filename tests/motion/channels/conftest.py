@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from achse.gcode.canon import Handshake
-from achse.gcode.mfunctions import MRule
+from achse.gcode.state.mfunctions import MRule
 from achse.motion import AxisParameters, Nc
 from achse.motion.channels.parameters import ChannelParameters
 from achse.motion.channels.program_channel import ProgramChannel

@@ -2,8 +2,8 @@
 
 import json
 
-from achse.gcode.machine_data import MachineData
-from achse.gcode.offsets import ZeroShift
+from achse.gcode.interpretation.machine_data import MachineData
+from achse.gcode.state.offsets import ZeroShift
 from achse.motion.channels.files import ChannelFiles
 
 

@@ -6,9 +6,9 @@ import pytest
 
 from achse.codes import NcError
 from achse.gcode.canon import StopKind
-from achse.gcode.interpreter import Interpreter, RunState
-from achse.gcode.program import PartProgram
-from achse.gcode.search import BlockSearch, DryRun, SearchMode
+from achse.gcode.interpretation.interpreter import Interpreter, RunState
+from achse.gcode.interpretation.search import BlockSearch, DryRun, SearchMode
+from achse.gcode.text.program import PartProgram
 from achse.motion import commands
 from achse.motion.channels.states import InterpreterState as State
 from achse.motion.states import MotionPhase

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.gcode.machine_data import MachineData
-from achse.gcode.program import PartProgram
+from achse.gcode.interpretation.machine_data import MachineData
+from achse.gcode.text.program import PartProgram
 from achse.motion.channels import planned_path
 from achse.motion.channels.planned_path import PlannedPath, PlanState
 from achse.motion.channels.states import InterpreterState as State

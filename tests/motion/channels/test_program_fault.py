@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.gcode.canon import Origin
-from achse.gcode.tool_table import ToolParameter, ToolType
+from achse.gcode.state.tool_table import ToolParameter, ToolType
 from achse.motion import commands
 from achse.motion.channels.program_fault import PlaceKind, ProgramFault, named_block
 from achse.motion.channels.states import InterpreterState as State

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.gcode.canon import Handshake
-from achse.gcode.mfunctions import MRule
+from achse.gcode.state.mfunctions import MRule
 from achse.motion import Axis, AxisParameters, Nc, commands
 from achse.motion.channels.parameters import ChannelParameters
 from achse.motion.channels.program_channel import ProgramChannel

@@ -322,7 +322,7 @@ async def confirm(client: "Client", number: Number = None, in_json: Json = False
 
 async def _show_offsets(client: "Client", id: int, in_json: bool) -> None:
     """Print the zero shifts of a channel."""
-    from achse.gcode.offsets import ZeroShift
+    from achse.gcode.state.offsets import ZeroShift
 
     found = {}
     for shift in ZeroShift:
@@ -338,7 +338,7 @@ async def _show_offsets(client: "Client", id: int, in_json: bool) -> None:
 
 async def _show_tools(client: "Client", id: int, in_json: bool) -> None:
     """Print the tools D1 … D50 that have values."""
-    from achse.gcode.tool_table import ToolParameter
+    from achse.gcode.state.tool_table import ToolParameter
 
     found = []
     for place in range(1, 51):

@@ -12,10 +12,10 @@ from achse.cli.target import Json
 if TYPE_CHECKING:
     from achse.cli.programs.gcode_run import ProgramTime
     from achse.gcode.canon import ArcMove, LineMove
-    from achse.gcode.checking import ProgramReport
     from achse.gcode.errors import GcodeError
-    from achse.gcode.machine_data import MachineData
-    from achse.gcode.program import PartProgram
+    from achse.gcode.interpretation.checking import ProgramReport
+    from achse.gcode.interpretation.machine_data import MachineData
+    from achse.gcode.text.program import PartProgram
 
 __all__ = ["register"]
 
@@ -109,8 +109,8 @@ def gcode(
     PLC decides how long they take.
     """
     from achse.gcode.canon import ArcMove, LineMove
-    from achse.gcode.checking import check_program
-    from achse.gcode.drawing import VIEWS
+    from achse.gcode.geometry.drawing import VIEWS
+    from achse.gcode.interpretation.checking import check_program
 
     if view not in VIEWS:
         fail(f"view {view}: expected one of {', '.join(VIEWS)}", 2)
@@ -189,7 +189,7 @@ def _draw(
     name: str,
 ) -> None:
     """Write the picture of a path, by its velocities if it was timed."""
-    from achse.gcode.drawing import draw_moves, draw_velocities
+    from achse.gcode.geometry.drawing import draw_moves, draw_velocities
 
     if took is None:
         picture = draw_moves(moves, view=view, title=name)
@@ -205,10 +205,10 @@ def _draw(
 def _machine(
     file: Path, tools: Path | None, offsets: Path | None, subroutines: Path | None, skip: int
 ) -> "MachineData":
-    from achse.gcode.machine_data import MachineData
-    from achse.gcode.offsets import ShiftFileError
-    from achse.gcode.program import search_folders
-    from achse.gcode.tool_table import ToolFileError
+    from achse.gcode.interpretation.machine_data import MachineData
+    from achse.gcode.state.offsets import ShiftFileError
+    from achse.gcode.state.tool_table import ToolFileError
+    from achse.gcode.text.program import search_folders
 
     data = MachineData(
         subroutines=search_folders([subroutines, file.absolute().parent]), skip_mask=skip
@@ -226,7 +226,7 @@ def _machine(
 
 def _program(file: Path) -> "PartProgram":
     from achse.gcode.errors import GcodeError
-    from achse.gcode.program import PartProgram
+    from achse.gcode.text.program import PartProgram
 
     try:
         return PartProgram.load(file)

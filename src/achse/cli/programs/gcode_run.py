@@ -18,7 +18,7 @@ from achse.gcode.canon import (
     Moving,
     PathSetting,
 )
-from achse.gcode.drawing import PathSample
+from achse.gcode.geometry.drawing import PathSample
 from achse.motion.channels.program_path import ProgramSettings, segment_of
 from achse.motion.path import (
     PathDwell,

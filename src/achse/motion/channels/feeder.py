@@ -31,7 +31,7 @@ from achse.gcode.canon import (
     Technology,
     TechnologyWord,
 )
-from achse.gcode.line_run import LineRun
+from achse.gcode.interpretation.line_run import LineRun
 from achse.motion.channels.program_path import ProgramSettings, segment_of
 from achse.motion.channels.technology import TechnologyOutputs
 from achse.motion.channels.waits import WaitReason

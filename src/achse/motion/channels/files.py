@@ -6,11 +6,11 @@ from copy import deepcopy
 from math import isfinite
 
 from achse.codes import NcError
-from achse.gcode.machine_data import MachineData
-from achse.gcode.offsets import ShiftFileError
-from achse.gcode.program import PartProgram
-from achse.gcode.registers import OWN_REGISTERS
-from achse.gcode.tool_table import ToolFileError
+from achse.gcode.interpretation.machine_data import MachineData
+from achse.gcode.state.offsets import ShiftFileError
+from achse.gcode.state.registers import OWN_REGISTERS
+from achse.gcode.state.tool_table import ToolFileError
+from achse.gcode.text.program import PartProgram
 from achse.motion.channels.store import ProgramStore
 from achse.motion.checks import OK
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from achse.gcode.mfunctions import MRule
+from achse.gcode.state.mfunctions import MRule
 from achse.motion.channels.store import ProgramStore
 from achse.motion.channels.technology import M_FUNCTIONS
 from achse.motion.groups.parameters import GroupParametersError

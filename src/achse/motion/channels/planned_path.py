@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 from achse.gcode.canon import ArcMove, LineMove, PathPoint
 from achse.gcode.errors import GcodeError
-from achse.gcode.interpreter import Interpreter, RunState
-from achse.gcode.machine_data import MachineData
-from achse.gcode.program import PartProgram
+from achse.gcode.interpretation.interpreter import Interpreter, RunState
+from achse.gcode.interpretation.machine_data import MachineData
+from achse.gcode.text.program import PartProgram
 
 __all__ = ["MOST_POINTS", "PlanState", "PlannedPath", "PlannedPoint"]
 

@@ -15,10 +15,10 @@ from achse.gcode.canon import (
     ProgramEnd,
 )
 from achse.gcode.errors import GcodeError
-from achse.gcode.interpreter import Interpreter, RunState
-from achse.gcode.modal import ModalState
-from achse.gcode.program import PartProgram
-from achse.gcode.search import BlockSearch, DryRun, SearchMode
+from achse.gcode.interpretation.interpreter import Interpreter, RunState
+from achse.gcode.interpretation.search import BlockSearch, DryRun, SearchMode
+from achse.gcode.state.modal import ModalState
+from achse.gcode.text.program import PartProgram
 from achse.motion.channels.feeder import Feeder
 from achse.motion.channels.parameters import ChannelParameters
 from achse.motion.channels.program_fault import (

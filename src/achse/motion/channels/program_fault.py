@@ -8,7 +8,7 @@ from enum import IntEnum
 from achse.codes import NcError
 from achse.gcode.canon import Origin, PathPoint
 from achse.gcode.errors import GcodeError
-from achse.gcode.interpreter import Interpreter
+from achse.gcode.interpretation.interpreter import Interpreter
 
 __all__ = ["PlaceKind", "ProgramFault", "StoppedPlace", "named_block", "named_position", "refusal"]
 

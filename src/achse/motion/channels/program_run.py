@@ -16,8 +16,8 @@ from achse.gcode.canon import (
     StopKind,
 )
 from achse.gcode.errors import GcodeError
-from achse.gcode.interpreter import Interpreter, RunState
-from achse.gcode.line_run import LineRun
+from achse.gcode.interpretation.interpreter import Interpreter, RunState
+from achse.gcode.interpretation.line_run import LineRun
 from achse.motion.channels.feeder import Feeder, FeedOutcome
 from achse.motion.channels.program_fault import (
     ProgramFault,

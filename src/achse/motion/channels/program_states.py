@@ -5,11 +5,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from achse.gcode.canon import Origin
-from achse.gcode.interpreter import Interpreter
-from achse.gcode.machine_data import MachineData
-from achse.gcode.program import PartProgram
-from achse.gcode.registers import Registers
-from achse.gcode.search import SearchFound
+from achse.gcode.interpretation.interpreter import Interpreter
+from achse.gcode.interpretation.machine_data import MachineData
+from achse.gcode.interpretation.search import SearchFound
+from achse.gcode.state.registers import Registers
+from achse.gcode.text.program import PartProgram
 from achse.motion.channels.channel import NcChannel
 from achse.motion.channels.feeder import Feeder
 from achse.motion.channels.files import ChannelFiles

@@ -7,7 +7,7 @@ from pathlib import Path, PureWindowsPath
 
 from achse.codes import NcError
 from achse.gcode.errors import GcodeError
-from achse.gcode.program import PartProgram, SubroutineSource, search_folders
+from achse.gcode.text.program import PartProgram, SubroutineSource, search_folders
 
 __all__ = ["ProgramStore"]
 

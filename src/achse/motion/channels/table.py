@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from achse.gcode.registers import shared_registers
+from achse.gcode.state.registers import shared_registers
 from achse.motion.axis import Axis
 from achse.motion.channels.channel import NcChannel, StandardChannel
 from achse.motion.channels.parameters import ChannelParameters

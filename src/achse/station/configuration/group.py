@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, FiniteFloat
 
 from achse.gcode.canon import Handshake
-from achse.gcode.mfunctions import MRule
+from achse.gcode.state.mfunctions import MRule
 from achse.motion.channels.parameters import ChannelParameters
 from achse.motion.channels.store import ProgramStore
 from achse.motion.groups.parameters import GroupParameters, KinematicsParameters

@@ -19,7 +19,7 @@ from achse.devices.nc.channels.structures import (
 from achse.devices.nc.layouts import REAL64
 from achse.devices.nc.rows import bound
 from achse.gcode.errors import WordRefused
-from achse.gcode.registers import REGISTERS, Registers
+from achse.gcode.state.registers import REGISTERS, Registers
 from achse.motion.channels.channel import NcChannel
 from achse.server import Repeated
 

@@ -14,10 +14,10 @@ from achse.devices.nc.channels.binding import (
     show_program,
 )
 from achse.devices.nc.rows import bound
-from achse.gcode.compensation import BottleneckMode
-from achse.gcode.mfunctions import MAX_CLEARED, NO_RULE
-from achse.gcode.offsets import ZeroShift
-from achse.gcode.tool_table import ToolParameter
+from achse.gcode.geometry.compensation import BottleneckMode
+from achse.gcode.state.mfunctions import MAX_CLEARED, NO_RULE
+from achse.gcode.state.offsets import ZeroShift
+from achse.gcode.state.tool_table import ToolParameter
 from achse.motion.channels.channel import NcChannel
 from achse.motion.channels.program_channel import LOAD_BUFFER, ProgramChannel
 from achse.motion.channels.technology import M_FUNCTIONS

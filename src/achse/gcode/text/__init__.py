@@ -1,0 +1,1 @@
+"""The text of a part program: its lines as blocks of words, formulas, labels and subroutines."""
