@@ -1,1 +1,1 @@
-"""Where the path is: circles, contours, the cutter beside them, the frame of the workpiece."""
+"""Geometry of the path: circles, contours, compensation of the cutter, frame of the workpiece."""

@@ -1,1 +1,1 @@
-"""What a channel keeps beside the program: modal groups, R parameters, zero shifts, tools."""
+"""State of a channel beside the program: modal groups, R parameters, zero shifts, tools."""
