@@ -12,7 +12,7 @@ from achse.ams.commands import DeleteNotificationRequest
 from achse.client import Backoff, Client
 from achse.client import client as module
 from achse.client.client import connect
-from achse.client.link import RouterDialer, TcpDialer
+from achse.client.links.link import RouterDialer, TcpDialer
 from achse.router import Router
 from achse.transport.tcp.listener import TcpListener
 

@@ -10,7 +10,7 @@ import pytest
 
 from achse.ams import AmsAddress, DecodeError, DeviceError, RequestTimeout, TransmissionMode
 from achse.ams.commands import AddNotificationRequest, ReadRequest, ReadWriteRequest, WriteRequest
-from achse.client.session import Session
+from achse.client.session.session import Session
 from achse.client.target import Target
 from achse.iec import ARRAY, INT, LREAL, UDINT, UINT, IecValueError
 

@@ -17,7 +17,7 @@ import pytest
 import achse
 from achse.ams import AdsError, DeviceError, NetId
 from achse.ams.mqtt import RouterNote
-from achse.client.mqtt_link import routers_of
+from achse.client.links.mqtt_link import routers_of
 from achse.transport.mqtt.network import MqttNetwork, MqttSettings
 from tests.interop.waiting import until, until_async
 from tests.transport.certificates import authority, signed

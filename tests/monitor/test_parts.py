@@ -14,7 +14,7 @@ from achse.ams.commands import (
     ReadWriteRequest,
     WriteRequest,
 )
-from achse.client.sums import Outcome, sum_of
+from achse.client.session.sums import Outcome, sum_of
 from achse.monitor.parts import outcomes_of, parts_of
 
 A, B = bytes(8), bytes(range(8))

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from achse.ams import Connection, Frame, NetId
-from achse.client.link import TcpDialer
+from achse.client.links.link import TcpDialer
 from achse.router import Router
 from achse.server import READ, Device, Group, Layout, Service
 from achse.station import Station

@@ -29,7 +29,7 @@ def _asked(
 
     from achse.ams import NetId
     from achse.client import connect
-    from achse.client.link import TcpDialer
+    from achse.client.links.link import TcpDialer
 
     options = getattr(context, "params", None) or {}
     host = options.get("host") or os.environ.get("ACHSE_HOST", "127.0.0.1")

@@ -177,8 +177,8 @@ def _run(
     from achse.cli.interrupts import Interrupted
     from achse.cli.interrupts import run as run_interruptibly
     from achse.client import connect
-    from achse.client.link import TcpDialer
-    from achse.client.secure_link import SECURE_SCHEME, SecureTargetError
+    from achse.client.links.link import TcpDialer
+    from achse.client.links.secure_link import SECURE_SCHEME, SecureTargetError
     from achse.codes import ReturnCode
     from achse.transport.mqtt.network import MQTT_SCHEMES, MqttError
     from achse.transport.secure.own_certificate import CertificateError
@@ -267,7 +267,7 @@ def fail_to_connect(
     if isinstance(refusal, ConnectionLost) and isinstance(
         refusal.__cause__, ConnectionRefusedError
     ):
-        from achse.client.session import NOBODY_LISTENS
+        from achse.client.session.session import NOBODY_LISTENS
 
         refusal = ConnectionLost(str(refusal).removesuffix(NOBODY_LISTENS))
         hint = (

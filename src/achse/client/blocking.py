@@ -14,12 +14,13 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from achse.ams import AmsAddress, NetId
-from achse.client import client, subscription, target
-from achse.client.link import Mode
+from achse.client import client, target
+from achse.client.links.link import Mode
+from achse.client.links.secure_link import SecureTarget
 from achse.client.loop import LoopThread
-from achse.client.secure_link import SecureTarget
-from achse.client.session import Advance, Backoff
-from achse.client.subscription import Sample
+from achse.client.session import subscription
+from achse.client.session.session import Advance, Backoff
+from achse.client.session.subscription import Sample
 from achse.client.wrapper import ContextWrapper, Wrapper, blocking, wrapping
 
 if TYPE_CHECKING:

@@ -7,11 +7,11 @@ from types import TracebackType
 from typing import Any, Self
 
 from achse.ams import AmsAddress, NetId
-from achse.client.link import GRANT_TIME, Dialer, Mode, RouterDialer, TcpDialer
-from achse.client.mqtt_link import MqttDialer
-from achse.client.secure_link import SECURE_SCHEME, SecureDialer, SecureTarget
-from achse.client.serial_link import SerialDialer
-from achse.client.session import Advance, Backoff, Session
+from achse.client.links.link import GRANT_TIME, Dialer, Mode, RouterDialer, TcpDialer
+from achse.client.links.mqtt_link import MqttDialer
+from achse.client.links.secure_link import SECURE_SCHEME, SecureDialer, SecureTarget
+from achse.client.links.serial_link import SerialDialer
+from achse.client.session.session import Advance, Backoff, Session
 from achse.client.target import Target
 from achse.router import Router
 from achse.transport.mqtt.network import MQTT_SCHEMES, MqttSettings

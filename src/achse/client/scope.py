@@ -16,7 +16,7 @@ from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 from achse.ams import AmsAddress
-from achse.client.raw import RawTarget
+from achse.client.session.raw import RawTarget
 from achse.scope.binary import CHUNK, chunks_in
 from achse.scope.channel import ScopeChannel, channel_of
 from achse.scope.data import ScopeBlock, ScopeData

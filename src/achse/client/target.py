@@ -14,11 +14,11 @@ from achse.ams import (
     TransmissionMode,
 )
 from achse.ams.commands import ReadRequest, WriteRequest
-from achse.client.raw import STALE, RawTarget
-from achse.client.session import Session
-from achse.client.subscription import Subscription, Timing, VariableLocation
-from achse.client.sums import Outcome
-from achse.client.symbols import SymbolBook
+from achse.client.session.raw import STALE, RawTarget
+from achse.client.session.session import Session
+from achse.client.session.subscription import Subscription, Timing, VariableLocation
+from achse.client.session.sums import Outcome
+from achse.client.session.symbols import SymbolBook
 from achse.codes import ReservedGroup, ReturnCode
 from achse.iec import (
     IecDecodeError,

@@ -11,7 +11,7 @@ from enum import IntEnum
 from functools import cache
 from typing import Any, Generic, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
-from achse.client.subscription import Sample, Subscription
+from achse.client.session.subscription import Sample, Subscription
 from achse.client.target import MethodResult, SendWhen, Target
 from achse.iec import Record
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from achse.ams import NetId
 from achse.client import connect
-from achse.client.link import TcpDialer
+from achse.client.links.link import TcpDialer
 from achse.dap.link import DebugLink
 from achse.devices.station import SERVICE_PORT
 from achse.station import Station

@@ -19,7 +19,7 @@ from achse.ams.commands import (
 )
 from achse.ams.errors import describe_code
 from achse.ams.notification import NotificationStream
-from achse.client.sums import Outcome, Part
+from achse.client.session.sums import Outcome, Part
 from achse.codes import ReservedGroup
 from achse.codes.groups import NAMED
 from achse.monitor.names import Names

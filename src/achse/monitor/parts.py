@@ -12,7 +12,7 @@ from achse.ams.commands import (
     WriteRequest,
     decode_request,
 )
-from achse.client.sums import Outcome, Part, outcome, unpack
+from achse.client.session.sums import Outcome, Part, outcome, unpack
 from achse.codes import ReservedGroup
 from achse.codes.groups import SUMS
 

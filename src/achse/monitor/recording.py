@@ -20,7 +20,7 @@ from achse.ams.commands import (
     decode_response,
 )
 from achse.ams.notification import NotificationStream
-from achse.client.sums import Outcome, Part
+from achse.client.session.sums import Outcome, Part
 from achse.codes import ReservedGroup
 from achse.codes.groups import NAMED
 from achse.monitor.decode import Decoder, Exchange

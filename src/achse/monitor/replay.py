@@ -7,7 +7,7 @@ import time
 from collections.abc import AsyncIterator, Callable
 
 from achse.ams import AdsState, Command, DeviceError
-from achse.client.sums import Outcome
+from achse.client.session.sums import Outcome
 from achse.codes import ReservedGroup, ReturnCode
 from achse.codes.groups import NAMED, SUMS
 from achse.monitor.recording import (

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from achse.ams import AdsError
 from achse.client import Client, connect
-from achse.client.link import RouterDialer
+from achse.client.links.link import RouterDialer
 from achse.client.scope import RemoteScope, scopes_of
 from achse.scope.channel import ScopeChannel, channel_of
 from achse.scope.csv_form import csv_text

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from achse.ams import AmsAddress, ConnectionLost, Frame, NetId, TcpCommand, TcpMessage
 from achse.ams.commands import ReadStateResponse
 from achse.ams.discovery import RouterInfo
-from achse.client.link import ClientLink, Mode, RouterDialer, TcpDialer, address_of
+from achse.client.links.link import ClientLink, Mode, RouterDialer, TcpDialer, address_of
 from achse.router import Router
 from achse.router.routes import RouteTable
 from achse.transport.tcp.listener import TcpListener

@@ -8,8 +8,8 @@ import pytest
 import achse
 from achse.ams import AmsAddress, ConnectionLost, Frame, NetId, RouterError
 from achse.ams.mqtt import RouterNote
-from achse.client.link import Onlooker
-from achse.client.mqtt_link import MqttDialer, MqttLink, routers_of
+from achse.client.links.link import Onlooker
+from achse.client.links.mqtt_link import MqttDialer, MqttLink, routers_of
 from achse.station import Station
 from achse.station.configuration.station_file import parse
 from achse.transport.mqtt.network import MqttSettings
@@ -133,7 +133,7 @@ async def test_what_waits_fails_at_once_when_its_router_goes() -> None:
 
 async def test_a_router_that_is_offline_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its retained info says so, on each new link; when it is back it is asked again."""
-    monkeypatch.setattr("achse.client.mqtt_link._LOOK_TIME", 0.0)
+    monkeypatch.setattr("achse.client.links.mqtt_link._LOOK_TIME", 0.0)
     broker = Broker()
     await join_and_leave(broker)
     dialer = MqttDialer(SETTINGS, session=broker.session)
@@ -158,7 +158,7 @@ async def join_and_leave(broker: Broker) -> None:
 async def test_routers_that_are_offline_are_forgotten_in_the_end(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("achse.client.mqtt_link._MOST_GONE", 5)
+    monkeypatch.setattr("achse.client.links.mqtt_link._MOST_GONE", 5)
     link = MqttLink(Onlooker(), MqttDialer(SETTINGS).source)
     for number in range(9):
         link.left(NetId(bytes((number, 1, 1, 1, 1, 1))))

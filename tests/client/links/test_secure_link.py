@@ -6,7 +6,7 @@ import pytest
 
 import achse
 from achse.ams import AmsAddress, ConnectionLost
-from achse.client.secure_link import SecureDialer, SecureTarget, SecureTargetError, own_folder
+from achse.client.links.secure_link import SecureDialer, SecureTarget, SecureTargetError, own_folder
 from achse.router.access import hash_password
 from achse.router.routes import TlsKind
 from achse.station import Station

@@ -11,8 +11,8 @@ import pytest
 from achse.ams import AmsAddress, Command, ConnectionLost, Frame
 from achse.ams.commands import DataResponse, ReadRequest
 from achse.client import blocking, connect
-from achse.client.link import LinkUser
-from achse.client.serial_link import OUR_NET_ID, SerialDialer, SerialLink
+from achse.client.links.link import LinkUser
+from achse.client.links.serial_link import OUR_NET_ID, SerialDialer, SerialLink
 from achse.transport.serial.carrier import SerialCarrier
 from achse.transport.serial.port import SerialPort, open_serial_port
 from tests.transport.lines import cable

@@ -8,7 +8,7 @@ import pytest
 
 import achse
 from achse.ams import ConnectionLost, DeviceError, RequestTimeout
-from achse.client.raw import RawTarget
+from achse.client.session.raw import RawTarget
 from achse.station import Station
 from achse.testing import LiveStation, VirtualTimeLoop
 

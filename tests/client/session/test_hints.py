@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from achse.client.hints import hint_for, hint_inside
+from achse.client.session.hints import hint_for, hint_inside
 from achse.iec import ARRAY, INT, LREAL, Struct, iec_type, var
 from achse.iec.derived import ReferenceType
 from achse.iec.symbols import SymbolEntry, fold

@@ -10,9 +10,9 @@ import pytest
 
 from achse.ams import AdsState, AmsAddress, DecodeError, DeviceError, RouterError
 from achse.ams.commands import ReadRequest, ReadWriteRequest, WriteRequest
-from achse.client.raw import DeviceInfo, RawTarget
-from achse.client.session import Session
-from achse.client.sums import Outcome
+from achse.client.session.raw import DeviceInfo, RawTarget
+from achse.client.session.session import Session
+from achse.client.session.sums import Outcome
 
 Run = Callable[[Any], Any]
 

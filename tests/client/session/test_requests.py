@@ -13,7 +13,7 @@ from achse.ams.commands import (
     WriteControlRequest,
     WriteRequest,
 )
-from achse.client.requests import Requests, describe_request
+from achse.client.session.requests import Requests, describe_request
 
 OURS = AmsAddress("1.2.3.4.1.1:30000")
 THEIRS = AmsAddress("5.4.3.2.1.1:851")

@@ -9,7 +9,7 @@ import pytest
 
 from achse.ams import AmsAddress, ConnectionLost, Frame, RequestTimeout
 from achse.client import blocking
-from achse.client.session import Backoff, Session
+from achse.client.session.session import Backoff, Session
 
 Run = Callable[[Any], Any]
 PLC = AmsAddress("5.4.3.2.1.1:851")

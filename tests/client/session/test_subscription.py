@@ -11,9 +11,9 @@ import pytest
 
 from achse.ams import AmsAddress, ConnectionLost, DeviceError, TransmissionMode
 from achse.ams.commands import AddNotificationRequest, DeleteNotificationRequest
-from achse.client.raw import RawTarget
-from achse.client.session import Backoff, Session
-from achse.client.subscription import Sample, Subscription, Timing, VariableLocation
+from achse.client.session.raw import RawTarget
+from achse.client.session.session import Backoff, Session
+from achse.client.session.subscription import Sample, Subscription, Timing, VariableLocation
 from achse.iec import UDINT
 
 Run = Callable[[Any], Any]

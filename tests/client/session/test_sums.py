@@ -14,7 +14,7 @@ from achse.ams.commands import (
     ReadWriteRequest,
     WriteRequest,
 )
-from achse.client.sums import (
+from achse.client.session.sums import (
     MAX_BYTES,
     Outcome,
     Part,

@@ -10,9 +10,9 @@ import pytest
 
 from achse.ams import AmsAddress, ConnectionLost, DecodeError, DeviceError
 from achse.ams.commands import AddNotificationRequest, ReadRequest, ReadWriteRequest
-from achse.client.raw import RawTarget
-from achse.client.session import Backoff, Session
-from achse.client.symbols import SymbolBook
+from achse.client.session.raw import RawTarget
+from achse.client.session.session import Backoff, Session
+from achse.client.session.symbols import SymbolBook
 from achse.iec import ARRAY, INT, LREAL, UDINT, Enumeration, Struct, iec_type, var
 from achse.iec.describe import describe_type, types_within
 
@@ -169,8 +169,8 @@ def test_without_a_table_a_name_has_no_hint(
         if reason == "not offered":
             peer.not_offered = {0xF00B}
         if reason == "large":
-            monkeypatch.setattr("achse.client.symbols._LARGEST_LISTING", 1)
-        monkeypatch.setattr("achse.client.symbols._HINT_TIME", 0.01)
+            monkeypatch.setattr("achse.client.session.symbols._LARGEST_LISTING", 1)
+        monkeypatch.setattr("achse.client.session.symbols._HINT_TIME", 0.01)
         async with book_of(peer) as book:
             await book.place("GVL.fValue")
             receive = peer.receive

@@ -8,7 +8,7 @@ import pytest
 
 import achse
 from achse.ams import NetId
-from achse.client.secure_link import SecureTarget
+from achse.client.links.secure_link import SecureTarget
 from achse.router.access import hash_password
 from achse.router.routes import Route, RouteTls
 from achse.station import ConfigError, Station

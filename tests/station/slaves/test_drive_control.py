@@ -6,7 +6,7 @@ import threading
 from typing import Any
 
 from achse.client import connect
-from achse.client.link import TcpDialer
+from achse.client.links.link import TcpDialer
 from achse.devices.drives import DRIVES
 from achse.devices.station import SERVICE_PORT
 from achse.drive import Drive

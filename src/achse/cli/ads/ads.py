@@ -16,7 +16,7 @@ from achse.cli.target import Json, client_command
 
 if TYPE_CHECKING:
     from achse.client import Client
-    from achse.client.subscription import Sample
+    from achse.client.session.subscription import Sample
     from achse.client.target import Target
 
 __all__ = ["ads"]

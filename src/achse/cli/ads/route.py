@@ -123,7 +123,7 @@ async def remove(
 async def _remove_as(client: "Client", user: str, password: str, name: str, udp_port: int) -> int:
     """Ask as a user of the router; the code of the answer."""
     from achse.ams.discovery import DiscoveryService, RouteRequest
-    from achse.client.link import TcpDialer
+    from achse.client.links.link import TcpDialer
     from achse.transport.udp import change_route
 
     dialer = client.session.dialer

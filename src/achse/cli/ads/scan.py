@@ -87,7 +87,7 @@ def scan(
 def _tell_network(text: str, seconds: float, in_json: bool) -> None:
     """Print the routers that are online in a network over MQTT."""
     from achse.ams import AdsError
-    from achse.client.mqtt_link import routers_of
+    from achse.client.links.mqtt_link import routers_of
     from achse.transport.mqtt.network import MqttError, MqttSettings
 
     async def look() -> list[tuple[str, ...]]:

@@ -12,7 +12,7 @@ from achse.cli.output import print_json, print_table
 from achse.cli.target import Json
 
 if TYPE_CHECKING:
-    from achse.client.secure_link import SecureTarget
+    from achse.client.links.secure_link import SecureTarget
 
 __all__ = ["connect_first", "register", "secure_target"]
 
@@ -109,7 +109,7 @@ def secure_target(text: str, folder: Path | None = None) -> "SecureTarget":
     """`host`, `host:port` or `secure://…` of a command line."""
     from dataclasses import replace
 
-    from achse.client.secure_link import SECURE_SCHEME, SecureTarget
+    from achse.client.links.secure_link import SECURE_SCHEME, SecureTarget
 
     try:
         parsed = SecureTarget.parse(
@@ -122,8 +122,8 @@ def secure_target(text: str, folder: Path | None = None) -> "SecureTarget":
 
 async def _shown_by(target: "SecureTarget") -> str:
     """The fingerprint that a target shows, whether it knows us or not."""
-    from achse.client.link import Onlooker
-    from achse.client.secure_link import SecureDialer
+    from achse.client.links.link import Onlooker
+    from achse.client.links.secure_link import SecureDialer
     from achse.transport.secure.own_certificate import CertificateError
 
     dialer = SecureDialer(target)
@@ -140,8 +140,8 @@ async def _shown_by(target: "SecureTarget") -> str:
 
 async def connect_first(target: "SecureTarget") -> tuple[str, str]:
     """Make us known to a target by user and password; the NetId and fingerprint it shows."""
-    from achse.client.link import Onlooker
-    from achse.client.secure_link import SecureDialer
+    from achse.client.links.link import Onlooker
+    from achse.client.links.secure_link import SecureDialer
     from achse.transport.secure.own_certificate import CertificateError
 
     dialer = SecureDialer(target)
@@ -157,7 +157,7 @@ async def connect_first(target: "SecureTarget") -> tuple[str, str]:
 
 
 def _place(folder: Path | None) -> Path:
-    from achse.client.secure_link import own_folder
+    from achse.client.links.secure_link import own_folder
 
     return folder or own_folder()
 

@@ -259,7 +259,7 @@ async def _ask(via: tuple[str, int], devices: "Sequence[AmsAddress]", decoder: "
     The connection ends before those of clients begin: real routers have room for one per host.
     """
     from achse.client import connect
-    from achse.client.link import TcpDialer
+    from achse.client.links.link import TcpDialer
 
     if not devices:
         return
@@ -296,7 +296,7 @@ async def _station_tap(
 ) -> AsyncIterator[None]:
     from achse.ams import AdsError, AmsAddress, RouterError
     from achse.client import connect
-    from achse.client.link import TcpDialer
+    from achse.client.links.link import TcpDialer
     from achse.codes import ReturnCode
     from achse.devices.station import TAPS
     from achse.router import LOOPBACK_NET_ID

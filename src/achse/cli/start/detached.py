@@ -315,7 +315,7 @@ async def _answer(host: str, tcp_port: int, end: float) -> str:
 
     from achse.ams import AdsError, AdsState
     from achse.client import connect
-    from achse.client.link import TcpDialer
+    from achse.client.links.link import TcpDialer
 
     system = 10_000
     while True:

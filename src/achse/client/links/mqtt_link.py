@@ -10,7 +10,7 @@ from contextlib import asynccontextmanager
 from achse.ams import AmsAddress, Command, ConnectionLost, DecodeError, Frame, NetId
 from achse.ams.connection import DEFAULT_MAX_LENGTH, Connection
 from achse.ams.mqtt import RouterNote, as_tcp_packet
-from achse.client.link import LinkUser, Onlooker
+from achse.client.links.link import LinkUser, Onlooker
 from achse.router import FIRST_CLIENT_PORT
 from achse.transport.mqtt.network import MqttNetwork, MqttSettings, Session
 from achse.transport.mqtt.unanswered import Unanswered

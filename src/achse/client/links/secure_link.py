@@ -10,7 +10,7 @@ from urllib.parse import parse_qsl, urlsplit
 
 from achse.ams import AmsAddress, NetId
 from achse.ams.secure import SECURE_PORT, parse_fingerprint, pre_shared_key
-from achse.client.link import LinkUser, TcpLink, address_of, net_id_of
+from achse.client.links.link import LinkUser, TcpLink, address_of, net_id_of
 from achse.router.routes import TlsKind
 from achse.transport.secure.channel import Credentials, SecureClient
 from achse.transport.secure.own_certificate import OwnCertificate

@@ -7,7 +7,7 @@ from typing import cast
 
 from achse.ams import AmsAddress, Frame, NetId
 from achse.ams.serial import MAX_PACKET
-from achse.client.link import LinkUser
+from achse.client.links.link import LinkUser
 from achse.router import FIRST_CLIENT_PORT, LOOPBACK_NET_ID
 from achse.transport.serial.carrier import SerialCarrier
 from achse.transport.serial.port import SerialPort, open_serial_port

@@ -17,7 +17,7 @@ from achse.client.nc.parameters import AxisValues
 from achse.client.nc.samples import AxisTrace, StatusReader
 from achse.client.nc.services import CYCLIC, FUNCTIONS, PARAMETERS, STATES, NcService, named
 from achse.client.nc.status import AxisStatus, PlcOpenState
-from achse.client.subscription import Subscription, Timing, VariableLocation
+from achse.client.session.subscription import Subscription, Timing, VariableLocation
 from achse.client.target import SendWhen, Target, transmission_mode
 from achse.iec import DINT, LINT, LREAL, UDINT, UINT, USINT, IecType
 

@@ -15,9 +15,9 @@ from achse.ams import ConnectionLost, DeviceError, RequestTimeout
 from achse.ams.states import TransmissionMode
 from achse.client.nc.services import CYCLIC, NcLayout, NcService, named
 from achse.client.nc.status import AxisStatus
-from achse.client.raw import RawTarget
-from achse.client.session import Advance
-from achse.client.subscription import Subscription, Timing, VariableLocation
+from achse.client.session.raw import RawTarget
+from achse.client.session.session import Advance
+from achse.client.session.subscription import Subscription, Timing, VariableLocation
 from achse.codes import ReturnCode
 from achse.iec.typetable import OpaqueType
 

@@ -14,8 +14,17 @@ from achse.ams.commands import (
     WriteControlRequest,
     WriteRequest,
 )
-from achse.client.session import Session
-from achse.client.sums import MAX_BYTES, Outcome, Part, batches, command_of, outcome, sum_of, unpack
+from achse.client.session.session import Session
+from achse.client.session.sums import (
+    MAX_BYTES,
+    Outcome,
+    Part,
+    batches,
+    command_of,
+    outcome,
+    sum_of,
+    unpack,
+)
 from achse.codes import PlcGroup, ReservedGroup, ReturnCode
 
 __all__ = ["AREAS", "NOT_OFFERED", "STALE", "DeviceInfo", "DeviceState", "RawTarget"]

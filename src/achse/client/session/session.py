@@ -24,8 +24,8 @@ from achse.ams import (
     RouterError,
 )
 from achse.ams.commands import RESULT
-from achse.client.link import ClientLink, Dialer
-from achse.client.requests import Requests, describe_request
+from achse.client.links.link import ClientLink, Dialer
+from achse.client.session.requests import Requests, describe_request
 from achse.codes import ReturnCode
 from achse.transport.reason import reason
 

@@ -23,9 +23,9 @@ from achse.ams import (
 )
 from achse.ams.commands import AddNotificationRequest, DeleteNotificationRequest
 from achse.ams.filetime import to_datetime
-from achse.client.raw import STALE, RawTarget
-from achse.client.session import DEFAULT_BACKOFF, Backoff
-from achse.client.sums import Outcome
+from achse.client.session.raw import STALE, RawTarget
+from achse.client.session.session import DEFAULT_BACKOFF, Backoff
+from achse.client.session.sums import Outcome
 from achse.codes import ReturnCode
 from achse.iec import IecDecodeError, IecType
 

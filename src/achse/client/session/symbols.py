@@ -20,10 +20,10 @@ from achse.ams import (
     TransmissionMode,
 )
 from achse.ams.commands import ReadWriteRequest, WriteRequest
-from achse.client.hints import hint_for, hint_inside
-from achse.client.raw import AREAS, NOT_OFFERED, RawTarget
-from achse.client.subscription import Subscription, Timing, VariableLocation
-from achse.client.sums import Outcome
+from achse.client.session.hints import hint_for, hint_inside
+from achse.client.session.raw import AREAS, NOT_OFFERED, RawTarget
+from achse.client.session.subscription import Subscription, Timing, VariableLocation
+from achse.client.session.sums import Outcome
 from achse.codes import ReservedGroup, ReturnCode
 from achse.iec import USINT, DeclarationError, IecDecodeError, IecPathError
 from achse.iec.datatypes import DataTypeEntry, decode_types

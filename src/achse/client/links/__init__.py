@@ -1,0 +1,1 @@
+"""Ways to a router: TCP, TLS (Secure ADS), MQTT, a serial line, or none at all in one process."""
