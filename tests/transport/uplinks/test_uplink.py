@@ -5,7 +5,7 @@ from itertools import pairwise
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from achse.ams import AmsAddress, Frame, NetId
@@ -161,6 +161,48 @@ def test_pauses_between_attempts_grow_and_end_with_the_interest(
     rig.errors()
     rig.ask()
     assert rig.uplink._dialling  # somebody wants to go there again
+
+
+@given(
+    st.lists(
+        st.tuples(st.sampled_from(("fails", "closes")), st.floats(0, 0.09), st.floats(0, 4.9)),
+        min_size=1,
+        max_size=8,  # after 60 s without a request it is not dialled any more
+    )
+)
+@example([("closes", 0.0, 0.0)] * 8)
+def test_a_peer_that_closes_at_once_is_dialled_with_growing_pauses(
+    attempts: list[tuple[str, float, float]],
+) -> None:
+    """A connection that ends within 5 s is no better than none."""
+    rig = Rig()
+    rig.ask()
+    ended: list[float] = []
+    for outcome, dialling, lasted in attempts:
+        rig.turns.run(dialling)
+        if outcome == "fails":
+            rig.uplink.failed("nobody there")
+        else:
+            rig.connect()
+            rig.turns.run(lasted)
+            rig.peer.ended()
+        ended.append(rig.turns.now)
+        while len(rig.dialled) == len(ended):
+            rig.turns.run(0.01)
+    pauses = [again - end for end, again in zip(ended, rig.dialled[1:], strict=True)]
+    expected = [min(0.1 * 2**number, 5.0) for number in range(len(pauses))]
+    assert pauses == pytest.approx(expected)
+
+
+def test_a_peer_that_closes_at_once_is_logged_once(caplog: pytest.LogCaptureFixture) -> None:
+    rig = Rig()
+    rig.ask()
+    for _ in range(4):
+        rig.connect()
+        rig.peer.ended()
+        rig.turns.run(5.0)
+    assert len(rig.dialled) == 5
+    assert caplog.text.count("lost") == 1
 
 
 def test_a_peer_that_takes_nothing_fills_the_mailbox() -> None:

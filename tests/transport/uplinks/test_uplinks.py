@@ -206,27 +206,6 @@ async def test_an_uplink_connects_again_after_a_loss() -> None:
         assert (await client.ask(NET_IDS[1])).error == 0
 
 
-async def test_a_peer_that_closes_at_once_is_dialled_with_growing_pauses(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
-    async with hosts(1) as (here,):
-        dialled: list[float] = []
-
-        def accept(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-            dialled.append(asyncio.get_running_loop().time())
-            writer.close()
-
-        server = await asyncio.start_server(accept, "127.0.0.1", 0)
-        port = server.sockets[0].getsockname()[1]
-        here.router.routes.add(Route(name="shy", net_id=NET_IDS[1], host=f"127.0.0.1:{port}"))
-        Client(here.router).send(NET_IDS[1])
-        await until(lambda: len(dialled) == 4)
-        first, second, third = (after - before for before, after in pairwise(dialled))
-        assert 0.1 <= first < second < third
-        assert caplog.text.count("lost") == 1
-        server.close()
-
-
 async def test_a_peer_that_does_not_read_fills_the_mailbox(monkeypatch: Any) -> None:
     async with hosts(2) as (here, there):
         here.leads(NET_IDS[1], there)
