@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+import achse
 from tests.conftest import WITNESSES
 from tests.interop import waiting
 
@@ -32,7 +33,28 @@ def station(
 
 
 PATIENT_MS = 600_000
-"""Time-out of requests of pyads; on a busy machine its 5 s may pass."""
+"""Time-out of requests: a guard against hanging. On a busy machine the 5 s of pyads may pass."""
+
+
+@pytest.fixture(autouse=True, scope="session")
+def patient_clients() -> Iterator[None]:
+    """Requests of pyads and of our own clients have PATIENT_MS, unless a test says otherwise."""
+    with pytest.MonkeyPatch.context() as patch:
+        for connect in (achse.connect, achse.blocking.connect):
+            assert connect.__kwdefaults__["timeout"] == 5.0
+            patch.setitem(connect.__kwdefaults__, "timeout", PATIENT_MS / 1e3)
+        if WITNESSES["pyads"]():
+            import pyads
+
+            opens = pyads.Connection.open
+
+            def open_patiently(connection: "pyads.Connection") -> None:
+                opens(connection)
+                if connection._port is not None:
+                    connection.set_timeout(PATIENT_MS)
+
+            patch.setattr(pyads.Connection, "open", open_patiently)
+        yield
 
 
 def close_port(connection: "pyads.Connection") -> None:
@@ -80,7 +102,6 @@ def pyads_connection(witness: Callable[[str], None]) -> Iterator[Callable[..., "
             opened = connections.enter_context(
                 pyads.Connection(station.net_id, port, host or station.host)
             )
-            opened.set_timeout(PATIENT_MS)
             connections.callback(close_port, opened)
             return opened
 
@@ -139,7 +160,7 @@ def node(witness: Callable[[str], None]) -> Callable[..., Any]:
             "routerTcpPort": station.port,
             "targetAmsNetId": station.net_id,
             "targetAdsPort": 851,
-            "timeoutDelay": 20_000,
+            "timeoutDelay": PATIENT_MS,
         }
         if mode == "direct":
             settings |= {"localAmsNetId": "192.0.2.7.1.1", "localAdsPort": 32750}

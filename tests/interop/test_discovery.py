@@ -249,7 +249,7 @@ with pyads.Connection(net_id, 10_000, host) as stranger:
     except pyads.ADSError as error:
         print(hex(error.err_code))
 adsAddRouteToPLC("192.0.2.7.1.1", "127.0.0.1", host, "Administrator", "1", "me")
-pyads.set_timeout(20_000)
+pyads.set_timeout(600_000)
 with pyads.Connection(net_id, 10_000, host) as known:
     print(known.read_state())
 """

@@ -17,9 +17,6 @@ from achse.testing import LiveStation
 EXAMPLES = Path(__file__).parents[2] / "examples"
 NPM = Path(__file__).parent / "npm" / "node_modules"
 
-PATIENCE = 120.0
-"""Seconds; a program that takes longer hangs."""
-
 
 @pytest.fixture
 def live() -> Iterator[LiveStation]:
@@ -42,6 +39,20 @@ def _run(
     return finished.stdout
 
 
+def _run_until_printed(expected: list[str], *command: object) -> None:
+    """Run a program that prints on and on until each of the expected lines came."""
+    missing = set(expected)
+    with subprocess.Popen(
+        [str(word) for word in command], stdout=subprocess.PIPE, text=True
+    ) as program:
+        assert program.stdout is not None
+        for line in program.stdout:
+            missing.discard(line.rstrip("\n"))
+            if not missing:
+                program.kill()
+        assert missing == set()
+
+
 def test_each_folder_has_a_page_and_a_line_in_the_list() -> None:
     listed = (EXAMPLES / "README.md").read_text(encoding="utf-8")
     for folder in (each for each in EXAMPLES.iterdir() if each.is_dir()):
@@ -54,14 +65,11 @@ def test_home_assistant(live: LiveStation, witness: Callable[[str], None]) -> No
     witness("pyads")
     witness("pyyaml")
     program = EXAMPLES / "home-assistant" / "try_configuration.py"
-    printed = _run(sys.executable, program, "--host", live.host, "--seconds", "3")
     page = (EXAMPLES / "home-assistant" / "README.md").read_text(encoding="utf-8")
-    for line in page.rpartition("```text\n")[2].partition("```")[0].splitlines():
-        assert line in printed.splitlines()
-    turned = _run(
-        sys.executable, program, "--host", live.host, "--turn", "Conveyor", "off", "--seconds", "3"
-    )
-    assert "switch Conveyor = off" in turned.splitlines()
+    lines = page.rpartition("```text\n")[2].partition("```")[0].splitlines()
+    command = (sys.executable, program, "--host", live.host, "--seconds", "600")
+    _run_until_printed(lines, *command)
+    _run_until_printed(["switch Conveyor = off"], *command, "--turn", "Conveyor", "off")
     with live.connect() as plc:
         assert plc.read("GVL.bBool") is False
 
@@ -120,16 +128,17 @@ import sys
 import pyads
 from ads_axis import NC_PORT, AdsAxis, AxisFault
 with pyads.Connection(sys.argv[1] + ".1.1", NC_PORT, sys.argv[1]) as nc:
+    nc.set_timeout(600_000)
     x = AdsAxis(nc, 1, velocity=50.0, name="x")
     x.enable()
     status = x.move(1000, wait=False)
     nc.write(0x4301, 0x01, 0, pyads.PLCTYPE_UDINT)
     try:
-        status.wait(30)
+        status.wait(600)
     except AxisFault as fault:
         print(fault)
     try:
-        x.move(10).wait(30)
+        x.move(10).wait(600)
     except pyads.ADSError as refusal:
         print(refusal.err_code)
 """

@@ -15,13 +15,15 @@ from typing import Any
 import pytest
 
 from achse.testing import LiveStation
+from tests.interop.conftest import PATIENT_MS
 
 pyads = pytest.importorskip("pyads", exc_type=Exception)  # type: ignore[arg-type]
 
 NPM = Path(__file__).parent / "npm"
 INT, UDINT = "GVL.nInt", "MAIN.nCounter"
 TIMEOUT = 0x745
-PATIENT_MS, IMPATIENT_MS = 20_000, 150
+IMPATIENT_MS = 150
+"""Where no answer comes."""
 
 virtual = pytest.mark.achse_station(time="virtual")
 
@@ -39,7 +41,6 @@ def reopen(plc: Any) -> None:
     """Connect again, as a program does after a loss."""
     plc.close()
     plc.open()
-    plc.set_timeout(PATIENT_MS)
 
 
 def code_of(ask: Callable[[], Any]) -> int:

@@ -23,7 +23,6 @@ def system(tmp_path: Path) -> Iterator[Any]:
     with LiveStation(config) as station:
         connection = pyads.Connection(station.net_id, 10_000, station.host)
         connection.open()
-        connection.set_timeout(20_000)
         yield connection
         connection.close()
 

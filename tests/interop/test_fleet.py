@@ -17,7 +17,9 @@ from achse.ams import AdsError
 from achse.fleet.orders import give_order
 from tests.interop.test_mosquitto import Mosquitto
 
-PATIENCE = 90.0
+PATIENCE = 600.0
+"""Seconds of a request, a guard against hanging."""
+
 COUNT = 8
 KILLED = 3
 

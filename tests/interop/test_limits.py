@@ -38,7 +38,6 @@ def code_of_first_request(station: LiveStation) -> int:
     """What pyads hears that has just connected."""
     plc = pyads.Connection(station.net_id, 851, station.host)
     plc.open()
-    plc.set_timeout(20_000)
     try:
         return code_of(plc.read_state)
     finally:
@@ -70,7 +69,6 @@ def test_ads_client_hears_0x508_without_room(
 def test_pyads_hears_0x716_when_all_handles_are_out(station: LiveStation) -> None:
     plc = pyads.Connection(station.net_id, 851, station.host)
     plc.open()
-    plc.set_timeout(20_000)
     try:
         first, _ = plc.get_handle("GVL.nInt"), plc.get_handle("GVL.nInt")
         assert code_of(lambda: plc.get_handle("GVL.nInt")) == NO_MORE_HANDLES

@@ -52,7 +52,6 @@ def behind(free_host: Callable[[], str]) -> Iterator[Callable[[LiveStation, str]
     def connect(station: LiveStation, host: str) -> Any:
         plc = pyads.Connection(station.net_id, 851, host)
         plc.open()
-        plc.set_timeout(20_000)
         made.append(plc)
         return plc
 

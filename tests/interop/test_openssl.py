@@ -14,7 +14,6 @@ from achse.transport.secure.tls import HAS_PSK
 from tests.transport.certificates import authority, identity, signed
 
 PORT = 8016
-PATIENCE = 60.0
 
 OURS = bytes((192, 0, 2, 7, 1, 1))
 TRUSTED = bytes((192, 0, 2, 8, 1, 1))

@@ -58,7 +58,7 @@ class LiveBus:
 
     def close(self) -> None:
         self._loop.call_soon_threadsafe(self._leave.set)
-        self._thread.join(20)
+        self._thread.join()
         self._loop.close()
 
 

@@ -72,7 +72,7 @@ def served(udp: bool) -> Iterator[int]:
         yield port[0]
     finally:
         ends[0]()
-        thread.join(60)
+        thread.join()
 
 
 @pytest.mark.parametrize("udp", [False, True])

@@ -105,7 +105,7 @@ def test_a_client_beside_a_flood_gets_every_sample(served: tuple[Station, str, i
         thread.start()
         try:
             scope.trigger()
-            scope.wait(90)
+            scope.wait(600)
             counts = scope.data()["MAIN.nCounter"].values
         finally:
             over.set()

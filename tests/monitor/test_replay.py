@@ -94,6 +94,7 @@ def test_pyads_meets_the_recorded_target(witness: Callable[[str], None]) -> None
 
     def use(host: str, net_id: str) -> list[Any]:
         with pyads.Connection(net_id, 851, host) as plc:
+            plc.set_timeout(3_600_000)
             found = [plc.read_device_info()[0], plc.read_state()]
             plc.write_by_name("GVL.nInt", 7, pyads.PLCTYPE_INT)
             found.append(plc.read_by_name("GVL.nInt"))

@@ -99,6 +99,7 @@ def test_pyads_talks_to_it(fake: FakeDevice, witness: Callable[[str], None]) -> 
     with fake.serving() as live:
         plc = pyads.Connection(f"{live.host}.1.1", 851, live.host)
         with plc:
+            plc.set_timeout(3_600_000)
             assert plc.read_by_name("MAIN.nCount") == 7
             plc.set_timeout(200)
             live.run(fake.misbehave, "wrong_invoke_id", command=Command.READ_STATE)

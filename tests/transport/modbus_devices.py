@@ -64,7 +64,7 @@ class TcpDevice:
                 with suppress(OSError):
                     each.shutdown(socket.SHUT_RDWR)
                 each.close()
-        self.thread.join(10)
+        self.thread.join()
 
 
 @contextmanager
@@ -104,7 +104,7 @@ def udp_device(answer: Answer = echo, shift: int = 0) -> Iterator[int]:
         finally:
             ended.set()
             device.sendto(b"", ("127.0.0.1", port))
-            thread.join(10)
+            thread.join()
 
 
 def free_port() -> int:

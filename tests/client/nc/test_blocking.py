@@ -113,5 +113,5 @@ def test_two_threads_use_it() -> None:
         for thread in threads:
             thread.start()
         for thread in threads:
-            thread.join(30)
+            thread.join()
         assert ends == [50.0, 50.0]

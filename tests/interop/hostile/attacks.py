@@ -187,7 +187,7 @@ async def routes(place: Place) -> None:
         stranger.send(SYSTEM, Command.WRITE, write(802, 0, b"kept\0"))
         stranger.send(SYSTEM, Command.READ, struct.pack("<III", 803, 0, 1024))
         if number % 100 < 2:
-            await stranger.answered(stranger.number, 2.0)
+            await stranger.answered(stranger.number, 60.0)
     place.seen["answers"] = stranger.answers
     place.seen["granted"] = stranger.results.get(0, 0)
     stranger.transport.abort()
@@ -315,7 +315,7 @@ async def files(place: Place) -> None:
             client.send(SYSTEM, Command.READ_WRITE, read_write(133, 1 << 16, 400, b"many\\*.txt\0"))
             client.send(SYSTEM, Command.READ_WRITE, read_write(133, 1 << 16, 400, b"MANY\\*\0"))
             client.send(SYSTEM, Command.READ_WRITE, read_write(120, 0x10021, 4, b"Many\\X\0"))
-        await asyncio.gather(*(client.answered(client.number, 2.0) for client in clients))
+        await asyncio.gather(*(client.answered(client.number, 60.0) for client in clients))
     place.seen["answers"] = sum(client.answers for client in clients)
     for client in clients:
         client.transport.abort()

@@ -2,7 +2,7 @@
 import { Client } from "ads-client";
 
 const { requests, timeLimit, ...settings } = JSON.parse(process.argv[2]);
-const client = new Client({ hideConsoleWarnings: true, timeoutDelay: 20000, ...settings });
+const client = new Client({ hideConsoleWarnings: true, timeoutDelay: 600000, ...settings });
 await client.connect();
 client.settings.timeoutDelay = timeLimit;
 const arrived = [];

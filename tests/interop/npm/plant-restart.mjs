@@ -6,7 +6,7 @@ const client = new Client({
   connectionCheckInterval: 200,
   connectionDownDelay: 5000,
   reconnectInterval: 200,
-  timeoutDelay: 5000,
+  timeoutDelay: 600000,
   ...JSON.parse(process.argv[2]),
 });
 await client.connect();
