@@ -41,8 +41,10 @@ def patient_clients() -> Iterator[None]:
     """Requests of pyads and of our own clients have PATIENT_MS, unless a test says otherwise."""
     with pytest.MonkeyPatch.context() as patch:
         for connect in (achse.connect, achse.blocking.connect):
-            assert connect.__kwdefaults__["timeout"] == 5.0
-            patch.setitem(connect.__kwdefaults__, "timeout", PATIENT_MS / 1e3)
+            defaults = connect.__kwdefaults__
+            assert defaults is not None
+            assert defaults["timeout"] == 5.0
+            patch.setitem(defaults, "timeout", PATIENT_MS / 1e3)
         if WITNESSES["pyads"]():
             import pyads
 
