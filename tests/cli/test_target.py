@@ -55,8 +55,21 @@ def test_a_watch_ends_cleanly_by_signal(
     assert (watch.returncode, errors) == (0, "")
 
 
-def test_ports_that_answer_are_told_where_one_is_not_there(cli: Callable[..., Any]) -> None:
-    refusal = cli("ads", "state", "--port", "852", exit_code=1).stderr
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("state", "--port", "852"),
+        ("read", "852:foo"),
+        ("read", "GVL.nInt", "852:foo"),
+        ("write", "852:foo", "3"),
+        ("watch", "852:foo"),
+    ],
+    ids=" ".join,
+)
+def test_ports_that_answer_are_told_where_one_is_not_there(
+    cli: Callable[..., Any], words: tuple[str, ...]
+) -> None:
+    refusal = cli("ads", *words, exit_code=1).stderr
     told = refusal.partition("ports that answer: ")[2].strip().split(", ")
     assert {"500", "851", "10000", "26000"} <= set(told)
     assert "852" not in told

@@ -71,9 +71,18 @@ def fail(
 
 
 def fail_by(*refusals: "AdsError", hint: str = "") -> NoReturn:
-    """Tell what a target answered, or that it did not, and end; the first has code and name."""
+    """Report what a target answered, or that it did not, and end; the first has code and name.
+
+    `hint` says what helps; without one it is the remedy of the code, if all have the same code and
+    none has a hint of its own.
+    """
+    from achse.codes.remedies import remedy_of
+
     first = refusals[0]
     text = "\n".join(map(str, refusals))
+    codes = {getattr(each, "code", 0) for each in refusals}
+    if not hint and len(codes) == 1 and not any(getattr(each, "hint", "") for each in refusals):
+        hint = remedy_of(codes.pop())
     fail(
         f"{text.rstrip('.')}; {hint}" if hint else text,
         name=name_of(first),

@@ -24,6 +24,8 @@ __all__ = [
     "client_command",
     "fail_to_connect",
     "net_id_of",
+    "ports_hint",
+    "ports_that_answer",
 ]
 
 STATION_PORT, IO_PORT = 26_000, 300
@@ -201,7 +203,7 @@ def _run(
                 await command(client, **own)
             except RouterError as refusal:
                 if refusal.code == ReturnCode.TARGET_PORT_NOT_FOUND.number:
-                    there.extend(await _ports_that_answer(client))
+                    there.extend(await ports_that_answer(client))
                 raise
 
     there: list[int] = []
@@ -218,7 +220,7 @@ def _run(
             raise typer.Exit(interrupted.exit_code) from None
 
 
-async def _ports_that_answer(client: "Client") -> list[int]:
+async def ports_that_answer(client: "Client") -> list[int]:
     """Return which of the usual AMS ports of a target answer, by one request each."""
     from achse.ams import AdsError
 
@@ -231,6 +233,12 @@ async def _ports_that_answer(client: "Client") -> list[int]:
 
     found = await asyncio.gather(*map(answers, _USUAL_PORTS))
     return [port for port, there in zip(_USUAL_PORTS, found, strict=True) if there]
+
+
+def ports_hint(port: int, there: Sequence[int]) -> str:
+    """Return what helps where no device is at `port`: the ports that answer."""
+    none = "this station has no bus; " if port == IO_PORT else ""
+    return f"{none}ports that answer: {', '.join(map(str, there))}"
 
 
 def net_id_of(text: str, option: str = "--net-id") -> "NetId":
@@ -248,7 +256,6 @@ def fail_to_connect(
 ) -> NoReturn:
     """Tell why a request got no answer, and where nobody listens, what to do about it."""
     from achse.ams import ConnectionLost, RouterError
-    from achse.codes import NcError
 
     if isinstance(refusal, RouterError) and refusal.code == 0x6 and port == STATION_PORT:
         fail(
@@ -256,14 +263,7 @@ def fail_to_connect(
             name="TARGET_PORT_NOT_FOUND",
             code=refusal.code,
         )
-    hint = {
-        NcError.CONTROLLER_ENABLE_MISSING.number: "`achse axis enable` switches axes on",
-        NcError.TABLE_SLAVE_RANGE.number: "the slave would jump: take its position relative, move"
-        " it there before, or let the change wait for the end of the cam",
-    }.get(getattr(refusal, "code", 0), "")
-    if there:
-        none = "this station has no bus; " if port == IO_PORT else ""
-        hint = f"{none}ports that answer: {', '.join(map(str, there))}"
+    hint = ports_hint(port, there) if there else ""
     if isinstance(refusal, ConnectionLost) and isinstance(
         refusal.__cause__, ConnectionRefusedError
     ):

@@ -17,6 +17,7 @@ def reference_pages(devices: Iterable["Device"]) -> Iterator[tuple[str, str]]:
     """Path and Markdown text of each page: one per device, the codes, what is covered."""
     from achse.codes import NcError, ReturnCode
     from achse.codes.nc.table import GROUPS
+    from achse.codes.remedies import remedy_of
     from achse.devices.nc import NcDevice
     from achse.devices.nc.coverage import coverage
 
@@ -56,8 +57,11 @@ def reference_pages(devices: Iterable["Device"]) -> Iterator[tuple[str, str]]:
     )
     for title, file, table in codes:
         listed.append((title, file))
-        lines = [(f"0x{code:X}", str(code), f"`{name}`", _text(text)) for code, name, text in table]
-        yield f"reference/{file}", _page(title, ("hex", "decimal", "name", "meaning"), lines)
+        lines = [
+            (f"0x{code:X}", str(code), f"`{name}`", _text(text), _text(remedy_of(code)))
+            for code, name, text in table
+        ]
+        yield f"reference/{file}", _page(title, CODE_COLUMNS, lines)
     for title, file, text in _drive_pages():
         listed.append((title, file))
         yield f"reference/{file}", text
@@ -70,6 +74,8 @@ def reference_pages(devices: Iterable["Device"]) -> Iterator[tuple[str, str]]:
     links = "".join(f"- [{title}]({file})\n" for title, file in listed)
     yield ALL_PAGES, f"# All reference pages\n\n{GENERATED}\n\n{links}"
 
+
+CODE_COLUMNS = ("hex", "decimal", "name", "meaning", "remedy")
 
 ALL_PAGES = "reference/all.md"
 """Page that lists the others."""

@@ -6,11 +6,9 @@ from typing import Any
 
 import pytest
 
-from achse.ams import DeviceError
 from achse.cli.axes.nc import NcAxis, axes_of, chosen, flag_names, motion_state
 from achse.client import Client, connect
 from achse.client.nc.errors import UnknownAxis
-from achse.codes import NcError
 from achse.motion.states import StateBit
 from achse.station import Station
 
@@ -60,10 +58,10 @@ def test_what_can_be_no_axis_is_told_with_those_there_are(
         ask(lambda client: chosen(client, ["1", wanted]))
 
 
-def test_an_id_that_no_axis_has_is_the_errors_of_the_nc(ask: Callable[..., Any]) -> None:
-    with pytest.raises(DeviceError, match="axis 9") as refusal:
-        ask(lambda client: chosen(client, ["9"]))
-    assert refusal.value.code == NcError.AXIS_ID.number
+def test_an_id_that_no_axis_has_is_reported_with_the_axes(ask: Callable[..., Any]) -> None:
+    """Also where all words are ids, which are not looked up."""
+    with pytest.raises(UnknownAxis, match=r"'99': no such axis.*there are: 1 X, 2 Y, 3 C"):
+        ask(lambda client: chosen(client, ["1", "99"]))
 
 
 def test_the_online_structure_by_field(ask: Callable[..., Any]) -> None:

@@ -1,5 +1,6 @@
 """`achse docs` writes pages by words of their titles, and shows one entry."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,16 @@ def test_a_word_of_no_page_is_told(tmp_path: Path) -> None:
     assert result.exit_code == 1
     assert "no page about robot; there are: Services of TwinCAT Router: port 1;" in result.stderr
     assert not (tmp_path / "new").exists()
+
+
+def test_an_entry_of_a_code_has_its_remedy() -> None:
+    run = CliRunner().invoke(app, ["docs", "entry", "0x4A18"])
+    name, remedy, link = run.stdout.splitlines()
+    assert name.startswith("0x4A18  TABLE_SLAVE_RANGE  ")
+    assert remedy.startswith("remedy: the slave would jump: ")
+    assert link == "reference/nc-errors/#0x4A18"
+    shown = json.loads(CliRunner().invoke(app, ["docs", "entry", "1", "--json"]).stdout)
+    assert (shown["name"], shown["remedy"]) == ("INTERNAL_ERROR", None)
 
 
 def test_an_entry_is_a_code_or_a_name_of_a_library() -> None:

@@ -12,7 +12,7 @@ from achse.cli.ads import raw
 from achse.cli.failure import fail_by
 from achse.cli.options import Count, Duration
 from achse.cli.output import as_json, as_text, print_json, print_table
-from achse.cli.target import Json, client_command
+from achse.cli.target import Json, client_command, ports_hint, ports_that_answer
 
 if TYPE_CHECKING:
     from achse.client import Client
@@ -137,6 +137,7 @@ def _place(client: "Client", name: str) -> tuple["Target", str]:
 async def read(client: "Client", names: Names, in_json: Json = False) -> None:
     """Read variables by name; `500:Axes.X.ActPos` is one of another AMS port."""
     from achse.ams import AdsError
+    from achse.codes import ReturnCode
 
     places = {name: _place(client, name) for name in names}
     values: dict[str, Any] = {}
@@ -159,7 +160,10 @@ async def read(client: "Client", names: Names, in_json: Json = False) -> None:
     if in_json:
         print_json(shown)
     if refusals:
-        fail_by(*refusals)
+        none = ReturnCode.TARGET_PORT_NOT_FOUND.number
+        absent = any(getattr(each, "code", 0) == none for each in refusals)
+        there = await ports_that_answer(client) if absent else ()
+        fail_by(*refusals, hint=ports_hint(client.address.port, there) if there else "")
 
 
 @client_command(ads, PLC_PORT, signed=True)

@@ -7,10 +7,11 @@ from typing import Any
 
 from achse.ams.states import TransmissionMode
 from achse.client import Subscription, Target
-from achse.client.nc import RemoteAxis, RemoteNc, UnknownAxis
+from achse.client.nc import AxisRefused, RemoteAxis, RemoteNc, UnknownAxis
 from achse.client.nc.controller import MAX_AXES
 from achse.client.nc.services import CYCLIC, named
 from achse.client.nc.status import flag_names, plc_open_state
+from achse.codes import NcError
 from achse.iec.nearest import did_you_mean
 
 __all__ = ["NcAxis", "axes_of", "chosen", "flag_names", "motion_state"]
@@ -66,7 +67,11 @@ async def chosen(nc: Target, wanted: Sequence[str]) -> list[NcAxis]:
     """
     ids = [int(word) for word in wanted if word.isdecimal() and 0 < int(word) <= MAX_AXES]
     if wanted and len(ids) == len(wanted):
-        return await _axes(nc, ids)
+        try:
+            return await _axes(nc, ids)
+        except AxisRefused as refusal:
+            if refusal.code != NcError.AXIS_ID:
+                raise
     axes = await axes_of(nc)
     known = {axis.name.lower(): axis for axis in reversed(axes)}
     known |= {str(axis.axis_id): axis for axis in axes}

@@ -115,6 +115,7 @@ def entry(
     """
     from achse.codes import code_of
     from achse.codes.links import SITE, code_link, on_site
+    from achse.codes.remedies import remedy_of
 
     try:
         number = int(code, 0)
@@ -126,10 +127,14 @@ def entry(
     if link is None or found is None:
         fail(f"no table has the code 0x{number:X}", name="NOT_FOUND")
     link = on_site(link, os.environ.get(SITE)) or link
+    remedy = remedy_of(number)
     if in_json:
-        print_json({"code": number, "name": found.name, "text": found.text, "link": link})
+        shown = {"code": number, "name": found.name, "text": found.text, "remedy": remedy or None}
+        print_json(shown | {"link": link})
     else:
         print(f"0x{number:X}  {found.name}  {found.text}")
+        if remedy:
+            print(f"remedy: {remedy}")
         print(link)
 
 
