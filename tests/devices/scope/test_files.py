@@ -1,5 +1,6 @@
 """Files of the scope server: within one folder, of our form."""
 
+import errno
 from pathlib import Path
 from typing import Any
 
@@ -43,3 +44,21 @@ def test_other_failures_have_their_codes(tmp_path: Path, refused: Any) -> None:
     (tmp_path / "folder").mkdir()
     with refused(0x70C):
         files.export_view(b"folder", definition_of({}))
+
+
+def test_full_disk_leaves_the_old_definition(
+    tmp_path: Path, refused: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    files = ScopeFiles(tmp_path)
+    old, new = (definition_of({"channels": [name]}) for name in ("MAIN.a", "MAIN.b"))
+    files.export_view(b"a.scp", old)
+
+    def cut(path: Path, text: str, **_: object) -> int:
+        path.write_bytes(text[:20].encode())
+        raise OSError(errno.ENOSPC, "full")
+
+    monkeypatch.setattr(Path, "write_text", cut)
+    with refused(0x70A):
+        files.export_view(b"a.scp", new)
+    assert files.load(b"a.scp") == old
+    assert [path.name for path in tmp_path.iterdir()] == ["a.scp"]

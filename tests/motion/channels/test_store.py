@@ -65,3 +65,4 @@ def test_a_file_is_written_whole_or_not_at_all(
     monkeypatch.setattr(Path, "write_text", cut)
     assert store.save("1.wz", "D2 2\n") == NcError.PROGRAM_OPEN
     assert store.read("1.wz") == "D1 1\n"
+    assert [path.name for path in (tmp_path / "data").iterdir()] == ["1.wz"]

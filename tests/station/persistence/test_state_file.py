@@ -34,6 +34,23 @@ def test_the_old_text_stays_if_the_new_one_cannot_be_written(tmp_path: Path) -> 
     assert file.read() == "old"
 
 
+def test_text_that_does_not_fit_on_the_disk_leaves_no_part(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A part would keep the last room of a full disk, which the snapshot needs."""
+
+    def fail(number: int) -> None:
+        raise OSError(errno.ENOSPC, "full")
+
+    file = StateFile(tmp_path / "a.txt")
+    file.write("old")
+    monkeypatch.setattr(os, "fsync", fail)
+    with pytest.raises(OSError, match="full"):
+        file.write("new")
+    assert file.read() == "old"
+    assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
+
+
 def test_folder_that_cannot_be_synchronised_does_not_matter_but_a_failing_disk_does(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,5 +1,6 @@
 """Files of the scope server: what it loads, and exports of recordings and views."""
 
+import contextlib
 import json
 from pathlib import Path
 
@@ -58,8 +59,16 @@ class ScopeFiles:
                 write_csv(data, path)
 
     def export_view(self, name: bytes, definition: ScopeDefinition) -> None:
-        """Write a definition, which `load` reads."""
+        """Write a definition, which `load` reads; an old one stays whole until then."""
         path = self.path(name)
+        fresh = path.with_name(path.name + ".new")
+        text = json.dumps(definition.document(), indent=1)
         with device_errors():
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(json.dumps(definition.document(), indent=1), encoding="utf-8")
+            try:
+                fresh.write_text(text, encoding="utf-8")
+                fresh.replace(path)
+            except OSError:
+                with contextlib.suppress(OSError):
+                    fresh.unlink()
+                raise

@@ -3,6 +3,7 @@
 Clients name programs by the paths of their own computers; of such a path the file name counts.
 """
 
+import contextlib
 from pathlib import Path, PureWindowsPath
 
 from achse.codes import NcError
@@ -67,12 +68,14 @@ class ProgramStore:
         if self._data is None:
             self._texts[name] = text
             return 0
+        unfinished = self._data / f".{name}.new"
         try:
             self._data.mkdir(parents=True, exist_ok=True)
-            unfinished = self._data / f".{name}.new"
             unfinished.write_text(text, encoding="utf-8")
             unfinished.replace(self._data / name)  # whole or not at all, whatever ends the station
         except OSError:
+            with contextlib.suppress(OSError):
+                unfinished.unlink()  # its part of the text would keep the last room of a full disk
             return NcError.PROGRAM_OPEN
         return 0
 

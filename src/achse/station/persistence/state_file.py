@@ -1,5 +1,6 @@
 """State files: text that outlives the program, read whole and replaced whole."""
 
+import contextlib
 import errno
 import json
 import os
@@ -33,11 +34,16 @@ class StateFile:
         then is the old text or the new one.
         """
         fresh = self.path.with_name(self.path.name + ".new")
-        with fresh.open("w", encoding="utf-8") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(fresh, self.path)
+        try:
+            with fresh.open("w", encoding="utf-8") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(fresh, self.path)
+        except OSError:
+            with contextlib.suppress(OSError):
+                fresh.unlink()  # its part of the text would keep the last room of a full disk
+            raise
         sync_folder(self.path.parent)
 
     def read_json(self) -> Any:
