@@ -144,3 +144,34 @@ def test_a_faulty_block_anywhere_is_left_at_its_begin(seed: int) -> None:
         assert channel.skip() == 0
         rig.finish()
         assert rig.at()[:2] == pytest.approx([ends[-1][0], 3.0], abs=1e-6)
+
+
+@settings(max_examples=8)
+@given(st.integers(0, 2**32 - 1))
+def test_skipped_blocks_stay_skipped_until_the_next_start(seed: int) -> None:
+    """Faults between drawn moves, some twice in a subroutine, retries before skips are drawn."""
+    draw = Random(seed)
+    with TemporaryDirectory() as folder:
+        rig = ProgramRig(
+            Path(folder), encoder_soft_limit_max=500.0, encoder_soft_limit_max_enable=1
+        )
+        channel, lines, faulty = rig.channel, ["G1 F60000"], []
+        rig.write("N1 R4=R4+1\nN2 [X\nN3 G1 Z=R4\nM17", "L5.nc")
+        x = 0.0
+        for number in range(10, 10 * draw.randint(3, 6), 10):
+            kind, x = draw.choice(("[X", "G99", "G1 X1000", "L5 P2")), round(draw.uniform(1, 9), 2)
+            lines += [f"N{number} {kind}", f"N{number + 1} X{x} F60000"]
+            faulty += [2, 2] if kind == "L5 P2" else [number]
+        text = "\n".join([*lines, "M30"])
+        assert rig.run(text) == 0
+        for block in faulty:
+            for _ in range(draw.randint(0, 1)):
+                rig.until_state(State.ABORTED)
+                assert (channel.place.origin.block, channel.retry()) == (block, 0)
+            rig.until_state(State.ABORTED)
+            assert (channel.place.origin.block, channel.skip()) == (block, 0)
+        rig.finish()
+        assert rig.at() == [x, 0.0, float(faulty.count(2))]
+        assert rig.run(text) == 0
+        rig.until_state(State.ABORTED)
+        assert channel.place.origin.block == faulty[0]

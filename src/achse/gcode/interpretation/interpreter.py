@@ -9,7 +9,7 @@ writes a decoder stop (@714).
 """
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from enum import Enum
 
 from achse.codes import NcError
@@ -107,8 +107,8 @@ class Interpreter:
         """The block that ran last."""
         self.unmade: Origin | None = None
         """First block that cutter compensation held back as the last block began to run."""
-        self.left_out: tuple[int, str, int] | None = None
-        """A block that does not run: its counter, and file and line as in `Origin`."""
+        self.left_out: Set[tuple[int, str, int]] = frozenset()
+        """Blocks that do not run: their counters, and file and line as in `Origin`."""
         self.found: SearchFound | None = None
         self._search: BlockSearch | None = None
         self._ready: deque[Canonical] = deque()
@@ -212,7 +212,7 @@ class Interpreter:
             self._text_end()
             return None
         place.line = line + 1
-        if self.left_out == (self.blocks + 1, program.name, line + 1):
+        if self.left_out and (self.blocks + 1, program.name, line + 1) in self.left_out:
             self.blocks += 1
             self.flow.case = None
             return None

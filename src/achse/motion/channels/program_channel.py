@@ -82,6 +82,8 @@ class ProgramChannel(ProgramStates):
         self._run: ProgramRun | None = None
         self._registers: list[float] = []
         """R parameters as the program began."""
+        self._skipped: set[tuple[int, str, int]] = set()
+        """Blocks that were skipped since the start, as `Interpreter.left_out`."""
 
     @property
     def running(self) -> bool:
@@ -163,11 +165,10 @@ class ProgramChannel(ProgramStates):
         own = self.data.registers.own
         own[:] = fault.registers_of_retry(self._registers, own)
         self.search_wanted = BlockSearch(SearchMode.ENTRY_COUNTER, fault.resumes_at(skip=skip))
-        code = self._start(_E.RETRY)
-        if code == OK and self.interpreter is not None and skip:
+        if skip:
             origin = fault.origin
-            self.interpreter.left_out = (origin.counter, origin.program, origin.line)
-        return code
+            self._skipped.add((origin.counter, origin.program, origin.line))
+        return self._start(_E.RETRY)
 
     def _start(self, event: InterpreterEvent) -> int:
         group, program = self.group, self.program
@@ -197,6 +198,9 @@ class ProgramChannel(ProgramStates):
         self._run = ProgramRun(
             *(self, group, self.interpreter, self.feeder), steps_on=event is _E.RETRY
         )
+        if event is not _E.RETRY:
+            self._skipped.clear()
+        self.interpreter.left_out = self._skipped
         self.found = self.fault = None
         self.error_code = OK
         if self.search_wanted is not None:
