@@ -1,11 +1,18 @@
 """Documents: a value, or a ValueError that says why not."""
 
+import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from achse.station.configuration.documents import check_depth, parse_json, parse_toml
+from achse.station.configuration.documents import (
+    check_depth,
+    check_file,
+    parse_json,
+    parse_toml,
+)
 
 
 def test_what_is_well_formed_is_parsed() -> None:
@@ -45,3 +52,22 @@ def test_a_key_of_too_many_parts_is_a_value_error_at_once(text: str, part: str) 
 
 def test_long_texts_are_no_keys() -> None:
     assert parse_toml(f'a = "{"b." * 100}c"') == {"a": "b." * 100 + "c"}
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
+def test_files_that_may_never_end_or_are_too_large_are_refused(tmp_path: Path) -> None:
+    pipe, large, small = (tmp_path / name for name in ("pipe", "large", "small"))
+    os.mkfifo(pipe)
+    small.write_text("1")
+    large.touch()
+    os.truncate(large, 2**28 + 1)
+    for file, reason in (
+        (pipe, "not a regular file"),
+        (Path(os.devnull), "not a regular file"),
+        (large, "larger than 256 MB"),
+        (tmp_path / "none", "No such file"),
+    ):
+        with pytest.raises(OSError, match=reason):
+            check_file(file)
+    check_file(small)
+    check_file(tmp_path)

@@ -23,6 +23,7 @@ from achse.native.sampling import KERNEL as SAMPLING
 from achse.station.building.building import Building
 from achse.station.clocks.phases import NcPhase
 from achse.station.configuration.bus import DriveConfig
+from achse.station.configuration.documents import check_file
 from achse.station.configuration.station_file import (
     AxisConfig,
     ConfigError,
@@ -119,6 +120,7 @@ def _table(table: TableConfig, number: int, base: Path) -> TableParameters:
 def _from_file(table: TableConfig, key: str, base: Path) -> TableContent:
     file = base / (table.file or "")
     try:
+        check_file(file)
         return content_of(file.read_text(encoding="utf-8-sig"))
     except TableTextError as fault:
         place = f"{file}:{fault.line}" if fault.line else f"{file}"

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from achse.iec.nearest import did_you_mean
+from achse.station.configuration.documents import check_file
 from achse.station.configuration.signal import (
     CounterSignal,
     CsvSignal,
@@ -149,6 +150,7 @@ def _played(signal: CsvSignal, times: Sequence[float], values: Sequence[float]) 
 
 def _table(file: Path) -> _Table:
     try:
+        check_file(file)
         if file.stat().st_size > _LARGEST_FILE:
             raise CsvError(f"file: {file} is larger than {_LARGEST_FILE >> 20} MB")
         text = file.read_text(encoding="utf-8-sig")

@@ -1,19 +1,23 @@
 """Documents, TOML and JSON, as they come from files: whatever is in them, a value or a ValueError.
 
 The parsers of Python's library give up with other errors where a document nests too deep, or a
-number is too long.
+number is too long. Files that a document names are checked by `check_file` before they are read.
 """
 
+import errno
 import json
 import re
 import tomllib
+from pathlib import Path
 from typing import Any
 
-__all__ = ["DEEPEST", "check_depth", "parse_json", "parse_toml"]
+__all__ = ["DEEPEST", "check_depth", "check_file", "parse_json", "parse_toml"]
 
 DEEPEST = 64
 """Tables within tables, lists within lists; what we read needs five."""
 
+_LARGEST_FILE = 256 << 20
+"""Size of a file that a document names, bytes."""
 
 _LONG_KEY = re.compile(
     r"""(?:^|[{,\[])[ \t]*(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){64}""",
@@ -42,6 +46,18 @@ def parse_json(text: str | bytes) -> Any:
         raise _too_deep() from None
     check_depth(document)
     return document
+
+
+def check_file(file: Path) -> None:
+    """Raise OSError for a file that is not there, may never end (a pipe, a device) or is too large.
+
+    A folder passes: who reads it says so.
+    """
+    size = file.stat().st_size
+    if not (file.is_file() or file.is_dir()):
+        raise OSError(errno.EINVAL, "not a regular file", str(file))
+    if size > _LARGEST_FILE:
+        raise OSError(errno.EFBIG, f"larger than {_LARGEST_FILE >> 20} MB", str(file))
 
 
 def check_depth(document: object) -> None:

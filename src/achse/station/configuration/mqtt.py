@@ -10,6 +10,7 @@ from pathlib import Path
 from pydantic import Field, model_validator
 
 from achse.ams.secure import pre_shared_key
+from achse.station.configuration.documents import check_file
 from achse.station.configuration.types import ConfigError, ConfigTable
 from achse.transport.mqtt.network import MqttError, MqttSettings, MqttTls
 
@@ -104,6 +105,7 @@ class MqttConfig(ConfigTable):
             return [self._settings(base)]
         path = base / self.file
         try:
+            check_file(path)
             text = path.read_bytes()
         except OSError as failure:
             raise ConfigError(f"mqtt.file: {path}: {failure.strerror}") from None
