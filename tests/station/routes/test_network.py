@@ -23,11 +23,8 @@ from achse.router.routes import Route
 from achse.router.static_routes import parse_static_routes, static_routes
 from achse.station import ConfigError, Station
 from achse.station.configuration.station_file import parse
-from achse.station.routes.network import (
-    Network,
-    host_system,
-    what_everybody_may,
-)
+from achse.station.routes.network import Network, host_system
+from achse.station.running.operation import any_client_may
 from achse.transport.connections.connection import TcpConnection
 from achse.transport.connections.peer import Peer
 from achse.transport.udp import change_route, scan
@@ -158,9 +155,9 @@ async def test_beyond_this_computer_a_station_listens_only_if_told_in_so_many_wo
 def test_a_station_says_what_everybody_may() -> None:
     closed = parse({}, "a.toml")
     opened = parse({"router": {"routes_over_ads": True}, "system": {"root": "files"}}, "a.toml")
-    assert set(what_everybody_may(opened, "h")) - set(what_everybody_may(closed, "h")) == {
-        "- read, write and delete files below files",
-        "- add and remove routes",
+    assert set(any_client_may(opened)) - set(any_client_may(closed)) == {
+        "read, write and delete files below files",
+        "add and remove routes",
     }
 
 

@@ -8,8 +8,8 @@ from pydantic import Field
 from achse.motion.tables.limits import TableLimits
 from achse.motion.tables.table import MOST_NUMBERS
 from achse.server import ClientLimits
-from achse.station.configuration.types import ConfigTable, DurationNs
-from achse.transport.connections.held import DEFAULT_MAX_HELD
+from achse.station.configuration.network import ConnectionLimitsConfig
+from achse.station.configuration.types import DurationNs
 
 __all__ = ["LimitsConfig"]
 
@@ -22,7 +22,7 @@ def _of_devices(name: str) -> Any:
     return Field(default=limit.default, ge=limit.metadata["minimum"])
 
 
-class LimitsConfig(ConfigTable):
+class LimitsConfig(ConnectionLimitsConfig):
     """[limits]: how much one client may hold of each device, and leave unread; `all_…` is for all
     clients and devices together."""
 
@@ -38,12 +38,6 @@ class LimitsConfig(ConfigTable):
     all_watched_bytes: int = _of_devices("all_watched_bytes")
     queue_bytes: int = _of_devices("queue_bytes")
     all_queue_bytes: int = _of_devices("all_queue_bytes")
-    unread_bytes: int = Field(default=64 * 1024 * 1024, ge=65_536)
-    """Bytes of answers and samples on a connection that is not read; beyond, it is cut off."""
-    held_bytes: int = Field(default=DEFAULT_MAX_HELD, ge=1024 * 1024)
-    """Bytes that all connections together leave unread, or send of packets without their end, and
-    that wait for a route; beyond, those with the most of them are cut off until an eighth of it is
-    free."""
     samples: int = _of_devices("samples")
     log_lines: int = _of_devices("log_lines")
     all_log_lines: int = _of_devices("all_log_lines")

@@ -10,7 +10,7 @@ import socket
 
 from achse.ams import NetId
 from achse.router import LOOPBACK_NET_ID
-from achse.station.configuration.station_file import ConfigError
+from achse.station.configuration.types import ConfigError
 from achse.transport.own_address import address_for_others
 
 __all__ = ["check_own_address", "is_reachable_from_outside", "net_id_at"]

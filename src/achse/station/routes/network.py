@@ -12,7 +12,8 @@ from achse.ams.mqtt import RouterNote
 from achse.router import Router
 from achse.router.access import Users
 from achse.router.rights import rights_named
-from achse.station.configuration.station_file import ConfigError, StationConfig
+from achse.station.configuration.network import NetworkConfig
+from achse.station.configuration.types import ConfigError
 from achse.station.routes.addresses import check_own_address, is_reachable_from_outside
 from achse.station.routes.identity import StationIdentity
 from achse.transport.connections.held import Held
@@ -27,11 +28,7 @@ from achse.transport.udp import DiscoveryEndpoint
 from achse.transport.uplinks.host_names import HostNames
 from achse.transport.uplinks.uplinks import Uplinks
 
-__all__ = [
-    "Network",
-    "host_system",
-    "what_everybody_may",
-]
+__all__ = ["Network", "host_system"]
 
 log = logging.getLogger("achse.station")
 
@@ -52,38 +49,27 @@ def host_system() -> OsVersion:
     return OsVersion(major, minor, build, 2 if system == "Windows" else 0, system)
 
 
-def _users(config: StationConfig) -> Users:
+def _users(config: NetworkConfig) -> Users:
     """The users of a station, and what the routes may that they add."""
     rights = {name: rights_named(each) for name, each in config.router.user_rights.items()}
     return Users(config.router.users, rights)
 
 
-def what_everybody_may(config: StationConfig, host: str) -> Sequence[str]:
-    """Return the warning lines for the start of a station that accepts every client."""
-    may = [
-        "read and write variables, parameters and process data, and move axes",
-        "stop, restart and shut down the station",
-        "record the traffic of others, and add and clear faults (port 26000)",
-    ]
-    if config.system.root is not None:
-        may.append(f"read, write and delete files below {config.system.root}")
-    if config.router.routes_over_ads:
-        may.append("add and remove routes")
-    if config.system.programs:
-        may.append(f"start programs of this computer: {', '.join(config.system.programs)}")
-    return (
-        f"this station listens at {host} and lets everybody in."
-        " Anyone who reaches it may, without a password:",
-        *(f"- {item}" for item in may),
-    )
-
-
 class Network:
-    """The sockets of a running station."""
+    """The sockets of a running station, or of a router without devices.
+
+    `any_client_may` lists, for the log, what every client may where all are let in.
+    """
 
     def __init__(
-        self, config: StationConfig, router: Router, version: tuple[int, int, int], base: Path
+        self,
+        config: NetworkConfig,
+        router: Router,
+        version: tuple[int, int, int],
+        base: Path,
+        any_client_may: Sequence[str] = (),
     ) -> None:
+        self._any_client_may = any_client_may
         self._config = config
         self._identity = StationIdentity(config.secure, base, config.name)
         self._base = base
@@ -146,8 +132,13 @@ class Network:
                     " [router] this station lets everybody in. To allow that:"
                     " --let-everybody-in, or let_everybody_in = true in [router]"
                 )
-            for line in what_everybody_may(self._config, where):
-                log.warning("%s", line)
+            log.warning(
+                "this station listens at %s and lets everybody in."
+                " Anyone who reaches it may, without a password:",
+                where,
+            )
+            for item in self._any_client_may:
+                log.warning("- %s", item)
         self._names.start()
         try:
             await self._names.known(_NAMES_KNOWN_WITHIN)

@@ -8,7 +8,8 @@ from achse.router import Router
 from achse.router.rights import rights_named
 from achse.router.routes import Route, RouteError
 from achse.router.static_routes import parse_static_routes, static_routes
-from achse.station.configuration.station_file import ConfigError, StationConfig
+from achse.station.configuration.network import NetworkConfig
+from achse.station.configuration.types import ConfigError
 from achse.station.persistence.state_file import StateFile
 
 __all__ = ["RouteFile"]
@@ -19,7 +20,7 @@ log = logging.getLogger("achse.station")
 class RouteFile:
     """The routes of a station: those of its configuration, and those in its StaticRoutes.xml."""
 
-    def __init__(self, config: StationConfig, router: Router, base: Path) -> None:
+    def __init__(self, config: NetworkConfig, router: Router, base: Path) -> None:
         """Fill the router's table and follow it. Raises ConfigError, OSError."""
         router.routes.rights_of_others = rights_named(config.router.rights)
         self._configured = [item.route() for item in config.route]

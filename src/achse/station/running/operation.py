@@ -16,6 +16,7 @@ from achse.station.clocks.priority import (
     StarvationGuard,
     run_first,
 )
+from achse.station.configuration.station_file import StationConfig
 from achse.station.configuration.types import ConfigError
 from achse.station.routes.network import Network
 from achse.station.running.metrics import MetricsPort
@@ -25,7 +26,7 @@ from achse.transport.tcp.listener import TcpListener
 if TYPE_CHECKING:
     from achse.station.buses.interface_bus import InterfaceBus
 
-__all__ = ["Operation", "RunningStation"]
+__all__ = ["Operation", "RunningStation", "any_client_may"]
 
 log = logging.getLogger("achse.station")
 
@@ -103,7 +104,10 @@ class Operation:
         if speed == 1:
             ground.clock.align()
         system = states.system
-        network = Network(ground.config, ground.router, system.version, ground.base)
+        network = Network(
+            *(ground.config, ground.router, system.version, ground.base),
+            any_client_may=any_client_may(ground.config),
+        )
         await network.open(host, tcp_port, udp_port, let_everybody_in)
         metrics = MetricsPort(self._figures, lambda: self.pace)
         try:
@@ -200,3 +204,19 @@ def _tell_failure(task: "asyncio.Task[None]") -> None:
     """A broken cycle leaves clients connected to a station that stands: say so at once."""
     if not task.cancelled() and (failure := task.exception()) is not None:
         log.error("%s broke: %r", task.get_name(), failure)
+
+
+def any_client_may(config: StationConfig) -> list[str]:
+    """Return what every client may at a station that lets all clients in."""
+    may = [
+        "read and write variables, parameters and process data, and move axes",
+        "stop, restart and shut down the station",
+        "record the traffic of others, and add and clear faults (port 26000)",
+    ]
+    if config.system.root is not None:
+        may.append(f"read, write and delete files below {config.system.root}")
+    if config.router.routes_over_ads:
+        may.append("add and remove routes")
+    if config.system.programs:
+        may.append(f"start programs of this computer: {', '.join(config.system.programs)}")
+    return may
