@@ -151,9 +151,9 @@ class Host:
     max_backlog = 1 << 26
     routes_required = False
 
-    def __init__(self, loop: Loop, net_id: NetId) -> None:
+    def __init__(self, loop: Loop, net_id: NetId, source_nat: bool = False) -> None:
         self.loop = loop
-        self.router = Router(net_id)
+        self.router = Router(net_id, source_nat=source_nat)
         self.held = Held()
         self.fair_queue = FairQueue(loop.time)
         self.peers: list[Peer] = []

@@ -22,11 +22,12 @@ PYADS = AmsAddress("192.168.0.9.1.1:30000")
 class Chain:
     """A target behind a chain of routers: `hosts[0]` is the farthest from it."""
 
-    def __init__(self, routers: int) -> None:
+    def __init__(self, routers: int, *, source_nat: bool = False) -> None:
         self.loop = Loop()
         self.target = Target(self.loop, TARGET)
         self.reachable = True
-        self.hosts = [Host(self.loop, NetId(f"5.0.0.{n}.1.1")) for n in range(1, routers + 1)]
+        own = [NetId(f"5.0.0.{n}.1.1") for n in range(1, routers + 1)]
+        self.hosts = [Host(self.loop, net_id, source_nat) for net_id in own]
         for here, there in zip(self.hosts, self.hosts[1:], strict=False):
             here.leads(TARGET, lambda there=there: there)  # type: ignore[misc]
         self.hosts[-1].leads(TARGET, lambda: self.target if self.reachable else None)
@@ -197,6 +198,46 @@ def test_alias_keeps_the_net_id_and_no_two_clients_share_it() -> None:
     other = chain.client(address=AmsAddress("192.168.0.9.1.1:30001"))
     other.fetch()
     assert other.address in peer.senders
+
+
+@pytest.mark.parametrize("address", [PYADS, AmsAddress("127.0.0.1.1.1:30000")])
+def test_source_nat_shows_each_client_under_the_net_id_of_the_router(address: AmsAddress) -> None:
+    chain = Chain(1, source_nat=True)
+    own = AmsAddress("5.0.0.1.1.1:30000")
+    clients = [chain.client(address=each) for each in (own, address, address)]
+    handles = [client.subscribe(client.fetch()) for client in clients]
+    chain.tick(2)
+    assert [len(c.samples[n]) for c, n in zip(clients, handles, strict=True)] == [3] * 3
+    [peer] = chain.target.peers
+    assert own in peer.senders
+    assert {source[:6] for source in peer.senders} == {own[:6]}
+    assert len(list(peer.senders)) == 3
+
+
+def test_request_in_a_ring_of_routers_with_source_nat_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It never looks the same twice there: what one connection has under way ends it."""
+    monkeypatch.setattr(forwarding, "_CLIENT_PENDING", 50)
+    loop = Loop()
+    ring = [Host(loop, NetId(f"5.0.0.{n}.1.1"), source_nat=True) for n in range(1, 4)]
+    for here, there in zip(ring, [*ring[1:], ring[0]], strict=True):
+        here.leads(TARGET, lambda there=there: there)  # type: ignore[misc]
+    client = Client(ring[0], 0, PYADS, PLC)
+    number = client.send(Command.READ_STATE, b"")
+    loop.run(1.0)
+    assert client.answers[number].error == ReturnCode.ROUTER_MAILBOX_FULL.number
+
+
+def test_request_under_way_is_answered_when_the_connection_ends() -> None:
+    """Before, its client waited for the time-out."""
+    chain = Chain(2)
+    client = chain.client()
+    client.fetch()
+    number = client.send(Command.READ_STATE, b"")
+    for uplink in chain.hosts[-1].uplinks:
+        assert uplink._connection is not None
+        line_of(uplink._connection).abort()
+    chain.loop.run()
+    assert client.answers[number].error == ReturnCode.HOST_UNREACHABLE.number
 
 
 def test_address_is_reused_once_nothing_more_comes_for_it() -> None:
@@ -430,13 +471,14 @@ STEP = st.tuples(
 @settings(max_examples=40)
 @given(
     st.integers(1, 3),
+    st.booleans(),
     st.lists(st.sampled_from((PYADS, AmsAddress("5.0.0.1.1.1:30000"))), min_size=1, max_size=2),
     st.lists(STEP, max_size=50),
 )
 def test_in_any_order_each_client_gets_its_own_and_nothing_remains(
-    routers: int, addresses: list[AmsAddress], steps: list[tuple[str, int, int]]
+    routers: int, source_nat: bool, addresses: list[AmsAddress], steps: list[tuple[str, int, int]]
 ) -> None:
-    chain = Chain(routers)
+    chain = Chain(routers, source_nat=source_nat)
     everyone = [chain.client(number) for number in range(2)]
     handles: dict[Client, list[int]] = {client: [] for client in everyone}
     due: dict[tuple[Client, int], int] = {}

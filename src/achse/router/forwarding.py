@@ -2,7 +2,8 @@
 
 Clients often share an AMS address: every pyads on a host has the same NetId and port. A session is
 one client connection with one source address. The target sees its alias: the address itself for
-the first session that uses it, the same NetId with another port for each further one. Answers and
+the first session that uses it, the same NetId with another port for each further one. With
+`source_nat` every alias has the NetId of the router, so that a target needs one route. Answers and
 notifications are addressed to the alias, so they find the session that asked, at any time. What a
 client leaves at a target is released when its connection or its port is closed.
 
@@ -79,6 +80,7 @@ class ClientPorts(Protocol):
     """The part of the router that forwarding uses."""
 
     net_id: NetId
+    source_nat: bool
 
     def local_endpoint(self, address: bytes) -> Endpoint | None: ...
 
@@ -280,7 +282,9 @@ class Forwarding:
         key = (source, frame.target, frame.invoke_id)
         if holder is not None and holder.alias != holder.source and key in self._pending:
             return ReturnCode.TARGET_MACHINE_NOT_FOUND  # our own request has come back
-        alias = bytes(source) if self._is_free(source, client) else self._new_alias(source[:6])
+        net_id = self._router.net_id if self._router.source_nat else source[:6]
+        free = source[:6] == net_id and self._is_free(source, client)
+        alias = bytes(source) if free else self._new_alias(net_id)
         if alias is None:
             return ReturnCode.ROUTER_NO_MORE_QUEUES
         self._listen()

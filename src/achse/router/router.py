@@ -56,8 +56,10 @@ class Router:
     so that it cannot go in circles.
     """
 
-    def __init__(self, net_id: NetId) -> None:
+    def __init__(self, net_id: NetId, *, source_nat: bool = False) -> None:
+        """With `source_nat` targets see each client under `net_id`, with a port of its own."""
         self.net_id = net_id
+        self.source_nat = source_nat
         self.routes = RouteTable(own=(net_id, LOOPBACK_NET_ID))
         self._ports: set[int] = set()
         self._reserved: set[int] = set()

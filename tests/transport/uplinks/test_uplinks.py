@@ -256,8 +256,7 @@ async def test_where_routes_are_required_a_stranger_is_told_how_to_get_one(
     async with hosts(2, routes_required=True) as (here, there):
         here.leads(NET_IDS[1], there)
         client = Client(here.router)
-        client.send(NET_IDS[1])
-        await until(lambda: "no route here" in caplog.text)
+        assert (await client.ask(NET_IDS[1])).error == 0x1B
         assert "client 5.0.0.1.1.1 from 127.0.0.1 has no route here; add it with" in caplog.text
         there.leads(NET_IDS[0], here)
         [uplink] = here.uplinks

@@ -6,6 +6,7 @@ more by this than by coming itself.
 
 from typing import Protocol
 
+from achse.codes import ReturnCode
 from achse.router.rights import Right
 from achse.router.routes import Admission, Route
 from achse.transport.connections.peer import Peer, PeerOwner
@@ -30,7 +31,11 @@ class DialledPeer(Peer):
       leads to the same place; else what strangers may, and never more than the route.
     - With `strict` strangers are refused (0x723); the connection stays, others use it.
     - Behind a one-way route nobody asks, under whatever NetId.
+    - Requests that are unanswered when the connection ends are answered 0x1B: nobody knows whether
+      they were done.
     """
+
+    _code_at_end = ReturnCode.HOST_UNREACHABLE
 
     def __init__(self, owner: DialOwner) -> None:
         super().__init__(owner)
