@@ -1,6 +1,6 @@
 """The command tree. Commands import what they need when they run, so that `--help` stays quick."""
 
-from achse.cli.ads import ads, route, scan, stats
+from achse.cli.ads import ads, route, router, scan, stats
 from achse.cli.axes import axis, camshaft, excite, gear, parameters, table
 from achse.cli.fieldbus import bus, drive
 from achse.cli.install import certificate, docs, warmup
@@ -24,6 +24,7 @@ docs.register(app)
 check.register(app)
 unit_tests.register(app)
 app.add_typer(ads.ads, name="ads")
+app.add_typer(router.router, name="router")
 app.add_typer(axis.axis, name="axis")
 app.add_typer(drive.drive, name="drive")
 app.add_typer(fault.fault, name="fault")

@@ -13,7 +13,7 @@ __all__ = ["PANELS", "Front"]
 
 PANELS = {
     "Start": ("new", "run", "demo", "wait", "stop", "fleet", "web"),
-    "ADS": ("ads",),
+    "ADS": ("ads", "router"),
     "Axes": ("axis", "table", "camshaft"),
     "Programs": ("channel", "gcode"),
     "Fieldbus": ("bus", "drive"),

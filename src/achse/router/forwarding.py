@@ -211,6 +211,8 @@ class Forwarding:
         self._next_port = _ALIASES[zlib.crc32(router.net_id) % len(_ALIASES)]
         self._next_release = _RELEASE_ID
         self._listening = False
+        self.returned = 0
+        """Answers and notifications that came so far."""
 
     def __len__(self) -> int:
         """Sessions for which something may come."""
@@ -375,6 +377,7 @@ class Forwarding:
         That is so for answers to releases, and for what comes for a client that is gone. A frame
         for an address that is not an alias stays as it is.
         """
+        self.returned += 1
         session = self._by_alias.get(frame.target)
         if session is None:
             return True

@@ -5,7 +5,7 @@ import socket
 import struct
 import sys
 
-__all__ = ["address_for_others"]
+__all__ = ["address_for_others", "address_towards"]
 
 _FAR = {4: (socket.AF_INET, "192.0.2.1"), 6: (socket.AF_INET6, "2001:db8::1")}
 """Addresses of documentation (RFC 5737, RFC 3849): the route to them is that to anywhere."""
@@ -34,6 +34,16 @@ def address_for_others(host: str) -> str:
     versions = (4, 6) if address.version == 6 else (4,)
     routed = next(filter(None, map(_routed_address, versions)), "")
     return routed or _interface_address() or _named_address() or host
+
+
+def address_towards(host: str) -> str:
+    """Return the IPv4 address from which this computer reaches `host`. Nothing is sent.
+
+    Raises OSError for a name without an address. Waits for a look-up of the name.
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.connect((host, _ANY_PORT))
+        return str(probe.getsockname()[0])
 
 
 def _routed_address(version: int) -> str:

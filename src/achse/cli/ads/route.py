@@ -194,6 +194,7 @@ def add(
     """
     from achse.ams import AdsError
     from achse.ams.discovery import RouteRequest
+    from achse.transport.own_address import address_towards
     from achse.transport.udp import change_route
 
     if password is None:
@@ -202,7 +203,7 @@ def add(
         _make_us_known(host, user, password, in_json)
         return
     try:
-        ours = address or _our_address(host)
+        ours = address or address_towards(host)
     except OSError as failure:
         fail(f"{host}: {failure.strerror}")
     # 127.0.0.1.1.1 is every router's alias for itself; we are somebody else.
@@ -265,13 +266,6 @@ def _is_ipv4(address: str) -> bool:
         return ipaddress.ip_address(address).version == 4
     except ValueError:
         return False
-
-
-def _our_address(host: str) -> str:
-    """The address from which this host reaches `host`."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.connect((host, 48899))
-        return str(probe.getsockname()[0])
 
 
 def hash_password(in_json: Json = False) -> None:

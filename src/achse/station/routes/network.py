@@ -71,7 +71,7 @@ class Network:
     ) -> None:
         self._any_client_may = any_client_may
         self._config = config
-        self._identity = StationIdentity(config.secure, base, config.name)
+        self.identity = StationIdentity(config.secure, base, config.name)
         self._base = base
         self.secure: SecureListener | None = None
         self.mqtt: tuple[MqttRoutes, ...] = ()
@@ -96,11 +96,16 @@ class Network:
         )
         self._names = HostNames(router.routes)
 
+    @property
+    def name(self) -> str:
+        """Name of the station, or of this computer."""
+        return self.identity.name
+
     def info(self) -> RouterInfo:
         """Return the answer to a search."""
         net_id = NetId(self._router.net_id)
-        shown = "" if self.secure is None else self._identity.identity.fingerprint
-        return RouterInfo(net_id, self._config.name, self._version, host_system(), shown)
+        shown = "" if self.secure is None else self.identity.identity.fingerprint
+        return RouterInfo(net_id, self.name, self._version, host_system(), shown)
 
     @property
     def listeners(self) -> tuple[TcpListener, ...]:
@@ -166,7 +171,7 @@ class Network:
             local_host=self.listener.host or where,
             held=self.listener.held,
             fair_queue=self.listener.fair_queue,
-            credentials=self._identity.credentials,
+            credentials=self.identity.credentials,
             strict=config.strict,
         )
         self.uplinks.start()
@@ -175,9 +180,9 @@ class Network:
         config, limits = self._config.router, self._config.limits
         self.secure = SecureListener(
             self._router,
-            await asyncio.get_running_loop().run_in_executor(None, self._identity.server),
+            await asyncio.get_running_loop().run_in_executor(None, self.identity.server),
             _users(self._config),
-            name=self._identity.name,
+            name=self.identity.name,
             ignore_names=self._config.secure.ignore_names,
             max_connections=config.max_connections,
             max_backlog=limits.unread_bytes,
@@ -192,7 +197,7 @@ class Network:
         system = host_system()
         note = RouterNote(
             online=True,
-            name=self._config.name,
+            name=self.name,
             os_version=".".join(map(str, system[:3])),
             os_platform=system.platform,
             tc_version=".".join(map(str, self._version)),

@@ -335,6 +335,11 @@ class Peer:
 
     # requests of others ------------------------------------------------------------------------
 
+    @property
+    def forwarding(self) -> Forwarding | None:
+        """Requests of other clients over this connection; None before the first one."""
+        return self._forwarding
+
     def _forward(self, frame: Frame) -> Frame | None:
         """The frame to send for a request of another client; None if it does not go.
 

@@ -84,6 +84,14 @@ class Uplink:
         self.fair_queue = fair_queue or FairQueue()
         self.refused = 0
         """Frames that could not go."""
+        self.connections = 0
+        """Connections that came up so far."""
+        self.losses = 0
+        """Of these, those that were lost."""
+        self.trouble = ""
+        """Why there is no connection; empty before the first attempt and while connected."""
+        self.denied = False
+        """True if the host did not accept our certificate at the last attempt."""
         self._dial = dial
         self._dialling = False
         self._connection: Peer | None = None
@@ -100,6 +108,17 @@ class Uplink:
     @property
     def connected(self) -> bool:
         return self._connection is not None
+
+    @property
+    def peer(self) -> Peer | None:
+        """Far end of the connection; None without one."""
+        return self._connection
+
+    def drop(self, reason: str) -> None:
+        """End a connection whose far end is silent; it is dialled again."""
+        if self._connection is not None:
+            self._connection.warn("%s", reason)
+            self._connection.abort()
 
     def deliver(self, frame: Frame) -> bool:
         """Send `frame` to the host, or keep it until there is a connection."""
@@ -159,6 +178,7 @@ class Uplink:
     def failed(self, reason: str, code: ReturnCode = ReturnCode.HOST_UNREACHABLE) -> None:
         """The host could not be reached, or does not let us in; what waits is answered `code`."""
         self._dialling = False
+        self.trouble, self.denied = reason, code is ReturnCode.ACCESS_DENIED
         self._back_off("%s cannot be reached: %s", self.route.host, reason)
         self._queue.refuse(code)
 
@@ -186,6 +206,8 @@ class Uplink:
             return
         log.info("route %s: connected to %s", self.route.name, peer.peer)
         self._connection = peer
+        self.connections += 1
+        self.trouble, self.denied = "", False
         self._opened_at = self.loop.time()
         for frame in self._queue.take():
             if not peer.deliver(frame):
@@ -198,6 +220,8 @@ class Uplink:
             if self.loop.time() - self._opened_at > _SETTLED:
                 self._pause = 0.0
             if not self._closed:
+                self.losses += 1
+                self.trouble = "connection lost"
                 self._back_off("connection to %s lost", peer.peer)
 
     def close(self) -> None:

@@ -48,6 +48,10 @@ class Uplinks:
     def __iter__(self) -> Iterator[Uplink]:
         return iter(list(self._uplinks.values()))
 
+    def get(self, net_id: NetId) -> Uplink | None:
+        """Return the uplink of the route to `net_id`."""
+        return self._uplinks.get(net_id)
+
     def start(self) -> None:
         """Follow the router's table of routes."""
         for route in self.router.routes:

@@ -1,0 +1,161 @@
+"""`achse router` lets many programs use one connection per target; no station, no devices."""
+
+import asyncio
+import contextlib
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from achse.cli.failure import fail, tell
+from achse.cli.interrupts import ending, ending_signals
+from achse.cli.logs import LogFormat, LogLevel, set_up_logs
+from achse.cli.options import LetEverybodyIn
+from achse.cli.output import tell_event
+from achse.cli.process import loop_factory, raise_file_limit
+from achse.cli.target import net_id_of
+
+if TYPE_CHECKING:
+    from achse.gateway.configuration import GatewayConfig
+    from achse.gateway.gateway import Gateway
+
+__all__ = ["router"]
+
+router = typer.Typer(
+    invoke_without_command=True,
+    help="Route for many programs over one connection per target: a router without devices.",
+)
+
+
+@router.callback()
+def serve(
+    context: typer.Context,
+    to: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="HOST[=NETID]",
+            help="A target; once for each. Its NetId is queried over UDP unless given.",
+            show_default=False,
+        ),
+    ] = None,
+    config: Annotated[
+        Path | None,
+        typer.Option(help="A router.toml, with targets and all else.", show_default=False),
+    ] = None,
+    host: Annotated[
+        str | None,
+        typer.Option(envvar="ACHSE_HOST", help="Address to listen on.", show_default="127.0.0.1"),
+    ] = None,
+    tcp_port: Annotated[
+        int | None,
+        typer.Option(
+            envvar="ACHSE_TCP_PORT",
+            min=0,
+            max=65535,
+            help="TCP port to listen on, 0 for a free one.",
+            show_default="48898",
+        ),
+    ] = None,
+    net_id: Annotated[
+        str | None,
+        typer.Option(
+            help="AMS NetId by which the targets know this router.",
+            show_default="our address as seen from the first target, with .1.1",
+        ),
+    ] = None,
+    user: Annotated[
+        str | None,
+        typer.Option(
+            help="User at the targets, as whom a missing route is added.", show_default=False
+        ),
+    ] = None,
+    password: Annotated[
+        str | None,
+        typer.Option(envvar="ACHSE_PASSWORD", help="Password of that user.", show_default=False),
+    ] = None,
+    let_everybody_in: LetEverybodyIn = False,
+    log_level: Annotated[LogLevel, typer.Option(help="What is logged.")] = LogLevel.WARNING,
+    log_format: Annotated[
+        LogFormat, typer.Option(help="Log lines, or a JSON document each.")
+    ] = LogFormat.TEXT,
+) -> None:
+    """Serve programs until interrupted; without a command this starts the router."""
+    if context.invoked_subcommand is not None:
+        return
+    if net_id is not None:
+        net_id_of(net_id)
+    set_up_logs(log_format, log_level)
+    raise_file_limit()
+    configuration = _configuration(config, to or [], net_id, host, user, password)
+    base = Path() if config is None else config.parent
+    with asyncio.Runner(loop_factory=loop_factory()) as runner:
+        code = runner.run(_serve(configuration, base, tcp_port, let_everybody_in or None))
+    raise typer.Exit(code)
+
+
+def _configuration(
+    file: Path | None,
+    targets: list[str],
+    net_id: str | None,
+    host: str | None,
+    user: str | None,
+    password: str | None,
+) -> "GatewayConfig":
+    """Return the configuration of a file and of the options. Ends the command if it is wrong."""
+    from achse.gateway.configuration import configuration_of
+    from achse.station.configuration.types import ConfigError
+
+    try:
+        return configuration_of(
+            file, targets, net_id=net_id, host=host, user=user, password=password
+        )
+    except ConfigError as faults:
+        fail(str(faults), name="CONFIGURATION")
+    except OSError as failure:
+        fail(f"{file}: {failure.strerror}", name="CONFIGURATION")
+
+
+async def _serve(
+    config: "GatewayConfig", base: Path, tcp_port: int | None, let_everybody_in: bool | None
+) -> int:
+    from achse.gateway.gateway import Gateway
+    from achse.station.configuration.types import ConfigError
+    from achse.transport.reason import reason
+
+    loop = asyncio.get_running_loop()
+    stop = asyncio.Event()
+
+    def end(_: int) -> None:
+        with contextlib.suppress(RuntimeError):  # the loop is closed
+            loop.call_soon_threadsafe(stop.set)
+
+    try:
+        gateway = Gateway(config, base=base)
+        with ending(end, ending_signals()):
+            async with gateway.running(
+                config.router.host, tcp_port, let_everybody_in=let_everybody_in
+            ):
+                _report_ready(gateway)
+                await stop.wait()
+    except ConfigError as refusal:
+        tell(str(refusal), name="CONFIGURATION")
+        return 1
+    except (OSError, UnicodeError) as failure:  # the latter for what cannot be a host name
+        why = reason(failure) if isinstance(failure, OSError) else "this is not a host name"
+        port = config.router.tcp_port if tcp_port is None else tcp_port
+        tell(
+            f"cannot listen on {config.router.host}:{port}: {why}"
+            " (another address: --host, --tcp-port; a station is a router too)",
+            name="CANNOT_LISTEN",
+        )
+        return 1
+    return 0
+
+
+def _report_ready(gateway: "Gateway") -> None:
+    """Print where programs connect, and each target with its state."""
+    listener = gateway.network.listener
+    tell_event("ready", net_id=str(gateway.router.net_id), tcp=f"{listener.host}:{listener.port}")
+    for target in gateway.targets:
+        net_id = "?" if target.net_id is None else str(target.net_id)
+        tell_event("target", name=target.config.title, net_id=net_id, state=target.state.value)
