@@ -30,6 +30,7 @@ __all__ = [
     "PROJECT",
     "SUFFIXES",
     "SYMBOL_FILE",
+    "TASK",
     "content_of",
     "files_below",
     "parse_file",
@@ -48,11 +49,13 @@ SYMBOL_FILE = ".tmc"
 PROJECT = ".plcproj"
 """Ending of the file that says what is in a project, in lower case."""
 
+TASK = ".tctto"
+"""Ending of the files that declare tasks, in lower case."""
+
 LEVELS_UP = 3
 """Folders above a project in which that of the solution may be."""
 
 _SOLUTIONS = (".sln", ".tsproj", ".tspproj")
-_TASK = ".tctto"
 _LARGEST_FILE = 1 << 26
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
@@ -66,7 +69,7 @@ def read_sources(
     asking: list[tuple[int, Path, str]] = []
     for file, name in source_files(path):
         try:
-            if file.suffix.lower() == _TASK:
+            if file.suffix.lower() == TASK:
                 tasks.append(read_task(parse_xml(content_of(file, name), name)))
                 continue
             parsed = parse_file(file, name, defines=defines)

@@ -21,6 +21,7 @@ from achse.st.files import (
 from achse.st.lexer import Defines
 from achse.st.missing import MissingLibrary, missing_libraries
 from achse.st.parser import Parsed, parse
+from achse.st.reach import Reach
 from achse.st.shelf import gather, references_in
 from achse.st.solution import solution_files, task_options
 from achse.st.source import Diagnostic, Source, SourceError
@@ -41,6 +42,10 @@ class Project:
     """Libraries that its `.plcproj` references and that are not here."""
     stand_ins: Mapping[str, str] = field(default_factory=dict)
     """Files of declarations made for undeclared names, by name."""
+    reach: Reach | None = None
+    """Units that the tasks reach; None if faults of all units are errors."""
+    unreached: tuple[Diagnostic, ...] = ()
+    """Faults of declarations in units that the tasks do not reach."""
 
 
 def load_project(
@@ -52,6 +57,7 @@ def load_project(
     rules: LayoutRules | None = None,
     defines: Defines = (),
     opaque: bool = False,
+    programs: Iterable[str] | None = None,
 ) -> Project:
     """Read and declare the sources of a folder, of a `.plcproj`, or one source file.
 
@@ -62,7 +68,8 @@ def load_project(
     `libraries`, and those in the folders of the project and of its libraries (of a single source
     the one with its name). `rules` are those of the platform that a `.tmc` is for, else of 64
     bits. `defines` are what `{IF defined (…)}` finds. With `opaque`, undeclared names get
-    stand-ins. Raises `SourceError` with every fault of every file.
+    stand-ins. `programs` are those that tasks call, by default the tasks of the project: units
+    that they do not reach may have faults. Raises `SourceError` with every other fault.
     """
     project, fault = examine_project(
         path,
@@ -72,6 +79,7 @@ def load_project(
         rules=rules,
         defines=defines,
         opaque=opaque,
+        programs=programs,
     )
     if fault is not None:
         raise fault
@@ -88,10 +96,12 @@ def examine_project(
     rules: LayoutRules | None = None,
     defines: Defines = (),
     opaque: bool = False,
+    programs: Iterable[str] | None = None,
+    check_all: bool = False,
 ) -> tuple[Project, SourceError | None]:
     """Return the readable part of a project, and an error with all faults or None: as
-    `load_project`, for callers that continue with the rest. Raises `SourceError` if nothing can be
-    read."""
+    `load_project`, for callers that continue with the rest. With `check_all`, faults of unreached
+    units are errors. Raises `SourceError` if nothing can be read."""
     faults: list[Diagnostic] = []
     others = [Path(item) for item in libraries]
     named = [item for item in others if item.suffix.lower() == SYMBOL_FILE]
@@ -152,7 +162,16 @@ def examine_project(
                 made = {}
     if error is not None:
         faults += error.faults
-    project = Project(declared, tuple(tasks), tuple(sources), rules, missing, made)
+    reach = None
+    unreached: list[Diagnostic] = []
+    if not check_all:
+        if programs is None:
+            programs = [name for task in tasks for name in task.programs]
+        reach = Reach(declared.names, (*sources, *found.sources), programs)
+        faults, unreached = reach.findings(faults)
+    project = Project(
+        declared, tuple(tasks), tuple(sources), rules, missing, made, reach, tuple(unreached)
+    )
     if not faults:
         return project, None
     hints = [str(item) for item in missing if item.uses]

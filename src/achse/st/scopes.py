@@ -185,7 +185,7 @@ class Scopes:
         """Lists by the variables that need no list in front, in lower case."""
         self.loose_values: dict[str, list[DeclaredUnit]] = {}
         """Enumerations by the values that need no type in front."""
-        self._list_properties: dict[str, list[DeclaredUnit]] = {}
+        self.list_properties: dict[str, list[DeclaredUnit]] = {}
         """Variable lists by the properties that need no list in front."""
         self._of_libraries: dict[str, dict[str, DeclaredUnit]] = {}
         """Units of libraries, by library and by name, in lower case: they do not see units of the
@@ -254,7 +254,7 @@ class Scopes:
         for key in unit.variables:
             self.globals.setdefault(key, []).append(entry)
         for key in unit.properties:
-            self._list_properties.setdefault(key, []).append(entry)
+            self.list_properties.setdefault(key, []).append(entry)
         for key in unit.values:
             self.loose_values.setdefault(key, []).append(entry)
 
@@ -309,7 +309,7 @@ class Scopes:
             return found
         spaces = [item.space for item in self.globals.get(key, ())]
         spaces += [item.space for item in self.loose_values.get(key, ())]
-        spaces += [item.space for item in self._list_properties.get(key, ())]
+        spaces += [item.space for item in self.list_properties.get(key, ())]
         if (unit := self.find(key, space)) is not None:
             spaces.append(unit.space)
         nearest = min(self._distance(other, space) for other in spaces)
@@ -339,7 +339,7 @@ class Scopes:
 
     def lists_with_property(self, key: str, space: str) -> Sequence[DeclaredUnit]:
         """The variable lists of which a property is meant by its name alone."""
-        return self._seen(self._list_properties.get(key, ()), key, space)
+        return self._seen(self.list_properties.get(key, ()), key, space)
 
     @property
     def asked(self) -> Iterable[Scope]:

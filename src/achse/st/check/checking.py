@@ -12,6 +12,7 @@ from achse.st.check.body import RoutineBody
 from achse.st.check.contracts import Contracts
 from achse.st.check.life import Life, element_of
 from achse.st.check.origin import origin_of
+from achse.st.check.reached import FAULTY, of_reached
 from achse.st.check.signatures import Routines, Signature, attributes_in
 from achse.st.check.slots import (
     AFTER_GLOBAL_INIT,
@@ -24,6 +25,7 @@ from achse.st.collection import collection_paused
 from achse.st.cursor import Unexpected
 from achse.st.declare import Declarations
 from achse.st.graphical.body import GraphicalBody, Refused
+from achse.st.reach import Reach
 from achse.st.resolve import Resolver, generics_of
 from achse.st.scopes import DeclaredUnit, Failed
 from achse.st.source import Diagnostic, Source
@@ -62,15 +64,20 @@ def check(
     *,
     given: Iterable[type[StaticRecord]] = (),
     check_bounds: bool = True,
+    reach: Reach | None = None,
+    unreached: Iterable[Diagnostic] = (),
 ) -> TypedProject:
     """The typed form of all that a project declares, with every fault and warning.
 
     `given` are programs and variable lists that the runtime declares in Python. Without
-    `check_bounds` an index that is not constant has no bounds. Raises nothing: what is at fault is
+    `check_bounds` an index that is not constant has no bounds. `reach` says which units may have
+    faults, `unreached` are the faults of their declarations. Raises nothing: what is at fault is
     told, and left out.
     """
     with collection_paused():  # the typed form has no cycles
-        return Checking(declarations.names, given, check_bounds=check_bounds).project()
+        checking = Checking(declarations.names, given, check_bounds=check_bounds)
+        found = checking.project()
+        return found if reach is None else of_reached(found, reach, tuple(unreached))
 
 
 class _Checked(NamedTuple):
@@ -516,7 +523,7 @@ class Checking:
     ) -> None:
         signature = body.signature
         if body.failed:
-            self._left_out[signature.key] = "it has faults"
+            self._left_out[signature.key] = FAULTY
             return
         for static in signature.statics.values():
             self._statics.append(static)

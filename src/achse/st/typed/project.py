@@ -190,6 +190,8 @@ class TypedProject:
     """Keys of routines that are not in `routines`, and why, in words."""
     origin: str = ""
     """Digest of all it follows from."""
+    unreached: Sequence[Diagnostic] = ()
+    """Faults in units that no program of a task reaches; these units are left out."""
 
     def numbered_after(self, earlier: "TypedProject") -> "TypedProject":
         """The same with the block numbers of an earlier project, whose instances are in memory."""
