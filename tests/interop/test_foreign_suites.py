@@ -17,6 +17,8 @@ from typing import Any
 
 import pytest
 
+import achse
+
 TABLE = Path(__file__).with_name("expected.tsv")
 BUILT = Path(__file__).parents[2] / ".foreign" / "pyads-3.6.0"
 TOOL_SUITE = BUILT / "adslib" / "tools" / "91_test_AdsTool.sh"
@@ -116,6 +118,8 @@ def run_vendor_test(
     }
 
     def run(suite: str, test: str) -> "subprocess.CompletedProcess[str]":
+        with achse.blocking.connect(address, net_id=NET_ID) as plc:
+            plc.write_raw(0x4020, 0, bytes(8))  # flags that another test has left
         places = {"ADS_SERVER": address, "ADS_SECOND": second_host, "ADS_FOLDER": str(programs)}
         return subprocess.run(
             commands[suite](test),

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from achse.ams import AdsError, AmsAddress, NetId
 from achse.ams.discovery import RouteRequest
 from achse.ams.errors import describe_code
-from achse.client.link import Onlooker
-from achse.client.secure_link import SecureDialer, SecureTarget
+from achse.client.links.link import Onlooker
+from achse.client.links.secure_link import SecureDialer, SecureTarget
 from achse.codes import ReturnCode
 from achse.gateway.configuration import TargetConfig
 from achse.router.routes import TlsKind
