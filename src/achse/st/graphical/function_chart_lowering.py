@@ -29,6 +29,7 @@ from achse.st.graphical.function_charts import (
 from achse.st.graphical.networks import Box, BoxInput, NetworkOperand
 from achse.st.graphical.writer import call_of, implicit_block
 from achse.st.tree import (
+    Call,
     Expression,
     Member,
     Name,
@@ -382,8 +383,8 @@ class _Lowering(BoxWriter):
         if pin.id in self._kept:
             self.assign(Name(_kept(self.body, pin.id), at), value, at)
             return
-        if not consumers and element.call != "Operator":
-            self.out.append(value)  # type: ignore[arg-type]
+        if not consumers and element.call != "Operator" and isinstance(value, Call):
+            self.out.append(value)
             return
         found = self._results[pin.id] = self.let(self.hidden("result"), value, at)
         for consumer, into in consumers:
