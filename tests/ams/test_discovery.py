@@ -1,6 +1,8 @@
 """Discovery datagrams: byte layout as recorded, both directions, nothing but DecodeError."""
 
 import struct
+import subprocess
+import sys
 
 import pytest
 from hypothesis import given
@@ -153,3 +155,17 @@ versions = st.builds(
 def test_system_info_survives_the_wire(info: RouterInfo) -> None:
     data = info.encode(info_request(OURS)).encode()
     assert RouterInfo.decode(DiscoveryPacket.decode(data)) == info
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="its processes have no limit of descriptors")
+def test_answer_needs_no_descriptor() -> None:
+    """Python loads the module of a text encoding when it is first used, from a file."""
+    code = """
+import os, resource
+from achse.ams import NetId
+from achse.ams.discovery import RouterInfo, info_request
+resource.setrlimit(resource.RLIMIT_NOFILE, (3, 3))
+RouterInfo(NetId("5.1.2.3.1.1"), "press").encode(info_request(NetId("5.1.2.4.1.1")))
+"""
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (result.stderr, result.returncode) == ("", 0)

@@ -6,6 +6,7 @@ with NUL and their length counts it. Everything travels in clear text, passwords
 Source: recorded traffic (UDP 48899); the manuals name the port only (002 §7).
 """
 
+import codecs
 import struct
 from collections.abc import Iterable, Sequence
 from enum import IntEnum
@@ -47,6 +48,9 @@ _TAG = struct.Struct("<HH")
 _U32 = struct.Struct("<I")
 _VERSION = struct.Struct("<BBH")
 _OS = struct.Struct("<5I256s")
+
+for _coding in ("cp1252", "utf-16-le"):
+    codecs.lookup(_coding)  # loads its module now: later no descriptor may be left for that
 
 _ANSWER = 0x8000_0000
 _MAX_TAGS = 64

@@ -12,7 +12,7 @@ import pytest
 
 from achse.ams import NetId
 from achse.router import Router
-from achse.transport.tcp import acceptor
+from achse.transport.tcp import acceptor, idle
 from achse.transport.tcp.acceptor import Acceptor
 from achse.transport.tcp.listener import TcpListener
 
@@ -94,6 +94,49 @@ def test_without_descriptors_the_log_has_one_line_and_connections_wait(
     assert not [each for each in caplog.records if each.name == "asyncio"]
 
 
+@pytest.mark.parametrize("number", [errno.EMFILE, errno.ENFILE, errno.ENOBUFS])
+def test_without_descriptors_idle_connections_end_and_those_in_use_stay(
+    run: Any, monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    """Idle connections kept everyone out until they left by themselves."""
+    monkeypatch.setattr(idle, "MUTE_TIME", 0.0)
+    monkeypatch.setattr(acceptor, "_SOON", 0.0)
+    Failing.number = number
+
+    async def main() -> None:
+        listener = TcpListener(Router(NetId("5.1.2.3.1.1")))
+        await listener.open("127.0.0.1", 0)
+        connected = asyncio.Event()
+        opened = listener.opened
+
+        def note(peer: Any) -> None:
+            opened(peer)
+            if len(listener.connections) == 4:
+                connected.set()
+
+        listener.opened = note  # type: ignore[method-assign]
+        in_use = await asyncio.open_connection("127.0.0.1", listener.port)
+        in_use[1].write(bytes.fromhex("0010 02000000 0000"))  # registers a port
+        await in_use[0].readexactly(14)
+        mute = [await asyncio.open_connection("127.0.0.1", listener.port) for _ in range(3)]
+        await connected.wait()
+        Failing.left = 1
+        newcomer = await asyncio.open_connection("127.0.0.1", listener.port)
+        newcomer[1].write(bytes.fromhex("0210 00000000"))
+        await newcomer[0].readexactly(12)
+        is_closed = number != errno.ENOBUFS  # that has nothing to do with descriptors
+        assert len(listener.connections) == (2 if is_closed else 5)
+        for reader, _ in mute if is_closed else []:
+            assert await reader.read() == b""
+        in_use[1].write(bytes.fromhex("0210 00000000"))
+        assert len(await in_use[0].readexactly(12)) == 12
+        for _, writer in (in_use, newcomer, *mute):
+            writer.close()
+        await listener.close()
+
+    run(main())
+
+
 def test_while_accepting_fails_the_loop_does_not_spin(run: Any) -> None:
     async def main() -> None:
         listener = TcpListener(Router(NetId("5.1.2.3.1.1")))
@@ -116,7 +159,7 @@ def test_a_socket_that_cannot_listen_closes_the_others(run: Any) -> None:
             closed = socket.socket()
             closed.close()
             with pytest.raises(OSError, match="Bad file descriptor"):
-                Acceptor([bound, closed], asyncio.Protocol, 1, print, print)
+                Acceptor([bound, closed], asyncio.Protocol, 1, print, print, lambda: False)
             where = bound.getsockname()
         with pytest.raises(ConnectionRefusedError):
             await asyncio.open_connection(*where)

@@ -5,6 +5,7 @@ without a word. Here they wait in the backlog, and the log has one line.
 """
 
 import asyncio
+import errno
 import os
 import socket
 from collections.abc import Callable, Iterable
@@ -19,6 +20,9 @@ _AT_ONCE = 64
 _RETRY = 1.0
 """Seconds after a failure until the next attempt."""
 
+_SOON = 0.05
+"""The same where connections were closed to make room, s."""
+
 _SILENCE = 60.0
 """Seconds after a line in the log until a further failure is worth another one."""
 
@@ -26,7 +30,8 @@ _SILENCE = 60.0
 class Acceptor:
     """Accepts at `sockets`, which are bound, with a protocol of `factory` for each connection.
 
-    `failed(why)` is called once when accepting fails, `recovered()` when it works again. Raises
+    `failed(why)` is called once when accepting fails, `recovered()` when it works again. Without
+    descriptors `make_room` is called, which returns True if it closes connections. Raises
     OSError if a socket cannot listen. Not for Windows, whose loop watches no descriptors.
     """
 
@@ -37,11 +42,13 @@ class Acceptor:
         backlog: int,
         failed: Callable[[str], None],
         recovered: Callable[[], None],
+        make_room: Callable[[], bool],
     ) -> None:
         self._loop = asyncio.get_running_loop()
         self._factory = factory
         self._failed = failed
         self._recovered = recovered
+        self._make_room = make_room
         self._has_failed = False
         self._silent_until = 0.0
         self._retries: dict[socket.socket, asyncio.TimerHandle] = {}
@@ -99,7 +106,9 @@ class Acceptor:
     def _pause(self, listening: socket.socket, failure: OSError) -> None:
         """Look at this socket again in a while: it stays readable."""
         self._loop.remove_reader(listening)
-        self._retries[listening] = self._loop.call_later(_RETRY, self._watch, listening)
+        without_descriptors = failure.errno in (errno.EMFILE, errno.ENFILE)
+        pause = _SOON if without_descriptors and self._make_room() else _RETRY
+        self._retries[listening] = self._loop.call_later(pause, self._watch, listening)
         now = self._loop.time()
         if not self._has_failed and now >= self._silent_until:
             self._has_failed = True

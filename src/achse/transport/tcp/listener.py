@@ -32,6 +32,12 @@ TCP_PORT = 48898
 MOST_WAITING = 1024
 """Connections that wait to be taken; where more come at once, the rest dials again 1 s later."""
 
+_ROOM = 16
+"""Idle connections closed at once where the process has no descriptors left."""
+
+_HOSTS = 32
+"""Hosts whose connections are looked at for them."""
+
 
 class TcpListener:
     """Accepts AMS/TCP connections for a router.
@@ -117,6 +123,7 @@ class TcpListener:
                     MOST_WAITING,
                     self._cannot_accept,
                     self._accepts_again,
+                    self._make_room,
                 )
             except BaseException:
                 self._server.close()
@@ -133,6 +140,20 @@ class TcpListener:
 
     def _accepts_again(self) -> None:
         log.info("connections to %s:%d are accepted again", self.host, self.port)
+
+    def _make_room(self) -> bool:
+        """Close idle connections, as no descriptor is left: those of the host that has most first.
+
+        False if all connections are in use. The closed ones stay a reserve for files as well.
+        """
+        now, closed = self.loop.time(), 0
+        for host, _ in self._per_host.most_common(_HOSTS):
+            while closed < _ROOM and (idle := self._idle.find(host, now)) is not None:
+                log.info("closing the idle connection %s: no descriptor is left", idle.peer)
+                self._remove(idle)
+                idle.close()
+                closed += 1
+        return closed > 0
 
     def _changed(self, old: Route | None, new: Route | None) -> None:
         """A route is another one: who came by it is judged again."""
