@@ -23,17 +23,18 @@ from typing import Protocol
 
 from achse.ams import AmsAddress, Command, Endpoint, Flags, Frame, NetId
 from achse.codes import ReturnCode
+from achse.router.forwarded_client import ForwardedClient
+from achse.router.latency import Latencies
 from achse.router.ledger import (
     Resource,
     ResourceAction,
     ResourceChange,
     ResourceKind,
     change_of,
-    end_hints,
     without,
 )
 
-__all__ = ["ClientPorts", "ForwardedClient", "Forwarding"]
+__all__ = ["ClientPorts", "Forwarding"]
 
 _PENDING = 1 << 14
 """Requests that may be unanswered; beyond, the oldest is forgotten."""
@@ -69,8 +70,8 @@ _RELEASES_AT_ONCE = 64
 _ALIASES = range(32_768, 65_280)
 """Ports of aliases, as routers give them to clients."""
 
-_UNKNOWN_TIME = 0
-"""Stamp of samples without data: the target is gone, and the router does not know its time."""
+_UNMEASURED = 15
+"""Bits of the number of an answer that are 0 where its latency is counted."""
 
 _RELEASE_ID = 0x8000_0000
 """Invoke ids of releases begin here."""
@@ -95,46 +96,6 @@ class ClientPorts(Protocol):
     ) -> None: ...
 
     def ignore_way_closed(self, listener: Callable[[Endpoint], None]) -> None: ...
-
-
-class ForwardedClient:
-    """A client: its connection, its source address, and what it holds at the targets."""
-
-    __slots__ = (
-        "alias", "client", "gone", "pending", "registered", "releasing", "resources", "source",
-        "subscribed",
-    )  # fmt: skip
-
-    def __init__(self, client: Endpoint, source: bytes, alias: bytes, registered: bool) -> None:
-        self.client = client
-        """Destination of its answers: a connection, or an endpoint in this process."""
-        self.source = source
-        """Its AMS address, as it gives it."""
-        self.alias = alias
-        """Its AMS address, as the targets see it."""
-        self.registered = registered
-        """True if the router has given it its port: the session ends with the port."""
-        self.resources: dict[Resource, int] = {}
-        """Resources of the client, with the number of requests for each."""
-        self.pending = 0
-        """Requests without an answer."""
-        self.releasing = 0
-        """Releases of its resources without an answer, those that are not sent yet included."""
-        self.subscribed = False
-        """True once it had a subscription: samples may come after the answer to its end."""
-        self.gone = False
-        """True once its connection or its port is closed."""
-
-    @property
-    def idle(self) -> bool:
-        """True if nothing more comes for its alias."""
-        return not (self.pending or self.releasing or self.resources)
-
-    def end_hints(self) -> Iterator[Frame]:
-        """Yield notifications to the client: the handles of its subscriptions are invalid."""
-        for hint in end_hints(list(self.resources), self.source, _UNKNOWN_TIME):
-            hint.via = self.client
-            yield hint
 
 
 class _Load:
@@ -184,8 +145,11 @@ class Forwarding:
         router: ClientPorts,
         send: Callable[[Frame], object],
         later: Callable[[Callable[[], object]], object],
+        clock: Callable[[], float] | None = None,
     ) -> None:
+        """With `clock` (seconds, as the times of requests) latencies are counted."""
         self._router = router
+        self._clock = clock
         self._send = send
         self._later = later
         self._sessions: dict[bytes, dict[Endpoint, ForwardedClient]] = {}
@@ -213,10 +177,24 @@ class Forwarding:
         self._listening = False
         self.returned = 0
         """Answers and notifications that came so far."""
+        self.refused = 0
+        """Requests that were refused for what is under way."""
+        self.latencies = Latencies()
+        """Latencies of every sixteenth answer."""
 
     def __len__(self) -> int:
         """Sessions for which something may come."""
         return len(self._by_alias)
+
+    @property
+    def pending(self) -> int:
+        """Requests without an answer."""
+        return sum(map(len, self._pending.values()))
+
+    @property
+    def clients(self) -> Iterator[ForwardedClient]:
+        """Sessions of clients that are there."""
+        return (each for each in self._by_alias.values() if not each.gone)
 
     @property
     def resources(self) -> Iterator[tuple[ForwardedClient, Resource]]:
@@ -265,6 +243,7 @@ class Forwarding:
                     self._discard(session, Resource(action.kind, change.target, action.handle))
         else:
             if self._is_too_much(client, _size_with_answer(frame), now, congested):
+                self.refused += 1
                 return ReturnCode.ROUTER_MAILBOX_FULL
             refusal = self._note(session, frame, change, now, circles)
             if refusal is not None:
@@ -405,6 +384,8 @@ class Forwarding:
                 del self._pending[key]
             if request.change is not None and not answer.error:
                 self._apply(session, request.change, answer.data)
+            if self._clock is not None and not self.returned & _UNMEASURED:
+                self.latencies.add(int(self._clock() * 1e9) - request.time)
             self._answered(request)
         return False
 

@@ -24,7 +24,8 @@ from achse.ams import (
     TcpMessage,
 )
 from achse.codes import ReturnCode
-from achse.router.forwarding import ForwardedClient, Forwarding
+from achse.router.forwarded_client import ForwardedClient
+from achse.router.forwarding import Forwarding
 from achse.router.rights import ALL_RIGHTS, Right
 from achse.router.routes import Admission, Route
 from achse.transport.connections.line import Line, PeerOwner, Timer, Turns
@@ -355,7 +356,8 @@ class Peer:
         circles = frame.origin is not None and not router.is_local(frame.target[:6])
         congested = congested and frame.origin is not None
         if self._forwarding is None:
-            self._forwarding = Forwarding(router, self._send_own, self._after_a_second)
+            clock = self.owner.loop.time if router.source_nat else None
+            self._forwarding = Forwarding(router, self._send_own, self._after_a_second, clock)
         outcome = self._forwarding.request(client, frame, now, circles=circles, congested=congested)
         if isinstance(outcome, Frame):
             return outcome

@@ -89,7 +89,7 @@ class Uplink:
         self.losses = 0
         """Of these, those that were lost."""
         self.trouble = ""
-        """Why there is no connection; empty before the first attempt and while connected."""
+        """Reason for having no connection; empty before the first attempt and while connected."""
         self.denied = False
         """True if the host did not accept our certificate at the last attempt."""
         self._dial = dial

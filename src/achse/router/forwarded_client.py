@@ -1,0 +1,51 @@
+"""A client of a forwarding router, as the targets on one connection see it."""
+
+from collections.abc import Iterator
+
+from achse.ams import Endpoint, Frame
+from achse.router.ledger import Resource, end_hints
+
+__all__ = ["ForwardedClient"]
+
+_UNKNOWN_TIME = 0
+"""Stamp of samples without data: the target is gone, and the router does not know its time."""
+
+
+class ForwardedClient:
+    """A client: its connection, its source address, and what it holds at the targets."""
+
+    __slots__ = (
+        "alias", "client", "gone", "pending", "registered", "releasing", "resources", "source",
+        "subscribed",
+    )  # fmt: skip
+
+    def __init__(self, client: Endpoint, source: bytes, alias: bytes, registered: bool) -> None:
+        self.client = client
+        """Destination of its answers: a connection, or an endpoint in this process."""
+        self.source = source
+        """Its AMS address, as it gives it."""
+        self.alias = alias
+        """Its AMS address, as the targets see it."""
+        self.registered = registered
+        """True if the router has given it its port: the session ends with the port."""
+        self.resources: dict[Resource, int] = {}
+        """Resources of the client, with the number of requests for each."""
+        self.pending = 0
+        """Requests without an answer."""
+        self.releasing = 0
+        """Releases of its resources without an answer, those that are not sent yet included."""
+        self.subscribed = False
+        """True once it had a subscription: samples may come after the answer to its end."""
+        self.gone = False
+        """True once its connection or its port is closed."""
+
+    @property
+    def idle(self) -> bool:
+        """True if nothing more comes for its alias."""
+        return not (self.pending or self.releasing or self.resources)
+
+    def end_hints(self) -> Iterator[Frame]:
+        """Yield notifications to the client: the handles of its subscriptions are invalid."""
+        for hint in end_hints(list(self.resources), self.source, _UNKNOWN_TIME):
+            hint.via = self.client
+            yield hint
