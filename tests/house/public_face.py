@@ -14,6 +14,7 @@ from typer.main import get_command
 from achse.cli.app import app
 from achse.faults.drives import DRIVE_FAULTS
 from achse.faults.kinds import STATION_FAULTS
+from achse.gateway.configuration import TargetConfig
 from achse.station.configuration.station_file import StationConfig
 
 LISTED = Path(__file__).parents[1] / "data" / "public_face.txt"
@@ -34,7 +35,7 @@ def _names() -> Iterator[str]:
 def _commands(command: Any, path: str) -> Iterator[str]:
     for name, child in getattr(command, "commands", {}).items():
         yield from _commands(child, f"{path} {name}")
-    if not hasattr(command, "commands"):
+    if not hasattr(command, "commands") or (path != "achse" and command.invoke_without_command):
         yield f"command {path}"
         for parameter in command.params:
             if parameter.param_type_name == "argument":
@@ -72,6 +73,7 @@ def public_face() -> list[str]:
         *_names(),
         *_commands(get_command(app), "achse"),
         *_keys(StationConfig, ""),
+        *_keys(TargetConfig, "target."),
         *_faults(),
     )
     return sorted(set(lines))

@@ -16,6 +16,7 @@ MAY: dict[str, str] = {
     "src/achse/cli/record/monitor.py": "beside times of captures, which are times of day",
     "src/achse/cli/start/run.py": "stamps of a station until its pace starts",
     "src/achse/fleet/worker.py": "stamps of a station until its pace starts",
+    "src/achse/gateway/gateway.py": "once at the start, for stamps of the router's own devices",
     "src/achse/monitor/replay.py": "where the time of a recording that is played begins",
     "src/achse/station/buses/frame_link.py": "beside the kernel's note; never more than went by",
     "src/achse/station/clocks/clock.py": "stamps where the pace starts, and their lag, for people",

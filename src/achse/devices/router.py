@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 from achse.router import Router
 from achse.router.memory import notification_packet, router_memory_kb
-from achse.server import BYTES, READ, Device, Group, Layout, Service
+from achse.server import BYTES, READ, Device, Group, IndexGroup, Layout, Service
 
 __all__ = ["FIGURES", "ROUTER_FIGURES", "RouterDevice"]
 
@@ -18,7 +18,10 @@ _U32 = Layout("<I")
 
 
 class RouterDevice(Device):
-    """Figures of a router; `devices()` gives all devices whose notifications count."""
+    """Figures of a router; `devices()` gives all devices whose notifications count.
+
+    `further` are index groups of a router that has more to say.
+    """
 
     def __init__(
         self,
@@ -26,11 +29,15 @@ class RouterDevice(Device):
         devices: Callable[[], Iterable[Device]],
         *,
         clock: Callable[[], int],
+        further: Sequence[IndexGroup] = (),
     ) -> None:
         self.router = router
         self._devices = devices
         super().__init__(
-            "TwinCAT Router", (3, 1, 4024), [Group(FIGURES, ROUTER_FIGURES, self)], clock=clock
+            "TwinCAT Router",
+            (3, 1, 4024),
+            [Group(FIGURES, ROUTER_FIGURES, self), *further],
+            clock=clock,
         )
 
     def sample_sizes(self) -> Sequence[int]:

@@ -15,6 +15,7 @@ from achse.ams import NetId
 from achse.devices.router import RouterDevice
 from achse.devices.system.device import VERSION, SystemDevice
 from achse.gateway.configuration import GatewayConfig, TargetConfig
+from achse.gateway.figures import statistics_group
 from achse.gateway.registration import register
 from achse.gateway.requests import OwnRequests
 from achse.gateway.target import Target
@@ -24,6 +25,7 @@ from achse.station.routes.addresses import net_id_at
 from achse.station.routes.network import Network
 from achse.station.routes.route_file import RouteFile
 from achse.transport.own_address import address_for_others, address_towards
+from achse.transport.tcp.listener import TcpListener
 from achse.transport.uplinks.uplink import Uplink
 
 __all__ = ["Gateway"]
@@ -57,6 +59,8 @@ class Gateway:
             *(config, self.router, VERSION, self._base),
             any_client_may=("do at the targets what the targets let this router do",),
         )
+        self.targets: Sequence[Target] = ()
+        """Targets with their states, while it runs."""
         self._start_ns = time.time_ns() - time.monotonic_ns()
         routes, clock = self.router.routes, self._clock
         self.devices: Sequence[Device] = (
@@ -66,11 +70,20 @@ class Gateway:
                 routes_writable=config.router.routes_over_ads,
                 name=self.network.name,
             ),
-            RouterDevice(self.router, lambda: self.devices, clock=clock),
+            RouterDevice(
+                self.router,
+                lambda: self.devices,
+                clock=clock,
+                further=(statistics_group(self),),
+            ),
         )
         for device, port in zip(self.devices, (_SYSTEM_PORT, _ROUTER_PORT), strict=True):
             device.attach(self.router, port)
-        self.targets: Sequence[Target] = ()
+
+    @property
+    def listeners(self) -> Sequence[TcpListener]:
+        """Listeners of TCP, plain and secure."""
+        return self.network.listeners
 
     def _clock(self) -> int:
         return self._start_ns + time.monotonic_ns()

@@ -2,8 +2,9 @@
 
 import asyncio
 import contextlib
+import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -11,15 +12,20 @@ from achse.cli.failure import fail, tell
 from achse.cli.interrupts import ending, ending_signals
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
 from achse.cli.options import LetEverybodyIn
-from achse.cli.output import tell_event
+from achse.cli.output import print_json, print_table, tell_event
 from achse.cli.process import loop_factory, raise_file_limit
-from achse.cli.target import net_id_of
+from achse.cli.target import Json, client_command, net_id_of
 
 if TYPE_CHECKING:
+    from achse.client import Client
     from achse.gateway.configuration import GatewayConfig
     from achse.gateway.gateway import Gateway
 
 __all__ = ["router"]
+
+_ROUTER_PORT = 1
+
+_LONGEST = 1 << 20
 
 router = typer.Typer(
     invoke_without_command=True,
@@ -159,3 +165,39 @@ def _report_ready(gateway: "Gateway") -> None:
     for target in gateway.targets:
         net_id = "?" if target.net_id is None else str(target.net_id)
         tell_event("target", name=target.config.title, net_id=net_id, state=target.state.value)
+
+
+@client_command(router, _ROUTER_PORT)
+async def status(client: "Client", in_json: Json = False) -> None:
+    """Show clients, targets, requests, latencies and losses of a running `achse router`."""
+    from achse.gateway.figures import STATISTICS
+
+    figures: dict[str, Any] = json.loads(await client.read_raw(STATISTICS, 0, _LONGEST))
+    if in_json:
+        print_json(figures)
+        return
+    clients, targets = figures.pop("clients"), figures.pop("targets")
+    rows = [(name.replace("_", " "), format(value, "g")) for name, value in figures.items()]
+    print_table(rows, right=frozenset({1}))
+    print()
+    columns = ("clients", "subscriptions", "handles", "pending", "returned", "losses", "refused")
+    head = ("target", "NetId", "state", *columns, "50 % ms", "99 % ms")
+    body = [
+        (
+            *(each["name"], each["net_id"] or "?", each["state"]),
+            *(str(each[name]) for name in columns),
+            *(f"{1e3 * each[name]:.2f}" for name in ("latency_50", "latency_99")),
+        )
+        for each in targets
+    ]
+    print_table([head, *body], right=frozenset(range(3, 12)))
+    for each in targets:
+        if each["advice"]:
+            print(f"{each['name']}: {each['advice']}")
+    if clients:
+        print()
+        asked = [
+            (each["address"], each["peer"] or "-", str(each["requests"]), str(each["errors"]))
+            for each in clients
+        ]
+        print_table([("client", "from", "requests", "errors"), *asked], right=frozenset({2, 3}))
