@@ -1,0 +1,231 @@
+"""Requests through `achse router`: instructions beside a bare forwarder, throughput beside direct.
+
+Instructions: 64 reads from a client and 64 answers from the target, without sockets. The bare
+forwarder in Python knows no limits, rights, ledger or routes: it gives each connection and address
+a port, rewrites the two addresses and writes what came in one piece. Callgrind counts (valgrind).
+Throughput: reads of 4 bytes, 64 under way, from a station directly and through a router process.
+Usage: python benchmarks/forwarding.py instructions | throughput [SECONDS]
+"""
+
+import asyncio
+import re
+import statistics
+import struct
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+from processes import running, station
+
+import achse
+from achse.ams import AmsAddress, Command, Frame, NetId
+from achse.ams.commands import DataResponse, ReadRequest
+from achse.router import Router
+from achse.router.routes import Route
+from achse.transport.connections.connection import TcpConnection
+from achse.transport.connections.peer import Peer
+from achse.transport.tcp.listener import TcpListener
+from achse.transport.uplinks.uplink import Uplink
+
+PORTION = 64
+TARGET, CLIENT = AmsAddress("5.0.0.9.1.1:851"), AmsAddress("192.168.0.9.1.1:30000")
+OWN = NetId("5.0.0.1.1.1")
+FRAME = struct.Struct("<HI8s8s")
+
+Work = Callable[[], object]
+
+
+class Sink(asyncio.Transport):
+    """Keeps what was written."""
+
+    def __init__(self) -> None:
+        super().__init__({"peername": ("127.0.0.1", 1)})
+        self.written = b""
+
+    def write(self, data: Any) -> None:
+        self.written += data
+
+    def get_write_buffer_size(self) -> int:
+        return 0
+
+    def set_write_buffer_limits(self, high: Any = None, low: Any = None) -> None:
+        pass
+
+    def abort(self) -> None:
+        pass
+
+
+class BareForwarder:
+    """Rewrites addresses between connections of clients and one target."""
+
+    def __init__(self, target: Sink) -> None:
+        self.target = target
+        self.ports: dict[tuple[Sink, bytes], bytes] = {}
+        self.clients: dict[bytes, tuple[Sink, bytes]] = {}
+
+    def from_client(self, client: Sink, data: bytes) -> None:
+        out, position = [], 0
+        while position < len(data):
+            _, length, _, source = FRAME.unpack_from(data, position)
+            alias = self.ports.get((client, source))
+            if alias is None:
+                alias = OWN + (32768 + len(self.ports)).to_bytes(2, "little")
+                self.ports[client, source] = alias
+                self.clients[alias] = client, source
+            end = position + 6 + length
+            out += data[position : position + 14], alias, data[position + 22 : end]
+            position = end
+        self.target.write(b"".join(out))
+
+    def from_target(self, data: bytes) -> None:
+        out: dict[Sink, list[bytes]] = {}
+        position = 0
+        while position < len(data):
+            _, length, alias, _ = FRAME.unpack_from(data, position)
+            client, source = self.clients[alias]
+            end = position + 6 + length
+            parts = out.setdefault(client, [])
+            parts += data[position : position + 6], source, data[position + 14 : end]
+            position = end
+        for client, parts in out.items():
+            client.write(b"".join(parts))
+
+
+def requests() -> list[Frame]:
+    data = ReadRequest(0x4020, 0, 4).encode()
+    return [Frame(TARGET, CLIENT, Command.READ, 4, 0, n, data) for n in range(PORTION)]
+
+
+def answers(forwarded: bytes) -> bytes:
+    """The answers of the target to requests that it got."""
+    _, _, _, alias = FRAME.unpack_from(forwarded)
+    answer = DataResponse(0, bytes(4)).encode()
+    return b"".join(
+        Frame(alias, TARGET, Command.READ, 5, 0, each.invoke_id, answer).encode_tcp()
+        for each in requests()
+    )
+
+
+def bare() -> Work:
+    client, target = Sink(), Sink()
+    forwarder = BareForwarder(target)
+    portion = b"".join(each.encode_tcp() for each in requests())
+    forwarder.from_client(client, portion)
+    back = answers(target.written)
+
+    def work() -> None:
+        target.written = client.written = b""
+        forwarder.from_client(client, portion)
+        forwarder.from_target(back)
+
+    work()
+    assert len(client.written) == len(back)
+    return work
+
+
+def routed() -> Work:
+    loop = asyncio.new_event_loop()
+
+    async def connected() -> tuple[TcpConnection, TcpConnection, Sink, Sink]:
+        router = Router(OWN, source_nat=True)
+        listener = TcpListener(router)
+        await listener.open(port=0)
+        client, target = Sink(), Sink()
+        near = TcpConnection(Peer(listener))
+        near.connection_made(client)
+        route = Route(name="press", net_id=TARGET.net_id, host="127.0.0.1")
+        uplink = Uplink(router, route, loop, lambda _: None)
+        router.add_route(TARGET.net_id, uplink)
+        far = TcpConnection(uplink.make_peer())
+        far.connection_made(target)
+        return near, far, client, target
+
+    near, far, client, target = loop.run_until_complete(connected())
+
+    def turn() -> None:
+        loop.call_soon(loop.stop)
+        loop.run_forever()
+
+    portion = b"".join(each.encode_tcp() for each in requests())
+    near.data_received(portion)
+    turn()
+    back = answers(target.written)
+    far.data_received(back)
+
+    def work() -> None:
+        turn()
+        target.written = client.written = b""
+        near.data_received(portion)
+        turn()
+        far.data_received(back)
+        turn()
+
+    work()
+    assert len(client.written) == len(back), (len(client.written), len(back))
+    return work
+
+
+WORKS: dict[str, Callable[[], Work]] = {"bare": bare, "routed": routed}
+
+
+def instructions(work: str, repetitions: int) -> int:
+    """Instructions of a process that does a work so often."""
+    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", sys.executable]
+    command += [__file__, "run", work, str(repetitions)]
+    told = subprocess.run(command, capture_output=True, text=True, check=True).stderr
+    return int(re.findall(r"Collected : (\d+)", told)[0])
+
+
+async def reads(host: str, port: int, net_id: str, seconds: float) -> float:
+    """Answers per second, and none is an error."""
+    async with achse.connect(f"{host}:{port}", net_id=net_id, port=10_000) as client:
+        end = time.monotonic() + seconds
+        count, begin = 0, time.monotonic()
+
+        async def ask() -> None:
+            nonlocal count
+            while time.monotonic() < end:
+                await client.read_raw(0xF0, 0, 16)
+                count += 1
+
+        await asyncio.gather(*(ask() for _ in range(PORTION)))
+        return count / (time.monotonic() - begin)
+
+
+def throughput(seconds: float) -> None:
+    with station("127.0.0.81", "--log-level", "error") as port:
+        words = ["-m", "achse", "router", "--to", f"127.0.0.81:{port}=127.0.0.81.1.1"]
+        words += ["--host", "127.0.0.82", "--net-id", "127.0.0.82.1.1"]
+        with running(*words, ready="achse ready"):
+            places = {"direct": "127.0.0.81", "through the router": "127.0.0.82"}
+            rates: dict[str, list[float]] = {name: [] for name in places}
+            for _ in range(5):
+                for name, host in places.items():
+                    rate = asyncio.run(reads(host, 48898, "127.0.0.81.1.1", seconds))
+                    rates[name].append(rate)
+    medians = {name: statistics.median(each) for name, each in rates.items()}
+    for name, rate in medians.items():
+        print(f"{name:20} {rate:8.0f} reads/s")
+    direct, through = medians.values()
+    print(f"share {through / direct:.2f}")
+
+
+def main(what: str = "instructions", *words: str) -> None:
+    if what == "run":
+        work = WORKS[words[0]]()
+        for _ in range(int(words[1])):
+            work()
+    elif what == "throughput":
+        throughput(float(words[0]) if words else 1.0)
+    else:
+        each = {}
+        for name in WORKS:
+            each[name] = (instructions(name, 300) - instructions(name, 150)) / 150 / PORTION
+            print(f"{name:8} {each[name]:8.0f} instructions per request and answer")
+        print(f"ratio {each['routed'] / each['bare']:.2f}")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
