@@ -70,6 +70,10 @@ _RELEASES_AT_ONCE = 64
 _ALIASES = range(32_768, 65_280)
 """Ports of aliases, as routers give them to clients."""
 
+_NO_RESPONSE = int(Flags.NO_RESPONSE)
+
+_READS = (int(Command.READ), int(Command.READ_WRITE))
+
 _UNMEASURED = 15
 """Bits of the number of an answer that are 0 where its latency is counted."""
 
@@ -113,14 +117,19 @@ class _Pending:
     __slots__ = ("change", "command", "flags", "session", "size", "time")
 
     def __init__(
-        self, session: ForwardedClient, request: Frame, change: ResourceChange | None, time: int
+        self,
+        session: ForwardedClient,
+        request: Frame,
+        change: ResourceChange | None,
+        time: int,
+        size: int,
     ) -> None:
         self.session = session
         self.command = request.command
         self.flags = request.flags
         self.change = change
         self.time = time
-        self.size = _size_with_answer(request)
+        self.size = size
 
     def refuse(self, target: bytes, invoke_id: int, code: ReturnCode) -> Frame | None:
         """The answer `code` to the client; None if it is gone."""
@@ -235,17 +244,18 @@ class Forwarding:
                 change = (
                     None if len(foreign) == len(change.actions) else change_of(_with(frame, data))
                 )
-        if frame.flags & Flags.NO_RESPONSE:
+        if frame.flags & _NO_RESPONSE:
             for action in () if change is None else change.actions:
                 if action.handle is None:  # its handle would be unknown
                     return ReturnCode.SERVICE_NOT_SUPPORTED
                 if change is not None:
                     self._discard(session, Resource(action.kind, change.target, action.handle))
         else:
-            if self._is_too_much(client, _size_with_answer(frame), now, congested):
+            size = _size_with_answer(frame)
+            if self._is_too_much(client, size, now, congested):
                 self.refused += 1
                 return ReturnCode.ROUTER_MAILBOX_FULL
-            refusal = self._note(session, frame, change, now, circles)
+            refusal = self._note(session, frame, change, now, circles, size)
             if refusal is not None:
                 return refusal
         if session.alias == frame.source and data is frame.data:
@@ -320,6 +330,7 @@ class Forwarding:
         change: ResourceChange | None,
         now: int,
         circles: bool,
+        size: int,
     ) -> ReturnCode | None:
         """Remember a request until its answer comes. What refuses it, None if it may go."""
         key = (session.alias, bytes(frame.target), frame.invoke_id)
@@ -337,13 +348,15 @@ class Forwarding:
             return ReturnCode.TARGET_MACHINE_NOT_FOUND
         elif len(waiting) >= _PENDING:
             self._answered(waiting.popleft())
-        request = _Pending(session, frame, change, now)
+        request = _Pending(session, frame, change, now, size)
         waiting.append(request)
-        load = self._loads.setdefault(session.client, _Load())
+        load = self._loads.get(session.client)
+        if load is None:
+            load = self._loads[session.client] = _Load()
         load.time = now
         load.count += 1
-        load.size += request.size
-        self._size += request.size
+        load.size += size
+        self._size += size
         session.pending += 1
         self._idle.pop(session, None)
         return None
@@ -360,7 +373,7 @@ class Forwarding:
         session = self._by_alias.get(frame.target)
         if session is None:
             return True
-        if frame.flags & Flags.RESPONSE and self._settle(session, frame):
+        if frame.flags & 1 and self._settle(session, frame):
             return False
         if session.gone:
             return False
@@ -570,7 +583,7 @@ _NOBODY: dict[Endpoint, ForwardedClient] = {}
 def _size_with_answer(request: Frame) -> int:
     """Return the bytes of a request and of the answer that it asks for."""
     data = request.data
-    reads = request.command in (Command.READ, Command.READ_WRITE)
+    reads = request.command in _READS
     return len(data) + (int.from_bytes(data[8:12], "little") if reads else 0)
 
 

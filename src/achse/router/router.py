@@ -38,6 +38,8 @@ Watcher = Callable[[Frame], None]
 
 _NOTIFICATION = int(Command.NOTIFICATION)
 
+_NO_RESPONSE = int(Flags.NO_RESPONSE)
+
 _UNANSWERED = int(Flags.RESPONSE | Flags.NO_RESPONSE)
 
 
@@ -333,7 +335,7 @@ class Router:
             return endpoint
         # Of frames on their way through only requests go on, and only those that get an answer:
         # the endpoint tells by what is unanswered that they go in circles.
-        quiet = frame.flags & Flags.NO_RESPONSE and not self.is_local(frame.source[:6])
+        quiet = frame.flags & _NO_RESPONSE and not self.is_local(frame.source[:6])
         if backwards or quiet or endpoint in (origin, getattr(origin, "owner", None)):
             return None
         return endpoint

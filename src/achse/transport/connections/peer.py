@@ -59,7 +59,9 @@ _PORTS_LEFT = 8192
 _QUICK = 8192
 """Bytes whose requests are done without a look at the time."""
 
-_UNANSWERED = Flags.RESPONSE | Flags.NO_RESPONSE
+_NO_RESPONSE = int(Flags.NO_RESPONSE)
+
+_UNANSWERED = int(Flags.RESPONSE | Flags.NO_RESPONSE)
 
 _LINGER = 5.0
 """Seconds a closed connection has to take the rest of what was sent to it."""
@@ -231,7 +233,7 @@ class Peer:
             extra=frame.sender,
         )
         backwards = frame.is_response or frame.command == Command.NOTIFICATION
-        if not backwards and not frame.flags & Flags.NO_RESPONSE:
+        if not backwards and not frame.flags & _NO_RESPONSE:
             self.deliver(frame.reply(error=ReturnCode.INTERNAL_ERROR.number))
 
     def _leave(self) -> None:
@@ -349,7 +351,7 @@ class Peer:
         router, client = self._router, frame.origin or self._router.local_endpoint(frame.source)
         if client is None:
             return frame
-        congested, quiet = self.congested, frame.flags & Flags.NO_RESPONSE
+        congested, quiet = self.congested, frame.flags & _NO_RESPONSE
         if not getattr(client, "connected", True) or (congested and quiet):
             return None
         now = int(self.owner.loop.time() * 1e9)
@@ -363,7 +365,7 @@ class Peer:
             return outcome
         if outcome is ReturnCode.TARGET_MACHINE_NOT_FOUND:
             self._warn_of_circle(frame)
-        if not frame.flags & Flags.NO_RESPONSE:
+        if not frame.flags & _NO_RESPONSE:
             router.deliver(frame.reply(error=outcome.number))
         return None
 
