@@ -61,7 +61,7 @@ def test_a_folder(folder: Path) -> None:
 def test_a_project_file_says_what_counts(folder: Path) -> None:
     (folder / "Old.TcPOU").write_text("nonsense")
     with pytest.raises(SourceError, match=r"Old\.TcPOU:1:"):
-        load_project(folder)
+        load_project(folder, check_all=True)
     (folder / "Plc.plcproj").write_text(PROJECT)
     for path in (folder, folder / "Plc.plcproj"):
         assert len(load_project(path).sources) == 3
@@ -112,7 +112,7 @@ def test_all_faults_of_all_files_are_told(folder: Path) -> None:
     (folder / "b.st").write_text("TYPE T INT; END_TYPE\nTYPE U INT; END_TYPE")
     (folder / "c.TcPOU").write_text("<a>")
     with pytest.raises(SourceError) as caught:
-        load_project(folder)
+        load_project(folder, check_all=True)
     assert [str(fault.location) for fault in caught.value.faults] == [
         "a.st:1:16", "b.st:1:8", "b.st:2:8", "c.TcPOU:1:4",
     ]  # fmt: skip
@@ -121,7 +121,7 @@ def test_all_faults_of_all_files_are_told(folder: Path) -> None:
 def test_faults_name_file_line_and_column(folder: Path) -> None:
     (folder / "GVLs/GVL.TcGVL").write_text(LIST.replace("ST_X", "ST_Y"))
     with pytest.raises(SourceError) as caught:
-        load_project(folder)
+        load_project(folder, check_all=True)
     assert str(caught.value) == (
         "GVLs/GVL.TcGVL:2:9: no type is named 'ST_Y'\n        x : ST_Y;\n            ^"
         f"\n{caught.value.hint}"

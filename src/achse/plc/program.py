@@ -18,11 +18,12 @@ from achse.iec import (
 from achse.iec.describe import types_within
 from achse.iec.elementary import BoolType
 from achse.iec.structs import StaticRecord
-from achse.plc.memory import Area, AreaFullError, Memory
+from achse.plc.memory import DEFAULT_SIZES, SPARSE, Area, AreaFullError, Memory
 
 __all__ = [
     "PlacedUnit",
     "PlacedVariable",
+    "area_sizes",
     "hand_to_blocks",
     "partner_names",
     "place",
@@ -37,6 +38,11 @@ _AREAS = {
     "D": Area.DATA,
 }
 """Areas by the letter of an `Address`."""
+
+_HEADROOM = 1024
+_REST = 1 << 20
+"""Bytes behind the last variable at an address, for those without; an area that far does not
+grow."""
 
 
 class PlacedVariable(NamedTuple):
@@ -157,6 +163,19 @@ class PlacedUnit:
                     f"{self.name}.{name}: {wanted.__name__} is not declared in this PLC"
                 )
         unit.__init__()  # type: ignore[misc]
+
+
+def area_sizes(units: Iterable[type[StaticRecord]]) -> dict[Area, int]:
+    """Return the sizes of areas, in bytes, that the variables with an address in them need."""
+    sizes = dict(DEFAULT_SIZES)
+    for unit in units:
+        for member in unit.__iec__.members:
+            address = member.address
+            if address is not None and address.byte is not None:
+                area = _AREAS[address.area]
+                end = address.byte + member.type.size
+                sizes[area] = max(sizes[area], end + (_REST if end > SPARSE else _HEADROOM))
+    return sizes
 
 
 def place(declared: Iterable[type[StaticRecord]], memory: Memory) -> list[PlacedUnit]:

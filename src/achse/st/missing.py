@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 from achse.st.parser import Parsed
 from achse.st.references import LibraryReference
+from achse.st.source import Diagnostic
 
-__all__ = ["MissingLibrary", "missing_libraries"]
+__all__ = ["MissingLibrary", "findings_by_library", "missing_libraries"]
 
 _SHOWN_FILES = 3
 _SHOWN_NAMES = 4
@@ -65,6 +66,32 @@ class MissingLibrary:
             " Put its sources (a folder with its .plcproj, .TcPOU or .st files) into a folder of"
             ' libraries, and name it: libraries = ["folder"] in station.toml, --library folder'
         )
+
+
+def findings_by_library(
+    libraries: Iterable[MissingLibrary], findings: Iterable[Diagnostic]
+) -> tuple[list[tuple[MissingLibrary, list[Diagnostic]]], list[Diagnostic]]:
+    """Return the findings that follow from each missing library, and all others.
+
+    A finding follows from a library if its message names something of the library.
+    """
+    owners: dict[str, MissingLibrary] = {}
+    for library in libraries:
+        owners.setdefault(library.reference.namespace.lower(), library)
+        owners.setdefault(library.reference.title.lower(), library)
+        for names in library.uses.values():
+            for name in names:
+                owners.setdefault(name.lower(), library)
+    following: dict[str, tuple[MissingLibrary, list[Diagnostic]]] = {}
+    rest = []
+    for finding in findings:
+        words = (word.lower() for word in _WORD.findall(finding.message))
+        owner = next((owners[word] for word in words if word in owners), None)
+        if owner is None:
+            rest.append(finding)
+        else:
+            following.setdefault(owner.reference.title, (owner, []))[1].append(finding)
+    return list(following.values()), rest
 
 
 def _some(names: tuple[str, ...], count: int) -> str:

@@ -58,6 +58,7 @@ def load_project(
     defines: Defines = (),
     opaque: bool = False,
     programs: Iterable[str] | None = None,
+    check_all: bool = False,
 ) -> Project:
     """Read and declare the sources of a folder, of a `.plcproj`, or one source file.
 
@@ -69,7 +70,8 @@ def load_project(
     the one with its name). `rules` are those of the platform that a `.tmc` is for, else of 64
     bits. `defines` are what `{IF defined (…)}` finds. With `opaque`, undeclared names get
     stand-ins. `programs` are those that tasks call, by default the tasks of the project: units
-    that they do not reach may have faults. Raises `SourceError` with every other fault.
+    that they do not reach may have faults, unless `check_all`. Raises `SourceError` with every
+    other fault.
     """
     project, fault = examine_project(
         path,
@@ -80,6 +82,7 @@ def load_project(
         defines=defines,
         opaque=opaque,
         programs=programs,
+        check_all=check_all,
     )
     if fault is not None:
         raise fault
@@ -99,9 +102,9 @@ def examine_project(
     programs: Iterable[str] | None = None,
     check_all: bool = False,
 ) -> tuple[Project, SourceError | None]:
-    """Return the readable part of a project, and an error with all faults or None: as
-    `load_project`, for callers that continue with the rest. With `check_all`, faults of unreached
-    units are errors. Raises `SourceError` if nothing can be read."""
+    """Return the readable part of a project, and an error with its faults or None: as
+    `load_project`, for callers that continue with the rest. Raises `SourceError` if nothing can be
+    read."""
     faults: list[Diagnostic] = []
     others = [Path(item) for item in libraries]
     named = [item for item in others if item.suffix.lower() == SYMBOL_FILE]

@@ -3,9 +3,17 @@
 Source: `.TcTTO` files of public projects.
 """
 
+import logging
+import re
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-__all__ = ["FileTask"]
+__all__ = ["FileTask", "called_tasks"]
+
+_VISU = re.compile(r"VisuElems\.|.*\bVisu_Prg$", re.IGNORECASE)
+"""Programs that the vendor's visualisation brings along."""
+
+log = logging.getLogger("achse.plc")
 
 
 class FileTask(NamedTuple):
@@ -17,3 +25,20 @@ class FileTask(NamedTuple):
     programs: tuple[str, ...] = ()
     watchdog_cycles: int = 0
     port: int = 0
+
+
+def called_tasks(declared: Iterable[FileTask], programs: Sequence[str]) -> list[FileTask]:
+    """Return the tasks that run the declared `programs`: those of the project without the programs
+    of its screens, else one for all programs."""
+    known = {name.lower() for name in programs}
+    if not known:
+        return [task._replace(programs=()) for task in declared] or [FileTask("PlcTask")]
+    found = []
+    for task in declared:
+        screens = [n for n in task.programs if n.lower() not in known and _VISU.match(n)]
+        if screens:
+            log.info("task %s: %s is left out: there are no screens", task.name, ", ".join(screens))
+        rest = tuple(name for name in task.programs if name not in screens)
+        if rest or not screens:
+            found.append(task._replace(programs=rest))
+    return found or [FileTask("PlcTask", programs=tuple(programs))]

@@ -47,6 +47,7 @@ def test_a_project_without_faults(tmp_path: Path) -> None:
         "    n := d;",
         "         ^",
         "1 sources, 1 programs and lists, 3 routines checked: 0 errors, 1 warnings",
+        "would run: PlcTask (MAIN), 3 cycles tried",
     ]
     assert "warning:" not in checked(tmp_path, "--no-warnings").stdout
 

@@ -411,3 +411,35 @@ def test_dt_is_date_and_time_to_clients(folder: Path) -> None:
     plc = next(d for d in station.devices if d.addresses and d.address.port == 851)
     entry = SymbolEntry.decode(plc.read_write(0xF009, 0, 1000, b"MAIN.dtMade"))
     assert (entry.type_name, entry.size) == ("DATE_AND_TIME", 4)
+
+
+def test_faulty_units_that_no_task_reaches_are_left_out(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "MAIN.st").write_text("PROGRAM MAIN VAR n : INT; END_VAR n := n + 1; END_PROGRAM")
+    (tmp_path / "BAD.st").write_text("FUNCTION_BLOCK BAD v := 1; END_FUNCTION_BLOCK")
+    (tmp_path / "INIT.st").write_text(
+        "FUNCTION_BLOCK INIT METHOD FB_init : BOOL\n"
+        "VAR_INPUT bInitRetains : BOOL; bInCopyCode : BOOL; END_VAR\n"
+        "nothing := 1; END_METHOD END_FUNCTION_BLOCK"
+    )
+    (tmp_path / "OLD.st").write_text("VAR_GLOBAL b : BAD; i : INIT; x : Nothing; END_VAR")
+    (tmp_path / "USES.st").write_text("VAR_GLOBAL i : INIT; n : INT := 5; END_VAR")
+    toml = tmp_path / "station.toml"
+    task = '[[plc.task]]\nname = "T"\nprograms = ["MAIN"]\n'
+    for code in ("plain", "auto"):
+        caplog.clear()
+        toml.write_text(f'[[plc]]\nsources = "."\ncode = "{code}"\n{task}')
+        station = Station.load(toml)
+        logged = [record.getMessage() for record in caplog.records]
+        assert logged == [
+            "plc[1]: 3 errors in units that no task reaches, which are left out: BAD.st, INIT.st,"
+            " OLD.st; achse check shows them"
+        ]
+        station.advance(0.05)
+        plc = station.plcs[851]
+        assert not plc.failure
+        assert plc.instance("MAIN").n == 5  # type: ignore[attr-defined]
+    toml.write_text('[[plc]]\nsources = "."\n')
+    with pytest.raises(ConfigError, match="no type is named 'Nothing'"):
+        Station.load(toml)

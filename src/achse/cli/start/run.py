@@ -20,7 +20,7 @@ from achse.cli.failure import fail, in_json, tell
 from achse.cli.interrupts import ending, ending_signals
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
 from achse.cli.options import LetEverybodyIn, ReadyWithin
-from achse.cli.output import on_terminal, print_json, tell_event
+from achse.cli.output import on_terminal, tell_event
 from achse.cli.process import loop_factory, raise_file_limit
 from achse.cli.start import detached
 from achse.cli.start.next_steps import next_steps
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from achse.station import RunningStation, Station
     from achse.web.server import WebServer
 
-__all__ = ["check_configuration", "register"]
+__all__ = ["load_station", "register"]
 
 log = logging.getLogger("achse.cli")
 
@@ -143,7 +143,7 @@ def run(
             duration = None
         raise_file_limit()
         # the time of day until the cycle starts; a station at another pace starts at a fixed moment
-        station = _station(
+        station = load_station(
             file,
             net_id,
             host=host,
@@ -167,25 +167,6 @@ def run(
     finally:
         process_log.detach()
     raise typer.Exit(code)
-
-
-def check_configuration(file: Path, as_json: bool = False) -> None:
-    """Validate a station.toml without starting it."""
-    station = _station(file, None, wall_clock=False)
-    devices, axes = len(station.devices), len(station.config.axis)
-    if as_json:
-        print_json(
-            {
-                "file": str(file),
-                "devices": devices,
-                "axes": axes,
-                "warnings": list(station.warnings),
-            }
-        )
-        return
-    for warning in station.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
-    print(f"{file}: {devices} devices, {axes} axes: ok")
 
 
 def _leave(*_: object) -> NoReturn:
@@ -216,7 +197,7 @@ def _interfaces(words: Sequence[str] | None, option: str) -> dict[str, str]:
     return found
 
 
-def _station(
+def load_station(
     file: Path | None,
     net_id: str | None,
     *,

@@ -1,17 +1,13 @@
 """`achse check` looks at a station.toml, or at the sources of a PLC project, without running it."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 from achse.cli.failure import fail
 from achse.cli.options import Library
-from achse.cli.output import print_json
 from achse.cli.target import Json
-
-if TYPE_CHECKING:
-    from achse.st.source import Diagnostic, Location
 
 __all__ = ["register"]
 
@@ -47,13 +43,22 @@ def check(
             show_default=False,
         ),
     ] = None,
+    check_all: Annotated[
+        bool,
+        typer.Option(
+            "--all",
+            help="Take errors in units that no task reaches as errors, list all that follow from"
+            " missing libraries.",
+        ),
+    ] = False,
     in_json: Json = False,
 ) -> None:
-    """Check a station.toml or a PLC project without starting it.
+    """Check a station.toml or a PLC project, and try the first cycles of its PLCs.
 
     Warnings of a station.toml name what the sources of a PLC say and only a running program could
     do. Of a project every declaration and statement is checked; errors and warnings have file,
-    line, column and a caret. Ends with 1 if there are errors.
+    line, column and a caret. Errors in units that no program of a task reaches are warnings. Ends
+    with 1 if there are errors, or if a PLC stops in its first cycles, which run in virtual time.
 
     Declarations of --stand-ins have the members, values and inputs that the sources use. A guess
     has a question mark: fill it in, and name the folder in `libraries`.
@@ -65,11 +70,13 @@ def check(
         return
     is_project = file.suffix.lower() != ".toml" and file.exists()
     if is_project:
-        _check_project(file, library or [], define or [], warnings, in_json)
-    else:
-        from achse.cli.start.run import check_configuration  # brings asyncio along
+        from achse.cli.test.projects import check_project
 
-        check_configuration(file, in_json)
+        check_project(file, library or [], define or [], warnings, check_all, in_json)
+    else:
+        from achse.cli.test.stations import check_station  # brings asyncio along
+
+        check_station(file, in_json)
     if machine and not in_json:
         _tell_plain(file, library or [], is_project)
 
@@ -105,72 +112,3 @@ def _tell_plain(file: Path, libraries: list[Path], is_project: bool) -> None:
             print(f"{place}: note: {routines[key].name} stays plain Python: {why}")
         count = len(execution.machine.keys)
         print(f"{runtime.name}: {count} routines are machine code, {len(execution.kept_plain)} not")
-
-
-def _check_project(
-    project: Path, libraries: list[Path], defines: list[str], warnings: bool, in_json: bool
-) -> None:
-    from achse.plc import Task
-    from achse.plc.system_info import system_info_list
-    from achse.st.check import check as check_bodies
-    from achse.st.project import examine_project
-    from achse.st.source import SourceError
-
-    try:
-        found, error = examine_project(project, libraries=libraries, defines=defines)
-    except SourceError as nothing:
-        fail(str(nothing))
-    tasks = [Task(task.name) for task in found.tasks] or [Task()]
-    system = system_info_list(tasks, app_name="", project_name="", port=851, timestamp=0)
-    typed = check_bodies(found.declarations, given=[system])
-    faults = list(dict.fromkeys([*(error.faults if error else ()), *typed.faults]))
-    units, routines = len(typed.units), len(typed.routines)
-    if in_json:
-        print_json(
-            {
-                "sources": len(found.sources),
-                "units": units,
-                "routines": routines,
-                "errors": [_finding(fault) for fault in sorted(faults, key=_place)],
-                "warnings": [_finding(warning) for warning in typed.warnings],
-                "hint": error.hint if error is not None else "",
-            }
-        )
-        if faults:
-            raise typer.Exit(1)
-        return
-    for fault in sorted(faults, key=_place):
-        print(f"{_with_word(str(fault), 'error')}")
-    if warnings:
-        for warning in typed.warnings:
-            print(f"{_with_word(str(warning), 'warning')}")
-    if error is not None and error.hint and not found.missing:
-        print(error.hint)
-    for library in found.missing:
-        print(library)
-    print(
-        f"{len(found.sources)} sources, {units} programs and lists, {routines} routines checked:"
-        f" {len(faults)} errors, {len(typed.warnings)} warnings"
-    )
-    if faults:
-        raise typer.Exit(1)
-
-
-def _place(fault: "Diagnostic") -> "Location":
-    return fault.location
-
-
-def _finding(finding: "Diagnostic") -> dict[str, Any]:
-    place = finding.location
-    return {
-        "file": place.path,
-        "line": place.line,
-        "column": place.column,
-        "message": finding.message,
-    }
-
-
-def _with_word(text: str, word: str) -> str:
-    """`file:line:column: word: message`, as editors and CI read it."""
-    place, separator, message = text.partition(": ")
-    return f"{place}{separator}{word}: {message}"

@@ -112,6 +112,10 @@ class PlcRequests:
         """Ask through `router` from now on, as `own`."""
         self._router, self._own = router, own
 
+    def disconnect(self) -> None:
+        """Drop what programs request from now on."""
+        self._router = None
+
     # between two cycles ----------------------------------------------------------------------
 
     def begin_cycle(self, plc: BuiltinContext) -> None:

@@ -73,3 +73,9 @@ class PlcConfig(ConfigTable):
         if self.unknown_types != "refuse" and self.sources is None:
             raise ValueError("unknown_types goes with sources")
         return self
+
+    @property
+    def has_python(self) -> bool:
+        """True if Python classes of the user are part of the PLC."""
+        programs = (name for task in self.task for name in task.programs)
+        return bool(self.behaviour or self.globals) or any(":" in name for name in programs)

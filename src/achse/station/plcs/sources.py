@@ -4,10 +4,9 @@ import hashlib
 import importlib
 import importlib.util
 import logging
-import re
 import traceback
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -16,12 +15,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from achse.extras import needs_extra
 from achse.iec import DeclarationError, GlobalVariables, IecType, Program
 from achse.iec.structs import StaticRecord
-from achse.plc import DEFAULT_SIZES, Area, Memory, PlcRuntime, Task
+from achse.plc import Memory, PlcRuntime, Task
 from achse.plc.behaviour import with_behaviour
-from achse.plc.memory import SPARSE
+from achse.plc.program import area_sizes
 from achse.plc.system_info import system_info_list
 from achse.st.collection import collection_paused
-from achse.st.tasks import FileTask
+from achse.st.tasks import FileTask, called_tasks
 from achse.station.configuration.plc import PlcConfig, TaskConfig
 from achse.station.configuration.types import ConfigError
 
@@ -29,26 +28,15 @@ if TYPE_CHECKING:
     from achse.plc.bodies import Bodies
     from achse.plc.builtins import Services
     from achse.st.declare import Declarations
+    from achse.st.reach import Reach
     from achse.st.solution import AxisMapping
+    from achse.st.source import Diagnostic
 
 __all__ = ["PlcSource"]
 
 _SOURCES = {".st", ".tcpou", ".tcgvl", ".tcdut", ".tcio", ".tctto", ".plcproj", ".tmc"}
-_AREAS = {
-    "I": Area.INPUT,
-    "Q": Area.OUTPUT,
-    "M": Area.FLAG,
-    "R": Area.RETAIN,
-    "D": Area.DATA,
-}
-_HEADROOM = 1024
-_REST = 1 << 20
-"""Bytes behind the last variable at an address, for those without; an area that far does not
-grow."""
-
 _SHOWN_FAULTS = 20
-_VISU = re.compile(r"VisuElems\.|.*\bVisu_Prg$", re.IGNORECASE)
-"""Programs that the vendor's visualisation brings along."""
+_SHOWN_FILES = 5
 
 log = logging.getLogger("achse.plc")
 
@@ -66,6 +54,9 @@ class _Declared:
     pointer_size: int = 8
     declarations: "Declarations | None" = None
     """Of sources: what a check makes bodies of."""
+    reach: "Reach | None" = None
+    unreached: Sequence["Diagnostic"] = ()
+    """Faults of declarations in units that no task reaches."""
 
 
 class PlcSource:
@@ -95,7 +86,7 @@ class PlcSource:
         config = self.config
         declared, tasks, globals, programs = self._read()
         called = [program for of_task in programs.values() for program in of_task]
-        sizes = _sizes([*globals, *called])
+        sizes = area_sizes([*globals, *called])
         watchdogs = {task.name: task.watchdog_cycles for task in config.task}
         return self._checked(
             "",
@@ -141,6 +132,7 @@ class PlcSource:
         A fault in a body is logged; its routine is left out.
         """
         if declared.declarations is None or not self.config.execute:
+            self._log_unreached(declared.unreached)
             return None
         from achse.native.backend import compiler_installed
         from achse.plc.bodies import Bodies
@@ -151,8 +143,13 @@ class PlcSource:
             raise ConfigError(needs_extra(f"{self.key}.code: machine", "fast"))
         system = system_info_list([Task()], app_name="", project_name="", port=0, timestamp=0)
         project = check(
-            declared.declarations, given=[system], check_bounds=self.config.check_bounds
+            declared.declarations,
+            given=[system],
+            check_bounds=self.config.check_bounds,
+            reach=declared.reach,
+            unreached=declared.unreached,
         )
+        self._log_unreached(project.unreached)
         for fault in project.faults[:_SHOWN_FAULTS]:
             log.warning("%s: %s", self.key, fault)
         if len(project.faults) > _SHOWN_FAULTS:
@@ -171,6 +168,22 @@ class PlcSource:
             form=CodeForm(self.config.code),
         )
 
+    def _log_unreached(self, faults: Sequence["Diagnostic"]) -> None:
+        """Log which files have units that are left out: they have faults, and no task reaches
+        them."""
+        if not faults:
+            return
+        files = list(dict.fromkeys(fault.location.path for fault in faults))
+        more = f" and {len(files) - _SHOWN_FILES} more" if len(files) > _SHOWN_FILES else ""
+        log.warning(
+            "%s: %d errors in units that no task reaches, which are left out: %s%s;"
+            " achse check shows them",
+            self.key,
+            len(faults),
+            ", ".join(files[:_SHOWN_FILES]),
+            more,
+        )
+
     @collection_paused()
     def reload(self, plc: PlcRuntime) -> None:
         """Read the declarations again and let the running PLC go on with them."""
@@ -179,7 +192,7 @@ class PlcSource:
             (task.name, task.cycle_ns) for task in plc.tasks
         ]:
             raise ConfigError(f"{self.key}: tasks and their cycles take a restart to change")
-        sizes = _sizes([*globals, *(one for of_task in programs.values() for one in of_task)])
+        sizes = area_sizes([*globals, *(one for of_task in programs.values() for one in of_task)])
         bodies = self._bodies(declared)
         self._refuse_new_faults(plc.bodies, bodies)
         self._checked("", lambda: plc.online_change(globals, programs, sizes, bodies))
@@ -281,8 +294,12 @@ class PlcSource:
                 raise ConfigError(f"{self.key}.sources: {root} does not exist")
             libraries = [self.base / name for name in config.libraries]
             opaque = config.unknown_types == "opaque"
+            called = [name for task in config.task for name in task.programs]
             project = self._checked(
-                ".sources", lambda: load_project(root, libraries=libraries, opaque=opaque)
+                ".sources",
+                lambda: load_project(
+                    root, libraries=libraries, opaque=opaque, programs=called or None
+                ),
             )
             if project.stand_ins:
                 lines = sum(text.count("\n") for text in project.stand_ins.values())
@@ -303,6 +320,8 @@ class PlcSource:
                 root.resolve().stem,
                 project.rules.pointer_size,
                 declarations,
+                project.reach,
+                project.unreached,
             )
         if config.symbols is not None:
             from achse.st.symbolfiles import read_symbol_file  # few need it
@@ -391,33 +410,9 @@ def _tasks(configured: Sequence[TaskConfig], declared: _Declared) -> list[FileTa
             for task in configured
         ]
     programs = [u.__iec__.name for u in declared.units if issubclass(u, Program)]
-    known = {name.lower() for name in programs}
-    if declared.tasks and not known:
+    if declared.tasks and not programs:
         log.warning("no programs are declared, as in a library: the tasks call nothing")
-        return [task._replace(programs=()) for task in declared.tasks]
-    of_project = []
-    for task in declared.tasks:
-        # The task of a visualisation runs a program of the vendor's screens.
-        screens = [n for n in task.programs if n.lower() not in known and _VISU.match(n)]
-        if screens:
-            log.info("task %s: %s is left out: there are no screens", task.name, ", ".join(screens))
-        rest = tuple(name for name in task.programs if name not in screens)
-        if rest or not screens:
-            of_project.append(task._replace(programs=rest))
-    return of_project or [FileTask("PlcTask", programs=tuple(programs))]
-
-
-def _sizes(units: Iterable[type[StaticRecord]]) -> dict[Area, int]:
-    """Return the sizes of areas that the variables with an address in them need."""
-    sizes = dict(DEFAULT_SIZES)
-    for unit in units:
-        for member in unit.__iec__.members:
-            address = member.address
-            if address is not None and address.byte is not None:
-                area = _AREAS[address.area]
-                end = address.byte + member.type.size
-                sizes[area] = max(sizes[area], end + (_REST if end > SPARSE else _HEADROOM))
-    return sizes
+    return called_tasks(declared.tasks, programs)
 
 
 def _module(source: str, base: Path) -> ModuleType:
