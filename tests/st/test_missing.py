@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from achse.st.missing import MissingLibrary, missing_libraries
+from achse.st.missing import MissingLibrary, findings_by_library, missing_libraries
 from achse.st.parser import parse
 from achse.st.project import examine_project
 from achse.st.references import LibraryReference
-from achse.st.source import Source
+from achse.st.source import Diagnostic, Location, Source
 
 IOT = LibraryReference("Tc3_IotBase", "3.1", "Tc3_IotBase", {})
 MINE = LibraryReference("My Lib", "", "My_Lib", {})
@@ -62,3 +62,16 @@ def test_the_hint_of_a_project_names_it(tmp_path: Path) -> None:
     assert error is not None
     needed = "not here, but needed by a.st (ModbusRtuMaster_PcCOM)"
     assert f"library Tc2_ModbusRTU is {needed}" in error.hint
+
+
+def test_findings_follow_from_the_library_whose_names_they_have() -> None:
+    reference = LibraryReference("Tc3_X", "", "TcX", {})
+    library = MissingLibrary(reference, {"a.st": ("FB_X", "ST_X")})
+    place = Location("a.st", 1, 1)
+    texts = [
+        "no type is named 'fb_x'",
+        "no source of TcX.FB_Y is here",
+        "nothing is named 'x' here",
+    ]
+    findings = [Diagnostic(place, text) for text in texts]
+    assert findings_by_library([library], findings) == ([(library, findings[:2])], findings[2:])

@@ -63,8 +63,7 @@ def test_findings_of_a_missing_library_are_one_line(folder: Path) -> None:
         "</DefaultResolution><Namespace>Vendor_Lib</Namespace></PlaceholderReference></Project>"
     )
     (folder / "MAIN.st").write_text(
-        "PROGRAM MAIN\nVAR a : FB_Vendor; b : ST_Vendor; END_VAR\n"
-        "END_PROGRAM"
+        "PROGRAM MAIN\nVAR a : FB_Vendor; b : ST_Vendor; END_VAR\nEND_PROGRAM"
     )
     result = checked(folder)
     assert result.exit_code == 1

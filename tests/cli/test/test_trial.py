@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from achse.cli.test.trial import Verdict, try_project
+from achse.cli.test.trial import TrialResult, try_project
 from achse.plc import Task
 from achse.plc.system_info import system_info_list
 from achse.st.check import check
@@ -14,7 +14,7 @@ TASK = """<TcPlcObject><Task Name="{name}"><CycleTime>{cycle}</CycleTime><Priori
 <PouCall><Name>{program}</Name></PouCall></Task></TcPlcObject>"""
 
 
-def tried(folder: Path, text: str, *tasks: tuple[str, int, str]) -> Verdict:
+def tried(folder: Path, text: str, *tasks: tuple[str, int, str]) -> TrialResult:
     (folder / "main.st").write_text(text)
     for name, cycle, program in tasks:
         file = folder / f"{name}.TcTTO"

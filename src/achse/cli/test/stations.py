@@ -7,7 +7,7 @@ import typer
 
 from achse.cli.output import print_json
 from achse.cli.start.run import load_station
-from achse.cli.test.trial import Verdict, try_runtime
+from achse.cli.test.trial import TrialResult, try_runtime
 from achse.devices.plc import PlcDevice
 from achse.station import Station
 
@@ -45,7 +45,7 @@ def check_station(file: Path, as_json: bool = False) -> None:
         raise typer.Exit(1)
 
 
-def _verdicts(station: Station) -> dict[str, Verdict]:
+def _verdicts(station: Station) -> dict[str, TrialResult]:
     """Try the PLCs with Structured Text, without those that run Python classes of the user: these
     may act outside of the PLC."""
     for device in station.devices:

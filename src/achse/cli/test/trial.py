@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from achse.st.project import Project
     from achse.st.typed.project import TypedProject
 
-__all__ = ["Verdict", "try_project", "try_runtime"]
+__all__ = ["TrialResult", "try_project", "try_runtime"]
 
 _CYCLES = 3
 """Cycles of the fastest task; a much slower one runs its first."""
@@ -29,7 +29,7 @@ _EPOCH_NS = 1_767_225_600_000_000_000
 """Unix time at which the trial begins: 2026-01-01."""
 
 
-class Verdict(NamedTuple):
+class TrialResult(NamedTuple):
     """Result of a trial."""
 
     runs: bool
@@ -39,7 +39,7 @@ class Verdict(NamedTuple):
         return f"would run: {self.text}" if self.runs else f"would not run: {self.text}"
 
 
-def try_project(project: "Project", typed: "TypedProject") -> Verdict:
+def try_project(project: "Project", typed: "TypedProject") -> TrialResult:
     """Run the first cycles of a project that has no errors, in plain Python."""
     declared = project.declarations
     programs = declared.programs
@@ -48,11 +48,13 @@ def try_project(project: "Project", typed: "TypedProject") -> Verdict:
     for task in called_tasks([FileTask(*task) for task in project.tasks], names):
         missing = [name for name in task.programs if name.lower() not in programs]
         if missing:
-            return Verdict(False, f"task {task.name} calls {missing[0]!r}, which is not declared")
+            return TrialResult(
+                False, f"task {task.name} calls {missing[0]!r}, which is not declared"
+            )
         called = [programs[name.lower()] for name in task.programs]
         tasks.append(Task(task.name, task.cycle_ns, called, priority=task.priority, port=task.port))
     if not any(task.programs for task in tasks):
-        return Verdict(True, "there is nothing to run, no task calls a program")
+        return TrialResult(True, "there is nothing to run, no task calls a program")
     units = declared.units
     in_tasks = {program for task in tasks for program in task.programs}
     try:
@@ -67,18 +69,18 @@ def try_project(project: "Project", typed: "TypedProject") -> Verdict:
                 ),
             )
     except DeclarationError as fault:
-        return Verdict(False, str(fault))
+        return TrialResult(False, str(fault))
     return try_runtime(plc)
 
 
-def try_runtime(plc: PlcRuntime) -> Verdict:
+def try_runtime(plc: PlcRuntime) -> TrialResult:
     """Run the first cycles of a PLC whose time has not begun."""
     project = None if plc.bodies is None else plc.bodies.project
     for task in plc.tasks:
         for program in task.programs:
             name = program.__iec__.name
             if project is not None and (why := project.left_out.get(name.lower())):
-                return Verdict(False, f"task {task.name} calls {name}: {why}")
+                return TrialResult(False, f"task {task.name} calls {name}: {why}")
     cycles_ns = sorted(task.cycle_ns for task in plc.tasks)
     with _quiet():
         plc.run_due(_CYCLES * cycles_ns[0])
@@ -87,10 +89,10 @@ def try_runtime(plc: PlcRuntime) -> Verdict:
                 plc.begin(cycle_ns - 1)  # passes over cycles of faster tasks
                 plc.run_due(cycle_ns)
     if plc.failure:
-        return Verdict(False, plc.complaint.removeprefix(f"{plc.name}: "))
+        return TrialResult(False, plc.complaint.removeprefix(f"{plc.name}: "))
     called = [task for task in plc.tasks if task.programs]
     lines = (f"{t.name} ({', '.join(p.__iec__.name for p in t.programs)})" for t in called)
-    return Verdict(True, f"{', '.join(lines)}, {_CYCLES} cycles tried")
+    return TrialResult(True, f"{', '.join(lines)}, {_CYCLES} cycles tried")
 
 
 def _services(typed: "TypedProject") -> "Services | None":
