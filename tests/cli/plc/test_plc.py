@@ -198,3 +198,12 @@ def test_an_editor_is_served_at_a_proper_address_only() -> None:
     everybody = CliRunner().invoke(app, ["plc", "debug", "--listen", "0.0.0.0:0"])
     assert everybody.exit_code == 1
     assert "--let-everybody-in" in everybody.stderr
+
+
+def test_reload_without_a_plc_fails(live: LiveStation) -> None:
+    """A station that restarts has none for a moment: nothing was read, which was no error."""
+    assert printed(live, "reload") == "851: 1 online changes"
+    with LiveStation({}, time="virtual") as empty:
+        result = outcome(empty, "reload")
+    assert (result.exit_code, result.stdout) == (1, "")
+    assert "no PLC to reload: the station has none" in result.stderr

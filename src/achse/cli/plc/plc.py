@@ -284,6 +284,8 @@ async def reload(
     if "error" in told:
         fail(told["error"])
     chosen = {port: count for port, count in told.items() if plc in (0, int(port))}
+    if not chosen:
+        fail("no PLC to reload: the station has none, or is between STOP and RUN")
     if in_json:
         print_json(chosen)
         return
