@@ -152,7 +152,7 @@ def test_skipped_blocks_stay_skipped_until_the_next_start(seed: int) -> None:
     """Faults between drawn moves, some twice in a subroutine, retries before skips are drawn."""
     draw = Random(seed)
     with TemporaryDirectory() as folder:
-        rig = ProgramRig(
+        rig: Any = ProgramRig(
             Path(folder), encoder_soft_limit_max=500.0, encoder_soft_limit_max_enable=1
         )
         channel, lines, faulty = rig.channel, ["G1 F60000"], []
