@@ -2,6 +2,9 @@
 
 from collections.abc import Callable
 
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from achse.plc.lowering.nodes import (
     Branches,
     Compute,
@@ -12,8 +15,10 @@ from achse.plc.lowering.nodes import (
     LoweredSelection,
     LoweredTry,
     RoutineCall,
+    Spend,
     StoreValue,
 )
+from achse.plc.lowering.statements import TEXT_COST
 from achse.st.typed.expressions import Operator
 
 Lower = Callable[..., LoweredRoutine]
@@ -43,6 +48,47 @@ __TRY n := 1; __CATCH n := 2; __FINALLY n := 3; __ENDTRY
 f();
 END_PROGRAM
 """
+
+
+@settings(max_examples=15)
+@given(*[st.integers(0, 3)] * 5, st.sampled_from(["FOR", "WHILE", "REPEAT"]), st.booleans())
+def test_lists_take_from_the_budget_for_their_text_functions(
+    lower: Lower,
+    before: int,
+    tested: int,
+    passed: int,
+    chosen: int,
+    jumped: int,
+    kind: str,
+    marked: bool,
+) -> None:
+    """Each list for its own: a routine with its call, a loop with its pass, a branch by a step."""
+
+    def texts(count: int) -> str:
+        return "s := CONCAT(s, s); n := LEN(s); " * count
+
+    condition = "n > 0" + " AND FIND(s, s) > 1" * tested
+    branch = f"IF n = 0 THEN {texts(chosen)} n := 1; END_IF"
+    loop = {
+        "FOR": f"FOR n := 1 TO 3 DO {'n := FIND(s, s); ' * tested}{texts(passed)} {branch} END_FOR",
+        "WHILE": f"WHILE {condition} DO {texts(passed)} {branch} END_WHILE",
+        "REPEAT": f"REPEAT {texts(passed)} {branch} UNTIL {condition} END_REPEAT",
+    }[kind]
+    mark = f"again: {texts(jumped)} IF n = 2 THEN JMP again; END_IF" if marked else ""
+    low = lower(
+        f"PROGRAM MAIN VAR n : DINT; s : STRING; END_VAR {texts(before)} {loop} {mark} END_PROGRAM"
+    )
+    [repeated] = [one for one in low.body if isinstance(one, Loop)]
+    [choice] = [one for one in repeated.body if isinstance(one, Branches)]
+    spent = [one.cost for one in choice.branches[0].body if isinstance(one, Spend)]
+    assert repeated.cost == 1 + TEXT_COST * (tested + passed)
+    assert spent == [TEXT_COST * chosen] * bool(chosen)
+    if marked:
+        steps = [one.cost for one in low.body if isinstance(one, Spend)]
+        assert low.cost == 1
+        assert steps == [TEXT_COST] * (before + jumped)
+    else:
+        assert low.cost == 1 + TEXT_COST * before
 
 
 def test_loops_have_one_form(lower: Lower) -> None:

@@ -145,6 +145,7 @@ class Execution:
             "enter": self.frames.enter,
             "enum_name": _enum_name,
             "exhausted": self._exhausted,
+            "find_in_large": self._find_in_large,
             "leave": self.frames.leave,
             "misaligned": _misaligned,
             "new_memory": self._new,
@@ -391,6 +392,11 @@ class Execution:
     def _spent_for(self, value: bytes) -> bytes:
         """A text that took from the budget by its length."""
         return self._spent(len(value) // BYTES_A_PASS, value)
+
+    def _find_in_large(self, text: bytes, other: bytes, unit: int) -> int:
+        """FIND takes from the budget what it compares at most: each place with all of `other`."""
+        self.spend(len(text) * len(other))
+        return int(TEXTS["text_find"](text, other, unit))
 
     def _caught(self, failure: BaseException) -> None:
         """A program may catch what it likes, but not the end of its budget, and it costs some."""

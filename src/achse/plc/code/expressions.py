@@ -13,6 +13,7 @@ from achse.plc.code.source import ATOM, CodeExpression, Precedence, exact, joine
 from achse.plc.code.storages import Storages, format_of, local_name, ranged
 from achse.plc.lowering import nodes
 from achse.plc.lowering.calls import parameters_of
+from achse.plc.lowering.places import is_large
 from achse.st.check.kinds import counted, is_whole
 from achse.st.typed.expressions import Conversion, EnumName, Known, Operator
 
@@ -317,7 +318,10 @@ class ExpressionWriter:
             return _comparison(_COMPARISONS[operator], pieces, operands[0].type)
         if operator in _TEXTS:
             unit = operands[0].type.unit  # type: ignore[union-attr]
-            return CodeExpression(_called(_TEXTS[operator], pieces, f", {unit}"), ATOM, 0, 0x7FFF)
+            name = _TEXTS[operator]
+            if operator is Operator.FIND and any(is_large(one.type) for one in operands):
+                name = "find_in_large"
+            return CodeExpression(_called(name, pieces, f", {unit}"), ATOM, 0, 0x7FFF)
         if operator in _CHOICES:
             name, first = _CHOICES[operator]
             return _one_of(_called(name, pieces), pieces[first:])

@@ -28,6 +28,9 @@ _WIDEST = 60
 _MOST_BRANCHES = 30
 """Branches of one choice that are written with `elif`."""
 
+_WITHOUT_STOP = (nodes.Lifecycle, nodes.Spend)
+"""Statements that the source does not have: a debugger does not stop there."""
+
 _COMPOUND = (nodes.Branches, nodes.LoweredSelection, nodes.Loop, nodes.LoweredTry)
 
 
@@ -99,6 +102,8 @@ class StatementWriter:
                 self._selection(statement)
             case nodes.Loop():
                 self._loop(statement)
+            case nodes.Spend(cost):
+                self._spend(cost)
             case nodes.LoweredTry():
                 self._try(statement)
             case LoopExit():
@@ -117,7 +122,7 @@ class StatementWriter:
     def _mark(self, statement: nodes.LoweredStatement) -> None:
         """In a debug build: say that the statement is next."""
         probe = self._of.linker.probe
-        if probe is not None and statement.at and not isinstance(statement, nodes.Lifecycle):
+        if probe is not None and statement.at and not isinstance(statement, _WITHOUT_STOP):
             for line in probe.statement(self._routine.routine, statement.at):
                 self._lines.add(line)
 
@@ -125,6 +130,11 @@ class StatementWriter:
         """Values for what they do."""
         for value in values:
             self._lines.add(self._of.effect(value))
+
+    def _spend(self, cost: int) -> None:
+        """Take from the budget; CYCLE_TIME_EXCEED if it is not enough."""
+        self._lines.add(f"F[0] = fuel = F[0] - {cost}")
+        self._lines.add("if fuel < 0: exhausted()")
 
     def _piece(self, statement: nodes.LoweredStatement) -> None:
         """A statement as a function of its own."""
@@ -223,8 +233,7 @@ class StatementWriter:
         lines, raised = self._lines, _has_marks(statement.body)
         self._depth += 1
         with self._passing("LoopLeft" if raised else ""), lines.within(f"while {head}:"):
-            lines.add("F[0] = fuel = F[0] - 1")
-            lines.add("if fuel < 0: exhausted()")
+            self._spend(statement.cost)
             self._loops.append(("raised" if raised else "plain", statement, self._function))
             with self._passing("LoopGoesOn" if raised else ""):
                 self.list_of(statement.body)
@@ -295,8 +304,7 @@ class StatementWriter:
                 sections[-1].append(one)
         lines.add(f"{where} = 0")
         with lines.within("while True:"):
-            lines.add(f"F[0] = fuel = F[0] - {JUMP_COST}")
-            lines.add("if fuel < 0: exhausted()")
+            self._spend(JUMP_COST)
             with lines.within("try:"):
                 for number, section in enumerate(sections):
                     self.block(f"if {where} <= {number}:", tuple(section))

@@ -356,14 +356,23 @@ class LoweredSelection:
 
 @node
 class Loop:
-    """`start`; each pass: leave unless `before` holds, take 1 from the budget, `body`, `advance`,
-    leave unless `after` holds. CONTINUE goes to `advance`."""
+    """`start`; each pass: leave unless `before` holds, take `cost` from the budget, `body`,
+    `advance`, leave unless `after` holds. CONTINUE goes to `advance`."""
 
+    cost: int
     start: tuple[LoweredValue, ...]
     before: LoweredValue | None
     body: "LoweredStatements"
     advance: tuple[LoweredValue, ...]
     after: LoweredValue | None
+    at: int
+
+
+@node
+class Spend:
+    """Budget that the rest of a list takes beside its loops and calls."""
+
+    cost: int
     at: int
 
 
@@ -395,6 +404,7 @@ LoweredStatement: TypeAlias = (
     | Branches
     | LoweredSelection
     | Loop
+    | Spend
     | LoweredTry
     | Lifecycle
     | LoopExit

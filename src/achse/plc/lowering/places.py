@@ -26,7 +26,7 @@ from achse.st.typed.places import (
 )
 from achse.st.typed.project import Routine
 
-__all__ = ["BYTES_A_PASS", "PlaceLowering", "PresentCallee"]
+__all__ = ["BYTES_A_PASS", "PlaceLowering", "PresentCallee", "is_large"]
 
 BYTES_A_PASS = 1024
 """Bytes that are copied as long as a loop passes once: so many take one from the budget."""
@@ -53,6 +53,8 @@ class PlaceLowering:
         self.callees: list[PresentCallee] = []
         self.changes = 0
         """Number of values so far that may change memory."""
+        self.texts = 0
+        """Text functions and conversions of the present list of statements so far."""
         self._temporaries = 0
         self._variables = sorted(routine.frame.fields, key=lambda field: field.offset)
         self._offsets = [variable.offset for variable in self._variables]
@@ -163,7 +165,7 @@ class PlaceLowering:
             if callee.instance is None:
                 return callee.outputs[storage.offset]
         place = self.place(storage)
-        spends = place.home is not nodes.Home.LOCAL and _is_large(storage.type)
+        spends = place.home is not nodes.Home.LOCAL and is_large(storage.type)
         return self._with_value(storage, nodes.LoadValue(place, spends))
 
     def address(self, storage: Storage, type: IecType[Any] = ADDRESS_TYPE) -> nodes.LoweredValue:
@@ -209,7 +211,8 @@ class PlaceLowering:
         )
 
 
-def _is_large(type: IecType[Any]) -> bool:
+def is_large(type: IecType[Any] | None) -> bool:
+    """Return True if values of the type take from the budget by their length."""
     if isinstance(type, StringType):
         return type.length * type.unit >= BYTES_A_PASS
     return isinstance(type, StructType | ArrayType) and type.size >= BYTES_A_PASS

@@ -39,15 +39,16 @@ def lowered(
             start.append(StoreValue(place, initial_value(routine, field)))
     result = [] if routine.result is None else [routine.result]
     is_framed = bool(in_memory) or all_in_memory
+    body, texts = of.priced((*routine.opening, *(routine.body or ())))
     return LoweredRoutine(
         routine,
-        1 + routine.frame.size // BYTES_A_PASS,
+        1 + routine.frame.size // BYTES_A_PASS + texts,
         tuple(zip(parameters, passed.values(), strict=True)),
         tuple(start),
         is_framed,
         frame_image(routine, project.typed.blocks) if is_framed else b"",
         tuple(entry),
-        of.block((*routine.opening, *(routine.body or ()))),
+        body,
         tuple(of.read(_storage(one)) for one in (*result, *outputs_of(routine))),
     )
 

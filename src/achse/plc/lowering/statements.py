@@ -1,6 +1,7 @@
 """Statements: loops with their budget, latches, calls and lifecycles in the order of effects."""
 
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from achse.plc.lowering import nodes
@@ -25,21 +26,48 @@ from achse.st.typed.statements import (
     TypedStatements,
 )
 
-__all__ = ["JUMP_COST", "StatementLowering"]
+__all__ = ["JUMP_COST", "TEXT_COST", "StatementLowering"]
 
 JUMP_COST = 10
 """Budget that a jump costs: an exception of plain code, as long as some loop passes."""
+
+TEXT_COST = 5
+"""Budget that a text function or a conversion of a text costs, as long as some loop passes."""
 
 
 class StatementLowering(ValueLowering):
     """Lowers the statements of one routine."""
 
     def block(self, statements: TypedStatements) -> nodes.LoweredStatements:
-        """A list of statements."""
+        """A list of statements, which takes from the budget for its text functions."""
+        lowered, cost = self.priced(statements)
+        if cost:
+            return (nodes.Spend(cost, statements[0].at), *lowered)
+        return lowered
+
+    def priced(self, statements: TypedStatements) -> tuple[nodes.LoweredStatements, int]:
+        """A list of statements, and the budget that its text functions take.
+
+        Those of lists inside take their own. With marks each statement takes for itself, since
+        jumps may repeat it.
+        """
         lowered: list[nodes.LoweredStatement] = []
-        for one in statements:
-            lowered += _LOWERINGS[type(one)](self, one)
-        return tuple(lowered)
+        has_marks = any(isinstance(one, JumpMark) for one in statements)
+        with self._counting() as count:
+            for one in statements:
+                each = [*_LOWERINGS[type(one)](self, one)]
+                if has_marks and (cost := count()):
+                    lowered.append(nodes.Spend(cost, one.at))
+                    self.texts = 0
+                lowered += each
+            return tuple(lowered), count()
+
+    @contextmanager
+    def _counting(self) -> Iterator[Callable[[], int]]:
+        """Meanwhile text functions count for what is inside alone; yields their budget so far."""
+        outer, self.texts = self.texts, 0
+        yield lambda: self.texts * TEXT_COST
+        self.texts = outer
 
     def effects(self, value: TypedValue) -> tuple[nodes.LoweredValue, ...]:
         """A value evaluated for what it does."""
@@ -88,19 +116,25 @@ class StatementLowering(ValueLowering):
     def counted_loop(self, statement: CountedLoop) -> Iterator[nodes.LoweredStatement]:
         """FOR."""
         start = self.effects(statement.start)
-        beyond = self.value(statement.beyond)
-        assert beyond.type is not None
-        before = nodes.Compute(Operator.NOT, (beyond,), beyond.type)
-        body = self.block(statement.body)
-        yield nodes.Loop(start, before, body, self.effects(statement.advance), None, statement.at)
+        with self._counting() as count:
+            beyond = self.value(statement.beyond)
+            assert beyond.type is not None
+            before = nodes.Compute(Operator.NOT, (beyond,), beyond.type)
+            body, cost = self.priced(statement.body)
+            advance = self.effects(statement.advance)
+            cost += 1 + count()
+        yield nodes.Loop(cost, start, before, body, advance, None, statement.at)
 
     def condition_loop(self, statement: ConditionLoop) -> Iterator[nodes.LoweredStatement]:
         """WHILE, REPEAT."""
-        condition, body = self.value(statement.condition), self.block(statement.body)
+        with self._counting() as count:
+            condition = self.value(statement.condition)
+            body, cost = self.priced(statement.body)
+            cost += 1 + count()
         if statement.before:
-            yield nodes.Loop((), condition, body, (), None, statement.at)
+            yield nodes.Loop(cost, (), condition, body, (), None, statement.at)
         else:
-            yield nodes.Loop((), None, body, (), condition, statement.at)
+            yield nodes.Loop(cost, (), None, body, (), condition, statement.at)
 
     def protected(self, statement: Protected) -> Iterator[nodes.LoweredStatement]:
         """__TRY."""

@@ -35,6 +35,9 @@ __all__ = ["ValueLowering"]
 _ULINT = UNSIGNED[8]
 _DAY_NS = 86_400 * 1_000_000_000
 _EXTERNAL = frozenset({Conversion.RECODE_TEXT, Conversion.WRITE_TEXT, Conversion.READ_TEXT})
+_TEXT_FUNCTIONS = frozenset(
+    map(Operator, ["LEFT", "RIGHT", "MID", "CONCAT", "INSERT", "DELETE", "REPLACE", "FIND"])
+)
 _ARITHMETIC = frozenset({Operator.ADD, Operator.SUB, Operator.MUL})
 _SHIFTS = frozenset({Operator.SHL, Operator.SHR})
 _LOGIC = {Operator.MIN: Operator.AND, Operator.MAX: Operator.OR}
@@ -53,6 +56,7 @@ class ValueLowering(CallLowering):
         """A conversion."""
         operand = self.value(value.operand)
         if value.rule in _EXTERNAL:
+            self.texts += 1
             return nodes.External(operand, value.type, value)
         if value.rule is Conversion.RESCALE:
             assert value.operand.type is not None
@@ -64,6 +68,7 @@ class ValueLowering(CallLowering):
     def computed(self, value: Computed) -> nodes.LoweredValue:
         """An operator."""
         operator, type = value.operator, value.type
+        self.texts += operator in _TEXT_FUNCTIONS
         if operator in _ARITHMETIC and isinstance(type, RealType):
             if self.project.exceptions and _may_be_invalid(operator, value.operands):
                 leaves: list[nodes.Temporary] = []

@@ -89,6 +89,8 @@ class StatementTranslator:
                 self._selection(statement)
             case nodes.Loop():
                 self._loop(statement)
+            case nodes.Spend(cost):
+                b.spend(cost, of.site(FaultKind.BUDGET))
             case nodes.LoweredTry():
                 self._try(statement)
             case LoopExit():
@@ -201,7 +203,7 @@ class StatementTranslator:
         if statement.before is not None:
             self._branch(statement.before, body, end)
         b.begin(body)
-        b.spend(1, of.site(FaultKind.BUDGET))
+        b.spend(statement.cost, of.site(FaultKind.BUDGET))
         self._loops.append(loop)
         self.block(statement.body)
         self._loops.pop()

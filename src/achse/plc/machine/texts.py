@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 from achse.iec.strings import StringType
 from achse.native.backend import I32, I64, Operand, Relation
 from achse.plc.lowering.nodes import Compute
+from achse.plc.lowering.places import BYTES_A_PASS, is_large
+from achse.plc.machine.fault_places import FaultKind
 from achse.plc.machine.values import MachineText, MachineValue, machine_type
 from achse.st.typed.expressions import Operator
 
@@ -47,6 +49,10 @@ class TextTranslator:
                 )
             case Operator.FIND:
                 other = texts[1]
+                if any(is_large(one.type) for one in value.operands):
+                    compared = b.multiply(text.length, other.length)
+                    passes = b.shift_right(compared, self._number(BYTES_A_PASS.bit_length() - 1))
+                    b.spend(passes, of.site(FaultKind.BUDGET))
                 (found,) = b.call(
                     of.module.support.find,
                     text.address,
