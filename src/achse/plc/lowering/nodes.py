@@ -46,6 +46,7 @@ __all__ = [
     "RoutineCall",
     "RuntimeCall",
     "Sequence",
+    "Spend",
     "StoreValue",
     "Temporary",
     "Term",
