@@ -4,7 +4,8 @@ Instructions: 64 reads from a client and 64 answers from the target, without soc
 forwarder in Python knows no limits, rights, ledger or routes: it gives each connection and address
 a port, rewrites the two addresses and writes what came in one piece. Callgrind counts (valgrind).
 Throughput: reads of 4 bytes, 64 under way, from a station directly and through a router process.
-Usage: python benchmarks/forwarding.py instructions | throughput [SECONDS]
+Time: the same works by the clock of the processor, the best of some rounds.
+Usage: python benchmarks/forwarding.py instructions | time [ROUNDS] | throughput [SECONDS]
 """
 
 import asyncio
@@ -178,6 +179,17 @@ def instructions(work: str, repetitions: int) -> int:
     return int(re.findall(r"Collected : (\d+)", told)[0])
 
 
+def microseconds(work: Work, rounds: int) -> float:
+    """Processor time of one request and its answer in the best round, µs."""
+    best = float("inf")
+    for _ in range(rounds):
+        begin = time.process_time()
+        for _ in range(20):
+            work()
+        best = min(best, time.process_time() - begin)
+    return best / 20 / PORTION * 1e6
+
+
 async def reads(host: str, port: int, net_id: str, seconds: float) -> float:
     """Answers per second, and none is an error."""
     async with achse.connect(f"{host}:{port}", net_id=net_id, port=10_000) as client:
@@ -217,6 +229,10 @@ def main(what: str = "instructions", *words: str) -> None:
         work = WORKS[words[0]]()
         for _ in range(int(words[1])):
             work()
+    elif what == "time":
+        for name, make in WORKS.items():
+            told = microseconds(make(), int(words[0]) if words else 20)
+            print(f"{name:8} {told:6.2f} µs per request and answer")
     elif what == "throughput":
         throughput(float(words[0]) if words else 1.0)
     else:

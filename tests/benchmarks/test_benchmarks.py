@@ -24,6 +24,7 @@ SHORT: dict[str, tuple[list[str], str]] = {
     "driven_axes.py": (["0.1"], rf"4 axes on drives, kernel: +{NUMBER} × real time"),
     "ethercat_segment.py": (["0.01"], rf"32 +drives LRW\+FRMW +{NUMBER} +{NUMBER} +{NUMBER}"),
     "fleet.py": (["3", "10", "0.1", "3", "0.2"], r"[1-9]\d* writes acknowledged, 0 lost"),
+    "forwarding.py": (["time", "2"], rf"routed +{NUMBER} µs per request and answer"),
     "frames.py": (["2000"], rf"64 per portion: +{NUMBER}/s  bare +{NUMBER}/s"),
     "gcode_parse.py": (["2000"], rf"parse +{NUMBER} blocks/s"),
     "machine_code.py": (["70"], rf"FAST +compiled in +{NUMBER} ms, +{NUMBER} bytes"),
