@@ -95,7 +95,7 @@ def try_project(folder: Path, repository: Path, project: Path) -> Outcome:
         return outcome
     tasks = [Task(task.name) for task in found.tasks] or [Task()]
     system = system_info_list(tasks, app_name="", project_name="", port=851, timestamp=0)
-    typed = check(found.declarations, given=[system])
+    typed = check(found.declarations, given=[system], reach=found.reach, unreached=found.unreached)
     faults = list(dict.fromkeys([*(error.faults if error else ()), *typed.faults]))
     outcome.units, outcome.errors = len(found.sources), len(faults)
     outcome.missing = [item.reference.title for item in found.missing if item.uses]

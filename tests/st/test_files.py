@@ -218,3 +218,13 @@ def test_a_file_that_a_project_holds_is_parsed_again_only_after_a_change(
     gc.collect()
     read_sources(tmp_path, ("X",), [])
     assert parsed == ["0.st", "1.st", "2.st"]  # nothing outlives its projects
+
+
+@given(st.binary(min_size=1, max_size=40), st.sampled_from([".TcPOU", ".TcGVL", ".TcDUT", ".TcIO"]))
+def test_encrypted_source_is_called_so(
+    tmp_path_factory: pytest.TempPathFactory, data: bytes, ending: str
+) -> None:
+    file = tmp_path_factory.mktemp("source") / f"A{ending}"
+    file.write_bytes(b"\x01" + data)
+    with pytest.raises(SourceError, match="the source is encrypted or damaged"):
+        parse_file(file)

@@ -11,6 +11,7 @@ Source: files of TwinCAT 3 projects, seen in public projects.
 import codecs
 import hashlib
 import os
+import re
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path, PurePosixPath, PureWindowsPath
@@ -57,6 +58,8 @@ LEVELS_UP = 3
 
 _SOLUTIONS = (".sln", ".tsproj", ".tspproj")
 _LARGEST_FILE = 1 << 26
+_BINARY = re.compile(rb"[\x00-\x08\x0e-\x1f]")
+"""Bytes that no XML text has."""
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
@@ -294,6 +297,8 @@ _held: WeakValueDictionary[tuple[object, ...], _Content] = WeakValueDictionary()
 def _parsed(file: Path, name: str, data: bytes, defines: Defines) -> Parsed:
     if file.suffix.lower() == ".st":
         return parse(Source(_text(data), name), name=file.stem, defines=defines)
+    if not data.startswith(_UTF_16) and _BINARY.search(data):
+        raise _refused(name, "the source is encrypted or damaged: expected XML, got binary data")
     return parse_envelope(parse_xml(data, name, skip=WITHOUT_TEXT), name, defines)
 
 

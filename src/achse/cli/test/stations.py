@@ -49,8 +49,8 @@ def _verdicts(station: Station) -> dict[str, TrialResult]:
     """Try the PLCs with Structured Text, without those that run Python classes of the user: these
     may act outside of the PLC."""
     for device in station.devices:
-        if isinstance(device, PlcDevice) and device.own_requests is not None:
-            device.own_requests.disconnect()  # no file is written, no axis moves
+        if isinstance(device, PlcDevice) and device.program_requests is not None:
+            device.program_requests.disconnect()  # no file is written, no axis moves
     return {
         plc.name: try_runtime(plc)
         for config, plc in zip(station.config.plc, station.plcs.values(), strict=True)

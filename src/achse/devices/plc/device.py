@@ -71,7 +71,7 @@ class PlcDevice(Device):
         requests: PlcRequests | None = None,
     ) -> None:
         self.plc = plc
-        self.own_requests = requests
+        self.program_requests = requests
         self._restarts = plc.restarts
         symbols = PlcSymbols(plc)
         plc.on_online_change(symbols.refresh)
@@ -92,35 +92,35 @@ class PlcDevice(Device):
     def attach(self, router: DeviceRouter, port: int) -> AmsAddress:
         """Answer on `port`, and ask from the first one. Raises RouterError."""
         address = super().attach(router, port)
-        if self.own_requests is not None:
-            self.own_requests.indications.connect(self._reply)
-        if self.own_requests is not None and len(self.addresses) == 1:
-            self.own_requests.connect(router, address)
+        if self.program_requests is not None:
+            self.program_requests.indications.connect(self._reply)
+        if self.program_requests is not None and len(self.addresses) == 1:
+            self.program_requests.connect(router, address)
         return address
 
     def deliver(self, frame: Frame) -> bool:
         """Answer a request, or take the answer to one of the programs."""
-        if frame.flags & 1 and self.own_requests is not None:
-            self.own_requests.receive(frame)
+        if frame.flags & 1 and self.program_requests is not None:
+            self.program_requests.receive(frame)
             return True
-        if self.own_requests is not None and self._is_for_programs(frame):
+        if self.program_requests is not None and self._is_for_programs(frame):
             return True
         return super().deliver(frame)
 
     def _is_for_programs(self, frame: Frame) -> bool:
         """Return True if a program accepted the request; a PLC that is not in RUN accepts none."""
         bodies = self.plc.bodies
-        if self.own_requests is None or bodies is None or self.plc.state is not PlcState.RUN:
+        if self.program_requests is None or bodies is None or self.plc.state is not PlcState.RUN:
             return False
-        return self.own_requests.indications.take(frame, bodies.project.routines.__contains__)
+        return self.program_requests.indications.take(frame, bodies.project.routines.__contains__)
 
     def _show_state(self, state: PlcState) -> None:
         self.ads_state = _ADS_STATES[state]
         if self._restarts != self.plc.restarts:
             self._restarts = self.plc.restarts
             self.end_abandoned()
-        if state is not PlcState.RUN and self.own_requests is not None:
-            self.own_requests.indications.forget()
+        if state is not PlcState.RUN and self.program_requests is not None:
+            self.program_requests.indications.forget()
 
     def task_cycle(self, context: int) -> int:
         """Cycle of task number `context`; of the first one if there is no such task."""
