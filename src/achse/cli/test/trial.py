@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from achse.iec import DeclarationError
 from achse.plc import Memory, PlcRuntime, Task
-from achse.plc.bodies import Bodies
-from achse.plc.code.execution import CodeForm
 from achse.plc.program import area_sizes
 from achse.st.tasks import FileTask, called_tasks
 
@@ -55,6 +53,9 @@ def try_project(project: "Project", typed: "TypedProject") -> TrialResult:
         tasks.append(Task(task.name, task.cycle_ns, called, priority=task.priority, port=task.port))
     if not any(task.programs for task in tasks):
         return TrialResult(True, "there is nothing to run, no task calls a program")
+    from achse.plc.bodies import Bodies  # half of a check; libraries have nothing to run
+    from achse.plc.code.execution import CodeForm
+
     units = declared.units
     in_tasks = {program for task in tasks for program in task.programs}
     try:
