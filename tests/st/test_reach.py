@@ -182,3 +182,18 @@ def test_all_units_are_checked_on_request(tmp_path: Path) -> None:
     assert examine_project(tmp_path)[1] is None
     assert isinstance(examine_project(tmp_path, check_all=True)[1], SourceError)
     assert isinstance(examine_project(tmp_path, programs=["OTHER"])[1], SourceError)
+
+
+def test_faulty_drawn_body_counts_where_it_is_reached(tmp_path: Path) -> None:
+    unit = (
+        '<TcPlcObject><POU Name="{0}"><Declaration><![CDATA[FUNCTION_BLOCK {0}{1}]]></Declaration>'
+        "<Implementation><NWL><o>{2}</o></NWL></Implementation></POU></TcPlcObject>"
+    )
+    files = {
+        "PlcTask.TcTTO": _task("MAIN"),
+        "MAIN.st": "PROGRAM MAIN VAR d : DRAWN; END_VAR END_PROGRAM",
+        "DRAWN.TcPOU": unit.format("DRAWN", "", "USED"),
+        "USED.TcPOU": unit.format("USED", " VAR v : Nothing; END_VAR", ""),
+        "OLD.TcPOU": unit.format("OLD", " VAR v : Nothing; END_VAR", "USED"),
+    }
+    assert _examined(tmp_path, files)[1:] == (["USED"], ["OLD"])
