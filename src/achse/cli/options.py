@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from achse.cli.logs import LogFormat, LogLevel
+
 __all__ = [
     "Acceleration",
     "Count",
@@ -16,6 +18,10 @@ __all__ = [
     "Jerk",
     "LetEverybodyIn",
     "Library",
+    "ListenHost",
+    "ListenPort",
+    "Logged",
+    "LoggedAs",
     "ReadyWithin",
     "SaveTo",
     "Watch",
@@ -53,6 +59,25 @@ Library = Annotated[
         help="Sources of a library that the project uses, or a folder of libraries; once for each."
     ),
 ]
+
+ListenHost = Annotated[
+    str | None,
+    typer.Option(envvar="ACHSE_HOST", help="Address to listen on.", show_default="127.0.0.1"),
+]
+
+ListenPort = Annotated[
+    int | None,
+    typer.Option(
+        envvar="ACHSE_TCP_PORT",
+        min=0,
+        max=65535,
+        help="TCP port to listen on, 0 for a free one.",
+        show_default="48898",
+    ),
+]
+
+Logged = Annotated[LogLevel, typer.Option(help="What is logged.")]
+LoggedAs = Annotated[LogFormat, typer.Option(help="Log lines, or a JSON document each.")]
 
 SaveTo = Annotated[
     Path | None,

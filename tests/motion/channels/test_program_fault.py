@@ -168,7 +168,8 @@ def test_skipped_blocks_stay_skipped_until_the_next_start(seed: int) -> None:
         def stopped_block() -> int:
             rig.until_state(State.ABORTED)
             assert channel.place is not None
-            return channel.place.origin.block
+            block: int = channel.place.origin.block
+            return block
 
         for block in faulty:
             for _ in range(draw.randint(0, 1)):

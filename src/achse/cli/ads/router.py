@@ -11,7 +11,7 @@ import typer
 from achse.cli.failure import fail, tell
 from achse.cli.interrupts import ending, ending_signals
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
-from achse.cli.options import LetEverybodyIn
+from achse.cli.options import LetEverybodyIn, ListenHost, ListenPort, Logged, LoggedAs
 from achse.cli.output import print_json, print_table, tell_event
 from achse.cli.process import loop_factory, raise_file_limit
 from achse.cli.target import Json, client_command, net_id_of
@@ -48,20 +48,8 @@ def serve(
         Path | None,
         typer.Option(help="A router.toml, with targets and all else.", show_default=False),
     ] = None,
-    host: Annotated[
-        str | None,
-        typer.Option(envvar="ACHSE_HOST", help="Address to listen on.", show_default="127.0.0.1"),
-    ] = None,
-    tcp_port: Annotated[
-        int | None,
-        typer.Option(
-            envvar="ACHSE_TCP_PORT",
-            min=0,
-            max=65535,
-            help="TCP port to listen on, 0 for a free one.",
-            show_default="48898",
-        ),
-    ] = None,
+    host: ListenHost = None,
+    tcp_port: ListenPort = None,
     net_id: Annotated[
         str | None,
         typer.Option(
@@ -80,10 +68,8 @@ def serve(
         typer.Option(envvar="ACHSE_PASSWORD", help="Password of that user.", show_default=False),
     ] = None,
     let_everybody_in: LetEverybodyIn = False,
-    log_level: Annotated[LogLevel, typer.Option(help="What is logged.")] = LogLevel.WARNING,
-    log_format: Annotated[
-        LogFormat, typer.Option(help="Log lines, or a JSON document each.")
-    ] = LogFormat.TEXT,
+    log_level: Logged = LogLevel.WARNING,
+    log_format: LoggedAs = LogFormat.TEXT,
 ) -> None:
     """Serve programs until interrupted; without a command this starts the router."""
     if context.invoked_subcommand is not None:

@@ -19,7 +19,7 @@ import typer
 from achse.cli.failure import fail, in_json, tell
 from achse.cli.interrupts import ending, ending_signals
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
-from achse.cli.options import LetEverybodyIn, ReadyWithin
+from achse.cli.options import LetEverybodyIn, ListenHost, ListenPort, Logged, LoggedAs, ReadyWithin
 from achse.cli.output import on_terminal, tell_event
 from achse.cli.process import loop_factory, raise_file_limit
 from achse.cli.start import detached
@@ -46,20 +46,8 @@ def run(
         Path | None,
         typer.Argument(help="A station.toml; without one the demo station.", show_default=False),
     ] = None,
-    host: Annotated[
-        str | None,
-        typer.Option(envvar="ACHSE_HOST", help="Address to listen on.", show_default="127.0.0.1"),
-    ] = None,
-    tcp_port: Annotated[
-        int | None,
-        typer.Option(
-            envvar="ACHSE_TCP_PORT",
-            min=0,
-            max=65535,
-            help="TCP port to listen on, 0 for a free one.",
-            show_default="48898",
-        ),
-    ] = None,
+    host: ListenHost = None,
+    tcp_port: ListenPort = None,
     net_id: Annotated[
         str | None,
         typer.Option(
@@ -98,10 +86,8 @@ def run(
     web_read_only: Annotated[
         bool, typer.Option("--web-read-only", help="Pages may look, and change nothing.")
     ] = False,
-    log_level: Annotated[LogLevel, typer.Option(help="What is logged.")] = LogLevel.WARNING,
-    log_format: Annotated[
-        LogFormat, typer.Option(help="Log lines, or a JSON document each.")
-    ] = LogFormat.TEXT,
+    log_level: Logged = LogLevel.WARNING,
+    log_format: LoggedAs = LogFormat.TEXT,
     detach: Annotated[
         bool,
         typer.Option(

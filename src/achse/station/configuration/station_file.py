@@ -15,7 +15,7 @@ from achse.motion.tables import HIGHEST_TABLE_ID
 from achse.station.configuration.bus import BusConfig, DriveConfig
 from achse.station.configuration.camshaft import CamshaftConfig
 from achse.station.configuration.group import ChannelConfig, GroupConfig
-from achse.station.configuration.http import WebConfig
+from achse.station.configuration.http import MetricsConfig, WebConfig
 from achse.station.configuration.limits import LimitsConfig
 from achse.station.configuration.modbus import ModbusConfig
 from achse.station.configuration.network import (
@@ -183,6 +183,7 @@ class StationConfig(NetworkConfig):
 
     system: SystemConfig = SystemConfig.model_construct()
     web: WebConfig = WebConfig.model_construct()
+    metrics: MetricsConfig = MetricsConfig.model_construct()
     nc: NcConfig = NcConfig.model_construct()
     plc: Sequence[PlcConfig] = ()
     table: Sequence[TableConfig] = ()
