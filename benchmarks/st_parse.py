@@ -7,8 +7,8 @@ blocks with methods, comments, blank lines. Usage: python benchmarks/st_parse.py
 import sys
 import time
 
-from achse.st.lexer import scan
-from achse.st.parser import parse
+from achse.st.lexis.lexer import scan
+from achse.st.syntax.parser import parse
 
 TYPES = """\
 {{attribute 'qualified_only'}}

@@ -19,10 +19,10 @@ from achse.plc.code.execution import CodeForm
 from achse.plc.runtime import PlcRuntime
 from achse.plc.task import Task
 from achse.st.check import check
-from achse.st.collection import collection_paused
 from achse.st.declare import declare
-from achse.st.parser import parse
-from achse.st.source import Source
+from achse.st.lexis.collection import collection_paused
+from achse.st.lexis.source import Source
+from achse.st.syntax.parser import parse
 
 STATEMENTS = 10
 """Executed per group, the branch of the IF included."""

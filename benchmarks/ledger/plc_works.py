@@ -94,8 +94,8 @@ def _cycles(groups: int, form: str) -> Call:
     from achse.plc.task import Task
     from achse.st.check import check
     from achse.st.declare import declare
-    from achse.st.parser import parse
-    from achse.st.source import Source
+    from achse.st.lexis.source import Source
+    from achse.st.syntax.parser import parse
 
     body = "".join(STATEMENTS.format(index=number % 100) for number in range(groups))
     project = declare([parse(Source(VARIABLES + body + "END_PROGRAM\n", "a.st"), name="GVL")])
@@ -163,7 +163,7 @@ def check_sources() -> Call:
     """Set up sources of 120 statements."""
     from achse.st.check import check
     from achse.st.declare import declare
-    from achse.st.parser import parse
+    from achse.st.syntax.parser import parse
 
     def run() -> None:
         project = check(declare([parse(CHECKED).check()]))

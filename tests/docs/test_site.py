@@ -11,8 +11,8 @@ import pytest
 from achse.codes import NcError, ReturnCode
 from achse.codes.links import code_link, library_link, service_link
 from achse.site.hooks import generated_pages
-from achse.st.standard import standard_libraries
-from achse.st.units import Function, FunctionBlock
+from achse.st.declared.standard import standard_libraries
+from achse.st.syntax.units import Function, FunctionBlock
 from achse.station import Station
 
 ROOT = Path(__file__).parents[2]

@@ -20,10 +20,10 @@ from achse.iec.names import parse_type
 from achse.iec.paths import parse_path
 from achse.router.routes import RouteError
 from achse.router.static_routes import parse_static_routes
-from achse.st.parser import parse as parse_st
-from achse.st.parser import parse_expression, parse_statements
+from achse.st.lexis.xml import parse_xml
 from achse.st.symbolfiles import read_symbol_file
-from achse.st.xml import parse_xml
+from achse.st.syntax.parser import parse as parse_st
+from achse.st.syntax.parser import parse_expression, parse_statements
 from achse.station import ConfigError, Station
 from achse.station.configuration.station_file import load, parse
 from achse.station.persistence.persistent_data import PersistentData

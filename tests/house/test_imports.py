@@ -47,7 +47,12 @@ def test_a_station_loads_only_what_it_has() -> None:
     statement = "from achse.station.station import DEMO, Station\nStation.load(DEMO)"
     loaded = _loaded_by(statement)
     rooms = ("achse.st.", "achse.ethercat", "achse.drive")
-    front_end = {"achse.st.collection", "achse.st.tasks"}
+    front_end = {
+        "achse.st.lexis",
+        "achse.st.lexis.collection",
+        "achse.st.files",
+        "achse.st.files.tasks",
+    }
     assert {name for name in loaded if name.startswith(rooms)} == front_end
     parts = {"achse.station.building.signals", "achse.devices.modbus", "achse.transport.modbus"}
     assert not loaded & parts

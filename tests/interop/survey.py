@@ -79,8 +79,8 @@ def try_project(folder: Path, repository: Path, project: Path) -> Outcome:
     from achse.plc import Task
     from achse.plc.system_info import system_info_list
     from achse.st.check import check
+    from achse.st.lexis.source import SourceError
     from achse.st.project import examine_project
-    from achse.st.source import SourceError
 
     commit = repository / "COMMIT"
     name = project.relative_to(repository).as_posix()

@@ -1,7 +1,7 @@
 """Every library routine is checked and made into code: a fault in one that no test names shows."""
 
-from achse.st.standard import standard_libraries
-from achse.st.units import Function, FunctionBlock
+from achse.st.declared.standard import standard_libraries
+from achse.st.syntax.units import Function, FunctionBlock
 from tests.plc.code.conftest import Ran
 
 

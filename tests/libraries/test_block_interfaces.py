@@ -14,8 +14,8 @@ from achse.iec.structs import StructType
 from achse.iec.typetable import TypeTable
 from achse.iec.variables import Section
 from achse.st.declare import declare
-from achse.st.parser import parse
-from achse.st.source import Source
+from achse.st.lexis.source import Source
+from achse.st.syntax.parser import parse
 
 _TABLE = Path(__file__).parents[1] / "data" / "block_interfaces.tsv"
 _INTERFACE = (Section.INPUT, Section.OUTPUT, Section.IN_OUT)

@@ -18,7 +18,7 @@ from achse.devices.nc.axes.structures import PLC_TO_NC, PLCTONC_AXIS_REF
 from achse.iec import StructType
 from achse.motion.states import TorqueStartType
 from achse.router import Router
-from achse.st.standard import standard_libraries
+from achse.st.declared.standard import standard_libraries
 from achse.station import Station
 from achse.station.configuration.station_file import parse
 

@@ -13,7 +13,7 @@ from achse.plc.behaviour import with_behaviour
 from achse.plc.bodies import Bodies
 from achse.st.check import check
 from achse.st.declare import declare
-from achse.st.parser import parse
+from achse.st.syntax.parser import parse
 
 
 def _block(name: str, base: StructType[Any] | None = None) -> StructType[Any]:

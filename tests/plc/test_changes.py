@@ -7,8 +7,8 @@ from achse.plc.memory import Memory
 from achse.plc.runtime import PlcRuntime
 from achse.plc.task import Task
 from achse.st.declare import declare
-from achse.st.parser import parse
-from achse.st.source import Source
+from achse.st.lexis.source import Source
+from achse.st.syntax.parser import parse
 
 TEXT = """
 TYPE ST_Pair : STRUCT a : INT; b : INT := 2; END_STRUCT END_TYPE

@@ -8,8 +8,8 @@ from achse.plc.runtime import PlcRuntime, PlcState
 from achse.plc.task import Task
 from achse.st.check import check
 from achse.st.declare import Declarations, declare
-from achse.st.parser import parse
-from achse.st.source import Source
+from achse.st.lexis.source import Source
+from achse.st.syntax.parser import parse
 
 LIFE = """
 FUNCTION_BLOCK FB_Inner

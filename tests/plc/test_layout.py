@@ -4,8 +4,8 @@ from achse.iec import INT, StructType
 from achse.plc.layout import frame_image, parts_without_headers, pointers_within
 from achse.st.check import check
 from achse.st.declare import declare
-from achse.st.parser import parse
-from achse.st.source import Source
+from achse.st.lexis.source import Source
+from achse.st.syntax.parser import parse
 
 TEXT = """
 INTERFACE I_Any END_INTERFACE

@@ -14,8 +14,8 @@ from achse.plc.bodies import Bodies
 from achse.plc.program import PlacedVariable
 from achse.st.check import check
 from achse.st.declare import Declarations, declare
-from achse.st.parser import parse
 from achse.st.project import load_project
+from achse.st.syntax.parser import parse
 
 SOURCE = """
 TYPE ST_Point : STRUCT x : INT := 1; y : INT := 2; END_STRUCT END_TYPE

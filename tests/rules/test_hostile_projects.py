@@ -20,8 +20,8 @@ from achse.codes import ReturnCode
 from achse.plc import PlcState
 from achse.st.check import check
 from achse.st.declare import examine
-from achse.st.parser import parse
-from achse.st.source import Source
+from achse.st.lexis.source import Source
+from achse.st.syntax.parser import parse
 from achse.station import ConfigError, Station
 from achse.testing import LiveStation
 

@@ -10,8 +10,8 @@ from achse.iec import plain
 from achse.plc.runtime import PlcState
 from achse.st.check import check
 from achse.st.declare import declare
-from achse.st.parser import parse
-from achse.st.source import Source, SourceError
+from achse.st.lexis.source import Source, SourceError
+from achse.st.syntax.parser import parse
 from tests.plc.code.conftest import Ran
 from tests.rules.rows import Expectation, Rule, rules
 

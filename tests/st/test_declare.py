@@ -43,8 +43,8 @@ from achse.iec.describe import describe_type
 from achse.iec.layout import TC2_X86
 from achse.iec.types import IecType
 from achse.st.declare import Declarations, declare
-from achse.st.parser import parse
-from achse.st.source import Source, SourceError
+from achse.st.lexis.source import Source, SourceError
+from achse.st.syntax.parser import parse
 
 
 def declared(text: str, **options: Any) -> Declarations:

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import pytest
 
 from achse.iec.layout import TC3_X64
+from achse.st.declared.resolve import Resolver
+from achse.st.lexis.source import Source
 from achse.st.mentions import mentions_of
-from achse.st.parser import parse
-from achse.st.resolve import Resolver
-from achse.st.source import Source
+from achse.st.syntax.parser import parse
 
 OTHERS = """
 TYPE T : STRUCT n : INT; END_STRUCT END_TYPE

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
+from achse.st.files.references import LibraryReference
+from achse.st.lexis.source import Diagnostic, Location, Source
 from achse.st.missing import MissingLibrary, findings_by_library, missing_libraries
-from achse.st.parser import parse
 from achse.st.project import examine_project
-from achse.st.references import LibraryReference
-from achse.st.source import Diagnostic, Location, Source
+from achse.st.syntax.parser import parse
 
 IOT = LibraryReference("Tc3_IotBase", "3.1", "Tc3_IotBase", {})
 MINE = LibraryReference("My Lib", "", "My_Lib", {})

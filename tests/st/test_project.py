@@ -7,9 +7,9 @@ import pytest
 from achse.plc import PlcRuntime, Task
 from achse.plc.bodies import Bodies
 from achse.st.check import check
-from achse.st.files import parse_file, source_files
+from achse.st.files.files import parse_file, source_files
+from achse.st.lexis.source import SourceError
 from achse.st.project import load_project
-from achse.st.source import SourceError
 
 TYPE = """<?xml version="1.0" encoding="utf-8"?>
 <TcPlcObject><DUT Name="ST_X"><Declaration><![CDATA[TYPE ST_X :

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from achse.st.lexis.source import SourceError
 from achse.st.project import Project, examine_project
-from achse.st.source import SourceError
 
 TASK = """<TcPlcObject><Task Name="PlcTask"><CycleTime>10000</CycleTime><Priority>20</Priority>
 {calls}</Task></TcPlcObject>"""

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from achse.st.source import SourceError
+from achse.st.lexis.source import SourceError
 from achse.testing import PlcUnitFault, plc_unit
 
 SOURCE = """

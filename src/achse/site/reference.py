@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from achse.server import Device, RowFacts
-    from achse.st.tree import VarBlock
+    from achse.st.syntax.tree import VarBlock
 
 __all__ = ["ALL_PAGES", "library_rows", "reference_pages"]
 
@@ -119,8 +119,8 @@ def library_rows() -> dict[str, list[tuple[str, ...]]]:
 
     Names with an underscore in front are internal.
     """
-    from achse.st.standard import standard_libraries
-    from achse.st.units import Function, FunctionBlock, TypeDeclaration
+    from achse.st.declared.standard import standard_libraries
+    from achse.st.syntax.units import Function, FunctionBlock, TypeDeclaration
 
     libraries: dict[str, list[tuple[str, ...]]] = {}
     parts = list(standard_libraries())

@@ -19,16 +19,16 @@ from achse.iec.declare import GlobalVariables, Program, Typelike
 from achse.iec.layout import TC3_X64, LayoutRules
 from achse.iec.structs import StaticRecord as UnitRecord
 from achse.iec.types import IecType
-from achse.st.collection import collection_paused
-from achse.st.cursor import Unexpected
-from achse.st.given import FurtherTypes
-from achse.st.parser import Parsed
-from achse.st.resolve import Resolver, generics_of
-from achse.st.scopes import DeclaredUnit, Failed, Scope
-from achse.st.source import SourceError
-from achse.st.standard import library_files
-from achse.st.tree import Expression, TypeSpec, VarBlock
-from achse.st.units import (
+from achse.st.declared.given import FurtherTypes
+from achse.st.declared.resolve import Resolver, generics_of
+from achse.st.declared.scopes import DeclaredUnit, Failed, Scope
+from achse.st.declared.standard import library_files
+from achse.st.lexis.collection import collection_paused
+from achse.st.lexis.source import SourceError
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.parser import Parsed
+from achse.st.syntax.tree import Expression, TypeSpec, VarBlock
+from achse.st.syntax.units import (
     Accessor,
     Function,
     FunctionBlock,
@@ -40,8 +40,8 @@ from achse.st.units import (
     TypeDeclaration,
     Unit,
 )
-from achse.st.units import Program as ProgramTree
-from achse.st.values import NotConstant
+from achse.st.syntax.units import Program as ProgramTree
+from achse.st.values.values import NotConstant
 
 __all__ = ["Declarations", "declare", "examine"]
 

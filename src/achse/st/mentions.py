@@ -10,10 +10,9 @@ from dataclasses import fields
 from functools import cache
 from typing import Any
 
-from achse.st.constants import path_of
+from achse.st.declared.scopes import DeclaredUnit, Scopes, with_bases
 from achse.st.graphical.body import GraphicalBody
-from achse.st.scopes import DeclaredUnit, Scopes, with_bases
-from achse.st.tree import (
+from achse.st.syntax.tree import (
     Declaration,
     GlobalName,
     Literal,
@@ -23,7 +22,8 @@ from achse.st.tree import (
     Note,
     VarBlock,
 )
-from achse.st.units import Accessor, Method
+from achse.st.syntax.units import Accessor, Method
+from achse.st.values.constants import path_of
 
 __all__ = ["Mentions", "mentions_of"]
 

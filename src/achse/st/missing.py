@@ -7,9 +7,9 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-from achse.st.parser import Parsed
-from achse.st.references import LibraryReference
-from achse.st.source import Diagnostic
+from achse.st.files.references import LibraryReference
+from achse.st.lexis.source import Diagnostic
+from achse.st.syntax.parser import Parsed
 
 __all__ = ["MissingLibrary", "findings_by_library", "missing_libraries"]
 

@@ -7,25 +7,25 @@ from pathlib import Path
 
 from achse.iec.declare import Typelike
 from achse.iec.layout import TC3_X64, TC3_X86, LayoutRules
-from achse.st.collection import collection_paused
 from achse.st.declare import Declarations, examine
-from achse.st.envelope import TaskDeclaration
-from achse.st.event_classes import event_classes, events_sources
-from achse.st.files import (
+from achse.st.files.envelope import TaskDeclaration
+from achse.st.files.event_classes import event_classes, events_sources
+from achse.st.files.files import (
     SYMBOL_FILE,
     content_of,
     project_file,
     read_sources,
     symbol_files,
 )
-from achse.st.lexer import Defines
+from achse.st.files.shelf import gather, references_in
+from achse.st.files.solution import solution_files, task_options
+from achse.st.lexis.collection import collection_paused
+from achse.st.lexis.lexer import Defines
+from achse.st.lexis.source import Diagnostic, Source, SourceError
 from achse.st.missing import MissingLibrary, missing_libraries
-from achse.st.parser import Parsed, parse
 from achse.st.reach import Reach
-from achse.st.shelf import gather, references_in
-from achse.st.solution import solution_files, task_options
-from achse.st.source import Diagnostic, Source, SourceError
 from achse.st.symbolfiles.library import LibraryTypes
+from achse.st.syntax.parser import Parsed, parse
 
 __all__ = ["Project", "examine_project", "load_project"]
 

@@ -11,14 +11,14 @@ from functools import cached_property
 from pathlib import PurePosixPath
 from typing import NamedTuple
 
-from achse.st.files import SUFFIXES, TASK
+from achse.st.declared.resolve import Resolver, generics_of
+from achse.st.declared.scopes import DeclaredUnit, attributes_of
+from achse.st.files.files import SUFFIXES, TASK
+from achse.st.lexis.source import Diagnostic, Source
 from achse.st.mentions import Mentions, mentions_of
-from achse.st.parser import Parsed
-from achse.st.resolve import Resolver, generics_of
-from achse.st.scopes import DeclaredUnit, attributes_of
-from achse.st.source import Diagnostic, Source
-from achse.st.tree import NO_NOTE
-from achse.st.units import Function, GlobalList, Program
+from achse.st.syntax.parser import Parsed
+from achse.st.syntax.tree import NO_NOTE
+from achse.st.syntax.units import Function, GlobalList, Program
 
 __all__ = ["Findings", "Reach"]
 

@@ -5,8 +5,8 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from achse.st.files import SUFFIXES, source_files
-from achse.st.source import SourceError
+from achse.st.files.files import SUFFIXES, source_files
+from achse.st.lexis.source import SourceError
 
 __all__ = ["VARIABLE", "TcUnitMissing", "find_tcunit", "has_tcunit", "units_of"]
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from achse.iec import IecError, Record, StructType
 from achse.plc import PlcRuntime, PlcState
-from achse.st.files import source_files
-from achse.st.source import SourceError
+from achse.st.files.files import source_files
+from achse.st.lexis.source import SourceError
 from achse.station import ConfigError, Station
 from achse.station.configuration.station_file import load, parse
 from achse.tcunit.locate import find_tcunit, units_of

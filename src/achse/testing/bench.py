@@ -21,14 +21,14 @@ from achse.plc.code.faults import CATCHABLE, FaultReport, report_of
 from achse.plc.system_info import system_info_list
 from achse.st.check import check
 from achse.st.declare import Declarations, declare
-from achse.st.files import parse_file, source_files, symbol_files
-from achse.st.lexer import Defines
-from achse.st.parser import Parsed, parse
-from achse.st.printer import print_initial, print_type
-from achse.st.source import Diagnostic, Location, Source, SourceError
+from achse.st.files.files import parse_file, source_files, symbol_files
+from achse.st.lexis.lexer import Defines
+from achse.st.lexis.source import Diagnostic, Location, Source, SourceError
 from achse.st.symbolfiles.library import LibraryTypes
-from achse.st.tree import ArrayOf, TypeSpec, VarBlock
-from achse.st.units import Function, FunctionBlock, Namespace, Program, Unit
+from achse.st.syntax.parser import Parsed, parse
+from achse.st.syntax.printer import print_initial, print_type
+from achse.st.syntax.tree import ArrayOf, TypeSpec, VarBlock
+from achse.st.syntax.units import Function, FunctionBlock, Namespace, Program, Unit
 
 __all__ = ["PlcUnit", "PlcUnitFault", "plc_unit"]
 

@@ -14,7 +14,7 @@ from achse.iec.symbols import SymbolEntry, SymbolFlag
 from achse.plc import PlcRuntime, Task
 from achse.plc.behaviour import with_behaviour
 from achse.st.declare import declare
-from achse.st.parser import parse
+from achse.st.syntax.parser import parse
 
 SOURCE = """
 FUNCTION_BLOCK FB_Base

@@ -8,8 +8,8 @@ import pytest
 from achse.ams import AmsAddress, Command, Frame
 from achse.motion.channels.program_channel import ProgramChannel
 from achse.plc import PlcRuntime
-from achse.st.standard import standard_libraries
-from achse.st.units import FunctionBlock
+from achse.st.declared.standard import standard_libraries
+from achse.st.syntax.units import FunctionBlock
 from achse.station import Station
 from achse.station.configuration.station_file import parse
 from tests.libraries.front_end import FrontEnd

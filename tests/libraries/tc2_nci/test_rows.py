@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from achse.st.units import Function, FunctionBlock
+from achse.st.syntax.units import Function, FunctionBlock
 from achse.station import Station
 from achse.station.configuration.station_file import parse
 from tests.libraries.tc2_nci.conftest import units

@@ -19,8 +19,8 @@ from achse.devices.nc.axes.structures import NC_TO_PLC_TC2, PLC_TO_NC
 from achse.iec import StructType, resolved
 from achse.motion.couplings.masters import ALONE, BOTH, FOLLOWS, LEADS
 from achse.motion.states import AxisType, ControllerType, DriveType
-from achse.st.standard import standard_libraries
-from achse.st.units import Function, FunctionBlock, TypeDeclaration
+from achse.st.declared.standard import standard_libraries
+from achse.st.syntax.units import Function, FunctionBlock, TypeDeclaration
 from achse.station import Station
 from achse.station.configuration.station_file import parse
 

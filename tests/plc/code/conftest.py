@@ -21,10 +21,10 @@ from achse.plc.system_info import system_info_list
 from achse.plc.task import Task
 from achse.st.check import check
 from achse.st.declare import Declarations, declare
-from achse.st.facts import DeclaredFacts
-from achse.st.parser import parse
-from achse.st.pragmas import asks_for_declarations
-from achse.st.source import Source
+from achse.st.files.facts import DeclaredFacts
+from achse.st.lexis.pragmas import asks_for_declarations
+from achse.st.lexis.source import Source
+from achse.st.syntax.parser import parse
 from achse.st.typed.places import Storage, UnitBase, flat
 from achse.st.typed.project import Routine, RoutineKind, TypedProject, TypedUnit
 from achse.st.typed.statements import TypedStatement

@@ -10,8 +10,8 @@ from achse.plc.bodies import Bodies
 from achse.plc.code.execution import CodeForm
 from achse.st.check import check
 from achse.st.declare import Declarations, declare
-from achse.st.parser import parse
-from achse.st.source import Source
+from achse.st.lexis.source import Source
+from achse.st.syntax.parser import parse
 from achse.st.typed.project import TypedProject
 
 SOURCE = """\

@@ -10,8 +10,8 @@ from achse.plc.runtime import PlcRuntime
 from achse.plc.task import Task
 from achse.st.check import check
 from achse.st.declare import declare
-from achse.st.parser import parse
-from achse.st.source import Source
+from achse.st.lexis.source import Source
+from achse.st.syntax.parser import parse
 
 TEXT = (
     "PROGRAM MAIN VAR x : INT; s : STRING; END_VAR\nx := x + 2; s := INT_TO_STRING(x);\nEND_PROGRAM"

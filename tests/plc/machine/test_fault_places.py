@@ -6,7 +6,7 @@ from achse.iec.structs import StructType
 from achse.native.backend import MachineFault, OwnFault
 from achse.plc.code.faults import ExceptionCode, PlcFault, code_of, report_of
 from achse.plc.machine.fault_places import FaultKind, FaultPlaces
-from achse.st.source import Source
+from achse.st.lexis.source import Source
 from achse.st.typed.project import Routine, RoutineKind
 
 

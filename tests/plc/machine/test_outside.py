@@ -6,7 +6,7 @@ from typing import Any
 from achse.plc.machine.outside import maker_of, nodes_outside, reader_of
 from achse.st.check import check
 from achse.st.declare import declare
-from achse.st.parser import parse
+from achse.st.syntax.parser import parse
 
 Run = Callable[..., Any]
 

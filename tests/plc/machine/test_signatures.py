@@ -4,7 +4,7 @@ from achse.native.backend import ADDRESS, I16, I64, U64
 from achse.plc.machine.signatures import signature_of
 from achse.st.check import check
 from achse.st.declare import declare
-from achse.st.parser import parse
+from achse.st.syntax.parser import parse
 
 TEXT = """
 TYPE T : STRUCT a, b : DINT; END_STRUCT END_TYPE

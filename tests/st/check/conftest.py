@@ -6,8 +6,8 @@ import pytest
 
 from achse.st.check import check
 from achse.st.declare import declare
-from achse.st.parser import parse
-from achse.st.source import Source
+from achse.st.lexis.source import Source
+from achse.st.syntax.parser import parse
 from achse.st.typed.project import TypedProject
 from achse.st.typed.text import lines_of
 

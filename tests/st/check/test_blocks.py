@@ -4,7 +4,7 @@ from achse.iec.derived import InterfaceType
 from achse.iec.structs import StructType
 from achse.st.check.blocks import Blocks
 from achse.st.declare import declare
-from achse.st.parser import parse
+from achse.st.syntax.parser import parse
 
 SOURCE = """
 INTERFACE I_A METHOD Go END_METHOD END_INTERFACE

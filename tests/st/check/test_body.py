@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from achse.st.check import check
 from achse.st.declare import declare
-from achse.st.parser import parse
+from achse.st.syntax.parser import parse
 from achse.st.typed.project import TypedProject
 
 LIBRARY = "FUNCTION F_Lib : INT VAR d : DINT; END_VAR F_Lib := d; END_FUNCTION"

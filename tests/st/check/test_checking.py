@@ -7,7 +7,7 @@ import pytest
 from achse.iec import UDINT, GlobalVariables, var
 from achse.st.check import check
 from achse.st.declare import declare
-from achse.st.parser import parse
+from achse.st.syntax.parser import parse
 from achse.st.typed.project import InitCall, TypedProject
 from achse.st.typed.text import lines_of
 

@@ -17,7 +17,7 @@ from achse.st.check.meanings import (
 )
 from achse.st.check.operands import TypedOperand
 from achse.st.declare import declare
-from achse.st.parser import parse, parse_expression
+from achse.st.syntax.parser import parse, parse_expression
 
 SOURCE = """
 TYPE E : (A, B); END_TYPE

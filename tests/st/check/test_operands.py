@@ -6,7 +6,7 @@ from achse.iec.strings import STRING, WSTRING
 from achse.st.check.operands import address_of, constant_operand, followed_value, read
 from achse.st.typed.expressions import AddressOf, Known, Read
 from achse.st.typed.places import FrameBase, PointerBase, Storage
-from achse.st.values import Constant
+from achse.st.values.values import Constant
 
 
 def test_a_plain_number_takes_the_type_it_meets() -> None:

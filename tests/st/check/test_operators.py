@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from achse.st.check import check
 from achse.st.check.folding import folded
 from achse.st.declare import declare
-from achse.st.parser import parse
+from achse.st.syntax.parser import parse
 from achse.st.typed.expressions import Computed, Converted, Known, Read, Stored, TypedValue
 from achse.st.typed.statements import Do
 

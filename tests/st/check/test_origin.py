@@ -4,8 +4,8 @@ import pytest
 
 from achse.st.check import check
 from achse.st.declare import declare
-from achse.st.parser import parse
-from achse.st.source import Source
+from achse.st.lexis.source import Source
+from achse.st.syntax.parser import parse
 
 SOURCES = {
     "list.st": "VAR_GLOBAL CONSTANT\n nMost : INT := 5;\nEND_VAR\n",

@@ -4,9 +4,9 @@ from achse.iec.layout import TC3_X64
 from achse.st.check import check
 from achse.st.check.reached import FAULTY
 from achse.st.declare import examine
-from achse.st.parser import parse
+from achse.st.lexis.source import Source
 from achse.st.reach import Reach
-from achse.st.source import Source
+from achse.st.syntax.parser import parse
 from achse.st.typed.project import TypedProject
 
 TEXT = """

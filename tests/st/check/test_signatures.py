@@ -2,9 +2,9 @@
 
 from achse.st.check.signatures import Routines, attributes_in
 from achse.st.declare import declare
-from achse.st.parser import parse
+from achse.st.syntax.parser import parse
+from achse.st.syntax.units import FunctionBlock, Method, Property
 from achse.st.typed.project import RoutineKind
-from achse.st.units import FunctionBlock, Method, Property
 
 SOURCE = """
 {attribute 'builtin'}

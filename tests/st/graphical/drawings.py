@@ -13,9 +13,9 @@ from achse.plc.system_info import system_info_list
 from achse.plc.task import Task
 from achse.st.check import check
 from achse.st.declare import declare
-from achse.st.envelope import WITHOUT_TEXT, parse_envelope
-from achse.st.parser import Parsed, parse
-from achse.st.xml import parse_xml
+from achse.st.files.envelope import WITHOUT_TEXT, parse_envelope
+from achse.st.lexis.xml import parse_xml
+from achse.st.syntax.parser import Parsed, parse
 
 NEGATED, SET, RESET, JUMP, RETURN, RISING, FALLING = 1, 2, 3, 4, 8, 16, 32
 _ids = count(1)

@@ -2,8 +2,8 @@
 
 import pytest
 
-from achse.st.cursor import Unexpected
 from achse.st.graphical.archive import ArchiveObject, read_archive
+from achse.st.syntax.cursor import Unexpected
 
 TEXT = """<XmlArchive>
   <Data>

@@ -1,7 +1,7 @@
 """Bodies that are drawn: their text, their places in file and drawing."""
 
 from achse.st.graphical.body import GraphicalBody
-from achse.st.source import Source
+from achse.st.lexis.source import Source
 from tests.st.graphical.drawings import assign, contact, network, networks, read, unit
 
 

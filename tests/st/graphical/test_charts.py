@@ -2,7 +2,6 @@
 
 import pytest
 
-from achse.st.cursor import Unexpected
 from achse.st.graphical.charts import (
     Alternative,
     ChartJump,
@@ -13,6 +12,7 @@ from achse.st.graphical.charts import (
     read_chart,
     read_flags,
 )
+from achse.st.syntax.cursor import Unexpected
 from tests.st.graphical.drawings import (
     branch,
     chart,

@@ -2,13 +2,13 @@
 
 import pytest
 
-from achse.st.cursor import Unexpected
 from achse.st.graphical.function_charts import (
     ChartBox,
     ChartOutput,
     read_explicit_order,
     read_function_chart,
 )
+from achse.st.syntax.cursor import Unexpected
 from tests.st.graphical.drawings import Canvas, explicit_order
 
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from achse.st.cursor import Unexpected
 from achse.st.graphical.networks import Assignment, Box, DrawnNetwork, NetworkOperand, read_networks
+from achse.st.syntax.cursor import Unexpected
 from tests.st.graphical.drawings import (
     NEGATED,
     assign,

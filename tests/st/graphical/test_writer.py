@@ -2,11 +2,11 @@
 
 import pytest
 
-from achse.st.cursor import Unexpected
 from achse.st.graphical.body import GraphicalBody
 from achse.st.graphical.writer import BodyStatements, implicit_block, path_of
-from achse.st.parser import parse_expression
-from achse.st.tree import Assign, If, Let, Member, Name
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.parser import parse_expression
+from achse.st.syntax.tree import Assign, If, Let, Member, Name
 
 
 class NoScope:

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from achse.iec import ARRAY, BOOL, INT, STRING, TIME, IecType, Struct, iec_type, var
+from achse.st.lexis.xml import parse_xml
 from achse.st.symbolfiles.initials import initial_image, initial_parts
-from achse.st.xml import parse_xml
 
 
 class ST_Part(Struct):

@@ -4,7 +4,7 @@ import pytest
 
 from achse.iec import StructType
 from achse.iec.errors import DeclarationError
-from achse.st.source import SourceError
+from achse.st.lexis.source import SourceError
 from achse.st.symbolfiles.library import LibraryTypes
 
 ANOTHER = b"""<TcModuleClass><DataTypes>

@@ -10,7 +10,7 @@ from achse.iec import ArrayType, EnumType, InterfaceType, StructType, SubrangeTy
 from achse.iec.structs import RecordKind
 from achse.iec.typetable import OpaqueType
 from achse.iec.variables import Address, Section
-from achse.st.source import SourceError
+from achse.st.lexis.source import SourceError
 from achse.st.symbolfiles import SymbolFile, read_tmc
 from achse.st.symbolfiles.library import LibraryTypes
 

@@ -8,7 +8,7 @@ import pytest
 from achse.iec import Address, StructType
 from achse.iec.structs import RecordKind
 from achse.iec.variables import Section
-from achse.st.source import SourceError
+from achse.st.lexis.source import SourceError
 from achse.st.symbolfiles import FileTask, read_tpy
 
 

@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 
 from achse.iec import IecType, StructType
-from achse.st.source import SourceError
+from achse.st.lexis.source import SourceError
+from achse.st.lexis.xml import parse_xml
 from achse.st.symbolfiles.types import FileTypes
-from achse.st.xml import parse_xml
 
 
 def _symbol(types: FileTypes, base: str, bits: int, around: str = "") -> IecType[object]:

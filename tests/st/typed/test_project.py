@@ -3,7 +3,7 @@
 from typing import Any
 
 from achse.iec.structs import RecordKind, StructType
-from achse.st.source import Source
+from achse.st.lexis.source import Source
 from achse.st.typed.project import Routine, RoutineKind, TypedBlock, TypedProject
 
 MOTOR: StructType[Any] = StructType("FB_Motor", [], kind=RecordKind.FUNCTION_BLOCK)

@@ -1,8 +1,8 @@
 """What is declared, somewhere, is not missing."""
 
 from achse.st.declare import examine
-from achse.st.parser import parse
-from achse.st.source import Source
+from achse.st.lexis.source import Source
+from achse.st.syntax.parser import parse
 from achse.st.unknown import MissingNames
 
 

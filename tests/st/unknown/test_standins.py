@@ -6,9 +6,9 @@ import pytest
 
 from achse.st.check import check
 from achse.st.declare import declare, examine
-from achse.st.parser import parse
+from achse.st.lexis.source import Source, SourceError
 from achse.st.project import examine_project, load_project
-from achse.st.source import Source, SourceError
+from achse.st.syntax.parser import parse
 from achse.st.unknown import MissingNames, stand_ins
 
 PROJECT = """

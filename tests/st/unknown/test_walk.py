@@ -3,8 +3,8 @@
 import pytest
 
 from achse.st.declare import declare, examine
-from achse.st.parser import parse
-from achse.st.source import SourceError
+from achse.st.lexis.source import SourceError
+from achse.st.syntax.parser import parse
 from achse.st.unknown import MissingNames
 
 

@@ -11,9 +11,9 @@ from achse.cli.output import print_json
 from achse.plc import Task
 from achse.plc.system_info import system_info_list
 from achse.st.check import check
+from achse.st.lexis.source import Diagnostic, Location, SourceError
 from achse.st.missing import findings_by_library
 from achse.st.project import Project, examine_project
-from achse.st.source import Diagnostic, Location, SourceError
 from achse.st.typed.project import TypedProject
 
 __all__ = ["check_project"]

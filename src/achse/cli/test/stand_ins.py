@@ -4,8 +4,8 @@ from pathlib import Path
 
 from achse.cli.failure import fail
 from achse.cli.output import print_json
+from achse.st.lexis.source import SourceError
 from achse.st.project import examine_project
-from achse.st.source import SourceError
 from achse.st.unknown import MissingNames, stand_ins
 
 __all__ = ["write_stand_ins"]

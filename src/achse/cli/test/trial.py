@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from achse.iec import DeclarationError
 from achse.plc import Memory, PlcRuntime, Task
 from achse.plc.program import area_sizes
-from achse.st.tasks import FileTask, called_tasks
+from achse.st.files.tasks import FileTask, called_tasks
 
 if TYPE_CHECKING:
     from achse.plc.builtins import Services

@@ -17,8 +17,8 @@ from achse.iec.text import decode_text, decode_wide, encode_text, encode_wide
 from achse.iec.times import TimeType
 from achse.iec.types import IecType
 from achse.plc.code.operations import single
-from achse.st.cursor import Unexpected
-from achse.st.literals import literal_value
+from achse.st.lexis.literals import literal_value
+from achse.st.syntax.cursor import Unexpected
 
 __all__ = ["TEXTS", "recoded", "text_read", "text_written"]
 

@@ -11,10 +11,10 @@ from achse.iec.elementary import BOOL, BoolType
 from achse.iec.literals import format_value, parse_value
 from achse.iec.times import TimeType
 from achse.plc.debug.places import CallView, DebugNames, DebugSpot, NotThere, is_long
-from achse.st.literals import literal_value
-from achse.st.parser import parse_expression
-from achse.st.source import SourceError
-from achse.st.tree import (
+from achse.st.lexis.literals import literal_value
+from achse.st.lexis.source import SourceError
+from achse.st.syntax.parser import parse_expression
+from achse.st.syntax.tree import (
     Binary,
     Dereference,
     Expression,

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
 from achse.plc.memory import Area
-from achse.st.nodes import node
+from achse.st.syntax.nodes import node
 from achse.st.typed.expressions import Conversion, Converted, EnumName, Known, Operator
 from achse.st.typed.project import Routine
 from achse.st.typed.statements import JumpMark, JumpTo, LoopExit, LoopNext, RoutineExit

@@ -28,7 +28,7 @@ from achse.st.typed.expressions import (
     Stored,
     TypedValue,
 )
-from achse.st.values import UNITS_NS
+from achse.st.values.values import UNITS_NS
 
 __all__ = ["ValueLowering"]
 

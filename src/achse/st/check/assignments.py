@@ -17,11 +17,11 @@ from achse.st.check.kinds import common_integer, is_interface, is_whole, same_sh
 from achse.st.check.meanings import PropertyUse
 from achse.st.check.operands import TypedOperand, constant_operand, known
 from achse.st.check.signatures import attributes_in
-from achse.st.cursor import Unexpected
-from achse.st.tree import Assign, Expression, Name
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.tree import Assign, Expression, Name
 from achse.st.typed.expressions import Computed, Known, Latched, Operator, Read, Stored, TypedValue
 from achse.st.typed.places import PointerBase, Storage, flat
-from achse.st.values import Constant
+from achse.st.values.values import Constant
 
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody

@@ -5,10 +5,10 @@ from typing import Any, NamedTuple
 
 from achse.iec.derived import InterfaceType
 from achse.iec.structs import StructType
-from achse.st.resolve import Resolver
-from achse.st.scopes import DeclaredUnit
-from achse.st.tree import NamedType
-from achse.st.units import FunctionBlock, GlobalList, Interface, Part, Program
+from achse.st.declared.resolve import Resolver
+from achse.st.declared.scopes import DeclaredUnit
+from achse.st.syntax.tree import NamedType
+from achse.st.syntax.units import FunctionBlock, GlobalList, Interface, Part, Program
 
 __all__ = ["Blocks", "FoundPart"]
 

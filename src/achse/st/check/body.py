@@ -18,8 +18,8 @@ from achse.st.check.paths import Paths
 from achse.st.check.signatures import Signature
 from achse.st.check.statements import StatementChecker
 from achse.st.check.system import SystemOperators
-from achse.st.cursor import Unexpected
-from achse.st.source import Source
+from achse.st.lexis.source import Source
+from achse.st.syntax.cursor import Unexpected
 from achse.st.typed.expressions import TypedValue
 from achse.st.typed.places import FrameBase, Storage
 

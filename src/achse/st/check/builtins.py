@@ -26,8 +26,8 @@ from achse.st.check.folding import folded
 from achse.st.check.kinds import UNSIGNED, counted, natural, promoted
 from achse.st.check.operands import TypedOperand, known
 from achse.st.check.operators import converted_or_same
-from achse.st.cursor import Unexpected
-from achse.st.tree import Argument, Expression
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.tree import Argument, Expression
 from achse.st.typed.expressions import (
     Computed,
     Conversion,

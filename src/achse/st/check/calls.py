@@ -26,8 +26,9 @@ from achse.st.check.meanings import (
 from achse.st.check.operands import TypedOperand, followed_value, read
 from achse.st.check.parameter_places import place_beside, place_of, place_of_variable
 from achse.st.check.signatures import DeclaredParameter, Signature, parameters_by_name
-from achse.st.cursor import Unexpected
-from achse.st.tree import Argument, Call, Expression
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.tree import Argument, Call, Expression
+from achse.st.syntax.units import FunctionBlock, Program
 from achse.st.typed.expressions import (
     DirectTarget,
     Invocation,
@@ -44,7 +45,6 @@ from achse.st.typed.places import (
 )
 from achse.st.typed.project import RoutineKind
 from achse.st.typed.statements import Do, TypedStatement
-from achse.st.units import FunctionBlock, Program
 
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody

@@ -21,15 +21,24 @@ from achse.st.check.slots import (
     slot_of,
     type_change_calls,
 )
-from achse.st.collection import collection_paused
-from achse.st.cursor import Unexpected
 from achse.st.declare import Declarations
+from achse.st.declared.resolve import Resolver, generics_of
+from achse.st.declared.scopes import DeclaredUnit, Failed
 from achse.st.graphical.body import GraphicalBody, Refused
+from achse.st.lexis.collection import collection_paused
+from achse.st.lexis.source import Diagnostic, Source
 from achse.st.reach import Reach
-from achse.st.resolve import Resolver, generics_of
-from achse.st.scopes import DeclaredUnit, Failed
-from achse.st.source import Diagnostic, Source
-from achse.st.tree import Statements
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.tree import Statements
+from achse.st.syntax.units import (
+    Action,
+    Function,
+    FunctionBlock,
+    GlobalList,
+    Method,
+    Program,
+    Property,
+)
 from achse.st.typed.places import StaticBase
 from achse.st.typed.project import (
     Routine,
@@ -41,15 +50,6 @@ from achse.st.typed.project import (
     TypedUnit,
 )
 from achse.st.typed.statements import LifeEvent, TypedStatement
-from achse.st.units import (
-    Action,
-    Function,
-    FunctionBlock,
-    GlobalList,
-    Method,
-    Program,
-    Property,
-)
 
 __all__ = ["Checking", "check"]
 

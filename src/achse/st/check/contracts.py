@@ -10,12 +10,11 @@ from achse.st.check.blocks import Blocks
 from achse.st.check.kinds import same_shape
 from achse.st.check.life import element_of
 from achse.st.check.signatures import Routines, Signature
-from achse.st.cursor import Unexpected
-from achse.st.resolve import Resolver
-from achse.st.scopes import DeclaredUnit, Failed
-from achse.st.source import Source
-from achse.st.typed.places import flat
-from achse.st.units import (
+from achse.st.declared.resolve import Resolver
+from achse.st.declared.scopes import DeclaredUnit, Failed
+from achse.st.lexis.source import Source
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.units import (
     Action,
     FunctionBlock,
     GlobalList,
@@ -24,6 +23,7 @@ from achse.st.units import (
     Program,
     Property,
 )
+from achse.st.typed.places import flat
 
 __all__ = ["Contracts"]
 

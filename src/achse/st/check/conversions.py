@@ -14,7 +14,7 @@ from achse.iec.types import IecType
 from achse.st.check.folding import cut, folded, real
 from achse.st.check.kinds import counted, is_signed, is_whole, same_shape
 from achse.st.check.operands import TypedOperand, address_of, coded
-from achse.st.cursor import Unexpected
+from achse.st.syntax.cursor import Unexpected
 from achse.st.typed.expressions import Conversion, Converted, Known, TypedValue
 from achse.st.typed.places import flat
 

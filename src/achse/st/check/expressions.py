@@ -21,10 +21,9 @@ from achse.st.check.meanings import (
     UnitName,
 )
 from achse.st.check.operands import TypedOperand, constant_operand
-from achse.st.constants import path_of
-from achse.st.cursor import Unexpected
-from achse.st.literals import literal_value
-from achse.st.tree import (
+from achse.st.lexis.literals import literal_value
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.tree import (
     Assign,
     Binary,
     Call,
@@ -42,10 +41,11 @@ from achse.st.tree import (
     TypeOperand,
     Unary,
 )
+from achse.st.syntax.units import FunctionBlock, TypeDeclaration
 from achse.st.typed.expressions import Read
 from achse.st.typed.places import ImageBase, Storage
-from achse.st.units import FunctionBlock, TypeDeclaration
-from achse.st.values import Constant
+from achse.st.values.constants import path_of
+from achse.st.values.values import Constant
 
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody

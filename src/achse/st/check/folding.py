@@ -12,7 +12,7 @@ from achse.iec.times import TimeType
 from achse.iec.types import IecType
 from achse.st.check.kinds import counted, is_signed
 from achse.st.typed.expressions import Computed, Conversion, Converted, Known, Operator, TypedValue
-from achse.st.values import UNITS_NS
+from achse.st.values.values import UNITS_NS
 
 __all__ = ["cut", "folded", "real", "rescaled", "rounded"]
 

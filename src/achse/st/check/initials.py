@@ -12,9 +12,9 @@ from achse.st.check.kinds import known_from
 from achse.st.check.meanings import PropertyUse
 from achse.st.check.names import replaced
 from achse.st.check.operands import TypedOperand, read
-from achse.st.cursor import Unexpected
-from achse.st.scopes import Failed
-from achse.st.tree import (
+from achse.st.declared.scopes import Failed
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.tree import (
     ArrayInitial,
     Call,
     Declaration,

@@ -20,9 +20,9 @@ from achse.iec.types import IecType
 from achse.iec.variables import Section, Variable
 from achse.st.check.frames import VariableFrame
 from achse.st.check.signatures import DeclaredParameter, Signature
-from achse.st.records import instance_member, instance_variables
-from achse.st.scopes import DeclaredUnit, Scope
-from achse.st.tree import (
+from achse.st.declared.records import instance_member, instance_variables
+from achse.st.declared.scopes import DeclaredUnit, Scope
+from achse.st.syntax.tree import (
     Argument,
     ArrayInitial,
     ArrayOf,
@@ -31,11 +31,11 @@ from achse.st.tree import (
     StructOf,
     TypeSpec,
 )
+from achse.st.syntax.units import FunctionBlock, GlobalList, Method, Program, TypeDeclaration
 from achse.st.typed.expressions import AddressOf, DirectTarget, Invocation, Known, Read, Stored
 from achse.st.typed.places import CalleeBase, InstanceBase, Storage, UnitBase, flat
 from achse.st.typed.project import RoutineKind
 from achse.st.typed.statements import Do, LifeEvent, LifeStep, TypedStatement
-from achse.st.units import FunctionBlock, GlobalList, Method, Program, TypeDeclaration
 
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody

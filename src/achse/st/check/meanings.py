@@ -7,9 +7,9 @@ from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.st.check.operands import TypedOperand
 from achse.st.check.signatures import Signature
-from achse.st.scopes import DeclaredUnit
+from achse.st.declared.scopes import DeclaredUnit
+from achse.st.syntax.units import Property
 from achse.st.typed.expressions import TypedValue
-from achse.st.units import Property
 
 __all__ = [
     "BaseInstance",

@@ -18,13 +18,11 @@ from achse.st.check.meanings import (
     UnitName,
 )
 from achse.st.check.operands import TypedOperand, constant_operand, read
-from achse.st.cursor import Unexpected
-from achse.st.nodes import changed
-from achse.st.scopes import Declared, DeclaredUnit, Scope
-from achse.st.tree import ArrayInitial, StructInitial
-from achse.st.typed.expressions import AddressOf, Read, TypedValue
-from achse.st.typed.places import InstanceBase, StaticBase, Storage, UnitBase, flat
-from achse.st.units import (
+from achse.st.declared.scopes import Declared, DeclaredUnit, Scope
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.nodes import changed
+from achse.st.syntax.tree import ArrayInitial, StructInitial
+from achse.st.syntax.units import (
     Action,
     Function,
     FunctionBlock,
@@ -36,7 +34,9 @@ from achse.st.units import (
     Property,
     TypeDeclaration,
 )
-from achse.st.values import Constant, NotConstant
+from achse.st.typed.expressions import AddressOf, Read, TypedValue
+from achse.st.typed.places import InstanceBase, StaticBase, Storage, UnitBase, flat
+from achse.st.values.values import Constant, NotConstant
 
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody

@@ -8,10 +8,10 @@ from achse.iec.elementary import BOOL, LREAL, BoolType, RealType
 from achse.iec.strings import STRING, StringType
 from achse.iec.types import IecType
 from achse.st.check.kinds import natural
-from achse.st.cursor import Unexpected
+from achse.st.syntax.cursor import Unexpected
 from achse.st.typed.expressions import AddressOf, Known, Read, TypedValue
 from achse.st.typed.places import PointerBase, Storage, flat
-from achse.st.values import Constant
+from achse.st.values.values import Constant
 
 __all__ = [
     "TypedOperand",

@@ -40,7 +40,7 @@ from achse.st.check.kinds import (
     promoted,
 )
 from achse.st.check.operands import TypedOperand, known
-from achse.st.cursor import Unexpected
+from achse.st.syntax.cursor import Unexpected
 from achse.st.typed.expressions import Computed, Known, Operator, Shortcut, TypedValue
 from achse.st.typed.places import flat
 

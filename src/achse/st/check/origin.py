@@ -8,7 +8,7 @@ import hashlib
 from collections.abc import Iterable
 
 from achse.iec.structs import StaticRecord
-from achse.st.resolve import Resolver
+from achse.st.declared.resolve import Resolver
 
 __all__ = ["origin_of"]
 

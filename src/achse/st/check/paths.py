@@ -23,8 +23,9 @@ from achse.st.check.meanings import (
 )
 from achse.st.check.names import replaced
 from achse.st.check.operands import TypedOperand, address_of, constant_operand, known, read
-from achse.st.cursor import Unexpected
-from achse.st.tree import Dereference, Index, Member, PartOf, Super, This
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.tree import Dereference, Index, Member, PartOf, Super, This
+from achse.st.syntax.units import Program
 from achse.st.typed.expressions import (
     Computed,
     Known,
@@ -40,8 +41,7 @@ from achse.st.typed.places import (
     TemporaryBase,
     flat,
 )
-from achse.st.units import Program
-from achse.st.values import Constant
+from achse.st.values.values import Constant
 
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody

@@ -3,8 +3,8 @@
 from collections.abc import Container
 from dataclasses import replace
 
+from achse.st.lexis.source import Diagnostic
 from achse.st.reach import Reach
-from achse.st.source import Diagnostic
 from achse.st.typed.project import Routine, TypedProject
 
 __all__ = ["FAULTY", "of_reached"]

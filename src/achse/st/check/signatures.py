@@ -10,15 +10,13 @@ from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Section, Variable
 from achse.st.check.frames import VariableFrame
-from achse.st.cursor import Unexpected
-from achse.st.records import bound_names, instance_member
-from achse.st.resolve import Resolver
-from achse.st.scopes import DeclaredUnit, Failed, Scope, attributes_of
-from achse.st.source import Source
-from achse.st.tree import NO_NOTE, Declaration, Initial, Name, TypeSpec, VarBlock
-from achse.st.typed.places import StaticBase
-from achse.st.typed.project import RoutineKind
-from achse.st.units import (
+from achse.st.declared.records import bound_names, instance_member
+from achse.st.declared.resolve import Resolver
+from achse.st.declared.scopes import DeclaredUnit, Failed, Scope, attributes_of
+from achse.st.lexis.source import Source
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.tree import NO_NOTE, Declaration, Initial, Name, TypeSpec, VarBlock
+from achse.st.syntax.units import (
     Accessor,
     Action,
     Body,
@@ -30,6 +28,8 @@ from achse.st.units import (
     Property,
     Unit,
 )
+from achse.st.typed.places import StaticBase
+from achse.st.typed.project import RoutineKind
 
 __all__ = [
     "DeclaredParameter",

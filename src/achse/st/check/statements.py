@@ -13,9 +13,9 @@ from achse.st.check.folding import cut, folded
 from achse.st.check.kinds import counted
 from achse.st.check.meanings import PropertyUse
 from achse.st.check.operands import TypedOperand, known
-from achse.st.cursor import Unexpected
-from achse.st.scopes import Failed
-from achse.st.tree import (
+from achse.st.declared.scopes import Failed
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.tree import (
     Assign,
     Branch,
     Call,

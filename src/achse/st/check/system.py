@@ -15,8 +15,8 @@ from achse.st.check.folding import folded
 from achse.st.check.meanings import TypeName
 from achse.st.check.names import replaced
 from achse.st.check.operands import TypedOperand, known, texted
-from achse.st.cursor import Unexpected
-from achse.st.tree import Argument, Call, Expression, Index, Member, Name
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.tree import Argument, Call, Expression, Index, Member, Name
 from achse.st.typed.expressions import (
     Composed,
     Computed,

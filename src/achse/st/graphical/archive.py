@@ -10,7 +10,7 @@ Source: public TwinCAT 3 projects, 915 bodies.
 import re
 from collections.abc import Iterator
 
-from achse.st.cursor import Unexpected
+from achse.st.syntax.cursor import Unexpected
 
 __all__ = ["ArchiveObject", "read_archive", "unquoted"]
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Protocol
 
-from achse.st.cursor import Unexpected
-from achse.st.tree import Statements, TypeSpec, VarBlock
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.tree import Statements, TypeSpec, VarBlock
 
 __all__ = ["BodyOwner", "BodyScope", "GraphicalBody", "Refused"]
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 from achse.st.graphical.body import GraphicalBody, Refused
 from achse.st.graphical.networks import Box, BoxInput, BoxOutput, Modifier, NetworkOperand
 from achse.st.graphical.writer import BodyStatements, call_of
-from achse.st.tree import (
+from achse.st.syntax.tree import (
     Binary,
     Branch,
     Expression,

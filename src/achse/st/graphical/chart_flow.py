@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
-from achse.st.cursor import Unexpected
 from achse.st.graphical.charts import (
     Alternative,
     Chart,
@@ -18,6 +17,7 @@ from achse.st.graphical.charts import (
     Macro,
     Simultaneous,
 )
+from achse.st.syntax.cursor import Unexpected
 
 __all__ = ["ChartFlow", "Firing", "steps_of"]
 

@@ -12,12 +12,12 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 
-from achse.st.cursor import Unexpected
 from achse.st.graphical.body import BodyScope, GraphicalBody, Refused
 from achse.st.graphical.chart_flow import ChartFlow, Firing, steps_of
 from achse.st.graphical.charts import ActionAssociation, Chart, ChartStep, read_chart, read_flags
 from achse.st.graphical.writer import BodyStatements, call_of, implicit_block
-from achse.st.tree import (
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.tree import (
     Assign,
     Binary,
     Branch,

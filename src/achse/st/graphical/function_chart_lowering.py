@@ -10,7 +10,6 @@ Source: CFC bodies of public TwinCAT 3 projects; when values are kept is our cho
 import re
 from collections.abc import Iterator, Sequence
 
-from achse.st.cursor import Unexpected
 from achse.st.graphical.body import BodyScope, GraphicalBody, Refused
 from achse.st.graphical.boxes import COMPARISONS, BoxWriter, sign_of_operator
 from achse.st.graphical.execution_order import execution_order
@@ -28,7 +27,8 @@ from achse.st.graphical.function_charts import (
 )
 from achse.st.graphical.networks import Box, BoxInput, NetworkOperand
 from achse.st.graphical.writer import call_of, implicit_block
-from achse.st.tree import (
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.tree import (
     Call,
     Expression,
     Member,

@@ -5,9 +5,9 @@ Source: CFC bodies of public TwinCAT 3 projects.
 
 from typing import TypeAlias
 
-from achse.st.cursor import Unexpected
 from achse.st.graphical.archive import ArchiveObject, read_archive
-from achse.st.nodes import node, place
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.nodes import node, place
 
 __all__ = [
     "ChartBox",

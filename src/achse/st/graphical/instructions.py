@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from achse.st.graphical.body import Refused
 from achse.st.graphical.networks import DrawnNetwork, Instruction
 from achse.st.graphical.writer import call_of
-from achse.st.tree import (
+from achse.st.syntax.tree import (
     Argument,
     Binary,
     Branch,

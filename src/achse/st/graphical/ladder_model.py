@@ -11,7 +11,6 @@ import json
 from itertools import count
 from typing import Any, TypeAlias
 
-from achse.st.cursor import Unexpected
 from achse.st.graphical.archive import read_archive
 from achse.st.graphical.networks import (
     Assignment,
@@ -26,6 +25,7 @@ from achse.st.graphical.networks import (
     Parallel,
     Unconnected,
 )
+from achse.st.syntax.cursor import Unexpected
 
 __all__ = ["read_ladder"]
 

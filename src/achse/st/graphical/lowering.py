@@ -8,7 +8,7 @@ from achse.st.graphical.function_chart_lowering import (
 )
 from achse.st.graphical.ladder_model import read_ladder
 from achse.st.graphical.network_lowering import lowered_networks, memories_of_networks
-from achse.st.tree import Statements, VarBlock
+from achse.st.syntax.tree import Statements, VarBlock
 
 __all__ = ["implicit_variables", "lowered"]
 

@@ -10,7 +10,6 @@ Source: IEC 61131-3 (2013) §8.2, §8.3; bodies of public TwinCAT 3 projects.
 import re
 from collections.abc import Callable, Iterator, Sequence
 
-from achse.st.cursor import Unexpected
 from achse.st.graphical.body import BodyScope, GraphicalBody, Refused
 from achse.st.graphical.boxes import (
     COMPARISONS,
@@ -37,7 +36,8 @@ from achse.st.graphical.networks import (
     read_networks,
 )
 from achse.st.graphical.writer import implicit_block
-from achse.st.tree import (
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.tree import (
     Binary,
     Expression,
     Label,

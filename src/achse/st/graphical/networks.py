@@ -10,9 +10,9 @@ from collections.abc import Iterable, Sequence
 from enum import IntFlag
 from typing import TypeAlias, TypeVar
 
-from achse.st.cursor import Unexpected
 from achse.st.graphical.archive import ArchiveObject, read_archive
-from achse.st.nodes import node, place
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.nodes import node, place
 
 __all__ = [
     "Assignment",

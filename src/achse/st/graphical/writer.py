@@ -6,11 +6,12 @@ from dataclasses import fields, replace
 from functools import lru_cache
 from typing import Any
 
-from achse.st.cursor import Unexpected
 from achse.st.graphical.body import BodyScope, GraphicalBody
-from achse.st.parser import parse_expression, parse_statements
-from achse.st.source import SourceError
-from achse.st.tree import (
+from achse.st.lexis.source import SourceError
+from achse.st.lexis.words import KEYWORDS
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.parser import parse_expression, parse_statements
+from achse.st.syntax.tree import (
     NO_NOTE,
     Argument,
     Assign,
@@ -31,7 +32,6 @@ from achse.st.tree import (
     Unary,
     VarBlock,
 )
-from achse.st.words import KEYWORDS
 
 __all__ = ["IMPLICIT", "BodyStatements", "call_of", "implicit_block", "path_of"]
 

@@ -1,6 +1,6 @@
 """Symbol files: `.tmc` and `.tpy` read and written, and what differs between two of them."""
 
-from achse.st.source import Diagnostic, Location, SourceError
+from achse.st.lexis.source import Diagnostic, Location, SourceError
 from achse.st.symbolfiles.difference import Change, differences
 from achse.st.symbolfiles.model import FileTask, FileVariable, SymbolFile, units_of
 from achse.st.symbolfiles.tmc import read_tmc

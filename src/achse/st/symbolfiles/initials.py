@@ -15,7 +15,7 @@ from achse.iec.structs import StructType
 from achse.iec.times import TimeType
 from achse.iec.types import IecType
 from achse.iec.variables import Image
-from achse.st.xml import Element
+from achse.st.lexis.xml import Element
 
 __all__ = ["initial_image", "initial_parts"]
 

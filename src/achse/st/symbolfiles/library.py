@@ -14,10 +14,10 @@ from achse.iec.enums import EnumType
 from achse.iec.errors import DeclarationError
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
-from achse.st.source import SourceError
+from achse.st.lexis.source import SourceError
 from achse.st.symbolfiles.tmc import start_values, types_of_tmc
 from achse.st.symbolfiles.types import FileTypes
-from achse.st.values import Constant
+from achse.st.values.values import Constant
 
 __all__ = ["LibraryTypes"]
 

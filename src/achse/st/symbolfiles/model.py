@@ -15,7 +15,7 @@ from achse.iec.symbols import SymbolEntry, SymbolFlag, fold
 from achse.iec.types import IecType
 from achse.iec.typetable import TypeTable
 from achse.iec.variables import Address, Variable
-from achse.st.tasks import FileTask
+from achse.st.files.tasks import FileTask
 
 __all__ = [
     "MEMORY_GROUPS",

@@ -18,10 +18,10 @@ from achse.iec.methods import Method
 from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import IecType, derived_guid
 from achse.iec.variables import Section, Variable
+from achse.st.lexis.xml import escape
 from achse.st.symbolfiles.initials import initial_parts
 from achse.st.symbolfiles.model import FileVariable, SymbolFile, is_defined
 from achse.st.symbolfiles.tmc import AREAS
-from achse.st.xml import escape
 
 __all__ = [
     "bits_of",

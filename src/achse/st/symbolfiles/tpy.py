@@ -4,6 +4,7 @@ import re
 
 from achse.iec.errors import shown
 from achse.iec.variables import Variable
+from achse.st.lexis.xml import Element, parse_xml
 from achse.st.symbolfiles.initials import initial_image
 from achse.st.symbolfiles.model import (
     MEMORY_GROUPS,
@@ -12,7 +13,6 @@ from achse.st.symbolfiles.model import (
     SymbolFile,
 )
 from achse.st.symbolfiles.types import FileTypes, checked_address, properties_of
-from achse.st.xml import Element, parse_xml
 
 __all__ = ["read_tpy"]
 

@@ -23,10 +23,10 @@ from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import Adst, IecType
 from achse.iec.typetable import OpaqueType
 from achse.iec.variables import Address, Section, Variable
-from achse.st.source import SourceError
+from achse.st.lexis.source import SourceError
+from achse.st.lexis.xml import Element
 from achse.st.symbolfiles.initials import initial_image
 from achse.st.symbolfiles.model import address_of
-from achse.st.xml import Element
 
 __all__ = ["MAX_BYTES", "FileTypes", "checked_address", "properties_of"]
 

@@ -4,7 +4,7 @@ from enum import Enum
 from typing import Any, TypeAlias
 
 from achse.iec.types import IecType
-from achse.st.nodes import node, place
+from achse.st.syntax.nodes import node, place
 from achse.st.typed.places import Storage
 
 __all__ = [

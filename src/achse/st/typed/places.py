@@ -6,7 +6,7 @@ from achse.iec.derived import AliasType
 from achse.iec.enums import EnumType
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
-from achse.st.nodes import node, place
+from achse.st.syntax.nodes import node, place
 
 if TYPE_CHECKING:
     from achse.st.typed.expressions import TypedValue

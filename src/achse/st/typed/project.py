@@ -9,7 +9,7 @@ from typing import Any
 
 from achse.iec.structs import StaticRecord, StructType
 from achse.iec.variables import Variable
-from achse.st.source import Diagnostic, Location, Source
+from achse.st.lexis.source import Diagnostic, Location, Source
 from achse.st.typed.places import StaticBase
 from achse.st.typed.statements import TypedStatements
 

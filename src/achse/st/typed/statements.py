@@ -4,7 +4,7 @@ from enum import Enum
 from typing import Any, TypeAlias
 
 from achse.iec.structs import StructType
-from achse.st.nodes import node, place
+from achse.st.syntax.nodes import node, place
 from achse.st.typed.expressions import Stored, TypedValue
 from achse.st.typed.places import Storage
 

@@ -9,13 +9,12 @@ from typing import TypeAlias
 
 from achse.iec.errors import IecError
 from achse.iec.times import TimeType
-from achse.st.cursor import Unexpected
-from achse.st.functions import is_standard
-from achse.st.literals import literal_value
-from achse.st.printer import print_type
-from achse.st.resolve import Resolver
-from achse.st.scopes import DeclaredUnit, Failed, Scope
-from achse.st.tree import (
+from achse.st.declared.resolve import Resolver
+from achse.st.declared.scopes import DeclaredUnit, Failed, Scope
+from achse.st.lexis.literals import literal_value
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.printer import print_type
+from achse.st.syntax.tree import (
     ArrayOf,
     Binary,
     Call,
@@ -37,7 +36,7 @@ from achse.st.tree import (
     Unary,
     UnionOf,
 )
-from achse.st.units import (
+from achse.st.syntax.units import (
     Function,
     GlobalList,
     Interface,
@@ -49,6 +48,7 @@ from achse.st.units import (
     Unit,
 )
 from achse.st.unknown.uses import LONG_TEXT, MissingUse
+from achse.st.values.functions import is_standard
 
 __all__ = ["TRUTHS", "Meanings", "Sense", "bases_of"]
 

@@ -11,9 +11,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 from achse.iec.names import ELEMENTARY
+from achse.st.lexis.words import KEYWORDS
 from achse.st.unknown.uses import MissingUse
 from achse.st.unknown.walk import MissingNames
-from achse.st.words import KEYWORDS
 
 __all__ = ["LISTS_FILE", "TYPES_FILE", "stand_ins"]
 

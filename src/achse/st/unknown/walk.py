@@ -7,10 +7,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import fields
 from typing import Any
 
+from achse.st.declared.resolve import Resolver
+from achse.st.declared.scopes import DeclaredUnit, Scope, blocks_of
 from achse.st.graphical.body import GraphicalBody
-from achse.st.resolve import Resolver
-from achse.st.scopes import DeclaredUnit, Scope, blocks_of
-from achse.st.tree import (
+from achse.st.syntax.tree import (
     NO_NOTE,
     Argument,
     ArrayInitial,
@@ -42,7 +42,7 @@ from achse.st.tree import (
     VarBlock,
     While,
 )
-from achse.st.units import (
+from achse.st.syntax.units import (
     Accessor,
     Action,
     Function,

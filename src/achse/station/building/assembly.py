@@ -13,7 +13,7 @@ from achse.devices.realtime import REALTIME_PORT, RealtimeDevice
 from achse.devices.router import RouterDevice
 from achse.devices.system import StationControl, SystemDevice
 from achse.server import Device
-from achse.st.collection import collection_paused
+from achse.st.lexis.collection import collection_paused
 from achse.station.building.building import Building, Ground, Parts
 from achse.station.building.camshaft import make_camshafts
 from achse.station.building.nc import make_nc

@@ -22,7 +22,7 @@ from achse.station.configuration.station_file import AxisConfig, ConfigError
 from achse.station.plcs.placed_structures import find_place, placed_structures
 
 if TYPE_CHECKING:
-    from achse.st.solution import AxisMapping
+    from achse.st.files.solution import AxisMapping
 
 __all__ = ["AxisLinks", "AxisVariable", "axis_variables", "link_axes"]
 

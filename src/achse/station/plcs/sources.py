@@ -19,8 +19,8 @@ from achse.plc import Memory, PlcRuntime, Task
 from achse.plc.behaviour import with_behaviour
 from achse.plc.program import area_sizes
 from achse.plc.system_info import system_info_list
-from achse.st.collection import collection_paused
-from achse.st.tasks import FileTask, called_tasks
+from achse.st.files.tasks import FileTask, called_tasks
+from achse.st.lexis.collection import collection_paused
 from achse.station.configuration.plc import PlcConfig, TaskConfig
 from achse.station.configuration.types import ConfigError
 
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from achse.plc.bodies import Bodies
     from achse.plc.builtins import Services
     from achse.st.declare import Declarations
+    from achse.st.files.solution import AxisMapping
+    from achse.st.lexis.source import Diagnostic
     from achse.st.reach import Reach
-    from achse.st.solution import AxisMapping
-    from achse.st.source import Diagnostic
 
 __all__ = ["PlcSource"]
 
@@ -119,7 +119,7 @@ class PlcSource:
         """
         if self.config.sources is None:
             return ()
-        from achse.st.solution import axis_mappings, solution_files
+        from achse.st.files.solution import axis_mappings, solution_files
 
         root = self.base / self.config.sources
         found = self._checked(".sources", lambda: axis_mappings(solution_files(root)))
@@ -199,7 +199,7 @@ class PlcSource:
 
     def _refuse_new_faults(self, running: "Bodies | None", bodies: "Bodies | None") -> None:
         """A routine that runs is not replaced by one with errors: that would stop the PLC."""
-        from achse.st.source import SourceError
+        from achse.st.lexis.source import SourceError
 
         if running is None or bodies is None:
             return
@@ -217,8 +217,8 @@ class PlcSource:
         """Return the paths of the project's own source files, by the names they have in faults."""
         if self.config.sources is None:
             return {}
-        from achse.st.files import source_files
-        from achse.st.source import SourceError
+        from achse.st.files.files import source_files
+        from achse.st.lexis.source import SourceError
 
         try:
             found = source_files(self.base / self.config.sources)

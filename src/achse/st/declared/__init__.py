@@ -1,0 +1,1 @@
+"""Declared names: scopes, constants, types, records of blocks, standard libraries."""

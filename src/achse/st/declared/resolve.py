@@ -1,0 +1,451 @@
+"""Declared types: from the syntax tree to the type objects that Python declarations give."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from difflib import get_close_matches
+from enum import IntEnum
+from typing import Any
+
+from achse.iec.arrays import ArrayType, Bounds
+from achse.iec.declare import GlobalVariables, Typelike
+from achse.iec.declare import Program as ProgramRecord
+from achse.iec.derived import (
+    AliasType,
+    InterfaceType,
+    PointerType,
+    ReferenceType,
+    SubrangeType,
+    resolved,
+)
+from achse.iec.elementary import INT, IntegerType
+from achse.iec.enums import EnumType
+from achse.iec.layout import LayoutRules
+from achse.iec.names import with_coding
+from achse.iec.strings import STRING, WSTRING
+from achse.iec.structs import Record, RecordKind, RecordMeta, StructType
+from achse.iec.types import IecType
+from achse.iec.variables import Address as Place
+from achse.st.declared.given import FurtherTypes, GivenTypes
+from achse.st.declared.named_constants import NamedConstants
+from achse.st.declared.records import LARGEST, Records
+from achse.st.declared.scopes import DeclaredUnit, Failed, Scope, Scopes, attributes_of
+from achse.st.lexis.source import Source
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.tree import (
+    NO_NOTE,
+    ArrayInitial,
+    ArrayOf,
+    DirectAddress,
+    EnumOf,
+    Initial,
+    NamedType,
+    Note,
+    PointerTo,
+    Range,
+    ReferenceTo,
+    StringOf,
+    StructInitial,
+    StructOf,
+    Subrange,
+    TypeSpec,
+    UnionOf,
+)
+from achse.st.syntax.units import (
+    FunctionBlock,
+    GlobalList,
+    Interface,
+    Program,
+    TypeDeclaration,
+)
+from achse.st.values.values import Constant
+
+__all__ = ["Resolver", "generics_of"]
+
+_RESERVED = ("mro",)
+
+
+class Resolver:
+    """Makes types, each when it is first asked for.
+
+    `types` are those that no source declares (of libraries, of Python code), by name; `further`
+    is asked for what is in neither.
+    """
+
+    def __init__(
+        self,
+        types: Mapping[str, Typelike],
+        constants: Mapping[str, object],
+        rules: LayoutRules,
+        further: FurtherTypes | None = None,
+    ) -> None:
+        self.scopes = Scopes()
+        self.given = GivenTypes(types, rules.pointer_size, further)
+        self.constants = NamedConstants(self.scopes, self, self.given, constants)
+        self.rules = rules
+        self.config_addresses: dict[str, tuple[DirectAddress, Source]] = {}
+        """Addresses that VAR_CONFIG gives, by `main.nspeed`, until their variable takes them."""
+        self._pointers: list[tuple[PointerType, Scope, int]] = []
+        self._instances: dict[str, DeclaredUnit] = {}
+        self.unknown_types: set[str] = set()
+        self._known: dict[tuple[str, str], IecType[Any]] = {}
+        """Types found already, by name and the name space it was seen from."""
+        self._strings: dict[tuple[str, int], IecType[Any]] = {}
+        self._arrays: dict[tuple[object, ...], IecType[Any]] = {}
+        self._inner: dict[tuple[int, str], IecType[Any]] = {}
+        self.units: dict[str, type[Record]] = {}
+        self.records = Records(self)
+
+    # specifications ------------------------------------------------------------------------
+
+    def type_of(self, spec: TypeSpec, scope: Scope, hint: str) -> IecType[Any]:
+        match spec:
+            case NamedType():
+                return self.named(spec, scope)
+            case StringOf(family, length):
+                count = 80 if length is None else self.constants.integer(length, scope, "a length")
+                if (family, count) not in self._strings:
+                    make = STRING if family == "STRING" else WSTRING
+                    self._strings[family, count] = self._sized(lambda: make(count), spec.at)
+                return self._strings[family, count]
+            case ArrayOf():
+                bounds = self._bounds(spec, scope)
+                element = self.type_of(spec.element, scope, hint)
+                key = (id(element), *bounds)
+                if key not in self._arrays:
+                    made = self._sized(lambda: ArrayType(element, bounds), spec.at)
+                    self._arrays[key] = made
+                return self._arrays[key]
+            case PointerTo(target):
+                return self.pointer(PointerType, target, scope, hint, spec.at)
+            case ReferenceTo(target):
+                return self.pointer(ReferenceType, target, scope, hint, spec.at)
+            case Subrange():
+                return self._subrange(spec, scope)
+            case EnumOf() | StructOf() | UnionOf():
+                return self._nameless(spec, scope, hint)
+
+    def _sized(self, make: Callable[[], IecType[Any]], at: int) -> IecType[Any]:
+        type = self.scopes.made(make, at)
+        if type.size > LARGEST:
+            raise Unexpected(at, f"{type.name} has {type.size} bytes, more than {LARGEST}")
+        return type
+
+    def _bounds(self, spec: ArrayOf, scope: Scope) -> list[Bounds]:
+        bounds = []
+        for part in spec.dimensions:
+            if part is None:
+                raise Unexpected(spec.at, "ARRAY [*] is for VAR_IN_OUT only")
+            first, last = self._limits(part, scope, "an array bound")
+            if last < first - 1:  # an array without elements ends before it begins
+                raise Unexpected(part.at, f"array bounds {first}..{last} run backwards")
+            bounds.append(Bounds(first, last))
+        return bounds
+
+    def _limits(self, part: Range, scope: Scope, what: str) -> tuple[int, int]:
+        return self.constants.integer(part.low, scope, what), self.constants.integer(
+            part.high, scope, what
+        )
+
+    def named(self, spec: NamedType, scope: Scope) -> IecType[Any]:
+        """The type of a name. Raises `Unexpected` and `Failed`."""
+        if spec.generics:
+            return self._found(spec, scope)
+        key = (spec.name, scope.space)
+        known = self._known.get(key)
+        if known is None:
+            known = self._known[key] = self._found(spec, scope)
+        return known
+
+    def _found(self, spec: NamedType, scope: Scope) -> IecType[Any]:
+        entry = self.scopes.find(spec.name, scope.space)
+        if entry is None or (entry.is_library and spec.name in self.given):
+            found = self.given.find(spec.name, spec.at)
+            if found is None:
+                raise self._unknown(spec)
+            if spec.generics:
+                raise Unexpected(spec.at, f"{found.name} has no VAR_GENERIC")
+            return found
+        if spec.generics or generics_of(entry):
+            entry = self._instance(entry, spec, scope)
+        return self.entry_type(entry, spec.at)
+
+    def _unknown(self, spec: NamedType) -> Unexpected:
+        self.unknown_types.add(spec.name)
+        near = get_close_matches(
+            spec.name, [item.name for item in self.scopes.entries.values()], 1, 0.8
+        )
+        meant = "".join(f"; near: {name}" for name in near)
+        files = ", ".join(self.given.files)
+        where = f", in the sources or in {files}" if files else ""
+        return Unexpected(spec.at, f"no type is named '{spec.name[:80]}'{where}{meant}")
+
+    def _instance(self, entry: DeclaredUnit, spec: NamedType, scope: Scope) -> DeclaredUnit:
+        """The block that a generic one is with these values of its VAR_GENERIC."""
+        names = generics_of(entry)
+        if not names:
+            raise Unexpected(spec.at, f"{entry.name} has no VAR_GENERIC")
+        if len(names) != len(spec.generics):
+            raise Unexpected(spec.at, f"{entry.name}<…> takes {len(names)} constants")
+        values = [
+            self.constants.integer(item, scope, "a generic constant") for item in spec.generics
+        ]
+        name = f"{entry.name}<{','.join(map(str, values))}>"
+        found = self._instances.get(name.lower())
+        if found is None:
+            found = DeclaredUnit(name, entry.tree, entry.source, entry.space, entry.is_library)
+            self._instances[name.lower()] = found
+            self.scopes.scope(found).constants |= {
+                key: Constant(value) for key, value in zip(names, values, strict=True)
+            }
+        return found
+
+    def base_of_one(self, base: DeclaredUnit, block: DeclaredUnit) -> DeclaredUnit:
+        """A base as it is in one block that extends it, with a layout for this block alone."""
+        name = f"{base.name}<{block.name}>"
+        found = self._instances.get(name.lower())
+        if found is None:
+            found = DeclaredUnit(name, base.tree, base.source, base.space, base.is_library)
+            self._instances[name.lower()] = found
+        return found
+
+    def _subrange(self, spec: Subrange, scope: Scope) -> IecType[Any]:
+        base = resolved(self.named(spec.base, scope))
+        if not isinstance(base, IntegerType):
+            raise Unexpected(spec.base.at, f"a sub-range of whole numbers, got {base.name}")
+        low, high = self._limits(spec.limits, scope, "a limit")
+        return self.scopes.made(lambda: SubrangeType(base, low, high), spec.at)
+
+    def pointer(
+        self, kind: type[PointerType], target: TypeSpec, scope: Scope, hint: str, at: int
+    ) -> PointerType:
+        """A pointer or reference."""
+        name = self._text(target, scope, hint)
+        # Followed when asked for, not now: a structure may point to its own kind.
+        made = kind(
+            lambda: self.type_of(target, scope, hint), self.rules.pointer_size, target_name=name
+        )
+        self._pointers.append((made, scope, at))
+        return made
+
+    def _text(self, spec: TypeSpec, scope: Scope, hint: str) -> str:
+        """The name of a type that is not to be made yet."""
+        match spec:
+            case NamedType(name):
+                entry = self.scopes.find(name, scope.space)
+                if entry is None:
+                    return self.named(spec, scope).name
+                return self._instance(entry, spec, scope).name if spec.generics else entry.name
+            case ArrayOf(_, element):
+                inner = ",".join(map(str, self._bounds(spec, scope)))
+                return f"ARRAY [{inner}] OF {self._text(element, scope, hint)}"
+            case PointerTo(target):
+                return f"POINTER TO {self._text(target, scope, hint)}"
+            case ReferenceTo(target):
+                return f"REFERENCE TO {self._text(target, scope, hint)}"
+            case _:
+                return self.type_of(spec, scope, hint).name
+
+    def check_pointers(self) -> None:
+        """Follow every pointer once, so that what it points at is known to exist."""
+        while self._pointers:
+            pointer, scope, at = self._pointers.pop()
+            try:
+                with self.scopes.inside(scope.source):
+                    self.scopes.made(lambda: pointer.target, at)  # noqa: B023
+            except Failed:
+                continue
+
+    def _nameless(self, spec: EnumOf | StructOf | UnionOf, scope: Scope, hint: str) -> IecType[Any]:
+        """A type declared where a variable is; it bears the name of the variable."""
+        key = (id(spec), hint)  # A generic block has one for each of its instances.
+        found = self._inner.get(key)
+        if found is None:
+            if isinstance(spec, EnumOf):
+                found = self._enum(spec, scope, hint, NO_NOTE, None)
+                scope.values |= {
+                    name.lower(): Constant(number, found) for name, number in found.numbers.items()
+                }
+            else:
+                found = self.records.of_structure(spec, scope, hint, NO_NOTE, None)
+            self._inner[key] = found
+        return found
+
+    # units -----------------------------------------------------------------------------------
+
+    def unit(self, entry: DeclaredUnit) -> type[Record]:
+        """The class of a program or variable list, made when it is first asked for.
+
+        Raises `Failed` and `Unexpected`.
+        """
+        key = entry.name.lower()
+        if key not in self.units:
+            tree = entry.tree
+            assert isinstance(tree, GlobalList | Program)
+            scope = self.scopes.scope(entry)
+            parts = () if isinstance(tree, GlobalList) else tree.parts
+            kind = RecordKind.UNIT
+            iec = self.records.record(
+                kind, entry.name, tree.blocks, scope, tree.note, tree.at, None, parts
+            )
+            base = GlobalVariables if isinstance(tree, GlobalList) else ProgramRecord
+            members = {member.name: member for member in iec.members}
+            name = entry.name.rpartition(".")[2]
+            self.units[key] = RecordMeta(name, (base,), members, iec=iec)  # type: ignore[assignment]
+        return self.units[key]
+
+    def entry_of(self, type: IecType[Any]) -> DeclaredUnit | None:
+        """The unit that declares a type; None if no source does."""
+        key = type.name.lower()
+        for found in (self.scopes.entries.get(key), self._instances.get(key)):
+            if found is not None and found.type is type:
+                return found
+        return None
+
+    # declared types ------------------------------------------------------------------------
+
+    def entry_type(self, entry: DeclaredUnit, at: int) -> IecType[Any]:
+        if entry.type is not None:
+            return entry.type
+        if entry.failed:
+            raise Failed
+        if entry.building:
+            raise Unexpected(at, f"{entry.name} contains itself")
+        self.scopes.check_depth(at)
+        entry.building = True
+        try:
+            with self.scopes.inside(entry.source):
+                entry.type = self._built(entry)
+        except Failed:
+            entry.failed = True
+            raise
+        finally:
+            entry.building = False
+        if entry.type is None:
+            raise Unexpected(at, f"{entry.name} is not a type")
+        return entry.type
+
+    def _built(self, entry: DeclaredUnit) -> IecType[Any] | None:
+        tree = entry.tree
+        if isinstance(tree, TypeDeclaration):
+            return self._declared(tree, entry)
+        if isinstance(tree, FunctionBlock):
+            return self.records.of_block(tree, entry)
+        if isinstance(tree, Interface):
+            return InterfaceType(entry.name, self.rules.pointer_size)
+        return None
+
+    def _declared(self, tree: TypeDeclaration, entry: DeclaredUnit) -> IecType[Any]:
+        scope = self.scopes.scope(entry)
+        spec = tree.type
+        attributes = attributes_of(tree.note)
+        comment = tree.note.comment
+        if tree.extends is not None and not isinstance(spec, StructOf):
+            raise Unexpected(tree.extends.at, "only a structure extends another")
+        if isinstance(spec, EnumOf):
+            return self._enum(spec, scope, entry.name, tree.note, tree.initial)
+        type: IecType[Any]
+        if isinstance(spec, StructOf | UnionOf):
+            # Only initial values see the members beside them: `a : ARRAY [0..n]` means a constant.
+            outside = replace(scope, variables={}, base=None, extends=None)
+            type = self.records.of_structure(
+                spec, outside, entry.name, tree.note, tree.extends, scope
+            )
+        else:
+            made = self.type_of(spec, scope, entry.name)
+            if attributes.get("TcEncoding", "").upper() == "UTF-8":
+                made = with_coding(made, "utf-8")
+            if isinstance(made, SubrangeType) and isinstance(spec, Subrange):
+                base, low, high = made.integer, made.low, made.high
+                type = SubrangeType(
+                    base, low, high, name=entry.name, comment=comment, attributes=attributes
+                )
+            else:
+                type = self.scopes.made(
+                    lambda: AliasType(entry.name, made, comment=comment, attributes=attributes),
+                    spec.at,
+                )
+        if tree.initial is not None:
+            value, left = self.records.initial_value(type, tree.initial, scope)
+            if left:
+                raise Unexpected(tree.initial.at, "the initial value of a type is a constant")
+            type.default = type.encode(value)
+        return type
+
+    def base(self, named: NamedType, scope: Scope, kind: RecordKind) -> StructType[Any]:
+        """The type that another extends. Raises `Unexpected` if there is none of that kind."""
+        base = self.named(named, scope)
+        if not isinstance(base, StructType) or base.kind is not kind:
+            raise Unexpected(named.at, f"{base.name} is not a {kind.value} that can be extended")
+        return base
+
+    def _enum(
+        self, spec: EnumOf, scope: Scope, name: str, note: Note, initial: Initial | None
+    ) -> EnumType[Any]:
+        base = INT if spec.base is None else resolved(self.named(spec.base, scope))
+        if not isinstance(base, IntegerType):
+            at = spec.at if spec.base is None else spec.base.at
+            raise Unexpected(at, f"an enumeration counts in a type of integers, not in {base.name}")
+        inside = Scope(scope.source, name, scope.space, scope)
+        numbers: dict[str, int] = {}
+        following = 0
+        for item in spec.values:
+            key = item.name.lower()
+            if key in inside.values:
+                raise Unexpected(item.at, f"{name} has two values named {item.name}")
+            if key in _RESERVED or (item.name.startswith("_") and item.name.endswith("_")):
+                raise Unexpected(item.at, f"'{item.name}' cannot name a value: Python keeps it")
+            if item.value is not None:
+                following = self.constants.integer(
+                    item.value, inside, "the value of an enumeration"
+                )
+                if base.low < 0 and base.high < following <= base.high - base.low:
+                    following -= base.high - base.low + 1  # 16#FFFF of INT is its bits: -1
+            if not base.low <= following <= base.high:
+                raise Unexpected(item.at, f"{item.name} = {following} is not a {base.name}")
+            numbers[item.name] = following
+            inside.values[key] = Constant(following)
+            following += 1
+        start = None
+        if isinstance(initial, ArrayInitial | StructInitial):
+            raise Unexpected(initial.at, f"{name} takes one of its values")
+        if initial is not None:
+            start = self.constants.integer(initial, inside, "the initial value")
+        members: Any = IntEnum(name, numbers)  # type: ignore[misc]
+        return EnumType(
+            members,
+            base,
+            name=name,
+            comment=note.comment,
+            attributes=attributes_of(note),
+            comments={item.name: item.note.comment for item in spec.values if item.note.comment},
+            initial=start,
+        )
+
+    # where variables are ---------------------------------------------------------------------
+
+    def address_of(self, name: str, address: DirectAddress | None) -> Place | None:
+        """Return the place of a variable with a direct address, completed by VAR_CONFIG; else
+        None."""
+        if address is None:
+            return None
+        found = self._parsed(address)
+        if found.byte is None and name.lower() in self.config_addresses:
+            given, source = self.config_addresses.pop(name.lower())
+            with self.scopes.inside(source):
+                return self._parsed(given)
+        return found
+
+    def _parsed(self, address: DirectAddress) -> Place:
+        return self.scopes.made(lambda: Place.parse(address.text), address.at)
+
+
+def generics_of(entry: DeclaredUnit) -> list[str]:
+    """The constants that have to be given where a block is named."""
+    blocks = entry.tree.blocks if isinstance(entry.tree, FunctionBlock) else ()
+    return [
+        item.name.lower()
+        for block in blocks
+        if block.section == "VAR_GENERIC"
+        for declaration in block.variables
+        for item in declaration.names
+    ]

@@ -1,0 +1,469 @@
+"""Names: what is declared where, and the constants that names stand for.
+
+Source: IEC 61131-3 (2013) tables 11 and 13.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, TypeAlias, TypeVar
+
+from achse import libraries
+from achse.iec.errors import IecError
+from achse.iec.types import IecType
+from achse.st.declared.standard import LibraryFile
+from achse.st.lexis.source import Diagnostic, Source
+from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.outlines import UnitOutline, outline_of
+from achse.st.syntax.parser import Parsed
+from achse.st.syntax.tree import (
+    NO_NOTE,
+    Declaration,
+    EnumOf,
+    NamedType,
+    Note,
+    StructOf,
+    UnionOf,
+    VarBlock,
+)
+from achse.st.syntax.units import (
+    FunctionBlock,
+    GlobalList,
+    Interface,
+    Namespace,
+    Part,
+    Program,
+    Property,
+    TypeDeclaration,
+    Unit,
+)
+from achse.st.values.constants import Path
+from achse.st.values.values import Constant
+
+__all__ = [
+    "DEEPEST",
+    "Declared",
+    "DeclaredUnit",
+    "Failed",
+    "LibraryUnit",
+    "Scope",
+    "Scopes",
+    "attributes_of",
+    "blocks_of",
+    "with_bases",
+]
+
+T = TypeVar("T")
+
+DEEPEST = 64
+"""Deepest chain of types and constants that are declared by others."""
+
+
+class Failed(Exception):
+    """Something needed is at fault itself; that was reported in its place."""
+
+
+class LibraryUnit(NamedTuple):
+    """A unit of a library whose source may not be parsed yet."""
+
+    file: LibraryFile
+    number: int
+
+
+@dataclass(slots=True, eq=False)
+class DeclaredUnit:
+    """A declared unit: `name` with its name space, and the type made of it once it is."""
+
+    name: str
+    _tree: Unit | LibraryUnit
+    source: Source
+    space: str
+    is_library: bool
+    building: bool = False
+    failed: bool = False
+    type: IecType[Any] | None = None
+
+    @property
+    def tree(self) -> Unit:
+        """Its syntax tree."""
+        tree = self._tree
+        if isinstance(tree, LibraryUnit):
+            tree = self._tree = tree.file.unit(tree.number)
+        return tree
+
+    @property
+    def is_used(self) -> bool:
+        """True if its syntax tree was needed; always True for units of the user."""
+        return not isinstance(self._tree, LibraryUnit)
+
+    @property
+    def is_interface(self) -> bool:
+        """True if the unit is an interface, even in a library that is not parsed."""
+        tree = self._tree
+        if isinstance(tree, LibraryUnit):
+            return tree.file.outlines[tree.number].kind == Interface.__name__
+        return isinstance(tree, Interface)
+
+    @property
+    def at(self) -> int:
+        """Offset of the unit in its source, even in a library that is not parsed."""
+        tree = self._tree
+        return tree.file.outlines[tree.number].at if isinstance(tree, LibraryUnit) else tree.at
+
+
+Declared: TypeAlias = tuple[VarBlock, Declaration]
+
+
+@dataclass(slots=True, eq=False)
+class Scope:
+    """The names that a unit sees first: its own variables, then those of its base."""
+
+    source: Source
+    owner: str
+    space: str = ""
+    base: "Scope | None" = None
+    extends: NamedType | None = None
+    """The base that no source declares."""
+    variables: dict[str, Declared] = field(default_factory=dict)
+    values: dict[str, Constant] = field(default_factory=dict)
+    """Values of enumerations declared inside."""
+    constants: dict[str, Constant | None] = field(default_factory=dict)
+    """Constants already computed; None while one is being computed."""
+    failed: set[str] = field(default_factory=set)
+    """Constants at fault, which is told."""
+
+
+def _library_of(source: Source) -> str:
+    """The name space of a library: what it is told to be from, or the folder of one that comes
+    with achse."""
+    if source.library:
+        return source.library
+    folder, slash, _ = source.path.partition("/")
+    if not slash or folder not in libraries.names():
+        return ""
+    return "__SYSTEM" if folder == "language" else folder
+
+
+def with_bases(scope: Scope) -> Iterator[Scope]:
+    """A scope and those of the blocks it extends, which faulty sources may close to a ring."""
+    seen: set[int] = set()
+    here: Scope | None = scope
+    while here is not None and id(here) not in seen:
+        yield here
+        seen.add(id(here))
+        here = here.base
+
+
+def blocks_of(unit: Unit) -> Sequence[VarBlock]:
+    """The variables of a unit; the members of a structure or union are one block."""
+    if isinstance(unit, TypeDeclaration):
+        spec = unit.type
+        if isinstance(spec, StructOf | UnionOf):
+            return (VarBlock("VAR", (), spec.members, NO_NOTE, spec.at),)
+        return ()
+    found: Sequence[VarBlock] = getattr(unit, "blocks", ())
+    return found
+
+
+def attributes_of(note: Note) -> dict[str, str]:
+    """Attributes by name; the one that decides a layout in its usual spelling."""
+    if not note.attributes:
+        return {}
+    return {
+        name.lower() if name.lower() == "pack_mode" else name: value
+        for name, value in note.attributes
+    }
+
+
+class Scopes:
+    """Everything declared, by name and without case; faults are collected in `faults`."""
+
+    def __init__(self) -> None:
+        self.faults: dict[Diagnostic, None] = {}
+        self.entries: dict[str, DeclaredUnit] = {}
+        self.globals: dict[str, list[DeclaredUnit]] = {}
+        """Lists by the variables that need no list in front, in lower case."""
+        self.loose_values: dict[str, list[DeclaredUnit]] = {}
+        """Enumerations by the values that need no type in front."""
+        self.list_properties: dict[str, list[DeclaredUnit]] = {}
+        """Variable lists by the properties that need no list in front."""
+        self._of_libraries: dict[str, dict[str, DeclaredUnit]] = {}
+        """Units of libraries, by library and by name, in lower case: they do not see units of the
+        project with the same name."""
+        self._scopes: dict[int, Scope] = {}
+        self._depth = 0
+
+    # what is declared ----------------------------------------------------------------------
+
+    def add(self, sources: Iterable[Parsed], *, is_library: bool = False) -> None:
+        """Take in the units of sources. What a library declares gives way to the user's own."""
+        for parsed in sources:
+            for unit in parsed.units:
+                self._add_unit(unit, parsed.source, "", is_library)
+
+    def add_files(self, files: Iterable[LibraryFile]) -> None:
+        """Take in the units of libraries that come with achse, without parsing them."""
+        for file in files:
+            for number, outline in enumerate(file.outlines):
+                if outline.kind == Namespace.__name__:
+                    self._add_unit(file.unit(number), file.source, "", True)
+                else:
+                    self._add(outline, LibraryUnit(file, number), file.source, "", True)
+
+    def _add_unit(self, unit: Unit, source: Source, space: str, is_library: bool) -> None:
+        if isinstance(unit, Namespace):
+            name = f"{space}.{unit.name}" if space else unit.name
+            for inner in unit.units:
+                self._add_unit(inner, source, name, is_library)
+        else:
+            self._add(outline_of(unit), unit, source, space, is_library)
+
+    def _add(
+        self,
+        unit: UnitOutline,
+        tree: Unit | LibraryUnit,
+        source: Source,
+        space: str,
+        is_library: bool,
+    ) -> None:
+        name = f"{space}.{unit.name}" if space else unit.name
+        key = name.lower()
+        known = self.entries.get(key)
+        library = _library_of(source) if is_library else ""
+        if known is not None:
+            if not is_library:
+                first = known.source.locate(known.tree.at)
+                self.report(source, unit.at, f"{name} is declared already, at {first}")
+                return
+            if not library or library == _library_of(known.source):
+                return
+            # Still there for the library itself and those who name it: `Tc2_Standard.CONCAT`.
+            name = f"{library}.{name}"
+            if name.lower() in self.entries:
+                return
+        elif unit.name.startswith("__"):
+            self.report(source, unit.at, "names with two underscores in front are reserved")
+            return
+        entry = DeclaredUnit(name, tree, source, space or library, is_library)
+        self.entries[name.lower()] = entry
+        if library:
+            own = self._of_libraries.setdefault(library.lower(), {})
+            own[key] = entry
+            if source.namespace:
+                self._of_libraries.setdefault(source.namespace.lower(), own)
+        for key in unit.variables:
+            self.globals.setdefault(key, []).append(entry)
+        for key in unit.properties:
+            self.list_properties.setdefault(key, []).append(entry)
+        for key in unit.values:
+            self.loose_values.setdefault(key, []).append(entry)
+
+    def find(self, name: str, space: str = "") -> DeclaredUnit | None:
+        """The unit of a name as seen from a name space. Names of libraries in front of it that
+        nothing here declares are passed over: `Tc2_MC2.AXIS_REF` is AXIS_REF."""
+        key = name.lower()
+        head, dot, rest = key.partition(".")
+        if dot and (found := self._of_libraries.get(head, {}).get(rest)) is not None:
+            return found
+        prefix = space.lower()
+        if prefix in self._of_libraries and (found := self._in_libraries(key, prefix)):
+            return found
+        while prefix:
+            if found := self.entries.get(f"{prefix}.{key}"):
+                return found
+            prefix = prefix.rpartition(".")[0]
+        while True:
+            if found := self.entries.get(key):
+                return found
+            _, dot, key = key.partition(".")
+            if not dot:
+                return None
+
+    def _in_libraries(self, key: str, library: str) -> DeclaredUnit | None:
+        """A name as one library sees it: its own, else that of another library where the project
+        has that name, too."""
+        if found := self._of_libraries[library].get(key):
+            return found
+        known = self.entries.get(key)
+        if known is None or known.is_library:
+            return known
+        units = (units[key] for units in self._of_libraries.values() if key in units)
+        return next(units, None)
+
+    def library_named(self, name: str) -> str:
+        """The name space of a library, as it is written before names; empty if there is none."""
+        units = self._of_libraries.get(name.lower())
+        return "" if not units else next(iter(units.values())).space
+
+    def _seen(
+        self,
+        found: Sequence[DeclaredUnit],
+        key: str,
+        space: str,
+    ) -> Sequence[DeclaredUnit]:
+        """Of things with one name, those that the name alone means in a name space.
+
+        Whatever else has the name (variable, value, property, unit) hides those farther away.
+        """
+        if not found:
+            return found
+        spaces = [item.space for item in self.globals.get(key, ())]
+        spaces += [item.space for item in self.loose_values.get(key, ())]
+        spaces += [item.space for item in self.list_properties.get(key, ())]
+        if (unit := self.find(key, space)) is not None:
+            spaces.append(unit.space)
+        nearest = min(self._distance(other, space) for other in spaces)
+        return [item for item in found if self._distance(item.space, space) == nearest]
+
+    def _distance(self, other: str, space: str) -> int:
+        """0 for the name space itself; from a library other libraries are next, from the project
+        the project."""
+        if other == space:
+            return 0
+        if space.lower() in self._of_libraries:
+            return 1 if other.lower() in self._of_libraries else 2
+        return 2 if other else 1
+
+    def global_variables(self, key: str, space: str) -> Sequence[tuple[Scope, Declared]]:
+        """The variables of lists that a name alone means, seen from a name space."""
+        named = self.globals.get(key)
+        if named is None:
+            return ()
+        lists = self._seen(named, key, space)
+        scopes = map(self.scope, lists)
+        return [(scope, scope.variables[key]) for scope in scopes]
+
+    def values_of_enumerations(self, key: str, space: str) -> Sequence[DeclaredUnit]:
+        """The enumerations of which a value is meant by its name alone, seen from a name space."""
+        return self._seen(self.loose_values.get(key, ()), key, space)
+
+    def lists_with_property(self, key: str, space: str) -> Sequence[DeclaredUnit]:
+        """The variable lists of which a property is meant by its name alone."""
+        return self._seen(self.list_properties.get(key, ()), key, space)
+
+    @property
+    def asked(self) -> Iterable[Scope]:
+        """The insides of units that somebody has asked for."""
+        return self._scopes.values()
+
+    def scope(self, entry: DeclaredUnit) -> Scope:
+        """Return the scope inside a unit."""
+        found = self._scopes.get(id(entry))
+        if found is None:
+            found = Scope(entry.source, entry.name, entry.space)
+            self._scopes[id(entry)] = found
+            tree = entry.tree
+            if isinstance(tree, FunctionBlock | TypeDeclaration) and tree.extends is not None:
+                base = self.find(tree.extends.name, entry.space)
+                if base is not None and isinstance(base.tree, type(tree)):
+                    found.base = self.scope(base)
+                elif base is None:
+                    found.extends = tree.extends
+            for block in blocks_of(tree):
+                for declaration in block.variables:
+                    for item in declaration.names:
+                        found.variables.setdefault(item.name.lower(), (block, declaration))
+        return found
+
+    # faults --------------------------------------------------------------------------------
+
+    def report(self, source: Source, at: int, message: str) -> None:
+        """Keep a fault; what is asked for twice is told once."""
+        self.faults.setdefault(source.fault(at, message))
+
+    @contextmanager
+    def inside(self, source: Source) -> Iterator[None]:
+        """Report what goes wrong inside as a fault of this source, and raise `Failed`."""
+        self._depth += 1
+        try:
+            yield
+        except Unexpected as fault:
+            self.report(source, fault.at, fault.message)
+            raise Failed from None
+        finally:
+            self._depth -= 1
+
+    @contextmanager
+    def deeper(self) -> Iterator[None]:
+        """One level deeper, without another source."""
+        self._depth += 1
+        try:
+            yield
+        finally:
+            self._depth -= 1
+
+    def check_depth(self, at: int) -> None:
+        """Raise `Unexpected` if declarations rest on each other too deep."""
+        if self._depth > DEEPEST:
+            raise Unexpected(at, f"declarations rest on each other more than {DEEPEST} deep")
+
+    @staticmethod
+    def made(make: Callable[[], T], at: int) -> T:
+        """Return the result of `make`; an error of the type system becomes an error of the
+        source."""
+        try:
+            return make()
+        except IecError as error:
+            raise Unexpected(at, str(error)) from None
+
+    # what is where -----------------------------------------------------------------------------
+
+    def has_property(self, block: str, name: str) -> bool:
+        """Return True if a function block of that name, or its base, has that PROPERTY."""
+        entry = self.find(block.partition("<")[0])
+        while entry is not None and isinstance(tree := entry.tree, FunctionBlock):
+            if any(isinstance(p, Property) and p.name.lower() == name.lower() for p in tree.parts):
+                return True
+            base = tree.extends
+            entry = None if base is None else self.find(base.name, entry.space)
+        return False
+
+    def is_property(self, key: str, scope: Scope) -> bool:
+        """Return True if a name alone means a property: of the block or list that a scope is in, of
+        a block that it extends, or of a variable list."""
+        for here in with_bases(scope):
+            entry = self.entries.get(here.owner.partition("<")[0].lower())
+            parts: Sequence[Part] = () if entry is None else getattr(entry.tree, "parts", ())
+            if any(isinstance(part, Property) and part.name.lower() == key for part in parts):
+                return True
+        return bool(self.lists_with_property(key, scope.space))
+
+    def variable(self, path: Path, scope: Scope) -> tuple[Scope, list[str]] | None:
+        """Return the scope that declares the first variable of a path, and the names from the
+        variable on."""
+        keys = [part.lower() for part in path]
+        if (own := self.own(keys[0], scope)) is not None:
+            return own[0], keys
+        for cut in range(1, len(keys)):
+            entry = self.find(".".join(keys[:cut]), scope.space)
+            if entry is not None and keys[cut] in self.scope(entry).variables:
+                return self.scope(entry), keys[cut:]
+        if found := self.global_variables(keys[0], scope.space):
+            return found[0][0], keys
+        library = self.library_named(keys[0])
+        if library and len(keys) > 1 and (found := self.global_variables(keys[1], library)):
+            return found[0][0], keys[1:]
+        return None
+
+    def is_placed(self, scope: Scope) -> bool:
+        """Return True if the variables of a scope are in a list or a program, which exists once."""
+        entry = self.entries.get(scope.owner.lower())
+        return entry is not None and isinstance(entry.tree, GlobalList | Program)
+
+    def is_enum(self, name: str, space: str) -> bool:
+        """Return True if `State.Idle` means a value, though a variable has the name `State` like
+        its type."""
+        entry = self.find(name, space)
+        tree = None if entry is None else entry.tree
+        return isinstance(tree, TypeDeclaration) and isinstance(tree.type, EnumOf | NamedType)
+
+    def own(self, key: str, scope: Scope) -> tuple[Scope, Declared] | None:
+        """The variable of that name in a scope or in those it extends."""
+        if (found := scope.variables.get(key)) is not None:
+            return scope, found
+        if scope.base is None:
+            return None
+        for here in with_bases(scope):
+            if (found := here.variables.get(key)) is not None:
+                return here, found
+        return None

@@ -1,0 +1,1 @@
+"""Files of a project: envelopes of sources, folders, tasks, references to libraries."""

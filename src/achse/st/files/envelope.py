@@ -1,0 +1,334 @@
+"""Sources in XML envelopes: `.TcPOU`, `.TcGVL`, `.TcDUT`, `.TcIO` and the task files `.TcTTO`.
+
+The texts are in CDATA parts: one declaration and one body for each unit, method, accessor, action
+and transition. Bodies in other languages than Structured Text are kept as they are in the file.
+Faults are told by their place in the file.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import NamedTuple, TypeVar
+
+from achse.st.graphical.body import GraphicalBody
+from achse.st.lexis.lexer import Defines
+from achse.st.lexis.source import Diagnostic, Source, SourceSegment
+from achse.st.lexis.xml import Element
+from achse.st.syntax.nodes import changed
+from achse.st.syntax.parser import Parsed, Parser
+from achse.st.syntax.tree import NO_NOTE, Assign, Expression, Name, NamedType
+from achse.st.syntax.units import (
+    Accessor,
+    Action,
+    Body,
+    Function,
+    FunctionBlock,
+    GlobalList,
+    Interface,
+    Method,
+    Part,
+    Program,
+    Property,
+    Unit,
+)
+
+__all__ = ["WITHOUT_TEXT", "TaskDeclaration", "parse_envelope", "read_task"]
+
+P = TypeVar("P")
+
+_PARTS = frozenset(("Action", "Method", "Property", "Transition"))
+
+_TEXTS = ("Declaration", "ST")
+
+_LANGUAGES = frozenset(("NWL", "CFC", "SFC", "LADDER", "StateChart"))
+WITHOUT_TEXT = _LANGUAGES | {"ObjectProperties", "LineIds"}
+"""Elements without Structured Text: bodies in other languages, options of the editor. The network
+of a ladder body has thousands of elements."""
+
+
+class TaskDeclaration(NamedTuple):
+    """A task as a `.TcTTO` declares it."""
+
+    name: str
+    cycle_ns: int
+    priority: int
+    programs: tuple[str, ...]
+    watchdog_cycles: int = 0
+    """These two are in the `.tsproj` of the solution; 0 if it is not there."""
+    port: int = 0
+
+
+def read_task(root: Element) -> TaskDeclaration:
+    """The task in a `.TcTTO`; its cycle is given in µs. Raises `SourceError`."""
+    task = root.child("Task")
+    cycle, priority = task.text_of("CycleTime").strip(), task.text_of("Priority", "20").strip()
+    for text in (cycle, priority):
+        if not (text.isascii() and text.isdigit()) or len(text) > 9:
+            task.fault("expected <CycleTime> and <Priority> as whole numbers in <Task>")
+    names = tuple(call.text_of("Name").strip() for call in task.all("PouCall"))
+    return TaskDeclaration(
+        task.attributes.get("Name", "PlcTask"), int(cycle) * 1000, int(priority), names
+    )
+
+
+def _misses(element: Element, expected: str) -> Diagnostic:
+    return Diagnostic(element.location, f"expected {expected} in <{element.tag}>")
+
+
+def parse_envelope(root: Element, path: str, defines: Defines = ()) -> Parsed:
+    """The units of a file and all that is wrong with it."""
+    texts: list[str] = []
+    pieces = []
+    spans: dict[Element, tuple[int, int]] = {}
+    start = 0
+    for element in root.walk():
+        if element.tag in _TEXTS:
+            # Blanks around the CDATA part belong to the file, not to the source.
+            text = element.text[element.begin :]
+            spans[element] = (start, start + len(text))
+            pieces.append(SourceSegment(start, element.begin_at.line, element.begin_at.column))
+            texts.append(text)
+            start += len(text) + 1
+    drawings = _drawings(root, start + 1)
+    source = Source("\n".join(texts), path, pieces, drawings.values())
+    return _Envelope(source, spans, drawings, defines).parsed(root)
+
+
+def _drawings(root: Element, start: int) -> dict[Element, GraphicalBody]:
+    """The bodies in other languages, with offsets from `start` on."""
+    found: dict[Element, GraphicalBody] = {}
+    for owner in root.walk():
+        implementation = owner.find("Implementation")
+        for element in implementation.children if implementation is not None else ():
+            if element.tag in _LANGUAGES:
+                options = owner.find("ObjectProperties")
+                settings = b"" if options is None else options.raw
+                line = element.location.line
+                found[element] = GraphicalBody(element.tag, element.raw, start, line, settings)
+                start += len(element.raw) + 1
+    return found
+
+
+class _Envelope:
+    """Puts units together from the texts of one file."""
+
+    def __init__(
+        self,
+        source: Source,
+        spans: Mapping[Element, tuple[int, int]],
+        drawings: Mapping[Element, GraphicalBody],
+        defines: Defines,
+    ) -> None:
+        self._source = source
+        self._spans = spans
+        self._drawings = drawings
+        self._defines = defines
+        self._faults: list[Diagnostic] = []
+
+    def parsed(self, root: Element) -> Parsed:
+        units: list[Unit] = []
+        for element in root.children:
+            name = element.attributes.get("Name", "")
+            if element.tag in ("GVL", "DUT", "EnumerationTextList"):
+                units += self._list(element, name)
+            elif element.tag == "POU":
+                units += self._unit(element)
+            elif element.tag == "Itf":
+                units += self._interface(element)
+        if not root.children:
+            self._faults.append(_misses(root, "a <POU>, <GVL>, <DUT> or <Itf>"))
+        return Parsed(self._source, tuple(units), tuple(self._faults))
+
+    def _parser(self, element: Element) -> Parser | None:
+        declaration = element.find("Declaration")
+        if declaration is None:
+            self._faults.append(_misses(element, "a <Declaration>"))
+            return None
+        return Parser(self._source, *self._spans[declaration], self._defines)
+
+    def _attempt(self, parser: Parser, read: Callable[[], P]) -> P | None:
+        found = parser.attempt(read)
+        self._faults += parser.faults
+        return found
+
+    def _list(self, element: Element, name: str) -> tuple[Unit, ...]:
+        parser = self._parser(element)
+        if parser is None:
+            return ()
+        units = self._attempt(parser, lambda: parser.units(name)) or ()
+        properties = [item for child in element.all("Property") for item in self._property(child)]
+        if not properties:
+            return units
+        # A list of properties alone may have no VAR_GLOBAL.
+        lists = [unit for unit in units if isinstance(unit, GlobalList)]
+        whole = lists[0] if lists else GlobalList(name, (), NO_NOTE, self._start_of(element))
+        others = tuple(unit for unit in units if unit is not whole)
+        return (*others, changed(whole, parts=tuple(properties)))
+
+    def _start_of(self, element: Element) -> int:
+        """Return the index at which the declaration of an element begins."""
+        return self._spans[element.child("Declaration")][0]
+
+    def _unit(self, element: Element) -> Iterator[Unit]:
+        parser = self._parser(element)
+        if parser is None:
+            return
+        unit = self._attempt(parser, lambda: _head(parser))
+        body, parts = self._body(element), self._parts(element)
+        if unit is None:
+            return
+        drawn = [item for item in (body, *_bodies_of(parts)) if isinstance(item, GraphicalBody)]
+        if drawn:
+            self._adopt(unit, element, drawn)
+        if isinstance(unit, Function):
+            yield changed(unit, body=body)
+            return
+        blocks = (*unit.blocks, *(block for one in drawn for block in one.implicit_variables))
+        yield changed(unit, body=body, parts=parts, blocks=blocks)
+
+    def _adopt(
+        self, unit: Program | FunctionBlock | Function, element: Element, drawn: list[GraphicalBody]
+    ) -> None:
+        """Tell bodies the unit and the part that they belong to."""
+        actions = {
+            name.lower(): name
+            for child in element.all("Action")
+            if (name := child.attributes.get("Name", ""))
+        }
+        transitions = frozenset(
+            child.attributes.get("Name", "").lower() for child in element.all("Transition")
+        )
+        variables = {
+            item.name.lower(): declaration.type
+            for block in unit.blocks
+            for declaration in block.variables
+            for item in declaration.names
+        }
+        for child in element.walk():
+            body = self._drawings.get(child)
+            if body in drawn and body is not None:
+                body.owner.unit = unit.name
+                body.owner.actions = actions
+                body.owner.variables = variables
+                body.owner.transitions = transitions
+                body.owner.keeps_memory = not isinstance(unit, Function)
+        for child in element.children:
+            for inner in child.walk() if child.tag in _PARTS else ():
+                body = self._drawings.get(inner)
+                if body is not None:
+                    body.owner.part = child.attributes.get("Name", "")
+                    body.owner.keeps_memory = child.tag == "Action"
+                    body.owner.result = body.owner.part if child.tag == "Transition" else ""
+
+    def _interface(self, element: Element) -> Iterator[Interface]:
+        parser = self._parser(element)
+        if parser is None:
+            return
+        unit = self._attempt(parser, lambda: parser.interface(whole=False))
+        parts = self._parts(element)
+        if unit is not None:
+            yield changed(unit, parts=parts)
+
+    def _body(self, element: Element) -> Body:
+        """The statements; None for a body in another language, () where there is none."""
+        implementation = element.find("Implementation")
+        if implementation is None or not implementation.children:
+            return ()
+        text = implementation.find("ST")
+        if text is None:
+            return self._drawings.get(implementation.children[0])
+        parser = Parser(self._source, *self._spans[text], self._defines)
+        return self._attempt(parser, parser.statements.statements) or ()
+
+    def _parts(self, element: Element) -> tuple[Part, ...]:
+        parts: list[Part] = []
+        for child in element.children:
+            if child.tag == "Method":
+                parts += self._method(child)
+            elif child.tag == "Property":
+                parts += self._property(child)
+            elif child.tag == "Action":
+                name = child.attributes.get("Name", "")
+                parts.append(Action(name, self._body(child), NO_NOTE, 0))
+            elif child.tag == "Transition":
+                parts.append(self._transition(child))
+        return tuple(parts)
+
+    def _transition(self, element: Element) -> Method:
+        """A transition object: a method that returns its condition, which its body assigns to its
+        name; Structured Text may be the condition alone."""
+        name = element.attributes.get("Name", "")
+        condition = self._condition(element)
+        if condition is None:
+            body = self._body(element)
+        else:
+            at = condition.at
+            body = (Assign(":=", Name(name, at), condition, at),)
+        return Method(name, (), NamedType("BOOL"), (), body, NO_NOTE, self._start_of_text(element))
+
+    def _condition(self, element: Element) -> Expression | None:
+        """The condition that the text of a transition is; None if it has statements or none."""
+        implementation = element.find("Implementation")
+        text = None if implementation is None else implementation.find("ST")
+        if text is None:
+            return None
+        parser = Parser(self._source, *self._spans[text], self._defines)
+        found = parser.attempt(parser.expressions.expression)
+        return None if parser.faults or isinstance(found, Assign) else found
+
+    def _start_of_text(self, element: Element) -> int:
+        implementation = element.find("Implementation")
+        for child in implementation.children if implementation else ():
+            if child in self._spans:
+                return self._spans[child][0]
+            if child in self._drawings:
+                return self._drawings[child].start
+        return 0
+
+    def _method(self, element: Element) -> Iterator[Method]:
+        parser = self._parser(element)
+        if parser is None:
+            return
+        method = self._attempt(parser, lambda: parser.method(whole=False))
+        body = self._body(element)
+        if method is not None:
+            yield changed(method, body=body)
+
+    def _property(self, element: Element) -> Iterator[Property]:
+        parser = self._parser(element)
+        if parser is None:
+            return
+        found = self._attempt(parser, lambda: parser.property(whole=False))
+        get, set = self._accessor(element.find("Get")), self._accessor(element.find("Set"))
+        if found is not None:
+            yield changed(found, get=get, set=set)
+
+    def _accessor(self, element: Element | None) -> Accessor | None:
+        if element is None:
+            return None
+        declaration = element.find("Declaration")
+        accessor: Accessor | None = Accessor((), (), (), NO_NOTE, 0)
+        if declaration is not None:
+            parser = Parser(self._source, *self._spans[declaration], self._defines)
+            accessor = self._attempt(parser, parser.accessor)
+        body = self._body(element)
+        return None if accessor is None else changed(accessor, body=body)
+
+
+def _bodies_of(parts: tuple[Part, ...]) -> Iterator[Body]:
+    for part in parts:
+        if isinstance(part, Property):
+            for accessor in (part.get, part.set):
+                if accessor is not None:
+                    yield accessor.body
+        else:
+            yield part.body
+
+
+def _head(parser: Parser) -> Program | FunctionBlock | Function:
+    kind = parser.cursor.kinds[parser.cursor.position]
+    if kind == "FUNCTION_BLOCK":
+        return parser.function_block(whole=False)
+    if kind == "FUNCTION":
+        return parser.function(whole=False)
+    if kind == "PROGRAM":
+        return parser.program(whole=False)
+    raise parser.cursor.unexpected("PROGRAM, FUNCTION_BLOCK or FUNCTION")

@@ -1,0 +1,221 @@
+"""Libraries of the user: projects in folders, found by the title that other projects name.
+
+A folder or file with one project, or with loose sources, is taken whole. Of a folder with several
+projects those are taken that somebody references: by title, or by the name of the project file.
+
+Source: project files and library folders of TwinCAT 3, seen in public projects.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from html import unescape
+from pathlib import Path
+from typing import NamedTuple
+
+from achse import libraries
+from achse.st.files.files import (
+    PROJECT,
+    SYMBOL_FILE,
+    content_of,
+    files_below,
+    read_sources,
+    symbol_files,
+)
+from achse.st.files.references import LibraryReference, plain_title, references_of
+from achse.st.lexis.lexer import Defines
+from achse.st.lexis.source import Diagnostic, SourceError
+from achse.st.lexis.xml import parse_xml
+from achse.st.syntax.parser import Parsed, parse_expression
+from achse.st.syntax.tree import Declaration, VarBlock
+from achse.st.syntax.units import GlobalList, Unit
+
+__all__ = ["Gathered", "gather", "references_in"]
+
+_CONTAINERS = (".library", ".compiled-library")
+"""Libraries as the vendor's tools save them, in a form of their own."""
+
+_TITLE = re.compile(rb"<Title>([^<]*)</Title>")
+
+_WITHOUT_EFFECT = ("visu", "systemvisu", "breakpointlogging", "baseinterfaces")
+"""Beginnings of the titles of libraries that only the vendor's editor and screens use."""
+
+_FURTHER_TITLES = ("Tc2_NC", "PlcNc", "TcNcUtilities")
+"""Other titles of the library TcNC: in TwinCAT 3, and in TwinCAT 2.7."""
+
+
+class Gathered(NamedTuple):
+    """The libraries of a project: their sources, and those that are nowhere."""
+
+    sources: tuple[Parsed, ...]
+    missing: tuple[LibraryReference, ...]
+    containers: Mapping[str, str]
+    """Files that cannot be read, by the plain titles of missing libraries."""
+    symbol_files: tuple[Path, ...] = ()
+    """`.tmc` files beside the libraries that are projects."""
+
+
+def references_in(project: Path | None) -> list[LibraryReference]:
+    """Return the references in a `.plcproj`; empty without one. Raises `SourceError`."""
+    if project is None:
+        return []
+    return references_of(parse_xml(content_of(project, project.name), project.name))
+
+
+def gather(
+    references: Iterable[LibraryReference],
+    places: Iterable[Path],
+    defines: Defines,
+    faults: list[Diagnostic],
+) -> Gathered:
+    """The libraries that are referenced, those that they reference, and all that is taken whole.
+
+    `places` are folders and files of the user. What cannot be read goes into `faults`.
+    """
+    shelf = _Shelf(places)
+    sources: list[Parsed] = []
+    missing: dict[str, LibraryReference] = {}
+    taken: dict[Path, None] = {}
+    waiting = list(references)
+    for place in shelf.whole:
+        whole, title = read_sources(place, defines, faults)[0], shelf.title(place)
+        named = (item.namespace for item in waiting if plain_title(title) in item.titles)
+        namespace = next(named, "")
+        for parsed in whole:
+            parsed.source.library, parsed.source.namespace = title, namespace
+        sources += whole
+        waiting += shelf.references(place)
+    own = {plain_title(name) for name in (*libraries.names(), *_FURTHER_TITLES)}
+    seen: set[str] = set()
+    for reference in waiting:  # grows on the way
+        titles = reference.titles
+        title = titles[0]
+        if title in seen or not own.isdisjoint(titles) or title.startswith(_WITHOUT_EFFECT):
+            continue
+        seen.add(title)
+        if not shelf.titles_of_whole.isdisjoint(titles):
+            continue
+        project = next((shelf.projects[name] for name in titles if name in shelf.projects), None)
+        if project is None:
+            missing[title] = reference
+        elif project not in taken:
+            taken[project] = None
+            read = read_sources(project, defines, faults)[0]
+            for parsed in read:
+                parsed.source.library = reference.title
+                parsed.source.namespace = reference.namespace
+            sources += (_with_parameters(parsed, reference, faults) for parsed in read)
+            waiting += shelf.references(project)
+    containers = {title: shelf.containers[title] for title in missing if title in shelf.containers}
+    projects = [*shelf.only_projects, *taken]
+    beside = dict.fromkeys(file for project in projects for file in symbol_files(project))
+    return Gathered(tuple(sources), tuple(missing.values()), containers, tuple(beside))
+
+
+class _Shelf:
+    """Projects and sources at the places of the user."""
+
+    def __init__(self, places: Iterable[Path]) -> None:
+        self.whole: list[Path] = []
+        self.titles_of_whole: set[str] = set()
+        self.projects: dict[str, Path] = {}
+        self.containers: dict[str, str] = {}
+        self._only: dict[Path, Path] = {}
+        for place in places:
+            files = files_below(place) if place.is_dir() else [place]
+            found = [item for item in files if item.suffix.lower() == PROJECT and item.is_file()]
+            if len(found) > 1:
+                for project in found:
+                    for title in _titles(project):
+                        self.projects.setdefault(title, project)
+            elif place.is_file() or any(_is_source(item) for item in files):
+                self.whole.append(place)
+                if found:
+                    self._only[place] = found[0]
+                    self.titles_of_whole.update(_titles(found[0]))
+            for item in files:
+                if item.suffix.lower() in _CONTAINERS:
+                    self._note(item)
+
+    def _note(self, file: Path) -> None:
+        """Under a vendor's folder a library lies as title/version/file."""
+        for name in (file.stem, *(part.name for part in list(file.parents)[:2])):
+            self.containers.setdefault(plain_title(name), file.name)
+
+    @property
+    def only_projects(self) -> Iterable[Path]:
+        """The projects of places that are taken whole."""
+        return self._only.values()
+
+    def title(self, place: Path) -> str:
+        """The name space of what is at a place: the title of its project, else its own name."""
+        project = self._only.get(place, place)
+        if project.suffix.lower() == PROJECT:
+            found = _TITLE.search(content_of(project, project.name))
+            if found is not None:
+                return unescape(found[1].decode("utf-8", "replace")).strip() or project.stem
+        return project.stem
+
+    def references(self, place: Path) -> list[LibraryReference]:
+        """Return the references of a project found here, or of the only project of a place."""
+        project = self._only.get(place, place)
+        return references_in(project if project.suffix.lower() == PROJECT else None)
+
+
+def _titles(project: Path) -> Iterator[str]:
+    """By which a project is found. All of many projects are asked, few are needed: so none is
+    read in full."""
+    yield plain_title(project.stem)
+    try:
+        found = _TITLE.search(content_of(project, project.name))
+    except SourceError:
+        return  # told when somebody needs it
+    if found is not None:
+        yield plain_title(unescape(found[1].decode("utf-8", "replace")))
+
+
+def _is_source(item: Path) -> bool:
+    return item.suffix.lower() not in (*_CONTAINERS, SYMBOL_FILE) and item.is_file()
+
+
+# parameters -----------------------------------------------------------------------------------
+
+
+def _with_parameters(
+    parsed: Parsed, reference: LibraryReference, faults: list[Diagnostic]
+) -> Parsed:
+    """A source with the constants that the project sets for the library."""
+    if not reference.parameters:
+        return parsed
+    units: list[Unit] = []
+    for unit in parsed.units:
+        if isinstance(unit, GlobalList):
+            blocks = tuple(_set(block, unit, reference, faults, parsed) for block in unit.blocks)
+            units.append(replace(unit, blocks=blocks))
+        else:
+            units.append(unit)
+    return parsed._replace(units=tuple(units))
+
+
+def _set(
+    block: VarBlock,
+    unit: GlobalList,
+    reference: LibraryReference,
+    faults: list[Diagnostic],
+    parsed: Parsed,
+) -> VarBlock:
+    if "CONSTANT" not in block.qualifiers:
+        return block
+    variables: list[Declaration] = []
+    for declaration in block.variables:
+        key = declaration.names[0].name.lower()
+        text = reference.parameters.get((unit.name.lower(), key))
+        text = text or reference.parameters.get(("", key))
+        if text is not None and len(declaration.names) == 1:
+            try:
+                declaration = replace(declaration, initial=parse_expression(text))
+            except SourceError as error:
+                reason = f"{reference.title}: the parameter {key} is {text!r}: {error.faults[0]}"
+                faults.append(parsed.source.fault(declaration.names[0].at, reason))
+        variables.append(declaration)
+    return replace(block, variables=tuple(variables))

@@ -1,0 +1,135 @@
+"""Options of tasks and links of axes, which only the solution's project (`.tsproj`) has.
+
+A `.TcTTO` says cycle, priority and programs; how many cycles may take too long and the AMS port are
+attributes of `<Task>` in the `.tsproj`. Links of axes are in its `<Mappings>`, from one owner to
+another, in either order:
+
+    <OwnerA Name="TIPC^Plc^Plc Instance"><OwnerB Name="TINC^NC-Task 1 SAF^Axes^Axis 1">
+    <Link VarA="PlcTask Inputs^MAIN.Axis1.NcToPlc" VarB="Outputs^ToPlc"/></OwnerB></OwnerA>
+
+Source: project files of TwinCAT 3.1 (build 4024), task tab of the system manager.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from html import unescape
+from pathlib import Path
+from typing import NamedTuple
+
+from achse.st.files.files import LEVELS_UP, content_of
+
+__all__ = ["AxisMapping", "TaskOptions", "axis_mappings", "solution_files", "task_options"]
+
+_FILES = (".tsproj", ".tspproj")
+_TASK = re.compile(rb"<Task\b([^>]*)>\s*<Name>\s*([^<]*?)\s*</Name>")
+_ATTRIBUTE = re.compile(rb'(\w+)="([0-9]{1,9})"')
+
+_MOST_CYCLES = 1_000_000
+_MOST_PORT = 0xFFFF
+
+
+class TaskOptions(NamedTuple):
+    """Options of a task in a solution."""
+
+    watchdog_cycles: int = 0
+    """`ExceedWarning`: cycles in a row that took too long before a warning; 0 for never."""
+    port: int = 0
+    """`AmsPort`; 0 if it is not said."""
+
+
+def task_options(files: Iterable[tuple[bytes, str]]) -> Mapping[str, TaskOptions]:
+    """The options by the name of the task in lower case; the first file counts."""
+    found: dict[str, TaskOptions] = {}
+    for data, _ in files:
+        for head, name in _TASK.findall(data):
+            said = {key.decode().lower(): int(value) for key, value in _ATTRIBUTE.findall(head)}
+            cycles, port = said.get("exceedwarning", 0), said.get("amsport", 0)
+            options = TaskOptions(min(cycles, _MOST_CYCLES), port if 0 < port <= _MOST_PORT else 0)
+            found.setdefault(unescape(name.decode("utf-8", "replace")).lower(), options)
+    return found
+
+
+def solution_files(path: Path) -> Iterator[tuple[bytes, str]]:
+    """The solution's project, in the folder of a PLC's project or above, with its name."""
+    for folder in [path, *path.absolute().parents][: LEVELS_UP + 1]:
+        if folder.is_dir():
+            for file in sorted(folder.iterdir()):
+                if file.suffix.lower() in _FILES and file.is_file():
+                    yield content_of(file, file.name), file.name
+
+
+class AxisMapping(NamedTuple):
+    """A variable of a PLC that is linked to an axis."""
+
+    axis: str
+    axis_id: int
+    """0 if the file does not say it."""
+    plc: str
+    """The project of the PLC."""
+    variable: str
+    """One structure: `MAIN.Axis1.NcToPlc`."""
+
+
+_MAPPINGS = re.compile(rb"<Mappings>.*?</Mappings>", re.DOTALL)
+_LINKS = re.compile(rb"<(/?)(OwnerA|OwnerB|Link)\b([^>]*)>")
+_TEXT = re.compile(rb'(\w+)="([^"]*)"')
+_AXIS = re.compile(rb"<Axis\b([^>]*)>(?:\s*<Name>([^<]*)</Name>)?")
+_PLC, _NC, _AXES = "TIPC", "TINC", "Axes"
+_SIGNALS = ("outputs^toplc", "inputs^fromplc")
+
+
+def axis_mappings(files: Iterable[tuple[bytes, str]]) -> tuple[AxisMapping, ...]:
+    """The links between PLCs and axes, in order of the files."""
+    found: list[AxisMapping] = []
+    for data, _ in files:
+        ids = _axis_ids(data)
+        for section in _MAPPINGS.findall(data):
+            owners: dict[bytes, list[str]] = {}
+            for closes, tag, rest in _LINKS.findall(section):
+                if closes:
+                    continue
+                said = {key: _plain(value) for key, value in _TEXT.findall(rest)}
+                if tag != b"Link":
+                    owners[tag] = said.get(b"Name", "").split("^")
+                    continue
+                sides = (
+                    (owners.get(b"OwnerA", [""]), said.get(b"VarA", "")),
+                    (owners.get(b"OwnerB", [""]), said.get(b"VarB", "")),
+                )
+                found += (
+                    AxisMapping(nc[-1], ids.get(nc[-1], 0), plc[1], variable.partition("^")[2])
+                    for (plc, variable), (nc, signal) in (sides, sides[::-1])
+                    if _is_link(plc, variable, nc, signal)
+                )
+    return tuple(found)
+
+
+def _is_link(plc: list[str], variable: str, nc: list[str], signal: str) -> bool:
+    """Return True for a link of a whole structure of an axis, to or from the NC."""
+    return (
+        plc[0] == _PLC
+        and len(plc) > 1
+        and nc[0] == _NC
+        and nc[-2:-1] == [_AXES]
+        and signal.lower() in _SIGNALS
+        and variable.count("^") == 1
+    )
+
+
+def _axis_ids(data: bytes) -> Mapping[str, int]:
+    """Ids of axes by name; an axis in a file of its own has the name of that file."""
+    ids: dict[str, int] = {}
+    for head, name in _AXIS.findall(data):
+        said = {key: _plain(value) for key, value in _TEXT.findall(head)}
+        number = said.get(b"Id", "")
+        text = _plain(name).strip() or said.get(b"File", "").rpartition(".")[0]
+        if text and number.isdecimal() and len(number) < _MOST_DIGITS:
+            ids.setdefault(text, int(number))
+    return ids
+
+
+_MOST_DIGITS = 6
+
+
+def _plain(data: bytes) -> str:
+    return unescape(data.decode("utf-8", "replace"))

@@ -1,0 +1,1 @@
+"""Syntax: the tree of Structured Text, the parser that makes it, the printer that writes it."""

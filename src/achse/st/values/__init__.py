@@ -1,0 +1,1 @@
+"""Values of literals, constant expressions and initial values."""

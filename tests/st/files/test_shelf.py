@@ -1,0 +1,131 @@
+"""Libraries of the user, by title."""
+
+from pathlib import Path
+
+import pytest
+
+from achse.iec import StructType, resolved
+from achse.st.files.shelf import gather, references_in
+from achse.st.lexis.source import Diagnostic, SourceError
+from achse.st.project import examine_project, load_project
+
+PROJECT = """<Project><Title>{title}</Title><Compile Include="a.st"/>{references}</Project>"""
+REFERENCE = '<PlaceholderReference Include="{0}"><DefaultResolution>{0}, * (me)</DefaultResolution>'
+REFERENCE += "<Namespace>{1}</Namespace>{2}</PlaceholderReference>"
+PARAMETERS = "<Parameters><Parameter ListName='a'><Key>LAST</Key><Value>{}</Value></Parameter>"
+PARAMETERS += "</Parameters>"
+
+
+def _project(folder: Path, title: str, text: str, *references: tuple[str, str, str]) -> Path:
+    folder.mkdir(parents=True)
+    (folder / "a.st").write_text(text)
+    file = folder / f"{folder.name}.plcproj"
+    written = "".join(REFERENCE.format(*reference) for reference in references)
+    file.write_text(PROJECT.format(title=title, references=written))
+    return file
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    _project(
+        tmp_path / "user",
+        "User",
+        "PROGRAM P VAR b : lib.FB_Outer; n : UINT := lib.LAST; END_VAR END_PROGRAM",
+        ("Outer Lib", "lib", PARAMETERS.format("7")),
+        ("System_VisuElems", "VisuElems", ""),
+        ("Tc2_Standard", "Tc2_Standard", ""),
+    )
+    _project(
+        tmp_path / "libs/outer",
+        "Outer Lib",
+        "VAR_GLOBAL CONSTANT LAST : UINT := 3; END_VAR"
+        " FUNCTION_BLOCK FB_Outer VAR a : ARRAY [0..LAST] OF FB_Inner; END_VAR END_FUNCTION_BLOCK",
+        ("inner", "inner", ""),
+    )
+    _project(
+        tmp_path / "libs/inner",
+        "Something else",
+        "FUNCTION_BLOCK FB_Inner VAR b : BYTE; END_VAR END_FUNCTION_BLOCK",
+    )
+    _project(tmp_path / "libs/unused", "Unused", "nonsense")
+    return tmp_path
+
+
+def test_what_is_referenced_comes_from_a_folder_of_libraries(folder: Path) -> None:
+    project = load_project(folder / "user", libraries=[folder / "libs"])
+    main = project.declarations.programs["p"].__iec__
+    assert main.member("b").type.size == 136
+    assert main.member("n").initial == 7
+    assert project.missing == ()
+
+
+def test_a_single_project_is_taken_whole(folder: Path) -> None:
+    libraries = [folder / "libs/outer", folder / "libs/inner/inner.plcproj"]
+    project = load_project(folder / "user/user.plcproj", libraries=libraries)
+    assert project.declarations.programs["p"].__iec__.member("b").type.size == 72
+    assert project.missing == ()
+
+
+def test_what_is_nowhere_is_missing(folder: Path) -> None:
+    packed = folder / "packed/Outer Lib/1.0/x.library"
+    packed.parent.mkdir(parents=True)
+    packed.touch()
+    faults: list[Diagnostic] = []
+    references = references_in(folder / "user/user.plcproj")
+    found = gather(references, [packed.parents[2]], (), faults)
+    assert (found.sources, faults) == ((), [])
+    assert [item.title for item in found.missing] == ["Outer Lib"]
+    assert found.containers == {"outerlib": "x.library"}
+
+
+def test_a_parameter_that_cannot_be_read_is_told(folder: Path) -> None:
+    file = folder / "user/user.plcproj"
+    file.write_text(file.read_text().replace(">7<", ">7 +<"))
+    _, error = examine_project(file, libraries=[folder / "libs"])
+    assert error is not None
+    assert "Outer Lib: the parameter last is '7 +'" in str(error)
+
+
+def test_projects_that_cannot_be_read_do_no_harm_until_they_are_needed(folder: Path) -> None:
+    (folder / "libs/unused/unused.plcproj").write_text("<Project")
+    load_project(folder / "user", libraries=[folder / "libs"])
+    (folder / "user/user.plcproj").write_text("<Project")
+    with pytest.raises(SourceError, match="well-formed"):
+        load_project(folder / "user", libraries=[folder / "libs"])
+
+
+def test_libraries_that_name_each_other(tmp_path: Path) -> None:
+    _project(tmp_path / "libs/a", "A", "TYPE TA : INT; END_TYPE", ("B", "B", ""))
+    _project(tmp_path / "libs/b", "B", "TYPE TB : TA; END_TYPE", ("A", "A", ""))
+    user = _project(
+        tmp_path / "user", "U", "PROGRAM P VAR x : TB; END_VAR END_PROGRAM", ("B", "B", "")
+    )
+    assert load_project(user, libraries=[tmp_path / "libs"]).missing == ()
+
+
+@pytest.mark.parametrize("title", ["TcNC", "Tc2_NC", "PlcNc", "TcNcUtilities"])
+def test_tcnc_by_each_of_its_titles(tmp_path: Path, title: str) -> None:
+    text = f"PROGRAM P VAR a : {title}.AXACT; END_VAR END_PROGRAM"
+    _project(tmp_path / "user", "User", text, (title, title, ""))
+    project = load_project(tmp_path / "user")
+    assert project.missing == ()
+    block = resolved(project.declarations.programs["p"].__iec__.member("a").type)
+    assert isinstance(block, StructType)
+    assert "TARGPOS" in str(block.fields)
+
+
+def test_a_folder_that_is_taken_whole_is_a_name_space(tmp_path: Path) -> None:
+    """By the title of its project, the name space of the reference, or the name of the folder."""
+    text = (
+        "TYPE ST_A : STRUCT n : LINT; END_STRUCT END_TYPE FUNCTION_BLOCK FB VAR a : ST_A; END_VAR"
+    )
+    library = _project(tmp_path / "lib", "My Lib", f"{text} END_FUNCTION_BLOCK").parent
+    loose = tmp_path / "loose"
+    loose.mkdir()
+    (loose / "a.st").write_text("TYPE ST_A : STRUCT n : INT; END_STRUCT END_TYPE")
+    own = "TYPE ST_A : BYTE; END_TYPE PROGRAM P VAR f : FB; a : ST_A; b : ours.ST_A;"
+    own += " c : loose.ST_A; END_VAR END_PROGRAM"
+    user = _project(tmp_path / "user", "User", own, ("My Lib", "ours", ""))
+    found = load_project(user, libraries=[library, loose]).declarations.programs["p"].__iec__
+    sizes = [found.member(name).type.size for name in "fabc"]
+    assert sizes == [16, 1, 8, 2]

@@ -1,0 +1,94 @@
+"""Options of tasks and links of axes in the solution's project."""
+
+from pathlib import Path
+
+import pytest
+
+from achse.st.files.solution import (
+    AxisMapping,
+    TaskOptions,
+    axis_mappings,
+    solution_files,
+    task_options,
+)
+from achse.st.project import load_project
+
+FILE = b"""<?xml version="1.0"?>
+<TcSmProject><Project><System><Tasks>
+<Task Id="3" Priority="20" CycleTime="100000" AmsPort="355" AdtTasks="true" ExceedWarning="4">
+  <Name>PlcTask</Name></Task>
+<Task Id="4" AmsPort="99999999" ExceedWarning="999999999"><Name> A &amp; B </Name></Task>
+<Task Id="5" AmsPort="x"><Name>plctask</Name></Task>
+</Tasks></System></Project></TcSmProject>
+"""
+TASK = b"""<?xml version="1.0"?><TcPlcObject><Task Name="PlcTask"><CycleTime>5000</CycleTime>
+<Priority>7</Priority><PouCall><Name>MAIN</Name></PouCall></Task></TcPlcObject>"""
+
+
+def test_options_by_name() -> None:
+    assert task_options([(FILE, "a.tsproj")]) == {
+        "plctask": TaskOptions(4, 355),
+        "a & b": TaskOptions(1_000_000, 0),
+    }
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"<Task", b"<Task><Name>", b"\xff\xfe<Task ><Name>\xff</Name>"]
+)
+def test_what_is_not_well_formed_says_nothing_of_ports(data: bytes) -> None:
+    assert all(options == TaskOptions() for options in task_options([(data, "a")]).values())
+
+
+def test_a_project_takes_the_options_of_its_solution(tmp_path: Path) -> None:
+    (tmp_path / "Machine.tsproj").write_bytes(FILE)
+    folder = tmp_path / "Plc"
+    folder.mkdir()
+    (folder / "MAIN.st").write_text("PROGRAM MAIN END_PROGRAM")
+    (folder / "PlcTask.TcTTO").write_bytes(TASK)
+    (task,) = load_project(folder).tasks
+    assert (task.name, task.cycle_ns, task.priority) == ("PlcTask", 5_000_000, 7)
+    assert (task.watchdog_cycles, task.port) == (4, 355)
+
+
+LINKS = b"""<TcSmProject><Project><Motion><NC><SAF><Axis Id="1" AxisType="1"><Name>Axis 1</Name>
+<AxisPara/></Axis><Axis File="A &amp; B.xti" Id="7"/><Axis Id="x"><Name>Odd</Name></Axis>
+</SAF></NC></Motion></Project><Mappings>
+<OwnerA Name="TIID^Device 1"><OwnerB Name="TIRC^TcCOM"><Link VarA="a^b" VarB="c^d"/>
+</OwnerB></OwnerA>
+<OwnerA Name="TIPC^Plc^Plc Instance">
+<OwnerB Name="TINC^NC-Task 1 SAF^Axes^Axis 1">
+<Link VarA="PlcTask Inputs^MAIN.a.NcToPlc" VarB="Outputs^ToPlc"/>
+<Link VarA="PlcTask Outputs^MAIN.a.PlcToNc" VarB="Inputs^FromPlc"/>
+<Link VarA="PlcTask Outputs^MAIN.a.PlcToNc^Override" VarB="Inputs^FromPlc"/></OwnerB>
+<OwnerB Name="TINC^NC-Task 1 SAF^Axes^Axis 1^Enc"><Link VarA="b^c" VarB="Outputs^ToPlc"/></OwnerB>
+</OwnerA>
+<OwnerA Name="TINC^NC-Task 1 SAF^Axes^A &amp; B"><OwnerB Name="TIPC^Plc^Plc Instance">
+<Link VarB="PlcTask Inputs^GVL.b[2]" VarA="Outputs^ToPlc" Size="8"/></OwnerB>
+<OwnerB Name="TIPC"><Link VarB="x^GVL.c" VarA="Outputs^ToPlc"/></OwnerB></OwnerA>
+</Mappings></TcSmProject>"""
+
+
+def test_links_of_axes_from_both_sides() -> None:
+    """Whole structures of axes only, whichever side stands first."""
+    assert axis_mappings([(LINKS, "a.tsproj")]) == (
+        AxisMapping("Axis 1", 1, "Plc", "MAIN.a.NcToPlc"),
+        AxisMapping("Axis 1", 1, "Plc", "MAIN.a.PlcToNc"),
+        AxisMapping("A & B", 7, "Plc", "GVL.b[2]"),
+    )
+
+
+@pytest.mark.parametrize(
+    "data",
+    [b"", b"<Mappings></Mappings>", b"<Mappings><Link/></Mappings>", b"<Mappings><OwnerA><OwnerB>"
+     b'<Link VarA="" VarB="Outputs^ToPlc"/></Mappings>', b"<Mappings>\xff<OwnerA Name=\"\xff\">"],
+)  # fmt: skip
+def test_no_links(data: bytes) -> None:
+    assert axis_mappings([(data, "a.tsproj")]) == ()
+
+
+def test_the_solution_is_in_the_folder_or_above(tmp_path: Path) -> None:
+    folder = tmp_path / "a/b"
+    folder.mkdir(parents=True)
+    (tmp_path / "M.tsproj").write_bytes(LINKS)
+    (tmp_path / "a" / "N.TSPROJ").write_bytes(b"")
+    assert list(solution_files(folder)) == [(b"", "N.TSPROJ"), (LINKS, "M.tsproj")]

@@ -1,0 +1,60 @@
+"""Places in sources, and how faults are shown."""
+
+import pytest
+
+from achse.iec.errors import DeclarationError
+from achse.st.lexis.source import Diagnostic, Location, Source, SourceError, SourceSegment
+
+
+def test_offsets_become_lines_and_columns() -> None:
+    source = Source("ab\ncd\n\nx", "a.st")
+    places = [source.locate(offset)[1:] for offset in range(len(source.text) + 1)]
+    assert places == [(1, 1), (1, 2), (1, 3), (2, 1), (2, 2), (2, 3), (3, 1), (4, 1), (4, 2)]
+    assert str(source.locate(4)) == "a.st:2:2"
+    assert source.locate(-5) == Location("a.st", 1, 1)
+    assert source.locate(500) == Location("a.st", 4, 2)
+
+
+def test_pieces_keep_their_own_places() -> None:
+    source = Source("ab\ncd\nef\ngh", "x", [SourceSegment(0, 10, 5), SourceSegment(6, 20, 3)])
+    assert source.locate(1) == Location("x", 10, 6)
+    assert source.locate(3) == Location("x", 11, 1)
+    assert source.locate(5) == Location("x", 11, 3)
+    assert source.locate(6) == Location("x", 20, 3)
+    assert source.locate(9) == Location("x", 21, 1)
+    assert source.line_at(4) == "cd"
+    assert source.line_at(6) == "ef"
+
+
+def test_the_caret_stands_under_its_column() -> None:
+    assert str(Source("x := ;", "a.st").fault(5, "no")) == "a.st:1:6: no\n    x := ;\n         ^"
+    assert str(Source("\tx;", "a.st").fault(1, "no")) == "a.st:1:2: no\n    \tx;\n    \t^"
+
+
+def test_a_line_that_does_not_help_is_left_out() -> None:
+    assert str(Source("x" * 1000, "a").fault(5, "no")) == "a:1:6: no"
+    assert str(Source("x\0", "a").fault(1, "no")) == "a:1:2: no"
+
+
+def test_faults_come_in_order_and_not_without_end() -> None:
+    faults = [Diagnostic(Location("b", line, 1), "no") for line in range(50, 0, -1)]
+    error = SourceError([*faults, Diagnostic(Location("a", 9, 9), "first")])
+    assert isinstance(error, DeclarationError)
+    assert error.faults[0].message == "first"
+    assert [fault.location.line for fault in error.faults[1:]] == list(range(1, 51))
+    assert str(error).endswith("… and 31 more")
+
+
+def test_the_caret_stands_under_wide_signs_too() -> None:
+    source = Source("x : 日本e\u0301 INT;")
+    fault = source.fault(source.text.index("INT"), "here")
+    assert str(fault).splitlines()[2] == "    " + " " * (4 + 4 + 1 + 1) + "^"
+
+
+@pytest.mark.parametrize("text", ["", "\n", "a", "a\n\nbc\n", "\r\nx\r\n\n", "x" * 9 + "\ny"])
+def test_a_place_is_what_counting_gives(text: str) -> None:
+    source = Source(text, "a.st")
+    for offset in range(len(text) + 1):
+        before = text[:offset]
+        column = offset - (before.rfind("\n") + 1) + 1
+        assert source.locate(offset) == ("a.st", before.count("\n") + 1, column)
