@@ -9,7 +9,9 @@ from unittest.mock import patch
 from achse.iec.structs import StaticRecord
 from achse.st.check import check
 from achse.st.declare import Declarations
+from achse.st.lexis.source import Diagnostic
 from achse.st.project import Project, load_project
+from achse.st.reach import Reach
 from achse.st.typed.project import TypedProject
 
 __all__ = ["FrontEnd"]
@@ -43,10 +45,13 @@ class FrontEnd:
         *,
         given: Iterable[type[StaticRecord]] = (),
         check_bounds: bool = True,
+        reach: Reach | None = None,
+        unreached: Iterable[Diagnostic] = (),
     ) -> TypedProject:
         """Stand in for `check`."""
         assert declared is self.project.declarations
         assert check_bounds
+        assert not list(unreached)
         if self._typed is None:
             self._typed = check(declared, given=given)
         return self._typed

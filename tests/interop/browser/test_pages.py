@@ -202,6 +202,8 @@ def test_a_refusal_is_shown_with_its_code(shown: Any) -> None:
 def test_a_parameter_is_changed_within_its_range(shown: Any, nc: Any, until: Any) -> None:
     page = shown.open("axes?axis=2")
     page.get_by_label("Search parameters").fill("jog_velocity_fast")
+    rows = page.get_by_role("tabpanel").locator("tbody tr")
+    until(lambda: rows.count() == 1)
     value = page.get_by_role("button", name="jog_velocity_fast: ")
     value.click()
     page.get_by_label("New value of").fill("123.5")
@@ -209,6 +211,31 @@ def test_a_parameter_is_changed_within_its_range(shown: Any, nc: Any, until: Any
     until(lambda: "123.5" in value.inner_text())
     # 0x4000 + axis: 0x9 is the velocity of fast jogs
     assert nc.read(0x4000 + 2, 0x9, pyads.PLCTYPE_LREAL) == 123.5
+
+
+ENTERING = """() => {
+    const rows = document.querySelector("[role=tabpanel] tbody");
+    globalThis.entered = 0;
+    new MutationObserver((changes) => {
+        for (const { addedNodes } of changes) globalThis.entered += addedNodes.length;
+    }).observe(rows, { childList: true });
+}"""
+
+
+def test_a_row_that_is_edited_stays_where_it_is_while_others_go(shown: Any, until: Any) -> None:
+    """A row that is taken out and put back loses what is typed or pressed at that moment."""
+    page = shown.open("axes?axis=2")
+    page.get_by_label("Search parameters").fill("velocity")
+    rows = page.get_by_role("tabpanel").locator("tbody tr")
+    until(lambda: rows.count() > 3)
+    before = rows.count()
+    page.get_by_role("button", name="jog_velocity_fast: ").click()
+    page.get_by_label("New value of").fill("77")
+    page.evaluate(ENTERING)
+    page.get_by_label("Search parameters").fill("jog_velocity_fast")
+    until(lambda: 0 < rows.count() < before)
+    assert page.evaluate("globalThis.entered") == 0
+    assert page.get_by_label("New value of").input_value() == "77"
 
 
 # symbols --------------------------------------------------------------------------------------

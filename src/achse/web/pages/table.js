@@ -35,26 +35,28 @@ export class LiveTable {
     return this._rows.size;
   }
 
+  /** Rows that stay are not moved for the sake of those that go: who types in one goes on typing. */
   update(rows) {
-    const seen = new Set();
-    let place = this._body.firstElementChild;
+    const wanted = new Map();
     for (const row of rows) {
       const key = this._key(row);
-      if (seen.has(key)) continue;
-      seen.add(key);
+      if (!wanted.has(key)) wanted.set(key, row);
+    }
+    for (const [key, { element }] of this._rows) {
+      if (!wanted.has(key)) {
+        element.remove();
+        this._rows.delete(key);
+      }
+    }
+    let place = this._body.firstElementChild;
+    for (const [key, row] of wanted) {
       const shown = this._rows.get(key) ?? this._add(key, row);
       shown.update(row);
       if (shown.element === place) place = place.nextElementSibling;
       else this._body.insertBefore(shown.element, place);
     }
-    for (const [key, { element }] of this._rows) {
-      if (!seen.has(key)) {
-        element.remove();
-        this._rows.delete(key);
-      }
-    }
-    this._table.hidden = seen.size === 0;
-    this._empty.hidden = seen.size > 0;
+    this._table.hidden = wanted.size === 0;
+    this._empty.hidden = wanted.size > 0;
   }
 
   _add(key, first) {
