@@ -23,7 +23,7 @@ from typing import Any
 
 import pytest
 
-GROWTH_KB = 250_000
+GROWTH_KB = 285_000
 """Memory that a worker may add to that of the process it was forked from, kB."""
 
 ALLOCATIONS = 10_000

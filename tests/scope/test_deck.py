@@ -149,6 +149,28 @@ def test_a_copy_beside_sampling_has_whole_rows_in_order(memory: bytearray) -> No
         assert found[15::16] == found[::16]
 
 
+def test_a_copy_while_a_row_is_written_has_neither_it_nor_the_one_that_it_replaces(
+    memory: bytearray,
+) -> None:
+    made = deck(("INT64", MemoryCell(memory, 0, 8)), compiled=False, capacity=4)
+    take, copies = made._take, []
+
+    def take_slowly(row: int) -> int:
+        copies.append(made.copy(0, made.count + 1))
+        fired = take(row)
+        copies.append(made.copy(0, made.count + 1))
+        return fired
+
+    made._take = take_slowly
+    for number in range(9):
+        memory[0] = number
+        made.sample()
+        (before, rows), (after, again) = copies
+        assert before == after == max(number - 3, 0)
+        assert words(bytes(rows)) == words(bytes(again)) == list(range(before, number))
+        copies.clear()
+
+
 def test_a_copy_leaves_out_what_went_meanwhile(memory: bytearray) -> None:
     made = deck(("INT64", MemoryCell(memory, 0, 8)), compiled=False, capacity=4)
     for _ in range(6):

@@ -90,7 +90,9 @@ class Deck:
         self.capacity = capacity
         """Rows that the ring holds."""
         self.count = 0
-        """Rows since the start."""
+        """Rows since the start that are whole."""
+        self._begun = 0
+        """The same, with one that is being written: it takes the place of the oldest."""
         self.begin_ns = 0
         """Time of the first row."""
         self.end_count: int | None = None
@@ -113,7 +115,7 @@ class Deck:
     def start(self, begin_ns: int) -> None:
         """Begin again with the row at that time."""
         self.begin_ns = begin_ns
-        self.count = 0
+        self.count = self._begun = 0
         self.end_count = None
         for each in self.channels:
             each.lost, each.length = "", None
@@ -131,7 +133,7 @@ class Deck:
     @property
     def oldest(self) -> int:
         """Number of the oldest row that is there."""
-        return max(self.count - self.capacity, 0)
+        return max(self._begun - self.capacity, 0)
 
     def sample(self) -> int:
         """Take the next row; how many triggers fire."""
@@ -145,8 +147,11 @@ class Deck:
             except Exception:
                 self._lose_failing()
         row = self.count
-        self.count = row + 1  # first: who copies in another thread sees that the oldest row goes
-        return self._take(row % self.capacity)
+        # Before and after: who copies in another thread leaves out a row until it is whole.
+        self._begun = row + 1
+        fired = self._take(row % self.capacity)
+        self.count = row + 1
+        return fired
 
     def rows(self, first: int, most: int) -> tuple[int, bytes]:
         """Up to `most` rows from number `first` on, or from the oldest; the first's number."""
@@ -165,6 +170,7 @@ class Deck:
 
         Another thread may sample meanwhile, and may take the oldest rows away: they are left out.
         """
+        end = min(end, self.count)
         whole = bytearray()
         begin = at = first
         most = max(_COPIED // self.row_bytes, 1)
