@@ -202,7 +202,7 @@ def test_a_refusal_is_shown_with_its_code(shown: Any) -> None:
 def test_a_parameter_is_changed_within_its_range(shown: Any, nc: Any, until: Any) -> None:
     page = shown.open("axes?axis=2")
     page.get_by_label("Search parameters").fill("jog_velocity_fast")
-    until(lambda: "find=jog_velocity_fast" in page.url)  # later than the rows, in one step
+    until(lambda: "find=jog_velocity_fast" in page.evaluate("location.hash"))
     value = page.get_by_role("button", name="jog_velocity_fast: ")
     value.click()
     page.get_by_label("New value of").fill("123.5")
@@ -225,12 +225,12 @@ def test_a_row_that_is_edited_stays_where_it_is_while_others_go(shown: Any, unti
     """A row that is taken out and put back loses what is typed or pressed at that moment."""
     page = shown.open("axes?axis=2")
     page.get_by_label("Search parameters").fill("velocity")
-    until(lambda: "find=velocity" in page.url)
+    until(lambda: "find=velocity" in page.evaluate("location.hash"))
     page.get_by_role("button", name="jog_velocity_fast: ").click()
     page.get_by_label("New value of").fill("77")
     page.evaluate(ENTERING)
     page.get_by_label("Search parameters").fill("jog_velocity_fast")
-    until(lambda: "find=jog_velocity_fast" in page.url)
+    until(lambda: "find=jog_velocity_fast" in page.evaluate("location.hash"))
     assert page.evaluate("globalThis.entered") == 0
     assert page.get_by_label("New value of").input_value() == "77"
 
