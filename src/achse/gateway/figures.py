@@ -8,17 +8,15 @@ from typing import Any, Protocol
 from achse.ams import AmsAddress
 from achse.gateway.target import Target
 from achse.router import Router
+from achse.router.clients import LISTED_CLIENTS
 from achse.router.ledger import ResourceKind
 from achse.server import RawGroup
 from achse.transport.tcp.listener import TcpListener
 
-__all__ = ["MOST_CLIENTS", "STATISTICS", "CountedGateway", "statistics", "statistics_group"]
+__all__ = ["STATISTICS", "CountedGateway", "statistics", "statistics_group"]
 
 STATISTICS = 2
 """Index group of the figures at port 1."""
-
-MOST_CLIENTS = 200
-"""Clients that the figures list: those with the most requests."""
 
 
 class CountedGateway(Protocol):
@@ -35,7 +33,7 @@ def statistics(gateway: CountedGateway) -> dict[str, Any]:
     """Return the present figures; latencies in seconds."""
     router, listeners = gateway.router, list(gateway.listeners)
     asking = router.asking
-    busiest = heapq.nlargest(MOST_CLIENTS, asking, key=lambda each: asking[each].requests)
+    busiest = heapq.nlargest(LISTED_CLIENTS, asking, key=lambda each: asking[each].requests)
     return {
         "connections": sum(len(each.connections) for each in listeners),
         "connections_refused": sum(each.refused for each in listeners),

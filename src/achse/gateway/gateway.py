@@ -12,6 +12,7 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 
 from achse.ams import NetId
+from achse.ams.discovery import OWN_PORT
 from achse.devices.router import RouterDevice
 from achse.devices.system.device import VERSION, SystemDevice
 from achse.gateway.configuration import GatewayConfig, TargetConfig
@@ -32,7 +33,7 @@ __all__ = ["Gateway"]
 
 log = logging.getLogger("achse.gateway")
 
-_ROUTER_PORT, _SYSTEM_PORT = 1, 10_000
+_ROUTER_PORT = 1
 
 _TICK = 0.1
 """Seconds between two looks at the subscriptions of the router's own devices."""
@@ -77,7 +78,7 @@ class Gateway:
                 further=(statistics_group(self),),
             ),
         )
-        for device, port in zip(self.devices, (_SYSTEM_PORT, _ROUTER_PORT), strict=True):
+        for device, port in zip(self.devices, (OWN_PORT, _ROUTER_PORT), strict=True):
             device.attach(self.router, port)
 
     @property

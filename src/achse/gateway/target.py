@@ -12,6 +12,7 @@ from collections.abc import Awaitable, Callable
 from enum import Enum
 
 from achse.ams import AmsAddress, NetId
+from achse.ams.discovery import OWN_PORT
 from achse.gateway.configuration import TargetConfig
 from achse.gateway.registration import RegistrationError
 from achse.gateway.requests import OwnRequests
@@ -23,8 +24,6 @@ from achse.transport.uplinks.uplink import Uplink
 __all__ = ["Target", "TargetState"]
 
 log = logging.getLogger("achse.gateway")
-
-_SYSTEM_PORT = 10_000
 
 _FIRST_PAUSE, _LONGEST_PAUSE = 0.2, 5.0
 """Seconds between attempts to find or reach a target, doubled each time."""
@@ -68,7 +67,7 @@ class Target:
         """NetId of the target; None while it is unknown."""
         self.state = TargetState.SEARCHING
         self.advice = ""
-        """What to do about the state; empty if nothing."""
+        """Advice to the user about this state; empty if none is needed."""
         self.ads_state: int | None = None
         """ADS state of its system service at the last query."""
         self.settled = asyncio.Event()
@@ -108,7 +107,7 @@ class Target:
         await asyncio.sleep(self._pause)
 
     async def _find(self) -> bool:
-        """Find the NetId and add the route; False if that failed for now."""
+        """Find the NetId and add the route. Return True if both are done."""
         config = self.config
         if self.net_id is None:
             host = config.endpoint[0]
@@ -135,7 +134,7 @@ class Target:
         assert self.net_id is not None
         assert uplink is not None
         connections, returned = uplink.connections, _returned(uplink)
-        address = AmsAddress.of(self.net_id, _SYSTEM_PORT)
+        address = AmsAddress.of(self.net_id, OWN_PORT)
         answer = await self._requests.read_state(address, self.config.timeout / 1e9)
         if answer is not None and answer.source[:6] == self.net_id and not answer.error:
             self.ads_state = int.from_bytes(answer.data[4:6], "little")

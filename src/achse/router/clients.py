@@ -2,10 +2,13 @@
 
 from collections.abc import Iterator
 
-__all__ = ["MOST_CLIENTS", "ClientFigures", "Clients"]
+__all__ = ["LISTED_CLIENTS", "MOST_CLIENTS", "ClientFigures", "Clients"]
 
 MOST_CLIENTS = 4096
 """Addresses that are counted; for one more the one that came first is forgotten."""
+
+LISTED_CLIENTS = 200
+"""Clients that figures list: those with the most requests."""
 
 
 class ClientFigures:

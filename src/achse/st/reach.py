@@ -28,8 +28,18 @@ _CALLED_BY_RUNTIME = frozenset(
 """Attributes that reach a unit without a mention."""
 
 _IMPLICIT_CHECKS = frozenset(
-    """checkbounds checkdivdint checkdivlint checkdivreal checkdivlreal checkrangesigned
-    checkrangeunsigned checklrangesigned checklrangeunsigned checkpointer""".split()  # noqa: SIM905
+    {
+        "checkbounds",
+        "checkdivdint",
+        "checkdivlint",
+        "checkdivreal",
+        "checkdivlreal",
+        "checkrangesigned",
+        "checkrangeunsigned",
+        "checklrangesigned",
+        "checklrangeunsigned",
+        "checkpointer",
+    }
 )
 
 _HEAD = re.compile(

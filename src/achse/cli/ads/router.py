@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from achse.cli.ads.stats import ROUTER_PORT
 from achse.cli.failure import fail, tell
 from achse.cli.interrupts import ending, ending_signals
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 
 __all__ = ["router"]
 
-_ROUTER_PORT = 1
 
 _LONGEST = 1 << 20
 
@@ -153,7 +153,7 @@ def _report_ready(gateway: "Gateway") -> None:
         tell_event("target", name=target.config.title, net_id=net_id, state=target.state.value)
 
 
-@client_command(router, _ROUTER_PORT)
+@client_command(router, ROUTER_PORT)
 async def status(client: "Client", in_json: Json = False) -> None:
     """Show clients, targets, requests, latencies and losses of a running `achse router`."""
     from achse.gateway.figures import STATISTICS

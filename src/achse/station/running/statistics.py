@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from achse.ams import AmsAddress
 from achse.motion import Nc
 from achse.router import Router
-from achse.router.clients import ClientFigures
+from achse.router.clients import LISTED_CLIENTS, ClientFigures
 from achse.server import Device, Usage
 from achse.station.clocks.clock import StationClock
 from achse.station.clocks.pacing import Pace
@@ -17,10 +17,7 @@ if TYPE_CHECKING:
     from achse.station.buses.ethercat_bus import EthercatBus
     from achse.station.buses.interface_bus import InterfaceBus
 
-__all__ = ["MOST_CLIENTS", "CountedStation", "statistics"]
-
-MOST_CLIENTS = 200
-"""Clients that the figures list: those with the most requests."""
+__all__ = ["CountedStation", "statistics"]
 
 
 class CountedStation(Protocol):
@@ -102,7 +99,7 @@ def statistics(station: CountedStation) -> dict[str, Any]:
         "clients": [
             _of_client(station, *each)
             for each in heapq.nlargest(
-                MOST_CLIENTS, clients, key=lambda each: each[1].requests if each[1] else 0
+                LISTED_CLIENTS, clients, key=lambda each: each[1].requests if each[1] else 0
             )
         ],
         "devices": devices,
