@@ -1,7 +1,7 @@
 """PLC libraries as Structured Text: a library is a folder, adding one is adding files.
 
 What needs the system itself is declared with attribute `builtin`, without body; a Python function
-of the same name in `achse.plc.builtins`, or in the device that serves it, does it.
+of the same name in `achse.plc.routines.builtins`, or in the device that serves it, does it.
 """
 
 from collections.abc import Iterator, Sequence

@@ -5,15 +5,15 @@ from functools import partial
 from typing import Any
 
 from achse.iec.structs import StaticRecord, StructType
-from achse.plc.builtin_memory import BuiltinMemory
-from achse.plc.builtins import BLOCKS, FUNCTIONS, BlockBody, FunctionBody, Services
 from achse.plc.code.execution import BUDGET, CodeForm, Execution
-from achse.plc.instances import InstanceLifecycle
-from achse.plc.json_documents import JSON_FUNCTIONS
+from achse.plc.lifecycle.instances import InstanceLifecycle
 from achse.plc.memory import Memory
 from achse.plc.program import PlacedVariable
-from achse.plc.python_bodies import has_python_bodies, python_bodies
-from achse.plc.routine_calls import Guard, RoutineCalls, unguarded
+from achse.plc.routines.builtin_memory import BuiltinMemory
+from achse.plc.routines.builtins import BLOCKS, FUNCTIONS, BlockBody, FunctionBody, Services
+from achse.plc.routines.json_documents import JSON_FUNCTIONS
+from achse.plc.routines.python_bodies import has_python_bodies, python_bodies
+from achse.plc.routines.routine_calls import Guard, RoutineCalls, unguarded
 from achse.st.typed.project import TypedProject
 
 __all__ = ["Bodies"]

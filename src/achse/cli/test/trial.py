@@ -14,7 +14,7 @@ from achse.plc.program import area_sizes
 from achse.st.files.tasks import FileTask, called_tasks
 
 if TYPE_CHECKING:
-    from achse.plc.builtins import Services
+    from achse.plc.routines.builtins import Services
     from achse.st.project import Project
     from achse.st.typed.project import TypedProject
 

@@ -27,8 +27,8 @@ from achse.ams.filetime import from_unix_ns
 from achse.codes import ReturnCode
 from achse.devices.logger import LogMessage, MessageType
 from achse.devices.plc.serving import PlcIndications
-from achse.plc.builtins import BlockBody, BuiltinContext, FunctionBody
 from achse.plc.code.faults import PlcFault
+from achse.plc.routines.builtins import BlockBody, BuiltinContext, FunctionBody
 from achse.server.device import DeviceRouter
 
 __all__ = ["PlcRequests"]

@@ -18,7 +18,7 @@ from achse.ams.commands import (
     WriteRequest,
 )
 from achse.codes import ReturnCode
-from achse.plc.builtins import BlockBody, BuiltinContext
+from achse.plc.routines.builtins import BlockBody, BuiltinContext
 
 __all__ = ["PlcIndications"]
 

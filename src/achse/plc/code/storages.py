@@ -11,9 +11,9 @@ from achse.iec.types import IecType
 from achse.iec.variables import Variable
 from achse.plc.code.source import ATOM, CodeExpression, Precedence, exact
 from achse.plc.code.views import AREA_LETTERS
-from achse.plc.layout import parts_without_headers
 from achse.plc.lowering.nodes import Home, ResolvedPlace
 from achse.plc.lowering.places import BYTES_A_PASS
+from achse.plc.retention.layout import parts_without_headers
 from achse.st.check.kinds import counted, is_whole
 
 if TYPE_CHECKING:
