@@ -3,12 +3,12 @@
 from typing import Any
 
 from achse.iec.variables import Variable
-from achse.plc.layout import frame_image
 from achse.plc.lowering.calls import WITH_PARAMETERS, initial_value, outputs_of, parameters_of
 from achse.plc.lowering.nodes import LoweredRoutine, StoreValue
 from achse.plc.lowering.places import BYTES_A_PASS
 from achse.plc.lowering.project import LoweredProject
 from achse.plc.lowering.statements import StatementLowering
+from achse.plc.retention.layout import frame_image
 from achse.st.typed.places import FrameBase, Storage, flat
 from achse.st.typed.project import Routine
 

@@ -14,7 +14,6 @@ from achse.iec.strings import StringType
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.native.backend import BOOL, I64, U8, U64, LocalVariable, Operand, Relation
-from achse.plc.layout import parts_without_headers
 from achse.plc.lowering.nodes import Home, ResolvedPlace, StoreValue
 from achse.plc.lowering.places import BYTES_A_PASS
 from achse.plc.machine.fault_places import FaultKind
@@ -27,6 +26,7 @@ from achse.plc.machine.values import (
     machine_type,
 )
 from achse.plc.memory import Area
+from achse.plc.retention.layout import parts_without_headers
 
 if TYPE_CHECKING:
     from achse.plc.machine.expressions import ExpressionTranslator
