@@ -14,10 +14,10 @@ from achse.iec.structs import StaticRecord
 from achse.iec.variables import Section
 from achse.plc.changes import TrialPlacement
 from achse.plc.code.faults import FaultReport, report_of
-from achse.plc.instance_paths import put_instance_paths
-from achse.plc.lives import Moves, layouts
+from achse.plc.lifecycle.instance_paths import put_instance_paths
+from achse.plc.lifecycle.lives import Moves, layouts
+from achse.plc.lifecycle.starts import put_start_values
 from achse.plc.memory import Area, AreaFullError, Memory
-from achse.plc.past import Past
 from achse.plc.program import (
     PlacedUnit,
     PlacedVariable,
@@ -25,7 +25,7 @@ from achse.plc.program import (
     place,
     place_statics,
 )
-from achse.plc.starts import put_start_values
+from achse.plc.retention.past import Past
 from achse.plc.system_info import SystemInfo, system_info_list
 from achse.plc.task import Stopwatch, Task
 
@@ -510,7 +510,11 @@ class PlcRuntime:
         A cold reset spares retain and persistent variables, whatever FB_init or the declaration of
         an instance says of them, as a restart of the station does; `origin` does not.
         """
-        from achse.plc.remains import forget_made, inherit_variables, kept_variables  # know this
+        from achse.plc.retention.remains import (
+            forget_made,
+            inherit_variables,
+            kept_variables,
+        )  # know this
 
         self._abandon()
         kept = {} if origin else kept_variables(self)

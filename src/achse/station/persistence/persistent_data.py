@@ -8,7 +8,7 @@ from typing import Any
 from achse.motion import Nc
 from achse.motion.retained import RetainedState
 from achse.plc import PlcRuntime
-from achse.plc.remains import inherit_variables
+from achse.plc.retention.remains import inherit_variables
 from achse.station.configuration.station_file import ConfigError, StationConfig
 from achse.station.persistence.persistent_image import (
     PersistentImage,

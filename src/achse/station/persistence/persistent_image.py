@@ -13,8 +13,8 @@ from typing import Any
 from achse.motion import Nc
 from achse.motion.retained import RetainedState
 from achse.plc import PlcRuntime
-from achse.plc.remains import KeptVariable, Lead
-from achse.plc.retained import RetainedLayout
+from achse.plc.retention.remains import KeptVariable, Lead
+from achse.plc.retention.retained import RetainedLayout
 from achse.station.configuration.documents import parse_json
 
 __all__ = [

@@ -26,7 +26,7 @@ from achse.station.configuration.types import ConfigError
 
 if TYPE_CHECKING:
     from achse.plc.bodies import Bodies
-    from achse.plc.builtins import Services
+    from achse.plc.routines.builtins import Services
     from achse.st.declare import Declarations
     from achse.st.files.solution import AxisMapping
     from achse.st.lexis.source import Diagnostic

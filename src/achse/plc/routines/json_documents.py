@@ -1,0 +1,428 @@
+"""JSON documents of PLC programs: what the built-in routines of `tc3_jsonxml/dom.st` do.
+
+A program holds a document by a number, and each value in it by another; 0 is none. Values that
+are removed, or of a document that was read again, are none from then on.
+
+Source: method names of public projects and their symbol files.
+"""
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from enum import IntEnum
+from typing import Any
+from weakref import WeakKeyDictionary
+
+from achse.plc.code.faults import PlcFault
+from achse.plc.routines.builtins import BuiltinContext, FunctionBody
+
+__all__ = ["JSON_FUNCTIONS", "JsonDocuments", "JsonKind"]
+
+_MOST_VALUES = 1_000_000
+_LONGEST_TEXT = 1 << 22
+_DEEPEST = 256
+
+
+class JsonKind(IntEnum):
+    """Kind of a JSON value."""
+
+    NULL = 0
+    FALSE = 1
+    TRUE = 2
+    OBJECT = 3
+    ARRAY = 4
+    STRING = 5
+    NUMBER = 6
+
+
+class _Placing(IntEnum):
+    """Placement of a new value."""
+
+    MEMBER = 0
+    PUSH = 1
+    SET = 2
+
+
+class _Value:
+    """A value, its name if it is a member, and what it is in."""
+
+    __slots__ = ("content", "end", "kind", "name", "number", "parent")
+
+    def __init__(self, kind: JsonKind, content: Any = None, name: str = "") -> None:
+        self.kind = kind
+        self.content = content
+        self.name = name
+        self.parent: _Value | None = None
+        self.number = 0
+        self.end = 0
+        """Number that ends a walk over an object or array."""
+
+    def plain(self) -> Any:
+        """The value as `json.dumps` takes it. Members of one name: the last counts."""
+        if self.kind is JsonKind.OBJECT:
+            return {item.name: item.plain() for item in self.content}
+        if self.kind is JsonKind.ARRAY:
+            return [item.plain() for item in self.content]
+        return self.content
+
+
+class JsonDocuments:
+    """The documents of one PLC."""
+
+    def __init__(self) -> None:
+        self._values: dict[int, _Value] = {}
+        self._roots: dict[int, _Value] = {}
+        self._last = 0
+
+    # documents -------------------------------------------------------------------------------
+
+    def start(self, document: int) -> int:
+        """An empty document: number 0 gets a new one. Gives its number."""
+        if document not in self._roots:
+            document = self._next()
+        else:
+            self._drop(self._roots[document])
+        self._roots[document] = self._keep(_Value(JsonKind.NULL), None)
+        return document
+
+    def read(self, document: int, text: str) -> bool:
+        """Put a text into a document; whether it is JSON. If not, the document is empty."""
+        self._drop(self._roots[document])
+        self._roots[document] = self._keep(_Value(JsonKind.NULL), None)
+        try:
+            found = json.loads(text, object_pairs_hook=_Members)
+            made = self._made(found, 0)
+        except (ValueError, RecursionError):
+            return False
+        self._drop(self._roots[document])
+        self._roots[document] = self._keep(made, None)
+        return True
+
+    def end(self, document: int) -> None:
+        """Nobody needs the document any more."""
+        root = self._roots.pop(document, None)
+        if root is not None:
+            self._drop(root)
+
+    def root(self, document: int) -> int:
+        """The value that is the whole document."""
+        root = self._roots.get(document)
+        return 0 if root is None else root.number
+
+    def _next(self) -> int:
+        self._last += 1
+        return self._last
+
+    def _made(self, plain: Any, depth: int) -> _Value:
+        if depth > _DEEPEST:
+            raise ValueError("too deep")
+        if isinstance(plain, _Members):
+            made = _Value(JsonKind.OBJECT, [])
+            for name, item in plain:
+                member = self._made(item, depth + 1)
+                member.name = name
+                made.content.append(member)
+            return made
+        if isinstance(plain, list):
+            return _Value(JsonKind.ARRAY, [self._made(item, depth + 1) for item in plain])
+        if isinstance(plain, str):
+            return _Value(JsonKind.STRING, plain)
+        if plain is None:
+            return _Value(JsonKind.NULL)
+        if isinstance(plain, bool):
+            return _Value(JsonKind.TRUE if plain else JsonKind.FALSE, plain)
+        return _Value(JsonKind.NUMBER, plain)
+
+    def _keep(self, value: _Value, parent: _Value | None) -> _Value:
+        waiting: list[tuple[_Value, _Value | None]] = [(value, parent)]
+        while waiting:
+            here, above = waiting.pop()
+            here.parent = above
+            here.number = self._next()
+            if len(self._values) < _MOST_VALUES:
+                self._values[here.number] = here
+            if here.kind in (JsonKind.OBJECT, JsonKind.ARRAY):
+                here.end = self._next()
+                waiting += ((item, here) for item in reversed(here.content))
+        return value
+
+    def _drop(self, value: _Value) -> None:
+        for item in _all(value):
+            self._values.pop(item.number, None)
+
+    # values ----------------------------------------------------------------------------------
+
+    def value(self, number: int) -> _Value | None:
+        """A value by its number."""
+        return self._values.get(number)
+
+    def items(self, number: int) -> list[_Value]:
+        """Return the items of an object or array; empty for others."""
+        value = self._values.get(number)
+        return value.content if value is not None and _is_container(value) else []
+
+    def find(self, number: int, name: str) -> int:
+        """The member of that name; 0 if there is none."""
+        value = self._values.get(number)
+        if value is None or value.kind is not JsonKind.OBJECT:
+            return 0
+        return next((item.number for item in value.content if item.name == name), 0)
+
+    def first(self, number: int) -> int:
+        """The first item, or what a walk over it ends with."""
+        items = self.items(number)
+        return items[0].number if items else self.last(number)
+
+    def last(self, number: int) -> int:
+        """Return the number that ends a walk over an object or array."""
+        value = self._values.get(number)
+        return value.end if value is not None else 0
+
+    def following(self, number: int) -> int:
+        """The item behind one."""
+        value = self._values.get(number)
+        if value is None or value.parent is None:
+            return 0
+        items = value.parent.content
+        place = next(index for index, item in enumerate(items) if item is value) + 1
+        found: int = items[place].number if place < len(items) else value.parent.end
+        return found
+
+    def put(self, number: int, where: int, name: str, kind: int, content: Any) -> int:
+        """A new value in, behind or instead of another; its number, 0 if that cannot be."""
+        target = self._values.get(number)
+        if target is None or len(self._values) >= _MOST_VALUES:
+            return 0
+        new = _Value(JsonKind(kind), [] if kind in _CONTAINERS else content, name)
+        if where == _Placing.SET:
+            return self._replace(target, new)
+        wanted = JsonKind.OBJECT if where == _Placing.MEMBER else JsonKind.ARRAY
+        if target.kind is JsonKind.NULL:  # of a new document: it becomes what is put into it
+            target.kind, target.content, target.end = wanted, [], self._next()
+        if target.kind is not wanted:
+            return 0
+        target.content.append(self._keep(new, target))
+        return new.number
+
+    def put_text(self, number: int, where: int, name: str, text: str) -> int:
+        """A value as JSON in, behind or instead of another; its number, 0 if that cannot be."""
+        try:
+            made = self._made(json.loads(text, object_pairs_hook=_Members), 0)
+        except (ValueError, RecursionError):
+            return 0
+        place = self.put(number, where, name, JsonKind.NULL, None)
+        return self._replace(self._values[place], made) if place else 0
+
+    def _replace(self, target: _Value, new: _Value) -> int:
+        for item in _all(target):
+            if item is not target:
+                self._values.pop(item.number, None)
+        target.kind, target.content = new.kind, new.content
+        if _is_container(target):
+            target.end = self._next()
+            for item in target.content:
+                self._keep(item, target)
+        return target.number
+
+    def remove(self, number: int) -> bool:
+        """Take a value out of what it is in."""
+        value = self._values.get(number)
+        if value is None or value.parent is None:
+            return False
+        value.parent.content.remove(value)
+        self._drop(value)
+        return True
+
+    def clear(self, number: int) -> bool:
+        """Take everything out of an object or array."""
+        value = self._values.get(number)
+        if value is None or not _is_container(value):
+            return False
+        for item in list(value.content):
+            self._drop(item)
+        value.content.clear()
+        return True
+
+    def text(self, number: int, *, as_json: bool) -> str:
+        """A value as JSON without blanks, or a text as it is."""
+        value = self._values.get(number)
+        if value is None:
+            return ""
+        if not as_json:
+            return value.content if value.kind is JsonKind.STRING else ""
+        return json.dumps(value.plain(), ensure_ascii=False, separators=(",", ":"))
+
+
+class _Members(list[tuple[str, Any]]):
+    """The members of an object in order."""
+
+
+_CONTAINERS = (JsonKind.OBJECT, JsonKind.ARRAY)
+
+
+def _is_container(value: _Value) -> bool:
+    return value.kind in _CONTAINERS
+
+
+def _all(value: _Value) -> Iterator[_Value]:
+    waiting = [value]
+    while waiting:
+        here = waiting.pop()
+        yield here
+        if _is_container(here):
+            waiting += here.content
+
+
+# what programs call ---------------------------------------------------------------------------
+
+_of_plc: "WeakKeyDictionary[BuiltinContext, JsonDocuments]" = WeakKeyDictionary()
+
+
+def _documents(plc: BuiltinContext) -> JsonDocuments:
+    found = _of_plc.get(plc)
+    if found is None:
+        found = _of_plc[plc] = JsonDocuments()
+    return found
+
+
+def _decoded(data: bytes) -> str:
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError:
+        return data.decode("cp1252", "replace")
+
+
+def _named(name: Any) -> str:
+    return _decoded(name) if isinstance(name, bytes) else str(name)
+
+
+def _text_at(plc: BuiltinContext, address: int) -> str:
+    """The text that begins there, up to its NUL."""
+    found = b""
+    size = 4096
+    while address and len(found) < _LONGEST_TEXT:
+        try:
+            piece = plc.load_bytes(address + len(found), size)
+        except PlcFault:
+            if size == 1:
+                raise
+            size = max(1, size // 8)  # memory may end soon behind the text
+            continue
+        text, end, _ = piece.partition(b"\0")
+        found += text
+        if end:
+            break
+    return _decoded(found)
+
+
+def _copied(plc: BuiltinContext, number: int, as_json: bool, address: int, size: int) -> int:
+    data = _documents(plc).text(number, as_json=as_json).encode("utf-8") + b"\0"
+    if not address or len(data) > size:
+        return 0
+    plc.store_bytes(address, data)
+    return len(data)
+
+
+def _put(
+    plc: BuiltinContext,
+    number: int,
+    where: int,
+    name: Any,
+    kind: int,
+    whole: int,
+    real: float,
+    is_real: bool,
+    text: int,
+) -> int:
+    documents = _documents(plc)
+    if kind == _AS_JSON:
+        return documents.put_text(number, where, _named(name), _text_at(plc, text))
+    content: Any = {
+        JsonKind.TRUE: True,
+        JsonKind.FALSE: False,
+        JsonKind.NUMBER: real if is_real else whole,
+    }.get(JsonKind(kind))
+    if kind == JsonKind.STRING:
+        content = _text_at(plc, text)
+    return documents.put(number, where, _named(name), kind, content)
+
+
+_AS_JSON = 7
+"""A kind of `_put`: the text is JSON."""
+
+
+def _number(plc: BuiltinContext, number: int) -> Any:
+    value = _documents(plc).value(number)
+    content = None if value is None else value.content
+    return content if isinstance(content, int | float) else 0
+
+
+def _real(plc: BuiltinContext, number: int) -> float:
+    try:
+        return float(_number(plc, number))
+    except OverflowError:
+        return float("inf")
+
+
+def _whole(low: int, high: int) -> FunctionBody:
+    def get(plc: BuiltinContext, number: int) -> int:
+        found = _number(plc, number)
+        if isinstance(found, float) and not -1e19 < found < 1e20:
+            return 0
+        return max(low, min(int(found), high))
+
+    return get
+
+
+def _kind(plc: BuiltinContext, number: int) -> int:
+    value = _documents(plc).value(number)
+    return -1 if value is None else int(value.kind)
+
+
+def _is_real(plc: BuiltinContext, number: int) -> bool:
+    return isinstance(_number(plc, number), float)
+
+
+def _name(plc: BuiltinContext, number: int) -> bytes:
+    value = _documents(plc).value(number)
+    return b"" if value is None else value.name.encode("utf-8")[:255]
+
+
+def _item(plc: BuiltinContext, number: int, index: int) -> int:
+    items = _documents(plc).items(number)
+    return items[index].number if index < len(items) else 0
+
+
+def _on(method: Callable[..., Any]) -> FunctionBody:
+    """A method of `JsonDocuments` as a routine of the PLC."""
+    return lambda plc, *arguments: method(_documents(plc), *arguments)
+
+
+JSON_FUNCTIONS: Mapping[str, FunctionBody] = {
+    "json_start": _on(JsonDocuments.start),
+    "json_end": _on(JsonDocuments.end),
+    "json_root": _on(JsonDocuments.root),
+    "json_read": lambda plc, document, text: _documents(plc).read(document, _text_at(plc, text)),
+    "json_find": lambda plc, number, name: _documents(plc).find(number, _named(name)),
+    "json_first": _on(JsonDocuments.first),
+    "json_last": _on(JsonDocuments.last),
+    "json_following": _on(JsonDocuments.following),
+    "json_remove": _on(JsonDocuments.remove),
+    "json_clear": _on(JsonDocuments.clear),
+    "json_count": lambda plc, number: len(_documents(plc).items(number)),
+    "json_item": _item,
+    "json_kind": _kind,
+    "json_name": _name,
+    "json_is_real": _is_real,
+    "json_real": _real,
+    "json_int": _whole(-(2**63), 2**63 - 1),
+    "json_uint": _whole(0, 2**64 - 1),
+    "json_text": lambda plc, number, as_json: (
+        _documents(plc).text(number, as_json=as_json).encode("utf-8")[:_LONGEST_TEXT]
+    ),
+    "json_length": lambda plc, number, as_json: len(
+        _documents(plc).text(number, as_json=as_json).encode("utf-8")
+    ),
+    "json_copy": _copied,
+    "json_put": _put,
+}
+"""Built-in functions of Tc3_JsonXml, by key."""
