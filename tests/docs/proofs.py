@@ -49,7 +49,7 @@ elsewhere(
 elsewhere(
     "A PLC program reaches the memory of its own PLC, and a pointer elsewhere is an error.",
     "tests/plc/code/test_storages.py::test_a_wild_pointer_is_an_access_violation",
-    "tests/plc/test_builtins.py"
+    "tests/plc/routines/test_builtins.py"
     "::test_a_copy_beyond_memory_is_an_access_violation_and_copies_nothing",
 )
 elsewhere(
