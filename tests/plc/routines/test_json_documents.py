@@ -6,7 +6,7 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from achse.plc.json_documents import JsonDocuments, JsonKind
+from achse.plc.routines.json_documents import JsonDocuments, JsonKind
 
 PLAIN: st.SearchStrategy[Any] = st.recursive(
     st.none()
