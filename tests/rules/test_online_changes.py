@@ -17,7 +17,7 @@ from achse.iec.structs import StructType
 from achse.native.backend import compiler_installed
 from achse.plc.bodies import Bodies
 from achse.plc.code.execution import CodeForm
-from achse.plc.remains import inherit_variables, kept_variables
+from achse.plc.retention.remains import inherit_variables, kept_variables
 from achse.plc.runtime import PlcRuntime, PlcState
 from achse.plc.task import Task
 from achse.st.check import check

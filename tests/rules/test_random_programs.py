@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.iec import plain
-from achse.plc.remains import inherit_variables, kept_variables
+from achse.plc.retention.remains import inherit_variables, kept_variables
 from achse.plc.runtime import PlcState
 from tests.plc.code.conftest import Ran
 from tests.rules.oracle import INTEGERS, Cell, Env, Place, Stop, wrap
