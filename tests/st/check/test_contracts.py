@@ -46,6 +46,9 @@ END_FUNCTION_BLOCK
          "FB_Abstract.Kept is PROTECTED: only blocks that extend it use it"),
         ("FUNCTION_BLOCK FB EXTENDS FB_Whole METHOD FB_init : BOOL VAR_INPUT bInitRetains,"
          " bInCopyCode : BOOL; n : INT; END_VAR END_METHOD END_FUNCTION_BLOCK", None),
+        ("INTERFACE I_B METHOD FB_init : BOOL VAR_INPUT bInitRetains, bInCopyCode : BOOL; END_VAR"
+         " END_METHOD METHOD FB_exit : BOOL VAR_INPUT bInCopyCode : BOOL; END_VAR END_METHOD"
+         " END_INTERFACE FUNCTION_BLOCK FB IMPLEMENTS I_B END_FUNCTION_BLOCK", None),
     ],
 )  # fmt: skip
 def test_contracts(typed: Typed, block: str, message: str | None) -> None:

@@ -30,7 +30,7 @@ __all__ = ["Contracts"]
 Tell = Callable[[Source, int, str], None]
 
 _OF_THEIR_OWN = ("fb_init", "fb_exit", "fb_reinit")
-"""Methods that are not called through a table: a derived block may take more parameters."""
+"""Methods that each block has and that no table calls: a derived block may take more parameters."""
 
 
 class Contracts:
@@ -94,6 +94,8 @@ class Contracts:
         is_known = not (isinstance(last, FunctionBlock) and last.extends is not None)
         for interface in self._interfaces(entry):
             for name, part in self._blocks.own_parts(interface).items():
+                if name in _OF_THEIR_OWN:
+                    continue
                 if is_known and self._blocks.part(entry, name) is None:
                     yield f"{entry.name} implements {interface.name} without its {part.name}"
         for base in self._blocks.chain(entry)[1:]:
