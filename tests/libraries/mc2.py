@@ -26,6 +26,7 @@ VAR
     parameters : ST_AxisParameterSet;
     components : ST_AxisComponents;
     homing : MC_HomingParameter;
+    saw : MC_FlyingSawCharacValues;
     bCalls : BOOL := TRUE;
     {declared}
 END_VAR
@@ -51,9 +52,12 @@ SHORT = {
 
 MASTER_AND_SLAVE = (
     *("MC_GearIn", "MC_GearInDyn", "MC_PhasingAbsolute", "MC_PhasingRelative", "MC_HaltPhasing"),
-    *("MC_CamIn", "MC_CamIn_V2", "MC_CamAdd", "MC_CamExchange"),
+    *("MC_CamIn", "MC_CamIn_V2", "MC_CamAdd", "MC_CamExchange", "MC_GearInVelo", "MC_GearInPos"),
 )
-OF_THE_SLAVE = ("MC_GearOut", "MC_CamOut", "MC_CamScaling", "MC_CamRemove")
+OF_THE_SLAVE = (
+    *("MC_GearOut", "MC_CamOut", "MC_CamScaling", "MC_CamRemove"),
+    "MC_ReadFlyingSawCharacteristics",
+)
 MORE = {
     "MC_TouchProbe": "TriggerInput := trigger",
     "MC_AbortTrigger": "TriggerInput := trigger",
@@ -63,6 +67,7 @@ MORE = {
     "MC_FinishHoming": "Parameter := homing",
     "MC_ReadParameterSet": "Parameter := parameters",
     "MC_ReadAxisComponents": "AxisComponents := components",
+    "MC_ReadFlyingSawCharacteristics": "CamTableCharac := saw",
 }
 NO_AXIS = ("MC_ReadCamTableSlaveDynamics", "MC_OverrideFilter", "MC_CalcDynamicsByRampTime")
 
@@ -79,9 +84,9 @@ def _call(name: str, type: str, axis: str) -> str:
     if type == "MC_GearInMultiMaster":
         slave = "unlinked" if axis == "unlinked" else "Y"
         return f"{name}(Master1 := X, Master2 := Z, Slave := {slave});"
-    if type in OF_THE_SLAVE:
-        return f"{name}(Slave := {'unlinked' if axis == 'unlinked' else 'Y'});"
     more = f", {MORE[type]}" if type in MORE else ""
+    if type in OF_THE_SLAVE:
+        return f"{name}(Slave := {'unlinked' if axis == 'unlinked' else 'Y'}{more});"
     return f"{name}(Axis := {axis}{more});"
 
 

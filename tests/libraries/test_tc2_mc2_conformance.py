@@ -1,4 +1,4 @@
-"""PLCopen's discipline of outputs: each block of Tc2_MC2 and Tc2_MC2_Camming in each situation.
+"""PLCopen's discipline of outputs: each block of the libraries Tc2_MC2 and kin in each situation.
 
 A letter is an output that is TRUE: D Done (InVelocity, InGear, InSync …), B Busy, A Active,
 C CommandAborted, E Error. "B BA D" are the outputs from the call of the edge on, repetitions left
@@ -149,6 +149,13 @@ def compensates(on: Bench) -> None:
     on.edge("more", 5)
 
 
+SAW = {"RatioNumerator": 1.0, "RatioDenominator": 1}
+
+
+def synchronises(on: Bench) -> None:
+    on.edge("saw_in", 5, **SAW)
+
+
 def shifts(on: Bench) -> None:
     gears(on)
     on.edge("shift", 25, PhaseShift=50.0, Velocity=80.0)
@@ -209,6 +216,13 @@ CASES = (
     gear("MC_GearInDyn", "BA DB", key="Enable", requests=3, refused=({"BufferMode": 1}, 0x4B64)),
     gear("MC_GearInMultiMaster", "BA DB", key="Enable", inputs={"Acceleration": 1000.0},
          refused=({"BufferMode": 1}, 0x4B64)),
+    gear("MC_GearInVelo", "BA D", inputs=SAW, refused=({"RatioDenominator": 0}, PARAMETER)),
+    Case("MC_GearInPos", {**SAW, "MasterSyncPosition": 100.0, "SlaveSyncPosition": 60.0},
+         "BA D", slave=True, calls=LONG, others=RUN, prepare=runs,
+         refused=({"RatioDenominator": 0}, PARAMETER),
+         abort=({"out": "MC_GearOut"}, edge("out"))),
+    Case("MC_ReadFlyingSawCharacteristics", slave=True, calls=SHORT,
+         others={"saw_in": "MC_GearInVelo"}, prepare=synchronises),
     Case("MC_GearOut", slave=True, calls=SHORT, others=GEAR, prepare=gears),
     Case("MC_PhasingAbsolute", {"PhaseShift": 5.0, **NOT_MOVING}, "B BA D", slave=True, calls=100,
          others=GEAR, prepare=gears, refused=ZERO_VELOCITY,
