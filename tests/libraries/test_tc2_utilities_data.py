@@ -300,6 +300,23 @@ def test_clocks_of_their_own() -> None:
     assert (ran["b.Q"], ran["b.CDT"]) == (True, datetime(2024, 2, 28, 23, 59, 59))
 
 
+@settings(max_examples=8)
+@given(st.integers(0, 2**32 - 1))
+def test_operating_hours_split_and_join_a_time(ms: int) -> None:
+    ran = Ran(
+        f"PROGRAM MAIN VAR t : TIME := T#{ms}MS; u : TIME; s : OTSTRUCT; END_VAR"
+        " s := TIME_TO_OTSTRUCT(t); u := OTSTRUCT_TO_TIME(s); END_PROGRAM"
+    ).cycle()
+    parts = [ran[f"s.{name}"] for name in ("wWeek", "wDay", "wHour", "wMinute", "wSecond")]
+    span = timedelta(milliseconds=ms)
+    assert parts == [
+        span.days // 7, span.days % 7, span.seconds // 3600, span.seconds // 60 % 60,
+        span.seconds % 60,
+    ]  # fmt: skip
+    assert ran["s.wMilliseconds"] == ms % 1000
+    assert ran["u"] == ran["t"]
+
+
 def test_a_controller_takes_its_process_to_the_set_point() -> None:
     ran = Ran(
         "PROGRAM MAIN VAR c : FB_BasicPID; y : LREAL; bad : FB_BasicPID; END_VAR"
