@@ -2,6 +2,7 @@
 
 import base64
 import json
+from datetime import UTC, datetime, timedelta
 from typing import Any
 
 import pytest
@@ -102,3 +103,55 @@ def test_what_is_read() -> None:
         "name": "pump", "n": 8, "x": 1.5, "on": True, "o": {"p": "q"}, "new": "té'x",
         "a": [True, 0.5], "j": {"k": None},
     }  # fmt: skip
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    data=st.binary(max_size=9),
+    moment=st.datetimes(datetime(1971, 1, 1), datetime(2100, 1, 1)),
+    zone=st.sampled_from(["", "Z", "+02:00", "-11:30"]),
+    room=st.integers(0, 9),
+)
+def test_texts_are_bytes_and_times(
+    decoder: Ran, data: bytes, moment: datetime, zone: str, room: int
+) -> None:
+    ran = decoder
+    main: Any = ran.plc.instance("MAIN")
+    at = f"{moment:%Y-%m-%dT%H:%M:%S}.{moment.microsecond:06}{zone}"
+    main["s"] = json.dumps([base64.b64encode(data).decode(), data.hex(), at, "no!"])
+    main["room"] = room
+    ran.cycle()
+    assert ran.plc.failure == ""
+    fits = len(data) if len(data) <= room else 0
+    assert (ran["n64"], ran["n16"]) == (fits, fits)
+    assert bytes(main["b64"])[:fits] == bytes(main["b16"])[:fits] == data[:fits]
+    utc = datetime.fromisoformat(at if zone else at + "Z").astimezone(UTC)
+    since = utc - datetime(1601, 1, 1, tzinfo=UTC)
+    steps = since // timedelta(microseconds=1) * 10
+    assert ran["file"] == steps
+    assert ran["when"] == utc.replace(tzinfo=None, microsecond=0)
+    since_2000 = (utc - datetime(2000, 1, 1, tzinfo=UTC)) // timedelta(microseconds=1) * 1000
+    assert ran["dc"] == max(since_2000, 0)
+    assert list(main["yes"]) == [True, True, True]
+    assert list(main["not_so"]) == [False, False, False]
+
+
+@pytest.fixture(scope="module")
+def decoder() -> Ran:
+    return Ran(
+        "PROGRAM MAIN VAR p : FB_JsonDomParser; s : STRING(255) := '[]'; v : SJsonValue;"
+        " b64, b16 : ARRAY [0..8] OF BYTE; room, n64, n16 : DINT; file : FILETIME; dc : DCTIME;"
+        " when : DT; yes, not_so : ARRAY [0..2] OF BOOL; END_VAR"
+        " v := p.ParseDocument(s);"
+        " yes[0] := p.IsBase64(p.GetArrayValueByIdx(v, 0));"
+        " yes[1] := p.IsHexBinary(p.GetArrayValueByIdx(v, 1));"
+        " yes[2] := p.IsISO8601TimeFormat(p.GetArrayValueByIdx(v, 2));"
+        " not_so[0] := p.IsBase64(p.GetArrayValueByIdx(v, 3));"
+        " not_so[1] := p.IsHexBinary(p.GetArrayValueByIdx(v, 3));"
+        " not_so[2] := p.IsISO8601TimeFormat(p.GetArrayValueByIdx(v, 3));"
+        " n64 := p.GetBase64(p.GetArrayValueByIdx(v, 0), ADR(b64), room);"
+        " n16 := p.GetHexBinary(p.GetArrayValueByIdx(v, 1), ADR(b16), room);"
+        " file := p.GetFileTime(p.GetArrayValueByIdx(v, 2));"
+        " when := p.GetDateTime(p.GetArrayValueByIdx(v, 2));"
+        " dc := p.GetDcTime(p.GetArrayValueByIdx(v, 2)); END_PROGRAM"
+    )

@@ -7,7 +7,11 @@ Source: method names of public projects and their symbol files.
 """
 
 import json
+import re
+from base64 import b64decode
+from binascii import unhexlify
 from collections.abc import Callable, Iterator, Mapping
+from datetime import UTC, datetime, timedelta
 from enum import IntEnum
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -322,6 +326,40 @@ def _copied(plc: BuiltinContext, number: int, as_json: bool, address: int, size:
     return len(data)
 
 
+def _bytes_of(plc: BuiltinContext, number: int, base: int, address: int, size: int) -> int:
+    """Return the number of bytes that a text has in base 16 or 64, -1 if it has none; they are
+    stored if they fit."""
+    value = _documents(plc).value(number)
+    text = None if value is None else value.content
+    if not isinstance(text, str):
+        return -1
+    try:
+        data = unhexlify(text) if base == 16 else b64decode(text, validate=True)
+    except ValueError:
+        return -1
+    if address and len(data) <= size:
+        plc.store_bytes(address, data)
+    return len(data)
+
+
+def _stamp(plc: BuiltinContext, number: int) -> int:
+    """Return a time in ISO 8601 as steps of 100 ns since 1601, -1 if the text is none."""
+    value = _documents(plc).value(number)
+    text = None if value is None else value.content
+    if not isinstance(text, str) or (match := _ISO_8601.fullmatch(text)) is None:
+        return -1
+    try:
+        moment = datetime.fromisoformat(match[1] + (match[3] or "Z").replace("Z", "+00:00"))
+        since = (moment - _YEAR_1601) // timedelta(seconds=1)
+    except (ValueError, OverflowError):
+        return -1
+    return since * 10_000_000 + int((match[2] or "").ljust(7, "0")[:7])
+
+
+_ISO_8601 = re.compile(r"(\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d)(?:\.(\d+))?(Z|[+-]\d\d:\d\d)?", re.ASCII)
+_YEAR_1601 = datetime(1601, 1, 1, tzinfo=UTC)
+
+
 def _put(
     plc: BuiltinContext,
     number: int,
@@ -423,6 +461,8 @@ JSON_FUNCTIONS: Mapping[str, FunctionBody] = {
         _documents(plc).text(number, as_json=as_json).encode("utf-8")
     ),
     "json_copy": _copied,
+    "json_bytes": _bytes_of,
+    "json_stamp": _stamp,
     "json_put": _put,
 }
 """Built-in functions of Tc3_JsonXml, by key."""
