@@ -205,7 +205,8 @@ def page_of(rows: Rows) -> str:
         " Whole means: not one error in any unit."
         " Rows are of different days: those of repositories that were not at hand"
         " stay as they were."
-        " Projects that move axes are in [a page of their own](motion-projects.md).",
+        " Projects that move axes are in [a page of their own](motion-projects.md),"
+        " and [unseen projects](unseen-projects.md) in another.",
         "",
         f"{len(rows)} projects: {whole} load whole, {ran} of them run 1,000 cycles.",
         "",
