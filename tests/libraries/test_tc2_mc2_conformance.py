@@ -149,7 +149,7 @@ def compensates(on: Bench) -> None:
     on.edge("more", 5)
 
 
-SAW = {"RatioNumerator": 1.0, "RatioDenominator": 1}
+SAW: Mapping[str, Any] = {"RatioNumerator": 1.0, "RatioDenominator": 1}
 
 
 def synchronises(on: Bench) -> None:
