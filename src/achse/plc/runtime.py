@@ -18,13 +18,7 @@ from achse.plc.lifecycle.instance_paths import put_instance_paths
 from achse.plc.lifecycle.lives import Moves, layouts
 from achse.plc.lifecycle.starts import put_start_values
 from achse.plc.memory import Area, AreaFullError, Memory
-from achse.plc.program import (
-    PlacedUnit,
-    PlacedVariable,
-    hand_to_blocks,
-    place,
-    place_statics,
-)
+from achse.plc.program import PlacedUnit, PlacedVariable, hand_to_blocks, place, place_statics
 from achse.plc.retention.past import Past
 from achse.plc.system_info import SystemInfo, system_info_list
 from achse.plc.task import Stopwatch, Task
@@ -510,11 +504,8 @@ class PlcRuntime:
         A cold reset spares retain and persistent variables, whatever FB_init or the declaration of
         an instance says of them, as a restart of the station does; `origin` does not.
         """
-        from achse.plc.retention.remains import (
-            forget_made,
-            inherit_variables,
-            kept_variables,
-        )  # know this
+        # They know this module.
+        from achse.plc.retention.remains import forget_made, inherit_variables, kept_variables
 
         self._abandon()
         kept = {} if origin else kept_variables(self)
