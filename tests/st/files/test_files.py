@@ -33,6 +33,16 @@ def test_what_is_hidden_does_not_count(tmp_path: Path) -> None:
     assert [name for _, name in source_files(tmp_path)] == ["a.st", "b.st"]
 
 
+def test_a_folder_of_everything_is_no_project(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("achse.st.files.files._MOST_ENTRIES", 20)
+    for number in range(21):
+        (tmp_path / f"{number}.st").touch()
+    with pytest.raises(SourceError, match="expected the folder of a project: there are over 20"):
+        source_files(tmp_path)
+
+
 def test_the_file_that_says_what_is_in_a_project(tmp_path: Path) -> None:
     assert project_file(tmp_path) is None
     (tmp_path / "sub").mkdir()

@@ -26,6 +26,8 @@ def test_further_ports_answer_for_the_same_plc(folder: Path, client_of: Any) -> 
     ("program", "message"),
     [
         ("program.py", r"expected module:Class or file\.py:Class, got 'program\.py'"),
+        (":Count", r"expected module:Class or file\.py:Class, got ':Count'"),
+        ("program.py:", r"expected module:Class or file\.py:Class, got 'program\.py:'"),
         ("nowhere.py:Count", r"nowhere\.py cannot be imported: FileNotFoundError"),
         ("no.such.module:Count", r"no\.such\.module cannot be imported: ModuleNotFoundError"),
         ("broken.py:Count", r"broken\.py cannot be imported: ZeroDivisionError"),

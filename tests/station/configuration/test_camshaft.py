@@ -57,7 +57,7 @@ def test_cams_have_numbers_and_values() -> None:
         ({"cam": [{"type": "way", "name": "A"}, {"type": "way", "name": "a"}]}, "each once"),
         ({"cam": [{"type": "way", "name": "Cam5"}]}, "'cam5' is what the controller has"),
         ({"cam": [{"type": "way", "name": "a.b"}]}, "no dots"),
-        ({"cam": [{"type": "way", "name": "\0"}]}, "no dots and no blanks"),
+        ({"cam": [{"type": "way", "name": "\0"}]}, "without control characters"),
         ({"name": " Press"}, "no dots and no blanks"),
     ],
 )

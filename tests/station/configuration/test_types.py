@@ -9,7 +9,7 @@ import pytest
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from achse.ams import NetId
-from achse.station.configuration.types import ConfiguredNetId, DurationNs, MomentNs
+from achse.station.configuration.types import ConfiguredNetId, DeviceName, DurationNs, MomentNs
 
 
 @pytest.mark.parametrize(
@@ -30,6 +30,14 @@ def test_what_is_not_a_duration(text: Any) -> None:
 
 def test_a_moment_may_be_the_begin() -> None:
     assert TypeAdapter(MomentNs).validate_python("0s") == 0
+
+
+@pytest.mark.parametrize("name", ["X\x07", "X\nY", "\x7f", "\u202eX", "X" * 31])
+def test_a_name_can_be_shown(name: str) -> None:
+    adapter: TypeAdapter[str] = TypeAdapter(DeviceName)
+    assert adapter.validate_python("Achse äöü 1") == "Achse äöü 1"
+    with pytest.raises(ValidationError):
+        adapter.validate_python(name)
 
 
 def test_a_net_id() -> None:

@@ -58,6 +58,7 @@ LEVELS_UP = 3
 
 _SOLUTIONS = (".sln", ".tsproj", ".tspproj")
 _LARGEST_FILE = 1 << 26
+_MOST_ENTRIES = 200_000
 _BINARY = re.compile(rb"[\x00-\x08\x0e-\x1f]")
 """Bytes that no XML text has."""
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
@@ -137,8 +138,21 @@ def source_files(path: Path) -> list[tuple[Path, str]]:
 
 
 def files_below(folder: Path) -> list[Path]:
-    """All that is in a folder and not hidden, in a fixed order."""
-    return sorted(item for item in folder.rglob("*") if not _is_hidden(item, folder))
+    """All that is in a folder and not hidden, in a fixed order.
+
+    Raises `SourceError` for a folder with more than 200,000 entries, which is no project.
+    """
+    found: list[Path] = []
+    for place, folders, files in os.walk(folder):
+        folders[:] = [name for name in folders if not name.startswith(".")]
+        shown = (name for name in (*folders, *files) if not name.startswith("."))
+        found += [Path(place, name) for name in shown]
+        if len(found) > _MOST_ENTRIES:
+            raise _refused(
+                str(folder),
+                f"expected the folder of a project: there are over {_MOST_ENTRIES:,} files below",
+            )
+    return sorted(found)
 
 
 def project_file(path: Path) -> Path | None:
@@ -147,10 +161,6 @@ def project_file(path: Path) -> Path | None:
         return path
     found = [item for item in files_below(path) if item.suffix.lower() == PROJECT]
     return found[0] if len(found) == 1 else None
-
-
-def _is_hidden(item: Path, root: Path) -> bool:
-    return any(part.startswith(".") for part in item.relative_to(root).parts)
 
 
 def _listed(project: Path) -> list[tuple[Path, str]]:

@@ -1,7 +1,7 @@
 """[[bus]] and [[drive]] of station.toml: fieldbuses, and the drives that axes have on them."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, FiniteFloat, model_validator
 
@@ -14,10 +14,7 @@ from achse.motion.servo.optional import (
     REMOTE_BIT,
     VOLTAGE_BIT,
 )
-from achse.station.configuration.types import ConfigTable, DurationNs
-
-if TYPE_CHECKING:
-    pass
+from achse.station.configuration.types import ConfigTable, DeviceName, DurationNs
 
 __all__ = [
     "BusConfig",
@@ -36,7 +33,7 @@ _Positive = Annotated[FiniteFloat, Field(gt=0)]
 class BusConfig(ConfigTable):
     """[[bus]]: an EtherCAT bus of drives, of terminals, or of both."""
 
-    name: str = Field(default="EtherCAT", min_length=1, max_length=30)
+    name: DeviceName = Field(default="EtherCAT", min_length=1)
     interface: str | None = Field(default=None, min_length=1, max_length=15)
     """The network interface where the slaves are (`eth1`); without it they are virtual ones within
     this process, one for each [[drive]] and [[terminal]]."""

@@ -8,7 +8,7 @@ from pydantic import Field, FiniteFloat, model_validator
 from achse.camshaft import CamEncoder, CamInput, CamOutput, CamType
 from achse.camshaft.parameters import CAM_PARAMETERS, CAMS, CONTROLLER_PARAMETERS
 from achse.iec.nearest import did_you_mean
-from achse.station.configuration.types import ConfigTable, DurationNs
+from achse.station.configuration.types import ConfigTable, DeviceName, DurationNs
 
 __all__ = ["CamConfig", "CamshaftConfig"]
 
@@ -29,7 +29,7 @@ class CamConfig(ConfigTable):
 
     number: int | None = Field(default=None, ge=1, le=CAMS)
     """1..128; the next one unless given."""
-    name: str = Field(default="", max_length=30)
+    name: DeviceName = ""
     """Its symbols are `<camshaft>.<name>.…` too."""
     type: Literal["way", "time", "brake", "multi_cycle"]
     start: _Degrees = 0
@@ -70,7 +70,7 @@ class CamshaftConfig(ConfigTable):
     """[[camshaft]]: a controller, at most four. Its angle comes from `axis`, from the variable
     `encoder`, or from the input word `encoder` of its process image."""
 
-    name: str = Field(default="", max_length=30)
+    name: DeviceName = ""
     """Prefix of its symbols; `Camshaft 1` and so on unless given."""
     cycle: DurationNs | None = None
     """Cycle time of its calculation; the NC's cycle with `axis`, else 1 ms, unless given."""
@@ -147,7 +147,7 @@ class CamshaftConfig(ConfigTable):
         """Names lead to one symbol each. Raises ValueError."""
         names = [cam.name for cam in self.cam if cam.name]
         for name in (self.name, *names):
-            if name != name.strip() or "." in name or not name.isprintable():
+            if name != name.strip() or "." in name:
                 raise ValueError(f"name: expected no dots and no blanks around it, got {name!r}")
         folded = [name.casefold() for name in names]
         if len(set(folded)) < len(folded):

@@ -16,7 +16,7 @@ from achse.motion.groups.states import (
     FifoInterpolation,
     GroupType,
 )
-from achse.station.configuration.types import ConfigTable, DurationNs
+from achse.station.configuration.types import ConfigTable, DeviceName, DurationNs
 
 __all__ = ["ChannelConfig", "GroupConfig", "MFunctionConfig"]
 
@@ -59,7 +59,7 @@ class ChannelConfig(ConfigTable):
     without, at the lowest id that is free."""
 
     id: int = Field(ge=1, le=255)
-    name: str = Field(default="", max_length=30)
+    name: DeviceName = ""
     type: Literal["interpreter", "fifo", "kinematic"] = "interpreter"
     """Kind of its groups: a 3D group that part programs move, a FIFO, kinematics."""
     programs: str | None = None
@@ -91,7 +91,7 @@ class GroupConfig(ConfigTable):
 
     id: int = Field(ge=1, le=255)
     """Not that of an axis."""
-    name: str = Field(default="", max_length=30)
+    name: DeviceName = ""
     type: Literal["3d", "fifo", "kinematic"] = "3d"
     channel: int = Field(ge=1, le=255)
     """The id of a [[channel]] of the type that fits."""

@@ -28,7 +28,13 @@ from achse.station.configuration.plc import PlcConfig
 from achse.station.configuration.scope import ScopeConfig
 from achse.station.configuration.signal import SIGNAL_KINDS, SignalConfig
 from achse.station.configuration.terminal import TerminalConfig
-from achse.station.configuration.types import ConfigError, ConfigTable, DurationNs, MomentNs
+from achse.station.configuration.types import (
+    ConfigError,
+    ConfigTable,
+    DeviceName,
+    DurationNs,
+    MomentNs,
+)
 from achse.station.configuration.validation import document_of, validated
 
 __all__ = [
@@ -90,7 +96,7 @@ class AxisConfig(BaseModel):
     model_config = ConfigDict(extra="allow", frozen=True, defer_build=True)
 
     id: int = Field(ge=1, le=255)
-    name: str = Field(min_length=1, max_length=30)
+    name: DeviceName = Field(min_length=1)
     unit: str = Field(default="mm", max_length=10)
     modulo: bool = False
     """True if the position repeats every `encoder_modulo_factor`."""
@@ -121,7 +127,7 @@ class TableConfig(ConfigTable):
     motion function, which slaves follow."""
 
     id: int = Field(ge=1, le=HIGHEST_TABLE_ID)
-    name: str = Field(default="", max_length=30)
+    name: DeviceName = ""
     kind: Literal["characteristic", "cam", "motion_function"] = "characteristic"
     """A motion function comes from a file: its points have laws, velocities and so on besides."""
     type: Literal[

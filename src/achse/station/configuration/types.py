@@ -7,6 +7,7 @@ from decimal import Decimal
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -25,6 +26,7 @@ __all__ = [
     "ConfiguredHash",
     "ConfiguredNetId",
     "ConfiguredRights",
+    "DeviceName",
     "DurationNs",
     "MomentNs",
     "without_plugins",
@@ -100,6 +102,16 @@ ConfiguredNetId = Annotated[
     PlainSerializer(str, return_type=str),
     WithJsonSchema({"type": "string", "pattern": r"^\d{1,3}(\.\d{1,3}){5}$"}, mode="validation"),
 ]
+
+
+def _printable(value: str) -> str:
+    if not value.isprintable():
+        raise ValueError("a name without control characters")
+    return value
+
+
+DeviceName = Annotated[str, Field(max_length=30), AfterValidator(_printable)]
+"""Name of an axis, a group, a bus …: up to 30 characters that can be shown."""
 
 
 def _password_hash(value: object) -> object:

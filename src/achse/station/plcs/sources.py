@@ -365,8 +365,8 @@ class PlcSource:
         self, name: str, kind: type[T], key: str, modules: dict[str, ModuleType]
     ) -> type[T]:
         """The class that `module:Class` or `file.py:Class` names."""
-        source, colon, attribute = name.rpartition(":")
-        if not colon:
+        source, _, attribute = name.rpartition(":")
+        if not source or not attribute:
             raise ConfigError(f"{key}: expected module:Class or file.py:Class, got {name!r}")
         module = modules.get(source)
         if module is None:
