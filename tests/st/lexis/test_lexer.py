@@ -115,7 +115,7 @@ def test_a_part_of_a_text() -> None:
     ],
 )
 def test_what_is_no_word(text: str, at: int, message: str) -> None:
-    (place, found), *_ = scan(text).faults
+    (place, found, _), *_ = scan(text).faults
     assert (place, found.startswith(message)) == (at, True)
 
 
@@ -204,7 +204,7 @@ def test_digits_end_before_a_keyword(base: int, type: str, data: st.DataObject, 
         assert tokens.words == [text[:end], text[end:], "x", ""]
     else:
         assert tokens.words == [text, "x", ""]
-        assert [at for at, _ in tokens.faults] == [0]
+        assert [at for at, *_ in tokens.faults] == [0]
 
 
 @pytest.mark.parametrize(

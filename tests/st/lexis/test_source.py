@@ -58,3 +58,23 @@ def test_a_place_is_what_counting_gives(text: str) -> None:
         before = text[:offset]
         column = offset - (before.rfind("\n") + 1) + 1
         assert source.locate(offset) == ("a.st", before.count("\n") + 1, column)
+
+
+def test_a_place_ends_behind_its_word() -> None:
+    source = Source("nCount := 16#FF;\n(* open\n'text", "a.st", [SourceSegment(0, 10, 5)])
+    for word, last in (("nCount", (10, 11)), (":=", (10, 14)), ("16#FF", (10, 20))):
+        fault = source.fault(source.text.index(word), "no")
+        assert (fault.end_line, fault.end_column) == last
+    assert source.fault(source.text.index("(*"), "no").end_column == len("(* open") + 1
+    assert source.fault(len(source.text), "no").end_column == len("'text") + 1
+    assert source.fault(0, "no", end=9).end_column == 14
+
+
+@pytest.mark.parametrize("text", ["", "a b", "x := 1;\n\n y", "'a$'b' \"", "日本 e\u0301"])
+def test_an_end_lies_behind_its_begin_and_in_the_text(text: str) -> None:
+    source = Source(text, "a.st", [SourceSegment(0, 3, 7), SourceSegment(len(text) // 2, 9, 2)])
+    for offset in range(len(text) + 1):
+        fault = source.fault(offset, "no")
+        first, last = fault.location[1:], (fault.end_line, fault.end_column)
+        assert first <= last
+        assert fault.end_line == fault.location.line

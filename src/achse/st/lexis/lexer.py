@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Mapping
 from itertools import accumulate, compress
 
+from achse.st.lexis.codes import Code
 from achse.st.lexis.literals import malformed
 from achse.st.lexis.pragmas import Conditions, ProjectDefines
 from achse.st.lexis.words import BLOCK_WORDS, KEYWORDS, QUALIFIERS, SIGNS
@@ -95,12 +96,12 @@ _CLOSING = {"(*": "*)", "/*": "*/"}
 
 
 class _Kinds(dict[str, str]):
-    """Kind of each word, for all texts of a process. `faults` maps faulty words to the reason, and
-    to the kind that the parser takes them for."""
+    """Kind of each word, for all texts of a process. `faults` maps faulty words to the reason,
+    to the kind that the parser takes them for, and to the code."""
 
     def __init__(self) -> None:
         super().__init__(_KNOWN)
-        self.faults: dict[str, tuple[str, str]] = {}
+        self.faults: dict[str, tuple[str, str, Code]] = {}
 
     def __missing__(self, word: str) -> str:
         kind = self._classify(word)
@@ -139,13 +140,14 @@ class _Kinds(dict[str, str]):
             "{": "expected } at the end of this pragma",
             "%": "expected an address like %IX0.3, %MD4 or %Q*",
         }.get(first, f"expected Structured Text, got {word[:20]!r}")
-        self.faults[word] = reason, _BLANK
+        code = Code.OPEN_COMMENT if first == "{" else Code.UNREADABLE_CHARACTER
+        self.faults[word] = reason, _BLANK, code
         return _FAULTY
 
     def _literal(self, kind: str, word: str) -> str:
         problem = malformed(word)
         if problem:
-            self.faults[word] = problem, kind
+            self.faults[word] = problem, kind, Code.BAD_LITERAL
             return _FAULTY
         if kind is REAL and not any(sign in word for sign in ".eE"):
             return INTEGER
@@ -180,7 +182,7 @@ class Tokens:
         self.starts: list[int] = []
         self.before: dict[int, list[str]] = {}
         self.after: dict[int, str] = {}
-        self.faults: list[tuple[int, str]] = []
+        self.faults: list[tuple[int, str, Code]] = []
 
 
 def scan(text: str, start: int = 0, end: int | None = None, defines: Defines = ()) -> Tokens:
@@ -198,8 +200,8 @@ def scan(text: str, start: int = 0, end: int | None = None, defines: Defines = (
     if _FAULTY in kinds:
         for index, kind in enumerate(kinds):
             if kind is _FAULTY:
-                reason, kinds[index] = _KINDS.faults[words[index]]
-                tokens.faults.append((starts[index], reason))
+                reason, kinds[index], code = _KINDS.faults[words[index]]
+                tokens.faults.append((starts[index], reason, code))
     asides = [index for index, kind in enumerate(kinds) if kind in (_COMMENT, _PRAGMA, _OPEN)]
     if asides:
         _set_aside(tokens, text, asides, kinds, words, starts, Conditions(defines))
@@ -235,7 +237,7 @@ def _set_aside(
                 conditions.begin_object()
         at = starts[index]
         if kind is _OPEN:
-            tokens.faults.append((at, "this comment has no end"))
+            tokens.faults.append((at, "this comment has no end", Code.OPEN_COMMENT))
             kinds[index:] = [_BLANK] * (count - index)
             break
         kinds[index] = _BLANK
@@ -243,7 +245,7 @@ def _set_aside(
             counted = conditions.counts
             problem = conditions.take(words[index])
             if problem and counted:
-                tokens.faults.append((at, problem))
+                tokens.faults.append((at, problem, Code.BAD_CONDITION))
             if counted and not conditions.counts:
                 excluded = index
             elif conditions.counts and not counted:
@@ -255,7 +257,7 @@ def _set_aside(
     if not conditions.counts:
         kinds[excluded:] = [_BLANK] * (count - excluded)
     if conditions.is_open:
-        tokens.faults.append((starts[-1], "expected {END_IF}"))
+        tokens.faults.append((starts[-1], "expected {END_IF}", Code.BAD_CONDITION))
     for index, word in kept:
         if word[0] != "{" and (same := _token_before(index, kinds, words)) >= 0:
             tokens.after.setdefault(starts[same], word)

@@ -10,10 +10,16 @@ from typing import NamedTuple, Protocol
 from unicodedata import combining, east_asian_width
 
 from achse.iec.errors import DeclarationError
+from achse.st.lexis.codes import Code
 
 __all__ = ["Diagnostic", "Drawing", "Location", "Source", "SourceError", "SourceSegment"]
 
 _BREAK = re.compile("\n")
+_WORD = re.compile(
+    r"""'(?:[^'$\n]|\$.)*'?|"(?:[^"$\n]|\$.)*"?|%[A-Za-z*][\w.*]*|\d[\w.]*(?:\#[\w.:+-]+)?"""
+    r"""|\w+(?:\#[\w.:+-]+)?|:=|=>|<=|>=|<>|\*\*|//.*|\(\*.*|/\*.*|\{[^}\n]*\}?|[^\s]"""
+)
+"""A word, literal or sign: what a finding at its first character underlines."""
 _LONGEST_LINE = 160
 _SHOWN_FAULTS = 20
 
@@ -37,6 +43,15 @@ class Diagnostic:
     message: str
     text: str = ""
     """The line it is in."""
+    code: Code = Code.UNEXPECTED_TOKEN
+    end_line: int = 0
+    end_column: int = 0
+    """End of the place, behind its last character; without one the place has no characters."""
+
+    def __post_init__(self) -> None:
+        if not self.end_line:
+            object.__setattr__(self, "end_line", self.location.line)
+            object.__setattr__(self, "end_column", self.location.column)
 
     def __str__(self) -> str:
         head = f"{self.location}: {self.message}"
@@ -169,13 +184,28 @@ class Source:
         end = self.text.find("\n", offset, last)
         return self.text[start : last if end < 0 else end]
 
-    def fault(self, offset: int, message: str) -> Diagnostic:
-        """A fault at an offset; in a drawing the message names the place."""
+    def fault(
+        self, offset: int, message: str, code: Code = Code.UNEXPECTED_TOKEN, end: int | None = None
+    ) -> Diagnostic:
+        """A fault at an offset, up to `end` or that of the word there; in a drawing the message
+        names the place."""
         location = self.locate(offset)
         place = self.place(offset)
         if place:
-            return Diagnostic(location, f"{place}: {message}")
+            return Diagnostic(location, f"{place}: {message}", code=code)
         line = self.line_at(offset)
         if len(line) > _LONGEST_LINE or "\0" in line or location.column > len(line) + 1:
             line = ""
-        return Diagnostic(location, message, line)
+        end = self._word_end(offset) if end is None else end
+        if end <= offset:
+            return Diagnostic(location, message, line, code)
+        last = self.locate(end - 1)  # `end` may be in the next piece
+        return Diagnostic(location, message, line, code, last.line, last.column + 1)
+
+    def _word_end(self, offset: int) -> int:
+        """The offset behind the word that begins at an offset; the same where none begins."""
+        offset = max(0, min(offset, len(self.text)))
+        index = bisect_right(self._starts, offset)
+        last = self._starts[index] if index < len(self._starts) else len(self.text)
+        found = _WORD.match(self.text, offset, last)
+        return offset if found is None else found.end()

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 
+from achse.st.lexis.codes import Code
 from achse.st.lexis.lexer import END, NAME, Defines, Tokens, scan
 from achse.st.lexis.pragmas import attribute_of
 from achse.st.lexis.source import Diagnostic, Source
@@ -21,10 +22,11 @@ _SETTERS = frozenset(("S", "R", "REF"))
 class Unexpected(Exception):
     """A syntax fault at an offset; caught where the parser can go on."""
 
-    def __init__(self, at: int, message: str) -> None:
+    def __init__(self, at: int, message: str, code: Code = Code.UNEXPECTED_TOKEN) -> None:
         super().__init__(message)
         self.at = at
         self.message = message
+        self.code = code
 
 
 class Cursor:
@@ -40,13 +42,13 @@ class Cursor:
         self.starts = self.tokens.starts
         self.position = 0
         self.depth = 0
-        self._faults = dict(reversed(self.tokens.faults))
+        self._faults = {at: (message, code) for at, message, code in reversed(self.tokens.faults)}
 
     @property
     def faults(self) -> list[Diagnostic]:
         """The faults so far, in order of their places."""
         found = sorted(self._faults.items())[:MOST_FAULTS]
-        return [self.source.fault(at, message) for at, message in found]
+        return [self.source.fault(at, message, code) for at, (message, code) in found]
 
     @property
     def fault_count(self) -> int:
@@ -148,13 +150,13 @@ class Cursor:
     def report(self, fault: Unexpected) -> None:
         """Keep a fault; of several in one place, the first."""
         if len(self._faults) < 10 * MOST_FAULTS:
-            self._faults.setdefault(fault.at, fault.message)
+            self._faults.setdefault(fault.at, (fault.message, fault.code))
 
     def deeper(self) -> None:
         """Count one level of nesting. Raises `Unexpected` if there are too many."""
         self.depth += 1
         if self.depth > DEEPEST:
-            raise Unexpected(self.at, f"this nests deeper than {DEEPEST} levels")
+            raise Unexpected(self.at, f"this nests deeper than {DEEPEST} levels", Code.TOO_DEEP)
 
     # where to go on ------------------------------------------------------------------------
 
