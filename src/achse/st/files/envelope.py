@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple, TypeVar
 
 from achse.st.graphical.body import GraphicalBody
+from achse.st.lexis.codes import Code
 from achse.st.lexis.lexer import Defines
 from achse.st.lexis.source import Diagnostic, Source, SourceSegment
 from achse.st.lexis.xml import Element
@@ -62,7 +63,9 @@ def read_task(root: Element) -> TaskDeclaration:
     cycle, priority = task.text_of("CycleTime").strip(), task.text_of("Priority", "20").strip()
     for text in (cycle, priority):
         if not (text.isascii() and text.isdigit()) or len(text) > 9:
-            task.fault("expected <CycleTime> and <Priority> as whole numbers in <Task>")
+            task.fault(
+                "expected <CycleTime> and <Priority> as whole numbers in <Task>", Code.BAD_ELEMENT
+            )
     names = tuple(call.text_of("Name").strip() for call in task.all("PouCall"))
     return TaskDeclaration(
         task.attributes.get("Name", "PlcTask"), int(cycle) * 1000, int(priority), names
@@ -70,7 +73,9 @@ def read_task(root: Element) -> TaskDeclaration:
 
 
 def _misses(element: Element, expected: str) -> Diagnostic:
-    return Diagnostic(element.location, f"expected {expected} in <{element.tag}>")
+    return Diagnostic(
+        element.location, f"expected {expected} in <{element.tag}>", code=Code.BAD_ELEMENT
+    )
 
 
 def parse_envelope(root: Element, path: str, defines: Defines = ()) -> Parsed:

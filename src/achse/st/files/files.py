@@ -20,6 +20,7 @@ from weakref import WeakValueDictionary
 
 from achse.st.files.envelope import WITHOUT_TEXT, TaskDeclaration, parse_envelope, read_task
 from achse.st.files.facts import DeclaredFacts
+from achse.st.lexis.codes import Code
 from achse.st.lexis.lexer import Defines
 from achse.st.lexis.pragmas import asks_for_declarations
 from achse.st.lexis.source import Diagnostic, Location, Source, SourceError
@@ -228,7 +229,9 @@ class _Solution:
         if not real.is_relative_to(self._folder) and not real.is_relative_to(self._top):
             message = f"a source is outside of the solution: expected a file in {self._top}"
             came = name if Path(name).is_absolute() else f"{name}, which is {real}"
-            self.faults.append(Diagnostic(location, f"{message}, got {came}"))
+            self.faults.append(
+                Diagnostic(location, f"{message}, got {came}", code=Code.UNREADABLE_FILE)
+            )
         return real
 
 
@@ -332,4 +335,4 @@ def _text(data: bytes) -> str:
 
 
 def _refused(name: str, message: str) -> SourceError:
-    return SourceError([Diagnostic(Location(name, 1, 1), message)])
+    return SourceError([Diagnostic(Location(name, 1, 1), message, code=Code.UNREADABLE_FILE)])

@@ -23,6 +23,7 @@ from achse.st.files.files import (
     symbol_files,
 )
 from achse.st.files.references import LibraryReference, plain_title, references_of
+from achse.st.lexis.codes import Code
 from achse.st.lexis.lexer import Defines
 from achse.st.lexis.source import Diagnostic, SourceError
 from achse.st.lexis.xml import parse_xml
@@ -216,6 +217,8 @@ def _set(
                 declaration = replace(declaration, initial=parse_expression(text))
             except SourceError as error:
                 reason = f"{reference.title}: the parameter {key} is {text!r}: {error.faults[0]}"
-                faults.append(parsed.source.fault(declaration.names[0].at, reason))
+                faults.append(
+                    parsed.source.fault(declaration.names[0].at, reason, Code.LIBRARY_PARAMETER)
+                )
         variables.append(declaration)
     return replace(block, variables=tuple(variables))

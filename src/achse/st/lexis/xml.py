@@ -9,6 +9,7 @@ from typing import NoReturn
 from xml.parsers import expat
 
 from achse.iec.errors import shown
+from achse.st.lexis.codes import Code
 from achse.st.lexis.collection import collection_paused
 from achse.st.lexis.source import Diagnostic, Location, SourceError
 
@@ -61,7 +62,7 @@ class Element:
         """The first child of that tag. Raises `SourceError` if there is none."""
         found = self.find(tag)
         if found is None:
-            self.fault(f"expected <{tag}> in <{self.tag}>")
+            self.fault(f"expected <{tag}> in <{self.tag}>", Code.BAD_ELEMENT)
         return found
 
     def text_of(self, tag: str, default: str = "") -> str:
@@ -74,7 +75,9 @@ class Element:
         """The text as a whole number 0 … 2**63 - 1. Raises `SourceError`."""
         text = self.text.strip()
         if not (text.isascii() and text.isdigit()) or len(text) > 19 or int(text) >> 63:
-            self.fault(f"<{self.tag}>: expected a whole number, got {shown(text)}")
+            self.fault(
+                f"<{self.tag}>: expected a whole number, got {shown(text)}", Code.BAD_ELEMENT
+            )
         return int(text)
 
     def number_of(self, tag: str, default: int | None = None) -> int:
@@ -82,9 +85,9 @@ class Element:
         found = self.find(tag) if default is not None else self.child(tag)
         return default if found is None and default is not None else self.child(tag).number
 
-    def fault(self, message: str) -> NoReturn:
+    def fault(self, message: str, code: Code = Code.BAD_ELEMENT) -> NoReturn:
         """Raise the error that names this place."""
-        raise SourceError([Diagnostic(self.location, message)])
+        raise SourceError([Diagnostic(self.location, message, code=code)])
 
 
 class _SkippedInItself(Exception):
@@ -108,7 +111,7 @@ def parse_xml(data: bytes, path: str, *, skip: Collection[str] = ()) -> Element:
     def start(tag: str, attributes: dict[str, str]) -> None:
         element = Element(tag.rpartition(":")[2], attributes, location())
         if len(stack) >= _DEEPEST:
-            element.fault(f"elements nest deeper than {_DEEPEST}")
+            element.fault(f"elements nest deeper than {_DEEPEST}", Code.BAD_XML)
         (stack[-1][0].children if stack else roots).append(element)
         stack.append((element, []))
         parser.CharacterDataHandler = text
@@ -153,7 +156,7 @@ def parse_xml(data: bytes, path: str, *, skip: Collection[str] = ()) -> Element:
         pieces.append(piece)
 
     def doctype(*_: object) -> None:
-        raise SourceError([Diagnostic(location(), "a DOCTYPE is not accepted")])
+        raise SourceError([Diagnostic(location(), "a DOCTYPE is not accepted", code=Code.BAD_XML)])
 
     listen()
     parser.StartDoctypeDeclHandler = doctype
@@ -164,10 +167,10 @@ def parse_xml(data: bytes, path: str, *, skip: Collection[str] = ()) -> Element:
     except expat.ExpatError as failure:
         place = Location(path, failure.lineno, failure.offset + 1)
         reason = f"no well-formed XML: {expat.ErrorString(failure.code)}"
-        raise SourceError([Diagnostic(place, reason)]) from None
+        raise SourceError([Diagnostic(place, reason, code=Code.BAD_XML)]) from None
     except (LookupError, ValueError) as failure:
         reason = f"no well-formed XML: {failure}"
-        raise SourceError([Diagnostic(Location(path, 1, 1), reason)]) from None
+        raise SourceError([Diagnostic(Location(path, 1, 1), reason, code=Code.BAD_XML)]) from None
     return roots[0]
 
 

@@ -1,5 +1,6 @@
 """Symbol files: `.tmc` and `.tpy` read and written, and what differs between two of them."""
 
+from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Diagnostic, Location, SourceError
 from achse.st.symbolfiles.difference import Change, differences
 from achse.st.symbolfiles.model import FileTask, FileVariable, SymbolFile, units_of
@@ -33,7 +34,7 @@ def read_symbol_file(data: bytes, source: str) -> SymbolFile:
         if source.lower().endswith(suffix):
             return read(data, source)
     expected = "expected a file name that ends in .tmc or .tpy"
-    raise SourceError([Diagnostic(Location(source, 1, 1), expected)])
+    raise SourceError([Diagnostic(Location(source, 1, 1), expected, code=Code.BAD_SYMBOL_FILE)])
 
 
 def write_symbol_file(file: SymbolFile, name: str) -> bytes:

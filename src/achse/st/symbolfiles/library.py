@@ -14,6 +14,7 @@ from achse.iec.enums import EnumType
 from achse.iec.errors import DeclarationError
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
+from achse.st.lexis.codes import Code
 from achse.st.lexis.source import SourceError
 from achse.st.symbolfiles.tmc import start_values, types_of_tmc
 from achse.st.symbolfiles.types import FileTypes
@@ -43,7 +44,10 @@ class LibraryTypes:
         for types, root, _ in read:
             if types.pointer_size != read[0][0].pointer_size:
                 bits = 8 * read[0][0].pointer_size
-                root.fault(f"expected types of a {bits}-bit PLC, like those of {read[0][2]}")
+                root.fault(
+                    f"expected types of a {bits}-bit PLC, like those of {read[0][2]}",
+                    Code.BAD_SYMBOL_FILE,
+                )
         read += [(*types_of_tmc(data, name), name) for data, name in beside]
         self.pointer_size = read[0][0].pointer_size if read else 8
         """Bytes of a pointer of the PLC they are for."""

@@ -6,6 +6,7 @@ from enum import IntEnum
 from achse.iec.errors import shown
 from achse.iec.names import with_coding
 from achse.iec.variables import Variable
+from achse.st.lexis.codes import Code
 from achse.st.lexis.xml import Element, parse_xml
 from achse.st.symbolfiles.initials import initial_image
 from achse.st.symbolfiles.model import FileTask, FileVariable, SymbolFile
@@ -28,7 +29,10 @@ def types_of_tmc(data: bytes, source: str = "tmc") -> tuple[FileTypes, Element]:
     """
     root = parse_xml(data, source)
     if root.tag != "TcModuleClass":
-        root.fault(f"expected <TcModuleClass>, the root of a .tmc, got <{shown(root.tag)[1:-1]}>")
+        root.fault(
+            f"expected <TcModuleClass>, the root of a .tmc, got <{shown(root.tag)[1:-1]}>",
+            Code.BAD_SYMBOL_FILE,
+        )
     modules = root.find("Modules")
     found = [] if modules is None else modules.all("Module")
     module = next(filter(_is_plc, found), found[0] if found else root)
@@ -119,7 +123,7 @@ def _variable(
 ) -> FileVariable:
     name = symbol.child("Name").text.strip()
     if not name:
-        symbol.fault("a symbol has no name")
+        symbol.fault("a symbol has no name", Code.BAD_SYMBOL_FILE)
     letter = AREAS.get(area.child("AreaNo").attributes.get("AreaType", ""), "D")
     type = types.type_of(symbol, "BaseType")
     properties = properties_of(symbol)

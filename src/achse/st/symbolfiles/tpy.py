@@ -4,6 +4,7 @@ import re
 
 from achse.iec.errors import shown
 from achse.iec.variables import Variable
+from achse.st.lexis.codes import Code
 from achse.st.lexis.xml import Element, parse_xml
 from achse.st.symbolfiles.initials import initial_image
 from achse.st.symbolfiles.model import (
@@ -23,7 +24,10 @@ def read_tpy(data: bytes, source: str = "tpy") -> SymbolFile:
     """The content of a `.tpy`. Raises `SourceError` with the line of the fault."""
     root = parse_xml(data, source)
     if root.tag != "PlcProjectInfo":
-        root.fault(f"expected <PlcProjectInfo>, the root of a .tpy, got <{shown(root.tag)[1:-1]}>")
+        root.fault(
+            f"expected <PlcProjectInfo>, the root of a .tpy, got <{shown(root.tag)[1:-1]}>",
+            Code.BAD_SYMBOL_FILE,
+        )
     types = FileTypes(_all(root, "DataTypes", "DataType"), _pointer_size(root))
     tasks = [_task(item) for item in _all(root, "TaskInfos", "TaskInfo")]
     symbols = _all(root, "Symbols", "Symbol")
@@ -91,11 +95,14 @@ def _variable(symbol: Element, types: FileTypes) -> FileVariable:
     tag = symbol.child("Name")
     name = tag.text.strip()
     if not name:
-        symbol.fault("a symbol has no name")
+        symbol.fault("a symbol has no name", Code.BAD_SYMBOL_FILE)
     group = symbol.number_of("IGroup")
     if group not in MEMORY_GROUPS:
         expected = ", ".join(map(str, MEMORY_GROUPS))
-        symbol.fault(f"symbol {shown(name)}: expected <IGroup> one of {expected}, got {group}")
+        symbol.fault(
+            f"symbol {shown(name)}: expected <IGroup> one of {expected}, got {group}",
+            Code.BAD_SYMBOL_FILE,
+        )
     area, in_bits = MEMORY_GROUPS[group]
     type = types.type_of(symbol, "Type")
     place = symbol.child("IOffset")

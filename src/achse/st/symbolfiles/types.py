@@ -23,6 +23,7 @@ from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import Adst, IecType
 from achse.iec.typetable import OpaqueType
 from achse.iec.variables import Address, Section, Variable
+from achse.st.lexis.codes import Code
 from achse.st.lexis.source import SourceError
 from achse.st.lexis.xml import Element
 from achse.st.symbolfiles.initials import initial_image
@@ -64,7 +65,7 @@ def checked_address(
 ) -> Address:
     """The address of a variable, if it is within what an area may have. `place` says it."""
     if bit_offset // 8 + type.size > MAX_BYTES:
-        place.fault(f"{shown(name)} lies beyond byte {MAX_BYTES} of its area")
+        place.fault(f"{shown(name)} lies beyond byte {MAX_BYTES} of its area", Code.BAD_SYMBOL_FILE)
     return address_of(area, bit_offset, is_bit)
 
 
@@ -96,7 +97,7 @@ class FileTypes:
             tag = element.child("Name")
             name = _qualified(tag)
             if not name:
-                element.fault("a data type has no name")
+                element.fault("a data type has no name", Code.BAD_SYMBOL_FILE)
             if _SPOKEN.match(name):
                 continue
             self._elements.setdefault(name.lower(), element)
@@ -179,7 +180,9 @@ class FileTypes:
         wide = size.attributes.get("X64", "")
         bits = int(wide) if self.pointer_size == 8 and wide.isdecimal() else size.number
         if not 0 <= bits <= 8 * MAX_BYTES:
-            size.fault(f"<{tag}>: expected at most {8 * MAX_BYTES} bits, got {bits}")
+            size.fault(
+                f"<{tag}>: expected at most {8 * MAX_BYTES} bits, got {bits}", Code.BAD_SYMBOL_FILE
+            )
         return -(-bits // 8)
 
     def _text(self, named: Element, owner: Element) -> str:
@@ -208,14 +211,16 @@ class FileTypes:
         if element is None:
             return _OF_THE_SYSTEM.get(key)
         if key in self._building or len(self._building) > _DEEPEST:
-            element.fault(f"type {shown(name)} contains itself or nests too deep")
+            element.fault(
+                f"type {shown(name)} contains itself or nests too deep", Code.BAD_SYMBOL_FILE
+            )
         self._building.append(key)
         try:
             found = self._build(element, _qualified(element.child("Name")))
         except SourceError:
             raise
         except (DeclarationError, IecValueError) as fault:
-            element.fault(f"type {shown(name)}: {fault}")
+            element.fault(f"type {shown(name)}: {fault}", Code.BAD_SYMBOL_FILE)
         finally:
             self._building.pop()
         guid = element.child("Name").attributes.get("GUID")
@@ -223,7 +228,9 @@ class FileTypes:
             try:
                 found.guid = UUID(guid).bytes_le
             except ValueError:
-                element.fault(f"expected a GUID like {{…}}, got {shown(guid)}")
+                element.fault(
+                    f"expected a GUID like {{…}}, got {shown(guid)}", Code.BAD_SYMBOL_FILE
+                )
         self._types[key] = found
         return found
 
@@ -266,7 +273,9 @@ class FileTypes:
             found = {1: "SINT", 2: "INT", 4: "DINT", 8: "LINT"}.get(size)
             base = None if found is None else parse_type(found)
         if not isinstance(base, IntegerType):
-            element.fault(f"an enumeration has 1, 2, 4 or 8 bytes, got {size}")
+            element.fault(
+                f"an enumeration has 1, 2, 4 or 8 bytes, got {size}", Code.BAD_SYMBOL_FILE
+            )
         numbers: dict[str, int] = {}
         comments: dict[str, str] = {}
         for info in element.all("EnumInfo"):
@@ -335,7 +344,7 @@ class FileTypes:
             if before.get(name.lower()) == place:
                 continue
             if name.lower() in taken or name.lower() in before:
-                item.fault(f"two members are named {shown(name)}")
+                item.fault(f"two members are named {shown(name)}", Code.BAD_SYMBOL_FILE)
             taken.add(name.lower())
             properties = properties_of(item)
             type = self.type_of(item, "Type")
@@ -346,9 +355,15 @@ class FileTypes:
             static = tag.attributes.get("Static") == "true" or item.find("BitOffs") is None
             offset, bit = divmod(0 if static else item.number_of("BitOffs"), 8)
             if bit and not type.is_bit:
-                item.fault(f"member {shown(name)} of {type.name} begins inside a byte")
+                item.fault(
+                    f"member {shown(name)} of {type.name} begins inside a byte",
+                    Code.BAD_SYMBOL_FILE,
+                )
             if not static and offset + type.size > size:
-                item.fault(f"member {shown(name)} ends at {offset + type.size} of {size} bytes")
+                item.fault(
+                    f"member {shown(name)} ends at {offset + type.size} of {size} bytes",
+                    Code.BAD_SYMBOL_FILE,
+                )
             kind = properties.get("ItemType") or tag.attributes.get("FbParameter", "")
             default = item.find("Default")
             yield Variable(
@@ -427,7 +442,7 @@ def _integer(text: str, element: Element) -> int:
         return int(text[2:], 16)
     digits = text[1:] if text.startswith("-") else text
     if not (digits.isascii() and digits.isdigit()) or len(digits) > 20:
-        element.fault(f"expected a whole number, got {shown(text)}")
+        element.fault(f"expected a whole number, got {shown(text)}", Code.BAD_SYMBOL_FILE)
     return int(text)
 
 

@@ -145,7 +145,7 @@ class Cursor:
             # What is missing at the end of a line is missing there, not in the next line.
             if kind == END or (expected != _NOTHING and "\n" in self.source.text[end:at]):
                 at = end
-        return Unexpected(at, f"expected {expected}, got {came}")
+        return Unexpected(at, f"expected {expected}, got {came}", Code.UNEXPECTED_TOKEN)
 
     def report(self, fault: Unexpected) -> None:
         """Keep a fault; of several in one place, the first."""

@@ -5,6 +5,7 @@ Source: IEC 61131-3 (2013) tables 11, 13 and 14.
 
 from collections.abc import Collection
 
+from achse.st.lexis.codes import Code
 from achse.st.lexis.lexer import END, NAME
 from achse.st.lexis.words import BLOCK_WORDS, MODIFIERS, QUALIFIERS, SECTIONS
 from achse.st.syntax.cursor import Cursor, Unexpected
@@ -168,7 +169,9 @@ class DeclarationParser:
                 break
         cursor.expect(")", "',' or ')'")
         if not values:
-            raise Unexpected(at, "expected at least one value of the enumeration")
+            raise Unexpected(
+                at, "expected at least one value of the enumeration", Code.BAD_ENUMERATION
+            )
         if base is None and self._kinds[cursor.position] == NAME:
             base = self.type_name()
         return EnumOf(tuple(values), base, at)

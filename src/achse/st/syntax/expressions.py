@@ -5,6 +5,7 @@ Source: IEC 61131-3 (2013) table 71.
 
 from collections.abc import Callable
 
+from achse.st.lexis.codes import Code
 from achse.st.lexis.lexer import ADDRESS, LITERALS, NAME
 from achse.st.syntax.cursor import DEEPEST, Cursor, Unexpected
 from achse.st.syntax.tree import (
@@ -106,7 +107,9 @@ class ExpressionParser:
                 return left
             length += 1
             if length > LONGEST:
-                raise Unexpected(cursor.at, f"more than {LONGEST} operators in a row")
+                raise Unexpected(
+                    cursor.at, f"more than {LONGEST} operators in a row", Code.TOO_DEEP
+                )
             cursor.position = position + 1
             if binding > _NO_ASSIGNMENT:
                 right = self.expression(binding)
@@ -182,7 +185,7 @@ class ExpressionParser:
                 return left
             steps += 1
             if steps > DEEPEST:
-                raise Unexpected(at, f"a path of more than {DEEPEST} steps")
+                raise Unexpected(at, f"a path of more than {DEEPEST} steps", Code.TOO_DEEP)
 
     def _member(self, left: Expression) -> Expression:
         cursor = self._cursor

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple, TypeVar
 
+from achse.st.lexis.codes import Code
 from achse.st.lexis.collection import collection_paused
 from achse.st.lexis.lexer import END, NAME, Defines
 from achse.st.lexis.source import Diagnostic, Source, SourceError
@@ -137,7 +138,7 @@ class Parser:
             return None
         except RecursionError:
             # The caller's own stack left too little for what DEEPEST allows.
-            cursor.report(Unexpected(cursor.at, "this nests too deep"))
+            cursor.report(Unexpected(cursor.at, "this nests too deep", Code.TOO_DEEP))
             return None
         return found
 

@@ -5,6 +5,7 @@ Source: IEC 61131-3 (2013) table 72.
 
 from collections.abc import Callable
 
+from achse.st.lexis.codes import Code
 from achse.st.lexis.lexer import END
 from achse.st.lexis.words import BLOCK_WORDS, INNER_ENDS, STATEMENT_WORDS
 from achse.st.syntax.cursor import Cursor, Unexpected
@@ -108,7 +109,9 @@ class StatementParser:
             statement = target
         else:
             raise Unexpected(
-                self._starts[position], "expected an assignment or a call, got an expression"
+                self._starts[position],
+                "expected an assignment or a call, got an expression",
+                Code.NOT_A_STATEMENT,
             )
         cursor.expect_end(";")
         return statement

@@ -16,6 +16,7 @@ from achse.iec.enums import EnumType
 from achse.iec.errors import IecError
 from achse.iec.times import TimeType
 from achse.iec.types import IecType
+from achse.st.lexis.codes import Code
 from achse.st.lexis.literals import literal_value
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import (
@@ -95,9 +96,13 @@ class Evaluator:
         try:
             constant = self.value(tree)
         except NotConstant as fault:
-            raise Unexpected(fault.at, f"{what} is a constant, not known before run time") from None
+            raise Unexpected(
+                fault.at, f"{what} is a constant, not known before run time", Code.CONSTANT_EXPECTED
+            ) from None
         if isinstance(constant.value, bool) or not isinstance(constant.value, int):
-            raise Unexpected(at, f"{what} is a whole number, got {constant.value!r}")
+            raise Unexpected(
+                at, f"{what} is a whole number, got {constant.value!r}", Code.BAD_OPERAND
+            )
         return constant.value
 
     def _operand(self, tree: Expression) -> Constant:
@@ -138,7 +143,7 @@ class Evaluator:
         try:
             type, value, enum = literal_value(tree.text)
         except IecError as error:
-            raise Unexpected(tree.at, str(error)) from None
+            raise Unexpected(tree.at, str(error), Code.BAD_LITERAL) from None
         if enum:
             if isinstance(value, str):
                 return self._lookup((enum, value), tree.at)
@@ -153,15 +158,21 @@ class Evaluator:
         try:
             found = resolved(self._type_of(Name(name, at)))
         except NotConstant:
-            raise Unexpected(at, f"no type is named '{name[:80]}'") from None
+            raise Unexpected(at, f"no type is named '{name[:80]}'", Code.UNKNOWN_TYPE) from None
         if not isinstance(found, EnumType | IntegerType):
-            raise Unexpected(at, f"{name}#… is the value of an enumeration, not of a {found.name}")
+            raise Unexpected(
+                at,
+                f"{name}#… is the value of an enumeration, not of a {found.name}",
+                Code.UNKNOWN_ENUM_VALUE,
+            )
         return found
 
     def _part(self, tree: PartOf) -> Constant:
         whole = self.value(tree.of)
         if isinstance(whole.value, bool) or not isinstance(whole.value, int):
-            raise Unexpected(tree.at, f"a bit of a whole number, got {whole.value!r}")
+            raise Unexpected(
+                tree.at, f"a bit of a whole number, got {whole.value!r}", Code.BAD_PART
+            )
         bits = {"X": 1, "B": 8, "W": 16, "D": 32, "L": 64}[tree.width]
         part = whole.value >> bits * tree.number & (1 << bits) - 1
         return Constant(bool(part), BOOL) if bits == 1 else Constant(part)
@@ -204,16 +215,26 @@ class Evaluator:
     def _of_type(self, name: str, operands: Sequence[Expression], at: int) -> Constant:
         """SIZEOF, LOWER_BOUND and UPPER_BOUND: what the type of a variable says."""
         if len(operands) != _OF_TYPES[name]:
-            raise Unexpected(at, f"{name} takes {_OF_TYPES[name]} arguments, got {len(operands)}")
+            raise Unexpected(
+                at,
+                f"{name} takes {_OF_TYPES[name]} arguments, got {len(operands)}",
+                Code.ARGUMENT_COUNT,
+            )
         type = self._type_of(operands[0])
         if len(operands) == 1:
             return Constant(type.size)
         array = resolved(type)
         if not isinstance(array, ArrayType):
-            raise Unexpected(operands[0].at, f"{name} takes an array, got {type.name}")
+            raise Unexpected(
+                operands[0].at, f"{name} takes an array, got {type.name}", Code.ARGUMENT_TYPE
+            )
         number = self.integer(operands[1], "a dimension", at)
         if not 1 <= number <= len(array.dimensions):
-            raise Unexpected(operands[1].at, f"{type.name} has {len(array.dimensions)} dimensions")
+            raise Unexpected(
+                operands[1].at,
+                f"{type.name} has {len(array.dimensions)} dimensions",
+                Code.BAD_INDEX,
+            )
         bounds = array.dimensions[number - 1]
         return Constant(bounds.first if name == "LOWER_BOUND" else bounds.last, DINT)
 
@@ -278,16 +299,16 @@ def _binary(sign: str, left: Constant, right: Constant, at: int) -> Constant:
     text = isinstance(left.value, str) or isinstance(right.value, str)
     if sign in _COMPARISONS:
         if text and not (isinstance(left.value, str) and isinstance(right.value, str)):
-            raise Unexpected(at, f"'{sign}' compares values of one kind")
+            raise Unexpected(at, f"'{sign}' compares values of one kind", Code.BAD_OPERAND)
         return Constant(_COMPARISONS[sign](left.value, right.value), BOOL)
     truths = isinstance(left.value, bool) + isinstance(right.value, bool)
     if sign in _BITS:
         if truths == 1 or text or isinstance(left.value, float) or isinstance(right.value, float):
-            raise Unexpected(at, f"{sign} takes two truths or two whole numbers")
+            raise Unexpected(at, f"{sign} takes two truths or two whole numbers", Code.BAD_OPERAND)
         found = checked(_BITS[sign], [left.value, right.value], at)
         return Constant(found.value, left.type if left.type is right.type else found.type)
     if truths or text:
-        raise Unexpected(at, f"'{sign}' takes numbers")
+        raise Unexpected(at, f"'{sign}' takes numbers", Code.BAD_OPERAND)
     found = checked(_NUMBERS[sign], [left.value, right.value], at)
     return _timed(sign, left, right, found, at)
 
@@ -298,7 +319,7 @@ def _timed(sign: str, left: Constant, right: Constant, found: Constant, at: int)
     if not times or (len(times) == 2 and sign in ("/", "MOD")):
         return found
     if len(times) == 2 and times[0] is not times[1]:
-        raise Unexpected(at, f"'{sign}' takes times of one type")
+        raise Unexpected(at, f"'{sign}' takes times of one type", Code.BAD_OPERAND)
     return Constant(
         math.trunc(found.value) if isinstance(found.value, float) else found.value, times[0]
     )
@@ -318,4 +339,4 @@ def _unary(sign: str, operand: Constant, at: int) -> Constant:
             return operand
         # -16#80 is a number, and no bits any more.
         return Constant(-value, None if isinstance(operand.type, IntegerType) else operand.type)
-    raise Unexpected(at, f"{sign} takes a number, got {value!r}")
+    raise Unexpected(at, f"{sign} takes a number, got {value!r}", Code.BAD_OPERAND)

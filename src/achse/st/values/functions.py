@@ -19,6 +19,7 @@ from achse.iec.strings import STRING, StringType
 from achse.iec.text import encode_text
 from achse.iec.times import TimeType
 from achse.iec.types import IecType
+from achse.st.lexis.codes import Code
 from achse.st.lexis.literals import literal_value
 from achse.st.syntax.cursor import Unexpected
 from achse.st.values.values import UNITS_NS, Constant, NotConstant, checked
@@ -53,7 +54,11 @@ def called(name: str, operands: Sequence[Constant], at: int) -> Constant:
         function = _Function(1, 1, lambda values, at: _converted(values[0], target, at))
     assert function is not None
     if not function.fewest <= len(operands) <= function.most:
-        raise Unexpected(at, f"{name} takes another number of arguments, got {len(operands)}")
+        raise Unexpected(
+            at,
+            f"{name} takes another number of arguments, got {len(operands)}",
+            Code.ARGUMENT_COUNT,
+        )
     return function.result(operands, at)
 
 
@@ -124,7 +129,9 @@ def _encoded(constant: Constant, at: int) -> bytes:
     try:
         return constant.value.to_bytes(constant.type.size, "little")
     except OverflowError:
-        raise Unexpected(at, f"{constant.value} is not a {constant.type.name}") from None
+        raise Unexpected(
+            at, f"{constant.value} is not a {constant.type.name}", Code.VALUE_OUT_OF_RANGE
+        ) from None
 
 
 def _read(text: str, target: IecType[Any], at: int) -> Constant:
@@ -176,7 +183,7 @@ def _number(function: Callable[..., Any]) -> Callable[[Sequence[Constant], int],
 def _all_numbers(operands: Sequence[Constant], at: int) -> None:
     for item in operands:
         if isinstance(item.value, bool | str):
-            raise Unexpected(at, f"a number, got {item.value!r}")
+            raise Unexpected(at, f"a number, got {item.value!r}", Code.ARGUMENT_TYPE)
 
 
 def _common(operands: Sequence[Constant], at: int) -> list[Constant]:
@@ -184,7 +191,7 @@ def _common(operands: Sequence[Constant], at: int) -> list[Constant]:
     kinds = {_kind(item) for item in operands}
     if len(kinds) > 1:
         shown = ", ".join(repr(item.value) for item in operands)
-        raise Unexpected(at, f"values of one kind, got {shown}")
+        raise Unexpected(at, f"values of one kind, got {shown}", Code.ARGUMENT_TYPE)
     types = {id(item.type): item.type for item in operands}
     if any(isinstance(item.value, float) for item in operands):
         of_reals = [item.type for item in operands if isinstance(item.type, RealType)]
@@ -228,7 +235,7 @@ def _value(item: Constant) -> Any:
 def _sel(operands: Sequence[Constant], at: int) -> Constant:
     which = operands[0].value
     if which not in (0, 1) or isinstance(which, float | str):
-        raise Unexpected(at, f"SEL takes a BOOL first, got {which!r}")
+        raise Unexpected(at, f"SEL takes a BOOL first, got {which!r}", Code.ARGUMENT_TYPE)
     return _common(operands[1:], at)[int(which)]
 
 
@@ -236,7 +243,9 @@ def _mux(operands: Sequence[Constant], at: int) -> Constant:
     which = operands[0].value
     choices = _common(operands[1:], at)
     if isinstance(which, bool | float | str) or not 0 <= which < len(choices):
-        raise Unexpected(at, f"MUX takes 0..{len(choices) - 1} first, got {which!r}")
+        raise Unexpected(
+            at, f"MUX takes 0..{len(choices) - 1} first, got {which!r}", Code.ARGUMENT_TYPE
+        )
     return choices[which]
 
 
@@ -258,11 +267,11 @@ def _shift(
         (value, type), (count, _) = operands
         for item in (value, count):
             if isinstance(item, bool | float | str):
-                raise Unexpected(at, f"a whole number, got {item!r}")
+                raise Unexpected(at, f"a whole number, got {item!r}", Code.ARGUMENT_TYPE)
         assert isinstance(value, int)
         assert isinstance(count, int)
         if count < 0:
-            raise Unexpected(at, f"a count of 0 or more, got {count}")
+            raise Unexpected(at, f"a count of 0 or more, got {count}", Code.ARGUMENT_TYPE)
         width = 8 * type.size if isinstance(type, IntegerType) else 64
         bits = function(value & (1 << width) - 1, width, count) & (1 << width) - 1
         if isinstance(type, IntegerType):
@@ -291,7 +300,7 @@ def _texts(
             found = function(*values)
         except (TypeError, AttributeError):
             shown = ", ".join(map(repr, values))
-            raise Unexpected(at, f"texts and positions, got {shown}") from None
+            raise Unexpected(at, f"texts and positions, got {shown}", Code.ARGUMENT_TYPE) from None
         if isinstance(found, int):
             return Constant(found, INT)
         return Constant(found[:_LONGEST], ELEMENTARY[of])
@@ -357,7 +366,7 @@ def _utf8(operands: Sequence[Constant], at: int) -> Constant:
     """A text in UTF-8; none if it is too long, as of the function."""
     text = operands[0].value
     if not isinstance(text, str):
-        raise Unexpected(at, f"a text, got {text!r}")
+        raise Unexpected(at, f"a text, got {text!r}", Code.ARGUMENT_TYPE)
     fits = len(encode_text(text, "utf-8")) <= _UTF8.length
     return Constant(text if fits else "", _UTF8)
 

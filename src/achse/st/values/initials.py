@@ -11,6 +11,7 @@ from achse.iec.derived import ReferenceType, resolved
 from achse.iec.errors import IecPathError
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import (
     ArrayInitial,
@@ -62,12 +63,14 @@ class InitialValues:
         if isinstance(initial, ArrayInitial):
             if not isinstance(real, ArrayType):
                 told = f"{type.name} is not an array: it takes {type.expected}"
-                raise Unexpected(initial.at, told)
+                raise Unexpected(initial.at, told, Code.BAD_INITIAL_VALUE)
             return self._array(real, initial, offset)
         if isinstance(initial, StructInitial):
             if isinstance(real, ArrayType) or not isinstance(real, StructType):
                 raise Unexpected(
-                    initial.at, f"{type.name} has no members: it takes {type.expected}"
+                    initial.at,
+                    f"{type.name} has no members: it takes {type.expected}",
+                    Code.BAD_INITIAL_VALUE,
                 )
             return self._struct(real, initial, offset)
         try:
@@ -86,16 +89,24 @@ class InitialValues:
                 member = type.member(item.name)
             except IecPathError as error:
                 if not self._has_property(type.name, item.name):
-                    raise Unexpected(item.at, str(error)) from None
+                    raise Unexpected(item.at, str(error), Code.BAD_INITIAL_VALUE) from None
                 # SET would have to run.
                 self.left.append(Left(type, offset, None, Call(Name(item.name, item.at), (), 0)))
                 continue
             if member.name in values:
-                raise Unexpected(item.at, f"{item.name} has two values")
+                raise Unexpected(item.at, f"{item.name} has two values", Code.BAD_INITIAL_VALUE)
             if not member.in_memory:
-                raise Unexpected(item.at, f"{item.name} belongs to all {type.name} together")
+                raise Unexpected(
+                    item.at,
+                    f"{item.name} belongs to all {type.name} together",
+                    Code.BAD_INITIAL_VALUE,
+                )
             if item.is_reference and not isinstance(resolved(member.type), ReferenceType):
-                raise Unexpected(item.at, f"REF= binds a reference, not a {member.type.name}")
+                raise Unexpected(
+                    item.at,
+                    f"REF= binds a reference, not a {member.type.name}",
+                    Code.REFERENCE_INITIAL,
+                )
             value = self._value(member.type, item.value, offset + member.offset, member.bit)
             if value is not _LEFT:
                 values[member.name] = value
@@ -127,12 +138,20 @@ class InitialValues:
         for item in initial.values:
             if isinstance(item, ArrayInitial) and not nested:
                 if dimension + 1 >= len(type.counts):
-                    raise Unexpected(item.at, f"{type.name} has {len(type.counts)} dimensions")
+                    raise Unexpected(
+                        item.at,
+                        f"{type.name} has {len(type.counts)} dimensions",
+                        Code.BAD_INITIAL_VALUE,
+                    )
                 self._collect(type, item, flat, dimension + 1, offset)
                 continue
             times, values = self._repeated(item)
             if times * max(1, len(values)) + len(flat) > type.count:
-                raise Unexpected(item.at, f"{type.name} has {type.count} elements, got more")
+                raise Unexpected(
+                    item.at,
+                    f"{type.name} has {type.count} elements, got more",
+                    Code.BAD_INITIAL_VALUE,
+                )
             known, size = len(self.left), type.element.size
             found = [
                 self._value(type.element, value, offset + position * size)
@@ -163,7 +182,9 @@ class InitialValues:
     def _count(self, tree: Any, at: int) -> int:
         count = self._evaluator.integer(tree, "how often a value repeats", at)
         if count < 0:
-            raise Unexpected(at, f"a value repeats 0 times or more, got {count}")
+            raise Unexpected(
+                at, f"a value repeats 0 times or more, got {count}", Code.BAD_INITIAL_VALUE
+            )
         return count
 
 

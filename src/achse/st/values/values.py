@@ -15,6 +15,7 @@ from achse.iec.strings import StringType
 from achse.iec.text import decode_text, encode_text
 from achse.iec.times import TimeType
 from achse.iec.types import IecType
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 
 __all__ = ["UNITS_NS", "Constant", "NotConstant", "Value", "checked", "fitted"]
@@ -53,14 +54,16 @@ def checked(function: Callable[..., Any], values: Sequence[Value], at: int) -> C
     try:
         result = function(*values)
     except ZeroDivisionError:
-        raise Unexpected(at, "a division by zero") from None
+        raise Unexpected(at, "a division by zero", Code.DIVISION_BY_ZERO) from None
     except (ArithmeticError, TypeError):
         shown = ", ".join(map(repr, values))
-        raise Unexpected(at, f"there is no such value for {shown}") from None
+        raise Unexpected(
+            at, f"there is no such value for {shown}", Code.VALUE_OUT_OF_RANGE
+        ) from None
     if isinstance(result, complex) or (isinstance(result, float) and not math.isfinite(result)):
-        raise Unexpected(at, "the result is not a finite number")
+        raise Unexpected(at, "the result is not a finite number", Code.VALUE_OUT_OF_RANGE)
     if isinstance(result, int) and not -(1 << 63) <= result < 1 << 64:
-        raise Unexpected(at, "the result does not fit into 64 bits")
+        raise Unexpected(at, "the result does not fit into 64 bits", Code.VALUE_OUT_OF_RANGE)
     return Constant(result, BOOL if isinstance(result, bool) else None)
 
 
@@ -70,14 +73,16 @@ def fitted(constant: Constant, type: IecType[Any], at: int) -> object:
     value: object = constant.value
     if isinstance(real, StringType):
         if not isinstance(value, str):
-            raise Unexpected(at, f"{type.name} takes a text, got {value!r}")
+            raise Unexpected(at, f"{type.name} takes a text, got {value!r}", Code.BAD_INITIAL_VALUE)
         given = constant.type
         if isinstance(given, StringType) and given.coding == "utf-8" and real.coding != "utf-8":
             # A STRING that is not said to be UTF-8 holds the bytes all the same.
             value = decode_text(encode_text(value, "utf-8"))
         value = real.cut(value)
     elif isinstance(value, str):
-        raise Unexpected(at, f"{type.name} takes {type.expected}, got {value!r}")
+        raise Unexpected(
+            at, f"{type.name} takes {type.expected}, got {value!r}", Code.BAD_INITIAL_VALUE
+        )
     elif isinstance(real, IntegerType | EnumType):
         value = _whole(constant, real if isinstance(real, IntegerType) else real.base, at, type)
     elif isinstance(real, RealType) and not isinstance(value, bool):
@@ -87,14 +92,16 @@ def fitted(constant: Constant, type: IecType[Any], at: int) -> object:
     try:
         type.encode(value)
     except IecError as error:
-        raise Unexpected(at, str(error)) from None
+        raise Unexpected(at, str(error), Code.VALUE_OUT_OF_RANGE) from None
     return value
 
 
 def _whole(constant: Constant, target: IntegerType, at: int, type: IecType[Any]) -> int:
     value = constant.value
     if isinstance(value, bool) or not isinstance(value, int):
-        raise Unexpected(at, f"{type.name} takes {type.expected}, got {value!r}")
+        raise Unexpected(
+            at, f"{type.name} takes {type.expected}, got {value!r}", Code.BAD_INITIAL_VALUE
+        )
     bits = constant.type
     if target.low < 0 and target.high < value and isinstance(bits, IntegerType):
         # Bits keep their pattern: 16#FFFF in an INT is -1.
@@ -110,5 +117,5 @@ def _in_unit(constant: Constant, target: TimeType[Any], at: int) -> int:
     source_ns = UNITS_NS.get(constant.type.name, 1)
     count, rest = divmod(constant.value * source_ns, UNITS_NS.get(target.name, 1))
     if rest:
-        raise Unexpected(at, f"{target.name} is too coarse for this time")
+        raise Unexpected(at, f"{target.name} is too coarse for this time", Code.VALUE_OUT_OF_RANGE)
     return count
