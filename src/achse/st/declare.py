@@ -23,6 +23,7 @@ from achse.st.declared.given import FurtherTypes
 from achse.st.declared.resolve import Resolver, generics_of
 from achse.st.declared.scopes import DeclaredUnit, Failed, Scope
 from achse.st.declared.standard import library_files
+from achse.st.lexis.codes import Code
 from achse.st.lexis.collection import collection_paused
 from achse.st.lexis.source import SourceError
 from achse.st.syntax.cursor import Unexpected
@@ -167,7 +168,9 @@ class _Declarer:
         if self._names.unknown_types:
             self._tell_all_missing()
         for name, (address, source) in self._names.config_addresses.items():
-            self._scopes.report(source, address.at, f"no variable '{name}' waits for an address")
+            self._scopes.report(
+                source, address.at, f"no variable '{name}' waits for an address", Code.BAD_ADDRESS
+            )
         return Declarations(
             {key: entry.type for key, entry in self._scopes.entries.items() if _is_own(entry)},  # type: ignore[misc]
             {
@@ -208,7 +211,10 @@ class _Declarer:
         for part in parts:
             if part.name.lower() in names:
                 self._scopes.report(
-                    entry.source, part.at, f"{entry.name} has two parts named {part.name}"
+                    entry.source,
+                    part.at,
+                    f"{entry.name} has two parts named {part.name}",
+                    Code.DUPLICATE_NAME,
                 )
             names.add(part.name.lower())
             if isinstance(part, Method):
@@ -270,10 +276,15 @@ class _Declarer:
             for declaration in block.variables:
                 name, address = declaration.names[0], declaration.address
                 if address is None:
-                    self._scopes.report(entry.source, name.at, "VAR_CONFIG gives an address: AT %…")
+                    self._scopes.report(
+                        entry.source,
+                        name.at,
+                        "VAR_CONFIG gives an address: AT %…",
+                        Code.BAD_ADDRESS,
+                    )
                 elif name.name.count(".") != 1:
                     reach = "VAR_CONFIG reaches the variables of programs and lists only"
-                    self._scopes.report(entry.source, name.at, reach)
+                    self._scopes.report(entry.source, name.at, reach, Code.BAD_ADDRESS)
                 else:
                     self._names.config_addresses[name.name.lower()] = (address, entry.source)
 

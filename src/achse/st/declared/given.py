@@ -9,6 +9,7 @@ from achse.iec.errors import IecError
 from achse.iec.names import elementary
 from achse.iec.system_types import SYSTEM_TYPES
 from achse.iec.types import IecType
+from achse.st.lexis.codes import Code
 from achse.st.lexis.source import SourceError
 from achse.st.syntax.cursor import Unexpected
 from achse.st.values.values import Constant
@@ -85,7 +86,7 @@ class GivenTypes:
             except SourceError:
                 raise  # of the file, not of what names the type
             except IecError as doubt:
-                raise Unexpected(at, str(doubt)) from None
+                raise Unexpected(at, str(doubt), Code.AMBIGUOUS_NAME) from None
         return found
 
     def values(self, name: str) -> list[Constant]:

@@ -14,6 +14,7 @@ from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.st.declared.given import GivenTypes
 from achse.st.declared.scopes import Declared, DeclaredUnit, Failed, Scope, Scopes, with_bases
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import (
     ArrayInitial,
@@ -119,7 +120,9 @@ class NamedConstants:
             return self.global_constant(keys[-1], path[-1], space, at)
         if (value := self.of_library(keys)) is not None:
             return value
-        raise Unexpected(at, f"no constant or variable is named '{'.'.join(path)[:80]}'")
+        raise Unexpected(
+            at, f"no constant or variable is named '{'.'.join(path)[:80]}'", Code.UNKNOWN_NAME
+        )
 
     def of_library(self, keys: Sequence[str]) -> Constant | None:
         """Return the value of `List.cMost` of a library that is here as a symbol file only."""
@@ -139,13 +142,17 @@ class NamedConstants:
         found = self._scopes.global_variables(key, space)
         if len(found) > 1:
             places = " and ".join(scope.owner for scope, _ in found[:3])
-            raise Unexpected(at, f"'{name}' is declared in {places}: which one is meant?")
+            raise Unexpected(
+                at, f"'{name}' is declared in {places}: which one is meant?", Code.AMBIGUOUS_NAME
+            )
         if found:
             return self.constant_of(*found[0], [key], at)
         values = self._scopes.values_of_enumerations(key, space)
         if len(values) > 1:
             places = " and ".join(entry.name for entry in values[:3])
-            raise Unexpected(at, f"'{name}' is a value of {places}: which one is meant?")
+            raise Unexpected(
+                at, f"'{name}' is a value of {places}: which one is meant?", Code.AMBIGUOUS_NAME
+            )
         if values:
             return self._enum_value(values[0], key, at)
         if key in self._given_constants:
@@ -155,10 +162,12 @@ class NamedConstants:
         further = self._given.values(key)
         if len(further) > 1:
             places = " and ".join(item.type.name for item in further[:3] if item.type)
-            raise Unexpected(at, f"'{name}' is a value of {places}: which one is meant?")
+            raise Unexpected(
+                at, f"'{name}' is a value of {places}: which one is meant?", Code.AMBIGUOUS_NAME
+            )
         if further:
             return further[0]
-        raise Unexpected(at, f"no constant or variable is named '{name[:80]}'")
+        raise Unexpected(at, f"no constant or variable is named '{name[:80]}'", Code.UNKNOWN_NAME)
 
     def _qualified(self, keys: list[str], space: str, at: int) -> Constant | None:
         """`GVL.cMax`, `E_State.Idle`, `MAIN.nCount`, with name spaces in front."""
@@ -178,21 +187,23 @@ class NamedConstants:
                         continue  # a library that is named like a list
                     if self._scopes.is_property(keys[cut], scope):
                         raise NotConstant(at)
-                    raise Unexpected(at, f"{entry.name} has no variable '{keys[cut][:80]}'")
+                    raise Unexpected(
+                        at, f"{entry.name} has no variable '{keys[cut][:80]}'", Code.UNKNOWN_MEMBER
+                    )
                 return self.constant_of(scope, scope.variables[keys[cut]], keys[cut:], at)
         return None
 
     def _enum_value(self, entry: DeclaredUnit, key: str, at: int) -> Constant:
         type = resolved(self._types.entry_type(entry, at))
         if not isinstance(type, EnumType):
-            raise Unexpected(at, f"{entry.name} is not an enumeration")
+            raise Unexpected(at, f"{entry.name} is not an enumeration", Code.UNKNOWN_ENUM_VALUE)
         return self._member(type, key, at)
 
     def _member(self, type: EnumType[Any], key: str, at: int) -> Constant:
         for name, number in type.numbers.items():
             if name.lower() == key:
                 return Constant(number, type)
-        raise Unexpected(at, f"{type.name} has no value '{key[:80]}'")
+        raise Unexpected(at, f"{type.name} has no value '{key[:80]}'", Code.UNKNOWN_ENUM_VALUE)
 
     def _given_constant(self, key: str, at: int) -> Constant:
         value = self._given_constants[key]
@@ -228,7 +239,7 @@ class NamedConstants:
                     del scope.constants[key]
         found = scope.constants[key]
         if found is None:
-            raise Unexpected(at, f"the constant '{key}' rests on itself")
+            raise Unexpected(at, f"the constant '{key}' rests on itself", Code.CIRCULAR_DECLARATION)
         return found
 
     def _worked_out(self, declaration: Declaration, initial: Expression, scope: Scope) -> Constant:
@@ -247,12 +258,14 @@ class NamedConstants:
         if isinstance(operand, Index):
             whole = resolved(self._operand_type(operand.of, scope))
             if not isinstance(whole, ArrayType):
-                raise Unexpected(at, f"{whole.name} is not an array")
+                raise Unexpected(at, f"{whole.name} is not an array", Code.BAD_INDEX)
             return whole.element
         if isinstance(operand, Dereference):
             pointer = resolved(self._operand_type(operand.of, scope))
             if not isinstance(pointer, PointerType):
-                raise Unexpected(at, f"{pointer.name} is not a pointer: ^ leads nowhere")
+                raise Unexpected(
+                    at, f"{pointer.name} is not a pointer: ^ leads nowhere", Code.NOT_A_POINTER
+                )
             return pointer.target
         path = path_of(operand)
         if path is None and isinstance(operand, Member):
@@ -282,5 +295,5 @@ class NamedConstants:
         if isinstance(real, ReferenceType):
             real = resolved(real.target)
         if not isinstance(real, StructType):
-            raise Unexpected(at, f"{whole.name} has no members")
+            raise Unexpected(at, f"{whole.name} has no members", Code.UNKNOWN_MEMBER)
         return self._scopes.made(lambda: real.member(name).type, at)

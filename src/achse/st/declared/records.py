@@ -20,6 +20,7 @@ from achse.st.declared.block_layouts import (
 from achse.st.declared.callables import methods_of, properties_of
 from achse.st.declared.scopes import DeclaredUnit, Failed, Scope, attributes_of
 from achse.st.declared.starts import StartValues, start_value
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import (
     NO_NOTE,
@@ -86,7 +87,9 @@ class Records:
         kind = RecordKind.FUNCTION_BLOCK
         for interface in tree.implements:
             if not isinstance(self._types.named(interface, scope), InterfaceType):
-                raise Unexpected(interface.at, f"{interface.name} is not an interface")
+                raise Unexpected(
+                    interface.at, f"{interface.name} is not an interface", Code.BAD_BASE
+                )
         if bases := self._joint_bases(tree, entry):
             return self._of_levels([*bases, entry])
         base = None if tree.extends is None else self._types.base(tree.extends, scope, kind)
@@ -186,9 +189,13 @@ class Records:
             if variable.name.lower() in taken:
                 if variable.name in implicit and variable.name.startswith("SFC"):
                     continue  # a flag that the base has or the user declares
-                raise Unexpected(place, f"{name} has two variables named {variable.name}")
+                raise Unexpected(
+                    place, f"{name} has two variables named {variable.name}", Code.DUPLICATE_NAME
+                )
             if variable.name.startswith("__") and variable.name not in implicit:
-                raise Unexpected(place, "names with two underscores in front are reserved")
+                raise Unexpected(
+                    place, "names with two underscores in front are reserved", Code.RESERVED_NAME
+                )
             taken.add(variable.name.lower())
             members.append(variable)
         if kind is not RecordKind.STRUCT:
@@ -230,7 +237,9 @@ class Records:
             at,
         )
         if made.size > LARGEST:
-            raise Unexpected(at, f"{name} has {made.size} bytes, more than {LARGEST}")
+            raise Unexpected(
+                at, f"{name} has {made.size} bytes, more than {LARGEST}", Code.TOO_LARGE
+            )
         return made
 
     def variables(
@@ -250,7 +259,7 @@ class Records:
                     with self._types.scopes.deeper():
                         made = self.declared(block, declaration, scope, inside)
                 except Unexpected as fault:
-                    self._types.scopes.report(scope.source, fault.at, fault.message)
+                    self._types.scopes.report(scope.source, fault.at, fault.message, fault.code)
                     failed = True
                 except Failed:
                     failed = True
@@ -316,7 +325,11 @@ class Records:
         ]
         if isinstance(tree.initial, Expression) and tree.is_reference:
             if not isinstance(resolved(type), ReferenceType):
-                raise Unexpected(tree.initial.at, f"REF= binds a reference, not a {type.name}")
+                raise Unexpected(
+                    tree.initial.at,
+                    f"REF= binds a reference, not a {type.name}",
+                    Code.REFERENCE_INITIAL,
+                )
             self._types.constants.check_names(tree.initial, scope)
             part = Left(type, 0, None, tree.initial)
             starts.append(start_value(self._types, scope, part, StartValues.address))

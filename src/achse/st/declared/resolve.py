@@ -29,6 +29,7 @@ from achse.st.declared.given import FurtherTypes, GivenTypes
 from achse.st.declared.named_constants import NamedConstants
 from achse.st.declared.records import LARGEST, Records
 from achse.st.declared.scopes import DeclaredUnit, Failed, Scope, Scopes, attributes_of
+from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Source
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import (
@@ -127,17 +128,21 @@ class Resolver:
     def _sized(self, make: Callable[[], IecType[Any]], at: int) -> IecType[Any]:
         type = self.scopes.made(make, at)
         if type.size > LARGEST:
-            raise Unexpected(at, f"{type.name} has {type.size} bytes, more than {LARGEST}")
+            raise Unexpected(
+                at, f"{type.name} has {type.size} bytes, more than {LARGEST}", Code.TOO_LARGE
+            )
         return type
 
     def _bounds(self, spec: ArrayOf, scope: Scope) -> list[Bounds]:
         bounds = []
         for part in spec.dimensions:
             if part is None:
-                raise Unexpected(spec.at, "ARRAY [*] is for VAR_IN_OUT only")
+                raise Unexpected(spec.at, "ARRAY [*] is for VAR_IN_OUT only", Code.OPEN_ARRAY)
             first, last = self._limits(part, scope, "an array bound")
             if last < first - 1:  # an array without elements ends before it begins
-                raise Unexpected(part.at, f"array bounds {first}..{last} run backwards")
+                raise Unexpected(
+                    part.at, f"array bounds {first}..{last} run backwards", Code.BAD_BOUNDS
+                )
             bounds.append(Bounds(first, last))
         return bounds
 
@@ -163,7 +168,9 @@ class Resolver:
             if found is None:
                 raise self._unknown(spec)
             if spec.generics:
-                raise Unexpected(spec.at, f"{found.name} has no VAR_GENERIC")
+                raise Unexpected(
+                    spec.at, f"{found.name} has no VAR_GENERIC", Code.GENERIC_CONSTANTS
+                )
             return found
         if spec.generics or generics_of(entry):
             entry = self._instance(entry, spec, scope)
@@ -177,15 +184,19 @@ class Resolver:
         meant = "".join(f"; near: {name}" for name in near)
         files = ", ".join(self.given.files)
         where = f", in the sources or in {files}" if files else ""
-        return Unexpected(spec.at, f"no type is named '{spec.name[:80]}'{where}{meant}")
+        return Unexpected(
+            spec.at, f"no type is named '{spec.name[:80]}'{where}{meant}", Code.UNKNOWN_TYPE
+        )
 
     def _instance(self, entry: DeclaredUnit, spec: NamedType, scope: Scope) -> DeclaredUnit:
         """The block that a generic one is with these values of its VAR_GENERIC."""
         names = generics_of(entry)
         if not names:
-            raise Unexpected(spec.at, f"{entry.name} has no VAR_GENERIC")
+            raise Unexpected(spec.at, f"{entry.name} has no VAR_GENERIC", Code.GENERIC_CONSTANTS)
         if len(names) != len(spec.generics):
-            raise Unexpected(spec.at, f"{entry.name}<…> takes {len(names)} constants")
+            raise Unexpected(
+                spec.at, f"{entry.name}<…> takes {len(names)} constants", Code.GENERIC_CONSTANTS
+            )
         values = [
             self.constants.integer(item, scope, "a generic constant") for item in spec.generics
         ]
@@ -211,7 +222,9 @@ class Resolver:
     def _subrange(self, spec: Subrange, scope: Scope) -> IecType[Any]:
         base = resolved(self.named(spec.base, scope))
         if not isinstance(base, IntegerType):
-            raise Unexpected(spec.base.at, f"a sub-range of whole numbers, got {base.name}")
+            raise Unexpected(
+                spec.base.at, f"a sub-range of whole numbers, got {base.name}", Code.BAD_SUBRANGE
+            )
         low, high = self._limits(spec.limits, scope, "a limit")
         return self.scopes.made(lambda: SubrangeType(base, low, high), spec.at)
 
@@ -309,7 +322,7 @@ class Resolver:
         if entry.failed:
             raise Failed
         if entry.building:
-            raise Unexpected(at, f"{entry.name} contains itself")
+            raise Unexpected(at, f"{entry.name} contains itself", Code.CIRCULAR_DECLARATION)
         self.scopes.check_depth(at)
         entry.building = True
         try:
@@ -321,7 +334,7 @@ class Resolver:
         finally:
             entry.building = False
         if entry.type is None:
-            raise Unexpected(at, f"{entry.name} is not a type")
+            raise Unexpected(at, f"{entry.name} is not a type", Code.UNKNOWN_TYPE)
         return entry.type
 
     def _built(self, entry: DeclaredUnit) -> IecType[Any] | None:
@@ -340,7 +353,7 @@ class Resolver:
         attributes = attributes_of(tree.note)
         comment = tree.note.comment
         if tree.extends is not None and not isinstance(spec, StructOf):
-            raise Unexpected(tree.extends.at, "only a structure extends another")
+            raise Unexpected(tree.extends.at, "only a structure extends another", Code.BAD_BASE)
         if isinstance(spec, EnumOf):
             return self._enum(spec, scope, entry.name, tree.note, tree.initial)
         type: IecType[Any]
@@ -367,7 +380,11 @@ class Resolver:
         if tree.initial is not None:
             value, left = self.records.initial_value(type, tree.initial, scope)
             if left:
-                raise Unexpected(tree.initial.at, "the initial value of a type is a constant")
+                raise Unexpected(
+                    tree.initial.at,
+                    "the initial value of a type is a constant",
+                    Code.CONSTANT_EXPECTED,
+                )
             type.default = type.encode(value)
         return type
 
@@ -375,7 +392,9 @@ class Resolver:
         """The type that another extends. Raises `Unexpected` if there is none of that kind."""
         base = self.named(named, scope)
         if not isinstance(base, StructType) or base.kind is not kind:
-            raise Unexpected(named.at, f"{base.name} is not a {kind.value} that can be extended")
+            raise Unexpected(
+                named.at, f"{base.name} is not a {kind.value} that can be extended", Code.BAD_BASE
+            )
         return base
 
     def _enum(
@@ -384,16 +403,26 @@ class Resolver:
         base = INT if spec.base is None else resolved(self.named(spec.base, scope))
         if not isinstance(base, IntegerType):
             at = spec.at if spec.base is None else spec.base.at
-            raise Unexpected(at, f"an enumeration counts in a type of integers, not in {base.name}")
+            raise Unexpected(
+                at,
+                f"an enumeration counts in a type of integers, not in {base.name}",
+                Code.BAD_ENUMERATION,
+            )
         inside = Scope(scope.source, name, scope.space, scope)
         numbers: dict[str, int] = {}
         following = 0
         for item in spec.values:
             key = item.name.lower()
             if key in inside.values:
-                raise Unexpected(item.at, f"{name} has two values named {item.name}")
+                raise Unexpected(
+                    item.at, f"{name} has two values named {item.name}", Code.DUPLICATE_NAME
+                )
             if key in _RESERVED or (item.name.startswith("_") and item.name.endswith("_")):
-                raise Unexpected(item.at, f"'{item.name}' cannot name a value: Python keeps it")
+                raise Unexpected(
+                    item.at,
+                    f"'{item.name}' cannot name a value: Python keeps it",
+                    Code.RESERVED_NAME,
+                )
             if item.value is not None:
                 following = self.constants.integer(
                     item.value, inside, "the value of an enumeration"
@@ -401,13 +430,15 @@ class Resolver:
                 if base.low < 0 and base.high < following <= base.high - base.low:
                     following -= base.high - base.low + 1  # 16#FFFF of INT is its bits: -1
             if not base.low <= following <= base.high:
-                raise Unexpected(item.at, f"{item.name} = {following} is not a {base.name}")
+                raise Unexpected(
+                    item.at, f"{item.name} = {following} is not a {base.name}", Code.BAD_ENUMERATION
+                )
             numbers[item.name] = following
             inside.values[key] = Constant(following)
             following += 1
         start = None
         if isinstance(initial, ArrayInitial | StructInitial):
-            raise Unexpected(initial.at, f"{name} takes one of its values")
+            raise Unexpected(initial.at, f"{name} takes one of its values", Code.BAD_ENUMERATION)
         if initial is not None:
             start = self.constants.integer(initial, inside, "the initial value")
         members: Any = IntEnum(name, numbers)  # type: ignore[misc]

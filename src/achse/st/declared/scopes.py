@@ -12,6 +12,7 @@ from achse import libraries
 from achse.iec.errors import IecError
 from achse.iec.types import IecType
 from achse.st.declared.standard import LibraryFile
+from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Diagnostic, Source
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.outlines import UnitOutline, outline_of
@@ -233,7 +234,9 @@ class Scopes:
         if known is not None:
             if not is_library:
                 first = known.source.locate(known.tree.at)
-                self.report(source, unit.at, f"{name} is declared already, at {first}")
+                self.report(
+                    source, unit.at, f"{name} is declared already, at {first}", Code.DUPLICATE_NAME
+                )
                 return
             if not library or library == _library_of(known.source):
                 return
@@ -242,7 +245,12 @@ class Scopes:
             if name.lower() in self.entries:
                 return
         elif unit.name.startswith("__"):
-            self.report(source, unit.at, "names with two underscores in front are reserved")
+            self.report(
+                source,
+                unit.at,
+                "names with two underscores in front are reserved",
+                Code.RESERVED_NAME,
+            )
             return
         entry = DeclaredUnit(name, tree, source, space or library, is_library)
         self.entries[name.lower()] = entry
@@ -367,9 +375,11 @@ class Scopes:
 
     # faults --------------------------------------------------------------------------------
 
-    def report(self, source: Source, at: int, message: str) -> None:
+    def report(
+        self, source: Source, at: int, message: str, code: Code = Code.UNEXPECTED_TOKEN
+    ) -> None:
         """Keep a fault; what is asked for twice is told once."""
-        self.faults.setdefault(source.fault(at, message))
+        self.faults.setdefault(source.fault(at, message, code))
 
     @contextmanager
     def inside(self, source: Source) -> Iterator[None]:
@@ -378,7 +388,7 @@ class Scopes:
         try:
             yield
         except Unexpected as fault:
-            self.report(source, fault.at, fault.message)
+            self.report(source, fault.at, fault.message, fault.code)
             raise Failed from None
         finally:
             self._depth -= 1
@@ -395,7 +405,9 @@ class Scopes:
     def check_depth(self, at: int) -> None:
         """Raise `Unexpected` if declarations rest on each other too deep."""
         if self._depth > DEEPEST:
-            raise Unexpected(at, f"declarations rest on each other more than {DEEPEST} deep")
+            raise Unexpected(
+                at, f"declarations rest on each other more than {DEEPEST} deep", Code.TOO_DEEP
+            )
 
     @staticmethod
     def made(make: Callable[[], T], at: int) -> T:
@@ -404,7 +416,7 @@ class Scopes:
         try:
             return make()
         except IecError as error:
-            raise Unexpected(at, str(error)) from None
+            raise Unexpected(at, str(error), Code.BAD_DECLARATION) from None
 
     # what is where -----------------------------------------------------------------------------
 

@@ -21,6 +21,7 @@ from achse.iec.times import TimeType
 from achse.iec.types import IecType
 from achse.iec.variables import PointedValue, StartContext, StartValue
 from achse.st.declared.scopes import Scope
+from achse.st.lexis.codes import Code
 from achse.st.lexis.source import SourceError
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import Call, Dereference, Expression, Member, This
@@ -62,7 +63,9 @@ class StartValues:
             if isinstance(real, InterfaceType) and is_block:
                 return type.encode(spot.address)
             if spot.type.guid != type.guid:
-                raise Unexpected(tree.at, f"{type.name} takes no {spot.type.name}")
+                raise Unexpected(
+                    tree.at, f"{type.name} takes no {spot.type.name}", Code.BAD_START_VALUE
+                )
             return self._surroundings.read(spot.address, type.size)
         return type.encode(fitted(self._evaluator.value(tree), type, tree.at))
 
@@ -72,7 +75,7 @@ class StartValues:
 
     def arguments(self, type: IecType[Any], tree: Expression) -> bytes:
         """Raise `Unexpected`: FB_init is not called, so its arguments have no effect."""
-        raise Unexpected(tree.at, f"FB_init of {type.name} is not called")
+        raise Unexpected(tree.at, f"FB_init of {type.name} is not called", Code.INIT_ARGUMENTS)
 
     # values ----------------------------------------------------------------------------------
 
@@ -116,7 +119,11 @@ class StartValues:
             pointer = self._value(tree.of)
             real = resolved(pointer.type)
             if not isinstance(real, PointerType):
-                raise Unexpected(tree.at, f"{pointer.type.name} is not a pointer: ^ leads nowhere")
+                raise Unexpected(
+                    tree.at,
+                    f"{pointer.type.name} is not a pointer: ^ leads nowhere",
+                    Code.NOT_A_POINTER,
+                )
             return self._pointee(pointer.address, real, tree.at)
         if isinstance(tree, IndexTree):
             indices = [self._evaluator.integer(item, "an index", tree.at) for item in tree.indices]
@@ -138,7 +145,9 @@ class StartValues:
             try:
                 spot = self._surroundings.variable(f"{owner.owner}.{rest[0]}")
             except KeyError:
-                raise Unexpected(at, f"{owner.owner}.{rest[0]} has no place in memory") from None
+                raise Unexpected(
+                    at, f"{owner.owner}.{rest[0]} has no place in memory", Code.BAD_START_VALUE
+                ) from None
         else:
             spot = self._part(self._own, MemberStep(rest[0]), at)
         for name in rest[1:]:
@@ -151,7 +160,7 @@ class StartValues:
         try:
             found = follow(whole.type, (step,))
         except IecError as error:
-            raise Unexpected(at, str(error)) from None
+            raise Unexpected(at, str(error), Code.BAD_START_VALUE) from None
         if found.static is not None:
             raise NotConstant(at)
         return PointedValue(found.type, whole.address + found.offset, found.bit)
@@ -159,14 +168,16 @@ class StartValues:
     def _pointee(self, place: int, pointer: PointerType, at: int) -> PointedValue:
         address = pointer.decode(self._read(place, pointer.size, at))
         if not address:
-            raise Unexpected(at, f"this {pointer.name} leads nowhere yet")
+            raise Unexpected(at, f"this {pointer.name} leads nowhere yet", Code.BAD_START_VALUE)
         return PointedValue(pointer.target, address)
 
     def _read(self, address: int, size: int, at: int) -> bytes:
         try:
             return self._surroundings.read(address, size)
         except LookupError:
-            raise Unexpected(at, f"address 0x{address:X} is not in memory") from None
+            raise Unexpected(
+                at, f"address 0x{address:X} is not in memory", Code.BAD_START_VALUE
+            ) from None
 
 
 def start_value(
@@ -182,9 +193,11 @@ def start_value(
         try:
             return work_out(StartValues(names, scope, surroundings, own), type, tree)
         except NotConstant as left:
-            fault = scope.source.fault(left.at, f"shows only when the program runs: {_LEFT}")
+            fault = scope.source.fault(
+                left.at, f"shows only when the program runs: {_LEFT}", Code.BAD_START_VALUE
+            )
         except Unexpected as left:
-            fault = scope.source.fault(left.at, f"{left.message}: {_LEFT}")
+            fault = scope.source.fault(left.at, f"{left.message}: {_LEFT}", Code.BAD_START_VALUE)
         raise SourceError([fault])
 
     return StartValue(type, offset, bit, value)

@@ -10,6 +10,7 @@ Source: public TwinCAT 3 projects, 915 bodies.
 import re
 from collections.abc import Iterator
 
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 
 __all__ = ["ArchiveObject", "read_archive", "unquoted"]
@@ -101,7 +102,7 @@ def read_archive(text: str) -> ArchiveObject:
             _add(holder, found["scalar"], _plain(content))
         elif found["end"]:
             if len(stack) == 1:
-                raise Unexpected(found.start(), "expected an object archive")
+                raise Unexpected(found.start(), "expected an object archive", Code.BAD_DRAWING)
             stack.pop()
         else:
             facts = found["facts"]
@@ -121,7 +122,9 @@ def read_archive(text: str) -> ArchiveObject:
                 stack.append((made, inner))
     roots = list(root)
     if len(stack) != 1 or len(roots) != 1:
-        raise Unexpected(0, "expected an object archive with one object in <Data>")
+        raise Unexpected(
+            0, "expected an object archive with one object in <Data>", Code.BAD_DRAWING
+        )
     return roots[0]
 
 

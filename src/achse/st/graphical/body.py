@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Protocol
 
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import Statements, TypeSpec, VarBlock
 
@@ -22,10 +23,11 @@ __all__ = ["BodyOwner", "BodyScope", "GraphicalBody", "Refused"]
 class Refused(Exception):
     """A body has something that is not supported; it does not run, and its variables are there."""
 
-    def __init__(self, at: int, message: str) -> None:
+    def __init__(self, at: int, message: str, code: Code = Code.UNEXPECTED_TOKEN) -> None:
         super().__init__(message)
         self.at = at
         self.message = message
+        self.code = code
 
 
 @dataclass(slots=True, eq=False)

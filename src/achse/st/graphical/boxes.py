@@ -8,6 +8,7 @@ from itertools import pairwise
 from achse.st.graphical.body import GraphicalBody, Refused
 from achse.st.graphical.networks import Box, BoxInput, BoxOutput, Modifier, NetworkOperand
 from achse.st.graphical.writer import BodyStatements, call_of
+from achse.st.lexis.codes import Code
 from achse.st.syntax.tree import (
     Binary,
     Branch,
@@ -94,7 +95,9 @@ class BoxWriter(BodyStatements):
             self._leave(Return(at), value, at)
         elif modifiers & EDGES:
             at = self.at(target.at)
-            raise Refused(at, f"an edge on the coil {target.text} is not supported")
+            raise Refused(
+                at, f"an edge on the coil {target.text} is not supported", Code.UNSUPPORTED_DRAWING
+            )
         else:
             at = self.at(target.at)
             place = self.target(target, at)
@@ -114,20 +117,34 @@ class BoxWriter(BodyStatements):
 
     def target(self, target: NetworkOperand, at: int) -> Expression:
         if target.text in ("", UNFINISHED):
-            raise Refused(at, "a target is not filled in: expected a variable, got '???'")
+            raise Refused(
+                at,
+                "a target is not filled in: expected a variable, got '???'",
+                Code.INCOMPLETE_DRAWING,
+            )
         return self.expression(target.text, at)
 
     def modified(self, value: Expression, modifiers: int, key: str, at: int) -> Expression:
         """Negate first, then detect the edge."""
         if modifiers & ~(Modifier.NEGATED | EDGES):
-            raise Refused(at, "an operand that is set, reset, jump or return is not supported")
+            raise Refused(
+                at,
+                "an operand that is set, reset, jump or return is not supported",
+                Code.UNSUPPORTED_DRAWING,
+            )
         if modifiers & Modifier.NEGATED:
             value = Unary("NOT", value, at)
         if modifiers & EDGES:
             if not self.body.owner.keeps_memory:
-                raise Refused(at, "a function keeps no memory: an edge needs one")
+                raise Refused(
+                    at, "a function keeps no memory: an edge needs one", Code.INCOMPLETE_DRAWING
+                )
             if modifiers & EDGES == EDGES:
-                raise Refused(at, "a rising and falling edge in one place is not supported")
+                raise Refused(
+                    at,
+                    "a rising and falling edge in one place is not supported",
+                    Code.UNSUPPORTED_DRAWING,
+                )
             rises = bool(modifiers & Modifier.RISING)
             return self.edge(memory_of(self.body, key), value, rises=rises, at=at)
         return value
@@ -180,7 +197,7 @@ class BoxWriter(BodyStatements):
     ) -> Expression | None:
         """Call an instance, then write its outputs to their targets."""
         if node.instance in ("", UNFINISHED):
-            raise Refused(at, f"the box {node.type} has no instance")
+            raise Refused(at, f"the box {node.type} has no instance", Code.INCOMPLETE_DRAWING)
         instance = self.expression(node.instance, at)
         arguments = [(pin.name, value, False) for pin, value in inputs]
         self.out.append(call_of(instance, arguments, at))
@@ -244,7 +261,7 @@ class BoxWriter(BodyStatements):
         values = [value for _, value in inputs]
         sign = sign_of(node)
         if not values:
-            raise Refused(at, f"the box {node.type} has no input")
+            raise Refused(at, f"the box {node.type} has no input", Code.INCOMPLETE_DRAWING)
         if node.call.lower() == "move":
             return values[0]
         if node.call.lower() == "not":
@@ -257,7 +274,9 @@ class BoxWriter(BodyStatements):
             for left, right in pairs:
                 found = both(found, Binary(sign, left, right, at), at)
             if found is None:
-                raise Refused(at, f"the box {node.type} has one input only")
+                raise Refused(
+                    at, f"the box {node.type} has one input only", Code.INCOMPLETE_DRAWING
+                )
             return found
         if sign:
             value = values[0]

@@ -17,6 +17,7 @@ from achse.st.graphical.charts import (
     Macro,
     Simultaneous,
 )
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 
 __all__ = ["ChartFlow", "Firing", "steps_of"]
@@ -52,19 +53,25 @@ class ChartFlow:
             taken: set[str] = set()
             for step in self.steps:
                 if step.name.lower() in taken:
-                    raise Unexpected(step.at, f"two steps are named {step.name}")
+                    raise Unexpected(
+                        step.at, f"two steps are named {step.name}", Code.BAD_CHART_FLOW
+                    )
                 taken.add(step.name.lower())
         initial = [step for step in self.steps if step.is_initial]
         if len(initial) != 1:
             at = initial[1].at if initial else 0
-            raise Unexpected(at, f"expected one initial step, got {len(initial)}")
+            raise Unexpected(
+                at, f"expected one initial step, got {len(initial)}", Code.BAD_CHART_FLOW
+            )
         self.initial = initial[0]
         exits = self._segment(chart.elements, [])
         for firing, jump in self._jumps:
             firing.activated += self._target(jump)
         for end in exits:
             if isinstance(end, Firing):
-                raise Unexpected(end.transition.at, "the transition leads nowhere")
+                raise Unexpected(
+                    end.transition.at, "the transition leads nowhere", Code.BAD_CHART_FLOW
+                )
 
     def _target(self, jump: ChartJump) -> Sequence[ChartStep]:
         key = jump.target.lower()
@@ -72,7 +79,11 @@ class ChartFlow:
             return (self._by_name[key],)
         if key in self._labels:
             return self._labels[key]
-        raise Unexpected(jump.at, f"a jump to '{jump.target[:80]}': expected a step or a branch")
+        raise Unexpected(
+            jump.at,
+            f"a jump to '{jump.target[:80]}': expected a step or a branch",
+            Code.BAD_CHART_FLOW,
+        )
 
     def _segment(self, elements: Sequence[ChartElement], exits: list[_Exit]) -> list[_Exit]:
         for element in elements:
@@ -101,13 +112,17 @@ class ChartFlow:
     def _transitions(self, exits: list[_Exit], at: int) -> Iterator[Firing]:
         for end in exits:
             if not isinstance(end, Firing):
-                raise Unexpected(at, f"expected a transition behind step {end[-1].name}")
+                raise Unexpected(
+                    at, f"expected a transition behind step {end[-1].name}", Code.BAD_CHART_FLOW
+                )
             yield end
 
     def _fire(self, transition: ChartTransition, exits: list[_Exit]) -> Iterator[Firing]:
         for end in exits:
             if isinstance(end, Firing):
-                raise Unexpected(transition.at, "two transitions follow each other")
+                raise Unexpected(
+                    transition.at, "two transitions follow each other", Code.BAD_CHART_FLOW
+                )
             firing = Firing(transition, end)
             self.firings.append(firing)
             yield firing
@@ -120,7 +135,11 @@ class ChartFlow:
         for end in ends:
             steps = [one for one in end if not isinstance(one, Firing)]
             if len(steps) < len(end):
-                raise Unexpected(branch.at, "a segment of a parallel branch ends with a step")
+                raise Unexpected(
+                    branch.at,
+                    "a segment of a parallel branch ends with a step",
+                    Code.BAD_CHART_FLOW,
+                )
             if steps:
                 groups.append(steps)
         return [tuple(step for one in group for step in one) for group in product(*groups) if group]

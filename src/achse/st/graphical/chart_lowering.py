@@ -16,6 +16,7 @@ from achse.st.graphical.body import BodyScope, GraphicalBody, Refused
 from achse.st.graphical.chart_flow import ChartFlow, Firing, steps_of
 from achse.st.graphical.charts import ActionAssociation, Chart, ChartStep, read_chart, read_flags
 from achse.st.graphical.writer import BodyStatements, call_of, implicit_block
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import (
     Assign,
@@ -119,11 +120,13 @@ def lowered_chart(body: GraphicalBody, scope: BodyScope) -> Statements:
     try:
         chart = read_chart(body.text)
     except Unexpected as fault:
-        raise Refused(body.name_place(fault.at, "the chart"), fault.message) from None
+        raise Refused(body.name_place(fault.at, "the chart"), fault.message, fault.code) from None
     try:
         flow = ChartFlow(chart)
     except Unexpected as fault:
-        raise Unexpected(body.name_place(fault.at, "the chart"), fault.message) from None
+        raise Unexpected(
+            body.name_place(fault.at, "the chart"), fault.message, fault.code
+        ) from None
     return _Lowering(body, scope, chart, flow).statements()
 
 
@@ -479,7 +482,7 @@ class _Lowering(BodyStatements):
 
     def _condition(self, text: str, at: int) -> Expression:
         if not text:
-            raise Unexpected(at, "the transition has no condition")
+            raise Unexpected(at, "the transition has no condition", Code.BAD_CHART_FLOW)
         if text.lower() in self.body.owner.transitions:
             return call_of(Name(text, at), (), at)
         return self.expression(text, at)

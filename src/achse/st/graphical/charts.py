@@ -6,6 +6,7 @@ Source: IEC 61131-3 (2013) §6.7; charts of public TwinCAT 3 projects.
 from typing import TypeAlias
 
 from achse.st.graphical.archive import ArchiveObject, read_archive
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.nodes import node, place
 
@@ -121,10 +122,14 @@ def read_chart(text: str) -> Chart:
     """Return the chart of a body. Raises `Unexpected` for what the format does not have."""
     root = read_archive(text)
     if root.type != "SFCImplementationObject":
-        raise Unexpected(root.at, f"expected an SFCImplementationObject, got '{root.type[:80]}'")
+        raise Unexpected(
+            root.at,
+            f"expected an SFCImplementationObject, got '{root.type[:80]}'",
+            Code.BAD_DRAWING,
+        )
     segment = root.part("Root")
     if segment is None:
-        raise Unexpected(root.at, "the chart has no elements")
+        raise Unexpected(root.at, "the chart has no elements", Code.BAD_DRAWING)
     return Chart(_segment(segment))
 
 
@@ -191,7 +196,11 @@ def _element(found: ArchiveObject) -> ChartElement:
             return _step(found, values, is_excluded)
         case "SFCTransition":
             if is_excluded:
-                raise Unexpected(found.at, "a transition that is left out is not supported")
+                raise Unexpected(
+                    found.at,
+                    "a transition that is left out is not supported",
+                    Code.UNSUPPORTED_DRAWING,
+                )
             return ChartTransition(name.rstrip("; "), found.at)
         case "SFCJump":
             return ChartJump(name, found.at)
@@ -203,7 +212,9 @@ def _element(found: ArchiveObject) -> ChartElement:
         case "SFCMacro":
             inner = found.part("Segment")
             return Macro(name, () if inner is None else _segment(inner), found.at)
-    raise Unexpected(found.at, f"'{found.type[:80]}' is not supported in a chart")
+    raise Unexpected(
+        found.at, f"'{found.type[:80]}' is not supported in a chart", Code.UNSUPPORTED_DRAWING
+    )
 
 
 def _step(found: ArchiveObject, values: dict[str, str], is_excluded: bool) -> ChartStep:
@@ -235,7 +246,11 @@ def _association(found: ArchiveObject) -> ActionAssociation | None:
     qualifier = text[0].upper() if text else "N"
     time = text[1].strip() if len(text) > 1 else ""
     if qualifier not in _QUALIFIERS:
-        raise Unexpected(found.at, f"{name}: '{qualifier[:20]}' is not a qualifier")
+        raise Unexpected(
+            found.at, f"{name}: '{qualifier[:20]}' is not a qualifier", Code.INCOMPLETE_DRAWING
+        )
     if qualifier in _TIMED and not time:
-        raise Unexpected(found.at, f"{name}: qualifier {qualifier} has no time")
+        raise Unexpected(
+            found.at, f"{name}: qualifier {qualifier} has no time", Code.INCOMPLETE_DRAWING
+        )
     return ActionAssociation(name, qualifier, time, found.at)

@@ -27,6 +27,7 @@ from achse.st.graphical.function_charts import (
 )
 from achse.st.graphical.networks import Box, BoxInput, NetworkOperand
 from achse.st.graphical.writer import call_of, implicit_block
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import (
     Call,
@@ -73,7 +74,7 @@ def lowered_function_chart(body: GraphicalBody, scope: BodyScope) -> Statements:
     try:
         chart = read_function_chart(body.text)
     except Unexpected as fault:
-        raise Refused(body.name_place(fault.at, "the chart"), fault.message) from None
+        raise Refused(body.name_place(fault.at, "the chart"), fault.message, fault.code) from None
     return _Lowering(body, scope, _Connections(body, chart)).statements()
 
 
@@ -252,7 +253,9 @@ class _Lowering(BoxWriter):
         if isinstance(element, ChartSelector):
             whole = self._input(element.input, consumer, at)
             if whole is None:
-                raise Refused(at, f"the selector {element.type} has no input")
+                raise Refused(
+                    at, f"the selector {element.type} has no input", Code.INCOMPLETE_DRAWING
+                )
             return Member(whole, pin.name, at)
         if isinstance(element, ChartComposer) or pin.id in self._kept:
             return Name(_kept(self.body, pin.id), at)
@@ -262,14 +265,18 @@ class _Lowering(BoxWriter):
         if element.call == "Program":
             return Member(self.expression(element.type, at), pin.name, at)
         if pin.id not in self._results:
-            raise Refused(at, f"{element.type} is read before it runs, and its type is not known")
+            raise Refused(
+                at,
+                f"{element.type} is read before it runs, and its type is not known",
+                Code.INCOMPLETE_DRAWING,
+            )
         return self._results[pin.id]
 
     def _instance(self, element: ChartBox, at: int) -> Expression:
         if element.instance.upper().replace(" ", "") == "SUPER^":
             return self.expression("THIS^", at)
         if not element.instance or element.instance == "???":
-            raise Refused(at, f"the box {element.type} has no instance")
+            raise Refused(at, f"the box {element.type} has no instance", Code.INCOMPLETE_DRAWING)
         return self.expression(element.instance, at)
 
     # elements ----------------------------------------------------------------------------------
@@ -280,14 +287,20 @@ class _Lowering(BoxWriter):
         if value is None:
             return
         if not element.text or element.text == "???":
-            raise Refused(at, "an output is not filled in: expected a variable, got '???'")
+            raise Refused(
+                at,
+                "an output is not filled in: expected a variable, got '???'",
+                Code.INCOMPLETE_DRAWING,
+            )
         operator = {"Set": "S=", "Reset": "R="}.get(element.storing, ":=")
         self.assign(self.expression(element.text, at), value, at, operator)
 
     def _write_composer(self, element: ChartComposer) -> None:
         at = self.at(element.at)
         if not self.body.owner.keeps_memory:
-            raise Refused(at, "a function keeps no memory: a composer needs one")
+            raise Refused(
+                at, "a function keeps no memory: a composer needs one", Code.INCOMPLETE_DRAWING
+            )
         for pin in element.inputs:
             value = self._input(pin, element, at)
             if value is not None:
@@ -333,7 +346,11 @@ class _Lowering(BoxWriter):
             case "Function" | "Method" | "LocalMethod":
                 self._of_routine(element, at)
             case _:
-                raise Refused(at, f"a call of kind '{element.call[:20]}' is not supported")
+                raise Refused(
+                    at,
+                    f"a call of kind '{element.call[:20]}' is not supported",
+                    Code.UNSUPPORTED_DRAWING,
+                )
 
     def _of_operator(self, element: ChartBox, at: int) -> Expression:
         inputs = []
@@ -363,7 +380,9 @@ class _Lowering(BoxWriter):
             ]  # fmt: skip
             for one in consumers:
                 if not isinstance(one, ChartOutput) or len(consumers) > 1:
-                    raise Refused(at, f"{element.type}: output {pin.name} leads to a box")
+                    raise Refused(
+                        at, f"{element.type}: output {pin.name} leads to a box", Code.BAD_DRAWING
+                    )
                 arguments.append((pin.name, self.expression(one.text, at), True))
         call = call_of(of, arguments, at)
         if result is None:

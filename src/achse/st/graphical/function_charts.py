@@ -6,6 +6,7 @@ Source: CFC bodies of public TwinCAT 3 projects.
 from typing import TypeAlias
 
 from achse.st.graphical.archive import ArchiveObject, read_archive
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.nodes import node, place
 
@@ -122,7 +123,9 @@ def read_function_chart(text: str) -> FunctionChart:
     """Return the chart of a body. Raises `Unexpected` for what the format does not have."""
     root = read_archive(text)
     if root.type != "CFCImplementationObject":
-        raise Unexpected(root.at, f"expected a CFCImplementationObject, got '{root.type[:80]}'")
+        raise Unexpected(
+            root.at, f"expected a CFCImplementationObject, got '{root.type[:80]}'", Code.BAD_DRAWING
+        )
     outer = root.part("Items")
     inputs: list[ChartInput] = []
     ordered: list[Ordered] = []
@@ -146,7 +149,11 @@ def read_function_chart(text: str) -> FunctionChart:
             case "CFCCommentElement":
                 pass
             case _:
-                raise Unexpected(found.at, f"'{found.type[:80]}' is not supported in a chart")
+                raise Unexpected(
+                    found.at,
+                    f"'{found.type[:80]}' is not supported in a chart",
+                    Code.UNSUPPORTED_DRAWING,
+                )
     return FunctionChart(tuple(inputs), tuple(ordered), tuple(sources), knows_feedback)
 
 
@@ -175,7 +182,7 @@ def _bounds(found: ArchiveObject) -> tuple[int, int]:
 def _pin(found: ArchiveObject, name: str) -> ChartPin:
     pin = found.part(name)
     if pin is None:
-        raise Unexpected(found.at, f"an element has no {name.lower()} pin")
+        raise Unexpected(found.at, f"an element has no {name.lower()} pin", Code.BAD_DRAWING)
     return _of_pin(pin, "")
 
 
@@ -191,10 +198,12 @@ def _pins(found: ArchiveObject, name: str, names: list[str]) -> tuple[ChartPin, 
 def _output(found: ArchiveObject) -> ChartOutput:
     pin = found.part("Input")
     if pin is None:
-        raise Unexpected(found.at, "an output has no pin")
+        raise Unexpected(found.at, "an output has no pin", Code.BAD_DRAWING)
     storing = pin.text("SetReset", "None")
     if storing not in ("None", "Set", "Reset"):
-        raise Unexpected(found.at, f"SetReset {storing[:20]} is not supported")
+        raise Unexpected(
+            found.at, f"SetReset {storing[:20]} is not supported", Code.UNSUPPORTED_DRAWING
+        )
     return ChartOutput(_text(found), _of_pin(pin, ""), storing, _bounds(found), found.at)
 
 
@@ -202,9 +211,17 @@ def _box(found: ArchiveObject) -> ChartBox:
     texts = _texts(found)
     inputs, outputs = _inner(found, "Inputs"), _inner(found, "Outputs")
     if len(texts) != len(inputs) + len(outputs) + 2:
-        raise Unexpected(found.at, f"a box has {len(texts)} texts, which its pins do not explain")
+        raise Unexpected(
+            found.at,
+            f"a box has {len(texts)} texts, which its pins do not explain",
+            Code.BAD_DRAWING,
+        )
     if found.flag("EnEno"):
-        raise Unexpected(found.at, f"the box {texts[-2][:80]} shows EN and ENO: not supported here")
+        raise Unexpected(
+            found.at,
+            f"the box {texts[-2][:80]} shows EN and ENO: not supported here",
+            Code.UNSUPPORTED_DRAWING,
+        )
     count = len(inputs)
     return ChartBox(
         found.text("KindOfCall"),
@@ -221,7 +238,9 @@ def _box(found: ArchiveObject) -> ChartBox:
 def _composer(found: ArchiveObject) -> ChartComposer:
     texts = _texts(found)
     if len(texts) != len(_inner(found, "Inputs")) + 1:
-        raise Unexpected(found.at, "a composer has texts that its pins do not explain")
+        raise Unexpected(
+            found.at, "a composer has texts that its pins do not explain", Code.BAD_DRAWING
+        )
     inputs = _pins(found, "Inputs", texts[:-1])
     return ChartComposer(texts[-1], inputs, _pin(found, "Output"), _bounds(found), found.at)
 
@@ -229,6 +248,8 @@ def _composer(found: ArchiveObject) -> ChartComposer:
 def _selector(found: ArchiveObject) -> ChartSelector:
     texts = _texts(found)
     if len(texts) != len(_inner(found, "Outputs")) + 1:
-        raise Unexpected(found.at, "a selector has texts that its pins do not explain")
+        raise Unexpected(
+            found.at, "a selector has texts that its pins do not explain", Code.BAD_DRAWING
+        )
     outputs = _pins(found, "Outputs", texts[1:])
     return ChartSelector(texts[0], _pin(found, "Input"), outputs, _bounds(found), found.at)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from achse.st.graphical.body import Refused
 from achse.st.graphical.networks import DrawnNetwork, Instruction
 from achse.st.graphical.writer import call_of
+from achse.st.lexis.codes import Code
 from achse.st.syntax.tree import (
     Argument,
     Binary,
@@ -77,14 +78,20 @@ class InstructionList:
                     self._close(at)
                 continue
             if line.prefix:
-                raise Refused(at, f"'{line.prefix}' outside of a call is not supported")
+                raise Refused(
+                    at,
+                    f"'{line.prefix}' outside of a call is not supported",
+                    Code.UNSUPPORTED_DRAWING,
+                )
             if operator[:3] == "CAL" and operator[3:] in _CONDITIONS:
                 arguments = [] if line.postfix != "(" else self._arguments(lines, at)
                 self._call(line, _CONDITIONS[operator[3:]], arguments, at)
             else:
                 self._line(line, operator, at)
         if self._stack:
-            raise Refused(writer.at(self._network.at), "a bracket is not closed")
+            raise Refused(
+                writer.at(self._network.at), "a bracket is not closed", Code.INCOMPLETE_DRAWING
+            )
         result = writer.body.owner.result
         if result and self._value is not None:
             at = writer.at(self._network.at)
@@ -129,7 +136,9 @@ class InstructionList:
 
     def _operand(self, line: Instruction, at: int) -> Expression:
         if line.operand.text in ("", "???") or line.operand.modifiers:
-            raise Refused(at, f"{line.operator} has no operand that is supported")
+            raise Refused(
+                at, f"{line.operator} has no operand that is supported", Code.INCOMPLETE_DRAWING
+            )
         return self._writer.expression(line.operand.text, at)
 
     def _combine(self, sign: str, right: Expression, negates: bool, at: int) -> None:
@@ -139,14 +148,16 @@ class InstructionList:
 
     def _close(self, at: int) -> None:
         if not self._stack:
-            raise Refused(at, "a bracket is closed that is not open")
+            raise Refused(at, "a bracket is closed that is not open", Code.INCOMPLETE_DRAWING)
         inner = self._loaded(at)
         sign, negates, self._value = self._stack.pop()
         self._combine(sign, inner, negates, at)
 
     def _loaded(self, at: int) -> Expression:
         if self._value is None:
-            raise Refused(at, "the accumulator is used before a value is loaded")
+            raise Refused(
+                at, "the accumulator is used before a value is loaded", Code.INCOMPLETE_DRAWING
+            )
         return self._value
 
     def _kept(self, at: int) -> Expression:
@@ -169,7 +180,7 @@ class InstructionList:
                 found.append(Argument(line.operator, value, line.prefix == "=>", here))
             if line.postfix.endswith(")"):
                 return found
-        raise Refused(at, "a call is not closed")
+        raise Refused(at, "a call is not closed", Code.INCOMPLETE_DRAWING)
 
     def _call(
         self, line: Instruction, condition: bool | None, arguments: list[Argument], at: int

@@ -25,6 +25,7 @@ from achse.st.graphical.networks import (
     Parallel,
     Unconnected,
 )
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 
 __all__ = ["read_ladder"]
@@ -55,7 +56,9 @@ def read_ladder(text: str) -> NetworkList:
     try:
         return _Reader(text, root.at).model(json.loads(root.text("ModelJson")))
     except (ValueError, TypeError, AttributeError) as error:
-        raise Unexpected(root.at, f"expected a ladder model in JSON: {error}") from None
+        raise Unexpected(
+            root.at, f"expected a ladder model in JSON: {error}", Code.BAD_DRAWING
+        ) from None
 
 
 class _Reader:
@@ -84,10 +87,16 @@ class _Reader:
         """Return the type of an object; refuse other types and keys."""
         kind = found.get("$type") if isinstance(found, dict) else None
         if kind not in types:
-            raise Unexpected(next(self._at), f"expected {types[0]}, got '{str(kind)[:40]}'")
+            raise Unexpected(
+                next(self._at), f"expected {types[0]}, got '{str(kind)[:40]}'", Code.BAD_DRAWING
+            )
         for key in found:
             if key != "$type" and key not in _KEYS[kind]:
-                raise Unexpected(next(self._at), f"'{key[:40]}' of a {kind} is not supported")
+                raise Unexpected(
+                    next(self._at),
+                    f"'{key[:40]}' of a {kind} is not supported",
+                    Code.UNSUPPORTED_DRAWING,
+                )
         return str(kind)
 
     def _sequence(self, found: _Json) -> NetworkNode | None:
@@ -111,7 +120,9 @@ class _Reader:
             case "InVariable":
                 if left is not None:
                     raise Unexpected(
-                        next(self._at), "a variable behind an element is not supported"
+                        next(self._at),
+                        "a variable behind an element is not supported",
+                        Code.UNSUPPORTED_DRAWING,
                     )
                 return self._operand(found.get("Operand"))
             case "ParallelClosed":
@@ -143,7 +154,11 @@ class _Reader:
         name = str(found.get("BlockType", "")).strip()
         call = _CALLS.get(found.get("CallType"))
         if call is None:
-            raise Unexpected(at, f"call type {found['CallType']} of {name} is not supported")
+            raise Unexpected(
+                at,
+                f"call type {found['CallType']} of {name} is not supported",
+                Code.UNSUPPORTED_DRAWING,
+            )
         inputs: list[BoxInput] = []
         fed = 0
         for one in found.get("Inputs", ()):
@@ -155,7 +170,11 @@ class _Reader:
                 node = Unconnected(at) if left is None else left
             inputs.append(BoxInput(self._pin(one), type, node, 0))
         if fed > 1 or (left is not None and not fed):
-            raise Unexpected(at, f"the power line of {name} leads to {fed} inputs: expected one")
+            raise Unexpected(
+                at,
+                f"the power line of {name} leads to {fed} inputs: expected one",
+                Code.BAD_DRAWING,
+            )
         outputs: list[BoxOutput] = []
         for one in found.get("Outputs", ()):
             self._check(one, "Output")

@@ -8,6 +8,7 @@ from achse.st.graphical.function_chart_lowering import (
 )
 from achse.st.graphical.ladder_model import read_ladder
 from achse.st.graphical.network_lowering import lowered_networks, memories_of_networks
+from achse.st.lexis.codes import Code
 from achse.st.syntax.tree import Statements, VarBlock
 
 __all__ = ["implicit_variables", "lowered"]
@@ -41,5 +42,11 @@ def lowered(body: GraphicalBody, scope: BodyScope) -> Statements:
             case "CFC":
                 return lowered_function_chart(body, scope)
     except RecursionError:
-        raise Refused(body.name_place(0, "the body"), "elements nest too deep") from None
-    raise Refused(body.name_place(0, "the body"), "a UML state chart is not supported")
+        raise Refused(
+            body.name_place(0, "the body"), "elements nest too deep", Code.TOO_DEEP
+        ) from None
+    raise Refused(
+        body.name_place(0, "the body"),
+        "a UML state chart is not supported",
+        Code.UNSUPPORTED_DRAWING,
+    )

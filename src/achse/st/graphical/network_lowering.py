@@ -36,6 +36,7 @@ from achse.st.graphical.networks import (
     read_networks,
 )
 from achse.st.graphical.writer import implicit_block
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import (
     Binary,
@@ -74,7 +75,7 @@ def lowered_networks(
     try:
         networks = read(body.text)
     except Unexpected as fault:
-        raise Refused(body.name_place(fault.at, "the body"), fault.message) from None
+        raise Refused(body.name_place(fault.at, "the body"), fault.message, fault.code) from None
     return _Lowering(body, scope, networks).statements()
 
 
@@ -234,7 +235,11 @@ class _Lowering(BoxWriter):
                 return both(power, self._operand(node), at)
             case NetworkWire():
                 if node.input is not None or node.number not in self._wires:
-                    raise Refused(at, f"wire {node.number} is read before it is defined")
+                    raise Refused(
+                        at,
+                        f"wire {node.number} is read before it is defined",
+                        Code.INCOMPLETE_DRAWING,
+                    )
                 return both(power, Name(self._wire(node.number), at), at)
             case Parallel():
                 return self._parallel(node, power)
@@ -246,7 +251,11 @@ class _Lowering(BoxWriter):
     def _operand(self, node: NetworkOperand) -> Expression:
         at = self.at(node.at)
         if node.text in ("", UNFINISHED):
-            raise Refused(at, "an operand is not filled in: expected an expression, got '???'")
+            raise Refused(
+                at,
+                "an operand is not filled in: expected an expression, got '???'",
+                Code.INCOMPLETE_DRAWING,
+            )
         value = self.expression(node.text, at)
         return self.modified(value, node.modifiers, str(node.id), at)
 
@@ -307,7 +316,9 @@ class _Lowering(BoxWriter):
             power = self.simple(power, at)
         nodes = [pin.node for pin in node.inputs]
         if any(pin.modifiers for pin in node.inputs):
-            raise Refused(at, "a negated input of a branch is not supported")
+            raise Refused(
+                at, "a negated input of a branch is not supported", Code.UNSUPPORTED_DRAWING
+            )
         return self._any(nodes, power, at)
 
     def _any(
@@ -396,7 +407,9 @@ class _Lowering(BoxWriter):
             self.when(enable, lambda: self.assign_outputs(node, value), at)
             if enable is not None and sign_of(node) not in COMPARISONS:
                 raise Refused(
-                    at, f"the result of {node.type} with EN that goes on is not supported"
+                    at,
+                    f"the result of {node.type} with EN that goes on is not supported",
+                    Code.UNSUPPORTED_DRAWING,
                 )
             result = both(enable, result, at)
         if node.enable_output is not None and node.enable_output.target is not None:

@@ -11,6 +11,7 @@ from enum import IntFlag
 from typing import TypeAlias, TypeVar
 
 from achse.st.graphical.archive import ArchiveObject, read_archive
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.nodes import node, place
 
@@ -201,7 +202,11 @@ def read_networks(text: str) -> NetworkList:
     """Return the networks of a body. Raises `Unexpected` for what the format does not have."""
     root = read_archive(text)
     if root.type != "NWLImplementationObject":
-        raise Unexpected(root.at, f"expected an NWLImplementationObject, got '{root.type[:80]}'")
+        raise Unexpected(
+            root.at,
+            f"expected an NWLImplementationObject, got '{root.type[:80]}'",
+            Code.BAD_DRAWING,
+        )
     found = enumerate(root.objects("NetworkList"), 1)
     networks = tuple(_network(item, number) for number, item in found)
     return NetworkList(root.text("DefaultViewMode", "Ld"), networks)
@@ -228,7 +233,7 @@ def _node(found: ArchiveObject) -> NetworkNode:
         case "BoxTreeOperand":
             operand = found.part("Operand")
             if operand is None:
-                raise Unexpected(found.at, "a BoxTreeOperand has no operand")
+                raise Unexpected(found.at, "a BoxTreeOperand has no operand", Code.BAD_DRAWING)
             return _operand(operand)
         case "BoxTreeAssign":
             value = found.part("RValue")
@@ -251,9 +256,15 @@ def _node(found: ArchiveObject) -> NetworkNode:
             )
         case "BoxTreeTerminator":
             if found.part("Input") is not None:
-                raise Unexpected(found.at, "a BoxTreeTerminator with an input is not supported")
+                raise Unexpected(
+                    found.at,
+                    "a BoxTreeTerminator with an input is not supported",
+                    Code.UNSUPPORTED_DRAWING,
+                )
             return Unconnected(found.at)
-    raise Unexpected(found.at, f"'{found.type[:80]}' is not supported in a network")
+    raise Unexpected(
+        found.at, f"'{found.type[:80]}' is not supported in a network", Code.UNSUPPORTED_DRAWING
+    )
 
 
 def _optional(found: ArchiveObject) -> NetworkNode | None:
@@ -278,7 +289,7 @@ def _modifiers(found: ArchiveObject) -> int:
     flags = found.part("Flags")
     number = 0 if flags is None else flags.number("Flags")
     if number & ~_KNOWN:
-        raise Unexpected(found.at, f"flags {number} are not supported")
+        raise Unexpected(found.at, f"flags {number} are not supported", Code.UNSUPPORTED_DRAWING)
     return number
 
 
@@ -293,7 +304,7 @@ def _box(found: ArchiveObject) -> Box:
     outputs = _outputs(found)
     has_en, has_eno = found.flag("EN"), found.flag("ENO")
     if (has_en and not inputs) or (has_eno and not outputs):
-        raise Unexpected(found.at, "a box shows EN or ENO, and its file has none")
+        raise Unexpected(found.at, "a box shows EN or ENO, and its file has none", Code.BAD_DRAWING)
     instance = found.part("Instance")
     return Box(
         found.text("BoxType").strip(),
@@ -329,7 +340,9 @@ def _parameters(found: ArchiveObject, name: str) -> tuple[list[str], list[str]]:
 def _pin(found: ArchiveObject) -> int:
     number = found.number("Flags")
     if number & ~(Modifier.NEGATED | _EDGES):
-        raise Unexpected(found.at, f"flags {number} are not supported on an input")
+        raise Unexpected(
+            found.at, f"flags {number} are not supported on an input", Code.UNSUPPORTED_DRAWING
+        )
     return number
 
 

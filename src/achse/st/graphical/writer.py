@@ -7,6 +7,7 @@ from functools import lru_cache
 from typing import Any
 
 from achse.st.graphical.body import BodyScope, GraphicalBody
+from achse.st.lexis.codes import Code
 from achse.st.lexis.source import SourceError
 from achse.st.lexis.words import KEYWORDS
 from achse.st.syntax.cursor import Unexpected
@@ -80,7 +81,7 @@ class BodyStatements:
 
     def fault(self, offset: int, message: str) -> Unexpected:
         """The fault at a node of the drawing."""
-        return Unexpected(self.at(offset), message)
+        return Unexpected(self.at(offset), message, Code.INCOMPLETE_DRAWING)
 
     # text --------------------------------------------------------------------------------------
 
@@ -93,7 +94,7 @@ class BodyStatements:
         try:
             found: Expression = _moved(_parsed(text), at)
         except SourceError as error:
-            raise Unexpected(at, error.faults[0].message) from None
+            raise Unexpected(at, error.faults[0].message, error.faults[0].code) from None
         return found
 
     def parsed_statements(self, text: str, at: int) -> Statements:
@@ -102,7 +103,9 @@ class BodyStatements:
             found = parse_statements(text)
         except SourceError as error:
             fault = error.faults[0]
-            raise Unexpected(at, f"line {fault.location.line}: {fault.message}") from None
+            raise Unexpected(
+                at, f"line {fault.location.line}: {fault.message}", fault.code
+            ) from None
         return tuple(_moved(item, at) for item in found)
 
     # statements --------------------------------------------------------------------------------
