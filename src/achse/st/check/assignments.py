@@ -17,6 +17,7 @@ from achse.st.check.kinds import common_integer, is_interface, is_whole, same_sh
 from achse.st.check.meanings import PropertyUse
 from achse.st.check.operands import TypedOperand, constant_operand, known
 from achse.st.check.signatures import attributes_in
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import Assign, Expression, Name
 from achse.st.typed.expressions import Computed, Known, Latched, Operator, Read, Stored, TypedValue
@@ -66,7 +67,11 @@ class Assignments:
         target = body.expressions.as_operand(target, tree.target.at)
         storage = target.storage
         if storage is None:
-            raise Unexpected(tree.at, "expected a variable before the assignment, got a value")
+            raise Unexpected(
+                tree.at,
+                "expected a variable before the assignment, got a value",
+                Code.NOT_ASSIGNABLE,
+            )
         body.check_writable(target, tree.target.at)
         value = body.expressions.operand(tree.value)
         if tree.operator != ":=":
@@ -86,7 +91,7 @@ class Assignments:
         if limits is not None:
             number = found.value if isinstance(found, Known) else limits.low
             if isinstance(number, int) and not limits.low <= number <= limits.high:
-                body.warn(value_at, f"{number} is outside {limits.name}")
+                body.warn(value_at, f"{number} is outside {limits.name}", Code.OUTSIDE_SUBRANGE)
             found = body.checks.in_range(found, value, limits, value_at)
         stored = Stored(storage, found, storage.type, at)
         return TypedOperand(stored, type, storage)
@@ -95,18 +100,24 @@ class Assignments:
         """Raise `Unexpected` for blocks that are not to be copied."""
         entry = self._body.checking.names.entry_of(type)
         if entry is not None and "no_assign" in attributes_in(entry.tree):
-            raise Unexpected(at, f"{entry.name} has attribute no_assign: it is not copied")
+            raise Unexpected(
+                at, f"{entry.name} has attribute no_assign: it is not copied", Code.NOT_ASSIGNABLE
+            )
 
     def _to_property(self, use: PropertyUse, tree: Assign) -> TypedOperand:
         body = self._body
         if tree.operator != ":=":
-            raise Unexpected(tree.at, f"{tree.operator} takes a variable, got a property")
+            raise Unexpected(
+                tree.at, f"{tree.operator} takes a variable, got a property", Code.NOT_ASSIGNABLE
+            )
         if not body.calls.has_set(use):
             # A property of a REFERENCE is read, and what it leads to is written.
             target = body.calls.read_property(use)
             if target.storage is None or not isinstance(target.storage.base, PointerBase):
                 raise Unexpected(
-                    tree.at, f"property {use.tree.name} has no SET: it cannot be written"
+                    tree.at,
+                    f"property {use.tree.name} has no SET: it cannot be written",
+                    Code.PROPERTY_ACCESS,
                 )
             value = body.expressions.operand(tree.value)
             return self.store(target.storage, target.type, value, tree.value.at, tree.at)
@@ -118,7 +129,11 @@ class Assignments:
     ) -> TypedOperand:
         """`S=` and `R=`: they pass their value on, whatever the variable becomes."""
         if not isinstance(target.flat, BoolType):
-            raise Unexpected(tree.at, f"{tree.operator} takes a BOOL, got a {target.type.name}")
+            raise Unexpected(
+                tree.at,
+                f"{tree.operator} takes a BOOL, got a {target.type.name}",
+                Code.BOOL_EXPECTED,
+            )
         truth = self._body.truth(value, tree.value.at)
         return TypedOperand(Latched(storage, truth, tree.operator == "S=", BOOL, tree.at), BOOL)
 
@@ -138,7 +153,9 @@ class Assignments:
                 storage = operand.storage
             else:
                 raise Unexpected(
-                    tree.target.at, f"REF= binds a REFERENCE, got a {operand.type.name}"
+                    tree.target.at,
+                    f"REF= binds a REFERENCE, got a {operand.type.name}",
+                    Code.REFERENCE_TARGET,
                 )
         address = self.bound_address(storage.type, operand.type, tree.value)
         return TypedOperand(Stored(storage, address, storage.type, tree.at), operand.type)
@@ -154,14 +171,18 @@ class Assignments:
         is_address = isinstance(value.flat, PointerType) and not is_interface(value.flat)
         if is_address and not isinstance(flat(target), PointerType):
             # An address as it is: `ref REF= pointer` is taken by the vendor's compiler.
-            body.warn(tree.at, "REF= takes a variable, got a pointer: write ^ after it")
+            body.warn(
+                tree.at,
+                "REF= takes a variable, got a pointer: write ^ after it",
+                Code.REFERENCE_TYPE,
+            )
             return value.value
         wanted = flat(target)
         if not same_shape(value.flat, wanted):
             is_record = isinstance(wanted, StructType) or isinstance(value.flat, StructType)
             if is_record or wanted.size != value.flat.size:
                 message = f"a REFERENCE TO {target.name} is bound to a {value.type.name}"
-                body.warn(tree.at, message)
+                body.warn(tree.at, message, Code.REFERENCE_TYPE)
         return body.paths.address(value, pointer, tree.at)
 
     # old value out, new value in ---------------------------------------------------------------
@@ -172,7 +193,11 @@ class Assignments:
         operand = body.expressions.operand(tree)
         storage = operand.storage
         if storage is None or not isinstance(storage.type, IntegerType | BoolType):
-            raise Unexpected(at, f"TEST_AND_SET takes a whole number, got a {operand.type.name}")
+            raise Unexpected(
+                at,
+                f"TEST_AND_SET takes a whole number, got a {operand.type.name}",
+                Code.ARGUMENT_TYPE,
+            )
         new = value or known(1, storage.type, at).value
         if isinstance(storage.type, BoolType):
             new = Known(True, BOOL, at)
@@ -213,7 +238,11 @@ class Assignments:
         place = self._body.expressions.operand(pointer)
         type = place.flat
         if not isinstance(type, PointerType) or not isinstance(flat(type.target), IntegerType):
-            raise Unexpected(at, f"{name} takes a pointer to a whole number, got {place.type.name}")
+            raise Unexpected(
+                at,
+                f"{name} takes a pointer to a whole number, got {place.type.name}",
+                Code.ARGUMENT_TYPE,
+            )
         target = flat(type.target)
         storage = Storage(PointerBase(place.value), 0, target, at=at)
         return TypedOperand(Read(storage, target, at), type.target, storage), storage

@@ -18,6 +18,7 @@ from achse.st.check.paths import Paths
 from achse.st.check.signatures import Signature
 from achse.st.check.statements import StatementChecker
 from achse.st.check.system import SystemOperators
+from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Source
 from achse.st.syntax.cursor import Unexpected
 from achse.st.typed.expressions import TypedValue
@@ -59,19 +60,21 @@ class RoutineBody:
 
     # what is told ----------------------------------------------------------------------------
 
-    def warn(self, at: int, message: str) -> None:
+    def warn(self, at: int, message: str, code: Code = Code.UNEXPECTED_TOKEN) -> None:
         """Keep a warning; those about libraries are not the user's."""
         if not self.signature.entry.is_library:
-            self.checking.warn(self.source, at, message)
+            self.checking.warn(self.source, at, message, code)
 
-    def fault(self, at: int, message: str) -> None:
+    def fault(self, at: int, message: str, code: Code = Code.UNEXPECTED_TOKEN) -> None:
         """Keep a fault; the routine cannot run."""
         self.failed = True
-        self.checking.fault(self.source, at, message)
+        self.checking.fault(self.source, at, message, code)
 
     def missing_in_out(self, signature: Signature, name: str, at: int) -> None:
         """A VAR_IN_OUT without an argument."""
-        raise Unexpected(at, f"{signature.name} is called without its VAR_IN_OUT {name}")
+        raise Unexpected(
+            at, f"{signature.name} is called without its VAR_IN_OUT {name}", Code.IN_OUT_ARGUMENT
+        )
 
     # what several parts need -----------------------------------------------------------------
 
@@ -81,7 +84,7 @@ class RoutineBody:
             return operand.value
         if operand.loose and operand.constant in (0, 1):
             return self.converter.implicit(operand, BOOL, at)
-        raise Unexpected(at, f"expected a BOOL, got a {operand.type.name}")
+        raise Unexpected(at, f"expected a BOOL, got a {operand.type.name}", Code.BOOL_EXPECTED)
 
     def widened(self, operand: TypedOperand, at: int) -> TypedOperand:
         """A plain whole number at the type it has by itself: INT at least."""
@@ -93,9 +96,17 @@ class RoutineBody:
         """Raise `Unexpected` for constants."""
         storage = operand.storage
         if storage is not None and storage.is_constant:
-            raise Unexpected(at, f"{storage.name} is CONSTANT: nothing can be assigned to it")
+            raise Unexpected(
+                at,
+                f"{storage.name} is CONSTANT: nothing can be assigned to it",
+                Code.NOT_ASSIGNABLE,
+            )
         if operand.outside:
-            self.warn(at, f"{operand.outside} is not an input: only its block should write it")
+            self.warn(
+                at,
+                f"{operand.outside} is not an input: only its block should write it",
+                Code.OUTSIDE_WRITE,
+            )
 
     def mark_addressed(self, storage: Storage) -> None:
         """Note that a variable of the frame needs memory."""

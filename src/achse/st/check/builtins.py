@@ -26,6 +26,7 @@ from achse.st.check.folding import folded
 from achse.st.check.kinds import UNSIGNED, counted, natural, promoted
 from achse.st.check.operands import TypedOperand, known
 from achse.st.check.operators import converted_or_same
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import Argument, Expression
 from achse.st.typed.expressions import (
@@ -131,20 +132,23 @@ class Builtins:
                     raise Unexpected(
                         argument.at,
                         f"{name} has no parameter '{argument.name[:80]}'; it has {known_names}",
+                        Code.UNKNOWN_PARAMETER,
                     )
                 place = row.names.index(argument.name.upper())
             if place >= len(trees) or trees[place] is not None:
-                raise Unexpected(argument.at, f"{name} takes other arguments")
+                raise Unexpected(argument.at, f"{name} takes other arguments", Code.ARGUMENT_COUNT)
             trees[place] = argument.value
         if not row.fewest <= len(trees) <= row.most:
             count = str(row.fewest)
             if row.most != row.fewest:
                 count += f" to {row.most}" if row.most < 100 else " or more"
-            raise Unexpected(at, f"{name} takes {count} arguments, got {len(trees)}")
+            raise Unexpected(
+                at, f"{name} takes {count} arguments, got {len(trees)}", Code.ARGUMENT_COUNT
+            )
         found = []
         for tree in trees:
             if tree is None:
-                raise Unexpected(at, f"an argument of {name} is missing")
+                raise Unexpected(at, f"an argument of {name} is missing", Code.ARGUMENT_COUNT)
             found.append(self._body.expressions.operand(tree))
         return found
 
@@ -158,7 +162,11 @@ class Builtins:
         if not isinstance(
             operand.flat, BoolType | IntegerType | RealType | TimeType | StringType
         ) and not _is_address(operand):
-            raise Unexpected(at, f"a {operand.type.name} has no conversion to {target.name}")
+            raise Unexpected(
+                at,
+                f"a {operand.type.name} has no conversion to {target.name}",
+                Code.INCOMPATIBLE_TYPES,
+            )
         enum = resolved(operand.type)
         if isinstance(target, StringType):
             if isinstance(enum, EnumType) and "to_string" in {
@@ -203,7 +211,9 @@ class Builtins:
         (operand,) = operands
         type = operand.flat
         if not isinstance(type, IntegerType | RealType):
-            raise Unexpected(at, f"{name} takes a number, got a {operand.type.name}")
+            raise Unexpected(
+                at, f"{name} takes a number, got a {operand.type.name}", Code.ARGUMENT_TYPE
+            )
         machine = REAL if type is REAL else LREAL
         value = Computed(Operator[name], (converted(operand.value, machine, at),), machine, at)
         soft = operand.loose or operand.soft or type is not LREAL
@@ -218,7 +228,9 @@ class Builtins:
         if isinstance(type, TimeType):
             return TypedOperand(operand.value, operand.type)  # counts of a clock have no sign
         if not isinstance(type, IntegerType | RealType):
-            raise Unexpected(at, f"ABS takes a number, got a {operand.type.name}")
+            raise Unexpected(
+                at, f"ABS takes a number, got a {operand.type.name}", Code.ARGUMENT_TYPE
+            )
         machine: IecType[Any] = promoted(type) if isinstance(type, IntegerType) else type
         value = Computed(Operator.ABS, (converted(operand.value, machine, at),), machine, at)
         return TypedOperand(folded(value), operand.type, loose=operand.loose, soft=operand.soft)
@@ -226,7 +238,9 @@ class Builtins:
     def _truncated(self, name: str, operands: list[TypedOperand], at: int) -> TypedOperand:
         (operand,) = operands
         if not isinstance(operand.flat, IntegerType | RealType):
-            raise Unexpected(at, f"{name} takes a number, got a {operand.type.name}")
+            raise Unexpected(
+                at, f"{name} takes a number, got a {operand.type.name}", Code.ARGUMENT_TYPE
+            )
         value = converted(operand.value, LREAL, at)
         if isinstance(operand.flat, RealType):
             value = operand.value
@@ -241,7 +255,9 @@ class Builtins:
         """MIN, MAX, LIMIT."""
         for item in operands:
             if not isinstance(item.flat, IntegerType | RealType | TimeType | StringType | BoolType):
-                raise Unexpected(at, f"{name} takes numbers, got a {item.type.name}")
+                raise Unexpected(
+                    at, f"{name} takes numbers, got a {item.type.name}", Code.ARGUMENT_TYPE
+                )
         values, formal = self._body.operators.met(operands, at)
         machine = values[0].type
         assert machine is not None
@@ -261,7 +277,11 @@ class Builtins:
             chooser = self._body.truth(which, at)
         else:
             if not isinstance(which.flat, IntegerType):
-                raise Unexpected(at, f"MUX takes a whole number first, got a {which.type.name}")
+                raise Unexpected(
+                    at,
+                    f"MUX takes a whole number first, got a {which.type.name}",
+                    Code.ARGUMENT_TYPE,
+                )
             chooser = converted(which.value, DINT if which.flat.size < 8 else which.flat, at)
         values, formal = self._body.operators.met(rest, at)
         machine = values[0].type
@@ -311,7 +331,9 @@ class Builtins:
         type = value.flat
         for item in operands:
             if not isinstance(item.flat, IntegerType):
-                raise Unexpected(at, f"{name} takes whole numbers, got a {item.type.name}")
+                raise Unexpected(
+                    at, f"{name} takes whole numbers, got a {item.type.name}", Code.ARGUMENT_TYPE
+                )
         operator = Operator[name]
         machine = promoted(type) if operator in (Operator.SHL, Operator.SHR) else counted(type)
         amount = converted(count.value, DINT, at)
@@ -331,12 +353,18 @@ class Builtins:
                 type = operand.flat
                 if not isinstance(type, StringType) or type.unit != unit:
                     wanted = "WSTRING" if wide else "STRING"
-                    raise Unexpected(at, f"{name} takes a {wanted}, got a {operand.type.name}")
+                    raise Unexpected(
+                        at,
+                        f"{name} takes a {wanted}, got a {operand.type.name}",
+                        Code.ARGUMENT_TYPE,
+                    )
                 values.append(operand.value)
             else:
                 if not isinstance(operand.flat, IntegerType):
                     raise Unexpected(
-                        at, f"{name} takes a whole number here, got a {operand.type.name}"
+                        at,
+                        f"{name} takes a whole number here, got a {operand.type.name}",
+                        Code.ARGUMENT_TYPE,
                     )
                 values.append(converted(operand.value, INT, at))
         result: IecType[Any] = INT
@@ -429,7 +457,7 @@ def _values(name: str, arguments: Sequence[Argument], at: int) -> list[Expressio
     found = []
     for argument in arguments:
         if argument.value is None:
-            raise Unexpected(at, f"an argument of {name} is missing")
+            raise Unexpected(at, f"an argument of {name} is missing", Code.ARGUMENT_COUNT)
         found.append(argument.value)
     return found
 

@@ -26,6 +26,7 @@ from achse.st.check.meanings import (
 from achse.st.check.operands import TypedOperand, followed_value, read
 from achse.st.check.parameter_places import place_beside, place_of, place_of_variable
 from achse.st.check.signatures import DeclaredParameter, Signature, parameters_by_name
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import Argument, Call, Expression
 from achse.st.syntax.units import FunctionBlock, Program
@@ -94,7 +95,9 @@ class CallChecker:
             case PropertyUse():
                 return self.block(self.read_property(found), tree.arguments, tree.of.at)
             case TypeName(name=name):
-                raise Unexpected(tree.of.at, f"{name} is a type and cannot be called")
+                raise Unexpected(
+                    tree.of.at, f"{name} is a type and cannot be called", Code.NOT_CALLABLE
+                )
             case SpaceName(name, place):
                 raise self._unknown(name, place)
 
@@ -103,7 +106,9 @@ class CallChecker:
         fault = self._body.names.unknown(last, at)
         near = fault.message.partition(";")[2]
         near = f";{near}" if near else ""
-        return Unexpected(at, f"no function or instance is named '{name[:80]}'{near}")
+        return Unexpected(
+            at, f"no function or instance is named '{name[:80]}'{near}", Code.UNKNOWN_CALL
+        )
 
     def statement(self, found: Meaning, at: int) -> TypedOperand:
         """A call without parentheses that stands alone: of an action, program or instance."""
@@ -115,13 +120,17 @@ class CallChecker:
             case BuiltinName(name):
                 return self._body.builtins.call(name, (), at)
             case BaseInstance():
-                raise Unexpected(at, "SUPER^ is called with parentheses: SUPER^()")
+                raise Unexpected(
+                    at, "SUPER^ is called with parentheses: SUPER^()", Code.NOT_CALLABLE
+                )
             case SpaceName(name, place):
                 raise self._unknown(name, place)
             case TypedOperand():
-                raise Unexpected(at, "expected an assignment or a call, got a value")
+                raise Unexpected(
+                    at, "expected an assignment or a call, got a value", Code.NOT_A_STATEMENT
+                )
             case _:
-                raise Unexpected(at, "expected an assignment or a call")
+                raise Unexpected(at, "expected an assignment or a call", Code.NOT_A_STATEMENT)
 
     # routines --------------------------------------------------------------------------------
 
@@ -154,7 +163,9 @@ class CallChecker:
         checking = self._body.checking
         checking.require(signature)
         if callee.is_exact and signature.is_abstract and signature.kind is not RoutineKind.BODY:
-            raise Unexpected(at, f"{signature.name} is abstract: it has no body to call")
+            raise Unexpected(
+                at, f"{signature.name} is abstract: it has no body to call", Code.ABSTRACT_CALL
+            )
         name = _table_name(signature)
         instance = callee.instance
         if instance is None or callee.is_exact:
@@ -180,9 +191,9 @@ class CallChecker:
         if isinstance(call, Invocation) and isinstance(call.target, DirectTarget):
             signature = self._body.checking.routines.known(call.target.routine)
         if signature is None or signature.kind not in (RoutineKind.FUNCTION, RoutineKind.METHOD):
-            raise Unexpected(at, "this call gives no value")
+            raise Unexpected(at, "this call gives no value", Code.NOT_A_VALUE)
         assert isinstance(call, Invocation)
-        self._body.warn(at, f"{signature.name} gives no value: FALSE is taken")
+        self._body.warn(at, f"{signature.name} gives no value: FALSE is taken", Code.NO_RESULT)
         if signature.nothing is None:
             signature.nothing = signature.frame.hidden("__nothing", BOOL)
         result = place_of_variable(signature.nothing, at)
@@ -192,7 +203,7 @@ class CallChecker:
         """A function block instance."""
         type = operand.flat
         if not isinstance(type, StructType) or type.kind is not RecordKind.FUNCTION_BLOCK:
-            raise Unexpected(at, f"a {operand.type.name} cannot be called")
+            raise Unexpected(at, f"a {operand.type.name} cannot be called", Code.NOT_CALLABLE)
         body = self._body
         entry = body.checking.names.entry_of(type)
         storage = body.paths.storage(operand, at)
@@ -203,7 +214,7 @@ class CallChecker:
         tree = entry.tree
         assert isinstance(tree, FunctionBlock)
         if "no_explicit_call" in {name.lower() for name, _ in tree.note.attributes}:
-            raise Unexpected(at, f"{entry.name} is not called: its methods are")
+            raise Unexpected(at, f"{entry.name} is not called: its methods are", Code.NOT_CALLABLE)
         signature = body.checking.routines.of_body(entry)
         return self.invoke(Callee(signature, address, is_exact, at), arguments, at)
 
@@ -231,7 +242,9 @@ class CallChecker:
         """A program that another calls."""
         entry = unit.entry
         if entry is None or not isinstance(entry.tree, Program):
-            raise Unexpected(at, f"{unit.name} is a list of variables and cannot be called")
+            raise Unexpected(
+                at, f"{unit.name} is a list of variables and cannot be called", Code.NOT_CALLABLE
+            )
         signature = self._body.checking.routines.of_body(entry)
         self._body.checking.unit(entry, at)
         return self.invoke(Callee(signature, None, True, at), arguments, at)
@@ -242,7 +255,11 @@ class CallChecker:
         """The value of a property: its GET is called."""
         signature = self._body.checking.routines.of_accessor(use.entry, use.tree, get=True)
         if signature is None:
-            raise Unexpected(use.at, f"property {use.tree.name} has no GET: it cannot be read")
+            raise Unexpected(
+                use.at,
+                f"property {use.tree.name} has no GET: it cannot be read",
+                Code.PROPERTY_ACCESS,
+            )
         callee = Callee(signature, use.instance, use.is_exact, use.at)
         return self._invocation(callee, (), (), use.at)
 
@@ -251,7 +268,11 @@ class CallChecker:
         routines = self._body.checking.routines
         signature = routines.of_accessor(use.entry, use.tree, get=False)
         if signature is None:
-            raise Unexpected(use.at, f"property {use.tree.name} has no SET: it cannot be written")
+            raise Unexpected(
+                use.at,
+                f"property {use.tree.name} has no SET: it cannot be written",
+                Code.PROPERTY_ACCESS,
+            )
         parameter = signature.parameters[0]
         stored = next(self._input(parameter, place_of(parameter, at), operand, at))
         callee = Callee(signature, use.instance, use.is_exact, use.at)
@@ -294,13 +315,25 @@ class CallChecker:
                 if position >= len(by_position):
                     count = len(by_position)
                     name = "the call" if signature is None else signature.name
-                    raise Unexpected(argument.at or at, f"{name} takes {count} arguments, got more")
+                    raise Unexpected(
+                        argument.at or at,
+                        f"{name} takes {count} arguments, got more",
+                        Code.ARGUMENT_COUNT,
+                    )
                 parameter = by_position[position]
                 key = parameter.variable.name.lower()
             if key in given:
                 if not (argument.name and arguments[0].name):
-                    raise Unexpected(argument.at, f"{parameter.variable.name} is given twice")
-                self._body.warn(argument.at, f"{parameter.variable.name} is given twice")
+                    raise Unexpected(
+                        argument.at,
+                        f"{parameter.variable.name} is given twice",
+                        Code.DUPLICATE_ARGUMENT,
+                    )
+                self._body.warn(
+                    argument.at,
+                    f"{parameter.variable.name} is given twice",
+                    Code.DUPLICATE_ARGUMENT,
+                )
                 name = parameter.variable.name
                 inputs = [item for item in inputs if item.storage.name != name]
             given.add(key)
@@ -331,7 +364,9 @@ class CallChecker:
         name = "the block" if signature is None else signature.name
         known = ", ".join(item.variable.name for item in parameters[:12]) or "none"
         return Unexpected(
-            argument.at, f"{name} has no parameter '{argument.name[:80]}'; it has {known}"
+            argument.at,
+            f"{name} has no parameter '{argument.name[:80]}'; it has {known}",
+            Code.UNKNOWN_PARAMETER,
         )
 
     def _check_missing(
@@ -353,7 +388,9 @@ class CallChecker:
             if parameter.section == "VAR_IN_OUT":
                 self._body.missing_in_out(signature, name, at)
             elif parameter.section == "VAR_INPUT" and not parameter.has_initial:
-                self._body.warn(at, f"{signature.name} is called without {name}")
+                self._body.warn(
+                    at, f"{signature.name} is called without {name}", Code.MISSING_INPUT
+                )
 
     def _input(
         self, parameter: DeclaredParameter, place: Storage, operand: TypedOperand, at: int
@@ -384,11 +421,21 @@ class CallChecker:
         name = parameter.variable.name
         if not parameter.is_constant:
             if storage is None:
-                raise Unexpected(at, f"{name} is a VAR_IN_OUT: it takes a variable, got a value")
+                raise Unexpected(
+                    at,
+                    f"{name} is a VAR_IN_OUT: it takes a variable, got a value",
+                    Code.IN_OUT_ARGUMENT,
+                )
             if storage.is_constant:
-                body.warn(at, f"{name} is a VAR_IN_OUT and gets a constant, which it may change")
+                body.warn(
+                    at,
+                    f"{name} is a VAR_IN_OUT and gets a constant, which it may change",
+                    Code.IN_OUT_TYPE,
+                )
             if storage.bit is not None:
-                raise Unexpected(at, f"{name} is a VAR_IN_OUT: a bit has no address")
+                raise Unexpected(
+                    at, f"{name} is a VAR_IN_OUT: a bit has no address", Code.IN_OUT_ARGUMENT
+                )
         wanted = parameter.type
         if parameter.bounds:
             yield from self._open_array(parameter, place, operand, at)
@@ -412,14 +459,22 @@ class CallChecker:
             return
         if isinstance(have, StringType) and isinstance(want, StringType) and have.unit == want.unit:
             if have.length < want.length:
-                self._body.warn(at, f"{name} is a {want.name}: a {have.name} is shorter")
+                self._body.warn(
+                    at, f"{name} is a {want.name}: a {have.name} is shorter", Code.IN_OUT_TYPE
+                )
             return
         if _is_one_type_twice(operand.type, wanted):
             return
         if have.size == want.size and not isinstance(have, StructType | ArrayType):
-            self._body.warn(at, f"{name} is a {wanted.name}, got a {operand.type.name}")
+            self._body.warn(
+                at, f"{name} is a {wanted.name}, got a {operand.type.name}", Code.IN_OUT_TYPE
+            )
             return
-        raise Unexpected(at, f"{name} is a VAR_IN_OUT {wanted.name}, got a {operand.type.name}")
+        raise Unexpected(
+            at,
+            f"{name} is a VAR_IN_OUT {wanted.name}, got a {operand.type.name}",
+            Code.IN_OUT_ARGUMENT,
+        )
 
     def _open_array(
         self, parameter: DeclaredParameter, place: Storage, operand: TypedOperand, at: int
@@ -437,13 +492,19 @@ class CallChecker:
                 Known(number, DINT, at) for bounds in type.dimensions for number in bounds
             )
         else:
-            raise Unexpected(at, f"{name} takes an array, got a {operand.type.name}")
+            raise Unexpected(
+                at, f"{name} takes an array, got a {operand.type.name}", Code.ARGUMENT_TYPE
+            )
         if len(values) != len(parameter.bounds):
-            raise Unexpected(at, f"{name} takes an array of {count} dimensions")
+            raise Unexpected(at, f"{name} takes an array of {count} dimensions", Code.BAD_INDEX)
         element = type.element if isinstance(type, ArrayType) else operand.type
         if not same_shape(flat(element), flat(parameter.type)):
             wanted = parameter.type.name
-            raise Unexpected(at, f"{name} takes an array of {wanted}, got one of {element.name}")
+            raise Unexpected(
+                at,
+                f"{name} takes an array of {wanted}, got one of {element.name}",
+                Code.ARGUMENT_TYPE,
+            )
         address = body.paths.address(operand, resolved(parameter.variable.type), at)
         yield Stored(place, address, place.type, at)
         for variable, value in zip(parameter.bounds, values, strict=True):
@@ -459,7 +520,9 @@ class CallChecker:
             return self._output_to_property(parameter, place, meaning, at)
         into = body.expressions.as_operand(meaning, at)
         if into.storage is None:
-            raise Unexpected(at, f"{parameter.variable.name} => takes a variable")
+            raise Unexpected(
+                at, f"{parameter.variable.name} => takes a variable", Code.OUTPUT_TARGET
+            )
         body.check_writable(into, at)
         found = read(place, parameter.variable.type, at)
         value = body.converter.implicit(found, into.type, at)

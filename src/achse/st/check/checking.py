@@ -25,6 +25,7 @@ from achse.st.declare import Declarations
 from achse.st.declared.resolve import Resolver, generics_of
 from achse.st.declared.scopes import DeclaredUnit, Failed
 from achse.st.graphical.body import GraphicalBody, Refused
+from achse.st.lexis.codes import Code
 from achse.st.lexis.collection import collection_paused
 from achse.st.lexis.source import Diagnostic, Source
 from achse.st.reach import Reach
@@ -137,13 +138,17 @@ class Checking:
 
     # what routines ask for -------------------------------------------------------------------
 
-    def warn(self, source: Source, at: int, message: str) -> None:
+    def warn(
+        self, source: Source, at: int, message: str, code: Code = Code.UNEXPECTED_TOKEN
+    ) -> None:
         """Keep a warning, each once."""
-        self._warnings.setdefault(source.fault(at, message))
+        self._warnings.setdefault(source.fault(at, message, code))
 
-    def fault(self, source: Source, at: int, message: str) -> None:
+    def fault(
+        self, source: Source, at: int, message: str, code: Code = Code.UNEXPECTED_TOKEN
+    ) -> None:
         """Keep a fault, each once."""
-        self._faults.setdefault(source.fault(at, message))
+        self._faults.setdefault(source.fault(at, message, code))
 
     def pointer_to(self, type: IecType[Any]) -> PointerType:
         """`POINTER TO type`."""
@@ -241,7 +246,7 @@ class Checking:
         except Failed:
             pass
         except Unexpected as fault:
-            self.fault(entry.source, fault.at, fault.message)
+            self.fault(entry.source, fault.at, fault.message, fault.code)
 
     def _begin(self, entry: DeclaredUnit) -> None:
         """Ask for everything that a unit of the user's own has."""
@@ -267,6 +272,7 @@ class Checking:
                         raise Unexpected(
                             name.at,
                             f"'{name.name}' is VAR_STAT: its FB_init takes no arguments here",
+                            Code.INIT_ARGUMENTS,
                         )
 
     def _work(self) -> None:
@@ -330,7 +336,7 @@ class Checking:
             except Failed:
                 continue
             except Unexpected as fault:
-                self.fault(entry.source, fault.at, fault.message)
+                self.fault(entry.source, fault.at, fault.message, fault.code)
 
     # records and blocks ----------------------------------------------------------------------
 
@@ -423,7 +429,12 @@ class Checking:
             methods: dict[str, str] = {}
             bases = list(bases_of(entry))
             if any(entry in bases_of(base) for base in bases):
-                self.fault(entry.source, entry.tree.at, f"interface {entry.name} extends itself")
+                self.fault(
+                    entry.source,
+                    entry.tree.at,
+                    f"interface {entry.name} extends itself",
+                    Code.CIRCULAR_DECLARATION,
+                )
             for owner in (*bases, entry):
                 for name, part in self.blocks.own_parts(owner).items():
                     prefix = owner.name.lower()
@@ -450,13 +461,19 @@ class Checking:
             return
         if signature.body is None and not builtin:
             self._left_out[signature.key] = "its body is not Structured Text"
-            self.warn(entry.source, signature.tree.at, f"{signature.name} has no ST body")
+            self.warn(
+                entry.source,
+                signature.tree.at,
+                f"{signature.name} has no ST body",
+                Code.BODY_MISSING,
+            )
             return
         slot = slot_of(self._notes[signature.key])
         if slot and signature.parameters and signature.kind in _WITH_FRAME:
             body.fault(
                 signature.tree.at,
                 f"{signature.name} has attribute {slot}: the runtime calls it, without inputs",
+                Code.SLOT_WITH_INPUTS,
             )
         opening = self._opening(body)
         written = self._written(body)
@@ -475,13 +492,13 @@ class Checking:
         try:
             return written.statements(body.names)
         except Refused as refusal:
-            place = signature.source.fault(refusal.at, refusal.message).message
+            place = signature.source.fault(refusal.at, refusal.message, refusal.code).message
             self._left_out[signature.key] = f"its body cannot be read: {place}"
             message = f"{signature.name} cannot be called: {refusal.message}"
-            self.warn(signature.source, refusal.at, message)
+            self.warn(signature.source, refusal.at, message, Code.BODY_MISSING)
             return None
         except Unexpected as fault:
-            body.fault(fault.at, fault.message)
+            body.fault(fault.at, fault.message, fault.code)
             return ()
 
     def _opening(self, body: RoutineBody) -> tuple[TypedStatement, ...]:
@@ -493,7 +510,7 @@ class Checking:
             try:
                 found += self.life.created(body, storage, variable.type, declaration, starts)
             except Unexpected as fault:
-                body.fault(fault.at, fault.message)
+                body.fault(fault.at, fault.message, fault.code)
             except Failed:
                 body.failed = True
         return tuple(found)
@@ -509,7 +526,7 @@ class Checking:
         try:
             statements = self.life.statements(body, type, event)
         except Unexpected as fault:
-            body.fault(fault.at, fault.message)
+            body.fault(fault.at, fault.message, fault.code)
         except Failed:
             body.failed = True
         self._finish(body, (), tuple(statements), False)

@@ -12,6 +12,7 @@ from achse.st.check.life import element_of
 from achse.st.check.signatures import Routines, Signature
 from achse.st.declared.resolve import Resolver
 from achse.st.declared.scopes import DeclaredUnit, Failed
+from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Source
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.units import (
@@ -27,7 +28,7 @@ from achse.st.typed.places import flat
 
 __all__ = ["Contracts"]
 
-Tell = Callable[[Source, int, str], None]
+Tell = Callable[[Source, int, str, Code], None]
 
 _OF_THEIR_OWN = ("fb_init", "fb_exit", "fb_reinit")
 """Methods that each block has and that no table calls: a derived block may take more parameters."""
@@ -56,7 +57,7 @@ class Contracts:
         if "ABSTRACT" in tree.modifiers:
             return
         for name in self._missing(entry):
-            self._fault(entry.source, tree.at, name)
+            self._fault(entry.source, tree.at, name, Code.PART_MISSING)
 
     def _check_variables(
         self, entry: DeclaredUnit, tree: FunctionBlock | Program | GlobalList
@@ -81,7 +82,7 @@ class Contracts:
                 block_name = abstract.get(name.name.lower())
                 if block_name is not None:
                     message = f"{block_name} is abstract: there is no instance of it"
-                    self._fault(entry.source, name.at, message)
+                    self._fault(entry.source, name.at, message, Code.ABSTRACT_INSTANCE)
 
     def _is_abstract_block(self, type: StructType[Any]) -> bool:
         entry = self._names.entry_of(type)
@@ -117,7 +118,12 @@ class Contracts:
             if not isinstance(other, Method):
                 continue
             if "FINAL" in other.modifiers and isinstance(owner.tree, FunctionBlock):
-                self._fault(entry.source, part.at, f"{owner.name}.{other.name} is FINAL")
+                self._fault(
+                    entry.source,
+                    part.at,
+                    f"{owner.name}.{other.name} is FINAL",
+                    Code.OVERRIDE_OF_FINAL,
+                )
             try:
                 own = self._routines.of_method(entry, part)
                 wanted = self._routines.of_method(owner, other)
@@ -126,7 +132,7 @@ class Contracts:
             difference = _difference(own, wanted)
             if difference:
                 message = f"{own.name} overrides {wanted.name}, but {difference}"
-                self._fault(entry.source, part.at, message)
+                self._fault(entry.source, part.at, message, Code.OVERRIDE_DIFFERS)
                 return
 
 

@@ -14,13 +14,14 @@ from achse.iec.types import IecType
 from achse.st.check.folding import cut, folded, real
 from achse.st.check.kinds import counted, is_signed, is_whole, same_shape
 from achse.st.check.operands import TypedOperand, address_of, coded
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.typed.expressions import Conversion, Converted, Known, TypedValue
 from achse.st.typed.places import flat
 
 __all__ = ["Converter", "converted"]
 
-Warn = Callable[[int, str], None]
+Warn = Callable[[int, str, Code], None]
 Implements = Callable[[StructType[Any], InterfaceType], bool | None]
 
 
@@ -123,15 +124,23 @@ class Converter:
         return converted(value, to, at)
 
     def _misfit(self, operand: TypedOperand, target: IecType[Any], at: int) -> Unexpected:
-        return Unexpected(at, f"a {operand.type.name} does not go into a {target.name}")
+        return Unexpected(
+            at, f"a {operand.type.name} does not go into a {target.name}", Code.INCOMPATIBLE_TYPES
+        )
 
     def _interface(self, operand: TypedOperand, to: InterfaceType, at: int) -> TypedValue:
         source = operand.flat
         if isinstance(source, StructType) and source.kind is RecordKind.FUNCTION_BLOCK:
             if self._implements(source, to) is False:
-                raise Unexpected(at, f"{source.name} does not implement {to.name}")
+                raise Unexpected(
+                    at,
+                    f"{source.name} does not implement {to.name}",
+                    Code.INTERFACE_NOT_IMPLEMENTED,
+                )
             if operand.storage is None:
-                raise Unexpected(at, f"a {source.name} that is not a variable has no address")
+                raise Unexpected(
+                    at, f"a {source.name} that is not a variable has no address", Code.NO_ADDRESS
+                )
             return address_of(operand.storage, to, at)
         if isinstance(source, PointerType) or (is_whole(source) and source.size == to.size):
             return operand.value
@@ -165,16 +174,24 @@ class Converter:
         if not is_whole(to):
             raise self._misfit(operand, target, at)
         if isinstance(value, float):
-            self._warn(at, f"{value:g} is rounded: a {target.name} has no fraction")
+            self._warn(
+                at, f"{value:g} is rounded: a {target.name} has no fraction", Code.VALUE_ROUNDED
+            )
             return converted(operand.value, to, at)
         if isinstance(to, TimeType) and value != 0:
-            self._warn(at, f"{value} goes into a {target.name} as a count; write a unit")
+            self._warn(
+                at,
+                f"{value} goes into a {target.name} as a count; write a unit",
+                Code.NUMBER_TO_TIME,
+            )
         whole = counted(to)
         if not whole.low <= value <= whole.high:
             width = 8 * whole.size
             fits = operand.is_bits and -(1 << width) <= value < 1 << width
             if not fits:
-                self._warn(at, f"{value} does not fit into a {target.name}: it is cut")
+                self._warn(
+                    at, f"{value} does not fit into a {target.name}: it is cut", Code.VALUE_CUT
+                )
             return Known(cut(value, to), to, at)
         return Known(value, to, at)
 
@@ -189,11 +206,17 @@ class Converter:
             alike = isinstance(enum, EnumType) and source.numbers == enum.numbers
             if alike and _simple(source.name) == _simple(enum.name):
                 return  # once of a library, once of a symbol file
-            self._warn(at, f"a value of {source.name} goes into a {enum.name}")
+            self._warn(at, f"a value of {source.name} goes into a {enum.name}", Code.NUMBER_TO_ENUM)
         elif "strict" in names:
-            raise Unexpected(at, f"{enum.name} is strict: it takes its values only")
+            raise Unexpected(
+                at, f"{enum.name} is strict: it takes its values only", Code.STRICT_ENUM
+            )
         if isinstance(operand.flat, RealType):
-            self._warn(at, f"a {operand.type.name} is rounded to go into a {target.name}")
+            self._warn(
+                at,
+                f"a {operand.type.name} is rounded to go into a {target.name}",
+                Code.VALUE_ROUNDED,
+            )
 
     def _check_value(self, operand: TypedOperand, target: IecType[Any], at: int) -> None:
         """A strict enumeration takes numbers, but only those that it has."""
@@ -202,7 +225,9 @@ class Converter:
             return
         is_strict = "strict" in {name.lower() for name in enum.attributes}
         if is_strict and operand.constant not in enum.numbers.values():
-            raise Unexpected(at, f"{enum.name} is strict: it takes its values only")
+            raise Unexpected(
+                at, f"{enum.name} is strict: it takes its values only", Code.STRICT_ENUM
+            )
 
     def _check_loss(
         self, operand: TypedOperand, target: IecType[Any], to: IecType[Any], at: int
@@ -211,9 +236,13 @@ class Converter:
         if isinstance(source, RealType):
             if isinstance(to, RealType):
                 if to.size < source.size and not operand.soft:
-                    self._warn(at, f"an LREAL loses digits as a {target.name}")
+                    self._warn(at, f"an LREAL loses digits as a {target.name}", Code.DIGITS_LOST)
             else:
-                self._warn(at, f"a {operand.type.name} is rounded to go into a {target.name}")
+                self._warn(
+                    at,
+                    f"a {operand.type.name} is rounded to go into a {target.name}",
+                    Code.VALUE_ROUNDED,
+                )
             return
         if isinstance(to, RealType) or isinstance(source, BoolType | StringType):
             return
@@ -226,13 +255,19 @@ class Converter:
         if isinstance(value, int) and want.low <= value <= want.high:
             return
         if want.size < have.size:
-            self._warn(at, f"a {operand.type.name} is cut to go into a {target.name}")
+            self._warn(
+                at, f"a {operand.type.name} is cut to go into a {target.name}", Code.VALUE_CUT
+            )
             return
         loses_sign = is_signed(have) and not is_signed(want)
         turns = want.size == have.size and is_signed(have) != is_signed(want)
         is_both = isinstance(source, IntegerType) and isinstance(to, IntegerType)
         if is_both and (loses_sign or turns):
-            self._warn(at, f"a {operand.type.name} may change its sign as a {target.name}")
+            self._warn(
+                at,
+                f"a {operand.type.name} may change its sign as a {target.name}",
+                Code.SIGN_MAY_CHANGE,
+            )
 
 
 def _simple(name: str) -> str:

@@ -21,6 +21,7 @@ from achse.st.check.meanings import (
     UnitName,
 )
 from achse.st.check.operands import TypedOperand, constant_operand
+from achse.st.lexis.codes import Code
 from achse.st.lexis.literals import literal_value
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import (
@@ -82,7 +83,7 @@ class ExpressionChecker:
                 assert this is not None
                 return this
             case TypeName(name=name) | UnitName(name=name):
-                raise Unexpected(at, f"{name} is not a value")
+                raise Unexpected(at, f"{name} is not a value", Code.NOT_A_VALUE)
             case SpaceName(name, place):
                 constants = self._body.checking.names.constants
                 value = constants.of_library(name.lower().split("."))
@@ -138,7 +139,7 @@ class ExpressionChecker:
         try:
             type, value, enum = literal_value(tree.text)
         except (IecValueError, ValueError) as error:
-            raise Unexpected(tree.at, str(error)) from None
+            raise Unexpected(tree.at, str(error), Code.BAD_LITERAL) from None
         if enum:
             return self._enum_literal(enum, value, tree.at)
         is_bits = type is None and isinstance(value, int) and "#" in tree.text
@@ -150,19 +151,21 @@ class ExpressionChecker:
         found = body.names.find(enum, at)
         real = resolved(found.type) if isinstance(found, TypeName) else None
         if not isinstance(real, EnumType):
-            raise Unexpected(at, f"'{enum[:80]}' is not an enumeration")
+            raise Unexpected(at, f"'{enum[:80]}' is not an enumeration", Code.UNKNOWN_ENUM_VALUE)
         if isinstance(value, str):
             for name, number in real.numbers.items():
                 if name.lower() == value.lower():
                     return constant_operand(Constant(number, real), at)
-            raise Unexpected(at, f"{real.name} has no value '{value[:80]}'")
+            raise Unexpected(
+                at, f"{real.name} has no value '{value[:80]}'", Code.UNKNOWN_ENUM_VALUE
+            )
         assert isinstance(value, int)
         return constant_operand(Constant(value, real), at)
 
     def _name(self, tree: Name) -> Meaning:
         body = self._body
         if not tree.name:
-            raise Unexpected(tree.at, "an expression is missing")
+            raise Unexpected(tree.at, "an expression is missing", Code.NOT_A_VALUE)
         found = body.names.find(tree.name, tree.at)
         if found is not None:
             return found
@@ -178,9 +181,11 @@ class ExpressionChecker:
         try:
             place = Place.parse(tree.text)
         except IecError as error:
-            raise Unexpected(tree.at, str(error)) from None
+            raise Unexpected(tree.at, str(error), Code.BAD_ADDRESS) from None
         if place.byte is None:
-            raise Unexpected(tree.at, f"{tree.text} is allowed in declarations only")
+            raise Unexpected(
+                tree.at, f"{tree.text} is allowed in declarations only", Code.BAD_ADDRESS
+            )
         type = BOOL if place.bit is not None else _WIDTHS.get(place.width, BYTE)
         base = ImageBase(place.area)
         storage = Storage(base, place.byte, type, place.bit, name=tree.text, at=tree.at)
@@ -190,7 +195,7 @@ class ExpressionChecker:
         body = self._body
         address = body.names.this_address(tree.at)
         if address is None:
-            raise Unexpected(tree.at, "THIS is in function blocks only")
+            raise Unexpected(tree.at, "THIS is in function blocks only", Code.NO_THIS_OR_SUPER)
         assert body.this is not None
         return TypedOperand(address, body.checking.pointer_to(body.this))
 

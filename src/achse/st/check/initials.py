@@ -13,6 +13,7 @@ from achse.st.check.meanings import PropertyUse
 from achse.st.check.names import replaced
 from achse.st.check.operands import TypedOperand, read
 from achse.st.declared.scopes import Failed
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import (
     ArrayInitial,
@@ -55,14 +56,16 @@ class Initials:
         try:
             if declaration.is_reference or isinstance(resolved(type), ReferenceType):
                 if not isinstance(initial, Expression):
-                    raise Unexpected(initial.at, "a REFERENCE is bound to a variable")
+                    raise Unexpected(
+                        initial.at, "a REFERENCE is bound to a variable", Code.REFERENCE_INITIAL
+                    )
                 real = resolved(type)
                 target = real.target if isinstance(real, ReferenceType) else type
                 address = body.assignments.bound_address(storage.type, target, initial)
                 return [Do(Stored(storage, address, storage.type, initial.at), initial.at)]
             return list(self._values(storage, type, initial, all_of_it))
         except Unexpected as fault:
-            body.fault(fault.at, fault.message)
+            body.fault(fault.at, fault.message, fault.code)
         except Failed:
             body.failed = True
         return []
@@ -141,7 +144,11 @@ class Initials:
                         yield Do(Stored(place, address, real, item.at), item.at)
                     continue
                 if item.is_reference:
-                    raise Unexpected(item.at, f"REF= binds a reference, not a {member.type.name}")
+                    raise Unexpected(
+                        item.at,
+                        f"REF= binds a reference, not a {member.type.name}",
+                        Code.REFERENCE_INITIAL,
+                    )
                 yield from self._values(place, member.type, item.value, all_of_it)
                 continue
             if body.checking.names.given.has_property(type.name, item.name):
@@ -149,7 +156,9 @@ class Initials:
             whole = read(storage, type, item.at)
             found = body.paths.member_of(whole, item.name, item.at)
             if not isinstance(found, PropertyUse) or not isinstance(item.value, Expression):
-                raise Unexpected(item.at, f"{type.name} has no member '{item.name[:80]}'")
+                raise Unexpected(
+                    item.at, f"{type.name} has no member '{item.name[:80]}'", Code.UNKNOWN_MEMBER
+                )
             value = body.expressions.operand(item.value)
             yield Do(body.calls.write_property(found, value, item.at), item.at)
 
@@ -201,7 +210,9 @@ class Initials:
     def _count(self, tree: Expression) -> int:
         value = self._body.expressions.operand(tree).constant
         if not isinstance(value, int):
-            raise Unexpected(tree.at, "how often a value repeats is a constant")
+            raise Unexpected(
+                tree.at, "how often a value repeats is a constant", Code.CONSTANT_EXPECTED
+            )
         return value
 
 

@@ -19,6 +19,7 @@ from achse.st.check.meanings import (
 )
 from achse.st.check.operands import TypedOperand, constant_operand, read
 from achse.st.declared.scopes import Declared, DeclaredUnit, Scope
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.nodes import changed
 from achse.st.syntax.tree import ArrayInitial, StructInitial
@@ -81,7 +82,11 @@ class NameResolver:
         if lists:
             if len(lists) > 1:
                 places = " and ".join(found.name for found in lists[:3])
-                raise Unexpected(at, f"'{key}' is a property of {places}: which one is meant?")
+                raise Unexpected(
+                    at,
+                    f"'{key}' is a property of {places}: which one is meant?",
+                    Code.AMBIGUOUS_NAME,
+                )
             return self.of_part(lists[0], key, None, True, at)
         given = body.checking.given_variable(key)
         if given is not None:
@@ -120,11 +125,13 @@ class NameResolver:
         """The fault of a name that means nothing."""
         if name.upper().partition(".")[0] in ("TC_EVENTS", "TC_EVENT_CLASSES"):
             return Unexpected(
-                at, f"'{name[:80]}': neither .tsproj nor .tmc of the project has that event class"
+                at,
+                f"'{name[:80]}': neither .tsproj nor .tmc of the project has that event class",
+                Code.UNKNOWN_EVENT_CLASS,
             )
         near = get_close_matches(name.lower(), list(self._known_keys()), 1, 0.8)
         meant = f"; near: {near[0]}" if near else ""
-        return Unexpected(at, f"nothing is named '{name[:80]}' here{meant}")
+        return Unexpected(at, f"nothing is named '{name[:80]}' here{meant}", Code.UNKNOWN_NAME)
 
     def _known_keys(self) -> Iterator[str]:
         here: Scope | None = self._body.scope
@@ -181,7 +188,9 @@ class NameResolver:
         elif self._names.scopes.is_placed(here):
             storage_of = self.of_unit(here.owner, key, at)
         if storage_of is None:
-            raise Unexpected(at, f"{declared[1].names[0].name} cannot be reached from here")
+            raise Unexpected(
+                at, f"{declared[1].names[0].name} cannot be reached from here", Code.NOT_ACCESSIBLE
+            )
         return self._with_constant(storage_of, declared, constant, at)
 
     def _of_frame(self, placed: Variable[Any, Any], key: str, at: int) -> TypedOperand:
@@ -291,7 +300,7 @@ class NameResolver:
 
     def of_given(self, iec: StructType[Any], key: str, at: int) -> TypedOperand:
         if not iec.has_member(key):
-            raise Unexpected(at, f"{iec.name} has no variable '{key}'")
+            raise Unexpected(at, f"{iec.name} has no variable '{key}'", Code.UNKNOWN_MEMBER)
         member = iec.member(key)
         if not member.in_memory:
             return self._static(StaticBase(iec.name, member), at)
@@ -317,7 +326,9 @@ class NameResolver:
         found = names.scopes.global_variables(key, space)
         if len(found) > 1:
             places = " and ".join(scope.owner for scope, _ in found[:3])
-            raise Unexpected(at, f"'{key}' is declared in {places}: which one is meant?")
+            raise Unexpected(
+                at, f"'{key}' is declared in {places}: which one is meant?", Code.AMBIGUOUS_NAME
+            )
         if found:
             return self.of_list(found[0][0], found[0][1], key, at)
         if key in names.scopes.entries and key not in names.scopes.loose_values:
@@ -361,9 +372,13 @@ class NameResolver:
         here = self._body.signature.entry
         name = f"{owner.name}.{part.name}"
         if "PRIVATE" in modifiers and here is not owner:
-            raise Unexpected(at, f"{name} is PRIVATE: only {owner.name} uses it")
+            raise Unexpected(
+                at, f"{name} is PRIVATE: only {owner.name} uses it", Code.NOT_ACCESSIBLE
+            )
         if "PROTECTED" in modifiers and owner not in self._body.checking.blocks.chain(here):
-            raise Unexpected(at, f"{name} is PROTECTED: only blocks that extend it use it")
+            raise Unexpected(
+                at, f"{name} is PROTECTED: only blocks that extend it use it", Code.NOT_ACCESSIBLE
+            )
 
     def is_callable(self, name: str) -> bool:
         """Return True if a name means an action, method, function or program here."""

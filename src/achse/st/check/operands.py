@@ -8,6 +8,7 @@ from achse.iec.elementary import BOOL, LREAL, BoolType, RealType
 from achse.iec.strings import STRING, StringType
 from achse.iec.types import IecType
 from achse.st.check.kinds import natural
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.typed.expressions import AddressOf, Known, Read, TypedValue
 from achse.st.typed.places import PointerBase, Storage, flat
@@ -54,7 +55,7 @@ class TypedOperand:
         """The type of the value. Raises `Unexpected` for a call that gives none."""
         type = self.value.type
         if type is None:
-            raise Unexpected(self.value.at, "this call gives no value")
+            raise Unexpected(self.value.at, "this call gives no value", Code.NOT_A_VALUE)
         return type
 
     @property

@@ -40,6 +40,7 @@ from achse.st.check.kinds import (
     promoted,
 )
 from achse.st.check.operands import TypedOperand, known
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.typed.expressions import Computed, Known, Operator, Shortcut, TypedValue
 from achse.st.typed.places import flat
@@ -94,7 +95,9 @@ class Operators:
         if sign == "NOT":
             return self._inverted(operand, at)
         if not isinstance(type, IntegerType | RealType) and not is_duration(type):
-            raise Unexpected(at, f"{sign} takes a number, got a {operand.type.name}")
+            raise Unexpected(
+                at, f"{sign} takes a number, got a {operand.type.name}", Code.BAD_OPERAND
+            )
         if sign == "+":
             return operand
         value = operand.constant
@@ -120,7 +123,9 @@ class Operators:
         if isinstance(type, BoolType):
             return TypedOperand(folded(Computed(Operator.NOT, (operand.value,), BOOL, at)), BOOL)
         if not isinstance(type, IntegerType):
-            raise Unexpected(at, f"NOT takes a BOOL or bits, got a {operand.type.name}")
+            raise Unexpected(
+                at, f"NOT takes a BOOL or bits, got a {operand.type.name}", Code.BAD_OPERAND
+            )
         value = operand.constant
         if operand.loose and isinstance(value, int) and not operand.is_bits:
             found = known(~value, natural(~value), at, loose=True)
@@ -176,7 +181,11 @@ class Operators:
         return self._meeting_integers(left, right)
 
     def _apart(self, left: TypedOperand, right: TypedOperand, at: int) -> Unexpected:
-        return Unexpected(at, f"a {left.type.name} and a {right.type.name} do not go together")
+        return Unexpected(
+            at,
+            f"a {left.type.name} and a {right.type.name} do not go together",
+            Code.INCOMPATIBLE_TYPES,
+        )
 
     def _meeting_texts(
         self, left: TypedOperand, right: TypedOperand, at: int
@@ -256,7 +265,9 @@ class Operators:
         for item in (left, right):
             type = item.flat
             if not isinstance(type, IntegerType | RealType | TimeType | PointerType):
-                raise Unexpected(at, f"'{sign}' takes numbers, got a {item.type.name}")
+                raise Unexpected(
+                    at, f"'{sign}' takes numbers, got a {item.type.name}", Code.BAD_OPERAND
+                )
             self._check_strict(item, at)
         if is_pointer(a) or is_pointer(b):
             return self._of_pointers(operator, left, right, at)
@@ -268,13 +279,13 @@ class Operators:
                 return found
         machine, formal = self._meeting(left, right, at)
         if operator is Operator.MOD and isinstance(machine, RealType):
-            raise Unexpected(at, "MOD takes whole numbers")
+            raise Unexpected(at, "MOD takes whole numbers", Code.BAD_OPERAND)
         values = (converted(left.value, machine, at), converted(right.value, machine, at))
         if operator is Operator.DIV:
             values = (values[0], self._body.checks.divisor(values[1], at))
             is_zero = isinstance(values[1], Known) and values[1].value == 0
             if is_zero and isinstance(machine, IntegerType):
-                raise Unexpected(at, "a division by zero")
+                raise Unexpected(at, "a division by zero", Code.DIVISION_BY_ZERO)
         if is_long and operator is Operator.SUB:
             negated = folded(Computed(Operator.NEG, (values[1],), machine, at))
             operator, values = Operator.ADD, (values[0], negated)
@@ -288,7 +299,9 @@ class Operators:
         if not isinstance(enum, EnumType) or operand.is_constant:
             return
         if "strict" in {name.lower() for name in enum.attributes}:
-            raise Unexpected(at, f"{enum.name} is strict: nothing is computed with it")
+            raise Unexpected(
+                at, f"{enum.name} is strict: nothing is computed with it", Code.STRICT_ENUM
+            )
 
     def _constant(
         self, operator: Operator, sign: str, left: TypedOperand, right: TypedOperand, at: int
@@ -309,19 +322,21 @@ class Operators:
             case _:
                 if b == 0:
                     if operator is Operator.DIV:
-                        raise Unexpected(at, "a division by zero")
+                        raise Unexpected(at, "a division by zero", Code.DIVISION_BY_ZERO)
                     return known(0, DINT, at, loose=True)
                 quotient = abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1)
                 value = quotient if operator is Operator.DIV else a - b * quotient
         if not LINT.low <= value <= ULINT.high:
-            raise Unexpected(at, f"the result of '{sign}' does not fit into 64 bits")
+            raise Unexpected(
+                at, f"the result of '{sign}' does not fit into 64 bits", Code.VALUE_OUT_OF_RANGE
+            )
         return known(value, natural(value), at, loose=True)
 
     def _constant_reals(
         self, operator: Operator, sign: str, left: TypedOperand, right: TypedOperand, at: int
     ) -> TypedOperand | None:
         if operator is Operator.MOD:
-            raise Unexpected(at, "MOD takes whole numbers")
+            raise Unexpected(at, "MOD takes whole numbers", Code.BAD_OPERAND)
         typed = [item.flat for item in (left, right) if isinstance(item.flat, RealType)]
         is_loose = left.loose and right.loose
         machine: IecType[Any] = REAL if all(type is REAL for type in typed) else LREAL
@@ -362,7 +377,9 @@ class Operators:
             if operator not in (Operator.ADD, Operator.SUB) or (
                 is_date(b) and operator is Operator.SUB
             ):
-                raise Unexpected(at, f"'{sign}' does not take a {a.name} and a {b.name}")
+                raise Unexpected(
+                    at, f"'{sign}' does not take a {a.name} and a {b.name}", Code.BAD_OPERAND
+                )
             date = left if is_date(a) else right
             values = (converted(left.value, date.flat, at), converted(right.value, date.flat, at))
             return TypedOperand(Computed(operator, values, date.flat, at), date.type)
@@ -380,7 +397,7 @@ class Operators:
         self, operator: Operator, sign: str, left: TypedOperand, right: TypedOperand, at: int
     ) -> TypedOperand:
         if operator is not Operator.SUB:
-            raise Unexpected(at, f"'{sign}' does not take two dates")
+            raise Unexpected(at, f"'{sign}' does not take two dates", Code.BAD_OPERAND)
         wide, _ = self._meeting_times(left, right, at)
         values = (converted(left.value, wide, at), converted(right.value, wide, at))
         between = duration_of(wide)
@@ -393,7 +410,9 @@ class Operators:
         time, number = (left, right) if isinstance(left.flat, TimeType) else (right, left)
         if not is_duration(time.flat) or (operator is Operator.DIV and time is right):
             raise Unexpected(
-                at, f"'{sign}' does not take a {left.type.name} and a {right.type.name}"
+                at,
+                f"'{sign}' does not take a {left.type.name} and a {right.type.name}",
+                Code.BAD_OPERAND,
             )
         machine: IecType[Any] = LREAL if isinstance(number.flat, RealType) else time.flat
         values = (converted(left.value, machine, at), converted(right.value, machine, at))
@@ -406,7 +425,9 @@ class Operators:
         """EXPT: REAL only if both operands are."""
         for item in (left, right):
             if not isinstance(item.flat, IntegerType | RealType):
-                raise Unexpected(at, f"EXPT takes numbers, got a {item.type.name}")
+                raise Unexpected(
+                    at, f"EXPT takes numbers, got a {item.type.name}", Code.BAD_OPERAND
+                )
         is_real = left.flat is REAL and right.flat is REAL
         machine: IecType[Any] = REAL if is_real else LREAL
         values = (converted(left.value, machine, at), converted(right.value, machine, at))
@@ -424,7 +445,11 @@ class Operators:
         left, right = self._addressed(left, right, at), self._addressed(right, left, at)
         for item in (left, right):
             if isinstance(item.flat, StructType | ArrayType):
-                raise Unexpected(at, f"a {item.type.name} cannot be compared; compare its parts")
+                raise Unexpected(
+                    at,
+                    f"a {item.type.name} cannot be compared; compare its parts",
+                    Code.BAD_OPERAND,
+                )
         a, b = left.flat, right.flat
         if is_pointer(a) or is_pointer(b):
             if not (is_whole(a) and is_whole(b)):
@@ -453,7 +478,11 @@ class Operators:
         a, b = left.flat, right.flat
         for item in (left, right):
             if isinstance(item.flat, RealType | StringType | StructType | ArrayType):
-                raise Unexpected(at, f"{operator.value} takes BOOL or bits, got a {item.type.name}")
+                raise Unexpected(
+                    at,
+                    f"{operator.value} takes BOOL or bits, got a {item.type.name}",
+                    Code.BAD_OPERAND,
+                )
         if isinstance(a, BoolType) or isinstance(b, BoolType):
             machine, formal = self._meeting(left, right, at)
         elif left.is_constant and right.is_constant:

@@ -23,6 +23,7 @@ from achse.st.check.meanings import (
 )
 from achse.st.check.names import replaced
 from achse.st.check.operands import TypedOperand, address_of, constant_operand, known, read
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import Dereference, Index, Member, PartOf, Super, This
 from achse.st.syntax.units import Program
@@ -71,7 +72,7 @@ class Paths:
         """The address of an operand."""
         storage = self.storage(operand, at)
         if storage.bit is not None:
-            raise Unexpected(at, f"a bit has no address: {storage.name}")
+            raise Unexpected(at, f"a bit has no address: {storage.name}", Code.NO_ADDRESS)
         self._body.mark_addressed(storage)
         return address_of(storage, type, at)
 
@@ -113,7 +114,7 @@ class Paths:
             part = self._part_of(whole, type, key, at)
             if part is not None:
                 return part
-            raise Unexpected(at, f"{type.name} has no member '{name[:80]}'")
+            raise Unexpected(at, f"{type.name} has no member '{name[:80]}'", Code.UNKNOWN_MEMBER)
         if isinstance(type, InterfaceType):
             return self._of_interface(whole, type, key, name, at)
         enum = resolved(whole.type)
@@ -126,8 +127,14 @@ class Paths:
             return self._named_bit(whole, name, at)
         if isinstance(type, PointerType):
             target = type.target.name
-            raise Unexpected(at, f"a POINTER TO {target} has no members; write ^ before the dot")
-        raise Unexpected(at, f"a {whole.type.name} has no members, asked for '{name[:80]}'")
+            raise Unexpected(
+                at,
+                f"a POINTER TO {target} has no members; write ^ before the dot",
+                Code.UNKNOWN_MEMBER,
+            )
+        raise Unexpected(
+            at, f"a {whole.type.name} has no members, asked for '{name[:80]}'", Code.UNKNOWN_MEMBER
+        )
 
     def _variable_of(
         self, whole: TypedOperand, type: StructType[Any], key: str, at: int
@@ -179,7 +186,11 @@ class Paths:
             return None
         entry = self._body.checking.names.entry_of(type)
         if entry is None:
-            raise Unexpected(at, f"no source of {type.name} is here: '{key[:80]}' is not known")
+            raise Unexpected(
+                at,
+                f"no source of {type.name} is here: '{key[:80]}' is not known",
+                Code.SOURCE_MISSING,
+            )
         storage = self.storage(whole, at)
         is_exact = self.is_exact(storage)
         pointer = self._body.checking.pointer_to(type)
@@ -197,7 +208,9 @@ class Paths:
             found = self._body.names.of_part(entry, key, whole.value, False, at)
             if found is not None:
                 return found
-        raise Unexpected(at, f"{type.name} has no method or property '{name[:80]}'")
+        raise Unexpected(
+            at, f"{type.name} has no method or property '{name[:80]}'", Code.UNKNOWN_MEMBER
+        )
 
     def _of_base(self, base: BaseInstance, name: str, at: int) -> Meaning:
         body = self._body
@@ -208,7 +221,7 @@ class Paths:
             return found
         if body.this is not None and body.this.has_member(key):
             return body.names.member_of_instance(body.this.member(key), at)
-        raise Unexpected(at, f"{base.entry.name} has no member '{name[:80]}'")
+        raise Unexpected(at, f"{base.entry.name} has no member '{name[:80]}'", Code.UNKNOWN_MEMBER)
 
     def _of_type(self, whole: TypeName, name: str, at: int) -> Meaning:
         key = name.lower()
@@ -217,7 +230,7 @@ class Paths:
             for value, number in real.numbers.items():
                 if value.lower() == key:
                     return constant_operand(Constant(number, real), at)
-            raise Unexpected(at, f"{real.name} has no value '{name[:80]}'")
+            raise Unexpected(at, f"{real.name} has no value '{name[:80]}'", Code.UNKNOWN_ENUM_VALUE)
         names = self._body.checking.names
         if whole.entry is not None and isinstance(real, StructType) and real.has_member(key):
             member = real.member(key)
@@ -235,7 +248,11 @@ class Paths:
         entry = names.scopes.find(space)
         if entry is not None:
             return self._body.names.of_entry(entry, at)
-        raise Unexpected(at, f"{whole.name} is a type; it has no '{name[:80]}' without a variable")
+        raise Unexpected(
+            at,
+            f"{whole.name} is a type; it has no '{name[:80]}' without a variable",
+            Code.UNKNOWN_MEMBER,
+        )
 
     def _of_unit(self, whole: UnitName, name: str, at: int) -> Meaning:
         key = name.lower()
@@ -257,7 +274,7 @@ class Paths:
         inner = names.scopes.find(f"{whole.name}.{name}")
         if inner is not None and inner is not whole.entry:
             return body.names.of_entry(inner, at)
-        raise Unexpected(at, f"{whole.name} has no variable '{name[:80]}'")
+        raise Unexpected(at, f"{whole.name} has no variable '{name[:80]}'", Code.UNKNOWN_MEMBER)
 
     def _of_space(self, whole: SpaceName, name: str, at: int) -> Meaning:
         """Return the meaning of a name in a library, else its meaning without the library."""
@@ -280,7 +297,9 @@ class Paths:
         if isinstance(found, TypedOperand) and isinstance(found.constant, int):
             return self.part(whole, "X", found.constant, at)
         raise Unexpected(
-            at, f"a {whole.type.name} has no members, and no constant is '{name[:80]}'"
+            at,
+            f"a {whole.type.name} has no members, and no constant is '{name[:80]}'",
+            Code.UNKNOWN_MEMBER,
         )
 
     def part_of(self, tree: PartOf) -> TypedOperand:
@@ -292,11 +311,13 @@ class Paths:
         """A bit, byte, word … of an integer."""
         type = whole.flat
         if not isinstance(type, IntegerType):
-            raise Unexpected(at, f"a bit of a whole number, got a {whole.type.name}")
+            raise Unexpected(at, f"a bit of a whole number, got a {whole.type.name}", Code.BAD_PART)
         part = _PARTS[width]
         count = 8 * type.size if width == "X" else type.size // part.size
         if not 0 <= number < count:
-            raise Unexpected(at, f"a {whole.type.name} has parts 0..{count - 1}, got {number}")
+            raise Unexpected(
+                at, f"a {whole.type.name} has parts 0..{count - 1}, got {number}", Code.BAD_PART
+            )
         if whole.is_constant or whole.storage is None:
             return self._computed_part(whole, part, number, at)
         storage = whole.storage
@@ -354,7 +375,9 @@ class Paths:
             if isinstance(type, ArrayType):
                 count = len(type.dimensions)
                 if len(indices) < count:
-                    raise Unexpected(at, f"{type.name} takes {count} indices, got {len(indices)}")
+                    raise Unexpected(
+                        at, f"{type.name} takes {count} indices, got {len(indices)}", Code.BAD_INDEX
+                    )
                 whole = self._element(whole, type, indices[:count], at)
                 indices = indices[count:]
             elif isinstance(type, PointerType) and not isinstance(type, InterfaceType):
@@ -364,13 +387,15 @@ class Paths:
                 whole = self._character(whole, type, indices[0], at)
                 indices = indices[1:]
             else:
-                raise Unexpected(at, f"a {whole.type.name} has no elements")
+                raise Unexpected(at, f"a {whole.type.name} has no elements", Code.BAD_INDEX)
         return whole
 
     def _index_value(self, tree: Any) -> TypedValue:
         operand = self._body.expressions.operand(tree)
         if not isinstance(operand.flat, IntegerType):
-            raise Unexpected(tree.at, f"an index is a whole number, got a {operand.type.name}")
+            raise Unexpected(
+                tree.at, f"an index is a whole number, got a {operand.type.name}", Code.BAD_INDEX
+            )
         wide = LINT if counted(operand.flat).high > DINT.high else DINT
         if operand.is_constant:
             wide = DINT
@@ -395,7 +420,11 @@ class Paths:
                 number = index.value
                 assert isinstance(number, int)
                 if not bounds.first <= number <= bounds.last:
-                    raise Unexpected(place, f"index {number} is outside {bounds} of {type.name}")
+                    raise Unexpected(
+                        place,
+                        f"index {number} is outside {bounds} of {type.name}",
+                        Code.INDEX_OUT_OF_BOUNDS,
+                    )
                 offset += (number - bounds.first) * stride
                 written.append(str(number))
                 continue
@@ -429,7 +458,9 @@ class Paths:
         """An element of an ARRAY [*]: its bounds are in hidden variables."""
         count = len(whole.bounds) // 2
         if len(indices) != count:
-            raise Unexpected(at, f"this ARRAY [*] takes {count} indices, got {len(indices)}")
+            raise Unexpected(
+                at, f"this ARRAY [*] takes {count} indices, got {len(indices)}", Code.BAD_INDEX
+            )
         outer = self.storage(whole, at)
         size = whole.flat.size
         # The stride of all dimensions but the last shows at run time only: one step for all.
@@ -492,7 +523,11 @@ class Paths:
         if isinstance(value, Known):
             assert isinstance(value.value, int)
             if not 0 <= value.value <= type.length:
-                raise Unexpected(place, f"index {value.value} is outside 0..{type.length}")
+                raise Unexpected(
+                    place,
+                    f"index {value.value} is outside 0..{type.length}",
+                    Code.INDEX_OUT_OF_BOUNDS,
+                )
             offset = outer.offset + value.value * type.unit
             storage = replaced(outer, offset=offset, type=element, at=at)
         else:
@@ -515,13 +550,19 @@ class Paths:
             entry = body.signature.entry
             if isinstance(entry.tree, Program):
                 return UnitName(entry.name, entry, None, at)
-            raise Unexpected(at, "THIS is in the methods and bodies of blocks and programs only")
+            raise Unexpected(
+                at,
+                "THIS is in the methods and bodies of blocks and programs only",
+                Code.NO_THIS_OR_SUPER,
+            )
         if isinstance(tree.of, Super):
             return self.base_instance(at)
         pointer = body.expressions.operand(tree.of)
         type = pointer.flat
         if not isinstance(type, PointerType) or isinstance(type, InterfaceType):
-            raise Unexpected(at, f"{pointer.type.name} is not a pointer: ^ leads nowhere")
+            raise Unexpected(
+                at, f"{pointer.type.name} is not a pointer: ^ leads nowhere", Code.NOT_A_POINTER
+            )
         checked = body.checks.pointer(pointer.value, type, at)
         name = pointer.storage.name if pointer.storage is not None else ""
         storage = Storage(PointerBase(checked), 0, flat(type.target), name=f"{name}^", at=at)
@@ -532,7 +573,11 @@ class Paths:
         body = self._body
         base = body.checking.blocks.base(body.signature.entry)
         if base is None or body.this is None:
-            raise Unexpected(at, f"{body.signature.entry.name} extends no block: SUPER is nothing")
+            raise Unexpected(
+                at,
+                f"{body.signature.entry.name} extends no block: SUPER is nothing",
+                Code.NO_THIS_OR_SUPER,
+            )
         return BaseInstance(base, at)
 
 

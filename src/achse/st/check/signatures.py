@@ -13,6 +13,7 @@ from achse.st.check.frames import VariableFrame
 from achse.st.declared.records import bound_names, instance_member
 from achse.st.declared.resolve import Resolver
 from achse.st.declared.scopes import DeclaredUnit, Failed, Scope, attributes_of
+from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Source
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import NO_NOTE, Declaration, Initial, Name, TypeSpec, VarBlock
@@ -288,7 +289,9 @@ class Routines:
             return
         for variable, at in names.records.declared(block, declaration, made.scope):
             if made.frame.find(variable.name.lower()) is not None:
-                raise Unexpected(at, f"{made.name} has two variables named {variable.name}")
+                raise Unexpected(
+                    at, f"{made.name} has two variables named {variable.name}", Code.DUPLICATE_NAME
+                )
             placed = made.frame.add(variable)
             if declaration.initial is not None or declaration.arguments or placed.type.is_view:
                 made.starts.append((declaration, placed))
@@ -297,7 +300,9 @@ class Routines:
         names = self._names
         for variable, at in names.records.declared(block, declaration, made.scope):
             if made.frame.find(variable.name.lower()) is not None:
-                raise Unexpected(at, f"{made.name} has two variables named {variable.name}")
+                raise Unexpected(
+                    at, f"{made.name} has two variables named {variable.name}", Code.DUPLICATE_NAME
+                )
             placed = made.frame.add(variable)
             bounds = [made.frame.hidden(name, DINT) for name in _bounds(declaration, placed)]
             made.parameters.append(

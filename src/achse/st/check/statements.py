@@ -14,6 +14,7 @@ from achse.st.check.kinds import counted
 from achse.st.check.meanings import PropertyUse
 from achse.st.check.operands import TypedOperand, known
 from achse.st.declared.scopes import Failed
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import (
     Assign,
@@ -103,11 +104,11 @@ class StatementChecker:
             try:
                 typed = _CHECKS[statement.__class__](self, statement)
             except Unexpected as fault:
-                self._body.fault(fault.at, fault.message)
+                self._body.fault(fault.at, fault.message, fault.code)
             except Failed:
                 self._body.failed = True
             except IecError as error:
-                self._body.fault(statement.at, str(error))
+                self._body.fault(statement.at, str(error), Code.BAD_DECLARATION)
             else:
                 if typed is not None:
                     found.append(typed)
@@ -124,7 +125,11 @@ class StatementChecker:
         """A property takes an output behind its call: not in the middle of something else."""
         if self._body.calls.after:
             self._body.calls.after.clear()
-            self._body.fault(at, "a property takes an output (=>) of a call that stands alone")
+            self._body.fault(
+                at,
+                "a property takes an output (=>) of a call that stands alone",
+                Code.PROPERTY_ACCESS,
+            )
 
     # simple ----------------------------------------------------------------------------------
 
@@ -145,7 +150,9 @@ class StatementChecker:
         if isinstance(found, PropertyUse):
             return Do(body.calls.read_property(found).value, tree.at)
         if isinstance(found, TypedOperand) and not isinstance(found.value, Invocation):
-            body.warn(tree.at, "this does nothing: it is neither an assignment nor a call")
+            body.warn(
+                tree.at, "this does nothing: it is neither an assignment nor a call", Code.NO_EFFECT
+            )
             return None
         return Do(body.calls.statement(found, tree.at).value, tree.at)
 
@@ -154,20 +161,22 @@ class StatementChecker:
 
     def _exit(self, tree: Exit) -> TypedStatement:
         if not self._loops:
-            raise Unexpected(tree.at, "EXIT is not in a loop")
+            raise Unexpected(tree.at, "EXIT is not in a loop", Code.OUTSIDE_LOOP)
         return LoopExit(tree.at)
 
     def _continue(self, tree: Continue) -> TypedStatement:
         if not self._loops:
-            raise Unexpected(tree.at, "CONTINUE is not in a loop")
+            raise Unexpected(tree.at, "CONTINUE is not in a loop", Code.OUTSIDE_LOOP)
         return LoopNext(tree.at)
 
     def _jump(self, tree: Jump) -> TypedStatement:
         key = tree.label.lower()
         if not any(key in labels for labels in self._labels):
             if key in self._all_labels:
-                raise Unexpected(tree.at, f"JMP cannot go into a block: {tree.label} is in one")
-            raise Unexpected(tree.at, f"no label is named '{tree.label[:80]}' here")
+                raise Unexpected(
+                    tree.at, f"JMP cannot go into a block: {tree.label} is in one", Code.BAD_JUMP
+                )
+            raise Unexpected(tree.at, f"no label is named '{tree.label[:80]}' here", Code.BAD_JUMP)
         return JumpTo(key, tree.at)
 
     def _label(self, tree: Label) -> TypedStatement:
@@ -193,7 +202,7 @@ class StatementChecker:
         try:
             return body.truth(body.expressions.operand(tree), tree.at)
         except Unexpected as fault:
-            body.fault(fault.at, fault.message)
+            body.fault(fault.at, fault.message, fault.code)
         except Failed:
             body.failed = True
         return Known(False, BOOL, tree.at)
@@ -213,10 +222,12 @@ class StatementChecker:
             if not isinstance(selector.flat, IntegerType | BoolType):
                 name = selector.type.name
                 raise Unexpected(
-                    tree.selector.at, f"CASE takes a whole number or enumeration, got a {name}"
+                    tree.selector.at,
+                    f"CASE takes a whole number or enumeration, got a {name}",
+                    Code.BAD_CASE,
                 )
         except Unexpected as fault:
-            body.fault(fault.at, fault.message)
+            body.fault(fault.at, fault.message, fault.code)
             selector = None
         except Failed:
             body.failed = True
@@ -245,15 +256,21 @@ class StatementChecker:
                     low = self._case_value(label.low, selector, machine)
                     high = self._case_value(label.high, selector, machine)
                     if high < low:
-                        raise Unexpected(label.at, f"the range {low}..{high} runs backwards")
+                        raise Unexpected(
+                            label.at, f"the range {low}..{high} runs backwards", Code.BAD_CASE
+                        )
                 else:
                     low = high = self._case_value(label, selector, machine)
                 if (low, high) in taken:
-                    body.warn(label.at, f"label {low} is there already: this one is never taken")
+                    body.warn(
+                        label.at,
+                        f"label {low} is there already: this one is never taken",
+                        Code.DEAD_LABEL,
+                    )
                 taken[low, high] = label.at
                 labels.append((low, high))
             except Unexpected as fault:
-                body.fault(fault.at, fault.message)
+                body.fault(fault.at, fault.message, fault.code)
             except Failed:
                 body.failed = True
         return TypedChoice(tuple(labels), self.sequence(tree.body), tree.at)
@@ -264,17 +281,19 @@ class StatementChecker:
         operand = self._body.expressions.operand(tree)
         value = operand.constant
         if not isinstance(value, int):
-            raise Unexpected(tree.at, "a label of CASE is a constant whole number")
+            raise Unexpected(tree.at, "a label of CASE is a constant whole number", Code.BAD_CASE)
         value = int(value)
         whole = counted(machine)
         if not whole.low <= value <= whole.high:
             if operand.is_bits:
                 return cut(value, machine)
             name = "selector" if selector is None else selector.type.name
-            self._body.warn(tree.at, f"{value} does not fit into a {name}: it is never taken")
+            self._body.warn(
+                tree.at, f"{value} does not fit into a {name}: it is never taken", Code.DEAD_LABEL
+            )
         enum = None if selector is None else resolved(selector.type)
         if isinstance(enum, EnumType) and operand.loose and value not in enum.numbers.values():
-            self._body.warn(tree.at, f"{value} is not a value of {enum.name}")
+            self._body.warn(tree.at, f"{value} is not a value of {enum.name}", Code.DEAD_LABEL)
         return value
 
     # loops -----------------------------------------------------------------------------------
@@ -301,7 +320,7 @@ class StatementChecker:
         try:
             start, beyond, advance = self._head(tree)
         except Unexpected as fault:
-            body.fault(fault.at, fault.message)
+            body.fault(fault.at, fault.message, fault.code)
             return ConditionLoop(Known(False, BOOL), self._inside_loop(tree.body), True, tree.at)
         except Failed:
             body.failed = True
@@ -316,7 +335,9 @@ class StatementChecker:
         type = counter.flat
         if storage is None or not isinstance(type, IntegerType):
             raise Unexpected(
-                tree.variable.at, f"FOR counts a whole number, got {counter.type.name}"
+                tree.variable.at,
+                f"FOR counts a whole number, got {counter.type.name}",
+                Code.BAD_FOR,
             )
         body.check_writable(counter, tree.variable.at)
         first = body.expressions.operand(tree.first)
@@ -325,15 +346,19 @@ class StatementChecker:
         )
         last = body.expressions.operand(tree.last)
         if not isinstance(last.flat, IntegerType):
-            raise Unexpected(tree.last.at, f"FOR ends at a whole number, got a {last.type.name}")
+            raise Unexpected(
+                tree.last.at, f"FOR ends at a whole number, got a {last.type.name}", Code.BAD_FOR
+            )
         if not last.is_constant and last.type.size > type.size:
             message = f"FOR ends at a {last.type.name}, wider than its counter {counter.type.name}"
-            body.warn(tree.last.at, message)
+            body.warn(tree.last.at, message, Code.NARROW_COUNTER)
         step = known(1, counter.type, at, loose=True)
         if tree.step is not None:
             step = body.expressions.operand(tree.step)
             if not isinstance(step.flat, IntegerType):
-                raise Unexpected(tree.step.at, f"FOR steps by a whole number, got {step.type.name}")
+                raise Unexpected(
+                    tree.step.at, f"FOR steps by a whole number, got {step.type.name}", Code.BAD_FOR
+                )
         # The counter is read where it is, also if it leads through a pointer or an index.
         now = TypedOperand(Read(storage, type, at), counter.type, storage)
         beyond = self._beyond(now, last, step, at)
@@ -372,7 +397,9 @@ class StatementChecker:
             operand = body.expressions.operand(tree.exception)
             code = operand.storage
             if code is None or not isinstance(operand.flat, IntegerType):
-                raise Unexpected(tree.exception.at, "__CATCH takes a variable for the code")
+                raise Unexpected(
+                    tree.exception.at, "__CATCH takes a variable for the code", Code.BAD_CATCH
+                )
         return Protected(
             self.sequence(tree.body),
             code,

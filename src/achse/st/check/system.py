@@ -15,6 +15,7 @@ from achse.st.check.folding import folded
 from achse.st.check.meanings import TypeName
 from achse.st.check.names import replaced
 from achse.st.check.operands import TypedOperand, known, texted
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import Argument, Call, Expression, Index, Member, Name
 from achse.st.typed.expressions import (
@@ -57,7 +58,9 @@ class SystemOperators:
 
     def _take(self, name: str, trees: list[Expression], count: int, at: int) -> None:
         if len(trees) != count:
-            raise Unexpected(at, f"{name} takes {count} arguments, got {len(trees)}")
+            raise Unexpected(
+                at, f"{name} takes {count} arguments, got {len(trees)}", Code.ARGUMENT_COUNT
+            )
 
     # addresses and sizes ---------------------------------------------------------------------
 
@@ -67,7 +70,7 @@ class SystemOperators:
         operand = body.expressions.operand(trees[0])
         pointer = body.checking.pointer_to(operand.type)
         if operand.storage is not None and operand.storage.bit is not None:
-            body.warn(at, "a bit has no address: ADR gives that of its byte")
+            body.warn(at, "a bit has no address: ADR gives that of its byte", Code.BIT_ADDRESS)
             storage = replaced(operand.storage, bit=None)
             operand = TypedOperand(operand.value, operand.type, storage)
         return TypedOperand(body.paths.address(operand, pointer, trees[0].at), pointer)
@@ -78,7 +81,7 @@ class SystemOperators:
         self._take("BITADR", trees, 1, at)
         operand = body.expressions.operand(trees[0])
         if operand.storage is None:
-            raise Unexpected(at, "BITADR takes a variable")
+            raise Unexpected(at, "BITADR takes a variable", Code.ARGUMENT_TYPE)
         place = replaced(operand.storage, bit=None)
         address = body.paths.address(
             TypedOperand(operand.value, operand.type, place), body.checking.pointer_to(BYTE), at
@@ -123,14 +126,18 @@ class SystemOperators:
         type = operand.flat
         is_array = isinstance(type, ArrayType) or bool(operand.bounds)
         if not is_array:
-            raise Unexpected(at, f"{name} takes an array, got a {operand.type.name}")
+            raise Unexpected(
+                at, f"{name} takes an array, got a {operand.type.name}", Code.ARGUMENT_TYPE
+            )
         if operand.bounds:
             count = len(operand.bounds) // 2
         else:
             assert isinstance(type, ArrayType)
             count = len(type.dimensions)
         if not isinstance(number, int) or not 1 <= number <= count:
-            raise Unexpected(at, f"{name} takes the number of a dimension, 1..{count}")
+            raise Unexpected(
+                at, f"{name} takes the number of a dimension, 1..{count}", Code.ARGUMENT_TYPE
+            )
         if operand.bounds:
             return TypedOperand(operand.bounds[2 * number - 2 + which], DINT)
         assert isinstance(type, ArrayType)
@@ -150,7 +157,9 @@ class SystemOperators:
         elif isinstance(operand.flat, PointerType):
             pointer = operand.value
         if pointer is None:
-            raise Unexpected(at, f"__ISVALIDREF takes a REFERENCE, got a {operand.type.name}")
+            raise Unexpected(
+                at, f"__ISVALIDREF takes a REFERENCE, got a {operand.type.name}", Code.ARGUMENT_TYPE
+            )
         type = pointer.type
         assert type is not None
         return TypedOperand(Computed(Operator.NE, (pointer, Known(0, type, at)), BOOL, at), BOOL)
@@ -161,19 +170,25 @@ class SystemOperators:
         """`__NEW(T)`, `__NEW(T, count)`, `__NEW(FB_X(nParameter := 1))`."""
         body = self._body
         if not 1 <= len(trees) <= 2:
-            raise Unexpected(at, f"__NEW takes a type and a count, got {len(trees)} arguments")
+            raise Unexpected(
+                at,
+                f"__NEW takes a type and a count, got {len(trees)} arguments",
+                Code.ARGUMENT_COUNT,
+            )
         first = trees[0]
         arguments: tuple[Argument, ...] = ()
         if isinstance(first, Call):
             arguments, first = first.arguments, first.of
         type = body.expressions.declared_type(first)
         if type is None:
-            raise Unexpected(first.at, "__NEW takes a type")
+            raise Unexpected(first.at, "__NEW takes a type", Code.ARGUMENT_TYPE)
         count: TypedValue | None = None
         if len(trees) == 2:
             operand = body.expressions.operand(trees[1])
             if not isinstance(operand.flat, IntegerType):
-                raise Unexpected(at, f"a count is a whole number, got a {operand.type.name}")
+                raise Unexpected(
+                    at, f"a count is a whole number, got a {operand.type.name}", Code.ARGUMENT_TYPE
+                )
             count = converted(operand.value, DINT, at)
         stored: tuple[Stored, ...] = ()
         real = resolved(type)
@@ -181,7 +196,9 @@ class SystemOperators:
             body.checking.require_record(real)
             stored = body.life.arguments(real, arguments, at)
         elif arguments:
-            raise Unexpected(at, f"{type.name} has no FB_init to give arguments to")
+            raise Unexpected(
+                at, f"{type.name} has no FB_init to give arguments to", Code.INIT_ARGUMENTS
+            )
         pointer = body.checking.pointer_to(type)
         return TypedOperand(Created(flat(type), count, stored, pointer, at), pointer)
 
@@ -193,7 +210,11 @@ class SystemOperators:
         if storage is None and isinstance(operand.flat, PointerType):
             storage = body.paths.storage(operand, at)  # __DELETE(THIS)
         if storage is None or not isinstance(storage.type, PointerType):
-            raise Unexpected(at, f"__DELETE takes a pointer variable, got a {operand.type.name}")
+            raise Unexpected(
+                at,
+                f"__DELETE takes a pointer variable, got a {operand.type.name}",
+                Code.ARGUMENT_TYPE,
+            )
         return TypedOperand(Deleted(storage, None, at), operand.type)
 
     def _query_interface(self, trees: list[Expression], at: int) -> TypedOperand:
@@ -213,14 +234,22 @@ class SystemOperators:
         elif isinstance(type, StructType) and type.kind is RecordKind.FUNCTION_BLOCK:
             value = body.paths.address(source, body.checking.pointer_to(type), at)
         else:
-            raise Unexpected(at, f"{name} takes an interface or a block, got a {source.type.name}")
+            raise Unexpected(
+                at,
+                f"{name} takes an interface or a block, got a {source.type.name}",
+                Code.ARGUMENT_TYPE,
+            )
         storage = target.storage
         if storage is None or not isinstance(storage.type, PointerType):
-            raise Unexpected(trees[1].at, f"{name} puts its result into a variable")
+            raise Unexpected(
+                trees[1].at, f"{name} puts its result into a variable", Code.ARGUMENT_TYPE
+            )
         interface = ""
         if name == "__QUERYINTERFACE":
             if not isinstance(storage.type, InterfaceType):
-                raise Unexpected(trees[1].at, f"{name} takes an interface variable second")
+                raise Unexpected(
+                    trees[1].at, f"{name} takes an interface variable second", Code.ARGUMENT_TYPE
+                )
             interface = storage.type.name.lower()
         return TypedOperand(Queried(value, storage, interface, BOOL, at), BOOL)
 
@@ -263,7 +292,7 @@ class SystemOperators:
         self._take("__VARINFO", trees, 1, at)
         operand = body.expressions.operand(trees[0])
         if operand.storage is None:
-            raise Unexpected(at, "__VARINFO takes a variable")
+            raise Unexpected(at, "__VARINFO takes a variable", Code.ARGUMENT_TYPE)
         found = body.names.find("VAR_INFO", at)
         assert isinstance(found, TypeName)
         record = resolved(found.type)
