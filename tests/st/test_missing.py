@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from achse.st.files.references import LibraryReference
+from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Diagnostic, Location, Source
 from achse.st.missing import MissingLibrary, findings_by_library, missing_libraries
 from achse.st.project import examine_project
@@ -73,5 +74,5 @@ def test_findings_follow_from_the_library_whose_names_they_have() -> None:
         "no source of TcX.FB_Y is here",
         "nothing is named 'x' here",
     ]
-    findings = [Diagnostic(place, text) for text in texts]
+    findings = [Diagnostic(place, text, Code.UNKNOWN_TYPE) for text in texts]
     assert findings_by_library([library], findings) == ([(library, findings[:2])], findings[2:])

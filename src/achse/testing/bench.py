@@ -22,6 +22,7 @@ from achse.plc.system_info import system_info_list
 from achse.st.check import check
 from achse.st.declare import Declarations, declare
 from achse.st.files.files import parse_file, source_files, symbol_files
+from achse.st.lexis.codes import Code
 from achse.st.lexis.lexer import Defines
 from achse.st.lexis.source import Diagnostic, Location, Source, SourceError
 from achse.st.symbolfiles.library import LibraryTypes
@@ -291,7 +292,7 @@ def _named(
 
 
 def _diagnostic(path: str, message: str) -> Diagnostic:
-    return Diagnostic(Location(path, 1, 1), message)
+    return Diagnostic(Location(path, 1, 1), message, Code.UNKNOWN_NAME)
 
 
 def _bench(

@@ -9,6 +9,7 @@ import pytest
 from achse.iec import BOOL, DINT, INT, EnumType, IecType
 from achse.iec.errors import DeclarationError
 from achse.st.declared.given import GivenTypes
+from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Diagnostic, Location, SourceError
 from achse.st.syntax.cursor import Unexpected
 from achse.st.values.values import Constant
@@ -31,7 +32,9 @@ class File:
         if name == "T_Two":
             raise DeclarationError("T_Two is A.T_Two or B.T_Two")
         if name == "T_Bad":
-            raise SourceError([Diagnostic(Location("plant.tmc", 3, 5), "no type")])
+            raise SourceError(
+                [Diagnostic(Location("plant.tmc", 3, 5), "no type", Code.UNKNOWN_TYPE)]
+            )
         return SIDE if name == "E_Side" else None
 
     def enumerations(self, value: str) -> Sequence[EnumType[Any]]:

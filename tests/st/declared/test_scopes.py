@@ -9,6 +9,7 @@ from achse.iec.errors import IecError
 from achse.iec.layout import TC3_X64
 from achse.st.declared.resolve import Resolver
 from achse.st.declared.scopes import DEEPEST, DeclaredUnit, Failed, Scopes, attributes_of
+from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Source
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.parser import parse
@@ -157,7 +158,7 @@ def test_what_goes_wrong_inside_is_reported_once_in_its_source() -> None:
     source = Source("ab\ncd", "a.st")
     for _ in range(2):
         with pytest.raises(Failed), names.inside(source):
-            raise Unexpected(3, "wrong")
+            raise Unexpected(3, "wrong", Code.UNKNOWN_TYPE)
     assert [str(fault.location) for fault in names.faults] == ["a.st:2:1"]
 
 

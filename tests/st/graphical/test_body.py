@@ -1,6 +1,7 @@
 """Bodies that are drawn: their text, their places in file and drawing."""
 
 from achse.st.graphical.body import GraphicalBody
+from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Source
 from tests.st.graphical.drawings import assign, contact, network, networks, read, unit
 
@@ -13,7 +14,7 @@ def test_offsets_behind_the_text_are_places_in_the_drawing_and_lines_of_the_file
     assert source.place(at) == source.place(at + 3) == "network 1, rung 2"
     assert source.place(20) == ""
     assert source.place(3) == ""
-    fault = source.fault(at, "no")
+    fault = source.fault(at, "no", Code.UNSUPPORTED_DRAWING)
     assert (str(fault), fault.text) == ("MAIN.TcPOU:8:3: network 1, rung 2: no", "")
 
 

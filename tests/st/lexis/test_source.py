@@ -3,6 +3,7 @@
 import pytest
 
 from achse.iec.errors import DeclarationError
+from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Diagnostic, Location, Source, SourceError, SourceSegment
 
 
@@ -27,18 +28,26 @@ def test_pieces_keep_their_own_places() -> None:
 
 
 def test_the_caret_stands_under_its_column() -> None:
-    assert str(Source("x := ;", "a.st").fault(5, "no")) == "a.st:1:6: no\n    x := ;\n         ^"
-    assert str(Source("\tx;", "a.st").fault(1, "no")) == "a.st:1:2: no\n    \tx;\n    \t^"
+    assert (
+        str(Source("x := ;", "a.st").fault(5, "no", Code.UNEXPECTED_TOKEN))
+        == "a.st:1:6: no\n    x := ;\n         ^"
+    )
+    assert (
+        str(Source("\tx;", "a.st").fault(1, "no", Code.UNEXPECTED_TOKEN))
+        == "a.st:1:2: no\n    \tx;\n    \t^"
+    )
 
 
 def test_a_line_that_does_not_help_is_left_out() -> None:
-    assert str(Source("x" * 1000, "a").fault(5, "no")) == "a:1:6: no"
-    assert str(Source("x\0", "a").fault(1, "no")) == "a:1:2: no"
+    assert str(Source("x" * 1000, "a").fault(5, "no", Code.UNEXPECTED_TOKEN)) == "a:1:6: no"
+    assert str(Source("x\0", "a").fault(1, "no", Code.UNEXPECTED_TOKEN)) == "a:1:2: no"
 
 
 def test_faults_come_in_order_and_not_without_end() -> None:
-    faults = [Diagnostic(Location("b", line, 1), "no") for line in range(50, 0, -1)]
-    error = SourceError([*faults, Diagnostic(Location("a", 9, 9), "first")])
+    faults = [
+        Diagnostic(Location("b", line, 1), "no", Code.UNEXPECTED_TOKEN) for line in range(50, 0, -1)
+    ]
+    error = SourceError([*faults, Diagnostic(Location("a", 9, 9), "first", Code.UNEXPECTED_TOKEN)])
     assert isinstance(error, DeclarationError)
     assert error.faults[0].message == "first"
     assert [fault.location.line for fault in error.faults[1:]] == list(range(1, 51))
@@ -47,7 +56,7 @@ def test_faults_come_in_order_and_not_without_end() -> None:
 
 def test_the_caret_stands_under_wide_signs_too() -> None:
     source = Source("x : 日本e\u0301 INT;")
-    fault = source.fault(source.text.index("INT"), "here")
+    fault = source.fault(source.text.index("INT"), "here", Code.UNEXPECTED_TOKEN)
     assert str(fault).splitlines()[2] == "    " + " " * (4 + 4 + 1 + 1) + "^"
 
 
@@ -63,18 +72,23 @@ def test_a_place_is_what_counting_gives(text: str) -> None:
 def test_a_place_ends_behind_its_word() -> None:
     source = Source("nCount := 16#FF;\n(* open\n'text", "a.st", [SourceSegment(0, 10, 5)])
     for word, last in (("nCount", (10, 11)), (":=", (10, 14)), ("16#FF", (10, 20))):
-        fault = source.fault(source.text.index(word), "no")
+        fault = source.fault(source.text.index(word), "no", Code.UNEXPECTED_TOKEN)
         assert (fault.end_line, fault.end_column) == last
-    assert source.fault(source.text.index("(*"), "no").end_column == len("(* open") + 1
-    assert source.fault(len(source.text), "no").end_column == len("'text") + 1
-    assert source.fault(0, "no", end=9).end_column == 14
+    assert (
+        source.fault(source.text.index("(*"), "no", Code.UNEXPECTED_TOKEN).end_column
+        == len("(* open") + 1
+    )
+    assert (
+        source.fault(len(source.text), "no", Code.UNEXPECTED_TOKEN).end_column == len("'text") + 1
+    )
+    assert source.fault(0, "no", Code.UNEXPECTED_TOKEN, end=9).end_column == 14
 
 
 @pytest.mark.parametrize("text", ["", "a b", "x := 1;\n\n y", "'a$'b' \"", "日本 e\u0301"])
 def test_an_end_lies_behind_its_begin_and_in_the_text(text: str) -> None:
     source = Source(text, "a.st", [SourceSegment(0, 3, 7), SourceSegment(len(text) // 2, 9, 2)])
     for offset in range(len(text) + 1):
-        fault = source.fault(offset, "no")
+        fault = source.fault(offset, "no", Code.UNEXPECTED_TOKEN)
         first, last = fault.location[1:], (fault.end_line, fault.end_column)
         assert first <= last
         assert fault.end_line == fault.location.line

@@ -2,6 +2,7 @@
 
 import pytest
 
+from achse.st.lexis.codes import Code
 from achse.st.lexis.lexer import END, NAME
 from achse.st.lexis.source import Source
 from achse.st.syntax.cursor import DEEPEST, MOST_FAULTS, Cursor, Unexpected
@@ -96,9 +97,9 @@ def test_notes_stand_before_a_declaration_or_after_it(text: str, note: Note) -> 
 
 def test_of_faults_in_one_place_the_first_is_kept_and_all_come_in_order() -> None:
     tokens = cursor("ab\ncd")
-    tokens.report(Unexpected(3, "later"))
-    tokens.report(Unexpected(0, "first"))
-    tokens.report(Unexpected(0, "again"))
+    tokens.report(Unexpected(3, "later", Code.UNEXPECTED_TOKEN))
+    tokens.report(Unexpected(0, "first", Code.UNEXPECTED_TOKEN))
+    tokens.report(Unexpected(0, "again", Code.UNEXPECTED_TOKEN))
     assert messages(tokens) == [(1, 1, "first"), (2, 1, "later")]
 
 
@@ -109,7 +110,7 @@ def test_what_the_lexer_finds_is_a_fault_too() -> None:
 def test_faults_are_limited() -> None:
     tokens = cursor("x" * 50 * MOST_FAULTS)
     for at in range(20 * MOST_FAULTS):
-        tokens.report(Unexpected(at, "wrong"))
+        tokens.report(Unexpected(at, "wrong", Code.UNEXPECTED_TOKEN))
     assert len(tokens.faults) == MOST_FAULTS
 
 

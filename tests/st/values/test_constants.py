@@ -16,6 +16,7 @@ from achse.plc import PlcRuntime, Task
 from achse.plc.bodies import Bodies
 from achse.st.check import check
 from achse.st.declare import Declarations, declare
+from achse.st.lexis.codes import Code
 from achse.st.lexis.source import SourceError
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.parser import parse, parse_expression
@@ -33,7 +34,7 @@ def lookup(path: Path, at: int) -> Constant:
     if path == ("v",):
         raise NotConstant(at)
     if path not in CONSTANTS:
-        raise Unexpected(at, f"no {path}")
+        raise Unexpected(at, f"no {path}", Code.UNKNOWN_NAME)
     return CONSTANTS[path]
 
 

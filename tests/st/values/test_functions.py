@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.iec import BYTE, DINT, INT, LREAL, REAL, TIME, UINT, WORD, IecType
+from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.parser import parse_expression
 from achse.st.syntax.tree import Expression
@@ -16,7 +17,7 @@ from achse.st.values.values import Constant, NotConstant, Value
 
 
 def lookup(path: Path, at: int) -> Constant:
-    raise Unexpected(at, "nothing")
+    raise Unexpected(at, "nothing", Code.NOT_A_VALUE)
 
 
 def no_type(tree: Expression) -> IecType[int]:

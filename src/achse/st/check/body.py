@@ -60,12 +60,12 @@ class RoutineBody:
 
     # what is told ----------------------------------------------------------------------------
 
-    def warn(self, at: int, message: str, code: Code = Code.UNEXPECTED_TOKEN) -> None:
+    def warn(self, at: int, message: str, code: Code) -> None:
         """Keep a warning; those about libraries are not the user's."""
         if not self.signature.entry.is_library:
             self.checking.warn(self.source, at, message, code)
 
-    def fault(self, at: int, message: str, code: Code = Code.UNEXPECTED_TOKEN) -> None:
+    def fault(self, at: int, message: str, code: Code) -> None:
         """Keep a fault; the routine cannot run."""
         self.failed = True
         self.checking.fault(self.source, at, message, code)

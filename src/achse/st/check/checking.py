@@ -138,15 +138,11 @@ class Checking:
 
     # what routines ask for -------------------------------------------------------------------
 
-    def warn(
-        self, source: Source, at: int, message: str, code: Code = Code.UNEXPECTED_TOKEN
-    ) -> None:
+    def warn(self, source: Source, at: int, message: str, code: Code) -> None:
         """Keep a warning, each once."""
         self._warnings.setdefault(source.fault(at, message, code))
 
-    def fault(
-        self, source: Source, at: int, message: str, code: Code = Code.UNEXPECTED_TOKEN
-    ) -> None:
+    def fault(self, source: Source, at: int, message: str, code: Code) -> None:
         """Keep a fault, each once."""
         self._faults.setdefault(source.fault(at, message, code))
 

@@ -375,9 +375,7 @@ class Scopes:
 
     # faults --------------------------------------------------------------------------------
 
-    def report(
-        self, source: Source, at: int, message: str, code: Code = Code.UNEXPECTED_TOKEN
-    ) -> None:
+    def report(self, source: Source, at: int, message: str, code: Code) -> None:
         """Keep a fault; what is asked for twice is told once."""
         self.faults.setdefault(source.fault(at, message, code))
 

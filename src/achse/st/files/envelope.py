@@ -73,9 +73,7 @@ def read_task(root: Element) -> TaskDeclaration:
 
 
 def _misses(element: Element, expected: str) -> Diagnostic:
-    return Diagnostic(
-        element.location, f"expected {expected} in <{element.tag}>", code=Code.BAD_ELEMENT
-    )
+    return Diagnostic(element.location, f"expected {expected} in <{element.tag}>", Code.BAD_ELEMENT)
 
 
 def parse_envelope(root: Element, path: str, defines: Defines = ()) -> Parsed:

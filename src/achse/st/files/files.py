@@ -229,9 +229,7 @@ class _Solution:
         if not real.is_relative_to(self._folder) and not real.is_relative_to(self._top):
             message = f"a source is outside of the solution: expected a file in {self._top}"
             came = name if Path(name).is_absolute() else f"{name}, which is {real}"
-            self.faults.append(
-                Diagnostic(location, f"{message}, got {came}", code=Code.UNREADABLE_FILE)
-            )
+            self.faults.append(Diagnostic(location, f"{message}, got {came}", Code.UNREADABLE_FILE))
         return real
 
 
@@ -335,4 +333,4 @@ def _text(data: bytes) -> str:
 
 
 def _refused(name: str, message: str) -> SourceError:
-    return SourceError([Diagnostic(Location(name, 1, 1), message, code=Code.UNREADABLE_FILE)])
+    return SourceError([Diagnostic(Location(name, 1, 1), message, Code.UNREADABLE_FILE)])

@@ -23,7 +23,7 @@ __all__ = ["BodyOwner", "BodyScope", "GraphicalBody", "Refused"]
 class Refused(Exception):
     """A body has something that is not supported; it does not run, and its variables are there."""
 
-    def __init__(self, at: int, message: str, code: Code = Code.UNEXPECTED_TOKEN) -> None:
+    def __init__(self, at: int, message: str, code: Code) -> None:
         super().__init__(message)
         self.at = at
         self.message = message

@@ -41,9 +41,9 @@ class Diagnostic:
 
     location: Location
     message: str
+    code: Code
     text: str = ""
     """The line it is in."""
-    code: Code = Code.UNEXPECTED_TOKEN
     end_line: int = 0
     end_column: int = 0
     """End of the place, behind its last character; without one the place has no characters."""
@@ -184,23 +184,21 @@ class Source:
         end = self.text.find("\n", offset, last)
         return self.text[start : last if end < 0 else end]
 
-    def fault(
-        self, offset: int, message: str, code: Code = Code.UNEXPECTED_TOKEN, end: int | None = None
-    ) -> Diagnostic:
+    def fault(self, offset: int, message: str, code: Code, end: int | None = None) -> Diagnostic:
         """A fault at an offset, up to `end` or that of the word there; in a drawing the message
         names the place."""
         location = self.locate(offset)
         place = self.place(offset)
         if place:
-            return Diagnostic(location, f"{place}: {message}", code=code)
+            return Diagnostic(location, f"{place}: {message}", code)
         line = self.line_at(offset)
         if len(line) > _LONGEST_LINE or "\0" in line or location.column > len(line) + 1:
             line = ""
         end = self._word_end(offset) if end is None else end
         if end <= offset:
-            return Diagnostic(location, message, line, code)
+            return Diagnostic(location, message, code, line)
         last = self.locate(end - 1)  # `end` may be in the next piece
-        return Diagnostic(location, message, line, code, last.line, last.column + 1)
+        return Diagnostic(location, message, code, line, last.line, last.column + 1)
 
     def _word_end(self, offset: int) -> int:
         """The offset behind the word that begins at an offset; the same where none begins."""

@@ -87,7 +87,7 @@ class Element:
 
     def fault(self, message: str, code: Code = Code.BAD_ELEMENT) -> NoReturn:
         """Raise the error that names this place."""
-        raise SourceError([Diagnostic(self.location, message, code=code)])
+        raise SourceError([Diagnostic(self.location, message, code)])
 
 
 class _SkippedInItself(Exception):
@@ -156,7 +156,7 @@ def parse_xml(data: bytes, path: str, *, skip: Collection[str] = ()) -> Element:
         pieces.append(piece)
 
     def doctype(*_: object) -> None:
-        raise SourceError([Diagnostic(location(), "a DOCTYPE is not accepted", code=Code.BAD_XML)])
+        raise SourceError([Diagnostic(location(), "a DOCTYPE is not accepted", Code.BAD_XML)])
 
     listen()
     parser.StartDoctypeDeclHandler = doctype
@@ -167,10 +167,10 @@ def parse_xml(data: bytes, path: str, *, skip: Collection[str] = ()) -> Element:
     except expat.ExpatError as failure:
         place = Location(path, failure.lineno, failure.offset + 1)
         reason = f"no well-formed XML: {expat.ErrorString(failure.code)}"
-        raise SourceError([Diagnostic(place, reason, code=Code.BAD_XML)]) from None
+        raise SourceError([Diagnostic(place, reason, Code.BAD_XML)]) from None
     except (LookupError, ValueError) as failure:
         reason = f"no well-formed XML: {failure}"
-        raise SourceError([Diagnostic(Location(path, 1, 1), reason, code=Code.BAD_XML)]) from None
+        raise SourceError([Diagnostic(Location(path, 1, 1), reason, Code.BAD_XML)]) from None
     return roots[0]
 
 

@@ -34,7 +34,7 @@ def read_symbol_file(data: bytes, source: str) -> SymbolFile:
         if source.lower().endswith(suffix):
             return read(data, source)
     expected = "expected a file name that ends in .tmc or .tpy"
-    raise SourceError([Diagnostic(Location(source, 1, 1), expected, code=Code.BAD_SYMBOL_FILE)])
+    raise SourceError([Diagnostic(Location(source, 1, 1), expected, Code.BAD_SYMBOL_FILE)])
 
 
 def write_symbol_file(file: SymbolFile, name: str) -> bytes:

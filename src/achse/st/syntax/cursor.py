@@ -22,7 +22,7 @@ _SETTERS = frozenset(("S", "R", "REF"))
 class Unexpected(Exception):
     """A syntax fault at an offset; caught where the parser can go on."""
 
-    def __init__(self, at: int, message: str, code: Code = Code.UNEXPECTED_TOKEN) -> None:
+    def __init__(self, at: int, message: str, code: Code) -> None:
         super().__init__(message)
         self.at = at
         self.message = message
