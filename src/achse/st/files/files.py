@@ -141,7 +141,7 @@ def source_files(path: Path) -> list[tuple[Path, str]]:
 def files_below(folder: Path) -> list[Path]:
     """All that is in a folder and not hidden, in a fixed order.
 
-    Raises `SourceError` for a folder with more than 200,000 entries, which is no project.
+    Raises `SourceError` for a folder with more than 200,000 entries: that is not a project.
     """
     found: list[Path] = []
     for place, folders, files in os.walk(folder):
