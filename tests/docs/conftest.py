@@ -63,7 +63,7 @@ NAMED: dict[str, set[str]] = {
     "pyads": {"pyads"},
     "pysoem": {"pysoem"},
     "pytest": {"pytest", "_pytest", "pluggy"},
-    "[dev]": {
+    "dev": {
         "coverage",
         "hypothesis",
         "jsonschema",
@@ -90,7 +90,7 @@ def names_in(text: str) -> set[str]:
 def absent_modules(text: str) -> set[str]:
     """Modules that a reader does not have who has installed what the page names."""
     names = names_in(text)
-    if "[dev]" in names:
+    if "dev" in names:
         return set()
     present = [modules for name, modules in NAMED.items() if name in names]
     return set[str]().union(*NAMED.values()).difference(*present)

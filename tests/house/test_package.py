@@ -1,0 +1,116 @@
+"""What is published: its addresses, its page, and licences of what it needs."""
+
+import importlib.util
+import re
+import tomllib
+from importlib.metadata import Distribution, PackageNotFoundError, distribution
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+FREE = re.compile(
+    r"\b(?:MIT|BSD|Apache|ISC|PSF|Python Software Foundation|MPL|Mozilla Public|Unlicense|Zlib|EPL"
+    r"|0BSD|HPND)",
+    re.IGNORECASE,
+)
+"""Licences under which a dependency may be installed beside achse by anyone."""
+
+
+@pytest.fixture(scope="module")
+def hook() -> ModuleType:
+    path = Path(__file__).parents[2] / "hatch_build.py"
+    spec = importlib.util.spec_from_file_location("hatch_build", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize(
+    ("written", "published"),
+    [
+        ("[a](docs/a.md)", "[a](https://h/o/p/blob/v1/docs/a.md)"),
+        (
+            "[a](docs/a.md#b) and ![c](d.svg)",
+            "[a](https://h/o/p/blob/v1/docs/a.md#b) and ![c](https://h/o/p/blob/v1/d.svg)",
+        ),
+        ("[a](https://x/y) [b](#c) [d](mailto:e)", "[a](https://x/y) [b](#c) [d](mailto:e)"),
+    ],
+)
+def test_links_of_the_published_page_are_absolute(
+    hook: ModuleType, written: str, published: str
+) -> None:
+    assert hook.absolute_links(written, "https://h/o/p/blob/v1/") == published
+
+
+@pytest.mark.parametrize("address", ["http://h/o", "h/o", "https://", "https://h/o?q=1"])
+def test_an_address_that_is_none_is_refused(hook: ModuleType, address: str) -> None:
+    with pytest.raises(ValueError, match="expected an address like https://"):
+        hook.repository_address(address)
+
+
+@pytest.mark.parametrize("environment", ["", "https://host.example/o/achse/"])
+def test_one_variable_gives_all_addresses(
+    hook: ModuleType, root: Path, environment: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ACHSE_REPOSITORY", environment)
+    metadata: dict[str, Any] = {}
+    hook.AchseMetadata(str(root), {}).update(metadata)
+    addresses = metadata["urls"].values()
+    assert all(each.startswith("https://host.example/o/achse") for each in addresses)
+    assert bool(addresses) == bool(environment)
+    relative = re.findall(r"\]\((?!https?:|#)[^)]*\)", metadata["readme"]["text"])
+    assert bool(relative) != bool(environment)
+
+
+def test_tools_of_developers_are_not_published(root: Path) -> None:
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))
+    extras = project["project"]["optional-dependencies"]
+    assert "dev" not in extras
+    named = Requirement(extras["all"][0]).extras
+    assert named == extras.keys() - {"all"}
+
+
+def test_licences_of_all_that_is_installed_are_free() -> None:
+    missing = {
+        name: licence
+        for name, each in sorted(_needed().items())
+        if not FREE.search(licence := _licence(each))
+    }
+    assert not missing
+
+
+def _needed() -> dict[str, Distribution]:
+    """What `achse[all]` brings, as far as it is here."""
+    found: dict[str, Distribution] = {}
+    open_ones = [Requirement("achse[all]")]
+    seen: set[tuple[str, frozenset[str]]] = set()
+    while open_ones:
+        requirement = open_ones.pop()
+        name = canonicalize_name(requirement.name)
+        key = (name, frozenset(requirement.extras))
+        if key in seen:
+            continue
+        seen.add(key)
+        try:
+            found[name] = distribution(name)
+        except PackageNotFoundError:
+            continue
+        for text in found[name].requires or ():
+            needed = Requirement(text)
+            wanted = ({"extra": extra} for extra in (*requirement.extras, ""))
+            if needed.marker is None or any(needed.marker.evaluate(each) for each in wanted):
+                open_ones.append(needed)
+    return found
+
+
+def _licence(installed: Distribution) -> str:
+    metadata = installed.metadata
+    names = ("License-Expression", "License", "Classifier")
+    texts = [text for name in names for text in metadata.get_all(name) or ()]
+    return " ".join(text[:300] for text in texts if "License" in text or "::" not in text)
