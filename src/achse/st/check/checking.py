@@ -491,7 +491,7 @@ class Checking:
             place = signature.source.fault(refusal.at, refusal.message, refusal.code).message
             self._left_out[signature.key] = f"its body cannot be read: {place}"
             message = f"{signature.name} cannot be called: {refusal.message}"
-            self.warn(signature.source, refusal.at, message, Code.BODY_MISSING)
+            self.warn(signature.source, refusal.at, message, refusal.code)
             return None
         except Unexpected as fault:
             body.fault(fault.at, fault.message, fault.code)
