@@ -6,7 +6,7 @@ The anchors are made when the site is built (`achse docs serve`), from the same 
 from achse.codes.ads import ReturnCode
 from achse.codes.nc.errors import NcError
 
-__all__ = ["SITE", "code_link", "library_link", "on_site", "service_link"]
+__all__ = ["SITE", "code_link", "finding_link", "library_link", "on_site", "service_link"]
 
 SITE = "ACHSE_DOCS"
 """The variable of the environment that says where a site is: `https://docs.example/achse`."""
@@ -31,6 +31,11 @@ def service_link(port: int, group: int, offset: int) -> str:
 def library_link(library: str, name: str) -> str:
     """The page and anchor of a block, function or type: `…/plc-library-tc2_mc2/#MC_Power`."""
     return f"reference/plc-library-{library}/#{name}"
+
+
+def finding_link(code: str) -> str:
+    """The page of a finding in PLC sources: `reference/ST4101/`."""
+    return f"reference/{code}/"
 
 
 def on_site(link: str | None, site: str | None) -> str | None:

@@ -6,6 +6,8 @@ They are made from the rows when the site is built or `achse docs` writes them; 
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
+from achse.site.findings import finding_pages
+
 if TYPE_CHECKING:
     from achse.server import Device, RowFacts
     from achse.st.syntax.tree import VarBlock
@@ -66,6 +68,9 @@ def reference_pages(devices: Iterable["Device"]) -> Iterator[tuple[str, str]]:
         listed.append((title, file))
         yield f"reference/{file}", text
     for title, file, text in _library_pages():
+        listed.append((title, file))
+        yield f"reference/{file}", text
+    for title, file, text in finding_pages(GENERATED):
         listed.append((title, file))
         yield f"reference/{file}", text
     title, file = "Words of part programs", "part-program-words.md"
