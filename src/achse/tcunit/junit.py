@@ -5,7 +5,7 @@ from xml.etree import ElementTree as Tree
 
 from achse.tcunit.results import TestOutcome, TestRun, UnitTest
 
-__all__ = ["junit_xml"]
+__all__ = ["junit_xml", "xml_text"]
 
 _NOT_IN_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
@@ -25,7 +25,7 @@ def junit_xml(run: TestRun) -> str:
         node = Tree.SubElement(
             root,
             "testsuite",
-            name=_text(suite.name),
+            name=xml_text(suite.name),
             tests=str(len(tests)),
             failures=str(failed),
             errors="0",
@@ -41,8 +41,8 @@ def junit_xml(run: TestRun) -> str:
         )
         case = Tree.SubElement(node, "testcase", classname="project", name="runs", time="0")
         text = f"{run.problem_place}: {run.problem}" if run.problem_place else run.problem
-        error = Tree.SubElement(case, "error", message=_text(run.problem), type="project")
-        error.text = _text(text)
+        error = Tree.SubElement(case, "error", message=xml_text(run.problem), type="project")
+        error.text = xml_text(text)
         total, errors = total + 1, 1
     root.attrib |= {
         "tests": str(total),
@@ -61,13 +61,13 @@ def _case(node: Tree.Element, test: UnitTest) -> None:
     case = Tree.SubElement(
         node,
         "testcase",
-        classname=_text(test.suite),
-        name=_text(test.name),
+        classname=xml_text(test.suite),
+        name=xml_text(test.name),
         assertions=str(test.assertions),
         time=_seconds(test.duration),
     )
     if test.place is not None:
-        case.attrib |= {"file": _text(test.place.path), "line": str(test.place.line)}
+        case.attrib |= {"file": xml_text(test.place.path), "line": str(test.place.line)}
     if test.outcome is TestOutcome.SKIPPED:
         Tree.SubElement(case, "skipped")
     elif not test.is_good:
@@ -75,11 +75,11 @@ def _case(node: Tree.Element, test: UnitTest) -> None:
         if test.outcome is TestOutcome.UNFINISHED:
             lines.append("TEST_FINISHED() was not called")
         first = str(test.failures[0]) if test.failures else lines[0]
-        failure = Tree.SubElement(case, "failure", message=_text(first), type=test.outcome.value)
-        failure.text = _text("\n".join(lines))
+        failure = Tree.SubElement(case, "failure", message=xml_text(first), type=test.outcome.value)
+        failure.text = xml_text("\n".join(lines))
 
 
-def _text(text: str) -> str:
+def xml_text(text: str) -> str:
     """Without what no XML document may have."""
     return _NOT_IN_XML.sub("?", text)
 

@@ -43,7 +43,7 @@ def test_a_project_without_faults(tmp_path: Path) -> None:
     result = checked(tmp_path)
     assert result.exit_code == 0
     assert result.stdout.splitlines() == [
-        "MAIN.st:8:6: warning: a DINT is cut to go into a INT",
+        "MAIN.st:8:6: warning: a DINT is cut to go into a INT [ST4101]",
         "    n := d;",
         "         ^",
         "1 sources, 1 programs and lists, 3 routines checked: 0 errors, 1 warnings",
@@ -59,8 +59,8 @@ def test_faults_of_declarations_and_of_bodies_come_together(tmp_path: Path) -> N
     assert result.exit_code == 1
     errors = [line for line in result.stdout.splitlines() if ": error: " in line]
     assert errors == [
-        "MAIN.st:10:6: error: nothing is named 'missing' here",
-        "other.st:1:20: error: no type is named 'Nothing'",
+        "MAIN.st:10:6: error: nothing is named 'missing' here [ST3001]",
+        "other.st:1:20: error: no type is named 'Nothing' [ST2003]",
     ]
     assert "types of libraries come from `libraries`" in result.stdout
 

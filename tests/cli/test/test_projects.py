@@ -29,7 +29,7 @@ def test_errors_in_unreached_units_are_warnings(folder: Path) -> None:
     result = checked(folder)
     assert result.exit_code == 0
     assert result.stdout.splitlines() == [
-        "OLD.st:3:9: warning: not reached: no type is named 'Nothing'",
+        "OLD.st:3:9: warning: not reached: no type is named 'Nothing' [ST2003]",
         "        v : Nothing;",
         "            ^",
         "2 sources, 1 programs and lists, 1 routines checked: 0 errors, 1 warnings, 1 of them in"

@@ -1,5 +1,6 @@
 """`achse check` looks at a station.toml, or at the sources of a PLC project, without running it."""
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +10,17 @@ from achse.cli.failure import fail
 from achse.cli.options import Library
 from achse.cli.target import Json
 
-__all__ = ["register"]
+__all__ = ["ReportFormat", "register"]
+
+
+class ReportFormat(StrEnum):
+    """Form in which a check reports."""
+
+    TEXT = "text"
+    JSON = "json"
+    SARIF = "sarif"
+    JUNIT = "junit"
+    GITHUB = "github"
 
 
 def register(app: typer.Typer) -> None:
@@ -51,14 +62,22 @@ def check(
             " missing libraries.",
         ),
     ] = False,
+    report: Annotated[
+        ReportFormat,
+        typer.Option(
+            "--format",
+            help="Form of the report on a project; --json is the same as --format json.",
+        ),
+    ] = ReportFormat.TEXT,
     in_json: Json = False,
 ) -> None:
     """Check a station.toml or a PLC project, and try the first cycles of its PLCs.
 
     Warnings of a station.toml name what the sources of a PLC say and only a running program could
     do. Of a project every declaration and statement is checked; errors and warnings have file,
-    line, column and a caret. Errors in units that no program of a task reaches are warnings. Ends
-    with 1 if there are errors, or if a PLC stops in its first cycles, which run in virtual time.
+    line, column, a caret, and a code for `achse explain`. Errors in units that no program of a task
+    reaches are warnings. Ends with 1 if there are errors, or if a PLC stops in its first cycles,
+    which run in virtual time.
 
     Declarations of --stand-ins have the members, values and inputs that the sources use. A guess
     has a question mark: fill it in, and name the folder in `libraries`.
@@ -68,16 +87,20 @@ def check(
 
         write_stand_ins(file, stand_ins, library or [], in_json)
         return
+    if in_json:
+        report = ReportFormat.JSON
     is_project = file.suffix.lower() != ".toml" and file.exists()
     if is_project:
         from achse.cli.test.projects import check_project
 
-        check_project(file, library or [], define or [], warnings, check_all, in_json)
+        check_project(file, library or [], define or [], warnings, check_all, report)
     else:
+        if file.exists() and report not in (ReportFormat.TEXT, ReportFormat.JSON):
+            fail(f"--format {report} is for PLC projects: expected text or json for {file}")
         from achse.cli.test.stations import check_station  # brings asyncio along
 
-        check_station(file, in_json)
-    if machine and not in_json:
+        check_station(file, report is ReportFormat.JSON)
+    if machine and report is ReportFormat.TEXT:
         _tell_plain(file, library or [], is_project)
 
 

@@ -1,6 +1,7 @@
 """Check of a PLC project: its errors, its warnings, and the verdict of a trial."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import typer
 
 from achse.cli.failure import fail
 from achse.cli.output import print_json
+from achse.cli.test.check import ReportFormat
 from achse.plc import Task
 from achse.plc.system_info import system_info_list
 from achse.st.check import check
@@ -19,13 +21,26 @@ from achse.st.typed.project import TypedProject
 __all__ = ["check_project"]
 
 
+@dataclass(frozen=True, slots=True)
+class _Checked:
+    """A project after its check."""
+
+    project: Project
+    typed: TypedProject
+    errors: Sequence[Diagnostic]
+    unreached: Sequence[Diagnostic]
+    runs: bool
+    verdict: str
+    hint: str
+
+
 def check_project(
     path: Path,
     libraries: list[Path],
     defines: list[str],
     warnings: bool,
     check_all: bool,
-    in_json: bool,
+    report: ReportFormat,
 ) -> None:
     """Print the findings in a project and whether it would run. Ends with 1 if it would not."""
     try:
@@ -33,7 +48,26 @@ def check_project(
             path, libraries=libraries, defines=defines, check_all=check_all
         )
     except SourceError as nothing:
-        fail(str(nothing))
+        if report in (ReportFormat.TEXT, ReportFormat.JSON):
+            fail(str(nothing))
+        _print_report(report, path, [], nothing.faults, [], [], "")
+        raise typer.Exit(1) from None
+    found = _checked(project, error, check_all)
+    if report is ReportFormat.JSON:
+        _print_json(found)
+    elif report is ReportFormat.TEXT:
+        _print_text(found, warnings, check_all)
+    else:
+        sources = [parsed.source.path for parsed in project.sources]
+        unreached = found.unreached if warnings else []
+        softer = found.typed.warnings if warnings else []
+        problem = "" if found.runs or found.errors else found.verdict
+        _print_report(report, path, sources, found.errors, unreached, softer, problem)
+    if not found.runs:
+        raise typer.Exit(1)
+
+
+def _checked(project: Project, error: SourceError | None, check_all: bool) -> _Checked:
     tasks = [Task(task.name) for task in project.tasks] or [Task()]
     system = system_info_list(tasks, app_name="", project_name="", port=851, timestamp=0)
     typed = check(
@@ -42,42 +76,9 @@ def check_project(
     errors = _sorted([*(error.faults if error else ()), *typed.faults])
     unreached = [] if check_all else _sorted([*project.unreached, *typed.unreached])
     unreached = [fault for fault in unreached if fault not in errors]
-    hint = error.hint if error is not None else ""
     runs, verdict = _verdict(project, typed, errors)
-    if in_json:
-        print_json(
-            {
-                "sources": len(project.sources),
-                "units": len(typed.units),
-                "routines": len(typed.routines),
-                "errors": [_finding(fault) for fault in errors],
-                "warnings": [_finding(warning) for warning in typed.warnings],
-                "unreached": [_finding(fault) for fault in unreached],
-                "would_run": runs,
-                "verdict": verdict,
-                "hint": hint,
-            }
-        )
-    else:
-        _print_findings(project, errors, "error", check_all)
-        if warnings:
-            _print_findings(project, unreached, "warning: not reached", check_all)
-            for warning in typed.warnings:
-                print(_with_word(str(warning), "warning"))
-        if hint and not project.missing:
-            print(hint)
-        for library in project.missing:
-            print(library)
-        count = len(typed.warnings) + len(unreached)
-        apart = f", {len(unreached)} of them in units that no task reaches" if unreached else ""
-        print(
-            f"{len(project.sources)} sources, {len(typed.units)} programs and lists,"
-            f" {len(typed.routines)} routines checked: {len(errors)} errors,"
-            f" {count} warnings{apart}"
-        )
-        print(verdict)
-    if not runs:
-        raise typer.Exit(1)
+    hint = error.hint if error is not None else ""
+    return _Checked(project, typed, errors, unreached, runs, verdict, hint)
 
 
 def _verdict(project: Project, typed: TypedProject, errors: list[Diagnostic]) -> tuple[bool, str]:
@@ -89,15 +90,77 @@ def _verdict(project: Project, typed: TypedProject, errors: list[Diagnostic]) ->
     return verdict.runs, str(verdict)
 
 
+def _print_json(found: _Checked) -> None:
+    print_json(
+        {
+            "sources": len(found.project.sources),
+            "units": len(found.typed.units),
+            "routines": len(found.typed.routines),
+            "errors": [_finding(fault) for fault in found.errors],
+            "warnings": [_finding(warning) for warning in found.typed.warnings],
+            "unreached": [_finding(fault) for fault in found.unreached],
+            "would_run": found.runs,
+            "verdict": found.verdict,
+            "hint": found.hint,
+        }
+    )
+
+
+def _print_text(found: _Checked, warnings: bool, check_all: bool) -> None:
+    project, typed = found.project, found.typed
+    _print_findings(project, found.errors, "error", check_all)
+    if warnings:
+        _print_findings(project, found.unreached, "warning: not reached", check_all)
+        for warning in typed.warnings:
+            print(_shown(warning, "warning"))
+    if found.hint and not project.missing:
+        print(found.hint)
+    for library in project.missing:
+        print(library)
+    unreached = len(found.unreached)
+    count = len(typed.warnings) + unreached
+    apart = f", {unreached} of them in units that no task reaches" if unreached else ""
+    print(
+        f"{len(project.sources)} sources, {len(typed.units)} programs and lists,"
+        f" {len(typed.routines)} routines checked: {len(found.errors)} errors,"
+        f" {count} warnings{apart}"
+    )
+    print(found.verdict)
+
+
+def _print_report(
+    report: ReportFormat,
+    path: Path,
+    sources: Iterable[str],
+    errors: Iterable[Diagnostic],
+    unreached: Iterable[Diagnostic],
+    warnings: Iterable[Diagnostic],
+    problem: str,
+) -> None:
+    """Print a report for another program."""
+    from achse.cli.test.reports import Finding, Level, github_lines, junit_document, sarif_log
+
+    findings = [Finding(Level.ERROR, fault) for fault in errors]
+    findings += [Finding(Level.WARNING, fault, "not reached") for fault in unreached]
+    findings += [Finding(Level.WARNING, fault) for fault in warnings]
+    if report is ReportFormat.SARIF:
+        print_json(sarif_log(path, findings, problem))
+    elif report is ReportFormat.JUNIT:
+        print(junit_document(sources, findings, problem), end="")
+    else:
+        for line in github_lines(path, findings, problem):
+            print(line)
+
+
 def _print_findings(
-    project: Project, findings: list[Diagnostic], word: str, check_all: bool
+    project: Project, findings: Sequence[Diagnostic], word: str, check_all: bool
 ) -> None:
     """Print findings; those that follow from a missing library are one line, unless all count."""
     libraries, rest = (
         ([], findings) if check_all else findings_by_library(project.missing, findings)
     )
     for finding in rest:
-        print(_with_word(str(finding), word))
+        print(_shown(finding, word))
     for library, following in libraries:
         count = f"{len(following)} finding{'s' if len(following) > 1 else ''}"
         follow = "follow" if len(following) > 1 else "follows"
@@ -121,11 +184,15 @@ def _finding(finding: Diagnostic) -> dict[str, Any]:
         "file": place.path,
         "line": place.line,
         "column": place.column,
+        "end_line": finding.end_line,
+        "end_column": finding.end_column,
+        "code": finding.code,
         "message": finding.message,
     }
 
 
-def _with_word(text: str, word: str) -> str:
-    """`file:line:column: word: message`, as editors and CI read it."""
-    place, separator, message = text.partition(": ")
-    return f"{place}{separator}{word}: {message}"
+def _shown(finding: Diagnostic, word: str) -> str:
+    """`file:line:column: word: message [code]` and the line, as editors and CI read it."""
+    place, separator, message = str(finding).partition(": ")
+    head, newline, line = message.partition("\n")
+    return f"{place}{separator}{word}: {head} [{finding.code}]{newline}{line}"
