@@ -10,7 +10,7 @@ of their variables: the PLC works them out when it lays out its memory.
 Source: IEC 61131-3 (2013) tables 11, 13, 40 and 47.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
@@ -25,7 +25,7 @@ from achse.st.declared.scopes import DeclaredUnit, Failed, Scope
 from achse.st.declared.standard import library_files
 from achse.st.lexis.codes import Code
 from achse.st.lexis.collection import collection_paused
-from achse.st.lexis.source import SourceError
+from achse.st.lexis.source import Diagnostic, Source, SourceError
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.parser import Parsed
 from achse.st.syntax.tree import Expression, TypeSpec, VarBlock
@@ -44,7 +44,7 @@ from achse.st.syntax.units import (
 from achse.st.syntax.units import Program as ProgramTree
 from achse.st.values.values import NotConstant
 
-__all__ = ["Declarations", "declare", "examine"]
+__all__ = ["Declarations", "declare", "examine", "faults_of", "named_sources"]
 
 _HINT = (
     "types of libraries come from `libraries`: their sources, or declarations that stand in for"
@@ -122,18 +122,32 @@ def examine(
     names.scopes.add(libraries, is_library=True)
     names.scopes.add_files(library_files())
     found = _Declarer(names).declare()
-    faults = [fault for parsed in sources for fault in parsed.faults]
-    faults += names.scopes.faults
-    named = {id(entry.source) for entry in names.scopes.entries.values() if entry.type is not None}
-    faults += [
-        fault
-        for parsed in libraries
-        if faults or id(parsed.source) in named
-        for fault in parsed.faults
-    ]
+    faults = faults_of(sources, libraries, names.scopes.faults, named_sources(names))
     if not faults:
         return found, None
-    return found, SourceError(list(dict.fromkeys(faults)), _hint(names.unknown_types))
+    return found, SourceError(faults, _hint(names.unknown_types))
+
+
+def named_sources(names: Resolver) -> frozenset[Source]:
+    """Return the sources of which a type was declared."""
+    entries = names.scopes.entries.values()
+    return frozenset(entry.source for entry in entries if entry.type is not None)
+
+
+def faults_of(
+    sources: Iterable[Parsed],
+    libraries: Iterable[Parsed],
+    declared: Iterable[Diagnostic],
+    named: Container[Source],
+) -> list[Diagnostic]:
+    """Return the faults of the syntax and of declarations, each once; of libraries those that
+    matter: if there are others, or if the project names something of the file."""
+    faults = [fault for parsed in sources for fault in parsed.faults]
+    faults += declared
+    faults += [
+        fault for parsed in libraries if faults or parsed.source in named for fault in parsed.faults
+    ]
+    return list(dict.fromkeys(faults))
 
 
 def _hint(unknown: Iterable[str]) -> str:

@@ -17,7 +17,7 @@ from achse.st.files.files import (
     read_sources,
     symbol_files,
 )
-from achse.st.files.shelf import gather, references_in
+from achse.st.files.shelf import Gathered, gather, references_in
 from achse.st.files.solution import solution_files, task_options
 from achse.st.lexis.collection import collection_paused
 from achse.st.lexis.lexer import Defines
@@ -27,7 +27,7 @@ from achse.st.reach import Reach
 from achse.st.symbolfiles.library import LibraryTypes
 from achse.st.syntax.parser import Parsed, parse
 
-__all__ = ["Project", "examine_project", "load_project"]
+__all__ = ["Project", "ProjectFiles", "examine_project", "load_project", "read_files"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +105,119 @@ def examine_project(
     """Return the readable part of a project, and an error with its faults or None: as
     `load_project`, for callers that continue with the rest. Raises `SourceError` if nothing can be
     read."""
+    files = read_files(path, libraries=libraries, defines=defines, rules=rules)
+    return files.examined(types, constants, opaque, programs, check_all)
+
+
+@dataclass(frozen=True, slots=True)
+class ProjectFiles:
+    """All that the files of a project and of its libraries contain, before anything is declared."""
+
+    sources: tuple[Parsed, ...]
+    tasks: tuple[TaskDeclaration, ...]
+    found: Gathered
+    events: tuple[Parsed, ...]
+    """Declarations made of event classes."""
+    further: LibraryTypes
+    rules: LayoutRules
+    faults: tuple[Diagnostic, ...]
+    """Faults of files that cannot be read."""
+
+    @property
+    def libraries(self) -> tuple[Parsed, ...]:
+        """The sources of libraries."""
+        return (*self.found.sources, *self.events)
+
+    def programs(self, programs: Iterable[str] | None = None) -> list[str]:
+        """Return the names of the programs that tasks call, or those given instead."""
+        if programs is not None:
+            return list(programs)
+        return [name for task in self.tasks for name in task.programs]
+
+    def declared(
+        self,
+        types: Mapping[str, Typelike] | None = None,
+        constants: Mapping[str, object] | None = None,
+        stand_ins: Iterable[Parsed] = (),
+    ) -> tuple[Declarations, SourceError | None]:
+        """Return the declarations, and an error with all faults in them or None."""
+        return examine(
+            self.sources,
+            libraries=[*self.libraries, *stand_ins],
+            types=types,
+            constants=constants,
+            rules=self.rules,
+            further=self.further,
+        )
+
+    def examined(
+        self,
+        types: Mapping[str, Typelike] | None,
+        constants: Mapping[str, object] | None,
+        opaque: bool,
+        programs: Iterable[str] | None,
+        check_all: bool,
+    ) -> tuple[Project, SourceError | None]:
+        """Return the project, and an error with all its faults or None."""
+        faults = list(self.faults)
+        declared, error = self.declared(types, constants)
+        names = declared.names
+        missing = missing_libraries(
+            self.found.missing,
+            self.found.containers,
+            (*self.sources, *self.found.sources),
+            names.unknown_types,
+            lambda word: names.scopes.find(word) is not None,
+        )
+        made: dict[str, str] = {}
+        if opaque:
+            from achse.st.unknown import MissingNames, stand_ins  # few need it
+
+            made = stand_ins(MissingNames(declared.names))
+            again = [parse(Source(text, name), name=Path(name).stem) for name, text in made.items()]
+            if made:
+                found_again = self.declared(types, constants, again)
+                if error is not None or found_again[1] is None:
+                    declared, error = found_again
+                else:  # only bodies miss something, and its stand-ins are wrong
+                    made = {}
+        if error is not None:
+            faults += error.faults
+        reach = None
+        unreached: list[Diagnostic] = []
+        if not check_all:
+            reach = Reach(
+                declared.names, (*self.sources, *self.found.sources), self.programs(programs)
+            )
+            faults, unreached = reach.findings(faults)
+        project = Project(
+            declared,
+            self.tasks,
+            self.sources,
+            self.rules,
+            missing,
+            made,
+            reach,
+            tuple(unreached),
+        )
+        if not faults:
+            return project, None
+        hints = [str(item) for item in missing if item.uses]
+        if error is not None and error.hint and not hints:
+            hints.append(error.hint)
+        return project, SourceError(faults, "\n".join(hints))
+
+
+@collection_paused()
+def read_files(
+    path: str | Path,
+    *,
+    libraries: Iterable[str | Path] = (),
+    defines: Defines = (),
+    rules: LayoutRules | None = None,
+) -> ProjectFiles:
+    """Read the files of a project and of its libraries. Raises `SourceError` if nothing can be
+    read."""
     faults: list[Diagnostic] = []
     others = [Path(item) for item in libraries]
     named = [item for item in others if item.suffix.lower() == SYMBOL_FILE]
@@ -131,53 +244,6 @@ def examine_project(
     further = LibraryTypes(files, beside, shelved)
     if rules is None:
         rules = TC3_X86 if further.pointer_size == 4 else TC3_X64
-
-    def examined(stand_ins: Iterable[Parsed]) -> tuple[Declarations, SourceError | None]:
-        return examine(
-            sources,
-            libraries=[*found.sources, *of_events, *stand_ins],
-            types=types,
-            constants=constants,
-            rules=rules,
-            further=further,
-        )
-
-    declared, error = examined(())
-    names = declared.names
-    missing = missing_libraries(
-        found.missing,
-        found.containers,
-        (*sources, *found.sources),
-        names.unknown_types,
-        lambda word: names.scopes.find(word) is not None,
+    return ProjectFiles(
+        tuple(sources), tuple(tasks), found, tuple(of_events), further, rules, tuple(faults)
     )
-    made: dict[str, str] = {}
-    if opaque:
-        from achse.st.unknown import MissingNames, stand_ins  # few need it
-
-        made = stand_ins(MissingNames(declared.names))
-        again = [parse(Source(text, name), name=Path(name).stem) for name, text in made.items()]
-        if made:
-            found_again = examined(again)
-            if error is not None or found_again[1] is None:
-                declared, error = found_again
-            else:  # only bodies miss something, and its stand-ins are wrong
-                made = {}
-    if error is not None:
-        faults += error.faults
-    reach = None
-    unreached: list[Diagnostic] = []
-    if not check_all:
-        if programs is None:
-            programs = [name for task in tasks for name in task.programs]
-        reach = Reach(declared.names, (*sources, *found.sources), programs)
-        faults, unreached = reach.findings(faults)
-    project = Project(
-        declared, tuple(tasks), tuple(sources), rules, missing, made, reach, tuple(unreached)
-    )
-    if not faults:
-        return project, None
-    hints = [str(item) for item in missing if item.uses]
-    if error is not None and error.hint and not hints:
-        hints.append(error.hint)
-    return project, SourceError(faults, "\n".join(hints))

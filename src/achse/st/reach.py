@@ -62,18 +62,23 @@ class Reach:
     """Units of a project that the programs of its tasks reach.
 
     `programs` are the names of programs that tasks call. If none of them is declared, every unit
-    is reached. `sources` are those of the project and of its libraries.
+    is reached. `sources` are those of the project and of its libraries, `mentions` those of units
+    that did not change since.
     """
 
     def __init__(
-        self, names: Resolver, sources: Iterable[Parsed], programs: Iterable[str] = ()
+        self,
+        names: Resolver,
+        sources: Iterable[Parsed],
+        programs: Iterable[str] = (),
+        mentions: dict[DeclaredUnit, Mentions] | None = None,
     ) -> None:
         self._names = names
         self._scopes = names.scopes
         self._sources = tuple(sources)
         self._programs = tuple(name.lower() for name in programs)
         self._own_sources = {parsed.source for parsed in self._sources}
-        self._mentions: dict[DeclaredUnit, Mentions] = {}
+        self._mentions = {} if mentions is None else mentions
         self.has_errors = False
         """True once `findings` had an error."""
 

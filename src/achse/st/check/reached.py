@@ -1,13 +1,13 @@
 """The typed form of a project whose unreached units have faults: without these units."""
 
-from collections.abc import Container
+from collections.abc import Container, Mapping
 from dataclasses import replace
 
 from achse.st.lexis.source import Diagnostic
 from achse.st.reach import Reach
 from achse.st.typed.project import Routine, TypedProject
 
-__all__ = ["FAULTY", "of_reached"]
+__all__ = ["FAULTY", "faults_by_reach", "of_reached"]
 
 FAULTY = "it has faults"
 """Reason why a routine with faults is left out."""
@@ -26,14 +26,9 @@ def of_reached(
     """
     if not project.faults and not unreached:
         return project
-    errors, further = reach.findings(project.faults)
-    if not errors and not further and not unreached:
-        return project
-    if not reach.has_errors:
-        reached = {entry.name.lower() for entry in reach.units}
-        if any(_is_in(key, reached) for key, why in project.left_out.items() if why == FAULTY):
-            return replace(project, faults=(*unreached, *project.faults))
-    faulty = sorted({*unreached, *further}, key=lambda fault: fault.location)
+    errors, faulty = faults_by_reach(project.faults, project.left_out, reach, unreached)
+    if not faulty:
+        return project if errors == project.faults else replace(project, faults=errors)
     gone = reach.dependent_on(faulty)
     routines = {
         key: routine for key, routine in project.routines.items() if _unit_of(routine) not in gone
@@ -54,10 +49,30 @@ def of_reached(
         ],
         type_change_calls=[call for call in project.type_change_calls if call.routine in routines],
         statics=[static for static in project.statics if not _is_in(static.owner.lower(), gone)],
-        faults=tuple(errors),
-        unreached=tuple(faulty),
+        faults=errors,
+        unreached=faulty,
         left_out={**project.left_out, **reasons},
     )
+
+
+def faults_by_reach(
+    faults: tuple[Diagnostic, ...],
+    left_out: Mapping[str, str],
+    reach: Reach,
+    unreached: tuple[Diagnostic, ...],
+) -> tuple[tuple[Diagnostic, ...], tuple[Diagnostic, ...]]:
+    """Return the faults of a check that are errors, and all faults of unreached units.
+
+    `unreached` are those of declarations, `left_out` has routines with the reasons.
+    """
+    if not faults and not unreached:
+        return (), ()
+    errors, further = reach.findings(faults)
+    if not reach.has_errors:
+        reached = {entry.name.lower() for entry in reach.units}
+        if any(_is_in(key, reached) for key, why in left_out.items() if why == FAULTY):
+            return (*unreached, *faults), ()
+    return tuple(errors), tuple(sorted({*unreached, *further}, key=lambda fault: fault.location))
 
 
 def _unit_of(routine: Routine) -> str:

@@ -20,6 +20,7 @@ from weakref import WeakValueDictionary
 
 from achse.st.files.envelope import WITHOUT_TEXT, TaskDeclaration, parse_envelope, read_task
 from achse.st.files.facts import DeclaredFacts
+from achse.st.files.reading import kept_trees, open_content
 from achse.st.lexis.codes import Code
 from achse.st.lexis.lexer import Defines
 from achse.st.lexis.pragmas import asks_for_declarations
@@ -273,16 +274,20 @@ def parse_file(file: Path, name: str = "", *, defines: Defines = ()) -> Parsed:
     name = name or file.name
     data = content_of(file, name)
     if not isinstance(defines, Iterable):  # what other files declare
-        return _parsed(file, name, data, defines)
+        parsed = _parsed(file, name, data, defines)
+        parsed.source.file = os.path.abspath(file)
+        return parsed
     pairs = defines.items() if isinstance(defines, Mapping) else dict.fromkeys(defines).items()
     key = (name, file.name, hashlib.sha256(data).digest(), frozenset(pairs))
-    earlier = _held.get(key)
+    held = kept_trees(_held)
+    earlier = held.get(key)
     if earlier is None:
         parsed = _parsed(file, name, data, defines)
     else:
         parsed = earlier.parsed_again()
+    parsed.source.file = os.path.abspath(file)
     parsed.source.content = _Content(parsed)
-    _held[key] = parsed.source.content
+    held[key] = parsed.source.content
     return parsed
 
 
@@ -314,7 +319,11 @@ def _parsed(file: Path, name: str, data: bytes, defines: Defines) -> Parsed:
 
 
 def content_of(file: Path, name: str) -> bytes:
+    """Return the content of a file, or what an editor has of it. Raises `SourceError`."""
     try:
+        content = open_content(file)
+        if content is not None:
+            return content
         if file.stat().st_size > _LARGEST_FILE:
             raise _refused(name, f"the file is larger than {_LARGEST_FILE} bytes")
         return file.read_bytes()

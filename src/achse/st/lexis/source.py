@@ -4,7 +4,7 @@ import hashlib
 import re
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple, Protocol
 from unicodedata import combining, east_asian_width
@@ -12,7 +12,7 @@ from unicodedata import combining, east_asian_width
 from achse.iec.errors import DeclarationError
 from achse.st.lexis.codes import Code
 
-__all__ = ["Diagnostic", "Drawing", "Location", "Source", "SourceError", "SourceSegment"]
+__all__ = ["Diagnostic", "Drawing", "Location", "Origin", "Source", "SourceError", "SourceSegment"]
 
 _BREAK = re.compile("\n")
 _WORD = re.compile(
@@ -47,6 +47,8 @@ class Diagnostic:
     end_line: int = 0
     end_column: int = 0
     """End of the place, behind its last character; without one the place has no characters."""
+    origin: "Origin | None" = field(default=None, compare=False, repr=False)
+    """The same place in its source, so that a finding can follow an edit in front of it."""
 
     def __post_init__(self) -> None:
         if not self.end_line:
@@ -68,6 +70,15 @@ def _blank(sign: str) -> str:
     if combining(sign):
         return ""
     return "  " if east_asian_width(sign) in "WF" else " "
+
+
+class Origin(NamedTuple):
+    """What a finding was made of."""
+
+    source: "Source"
+    at: int
+    end: int | None
+    message: str
 
 
 class SourceError(DeclarationError):
@@ -124,12 +135,41 @@ class Source:
         """The library that a source is from: its title."""
         self.namespace = ""
         """Prefix of the library's names in a project, if it is not the library's title."""
+        self.file = ""
+        """The file that it was read from, with its whole path."""
         self.content: object = None
         """Lives as long as the source: what else was made of the same text."""
         self.pieces = tuple(pieces) or (SourceSegment(0, 1, 1),)
         self._starts = [piece.start for piece in self.pieces]
         self.drawings = tuple(drawings)
         """Drawn bodies, by their first offsets, all behind the text."""
+
+    def adopt(self, edited: "Source") -> None:
+        """Take over the text and the places of an edited version of the same file."""
+        self.text, self.pieces, self.drawings = edited.text, edited.pieces, edited.drawings
+        self._starts = edited._starts
+        for name in ("_breaks", "digest"):
+            self.__dict__.pop(name, None)
+
+    def offset_at(self, line: int, column: int) -> int | None:
+        """The offset of a line and column of the file, from 1; None outside of the text.
+
+        A place behind the end of a line is that end.
+        """
+        for index, piece in enumerate(self.pieces):
+            last = self._starts[index + 1] - 1 if index + 1 < len(self.pieces) else len(self.text)
+            first = bisect_left(self._breaks, piece.start)
+            lines = bisect_left(self._breaks, last) - first
+            below = line - piece.line
+            if not 0 <= below <= lines or (below == 0 and column < piece.column):
+                continue
+            start = piece.start if below == 0 else self._breaks[first + below - 1] + 1
+            end = self._breaks[first + below] if below < lines else last
+            offset = start + column - (piece.column if below == 0 else 1)
+            if offset > end and below == lines and (piece.start, len(self.pieces)) != (0, 1):
+                continue  # behind a CDATA part
+            return min(offset, end)
+        return None
 
     def locate(self, offset: int) -> Location:
         """The place of an offset."""
@@ -189,16 +229,17 @@ class Source:
         names the place."""
         location = self.locate(offset)
         place = self.place(offset)
+        origin = Origin(self, offset, end, message)
         if place:
-            return Diagnostic(location, f"{place}: {message}", code)
+            return Diagnostic(location, f"{place}: {message}", code, origin=origin)
         line = self.line_at(offset)
         if len(line) > _LONGEST_LINE or "\0" in line or location.column > len(line) + 1:
             line = ""
         end = self._word_end(offset) if end is None else end
         if end <= offset:
-            return Diagnostic(location, message, code, line)
+            return Diagnostic(location, message, code, line, origin=origin)
         last = self.locate(end - 1)  # `end` may be in the next piece
-        return Diagnostic(location, message, code, line, last.line, last.column + 1)
+        return Diagnostic(location, message, code, line, last.line, last.column + 1, origin)
 
     def _word_end(self, offset: int) -> int:
         """The offset behind the word that begins at an offset; the same where none begins."""
