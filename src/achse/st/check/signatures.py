@@ -180,6 +180,32 @@ class Routines:
         made.accessor_of = tree
         return made
 
+    def made_again(self, known: Signature) -> Signature:
+        """Return the signature of a routine anew, with an empty frame. Raises `Failed`."""
+        del self._known[known.key]
+        entry, tree = known.entry, known.tree
+        match known.kind:
+            case RoutineKind.FUNCTION:
+                return self.of_function(entry)
+            case RoutineKind.BODY | RoutineKind.PROGRAM:
+                return self.of_body(entry)
+            case RoutineKind.METHOD:
+                assert isinstance(tree, Method)
+                return self.of_method(entry, tree)
+            case RoutineKind.ACTION:
+                assert isinstance(tree, Action)
+                return self.of_action(entry, tree)
+        owner = known.accessor_of
+        assert owner is not None
+        made = self.of_accessor(entry, owner, get=known.kind is RoutineKind.GET)
+        assert made is not None
+        return made
+
+    @property
+    def made(self) -> list[Signature]:
+        """The signatures so far."""
+        return [one for one in self._known.values() if one is not None]
+
     def known(self, key: str) -> Signature | None:
         """The signature of that key, if it was asked for."""
         return self._known.get(key)
