@@ -1,0 +1,336 @@
+"""The workspace: a project that is checked once, and after each edit as far as the edit reaches.
+
+An edit of bodies alone checks the changed routines again, on the same declarations. Everything
+else declares and checks all again; files that did not change are not parsed again. What files the
+project has is read anew if one is added or taken away, or if a `.plcproj`, a task or a library
+changes.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from enum import Enum
+from pathlib import Path
+from typing import Any
+from weakref import WeakValueDictionary
+
+from achse.iec.structs import StaticRecord
+from achse.st.check.reached import faults_by_reach
+from achse.st.check.warm import WarmChecking
+from achse.st.declare import Declarations, faults_of, named_sources
+from achse.st.declared.scopes import DeclaredUnit
+from achse.st.files.envelope import TaskDeclaration
+from achse.st.files.files import (
+    PROJECT,
+    SUFFIXES,
+    SYMBOL_FILE,
+    parse_file,
+    project_file,
+    source_files,
+)
+from achse.st.files.reading import file_key, reading
+from achse.st.lexis.lexer import Defines
+from achse.st.lexis.pragmas import asks_for_declarations
+from achse.st.lexis.source import Diagnostic, Source, SourceError
+from achse.st.mentions import Mentions
+from achse.st.project import ProjectFiles, read_files
+from achse.st.reach import Reach
+from achse.st.syntax.parser import Parsed
+from achse.st.workspace.edits import BodyEdit, body_edit
+from achse.st.workspace.findings import ProjectFindings, sorted_findings
+
+__all__ = ["Extent", "Workspace"]
+
+_BESIDE = (PROJECT, SYMBOL_FILE, ".tsproj", ".sln", ".tspproj")
+"""Endings of further files that say something about a project."""
+
+Given = Callable[[Sequence[TaskDeclaration]], Iterable[type[StaticRecord]]]
+
+
+class Extent(Enum):
+    """How much an edit made the workspace check."""
+
+    NOTHING = "nothing"
+    BODIES = "bodies"
+    PROJECT = "project"
+    FILES = "files"
+    """The project, after its files were read again."""
+
+
+def _nothing_given(tasks: Sequence[TaskDeclaration]) -> Iterable[type[StaticRecord]]:
+    return ()
+
+
+class Workspace:
+    """A project in memory. `findings` are those that a check of the same texts would have.
+
+    `given` returns the variable lists that a runtime declares for the tasks of a project.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        *,
+        libraries: Iterable[str | Path] = (),
+        defines: Defines = (),
+        given: Given = _nothing_given,
+        check_all: bool = False,
+    ) -> None:
+        self.path = Path(path)
+        self.libraries = tuple(Path(item) for item in libraries)
+        self._defines = defines
+        self._given = given
+        self._check_all = check_all
+        self._contents: dict[str, bytes] = {}
+        """Texts of files that are open, by `file_key`."""
+        self._trees: WeakValueDictionary[tuple[object, ...], Any] = WeakValueDictionary()
+        self._files: ProjectFiles | None = None
+        self._sources: dict[str, Parsed] = {}
+        """Sources of the project by `file_key`, in their order."""
+        self._listed: frozenset[str] = frozenset()
+        """Files of the project by `file_key`, those that cannot be read too."""
+        self._is_listing = False
+        """True if a `.plcproj` says what is in the project."""
+        self._asking = False
+        """True if conditions in sources ask for declarations of others."""
+        self._mentions: dict[DeclaredUnit, Mentions] = {}
+        self._named: frozenset[Source] = frozenset()
+        self._declared_faults: tuple[Diagnostic, ...] = ()
+        self.declarations: Declarations | None = None
+        """The declarations of the project; None if nothing can be read."""
+        self.checking: WarmChecking | None = None
+        self.findings = ProjectFindings()
+        self.load()
+
+    # files -----------------------------------------------------------------------------------
+
+    def load(self) -> None:
+        """Read all files and check everything."""
+        try:
+            with reading(self._contents, self._trees):
+                self._files = read_files(self.path, libraries=self.libraries, defines=self._defines)
+        except SourceError as error:
+            self._files, self.declarations, self.checking = None, None, None
+            self._sources, self._listed = {}, frozenset()
+            self.findings = sorted_findings(error.faults, (), ())
+            return
+        self._sources = {file_key(Path(one.source.file)): one for one in self._files.sources}
+        self._listed = frozenset(file_key(file) for file, _ in source_files(self.path))
+        self._is_listing = project_file(self.path) is not None
+        self._asking = any(asks_for_declarations(one.source.text) for one in self.sources)
+        self._examine()
+
+    @property
+    def sources(self) -> Sequence[Parsed]:
+        """The sources of the project."""
+        return tuple(self._sources.values())
+
+    @property
+    def all_sources(self) -> Iterable[Parsed]:
+        """The sources of the project and of the user's libraries."""
+        return (*self._sources.values(), *(() if self._files is None else self._files.libraries))
+
+    @property
+    def tasks(self) -> Sequence[TaskDeclaration]:
+        """The tasks of the project."""
+        return () if self._files is None else self._files.tasks
+
+    def source_of(self, file: Path) -> Source | None:
+        """Return the source of a file of the project or of its libraries; None of others, and of
+        files that cannot be read."""
+        key = file_key(file)
+        own = self._sources.get(key)
+        if own is not None:
+            return own.source
+        for parsed in self.all_sources:
+            if parsed.source.file and file_key(Path(parsed.source.file)) == key:
+                return parsed.source
+        return None
+
+    def has(self, file: Path) -> bool:
+        """Return True if a file is a source of the project or of its libraries."""
+        return file_key(file) in self._listed or self.source_of(file) is not None
+
+    def text_of(self, file: Path) -> bytes | None:
+        """Return the content of a file that is open; None of one that is not."""
+        return self._contents.get(file_key(file))
+
+    # edits -----------------------------------------------------------------------------------
+
+    def edit(self, file: Path, content: bytes) -> Extent:
+        """Take the content of a file that an editor has, saved or not."""
+        key = file_key(file)
+        if self._contents.get(key) == content:
+            return Extent.NOTHING
+        self._contents[key] = content
+        return self._changed(key, file)
+
+    def close(self, file: Path) -> Extent:
+        """Go back to the content that a file has on disk."""
+        key = file_key(file)
+        if self._contents.pop(key, None) is None:
+            return Extent.NOTHING
+        return self._changed(key, file)
+
+    def reread(self, file: Path) -> Extent:
+        """Look at a file that may have changed on disk."""
+        key = file_key(file)
+        return Extent.NOTHING if key in self._contents else self._changed(key, file)
+
+    def _changed(self, key: str, file: Path) -> Extent:
+        known = self._sources.get(key)
+        if known is None or self._files is None:
+            if not self._may_read(key, file):
+                return Extent.NOTHING
+            self.load()
+            return Extent.FILES
+        try:
+            with reading(self._contents, self._trees):
+                edited = parse_file(
+                    Path(known.source.file), known.source.path, defines=self._defines
+                )
+        except SourceError:
+            self.load()
+            return Extent.FILES
+        if self._asking or asks_for_declarations(edited.source.text):
+            self.load()
+            return Extent.FILES
+        if edited.source.text == known.source.text and edited.source.pieces == known.source.pieces:
+            return Extent.NOTHING
+        edit = self._edit_of(known, edited)
+        if edit is not None and self._edit_bodies(key, edit, edited):
+            return Extent.BODIES
+        self._sources[key] = edited
+        self._examine()
+        return Extent.PROJECT
+
+    def _may_read(self, key: str, file: Path) -> bool:
+        """Return True if the project may have a file, or reads it besides its sources."""
+        if file.suffix.lower() not in SUFFIXES or key in self._listed:
+            return file.suffix.lower() in (*_BESIDE, *SUFFIXES)
+        folders = [*self.libraries, *(() if self._is_listing else (self.path,))]
+        return self.has(file) or any(
+            Path(key).is_relative_to(file_key(folder)) for folder in folders
+        )
+
+    def _edit_of(self, known: Parsed, edited: Parsed) -> BodyEdit | None:
+        """Return the edit if it changes bodies alone, and all kept findings can follow it."""
+        checking = self.checking
+        if checking is None or not checking.is_exact or self._are_shared(known):
+            return None
+        edit = body_edit(known, edited)
+        if edit is None:
+            return None
+        quoted = f"{known.source.path}:"  # other findings name places in this file
+        if any(quoted in one.message for one in self._every_finding()):
+            return None
+        return edit
+
+    def _are_shared(self, parsed: Parsed) -> bool:
+        """Return True if another file has the same trees, because its content is the same."""
+        units = set(map(id, parsed.units))
+        return any(
+            not units.isdisjoint(map(id, other.units))
+            for other in self.all_sources
+            if other is not parsed and other.source.path == parsed.source.path
+        )
+
+    def _every_finding(self) -> Iterable[Diagnostic]:
+        assert self.checking is not None
+        for node in self.checking.nodes.values():
+            yield from node.faults
+            yield from node.warnings
+        yield from self.checking.names.scopes.faults
+
+    # one edit of bodies ----------------------------------------------------------------------
+
+    def _edit_bodies(self, key: str, edit: BodyEdit, edited: Parsed) -> bool:
+        """Check the routines of an edited file again; False if findings would be wrong.
+
+        Nothing is changed then, but what will be made anew.
+        """
+        checking = self.checking
+        assert checking is not None
+        known = self._sources[key]
+        known.source.content = None  # others must not get trees that change
+        changed = {id(tree) for tree in edit.make()}
+        again = []
+        for signature in checking.routines.made:
+            is_changed = signature.source is known.source and id(signature.tree) in changed
+            if is_changed and checking.checked(signature.key) is not None:
+                again.append(signature)
+        keys = {signature.key for signature in again}
+        for name, node in checking.nodes.items():
+            if name in keys:
+                continue
+            moved = self._followed(edit, node.faults), self._followed(edit, node.warnings)
+            if None not in moved:
+                node.faults, node.warnings = moved  # type: ignore[assignment]
+                continue
+            signature = checking.checked(name)
+            if signature is None:
+                return False
+            again.append(signature)
+        scopes = checking.names.scopes
+        declared = self._followed(edit, dict.fromkeys(self._declared_faults))
+        reported = self._followed(edit, scopes.faults)
+        if declared is None or reported is None:
+            return False
+        self._declared_faults, scopes.faults = tuple(declared), reported
+        self._sources[key] = Parsed(known.source, known.units, edited.faults)
+        checking.check_again(again)
+        if not checking.is_exact:
+            return False
+        for entry in [one for one in self._mentions if one.source is known.source]:
+            del self._mentions[entry]
+        self._judge()
+        return True
+
+    @staticmethod
+    def _followed(
+        edit: BodyEdit, findings: dict[Diagnostic, None]
+    ) -> dict[Diagnostic, None] | None:
+        """Return findings at their new places; None if one has none."""
+        moved = [edit.follow(one) for one in findings]
+        if None in moved:
+            return None
+        return dict.fromkeys(one for one in moved if one is not None)
+
+    # everything ------------------------------------------------------------------------------
+
+    def _examine(self) -> None:
+        """Declare and check everything."""
+        assert self._files is not None
+        self._files = replace(self._files, sources=self.sources)
+        self.declarations, _ = self._files.declared()
+        names = self.declarations.names
+        self._named = named_sources(names)
+        self._declared_faults = tuple(names.scopes.faults)
+        self._mentions = {}
+        self.checking = WarmChecking(names, self._given(self.tasks))
+        self.checking.start()
+        self._judge()
+
+    def _judge(self) -> None:
+        """Say what the findings mean for the build."""
+        files, checking = self._files, self.checking
+        assert files is not None
+        assert checking is not None
+        declared = faults_of(self.sources, files.libraries, self._declared_faults, self._named)
+        faults = [*files.faults, *SourceError(declared).faults]
+        checked = tuple(sorted(dict.fromkeys(checking.faults), key=lambda one: one.location))
+        if self._check_all:
+            self.findings = sorted_findings([*faults, *checked], checking.warnings, ())
+            return
+        reach = Reach(
+            checking.names,
+            (*self.sources, *files.found.sources),
+            files.programs(),
+            self._mentions,
+        )
+        errors, unreached = reach.findings(faults)
+        further, all_unreached = faults_by_reach(
+            checked, checking.faulty_routines, reach, tuple(unreached)
+        )
+        self.findings = sorted_findings(
+            [*errors, *further], checking.warnings, [*unreached, *all_unreached]
+        )
