@@ -3,6 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
+from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Source
 from achse.st.syntax.parser import parse
 from achse.st.workspace.edits import body_edit
@@ -52,8 +53,8 @@ def test_other_declarations_are_no_edit_of_bodies() -> None:
 
 def test_findings_follow_or_are_inside() -> None:
     kept = parse(Source(TEXT))
-    finding = kept.source.fault(TEXT.index("F := 3"), "wrong")
-    inside = kept.source.fault(TEXT.index("n := 2"), "gone")
+    finding = kept.source.fault(TEXT.index("F := 3"), "wrong", Code.BAD_LITERAL)
+    inside = kept.source.fault(TEXT.index("n := 2"), "gone", Code.BAD_LITERAL)
     edit = body_edit(kept, parse(Source(TEXT.replace("n := 2;", "\nq;"))))
     assert edit is not None
     edit.make()

@@ -141,14 +141,10 @@ class WarmChecking(Checking):
 
     # which node it is for --------------------------------------------------------------------
 
-    def warn(
-        self, source: Source, at: int, message: str, code: Code = Code.UNEXPECTED_TOKEN
-    ) -> None:
+    def warn(self, source: Source, at: int, message: str, code: Code) -> None:
         self._node.warnings.setdefault(source.fault(at, message, code))
 
-    def fault(
-        self, source: Source, at: int, message: str, code: Code = Code.UNEXPECTED_TOKEN
-    ) -> None:
+    def fault(self, source: Source, at: int, message: str, code: Code) -> None:
         self._node.faults.setdefault(source.fault(at, message, code))
 
     def unit(self, entry: DeclaredUnit, at: int) -> StructType[Any]:
