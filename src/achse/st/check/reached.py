@@ -26,9 +26,9 @@ def of_reached(
     """
     if not project.faults and not unreached:
         return project
-    errors, faulty = faults_by_reach(project.faults, project.left_out, reach, unreached)
+    errors, faulty = faults_by_reach(tuple(project.faults), project.left_out, reach, unreached)
     if not faulty:
-        return project if errors == project.faults else replace(project, faults=errors)
+        return project if errors == tuple(project.faults) else replace(project, faults=errors)
     gone = reach.dependent_on(faulty)
     routines = {
         key: routine for key, routine in project.routines.items() if _unit_of(routine) not in gone

@@ -120,7 +120,7 @@ class Workspace:
         self._examine()
 
     @property
-    def sources(self) -> Sequence[Parsed]:
+    def sources(self) -> tuple[Parsed, ...]:
         """The sources of the project."""
         return tuple(self._sources.values())
 
@@ -266,10 +266,10 @@ class Workspace:
             if None not in moved:
                 node.faults, node.warnings = moved  # type: ignore[assignment]
                 continue
-            signature = checking.checked(name)
-            if signature is None:
+            routine = checking.checked(name)
+            if routine is None:
                 return False
-            again.append(signature)
+            again.append(routine)
         scopes = checking.names.scopes
         declared = self._followed(edit, dict.fromkeys(self._declared_faults))
         reported = self._followed(edit, scopes.faults)
