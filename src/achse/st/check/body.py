@@ -58,6 +58,13 @@ class RoutineBody:
     def source(self) -> Source:
         return self.signature.source
 
+    def note_use(self, tree: Any, whole: Any, meaning: Any) -> None:
+        """Keep the meaning of a name, for an editor that asks for it."""
+        from achse.st.check.checking import NameUse  # each needs the other
+
+        if self.checking.uses is not None:
+            self.checking.uses.append(NameUse(self, tree, whole, meaning))
+
     # what is told ----------------------------------------------------------------------------
 
     def warn(self, at: int, message: str, code: Code) -> None:

@@ -322,6 +322,8 @@ class CallChecker:
                     )
                 parameter = by_position[position]
                 key = parameter.variable.name.lower()
+            if argument.name and signature is not None:
+                self._body.note_use(argument, signature, None)
             if key in given:
                 if not (argument.name and arguments[0].name):
                     raise Unexpected(

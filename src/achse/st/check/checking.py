@@ -11,6 +11,7 @@ from achse.st.check.blocks import Blocks
 from achse.st.check.body import RoutineBody
 from achse.st.check.contracts import Contracts
 from achse.st.check.life import Life, element_of
+from achse.st.check.meanings import Meaning
 from achse.st.check.origin import origin_of
 from achse.st.check.reached import FAULTY, of_reached
 from achse.st.check.signatures import Routines, Signature, attributes_in
@@ -30,7 +31,7 @@ from achse.st.lexis.collection import collection_paused
 from achse.st.lexis.source import Diagnostic, Source
 from achse.st.reach import Reach
 from achse.st.syntax.cursor import Unexpected
-from achse.st.syntax.tree import Statements
+from achse.st.syntax.tree import Argument, GlobalName, Literal, Member, Name, Statements
 from achse.st.syntax.units import (
     Action,
     Function,
@@ -52,7 +53,7 @@ from achse.st.typed.project import (
 )
 from achse.st.typed.statements import LifeEvent, TypedStatement
 
-__all__ = ["Checking", "check"]
+__all__ = ["Checking", "NameUse", "check"]
 
 _WITH_FRAME = (RoutineKind.FUNCTION, RoutineKind.METHOD)
 
@@ -79,6 +80,16 @@ def check(
         checking = Checking(declarations.names, given, check_bounds=check_bounds)
         found = checking.project()
         return found if reach is None else of_reached(found, reach, tuple(unreached))
+
+
+class NameUse(NamedTuple):
+    """A name in a body, and its meaning there."""
+
+    body: RoutineBody
+    tree: Name | GlobalName | Member | Literal | Argument
+    whole: Meaning | Signature | None
+    """What the name is a part of: the operand before a dot, the routine with the parameter."""
+    meaning: Meaning | None
 
 
 class _Checked(NamedTuple):
@@ -114,6 +125,8 @@ class Checking:
             for member in unit.__iec__.members
         }
         self.current: RoutineBody
+        self.uses: list[NameUse] | None = None
+        """Meanings of names in the order of the check, if they are kept."""
         self.plain_names: dict[tuple[str, str], DeclaredUnit | str] = {}
         """Units, and names of functions of the language, by the name space and the name in lower
         case that mean them where no variable or value has the name."""

@@ -141,7 +141,9 @@ class ExpressionChecker:
         except (IecValueError, ValueError) as error:
             raise Unexpected(tree.at, str(error), Code.BAD_LITERAL) from None
         if enum:
-            return self._enum_literal(enum, value, tree.at)
+            found = self._enum_literal(enum, value, tree.at)
+            self._body.note_use(tree, None, found)
+            return found
         is_bits = type is None and isinstance(value, int) and "#" in tree.text
         return constant_operand(Constant(value, type), tree.at, is_bits=is_bits)
 
@@ -167,6 +169,8 @@ class ExpressionChecker:
         if not tree.name:
             raise Unexpected(tree.at, "an expression is missing", Code.NOT_A_VALUE)
         found = body.names.find(tree.name, tree.at)
+        if body.checking.uses is not None:
+            body.note_use(tree, None, found)
         if found is not None:
             return found
         special = body.builtins.variable(tree.name, tree.at)
@@ -174,6 +178,7 @@ class ExpressionChecker:
 
     def _global_name(self, tree: GlobalName) -> Meaning:
         found = self._body.names.outer(tree.name, tree.at)
+        self._body.note_use(tree, None, found)
         return SpaceName(tree.name, tree.at) if found is None else found
 
     def _address(self, tree: DirectAddress) -> Meaning:
@@ -210,7 +215,12 @@ class ExpressionChecker:
     # steps -----------------------------------------------------------------------------------
 
     def _member(self, tree: Member) -> Meaning:
-        return self._body.paths.member(tree)
+        if self._body.checking.uses is None:
+            return self._body.paths.member(tree)
+        whole = self.meaning(tree.of)
+        found = self._body.paths.member(tree)
+        self._body.note_use(tree, whole, found)
+        return found
 
     def _part_of(self, tree: PartOf) -> Meaning:
         return self._body.paths.part_of(tree)

@@ -9,7 +9,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from achse.iec.structs import StaticRecord, StructType
-from achse.st.check.checking import Checking
+from achse.st.check.body import RoutineBody
+from achse.st.check.checking import Checking, NameUse
 from achse.st.check.contracts import Contracts
 from achse.st.check.reached import FAULTY
 from achse.st.check.signatures import Signature
@@ -101,6 +102,25 @@ class WarmChecking(Checking):
                 self._needed = None
         self._work()
         self.is_exact &= len(self.names.scopes.faults) == self._known_faults
+
+    def uses_of(self, routine: Signature) -> list[NameUse]:
+        """Return the meanings of the names in a routine; its findings stay the same."""
+        self.uses = []
+        try:
+            self.check_again([routine])
+            return self.uses
+        finally:
+            self.uses = None
+
+    @contextmanager
+    def probing(self, routine: Signature) -> Iterator[RoutineBody]:
+        """Look names up as a routine sees them; what is found meanwhile is forgotten."""
+        outside = self._key, self._node
+        self._key, self._node = "?", CheckNode()
+        try:
+            yield RoutineBody(self, routine)
+        finally:
+            self._key, self._node = outside
 
     def checked(self, key: str) -> Signature | None:
         """Return the signature of a routine that was checked; None if nothing needs it."""

@@ -282,7 +282,7 @@ class Workspace:
             return False
         for entry in [one for one in self._mentions if one.source is known.source]:
             del self._mentions[entry]
-        self._judge()
+        self.judge()
         return True
 
     @staticmethod
@@ -308,9 +308,9 @@ class Workspace:
         self._mentions = {}
         self.checking = WarmChecking(names, self._given(self.tasks))
         self.checking.start()
-        self._judge()
+        self.judge()
 
-    def _judge(self) -> None:
+    def judge(self) -> None:
         """Say what the findings mean for the build."""
         files, checking = self._files, self.checking
         assert files is not None
