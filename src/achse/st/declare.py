@@ -21,7 +21,7 @@ from achse.iec.structs import StaticRecord as UnitRecord
 from achse.iec.types import IecType
 from achse.st.declared.given import FurtherTypes
 from achse.st.declared.resolve import Resolver, generics_of
-from achse.st.declared.scopes import DeclaredUnit, Failed, Scope
+from achse.st.declared.scopes import DeclaredUnit, Failed, References, Scope
 from achse.st.declared.standard import library_files
 from achse.st.lexis.codes import Code
 from achse.st.lexis.collection import collection_paused
@@ -113,11 +113,13 @@ def examine(
     constants: Mapping[str, object] | None = None,
     rules: LayoutRules = TC3_X64,
     further: FurtherTypes | None = None,
+    references: References | None = None,
 ) -> tuple[Declarations, SourceError | None]:
     """Return the possible declarations of the sources, and an error with all faults or None: as
-    `declare`, for callers that continue with the rest."""
+    `declare`, for callers that continue with the rest. `references` decide between libraries that
+    come with achse and have a name in common."""
     sources, libraries = list(sources), list(libraries)
-    names = Resolver(types or {}, constants or {}, rules, further)
+    names = Resolver(types or {}, constants or {}, rules, further, references)
     names.scopes.add(sources)
     names.scopes.add(libraries, is_library=True)
     names.scopes.add_files(library_files())

@@ -148,6 +148,7 @@ class ProjectFiles:
             constants=constants,
             rules=self.rules,
             further=self.further,
+            references=self.found.own,
         )
 
     def examined(

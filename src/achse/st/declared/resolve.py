@@ -28,7 +28,14 @@ from achse.iec.variables import Address as Place
 from achse.st.declared.given import FurtherTypes, GivenTypes
 from achse.st.declared.named_constants import NamedConstants
 from achse.st.declared.records import LARGEST, Records
-from achse.st.declared.scopes import DeclaredUnit, Failed, Scope, Scopes, attributes_of
+from achse.st.declared.scopes import (
+    DeclaredUnit,
+    Failed,
+    References,
+    Scope,
+    Scopes,
+    attributes_of,
+)
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Source
 from achse.st.syntax.cursor import Unexpected
@@ -78,8 +85,9 @@ class Resolver:
         constants: Mapping[str, object],
         rules: LayoutRules,
         further: FurtherTypes | None = None,
+        references: References | None = None,
     ) -> None:
-        self.scopes = Scopes()
+        self.scopes = Scopes(references)
         self.given = GivenTypes(types, rules.pointer_size, further)
         self.constants = NamedConstants(self.scopes, self, self.given, constants)
         self.rules = rules

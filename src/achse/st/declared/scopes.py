@@ -3,7 +3,7 @@
 Source: IEC 61131-3 (2013) tables 11 and 13.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, TypeAlias, TypeVar
@@ -112,6 +112,10 @@ class DeclaredUnit:
         return tree.file.outlines[tree.number].at if isinstance(tree, LibraryUnit) else tree.at
 
 
+References: TypeAlias = Mapping[str, Sequence[str]]
+"""Libraries that come with achse, as the project (empty name) and each library reference them: of
+units with one name the first is meant."""
+
 Declared: TypeAlias = tuple[VarBlock, Declaration]
 
 
@@ -179,7 +183,8 @@ def attributes_of(note: Note) -> dict[str, str]:
 class Scopes:
     """Everything declared, by name and without case; faults are collected in `faults`."""
 
-    def __init__(self) -> None:
+    def __init__(self, references: References | None = None) -> None:
+        self._references = {key.lower(): value for key, value in (references or {}).items()}
         self.faults: dict[Diagnostic, None] = {}
         self.entries: dict[str, DeclaredUnit] = {}
         self.globals: dict[str, list[DeclaredUnit]] = {}
@@ -203,8 +208,12 @@ class Scopes:
                 self._add_unit(unit, parsed.source, "", is_library)
 
     def add_files(self, files: Iterable[LibraryFile]) -> None:
-        """Take in the units of libraries that come with achse, without parsing them."""
-        for file in files:
+        """Take in the units of libraries that come with achse, without parsing them.
+
+        Those that the project references precede.
+        """
+        ranks = {name: rank for rank, name in enumerate(self._references.get("", ()))}
+        for file in sorted(files, key=lambda file: ranks.get(file.source.library, len(ranks))):
             for number, outline in enumerate(file.outlines):
                 if outline.kind == Namespace.__name__:
                     self._add_unit(file.unit(number), file.source, "", True)
@@ -288,10 +297,13 @@ class Scopes:
                 return None
 
     def _in_libraries(self, key: str, library: str) -> DeclaredUnit | None:
-        """A name as one library sees it: its own, else that of another library where the project
-        has that name, too."""
+        """A name as one library sees it: its own, that of a library that it references, else that
+        of another library where the project has that name, too."""
         if found := self._of_libraries[library].get(key):
             return found
+        for name in self._references.get(library, ()):
+            if found := self._of_libraries.get(name, {}).get(key):
+                return found
         known = self.entries.get(key)
         if known is None or known.is_library:
             return known

@@ -7,7 +7,7 @@ Source: project files and library folders of TwinCAT 3, seen in public projects.
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from html import unescape
 from pathlib import Path
@@ -52,8 +52,11 @@ class Gathered(NamedTuple):
     missing: tuple[LibraryReference, ...]
     containers: Mapping[str, str]
     """Files that cannot be read, by the plain titles of missing libraries."""
-    symbol_files: tuple[Path, ...] = ()
+    symbol_files: tuple[Path, ...]
     """`.tmc` files beside the libraries that are projects."""
+    own: Mapping[str, Sequence[str]]
+    """Libraries that come with achse, as the project (empty name) and each library reference
+    them."""
 
 
 def references_in(project: Path | None) -> list[LibraryReference]:
@@ -78,6 +81,7 @@ def gather(
     missing: dict[str, LibraryReference] = {}
     taken: dict[Path, None] = {}
     waiting = list(references)
+    own = {"": _come_with_achse(waiting)}
     for place in shelf.whole:
         whole, title = read_sources(place, defines, faults)[0], shelf.title(place)
         named = (item.namespace for item in waiting if plain_title(title) in item.titles)
@@ -85,13 +89,15 @@ def gather(
         for parsed in whole:
             parsed.source.library, parsed.source.namespace = title, namespace
         sources += whole
-        waiting += shelf.references(place)
-    own = {plain_title(name) for name in (*libraries.names(), *_FURTHER_TITLES)}
+        further = shelf.references(place)
+        own[title] = _come_with_achse(further)
+        waiting += further
+    here = {plain_title(name) for name in (*libraries.names(), *_FURTHER_TITLES)}
     seen: set[str] = set()
     for reference in waiting:  # grows on the way
         titles = reference.titles
         title = titles[0]
-        if title in seen or not own.isdisjoint(titles) or title.startswith(_WITHOUT_EFFECT):
+        if title in seen or not here.isdisjoint(titles) or title.startswith(_WITHOUT_EFFECT):
             continue
         seen.add(title)
         if not shelf.titles_of_whole.isdisjoint(titles):
@@ -106,11 +112,20 @@ def gather(
                 parsed.source.library = reference.title
                 parsed.source.namespace = reference.namespace
             sources += (_with_parameters(parsed, reference, faults) for parsed in read)
-            waiting += shelf.references(project)
+            further = shelf.references(project)
+            own[reference.title] = _come_with_achse(further)
+            waiting += further
     containers = {title: shelf.containers[title] for title in missing if title in shelf.containers}
     projects = [*shelf.only_projects, *taken]
     beside = dict.fromkeys(file for project in projects for file in symbol_files(project))
-    return Gathered(tuple(sources), tuple(missing.values()), containers, tuple(beside))
+    return Gathered(tuple(sources), tuple(missing.values()), containers, tuple(beside), own)
+
+
+def _come_with_achse(references: Iterable[LibraryReference]) -> Sequence[str]:
+    """The folders of the libraries that come with achse, in the order of the references."""
+    folders = {plain_title(name): name for name in libraries.names()}
+    titles = dict.fromkeys(title for reference in references for title in reference.titles)
+    return tuple(folders[title] for title in titles if title in folders)
 
 
 class _Shelf:
