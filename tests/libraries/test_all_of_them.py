@@ -8,8 +8,9 @@ from tests.plc.code.conftest import Ran
 def test_no_library_routine_has_a_fault() -> None:
     units = [unit for parsed in standard_libraries() for unit in parsed.units]
     blocks = [
-        unit.name
-        for unit in units
+        f"{parsed.source.library}.{unit.name}"
+        for parsed in standard_libraries()
+        for unit in parsed.units
         if isinstance(unit, FunctionBlock) and "ABSTRACT" not in unit.modifiers
     ]
     functions = [unit for unit in units if isinstance(unit, Function)]

@@ -1,4 +1,5 @@
-"""Tc2_MC2_Drive and references to drives: a virtual drive by CoE, a SERCOS drive by a stand-in."""
+"""Tc2_NcDrive, Tc2_MC2_Drive and references to drives: a virtual drive by CoE, a SERCOS drive by a
+stand-in."""
 
 import struct
 from pathlib import Path
@@ -198,3 +199,39 @@ END_PROGRAM"""
     assert (main["step"], main["value"]) == (2, 0x0403_0201)
     assert (main["soe"]["cbRead"], main["soe"]["dwAttribute"]) == (4, 0x10186)
     assert drive.written == [(0x0240_0005, b"\1\2\3\4")]
+
+
+def test_parameters_of_a_sercos_drive_by_nctoplc_axis_ref(tmp_path: Path) -> None:
+    text = """PROGRAM MAIN
+VAR
+    X : AXIS_REF; step : INT; value : UDINT; secret : ST_SoE_String := (iActualSize := 1);
+    message : Tc2_NcDrive.FB_SoEReadDiagMessage; number : Tc2_NcDrive.FB_SoEReadDiagNumber;
+    class : FB_SoEReadClassXDiag; read : Tc2_NcDrive.FB_SoERead; reset : Tc2_NcDrive.FB_SoEReset;
+END_VAR
+CASE step OF
+0: message(Axis := X.NcToPlc, bExecute := TRUE); IF NOT message.bBusy THEN step := 1; END_IF
+1: number(Axis := X.NcToPlc, bExecute := TRUE); IF NOT number.bBusy THEN step := 2; END_IF
+2: class(Axis := X.NcToPlc, iDiagClass := 2, bExecute := TRUE);
+   IF NOT class.bBusy THEN step := 3; END_IF
+3: read(Axis := X.NcToPlc, nIdn := P_0_IDN + 1, nElement := 16#40, pDstBuf := ADR(value),
+        cbBufLen := 4, bExecute := TRUE);
+   IF NOT read.bBusy THEN step := 4; END_IF
+4: reset(Axis := X.NcToPlc, bExecute := TRUE); IF NOT reset.bBusy THEN step := 5; END_IF
+END_CASE
+END_PROGRAM"""
+    (tmp_path / "a.st").write_text(text, encoding="utf-8")
+    station = Station(parse({"plc": [{"sources": "a.st"}], **ALONE}, "a.toml"), base=tmp_path)
+    drive = Sercos()
+    drive.values[12, 0x40] = b"\5\0"
+    drive.attach(station.router, 1007)
+    assert station.nc is not None
+    station.nc.axis(1).hardware_address = bytes(station.router.net_id), 1007, 2
+    station.advance(5.0)
+    main: Any = station.plcs[851].instance("MAIN")
+    assert station.plcs[851].failure == ""
+    assert main["step"] == 5
+    assert main["message"]["sDiagMessage"]["strData"] == "Ready"
+    assert (main["number"]["iDiagNumber"], main["number"]["dwAttribute"]) == (0x0403_0201, 0x10186)
+    assert main["class"]["wClassXDiag"] == 5
+    assert (main["read"]["bError"], main["read"]["iSercosErrId"]) == (True, 0x1001)
+    assert (main["reset"]["bError"], drive.looks) == (False, 4)

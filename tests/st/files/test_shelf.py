@@ -129,3 +129,32 @@ def test_a_folder_that_is_taken_whole_is_a_name_space(tmp_path: Path) -> None:
     found = load_project(user, libraries=[library, loose]).declarations.programs["p"].__iec__
     sizes = [found.member(name).type.size for name in "fabc"]
     assert sizes == [16, 1, 8, 2]
+
+
+@pytest.mark.parametrize("first", ["Tc2_NcDrive", "Tc2_MC2_Drive"])
+def test_of_two_libraries_with_one_name_the_referenced_one_is_meant(
+    tmp_path: Path, first: str
+) -> None:
+    """The project and its library reference another one each, and both of them the second one
+    after the first."""
+    titles = ["Tc2_NcDrive", "Tc2_MC2_Drive"]
+    second = next(title for title in titles if title != first)
+    libraries = [(title, title, "") for title in (first, second)]
+    outer = "FUNCTION_BLOCK FB VAR a : FB_SoERead; END_VAR END_FUNCTION_BLOCK"
+    _project(tmp_path / "libs/outer", "Outer", outer, *reversed(libraries))
+    _project(tmp_path / "libs/unused", "Unused", "")
+    text = f"PROGRAM P VAR a : FB_SoERead; b : {second}.FB_SoERead; c : FB; END_VAR END_PROGRAM"
+    _project(tmp_path / "user", "User", text, ("Outer", "Outer", ""), *libraries)
+    main = load_project(tmp_path / "user", libraries=[tmp_path / "libs"]).declarations.programs["p"]
+
+    def pins(block: object) -> str:
+        assert isinstance(block, StructType)
+        return next(item.name for item in block.members if item.name.endswith("NetId"))
+
+    kinds = {"Tc2_NcDrive": "sNetId", "Tc2_MC2_Drive": "NetId"}
+    assert pins(resolved(main.__iec__.member("a").type)) == kinds[first]
+    assert pins(resolved(main.__iec__.member("b").type)) == kinds[second]
+    inner = resolved(main.__iec__.member("c").type)
+    assert isinstance(inner, StructType)
+    found = next(member.type for member in inner.members if member.name == "a")
+    assert pins(resolved(found)) == kinds[second]
