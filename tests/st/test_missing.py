@@ -2,12 +2,17 @@
 
 from pathlib import Path
 
+import pytest
+
 from achse.st.files.references import LibraryReference
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Diagnostic, Location, Source
 from achse.st.missing import MissingLibrary, findings_by_library, missing_libraries
 from achse.st.project import examine_project
 from achse.st.syntax.parser import parse
+from achse.station import Station
+from achse.station.configuration.station_file import ConfigError
+from achse.station.configuration.station_file import parse as parse_station
 
 IOT = LibraryReference("Tc3_IotBase", "3.1", "Tc3_IotBase", {})
 MINE = LibraryReference("My Lib", "", "My_Lib", {})
@@ -54,15 +59,34 @@ def test_many_files_are_counted() -> None:
 
 
 def test_the_hint_of_a_project_names_it(tmp_path: Path) -> None:
-    (tmp_path / "a.st").write_text("PROGRAM P VAR a : ModbusRtuMaster_PcCOM; END_VAR END_PROGRAM")
+    (tmp_path / "a.st").write_text("PROGRAM P VAR a : FB_VN_WriteImage; END_VAR END_PROGRAM")
     (tmp_path / "a.plcproj").write_text(
-        '<P><Compile Include="a.st"/><LibraryReference Include="Tc2_ModbusRTU,*,v"/></P>'
+        '<P><Compile Include="a.st"/><LibraryReference Include="Tc3_Vision,*,v"/></P>'
     )
     project, error = examine_project(tmp_path)
-    assert [item.reference.title for item in project.missing] == ["Tc2_ModbusRTU"]
+    assert [item.reference.title for item in project.missing] == ["Tc3_Vision"]
     assert error is not None
-    needed = "not here, but needed by a.st (ModbusRtuMaster_PcCOM)"
-    assert f"library Tc2_ModbusRTU is {needed}" in error.hint
+    needed = "not here, but needed by a.st (FB_VN_WriteImage)"
+    assert f"library Tc3_Vision is {needed}" in error.hint
+    assert "library Tc3_Vision is not known: 1 finding follows from it" in str(error)
+    assert "no type is named" not in str(error)
+    assert [fault.message for fault in error.faults] == ["no type is named 'FB_VN_WriteImage'"]
+
+
+def test_findings_of_a_missing_library_are_one_line_of_the_stations_refusal(
+    tmp_path: Path,
+) -> None:
+    blocks = "".join(f" a{number} : FB_VN_WriteImage;" for number in range(3))
+    (tmp_path / "a.st").write_text(f"PROGRAM P VAR{blocks} b : Other; END_VAR END_PROGRAM")
+    (tmp_path / "a.plcproj").write_text(
+        '<P><Compile Include="a.st"/><LibraryReference Include="Tc3_Vision,*,v"/></P>'
+    )
+    with pytest.raises(ConfigError) as refusal:
+        Station(parse_station({"plc": [{"sources": "a.plcproj"}]}, "a.toml"), base=tmp_path)
+    text = str(refusal.value)
+    assert "library Tc3_Vision is not known: 3 findings follow from it" in text
+    assert text.count("no type is named") == 1
+    assert "no type is named 'Other'" in text
 
 
 def test_findings_follow_from_the_library_whose_names_they_have() -> None:

@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 
 from achse.st.lexis.source import SourceError
 from achse.st.project import Project, examine_project
+from achse.station import Station
+from achse.station.configuration.station_file import parse
 
 TASK = """<TcPlcObject><Task Name="PlcTask"><CycleTime>10000</CycleTime><Priority>20</Priority>
 {calls}</Task></TcPlcObject>"""
@@ -132,6 +134,21 @@ def test_unreached_unit_leaves_out_what_depends_on_it(tmp_path: Path) -> None:
     project, errors, unreached = _examined(tmp_path, files)
     assert (errors, unreached) == ([], ["OLD"])
     assert [unit.__iec__.name for unit in project.declarations.units] == ["GOOD", "MAIN"]
+
+
+def test_station_runs_where_an_unreached_unit_points_at_a_type_at_fault(tmp_path: Path) -> None:
+    files = {
+        "PlcTask.TcTTO": _task("MAIN"),
+        "MAIN.st": "PROGRAM MAIN VAR n : INT; END_VAR n := n + 1; END_PROGRAM",
+        "OLD.st": OLD,
+        "ST.st": "TYPE ST : STRUCT p : POINTER TO OLD; r : REFERENCE TO OLD; END_STRUCT END_TYPE",
+    }
+    for name, text in files.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    station = Station(parse({"plc": [{"sources": "."}]}, "a.toml"), base=tmp_path)
+    station.advance(0.1)
+    assert station.plcs[851].failure == ""
+    assert station.plcs[851].instance("MAIN")["n"] > 1
 
 
 @pytest.mark.parametrize(

@@ -4,14 +4,14 @@ Source: names as public projects and their symbol files use them.
 """
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from achse.st.files.references import LibraryReference
 from achse.st.lexis.source import Diagnostic
 from achse.st.syntax.parser import Parsed
 
-__all__ = ["MissingLibrary", "findings_by_library", "missing_libraries"]
+__all__ = ["MissingLibrary", "findings_by_library", "line_of_library", "missing_libraries"]
 
 _SHOWN_FILES = 3
 _SHOWN_NAMES = 4
@@ -92,6 +92,13 @@ def findings_by_library(
         else:
             following.setdefault(owner.reference.title, (owner, []))[1].append(finding)
     return list(following.values()), rest
+
+
+def line_of_library(library: MissingLibrary, following: Sequence[Diagnostic]) -> str:
+    """Return the message in place of the findings that follow from a missing library."""
+    count = f"{len(following)} finding{'s' if len(following) > 1 else ''}"
+    follow = "follow" if len(following) > 1 else "follows"
+    return f"library {library.reference.title} is not known: {count} {follow} from it"
 
 
 def _some(names: tuple[str, ...], count: int) -> str:

@@ -22,7 +22,12 @@ from achse.st.files.solution import solution_files, task_options
 from achse.st.lexis.collection import collection_paused
 from achse.st.lexis.lexer import Defines
 from achse.st.lexis.source import Diagnostic, Source, SourceError
-from achse.st.missing import MissingLibrary, missing_libraries
+from achse.st.missing import (
+    MissingLibrary,
+    findings_by_library,
+    line_of_library,
+    missing_libraries,
+)
 from achse.st.reach import Reach
 from achse.st.symbolfiles.library import LibraryTypes
 from achse.st.syntax.parser import Parsed, parse
@@ -86,6 +91,7 @@ def load_project(
     )
     if fault is not None:
         raise fault
+    project.declarations.names.let_dangle()
     return project
 
 
@@ -206,7 +212,9 @@ class ProjectFiles:
         hints = [str(item) for item in missing if item.uses]
         if error is not None and error.hint and not hints:
             hints.append(error.hint)
-        return project, SourceError(faults, "\n".join(hints))
+        libraries, _ = findings_by_library(missing, faults)
+        following = {line_of_library(one, findings): findings for one, findings in libraries}
+        return project, SourceError(faults, "\n".join(hints), following)
 
 
 @collection_paused()

@@ -238,3 +238,13 @@ def test_encrypted_source_is_called_so(
     file.write_bytes(b"\x01" + data)
     with pytest.raises(SourceError, match="the source is encrypted or damaged"):
         parse_file(file)
+
+
+def test_file_that_the_vendors_tools_encrypted_is_called_so(tmp_path: Path) -> None:
+    project, source = tmp_path / "A.plcproj", tmp_path / "A.TcPOU"
+    for file in (project, source):
+        file.write_bytes(b"TcEncryptedFile~s\xd5\x17dhJ\xee")
+    with pytest.raises(SourceError, match=r"A\.plcproj:1:1: the file is encrypted: expected XML"):
+        read_sources(project, (), [])
+    with pytest.raises(SourceError, match=r"A\.TcPOU:1:1: the file is encrypted: expected XML"):
+        parse_file(source)

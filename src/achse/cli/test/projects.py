@@ -14,7 +14,7 @@ from achse.plc import Task
 from achse.plc.system_info import system_info_list
 from achse.st.check import check
 from achse.st.lexis.source import Diagnostic, Location, SourceError
-from achse.st.missing import findings_by_library
+from achse.st.missing import findings_by_library, line_of_library
 from achse.st.project import Project, examine_project
 from achse.st.typed.project import TypedProject
 
@@ -162,12 +162,7 @@ def _print_findings(
     for finding in rest:
         print(_shown(finding, word))
     for library, following in libraries:
-        count = f"{len(following)} finding{'s' if len(following) > 1 else ''}"
-        follow = "follow" if len(following) > 1 else "follows"
-        print(
-            f"{word}: library {library.reference.title} is not known:"
-            f" {count} {follow} from it (--all lists)"
-        )
+        print(f"{word}: {line_of_library(library, following)} (--all lists)")
 
 
 def _sorted(faults: Iterable[Diagnostic]) -> list[Diagnostic]:

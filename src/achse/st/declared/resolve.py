@@ -17,7 +17,7 @@ from achse.iec.derived import (
     SubrangeType,
     resolved,
 )
-from achse.iec.elementary import INT, IntegerType
+from achse.iec.elementary import BYTE, INT, IntegerType
 from achse.iec.enums import EnumType
 from achse.iec.layout import LayoutRules
 from achse.iec.names import with_coding
@@ -94,6 +94,7 @@ class Resolver:
         self.config_addresses: dict[str, tuple[DirectAddress, Source]] = {}
         """Addresses that VAR_CONFIG gives, by `main.nspeed`, until their variable takes them."""
         self._pointers: list[tuple[PointerType, Scope, int]] = []
+        self._dangling: list[PointerType] = []
         self._instances: dict[str, DeclaredUnit] = {}
         self.unknown_types: set[str] = set()
         self._known: dict[tuple[str, str], IecType[Any]] = {}
@@ -274,7 +275,13 @@ class Resolver:
                 with self.scopes.inside(scope.source):
                     self.scopes.made(lambda: pointer.target, at)  # noqa: B023
             except Failed:
-                continue
+                self._dangling.append(pointer)
+
+    def let_dangle(self) -> None:
+        """Make pointers to types at fault point at bytes, where only units have them that no task
+        reaches."""
+        for pointer in self._dangling:
+            pointer.target = BYTE
 
     def _nameless(self, spec: EnumOf | StructOf | UnionOf, scope: Scope, hint: str) -> IecType[Any]:
         """A type declared where a variable is; it bears the name of the variable."""

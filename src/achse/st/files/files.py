@@ -25,7 +25,7 @@ from achse.st.lexis.codes import Code
 from achse.st.lexis.lexer import Defines
 from achse.st.lexis.pragmas import asks_for_declarations
 from achse.st.lexis.source import Diagnostic, Location, Source, SourceError
-from achse.st.lexis.xml import Element, parse_xml
+from achse.st.lexis.xml import ENCRYPTED, Element, parse_xml
 from achse.st.syntax.parser import Parsed, parse
 
 __all__ = [
@@ -313,7 +313,7 @@ _held: WeakValueDictionary[tuple[object, ...], _Content] = WeakValueDictionary()
 def _parsed(file: Path, name: str, data: bytes, defines: Defines) -> Parsed:
     if file.suffix.lower() == ".st":
         return parse(Source(_text(data), name), name=file.stem, defines=defines)
-    if not data.startswith(_UTF_16) and _BINARY.search(data):
+    if not data.startswith((*_UTF_16, ENCRYPTED)) and _BINARY.search(data):
         raise _refused(name, "the source is encrypted or damaged: expected XML, got binary data")
     return parse_envelope(parse_xml(data, name, skip=WITHOUT_TEXT), name, defines)
 

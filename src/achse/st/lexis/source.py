@@ -3,7 +3,7 @@
 import hashlib
 import re
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple, Protocol
@@ -82,13 +82,25 @@ class Origin(NamedTuple):
 
 
 class SourceError(DeclarationError):
-    """Sources have faults: `faults` lists all of them, by file and place; `hint` helps on."""
+    """Sources have faults: `faults` lists all of them, by file and place; `hint` helps on.
 
-    def __init__(self, faults: Iterable[Diagnostic], hint: str = "") -> None:
+    The message has one line for all faults that follow from one cause: `following`.
+    """
+
+    def __init__(
+        self,
+        faults: Iterable[Diagnostic],
+        hint: str = "",
+        following: Mapping[str, Sequence[Diagnostic]] | None = None,
+    ) -> None:
         self.faults = tuple(sorted(faults, key=lambda fault: fault.location))
-        shown = [str(fault) for fault in self.faults[:_SHOWN_FAULTS]]
-        if len(self.faults) > _SHOWN_FAULTS:
-            shown.append(f"… and {len(self.faults) - _SHOWN_FAULTS} more")
+        causes = following or {}
+        folded = {fault for of_cause in causes.values() for fault in of_cause}
+        apart = [fault for fault in self.faults if fault not in folded]
+        shown = [str(fault) for fault in apart[:_SHOWN_FAULTS]]
+        if len(apart) > _SHOWN_FAULTS:
+            shown.append(f"… and {len(apart) - _SHOWN_FAULTS} more")
+        shown += causes
         self.hint = hint
         super().__init__("\n".join([*shown, hint] if hint else shown))
 

@@ -13,7 +13,10 @@ from achse.st.lexis.codes import Code
 from achse.st.lexis.collection import collection_paused
 from achse.st.lexis.source import Diagnostic, Location, SourceError
 
-__all__ = ["Element", "escape", "parse_xml"]
+__all__ = ["ENCRYPTED", "Element", "escape", "parse_xml"]
+
+ENCRYPTED = b"TcEncryptedFile"
+"""How a file begins that the vendor's tools encrypted."""
 
 _DEEPEST = 64
 
@@ -101,6 +104,9 @@ def parse_xml(data: bytes, path: str, *, skip: Collection[str] = ()) -> Element:
     An element whose tag is in `skip` has neither text nor children, but its bytes in `raw`: what
     it contains only has to be well-formed.
     """
+    if data.startswith(ENCRYPTED):
+        reason = f"the file is encrypted: expected XML, got {ENCRYPTED.decode()}"
+        raise SourceError([Diagnostic(Location(path, 1, 1), reason)])
     parser = expat.ParserCreate()
     stack: list[tuple[Element, list[str]]] = []
     roots: list[Element] = []

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from achse.st.declare import Declarations
     from achse.st.files.solution import AxisMapping
     from achse.st.lexis.source import Diagnostic
+    from achse.st.missing import MissingLibrary
     from achse.st.reach import Reach
 
 __all__ = ["PlcSource"]
@@ -57,6 +58,7 @@ class _Declared:
     reach: "Reach | None" = None
     unreached: Sequence["Diagnostic"] = ()
     """Faults of declarations in units that no task reaches."""
+    missing: Sequence["MissingLibrary"] = ()
 
 
 class PlcSource:
@@ -150,15 +152,7 @@ class PlcSource:
             unreached=declared.unreached,
         )
         self._log_unreached(project.unreached)
-        for fault in project.faults[:_SHOWN_FAULTS]:
-            log.warning("%s: %s", self.key, fault)
-        if len(project.faults) > _SHOWN_FAULTS:
-            log.warning(
-                "%s: %d more errors in bodies: achse check %s shows all",
-                self.key,
-                len(project.faults) - _SHOWN_FAULTS,
-                self.config.sources,
-            )
+        self._log_faults(declared.missing, project.faults)
         return Bodies(
             project,
             budget=self.config.budget,
@@ -167,6 +161,25 @@ class PlcSource:
             epoch=self.epoch,
             form=CodeForm(self.config.code),
         )
+
+    def _log_faults(
+        self, missing: Sequence["MissingLibrary"], faults: Sequence["Diagnostic"]
+    ) -> None:
+        """Log the faults in bodies; those that follow from a missing library are one line."""
+        from achse.st.missing import findings_by_library, line_of_library  # few need it
+
+        libraries, apart = findings_by_library(missing, faults)
+        for fault in apart[:_SHOWN_FAULTS]:
+            log.warning("%s: %s", self.key, fault)
+        if len(apart) > _SHOWN_FAULTS:
+            log.warning(
+                "%s: %d more errors in bodies: achse check %s shows all",
+                self.key,
+                len(apart) - _SHOWN_FAULTS,
+                self.config.sources,
+            )
+        for library, following in libraries:
+            log.warning("%s: %s", self.key, line_of_library(library, following))
 
     def _log_unreached(self, faults: Sequence["Diagnostic"]) -> None:
         """Log which files have units that are left out: they have faults, and no task reaches
@@ -322,6 +335,7 @@ class PlcSource:
                 declarations,
                 project.reach,
                 project.unreached,
+                project.missing,
             )
         if config.symbols is not None:
             from achse.st.symbolfiles import read_symbol_file  # few need it
