@@ -96,6 +96,8 @@ WITNESSES: dict[str, Callable[[], object]] = {
     "rs274": lambda: shutil.which("rs274"),
     "mosquitto": lambda: shutil.which("mosquitto"),
     "pysoem": lambda: sys.platform == "linux" and importlib.util.find_spec("pysoem"),
+    "cc": lambda: shutil.which("cc"),
+    "fmpy": lambda: importlib.util.find_spec("fmpy"),
     "kickcat": lambda: sys.platform == "linux" and importlib.util.find_spec("kickcat"),
 }
 """Programs by others that judge the station, and how to see that one is installed."""
