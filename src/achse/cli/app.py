@@ -8,7 +8,7 @@ from achse.cli.plc import plc, symbols
 from achse.cli.programs import channel, gcode
 from achse.cli.record import monitor, record, scope
 from achse.cli.root import in_panels, new_root
-from achse.cli.start import demo, detached, fleet, new, run, web
+from achse.cli.start import demo, detached, fleet, fmu, new, run, web
 from achse.cli.test import check, explain, fault, sweep, unit_tests
 
 __all__ = ["app"]
@@ -48,6 +48,7 @@ route.register(app, ads.ads)
 symbols.register(app)
 record.register(app)
 sweep.register(app)
+fmu.register(app)
 warmup.register(app)
 web.register(app)
 in_panels(app)

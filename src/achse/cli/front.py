@@ -12,7 +12,7 @@ from achse.cli.failure import errors_in_json, in_json, tell, wants_json
 __all__ = ["PANELS", "Front"]
 
 PANELS = {
-    "Start": ("new", "run", "demo", "wait", "stop", "fleet", "web"),
+    "Start": ("new", "run", "demo", "wait", "stop", "fleet", "web", "fmu"),
     "ADS": ("ads", "router"),
     "Axes": ("axis", "table", "camshaft"),
     "Programs": ("channel", "gcode"),
