@@ -11,7 +11,7 @@ from achse.ams import DeviceError
 from achse.fmu.errors import ExportError
 from achse.fmu.model import Model, ModelError, UnitFile, as_unit
 from achse.fmu.protocol import ROW
-from achse.fmu.variables import VariableChoice, UnitVariable, ValueType, chosen_variables
+from achse.fmu.variables import UnitVariable, ValueType, VariableChoice, chosen_variables
 from achse.station import Station
 from achse.station.configuration.station_file import load
 

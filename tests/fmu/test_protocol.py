@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.fmu import protocol
-from achse.fmu.protocol import UnitMessage, Reply, TooLongError, receive, send
+from achse.fmu.protocol import Reply, TooLongError, UnitMessage, receive, send
 
 
 @given(st.lists(st.tuples(st.sampled_from(Reply), st.binary(max_size=3000)), max_size=5))

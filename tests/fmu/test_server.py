@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from achse.fmu.model import UnitFile
-from achse.fmu.protocol import VERSION, UnitMessage, Reply, Request, receive
+from achse.fmu.protocol import VERSION, Reply, Request, UnitMessage, receive
 from achse.fmu.variables import VariableChoice, chosen_variables
 from achse.station import Station
 

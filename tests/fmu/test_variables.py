@@ -8,9 +8,9 @@ from achse.fmu.errors import ExportError
 from achse.fmu.variables import (
     DIGEST,
     TIME,
-    VariableChoice,
     UnitVariable,
     ValueType,
+    VariableChoice,
     chosen_variables,
     find_symbol,
     value_type,

@@ -22,7 +22,7 @@ from achse.fmu.description import Description, fitting, model_description
 from achse.fmu.errors import ExportError
 from achse.fmu.model import Model, UnitFile, as_unit
 from achse.fmu.packing import files_read, packed_files, refuse_absolute_paths
-from achse.fmu.variables import VariableChoice, UnitVariable, chosen_variables
+from achse.fmu.variables import UnitVariable, VariableChoice, chosen_variables
 from achse.station import Station
 from achse.station.configuration.station_file import StationConfig, load
 

@@ -15,10 +15,10 @@ from typing import NamedTuple
 __all__ = [
     "ROW",
     "VERSION",
-    "UnitMessage",
     "Reply",
     "Request",
     "TooLongError",
+    "UnitMessage",
     "ValueSource",
     "receive",
     "send",

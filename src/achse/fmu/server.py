@@ -20,7 +20,7 @@ from pathlib import Path
 from achse.ams import DeviceError
 from achse.fmu.errors import ExportError
 from achse.fmu.model import Model, ModelError, UnitFile
-from achse.fmu.protocol import VERSION, UnitMessage, Reply, Request, receive, send
+from achse.fmu.protocol import VERSION, Reply, Request, UnitMessage, receive, send
 from achse.station import ConfigError
 
 __all__ = ["UnitServer", "main"]

@@ -28,9 +28,9 @@ from achse.station import Station
 __all__ = [
     "DIGEST",
     "TIME",
-    "VariableChoice",
     "UnitVariable",
     "ValueType",
+    "VariableChoice",
     "chosen_variables",
     "find_symbol",
     "value_type",
