@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from achse.ams import AmsAddress, Command, Flags, Frame, NetId
 from achse.ams.commands import AddNotificationRequest, ReadWriteRequest
 from achse.codes import ReturnCode
-from achse.router import forwarding
+from achse.router import forwarding, pending
 from achse.router.routes import Route
 from achse.transport.connections.senders import MOST_SENDERS
 from tests.router.stations import VARIABLES, Client, Host, Loop, Target, line_of
@@ -216,7 +216,7 @@ def test_source_nat_shows_each_client_under_the_net_id_of_the_router(address: Am
 
 def test_request_in_a_ring_of_routers_with_source_nat_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     """It never looks the same twice there: what one connection has under way ends it."""
-    monkeypatch.setattr(forwarding, "_CLIENT_PENDING", 50)
+    monkeypatch.setattr(pending, "_CLIENT_PENDING", 50)
     loop = Loop()
     ring = [Host(loop, NetId(f"5.0.0.{n}.1.1"), source_nat=True) for n in range(1, 4)]
     for here, there in zip(ring, [*ring[1:], ring[0]], strict=True):
@@ -343,7 +343,7 @@ def test_client_that_waits_for_little_is_forwarded_beside_one_that_asks_for_much
     """Before, 5 MB of requests for 26 GB of answers kept all other clients out for minutes."""
     chain = Chain(1)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(forwarding, "_CLIENT_PENDING", most)
+        patch.setattr(pending, "_CLIENT_PENDING", most)
         table = forwarding.Forwarding(chain.hosts[0].router, lambda frame: None, lambda call: None)
         clients = [Quiet() for _ in range(3)]
         under_way: list[tuple[int, int, Frame]] = []
@@ -373,7 +373,7 @@ def test_client_that_waits_for_little_is_forwarded_beside_one_that_asks_for_much
                 assert own or weight > 1 << 12
         for *_, request in under_way:
             table.come_back(request.reply(bytes(8)))
-        assert (table._loads, table._size) == ({}, 0)
+        assert (table.requests._loads, table.requests.size, len(table.requests)) == ({}, 0, 0)
 
 
 def test_load_of_a_client_ends_with_answers_that_are_lost() -> None:

@@ -1,9 +1,13 @@
 """A client of a forwarding router, as the targets on one connection see it."""
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from achse.ams import Endpoint, Frame
 from achse.router.ledger import Resource, end_hints
+
+if TYPE_CHECKING:
+    from achse.router.pending import Exchange
 
 __all__ = ["ForwardedClient"]
 
@@ -15,8 +19,8 @@ class ForwardedClient:
     """A client: its connection, its source address, and what it holds at the targets."""
 
     __slots__ = (
-        "alias", "client", "gone", "pending", "registered", "releasing", "resources", "source",
-        "subscribed",
+        "alias", "client", "exchanges", "gone", "pending", "registered", "releasing",
+        "resources", "source", "subscribed",
     )  # fmt: skip
 
     def __init__(self, client: Endpoint, source: bytes, alias: bytes, registered: bool) -> None:
@@ -30,6 +34,8 @@ class ForwardedClient:
         """True if the router has given it its port: the session ends with the port."""
         self.resources: dict[Resource, int] = {}
         """Resources of the client, with the number of requests for each."""
+        self.exchanges: dict[bytes, Exchange] = {}
+        """What is under way, by target."""
         self.pending = 0
         """Requests without an answer."""
         self.releasing = 0

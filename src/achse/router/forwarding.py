@@ -7,11 +7,6 @@ the first session that uses it, the same NetId with another port for each furthe
 notifications are addressed to the alias, so they find the session that asked, at any time. What a
 client leaves at a target is released when its connection or its port is closed.
 
-What one client has under way is bounded, so that the requests of others are not behind minutes of
-its own: the connection carries them one after the other.
-
-AMS has no hop count: a request that comes back while it is unanswered goes in circles.
-
 Source: the router of the vendor gives each of its local programs a port of its own (reference
 traffic, port connect 0x1000); a subscription belongs to an AMS address.
 """
@@ -33,36 +28,12 @@ from achse.router.ledger import (
     change_of,
     without,
 )
+from achse.router.pending import PendingRequest, PendingRequests
 
 __all__ = ["ClientPorts", "Forwarding"]
 
-_PENDING = 1 << 14
-"""Requests that may be unanswered; beyond, the oldest is forgotten."""
-
-_CLIENT_PENDING = 1 << 12
-"""Requests of one client that may be unanswered; one more is refused."""
-
-_CLIENT_BYTES = 1 << 22
-"""Bytes of them and of their answers; beyond, a client that has one under way is refused."""
-
-_ALL_BYTES = 1 << 26
-"""The same of all clients; beyond, requests that are not small are refused."""
-
-_SMALL = 1 << 12
-"""Bytes of a request and its answer that are not load. A client that has nothing else under way may
-ask for so much at any time."""
-
-_LOST_NS = 10_000_000_000
-"""A client that may ask nothing for so long no longer waits for its answers: they are lost."""
-
 _IDLE = 1 << 14
 """Sessions without requests and resources that are remembered; beyond, the oldest is forgotten."""
-
-_ROUNDS = 2
-"""The same request came from the same client this often, unanswered: the next one is a circle."""
-
-_ROUND_NS = 1_000_000_000
-"""A client that sends the same again after this time has given up waiting; a circle is faster."""
 
 _RELEASES_AT_ONCE = 64
 """Releases of resources that are sent without waiting for an answer."""
@@ -102,46 +73,6 @@ class ClientPorts(Protocol):
     def ignore_way_closed(self, listener: Callable[[Endpoint], None]) -> None: ...
 
 
-class _Load:
-    """Requests of a client that are under way, and bytes of them and their answers."""
-
-    __slots__ = ("count", "size", "time")
-
-    def __init__(self) -> None:
-        self.count = self.size = self.time = 0
-
-
-class _Pending:
-    """A request without an answer."""
-
-    __slots__ = ("change", "command", "flags", "session", "size", "time")
-
-    def __init__(
-        self,
-        session: ForwardedClient,
-        request: Frame,
-        change: ResourceChange | None,
-        time: int,
-        size: int,
-    ) -> None:
-        self.session = session
-        self.command = request.command
-        self.flags = request.flags
-        self.change = change
-        self.time = time
-        self.size = size
-
-    def refuse(self, target: bytes, invoke_id: int, code: ReturnCode) -> Frame | None:
-        """The answer `code` to the client; None if it is gone."""
-        session = self.session
-        if session.gone:
-            return None
-        head = (target, session.source, self.command, self.flags)
-        answer = Frame(*head, 0, invoke_id).reply(error=code.number)
-        answer.via = session.client
-        return answer
-
-
 class Forwarding:
     """Requests of many clients over one connection, and their answers.
 
@@ -167,16 +98,12 @@ class Forwarding:
         self._by_alias: dict[bytes, ForwardedClient] = {}
         """All sessions for which something may come."""
         self._idle: dict[ForwardedClient, None] = {}
-        self._pending: dict[tuple[bytes, bytes, int], deque[_Pending]] = {}
-        """Pending requests by alias, target and invoke id."""
-        self._loads: dict[Endpoint, _Load] = {}
-        self._size = 0
-        """Bytes of all loads."""
+        self.requests = PendingRequests(self._rest)
         self._subscribers: dict[Resource, ForwardedClient] = {}
         """Client of each subscription."""
         self._to_release: deque[tuple[ForwardedClient, Resource]] = deque()
         self._releases: dict[tuple[bytes, bytes, int], ForwardedClient] = {}
-        """Releases that were sent, as `_pending`."""
+        """Releases that were sent, by alias, target and invoke id."""
         self._unanswered = 0
         """Releases of the last second without an answer."""
         self._waiting = False
@@ -198,7 +125,7 @@ class Forwarding:
     @property
     def pending(self) -> int:
         """Requests without an answer."""
-        return sum(map(len, self._pending.values()))
+        return len(self.requests)
 
     @property
     def clients(self) -> Iterator[ForwardedClient]:
@@ -252,12 +179,14 @@ class Forwarding:
                     self._discard(session, Resource(action.kind, change.target, action.handle))
         else:
             size = _size_with_answer(frame)
-            if self._is_too_much(client, size, now, congested):
+            if self.requests.is_too_much(client, size, now, congested):
                 self.refused += 1
                 return ReturnCode.ROUTER_MAILBOX_FULL
-            refusal = self._note(session, frame, change, now, circles, size)
+            request = PendingRequest(session, frame.command, frame.flags, change, now, size)
+            refusal = self.requests.add(session, frame, request, circles)
             if refusal is not None:
                 return refusal
+            self._idle.pop(session, None)
         if session.alias == frame.source and data is frame.data:
             return frame
         forwarded = _with(frame, data)
@@ -271,7 +200,7 @@ class Forwarding:
             return session
         holder = self._by_alias.get(source)
         key = (source, frame.target, frame.invoke_id)
-        if holder is not None and holder.alias != holder.source and key in self._pending:
+        if holder is not None and holder.alias != holder.source and key in self.requests:
             return ReturnCode.TARGET_MACHINE_NOT_FOUND  # our own request has come back
         net_id = self._router.net_id if self._router.source_nat else source[:6]
         free = source[:6] == net_id and self._is_free(source, client)
@@ -310,57 +239,6 @@ class Forwarding:
         resource = Resource(action.kind, change.target, action.handle)
         return self._subscribers.get(resource, session) is not session
 
-    def _is_too_much(self, client: Endpoint, size: int, now: int, congested: bool) -> bool:
-        """True if a request of this size has to be refused, for what is under way."""
-        load = self._loads.get(client)
-        if load is not None and now - load.time >= _LOST_NS:
-            del self._loads[client]
-            self._size -= load.size
-            load = None
-        if size > _SMALL and (congested or (self._size and self._size + size > _ALL_BYTES)):
-            return True
-        return load is not None and (
-            congested or load.count >= _CLIENT_PENDING or load.size + size > _CLIENT_BYTES
-        )
-
-    def _note(
-        self,
-        session: ForwardedClient,
-        frame: Frame,
-        change: ResourceChange | None,
-        now: int,
-        circles: bool,
-        size: int,
-    ) -> ReturnCode | None:
-        """Remember a request until its answer comes. What refuses it, None if it may go."""
-        key = (session.alias, bytes(frame.target), frame.invoke_id)
-        waiting = self._pending.get(key)
-        if waiting is None:
-            if len(self._pending) >= _PENDING:
-                oldest, requests = next(iter(self._pending.items()))
-                if circles and now - requests[0].time < _ROUND_NS:
-                    return ReturnCode.ROUTER_MAILBOX_FULL
-                del self._pending[oldest]
-                for request in requests:
-                    self._answered(request)
-            waiting = self._pending[key] = deque()
-        elif circles and sum(now - each.time < _ROUND_NS for each in waiting) >= _ROUNDS:
-            return ReturnCode.TARGET_MACHINE_NOT_FOUND
-        elif len(waiting) >= _PENDING:
-            self._answered(waiting.popleft())
-        request = _Pending(session, frame, change, now, size)
-        waiting.append(request)
-        load = self._loads.get(session.client)
-        if load is None:
-            load = self._loads[session.client] = _Load()
-        load.time = now
-        load.count += 1
-        load.size += size
-        self._size += size
-        session.pending += 1
-        self._idle.pop(session, None)
-        return None
-
     # answers and notifications ---------------------------------------------------------------
 
     def come_back(self, frame: Frame) -> bool:
@@ -390,16 +268,14 @@ class Forwarding:
             self._rest(session)
             self._release()
             return True
-        waiting = self._pending.get(key)
-        if waiting is not None:
-            request = waiting.popleft()
-            if not waiting:
-                del self._pending[key]
+        exchange = session.exchanges.get(answer.source)
+        request = None if exchange is None else self.requests.pop(exchange, answer.invoke_id)
+        if request is not None:
             if request.change is not None and not answer.error:
                 self._apply(session, request.change, answer.data)
             if self._clock is not None and not self.returned & _UNMEASURED:
                 self.latencies.add(int(self._clock() * 1e9) - request.time)
-            self._answered(request)
+            self._rest(session)
         return False
 
     def _apply(self, session: ForwardedClient, change: ResourceChange, answer: bytes) -> None:
@@ -435,20 +311,6 @@ class Forwarding:
             self._subscribers.pop(resource, None)
             self._rest(session)
 
-    def _answered(self, request: _Pending) -> None:
-        session = request.session
-        session.pending -= 1
-        load = self._loads.get(session.client)
-        if load is not None:
-            size = min(request.size, load.size)
-            load.count -= 1
-            load.size -= size
-            self._size -= size
-            if load.count <= 0:
-                self._size -= load.size
-                del self._loads[session.client]
-        self._rest(session)
-
     def _rest(self, session: ForwardedClient) -> None:
         """Keep a session that is idle for a while; its alias is free once it is gone."""
         if not session.idle:
@@ -464,12 +326,13 @@ class Forwarding:
         if len(self._idle) > _IDLE:
             oldest = next(iter(self._idle))
             self._forget(oldest)
-            del self._by_alias[oldest.alias]
+            self._free(oldest)
 
     def _free(self, session: ForwardedClient) -> None:
         """Let others have the alias of a session that is gone."""
         if self._by_alias.get(session.alias) is session:
             del self._by_alias[session.alias]
+        self.requests.drop(session)
 
     def _forget(self, session: ForwardedClient) -> None:
         """The client asks no more by this session."""
@@ -508,6 +371,8 @@ class Forwarding:
     def _leave(self, session: ForwardedClient) -> None:
         self._forget(session)
         session.gone = True
+        for exchange in session.exchanges.values():
+            exchange.live = False
         self._give_back(session)
         self._rest(session)
 
@@ -531,7 +396,7 @@ class Forwarding:
             invoke_id = self._next_release
             self._next_release = invoke_id + 1 if invoke_id < 0xFFFF_FFFF else _RELEASE_ID
             key = (session.alias, resource.target, invoke_id)
-            if key in self._pending or key in self._releases:
+            if key in self.requests or key in self._releases:
                 self._to_release.appendleft((session, resource))
                 continue
             self._releases[key] = session
@@ -556,18 +421,12 @@ class Forwarding:
         one, to each request that is unanswered.
         """
         lost = [each for each in self._by_alias.values() if each.resources and not each.gone]
-        answers = [
-            answer
-            for (_, target, invoke_id), requests in self._pending.items()
-            for request in requests
-            if code is not None and (answer := request.refuse(target, invoke_id, code)) is not None
-        ]
+        answers = self.requests.end(code)
         for table in (
-            self._sessions, self._by_client, self._by_alias, self._idle, self._pending,
-            self._subscribers, self._releases, self._loads,
+            self._sessions, self._by_client, self._by_alias, self._idle,
+            self._subscribers, self._releases,
         ):  # fmt: skip
             table.clear()
-        self._size = 0
         self._to_release.clear()
         self._unanswered = 0
         if self._listening:

@@ -1,0 +1,304 @@
+"""Requests under way over one connection: those without an answer, by client and target.
+
+What one client has under way is bounded, so that the requests of others are not behind minutes of
+its own: the connection carries them one after the other.
+
+AMS has no hop count: a request that comes back while it is unanswered goes in circles.
+"""
+
+from collections import deque
+from collections.abc import Callable, Iterator
+
+from achse.ams import Endpoint, Frame
+from achse.codes import ReturnCode
+from achse.router.forwarded_client import ForwardedClient
+from achse.router.ledger import ResourceChange
+
+__all__ = ["Exchange", "PendingRequest", "PendingRequests"]
+
+_PENDING = 1 << 14
+"""Requests that may be unanswered; beyond, the oldest is forgotten."""
+
+_CLIENT_PENDING = 1 << 12
+"""Requests of one client that may be unanswered; one more is refused."""
+
+_CLIENT_BYTES = 1 << 22
+"""Bytes of them and of their answers; beyond, a client that has one under way is refused."""
+
+_ALL_BYTES = 1 << 26
+"""The same of all clients; beyond, requests that are not small are refused."""
+
+_SMALL = 1 << 12
+"""Bytes of a request and its answer that are not load. A client that has nothing else under way may
+ask for so much at any time."""
+
+_LOST_NS = 10_000_000_000
+"""A client that may ask nothing for so long no longer waits for its answers: they are lost."""
+
+_ROUNDS = 2
+"""The same request came from the same client this often, unanswered: the next one is a circle."""
+
+_ROUND_NS = 1_000_000_000
+"""A client that sends the same again after this time has given up waiting; a circle is faster."""
+
+_EXCHANGES = 256
+"""Exchanges of one client; with one more those without pending requests are dropped."""
+
+
+class PendingRequest:
+    """A request without an answer; one object may describe several requests that are alike."""
+
+    __slots__ = ("change", "command", "flags", "session", "size", "time")
+
+    def __init__(
+        self,
+        session: ForwardedClient,
+        command: int,
+        flags: int,
+        change: ResourceChange | None,
+        time: int,
+        size: int,
+    ) -> None:
+        self.session = session
+        self.command = command
+        self.flags = flags
+        self.change = change
+        self.time = time
+        self.size = size
+        """Bytes of the request and its answer."""
+
+    def refuse(self, target: bytes, invoke_id: int, code: ReturnCode) -> Frame | None:
+        """The answer `code` to the client; None if it is gone."""
+        session = self.session
+        if session.gone:
+            return None
+        head = (target, session.source, self.command, self.flags)
+        answer = Frame(*head, 0, invoke_id).reply(error=code.number)
+        answer.via = session.client
+        return answer
+
+
+class Exchange:
+    """The requests of one client to one target that are unanswered."""
+
+    __slots__ = ("further", "live", "requests", "session", "target")
+
+    def __init__(self, session: ForwardedClient, target: bytes) -> None:
+        self.session = session
+        self.target = target
+        self.requests: dict[int, PendingRequest] = {}
+        """By invoke id."""
+        self.further: dict[int, deque[PendingRequest]] = {}
+        """Requests with the invoke id of one that is unanswered."""
+        self.live = True
+        """False once its client is gone or the connection has ended."""
+
+    def pop(self, invoke_id: int) -> PendingRequest | None:
+        """Remove the oldest request with this invoke id, and return it."""
+        request = self.requests.pop(invoke_id, None)
+        further = self.further.get(invoke_id) if self.further else None
+        if further:
+            self.requests[invoke_id] = further.popleft()
+            if not further:
+                del self.further[invoke_id]
+        return request
+
+    def __iter__(self) -> Iterator[tuple[int, PendingRequest]]:
+        yield from self.requests.items()
+        for invoke_id, requests in self.further.items():
+            yield from ((invoke_id, request) for request in requests)
+
+
+class _Load:
+    """Requests of a client that are under way, and bytes of them and their answers."""
+
+    __slots__ = ("count", "size", "time")
+
+    def __init__(self) -> None:
+        self.count = self.size = self.time = 0
+
+
+class PendingRequests:
+    """All requests over one connection that are unanswered.
+
+    `forgot` is called with the client of each request that is forgotten for want of room.
+    """
+
+    def __init__(self, forgot: Callable[[ForwardedClient], object]) -> None:
+        self._forgot = forgot
+        self.exchanges: dict[bytes, Exchange] = {}
+        """By alias and target, as answers are addressed."""
+        self._loads: dict[Endpoint, _Load] = {}
+        self._size = 0
+        """Bytes of all loads."""
+        self._count = 0
+        """Pending requests with different addresses or invoke ids."""
+        self._full_until = 0
+        """Time until which no request may be forgotten, ns."""
+
+    def __len__(self) -> int:
+        return self._count + sum(
+            sum(map(len, each.further.values())) for each in self.exchanges.values() if each.further
+        )
+
+    def __contains__(self, key: tuple[bytes, bytes, int]) -> bool:
+        """True if a request with this alias, target and invoke id is unanswered."""
+        alias, target, invoke_id = key
+        exchange = self.exchanges.get(alias + target)
+        return exchange is not None and invoke_id in exchange.requests
+
+    @property
+    def size(self) -> int:
+        """Bytes of the requests that count as load."""
+        return self._size
+
+    def exchange(self, session: ForwardedClient, target: bytes) -> Exchange:
+        """Return the exchange of a client with a target."""
+        exchange = session.exchanges.get(target)
+        if exchange is None:
+            if len(session.exchanges) >= _EXCHANGES:
+                for each in [each for each in session.exchanges.values() if not each.requests]:
+                    self._drop(each)
+            target = bytes(target)
+            exchange = session.exchanges[target] = Exchange(session, target)
+            self.exchanges[session.alias + target] = exchange
+        return exchange
+
+    def _drop(self, exchange: Exchange) -> None:
+        exchange.live = False
+        del exchange.session.exchanges[exchange.target]
+        self.exchanges.pop(exchange.session.alias + exchange.target, None)
+
+    def drop(self, session: ForwardedClient) -> None:
+        """Forget the exchanges of a client for which nothing more comes."""
+        for exchange in list(session.exchanges.values()):
+            self._drop(exchange)
+
+    def is_too_much(self, client: Endpoint, size: int, now: int, congested: bool) -> bool:
+        """True if a request of this size has to be refused, for what is under way."""
+        load = self._load(client, now)
+        if size > _SMALL and (congested or (self._size and self._size + size > _ALL_BYTES)):
+            return True
+        return load is not None and (
+            congested or load.count >= _CLIENT_PENDING or load.size + size > _CLIENT_BYTES
+        )
+
+    def _load(self, client: Endpoint, now: int) -> _Load | None:
+        load = self._loads.get(client)
+        if load is not None and now - load.time >= _LOST_NS:
+            del self._loads[client]
+            self._size -= load.size
+            return None
+        return load
+
+    def room(self, client: Endpoint, now: int, count: int) -> int:
+        """Return bytes that so many further requests of `client` may have, with their answers."""
+        load = self._load(client, now)
+        if self._count + count > _PENDING:
+            return 0
+        if load is None:
+            return min(_CLIENT_BYTES, _ALL_BYTES - self._size) if count <= _CLIENT_PENDING else 0
+        if load.count + count > _CLIENT_PENDING:
+            return 0
+        return min(_CLIENT_BYTES - load.size, _ALL_BYTES - self._size)
+
+    def add(
+        self, session: ForwardedClient, frame: Frame, request: PendingRequest, circles: bool
+    ) -> ReturnCode | None:
+        """Remember a request until its answer comes. What refuses it, None if it may go."""
+        exchange, now = self.exchange(session, frame.target), request.time
+        invoke_id = frame.invoke_id
+        first = exchange.requests.get(invoke_id)
+        if first is None:
+            if self._count >= _PENDING and not self._forget_oldest(now, circles):
+                return ReturnCode.ROUTER_MAILBOX_FULL
+            exchange.requests[invoke_id] = request
+            self._count += 1
+        else:
+            further = exchange.further.get(invoke_id, _NONE)
+            if (
+                circles
+                and sum(now - each.time < _ROUND_NS for each in (first, *further)) >= _ROUNDS
+            ):
+                return ReturnCode.TARGET_MACHINE_NOT_FOUND
+            if len(further) + 1 >= _PENDING:
+                exchange.pop(invoke_id)
+                self.answered(first, 1, first.size)
+                self._forgot(session)
+            exchange.further.setdefault(invoke_id, deque()).append(request)
+        self.sent(session, 1, request.size, now)
+        return None
+
+    def _forget_oldest(self, now: int, circles: bool) -> bool:
+        """Forget the oldest request; False if with `circles` it is too young for that."""
+        if circles and now < self._full_until:
+            return False
+        busy = (each for each in self.exchanges.values() if each.requests)
+        exchange = min(busy, key=lambda each: next(iter(each.requests.values())).time)
+        invoke_id, oldest = next(iter(exchange.requests.items()))
+        if circles and now - oldest.time < _ROUND_NS:
+            self._full_until = oldest.time + _ROUND_NS
+            return False
+        del exchange.requests[invoke_id]
+        self._count -= 1
+        for request in (oldest, *exchange.further.pop(invoke_id, ())):
+            self.answered(request, 1, request.size)
+        self._forgot(exchange.session)
+        return True
+
+    def sent(self, session: ForwardedClient, count: int, size: int, now: int) -> None:
+        """So many requests of a client are under way now, of `size` bytes with their answers."""
+        load = self._loads.get(session.client)
+        if load is None:
+            load = self._loads[session.client] = _Load()
+        load.time = now
+        load.count += count
+        load.size += size
+        self._size += size
+        session.pending += count
+
+    def pop(self, exchange: Exchange, invoke_id: int) -> PendingRequest | None:
+        """Remove the oldest request with this invoke id, and return it."""
+        request = exchange.pop(invoke_id)
+        if request is not None:
+            if invoke_id not in exchange.requests:
+                self._count -= 1
+            self.answered(request, 1, request.size)
+        return request
+
+    def added(self, count: int) -> None:
+        """So many requests were entered into exchanges; negative: removed."""
+        self._count += count
+
+    def answered(self, request: PendingRequest, count: int, size: int) -> None:
+        """So many requests like `request` are under way no longer."""
+        session = request.session
+        session.pending -= count
+        load = self._loads.get(session.client)
+        if load is not None:
+            size = min(size, load.size)
+            load.count -= count
+            load.size -= size
+            self._size -= size
+            if load.count <= 0:
+                self._size -= load.size
+                del self._loads[session.client]
+
+    def end(self, code: ReturnCode | None) -> list[Frame]:
+        """Forget all; return the answer `code`, if there is one, to each request."""
+        answers = [
+            answer
+            for exchange in self.exchanges.values()
+            for invoke_id, request in exchange
+            if code is not None
+            and (answer := request.refuse(exchange.target, invoke_id, code)) is not None
+        ]
+        for exchange in self.exchanges.values():
+            exchange.live = False
+        self.exchanges.clear()
+        self._loads.clear()
+        self._size = self._count = self._full_until = 0
+        return answers
+
+
+_NONE: deque[PendingRequest] = deque()
