@@ -1,8 +1,11 @@
 """Requests through `achse router`: instructions beside a bare forwarder, throughput beside direct.
 
-Instructions: 64 reads from a client and 64 answers from the target, without sockets. The bare
-forwarder in Python knows no limits, rights, ledger or routes: it gives each connection and address
-a port, rewrites the two addresses and writes what came in one piece. Callgrind counts (valgrind).
+Instructions: requests from a client and their answers from the target, without sockets: 64 reads
+in one portion, 64 reads, writes and sums of different lengths in one portion, one read in a
+portion. The bare forwarder in Python knows no limits, rights, ledger or routes: it gives each
+connection and address a port, rewrites the two addresses and writes what came in one piece, at
+once. The router writes at the end of the turn of its loop, which counts. Callgrind counts
+(valgrind).
 Throughput: reads of 4 bytes, 64 under way, from a station directly and through a router process.
 Time: the same works by the clock of the processor, the best of some rounds.
 Usage: python benchmarks/forwarding.py instructions | time [ROUNDS] | throughput [SECONDS]
@@ -22,7 +25,7 @@ from processes import running, station
 
 import achse
 from achse.ams import AmsAddress, Command, Frame, NetId
-from achse.ams.commands import DataResponse, ReadRequest
+from achse.ams.commands import DataResponse, ReadRequest, ReadWriteRequest, WriteRequest
 from achse.router import Router
 from achse.router.routes import Route
 from achse.transport.connections.connection import TcpConnection
@@ -94,27 +97,55 @@ class BareForwarder:
             client.write(b"".join(parts))
 
 
-def requests() -> list[Frame]:
+def reads_of_one_length() -> list[Frame]:
     data = ReadRequest(0x4020, 0, 4).encode()
     return [Frame(TARGET, CLIENT, Command.READ, 4, 0, n, data) for n in range(PORTION)]
 
 
-def answers(forwarded: bytes) -> bytes:
+def one_read() -> list[Frame]:
+    return reads_of_one_length()[:1]
+
+
+def mixed() -> list[Frame]:
+    """Reads, writes and sums, each of another length than the one before it."""
+    frames = []
+    for n in range(PORTION):
+        command, data = (
+            (Command.READ, ReadRequest(0x4020, n, n % 7 + 1).encode()),
+            (Command.WRITE, WriteRequest(0x4020, n, bytes(n % 5 + 1)).encode()),
+            (Command.READ_WRITE, ReadWriteRequest(0xF080, 2, 16, bytes(24)).encode()),
+        )[n % 3]
+        frames.append(Frame(TARGET, CLIENT, command, 4, 0, n, data))
+    return frames
+
+
+SHAPES: dict[str, Callable[[], list[Frame]]] = {
+    "reads": reads_of_one_length,
+    "mixed": mixed,
+    "single": one_read,
+}
+
+
+def answers(forwarded: bytes, requests: list[Frame]) -> bytes:
     """The answers of the target to requests that it got."""
     _, _, _, alias = FRAME.unpack_from(forwarded)
-    answer = DataResponse(0, bytes(4)).encode()
-    return b"".join(
-        Frame(alias, TARGET, Command.READ, 5, 0, each.invoke_id, answer).encode_tcp()
-        for each in requests()
-    )
+    parts = []
+    for each in requests:
+        length = 0 if each.command == Command.WRITE else int.from_bytes(each.data[8:12], "little")
+        data = (
+            bytes(4) if each.command == Command.WRITE else DataResponse(0, bytes(length)).encode()
+        )
+        answer = Frame(alias, TARGET, each.command, 5, 0, each.invoke_id, data)
+        parts.append(answer.encode_tcp())
+    return b"".join(parts)
 
 
-def bare() -> Work:
+def bare(requests: list[Frame]) -> Work:
     client, target = Sink(), Sink()
     forwarder = BareForwarder(target)
-    portion = b"".join(each.encode_tcp() for each in requests())
+    portion = b"".join(each.encode_tcp() for each in requests)
     forwarder.from_client(client, portion)
-    back = answers(target.written)
+    back = answers(target.written, requests)
 
     def work() -> None:
         target.written = client.written = b""
@@ -126,7 +157,7 @@ def bare() -> Work:
     return work
 
 
-def routed() -> Work:
+def routed(requests: list[Frame]) -> Work:
     loop = asyncio.new_event_loop()
 
     async def connected() -> tuple[TcpConnection, TcpConnection, Sink, Sink]:
@@ -149,14 +180,14 @@ def routed() -> Work:
         loop.call_soon(loop.stop)
         loop.run_forever()
 
-    portion = b"".join(each.encode_tcp() for each in requests())
+    portion = b"".join(each.encode_tcp() for each in requests)
     near.data_received(portion)
     turn()
-    back = answers(target.written)
+    back = answers(target.written, requests)
     far.data_received(back)
+    turn()
 
     def work() -> None:
-        turn()
         target.written = client.written = b""
         near.data_received(portion)
         turn()
@@ -168,18 +199,18 @@ def routed() -> Work:
     return work
 
 
-WORKS: dict[str, Callable[[], Work]] = {"bare": bare, "routed": routed}
+WORKS: dict[str, Callable[[list[Frame]], Work]] = {"bare": bare, "routed": routed}
 
 
-def instructions(work: str, repetitions: int) -> int:
+def instructions(work: str, shape: str, repetitions: int) -> int:
     """Instructions of a process that does a work so often."""
     command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", sys.executable]
-    command += [__file__, "run", work, str(repetitions)]
+    command += [__file__, "run", work, shape, str(repetitions)]
     told = subprocess.run(command, capture_output=True, text=True, check=True).stderr
     return int(re.findall(r"Collected : (\d+)", told)[0])
 
 
-def microseconds(work: Work, rounds: int) -> float:
+def microseconds(work: Work, requests: int, rounds: int) -> float:
     """Processor time of one request and its answer in the best round, µs."""
     best = float("inf")
     for _ in range(rounds):
@@ -187,7 +218,7 @@ def microseconds(work: Work, rounds: int) -> float:
         for _ in range(20):
             work()
         best = min(best, time.process_time() - begin)
-    return best / 20 / PORTION * 1e6
+    return best / 20 / requests * 1e6
 
 
 async def reads(host: str, port: int, net_id: str, seconds: float) -> float:
@@ -226,21 +257,27 @@ def throughput(seconds: float) -> None:
 
 def main(what: str = "instructions", *words: str) -> None:
     if what == "run":
-        work = WORKS[words[0]]()
-        for _ in range(int(words[1])):
+        work = WORKS[words[0]](SHAPES[words[1]]())
+        for _ in range(int(words[2])):
             work()
     elif what == "time":
-        for name, make in WORKS.items():
-            told = microseconds(make(), int(words[0]) if words else 20)
-            print(f"{name:8} {told:6.2f} µs per request and answer")
+        for shape, make in SHAPES.items():
+            requests = make()
+            for name, work_of in WORKS.items():
+                rounds = int(words[0]) if words else 20
+                told = microseconds(work_of(requests), len(requests), rounds)
+                print(f"{shape:8} {name:8} {told:6.2f} µs per request and answer")
     elif what == "throughput":
         throughput(float(words[0]) if words else 1.0)
     else:
-        each = {}
-        for name in WORKS:
-            each[name] = (instructions(name, 300) - instructions(name, 150)) / 150 / PORTION
-            print(f"{name:8} {each[name]:8.0f} instructions per request and answer")
-        print(f"ratio {each['routed'] / each['bare']:.2f}")
+        for shape, make in SHAPES.items():
+            count = len(make())
+            each = {}
+            for name in WORKS:
+                more, less = (instructions(name, shape, n * PORTION // count) for n in (60, 30))
+                each[name] = (more - less) / (30 * PORTION)
+                print(f"{shape:8} {name:8} {each[name]:8.0f} instructions per request and answer")
+            print(f"{shape:8} ratio {each['routed'] / each['bare']:.2f}")
 
 
 if __name__ == "__main__":

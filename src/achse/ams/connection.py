@@ -39,6 +39,11 @@ class Connection:
         """Bytes held that do not make a packet yet."""
         return len(self._pending)
 
+    @property
+    def missing(self) -> int:
+        """Bytes without which nothing more can be said of what is held."""
+        return self._needed - len(self._pending)
+
     def receive(self, data: bytes) -> Iterator[Event]:
         """Yield every event that `data` completes. Iterate to the end before the next call."""
         if self._failure:

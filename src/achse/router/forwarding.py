@@ -28,7 +28,7 @@ from achse.router.ledger import (
     change_of,
     without,
 )
-from achse.router.pending import PendingRequest, PendingRequests
+from achse.router.pending import Exchange, PendingRequest, PendingRequests
 
 __all__ = ["ClientPorts", "Forwarding"]
 
@@ -45,8 +45,8 @@ _NO_RESPONSE = int(Flags.NO_RESPONSE)
 
 _READS = (int(Command.READ), int(Command.READ_WRITE))
 
-_UNMEASURED = 15
-"""Bits of the number of an answer that are 0 where its latency is counted."""
+_MEASURED = 16
+"""The latency of one in so many answers is counted."""
 
 _RELEASE_ID = 0x8000_0000
 """Invoke ids of releases begin here."""
@@ -239,6 +239,28 @@ class Forwarding:
         resource = Resource(action.kind, change.target, action.handle)
         return self._subscribers.get(resource, session) is not session
 
+    def exchange(self, client: Endpoint, source: bytes, target: bytes) -> Exchange | None:
+        """Return the exchange of a client that has asked this target before."""
+        session = self._sessions.get(source, _NOBODY).get(client)
+        return None if session is None else session.exchanges.get(target)
+
+    def sent(self, session: ForwardedClient, count: int, size: int, now: int) -> None:
+        """So many requests were entered into an exchange: they are under way now."""
+        self.requests.added(count)
+        self.requests.sent(session, count, size, now)
+        self._idle.pop(session, None)
+
+    def answered(self, request: PendingRequest, count: int, size: int) -> None:
+        """So many requests like this one were removed from an exchange: they are answered."""
+        before = self.returned
+        self.returned += count
+        measured = self.returned // _MEASURED - before // _MEASURED
+        if measured and self._clock is not None:
+            self.latencies.add(int(self._clock() * 1e9) - request.time, measured)
+        self.requests.added(-count)
+        self.requests.answered(request, count, size)
+        self._rest(request.session)
+
     # answers and notifications ---------------------------------------------------------------
 
     def come_back(self, frame: Frame) -> bool:
@@ -273,7 +295,7 @@ class Forwarding:
         if request is not None:
             if request.change is not None and not answer.error:
                 self._apply(session, request.change, answer.data)
-            if self._clock is not None and not self.returned & _UNMEASURED:
+            if self._clock is not None and self.returned % _MEASURED == 0:
                 self.latencies.add(int(self._clock() * 1e9) - request.time)
             self._rest(session)
         return False

@@ -19,10 +19,10 @@ class Latencies:
         self._counts = [0] * (len(_BOUNDS) + 1)
         self.count = 0
 
-    def add(self, nanoseconds: int) -> None:
-        """Count one latency."""
-        self._counts[bisect_left(_BOUNDS, nanoseconds)] += 1
-        self.count += 1
+    def add(self, nanoseconds: int, count: int = 1) -> None:
+        """Count a latency, that of `count` answers."""
+        self._counts[bisect_left(_BOUNDS, nanoseconds)] += count
+        self.count += count
 
     def within_ns(self, share: float) -> int:
         """Return the bound below which this share (0..1) of all latencies is; 0 without any."""

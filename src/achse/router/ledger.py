@@ -24,12 +24,14 @@ from achse.ams.notification import encode_stream
 from achse.codes import ReservedGroup, ReturnCode
 
 __all__ = [
+    "RELEASE",
     "Resource",
     "ResourceAction",
     "ResourceChange",
     "ResourceKind",
     "change_of",
     "end_hints",
+    "holds_nothing",
     "without",
 ]
 
@@ -219,6 +221,24 @@ _READ_WRITES = {
     int(ReservedGroup.SUM_DELETE_NOTIFICATION): _sum_delete,
 }
 """Index groups of a ReadWrite that fetch or release resources, and what its parts do."""
+
+
+RELEASE = int(ReservedGroup.RELEASE_SYMBOL_HANDLE)
+"""Index group of a Write that gives a symbol handle back."""
+
+_SIGNS = {
+    int(ReservedGroup.SUM_WRITE): RESULT.pack(ReservedGroup.RELEASE_SYMBOL_HANDLE),
+    int(ReservedGroup.SUM_READ_WRITE): RESULT.pack(ReservedGroup.SYMBOL_HANDLE_BY_NAME),
+}
+"""Index groups of sums of which only parts with these bytes concern resources."""
+
+
+def holds_nothing(group: int, data: bytes, begin: int, end: int) -> bool:
+    """Return True if a ReadWrite, `data` from `begin` to `end`, cannot change resources."""
+    if group not in _READ_WRITES:
+        return True
+    sign = _SIGNS.get(group)
+    return sign is not None and data.find(sign, begin, end) < 0
 
 
 def without(data: bytes, actions: list[ResourceAction]) -> bytes:

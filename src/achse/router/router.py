@@ -76,7 +76,7 @@ class Router:
         """Listeners for the end of a connection, each with a predicate for connections in use."""
         self._gate: Gate | None = None
         self._watcher: Watcher | None = None
-        self._attended = False
+        self.attended = False
         """True while there is a gate or a watcher."""
         self._next_port = FIRST_CLIENT_PORT
         self.asking = Clients()
@@ -86,7 +86,7 @@ class Router:
         self.denied = 0
         """Requests whose sender had no right to them."""
         self.changes = 0
-        """Counts what changes the way of frames to local ports."""
+        """Counts what changes the way of frames: ports, routes, gate and watcher."""
 
     def is_local(self, net_id: bytes) -> bool:
         """True for our NetId and its loopback alias."""
@@ -197,10 +197,20 @@ class Router:
     def add_route(self, net_id: NetId, endpoint: Endpoint) -> None:
         """Send frames for `net_id` to `endpoint`; replaces an older route."""
         self._routes[net_id] = endpoint
+        self.changes += 1
 
     def remove_route(self, net_id: NetId) -> None:
         """Forget the route to `net_id`. Unknown is not an error."""
         self._routes.pop(net_id, None)
+        self.changes += 1
+
+    def beyond(self, target: bytes) -> Endpoint | None:
+        """Return the endpoint of the route to `target`; None for local ones.
+
+        Also None if there is a gate or a watcher: those see each frame.
+        """
+        net_id = target[:6]
+        return None if self.attended or self.is_local(net_id) else self._routes.get(net_id)
 
     def learn(self, source: bytes, endpoint: Endpoint) -> None:
         """Remember that the client `source` was last seen behind `endpoint`."""
@@ -257,7 +267,7 @@ class Router:
                 self.asking.refused(frame.target)
         elif frame.command != _NOTIFICATION:
             self.asking.asked(frame.source)
-        return self._show(frame) if self._attended else self._pass(frame)
+        return self._show(frame) if self.attended else self._pass(frame)
 
     def _pass(self, frame: Frame) -> bool:
         via = frame.via
@@ -300,7 +310,7 @@ class Router:
 
         None if nobody is there, or another than a device, or if somebody is in the way of frames.
         """
-        return None if self._attended else getattr(self._local.get(target), "readable_groups", None)
+        return None if self.attended else getattr(self._local.get(target), "readable_groups", None)
 
     def put_gate(self, gate: Gate | None) -> None:
         """Let every frame pass `gate` from now on; None: nothing is in the way.
@@ -311,13 +321,13 @@ class Router:
         """
         self._gate = gate
         self.changes += 1
-        self._attended = gate is not None or self._watcher is not None
+        self.attended = gate is not None or self._watcher is not None
 
     def put_watcher(self, watcher: Watcher | None) -> None:
         """Show every frame to `watcher` from now on; None: to nobody. There is one."""
         self._watcher = watcher
         self.changes += 1
-        self._attended = watcher is not None or self._gate is not None
+        self.attended = watcher is not None or self._gate is not None
 
     def _beyond(self, frame: Frame) -> Endpoint | None:
         """Return the endpoint for a frame to a port that is not local; None if there is none."""

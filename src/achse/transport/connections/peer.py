@@ -4,7 +4,7 @@ What is learned, gathered, held back, asked and answered is decided here. What c
 a `Line`, and who calls back at a time are `Turns`: a TCP transport and its loop, a serial line, a
 test.
 
-Source: reference traffic for the port service (0x1000, 0x0001, 0x1002); 000 §3.2.
+Source: 000 §3.2.
 """
 
 import logging
@@ -19,17 +19,16 @@ from achse.ams import (
     Event,
     Flags,
     Frame,
-    RouterError,
-    TcpCommand,
-    TcpMessage,
 )
 from achse.codes import ReturnCode
 from achse.router.forwarded_client import ForwardedClient
 from achse.router.forwarding import Forwarding
 from achse.router.rights import ALL_RIGHTS, Right
 from achse.router.routes import Admission, Route
+from achse.transport.connections.known_frames import KnownFrames
 from achse.transport.connections.line import Line, PeerOwner, Timer, Turns
 from achse.transport.connections.outbox import Outbox
+from achse.transport.connections.port_service import serve_ports
 from achse.transport.connections.repeated import REQUEST_SIZE, RepeatedReads
 from achse.transport.connections.sender_rights import SenderRights, missing_route
 from achse.transport.connections.senders import Senders
@@ -49,12 +48,6 @@ _FLUSH_SIZE = 256 * 1024
 
 _SMALL = 4096
 """Gathered bytes below this are not counted until they are written, with the same turn."""
-
-_PORTS_PER_CONNECTION = 256
-"""Local ports of one peer; the programs of a computer share a connection at times."""
-
-_PORTS_LEFT = 8192
-"""So many client ports are only for peers that have none: they last for every connection."""
 
 _QUICK = 8192
 """Bytes whose requests are done without a look at the time."""
@@ -84,7 +77,7 @@ class Peer:
 
     def __init__(self, owner: PeerOwner) -> None:
         self.owner = owner
-        self._router = owner.router
+        self.router = owner.router
         self._stream = Connection(owner.max_length)
         self.senders = Senders()
         self._last_source = b""
@@ -95,12 +88,14 @@ class Peer:
         self._forwarding: Forwarding | None = None
         """Requests of other clients, from the first one until the line ends."""
         self._repeated = RepeatedReads(owner.router)
+        self._known: KnownFrames | None = None
+        """Frames that are not decoded, from the first forwarded request on."""
         self._circles_told = -_AGAIN_NS
         self._out = Outbox()
         self._counted = 0
         """Bytes that `owner.held` counts for this peer."""
         self._flush_due = self._receiving = False
-        self._events: Iterator[Event] = iter(())
+        self._events: Iterator[Event | None] = iter(())
         """Received events that are not processed yet."""
         self._undone = 0
         """Bytes of that at most."""
@@ -144,7 +139,7 @@ class Peer:
             return
         lost, unanswered = forwarding.end(self._code_at_end)
         for answer in unanswered:
-            self._router.deliver(answer)
+            self.router.deliver(answer)
         for session in lost:
             self._report_loss(session)
 
@@ -157,19 +152,23 @@ class Peer:
             self._undone += len(data)
             return
         if len(data) <= _QUICK:
+            if self._known is not None and (done := self._known.pass_on(data)):
+                if done == len(data):
+                    return
+                data = data[done:]
             whole = len(data) >= REQUEST_SIZE and not self._stream.pending
             if whole and self._unchanged and not self._rights:
                 answers, done = self._repeated.answer(data, self._last_source)
                 if done:
-                    self._router.asking.asked(self._last_source, done // REQUEST_SIZE)
+                    self.router.asking.asked(self._last_source, done // REQUEST_SIZE)
                     self._out.put(answers)
                     if done == len(data):
                         self._flush()
                         return
                     data = data[done:]
-            self._do(self._stream.receive(data), None)
+            self._do(self._events_of(data), None)
             return
-        self._events, self._undone = self._stream.receive(data), len(data)
+        self._events, self._undone = self._events_of(data), len(data)
         if not self.owner.fair_queue.serve(self, self.owner.loop.call_soon):
             self.count()
             if self._line is not None:
@@ -180,7 +179,7 @@ class Peer:
         """Do what came and waits, until this moment; True when all is done."""
         done = self._do(self._events, until)
         if done and self._late:
-            self._events, self._late = self._stream.receive(b"".join(self._late)), []
+            self._events, self._late = self._events_of(b"".join(self._late)), []
             return False
         if done and self._undone:
             self._undone = 0
@@ -190,9 +189,13 @@ class Peer:
             self._paused = False
         return done or not self._open
 
-    def _do(self, events: Iterator[Event], until: float | None) -> bool:
+    def _events_of(self, data: bytes) -> Iterator[Event | None]:
+        known = self._known
+        return self._stream.receive(data) if known is None else known.events(data)
+
+    def _do(self, events: Iterator[Event | None], until: float | None) -> bool:
         """Do what came, until this moment if there is one; True when all is done."""
-        router = self._router
+        router = self.router
         self._receiving = True
         try:
             for event in events:
@@ -209,15 +212,15 @@ class Peer:
                         router.deliver(event)
                     except Exception:  # a fault of one frame is not one of its connection
                         self._apologize(event)
-                else:
-                    self._serve(event)
+                elif event is not None:
+                    serve_ports(self, event)
                 if not self._open:
                     return False
                 if until is not None and self.owner.fair_queue.clock() >= until:
                     return False
             return True
         except DecodeError as failure:
-            self._turn_out("%s", failure)
+            self.turn_out("%s", failure)
             return False
         finally:
             self._receiving = False
@@ -245,14 +248,16 @@ class Peer:
         self._late.clear()
         self._stream.drop()
         self._repeated.clear()
+        if self._known is not None:
+            self._known.clear()
         for source in self.senders:
-            self._router.forget(source, self)
+            self.router.forget(source, self)
         self.senders.clear()
         while self.registered:
-            self._router.unregister(self.registered.pop().port)
+            self.router.unregister(self.registered.pop().port)
         self.count()
         if was_open:
-            self._router.close_way(self)
+            self.router.close_way(self)
 
     @property
     def connected(self) -> bool:
@@ -263,7 +268,7 @@ class Peer:
 
     def _learn(self, source: bytes) -> bool:
         """Note where `source` is; False if it may not come here and the connection ends."""
-        router = self._router
+        router = self.router
         self._last_source = source
         self._lies = (router.local_endpoint(source) or self) is not self
         ours = router.is_local(source[:6]) and self.owner.serves_ports(self.peer_host)
@@ -274,18 +279,18 @@ class Peer:
             admission = self._effective_admission(source[:6])
             self._rights.assign(source, self._rights_of(source[:6], admission))
             if admission is Admission.UNKNOWN and self.owner.routes_required:
-                self._turn_out("%s", missing_route(source[:6], self.peer_host))
+                self.turn_out("%s", missing_route(source[:6], self.peer_host))
                 return False
-        self._router.learn(source, self)
+        self.router.learn(source, self)
         oldest = self.senders.add(source)
         if oldest is not None:
             self._rights.forget(oldest)
-            self._router.crowd_out(oldest, self)
+            self.router.crowd_out(oldest, self)
         return True
 
     def _admission(self, net_id: bytes) -> Admission:
         """Return the admission of frames from `net_id` over this connection."""
-        return self._router.routes.admission(net_id, self.peer_host)
+        return self.router.routes.admission(net_id, self.peer_host)
 
     def _effective_admission(self, net_id: bytes) -> Admission:
         """Return the admission; strangers behind a router with a route have no rights."""
@@ -299,11 +304,11 @@ class Peer:
 
     def _far_net_ids(self) -> Iterable[bytes]:
         """Return NetIds of which the router at the far end may have one."""
-        return (bytes(route.net_id) for route in self._router.routes)
+        return (bytes(route.net_id) for route in self.router.routes)
 
     def _rights_of(self, net_id: bytes, admission: Admission) -> Right:
         """Return the rights of frames from `net_id` with this admission."""
-        return self._router.routes.rights(net_id, admission)
+        return self.router.routes.rights(net_id, admission)
 
     def judge_again(self, route: Route) -> None:
         """This route came, went or changed: a sender that may less now comes again from the start.
@@ -316,18 +321,18 @@ class Peer:
             admission = self._effective_admission(net_id)
             lost = self._rights.assign(source, self._rights_of(net_id, admission))
             if lost or (admission is Admission.UNKNOWN and self.owner.routes_required):
-                self._turn_out("%s may less than before: the route has changed", client)
+                self.turn_out("%s may less than before: the route has changed", client)
                 return
 
     def _refuse(self, frame: Frame) -> bool:
         """Refuse a request for which its sender has no right."""
-        lies = self._lies and self._router.is_local(frame.target[:6])
+        lies = self._lies and self.router.is_local(frame.target[:6])
         missing = ALL_RIGHTS if lies else self._rights.missing(frame)
         if not missing:
             return False
-        self._router.denied += 1
-        self._router.asking.asked(frame.source)
-        self._router.asking.refused(frame.source)
+        self.router.denied += 1
+        self.router.asking.asked(frame.source)
+        self.router.asking.refused(frame.source)
         if lies:
             self._rights.tell_lie(frame.source, self.peer)
         else:
@@ -348,7 +353,7 @@ class Peer:
 
         A request for a port of ours cannot circle: the server behind this connection registered it.
         """
-        router, client = self._router, frame.origin or self._router.local_endpoint(frame.source)
+        router, client = self.router, frame.origin or self.router.local_endpoint(frame.source)
         if client is None:
             return frame
         congested, quiet = self.congested, frame.flags & _NO_RESPONSE
@@ -362,12 +367,34 @@ class Peer:
             self._forwarding = Forwarding(router, self._send_own, self._after_a_second, clock)
         outcome = self._forwarding.request(client, frame, now, circles=circles, congested=congested)
         if isinstance(outcome, Frame):
+            self._may_know(self)
+            self._may_know(client)
             return outcome
         if outcome is ReturnCode.TARGET_MACHINE_NOT_FOUND:
             self._warn_of_circle(frame)
         if not frame.flags & _NO_RESPONSE:
             router.deliver(frame.reply(error=outcome.number))
         return None
+
+    def _may_know(self, peer: object) -> None:
+        """From now on `peer` passes known frames on without decoding."""
+        if isinstance(peer, Peer) and peer._known is None and peer._unchanged:
+            peer._known = KnownFrames(peer, peer._stream)
+
+    def takes_known(self) -> bool:
+        """True if frames may be put here as they leave."""
+        return self._open and self._unchanged
+
+    def comes_from(self, source: bytes) -> bool:
+        """Note the sender of known frames; False if they have to be decoded."""
+        if source != self._last_source and not self._learn(source):
+            return False
+        return not self._lies
+
+    @property
+    def limited(self) -> bool:
+        """True if a sender of this connection may not everything."""
+        return bool(self._rights)
 
     def _warn_of_circle(self, request: Frame) -> None:
         now = int(self.owner.loop.time() * 1e9)
@@ -390,7 +417,7 @@ class Peer:
     def _report_loss(self, session: ForwardedClient) -> None:
         """Hint that the subscriptions of a client are invalid, and end its connection."""
         for hint in session.end_hints():
-            self._router.deliver(hint)
+            self.router.deliver(hint)
         if isinstance(session.client, Peer):
             session.client.drop_client(self.peer)
 
@@ -399,45 +426,6 @@ class Peer:
         if self._open:
             self.warn("its subscriptions and handles at %s ended with the connection there", target)
             self.close()
-
-    # the port service of a local router --------------------------------------------------------
-
-    def _serve(self, message: TcpMessage) -> None:
-        if not self.owner.serves_ports(self.peer_host):
-            self._turn_out("it is not on this host, port service refused")
-        elif message.command is TcpCommand.PORT_CONNECT and len(message.data) == 2:
-            self._register(int.from_bytes(message.data, "little"))
-        elif message.command is TcpCommand.PORT_CLOSE and len(message.data) == 2:
-            self._unregister(int.from_bytes(message.data, "little"))
-        elif message.command is TcpCommand.GET_LOCAL_NET_ID:
-            self._send(TcpMessage(TcpCommand.GET_LOCAL_NET_ID, bytes(self._router.net_id)))
-        elif message.command is not TcpCommand.ROUTER_NOTE:
-            self._turn_out(
-                "%s with %d bytes of data is not a port service",
-                *(message.command.name, len(message.data)),
-            )
-
-    def _register(self, port: int) -> None:
-        held = len(self.registered)
-        if held and (held >= _PORTS_PER_CONNECTION or self._router.free_ports <= _PORTS_LEFT):
-            self._turn_out("it holds %d ports, further ones are for others", held)
-            return
-        try:
-            address = self._router.register(port, self)
-        except RouterError as refusal:
-            self._turn_out("%s", refusal)
-            return
-        self.registered.append(address)
-        self._send(TcpMessage(TcpCommand.PORT_CONNECT, bytes(address)))
-
-    def _unregister(self, port: int) -> None:
-        """Free a port of this peer. With the last one gone its connection ends: clients wait."""
-        address = AmsAddress.of(self._router.net_id, port)
-        if address in self.registered:
-            self.registered.remove(address)
-            self._router.unregister(port)
-            if not self.registered:
-                self.close()
 
     # out ---------------------------------------------------------------------------------------
 
@@ -466,10 +454,19 @@ class Peer:
         self._out.put(packet[: len(packet) // 2])
         self.close()
 
+    def put_notification(self, packet: bytes) -> None:
+        """Send a notification, encoded."""
+        if not self._hold(packet):
+            self._put(packet)
+
     def _put(self, packet: bytes) -> None:
+        self.put((packet,), len(packet))
+
+    def put(self, packets: Iterable[bytes], size: int) -> None:
+        """Send encoded frames, all in all `size` bytes."""
         out = self._out
-        out.gathered.append(packet)
-        out.size += len(packet)
+        out.gathered += packets
+        out.size += size
         if out.size > _FLUSH_SIZE:
             self._flush()
         elif not self._receiving:
@@ -534,9 +531,6 @@ class Peer:
         self.cut_off = True
         self.abort()
 
-    def _send(self, message: TcpMessage) -> None:
-        self._out.put(message.encode_tcp())
-
     def _flush(self) -> None:
         self._flush_due = False
         out, line = self._out, self._line
@@ -562,7 +556,8 @@ class Peer:
         facts = {"client": client, "peer": self.peer}
         log.warning("closing %s: " + reason, whom, *details, extra=facts)
 
-    def _turn_out(self, reason: str, *details: object) -> None:
+    def turn_out(self, reason: str, *details: object) -> None:
+        """Log why the connection ends, and end it."""
         self.warn(reason, *details)
         self.close()
 

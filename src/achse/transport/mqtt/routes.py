@@ -43,7 +43,7 @@ class _Partner(Peer):
 
         The other side of a route by Secure ADS does not come so: nothing here shows who it is.
         """
-        route = self._router.routes.to(net_id)
+        route = self.router.routes.to(net_id)
         one_way = self._routes.network.settings.unidirectional
         if one_way or (route is not None and route.one_way):
             return Admission.ONE_WAY

@@ -48,7 +48,7 @@ class DialledPeer(Peer):
         if net_id == dialled.net_id:
             return Admission.ROUTED
         admission = super()._admission(net_id)
-        route = self._router.routes.to(net_id)
+        route = self.router.routes.to(net_id)
         if admission is Admission.UNKNOWN and route is not None and _same_proof(route, dialled):
             admission = Admission.ONE_WAY if route.one_way else Admission.ROUTED
         if admission is Admission.UNKNOWN and self._dialled_by.strict:

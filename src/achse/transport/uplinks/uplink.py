@@ -144,6 +144,17 @@ class Uplink:
         self._connect()
         return True
 
+    def way_for_known(self, client: Peer) -> Peer | None:
+        """The far end of the connection if any request of `client` may go there now."""
+        far = self._connection
+        if far is None or self.route.max_fragment or client is far or far.congested:
+            return None
+        return far if far.takes_known() else None
+
+    def used(self) -> None:
+        """A request has gone by this way."""
+        self._last_request = self.loop.time()
+
     def refuse(self, frame: Frame, code: ReturnCode) -> bool:
         """Answer `code` to a request that cannot go; True, as `deliver` says it."""
         self.refused += 1

@@ -1,0 +1,211 @@
+"""Answers and notifications for known clients: passed on without decoding.
+
+They are the counterpart of `known_requests`: the first 34 bytes of an answer are the same for all
+answers of one target to one client with the same command and length. Answers that give out or
+release what a client holds, errors of the AMS header, and what comes for a client that is gone are
+left for decoding.
+
+Source: 000 §3.2, the headers of AMS/TCP; answers of Read, Write and ReadWrite; notifications.
+"""
+
+import struct
+from collections import deque
+from functools import lru_cache
+from itertools import takewhile
+from operator import attrgetter
+from typing import TYPE_CHECKING, cast
+
+from achse.ams import Command, Flags
+from achse.ams.frame import AMS_HEADER, TCP_HEADER
+from achse.router.pending import Exchange, PendingRequest
+from achse.transport.connections.known_requests import (
+    HEAD_SIZE,
+    HEADERS_SIZE,
+    MOST_HEADS,
+    PORTION,
+    RUN,
+)
+
+if TYPE_CHECKING:
+    from achse.router.forwarding import Forwarding
+    from achse.transport.connections.peer import Peer
+
+__all__ = ["KnownAnswers"]
+
+_NOTIFICATION = int(Command.NOTIFICATION)
+
+_ANSWERED = (int(Command.READ), int(Command.WRITE), int(Command.READ_WRITE))
+
+_ANSWER, _NOTICE = int(Flags.ADS_COMMAND | Flags.RESPONSE), int(Flags.ADS_COMMAND)
+
+_size = attrgetter("size")
+
+_ID_AND_RESULT = struct.Struct("<II")
+
+_Known = tuple[Exchange, "Peer", bytes, int, bool]
+"""Exchange, connection of the client, head with its address, length, True for notifications."""
+
+
+@lru_cache(256)
+def _run_of(length: int) -> tuple[struct.Struct, struct.Struct]:
+    """Layouts of frames of a length: head and the rest; invoke id and result."""
+    rest = length - HEAD_SIZE
+    return struct.Struct(f"<{HEAD_SIZE}s{rest}s"), struct.Struct(f"<{HEAD_SIZE}xII{rest - 8}x")
+
+
+class KnownAnswers:
+    """The answers and notifications of one connection that are passed on without decoding."""
+
+    def __init__(self, far: "Peer", forwarding: "Forwarding") -> None:
+        self._far = far
+        self._forwarding = forwarding
+        self._heads: dict[bytes, _Known] = {}
+
+    def pass_on(self, data: bytes, position: int) -> int:
+        """Pass on the known frames at `position`; return the position of what is left.
+
+        Not more than a portion is passed on at once.
+        """
+        size = len(data)
+        end = min(size, position + PORTION)
+        while position < end:
+            known = self._known(data, position)
+            if known is None or position + known[3] > size:
+                break
+            exchange, near = known[:2]
+            if not exchange.live or not near.connected:
+                self._heads.clear()
+                break
+            if not self._far.comes_from(exchange.target):
+                break
+            begin = position
+            if known[4]:
+                _, _, head, length, _ = known
+                position += length
+                self._forwarding.returned += 1
+                near.put_notification(head + data[begin + HEAD_SIZE : position])
+                continue
+            position = self._pass_on_to(exchange, near, data, position, end)
+            if position == begin:
+                break
+        return position
+
+    def _pass_on_to(
+        self, exchange: Exchange, near: "Peer", data: bytes, position: int, end: int
+    ) -> int:
+        """Pass on answers at `position` as long as they belong to the same exchange."""
+        if exchange.further:
+            return position
+        heads, size, requests = self._heads, len(data), exchange.requests
+        parts: list[bytes] = []
+        begin, count, load, failed = position, 0, 0, 0
+        before: _Known | None = None
+        request = last = None
+        together = True
+        while position < end:
+            known = heads.get(data[position : position + HEAD_SIZE])
+            if known is None:
+                known = self._known(data, position)
+                if known is None:
+                    break
+            its_exchange, _, head, length, notification = known
+            stop = position + length
+            if stop > size or its_exchange is not exchange or notification:
+                break
+            if known is not before:
+                before = known
+            elif together and end - position >= RUN * length:
+                taken = self._run(known, data, position, end)
+                if taken is not None:
+                    part, number, weight, last = taken
+                    parts.append(part)
+                    position += number * length
+                    count += number
+                    load += weight
+                    continue
+                together = False
+            invoke_id, result = _ID_AND_RESULT.unpack_from(data, position + HEAD_SIZE)
+            request = requests.get(invoke_id)
+            if request is None or request.change is not None:
+                break
+            last = request
+            del requests[invoke_id]
+            load += request.size
+            if result:
+                failed += 1
+            parts += (head, data[position + HEAD_SIZE : stop])
+            position = stop
+            count += 1
+        if last is not None:
+            self._forwarding.answered(last, count, load)
+            for _ in range(failed):
+                self._far.router.asking.refused(exchange.session.source)
+            near.put(parts, position - begin)
+        return position
+
+    def _run(
+        self, known: _Known, data: bytes, position: int, end: int
+    ) -> tuple[bytes, int, int, PendingRequest] | None:
+        """Remove the requests of answers of one head that follow each other.
+
+        Return the answers with the client's address, their number, the bytes of the requests and
+        answers, and the last request; None if the frames are not alike.
+        """
+        exchange, _, head, length, _ = known
+        requests = exchange.requests
+        whole, fields = _run_of(length)
+        stop = position + (end - position) // length * length
+        prefixes, rests = zip(*whole.iter_unpack(data[position:stop]), strict=True)
+        first = data[position : position + HEAD_SIZE]
+        count = len(prefixes)
+        if prefixes.count(first) != count:
+            count = sum(1 for _ in takewhile(first.__eq__, prefixes))
+            if count < RUN:
+                return None
+            rests, stop = rests[:count], position + count * length
+        invoke_ids, results = zip(*fields.iter_unpack(data[position:stop]), strict=True)
+        if any(results) or len(set(invoke_ids)) != count:
+            return None
+        asked = tuple(map(requests.get, invoke_ids))
+        if not all(each is not None and each.change is None for each in set(asked)):
+            return None
+        load = sum(map(_size, asked))
+        deque(map(requests.__delitem__, invoke_ids), 0)
+        return head + head.join(rests), count, load, cast(PendingRequest, asked[-1])
+
+    def _known(self, data: bytes, position: int) -> _Known | None:
+        """Return what is known of the frame at `position`; None if it has to be decoded."""
+        head = data[position : position + HEAD_SIZE]
+        known = self._heads.get(head)
+        if known is not None:
+            return known
+        if len(data) - position < HEADERS_SIZE:
+            return None
+        tcp_command, length = TCP_HEADER.unpack_from(head)
+        _, _, command, flags, size, error, _ = AMS_HEADER.unpack_from(
+            data, position + TCP_HEADER.size
+        )
+        if tcp_command or length != AMS_HEADER.size + size or error:
+            return None
+        notification = command == _NOTIFICATION and flags == _NOTICE
+        if not notification and (command not in _ANSWERED or flags != _ANSWER or size < 4):
+            return None
+        if length > self._far.owner.max_length:
+            return None
+        exchange = self._forwarding.requests.exchanges.get(head[6:22])
+        if exchange is None or not exchange.live:
+            return None
+        near = exchange.session.client
+        takes = getattr(near, "takes_known", None)
+        if takes is None or not takes():
+            return None
+        if len(self._heads) >= MOST_HEADS:
+            self._heads.clear()
+        changed = head[:6] + exchange.session.source + head[14:]
+        known = exchange, near, changed, TCP_HEADER.size + length, notification  # type: ignore[assignment]
+        self._heads[head] = known  # type: ignore[assignment]
+        return known
+
+    def clear(self) -> None:
+        """Forget all: the peer is gone."""
+        self._heads.clear()

@@ -1,0 +1,275 @@
+"""Requests of known clients to known targets: forwarded without decoding.
+
+The first 34 bytes of a request, up to its invoke id, are the same for all requests of one client to
+one target with the same command and length. The alias of the client is entered there once.
+Requests of one length that follow each other in a portion are taken apart together. Whatever may
+change what a client holds at a target, needs a right, or has to be refused is left for decoding.
+
+Source: 000 §3.2, the headers of AMS/TCP; requests of Read, Write and ReadWrite.
+"""
+
+import struct
+from functools import lru_cache
+from itertools import takewhile
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+from achse.ams import Command, Flags
+from achse.ams.commands import READ, READ_WRITE
+from achse.ams.frame import AMS_HEADER, TCP_HEADER
+from achse.router.ledger import RELEASE, holds_nothing
+from achse.router.pending import Exchange, PendingRequest
+
+if TYPE_CHECKING:
+    from achse.router.forwarding import Forwarding
+    from achse.transport.connections.peer import Peer
+
+__all__ = ["HEADERS_SIZE", "HEAD_SIZE", "MOST_HEADS", "PORTION", "RUN", "KnownRequests"]
+
+HEAD_SIZE = TCP_HEADER.size + AMS_HEADER.size - 4
+"""Bytes of a frame before its invoke id."""
+
+HEADERS_SIZE = TCP_HEADER.size + AMS_HEADER.size
+
+MOST_HEADS = 1024
+"""Different heads of one connection that are noted; then it begins again."""
+
+PORTION = 1 << 14
+"""Bytes that are forwarded before others have their turn."""
+
+RUN = 4
+"""Frames of one head that are worth to be taken apart together."""
+
+_MOST_IN_PORTION = PORTION // HEADERS_SIZE + 1
+
+_READ, _WRITE = int(Command.READ), int(Command.WRITE)
+
+_SMALLEST = {
+    _READ: READ.size,
+    _WRITE: READ.size,
+    int(Command.READ_WRITE): READ_WRITE.size,
+}
+"""Bytes of data that a request has at least."""
+
+_REQUEST = int(Flags.ADS_COMMAND)
+
+_ID_AND_LENGTH = struct.Struct("<I8xI")
+_ID_AND_GROUP = struct.Struct("<II")
+_ID_GROUP_AND_LENGTH = struct.Struct("<II4xI")
+
+
+class Uplink(Protocol):
+    """The way along a route."""
+
+    def way_for_known(self, client: "Peer") -> "Peer | None":
+        """The far end of its connection if any request of `client` may go there now."""
+        ...
+
+    def used(self) -> None:
+        """A request has gone by this way."""
+
+
+class _Way(NamedTuple):
+    """Destination of the requests of one client to one target."""
+
+    exchange: Exchange
+    uplink: Uplink
+    far: "Peer"
+    forwarding: "Forwarding"
+
+
+_Known = tuple[_Way, bytes, int, int]
+"""Way, head with the alias, length of the frame and command."""
+
+
+@lru_cache(256)
+def _run_of(length: int) -> tuple[struct.Struct, struct.Struct]:
+    """Layouts of frames of a length: head and the rest; invoke id and length to read."""
+    rest = length - HEAD_SIZE
+    return struct.Struct(f"<{HEAD_SIZE}s{rest}s"), struct.Struct(f"<{HEAD_SIZE}xI8xI{rest - 16}x")
+
+
+class KnownRequests:
+    """The requests of one connection that are forwarded without decoding."""
+
+    def __init__(self, near: "Peer") -> None:
+        self._near = near
+        self._heads: dict[bytes, _Known] = {}
+        self._ways: dict[bytes, _Way] = {}
+        """By target and source."""
+        self._changes = -1
+
+    def forward(self, data: bytes, position: int) -> int:
+        """Forward the known requests at `position`; return the position of what is left.
+
+        Not more than a portion is forwarded at once.
+        """
+        near = self._near
+        changes = near.router.changes
+        if changes != self._changes:
+            self.clear()
+            self._changes = changes
+        size = len(data)
+        end = min(size, position + PORTION)
+        while position < end:
+            known = self._known(data, position)
+            if known is None or position + known[2] > size:
+                break
+            way = known[0]
+            if way.uplink.way_for_known(near) is not way.far or not way.exchange.live:
+                self.clear()
+                break
+            source = way.exchange.session.source
+            if not near.comes_from(source) or near.limited:
+                break
+            begin = position
+            position = self._forward_to(way, data, position, end)
+            if position == begin:
+                break
+        return position
+
+    def _forward_to(self, way: _Way, data: bytes, position: int, end: int) -> int:
+        """Forward requests at `position` as long as all go the same way."""
+        heads, exchange, size = self._heads, way.exchange, len(data)
+        now = int(self._near.owner.loop.time() * 1e9)
+        room = way.forwarding.requests.room(self._near, now, _MOST_IN_PORTION)
+        requests, session = exchange.requests, exchange.session
+        parts: list[bytes] = []
+        begin, count, load, record_size = position, 0, 0, -1
+        before: _Known | None = None
+        together = True
+        record: Any = None
+        while position < end:
+            known = heads.get(data[position : position + HEAD_SIZE])
+            if known is None:
+                known = self._known(data, position)
+                if known is None:
+                    break
+            its_way, head, length, command = known
+            stop = position + length
+            if stop > size or its_way is not way:
+                break
+            if known is not before:
+                before, record_size = known, -1
+            elif command == _READ and together and end - position >= RUN * length:
+                taken = self._run(known, data, position, end, requests, room - load, now)
+                if taken is not None:
+                    part, number, weight = taken
+                    parts.append(part)
+                    position += number * length
+                    count += number
+                    load += weight
+                    continue
+                together = False
+            if command == _READ:
+                invoke_id, weight = _ID_AND_LENGTH.unpack_from(data, position + HEAD_SIZE)
+                weight += 12
+            elif command == _WRITE:
+                invoke_id, group = _ID_AND_GROUP.unpack_from(data, position + HEAD_SIZE)
+                if group == RELEASE:
+                    break
+                weight = length - HEADERS_SIZE
+            else:
+                invoke_id, group, weight = _ID_GROUP_AND_LENGTH.unpack_from(
+                    data, position + HEAD_SIZE
+                )
+                if not holds_nothing(group, data, position + HEADERS_SIZE, stop):
+                    break
+                weight += length - HEADERS_SIZE
+            load += weight
+            if load > room or invoke_id in requests:
+                load -= weight
+                break
+            if weight != record_size:
+                record = PendingRequest(session, command, _REQUEST, None, now, weight)
+                record_size = weight
+            requests[invoke_id] = record
+            parts += (head, data[position + HEAD_SIZE : stop])
+            position = stop
+            count += 1
+        if count:
+            way.forwarding.sent(session, count, load, now)
+            self._near.router.asking.asked(session.source, count)
+            way.uplink.used()
+            way.far.put(parts, position - begin)
+        return position
+
+    def _run(
+        self,
+        known: _Known,
+        data: bytes,
+        position: int,
+        end: int,
+        requests: dict[int, PendingRequest],
+        room: int,
+        now: int,
+    ) -> tuple[bytes, int, int] | None:
+        """Enter reads of one head that follow each other; None if they are not alike.
+
+        Return them with the alias, their number and the bytes of them and their answers.
+        """
+        way, head, length, command = known
+        whole, fields = _run_of(length)
+        stop = position + (end - position) // length * length
+        prefixes, rests = zip(*whole.iter_unpack(data[position:stop]), strict=True)
+        first = data[position : position + HEAD_SIZE]
+        count = len(prefixes)
+        if prefixes.count(first) != count:
+            count = sum(1 for _ in takewhile(first.__eq__, prefixes))
+            if count < RUN:
+                return None
+            rests, stop = rests[:count], position + count * length
+        invoke_ids, lengths = zip(*fields.iter_unpack(data[position:stop]), strict=True)
+        weight = 12 + lengths[0]
+        if lengths.count(lengths[0]) != count or weight * count > room:
+            return None
+        record = PendingRequest(way.exchange.session, command, _REQUEST, None, now, weight)
+        entered = dict.fromkeys(invoke_ids, record)
+        if len(entered) != count or not requests.keys().isdisjoint(entered):
+            return None
+        requests.update(entered)
+        return head + head.join(rests), count, weight * count
+
+    def _known(self, data: bytes, position: int) -> _Known | None:
+        """Return what is known of the request at `position`; None if it has to be decoded."""
+        head = data[position : position + HEAD_SIZE]
+        known = self._heads.get(head)
+        if known is not None:
+            return known
+        if len(data) - position < HEADERS_SIZE:
+            return None
+        near, start = self._near, position + TCP_HEADER.size
+        tcp_command, length = TCP_HEADER.unpack_from(head)
+        target, source, command, flags, size, error, _ = AMS_HEADER.unpack_from(data, start)
+        if tcp_command or length != AMS_HEADER.size + size or error or flags != _REQUEST:
+            return None
+        if length > near.owner.max_length or size < _SMALLEST.get(command, size + 1):
+            return None
+        if command == _READ and size != READ.size:
+            return None
+        if len(self._heads) >= MOST_HEADS:
+            self.clear()
+        way = self._ways.get(head[6:22]) or self._way(source, target)
+        if way is None:
+            return None
+        self._ways[head[6:22]] = way
+        head = head[:14] + way.exchange.session.alias + head[22:]
+        known = way, head, TCP_HEADER.size + length, command
+        self._heads[data[position : position + HEAD_SIZE]] = known
+        return known
+
+    def _way(self, source: bytes, target: bytes) -> _Way | None:
+        """Return the way from a client to a target; None before its first request was decoded."""
+        near = self._near
+        endpoint: Any = near.router.beyond(target)
+        find = getattr(endpoint, "way_for_known", None)
+        far: Peer | None = None if find is None else find(near)
+        forwarding = None if far is None else far.forwarding
+        if far is None or forwarding is None:
+            return None
+        exchange = forwarding.exchange(near, source, target)
+        return None if exchange is None else _Way(exchange, endpoint, far, forwarding)
+
+    def clear(self) -> None:
+        """Forget all: the peer is gone."""
+        self._heads.clear()
+        self._ways.clear()
