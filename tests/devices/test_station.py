@@ -100,7 +100,7 @@ def test_a_tap_belongs_to_who_opened_it_and_goes_with_him(
     with refused(0x70C):
         own.read(TAPS, taps[0], 100)
     station.router.unregister(own.address.port)
-    assert not station.router._attended
+    assert not station.router.attended
 
 
 def test_taps_of_many_addresses_have_a_limit_together_and_harm_nobody(

@@ -156,7 +156,7 @@ def test_whatever_taps_come_fetch_and_go_memory_stays_within_the_limit_and_nothi
                 opened.remove((tap, fetched))
         assert taps.size == sum(len(encode_batch([each])) for each in taps._kept) <= limit
         assert len(taps) == len(opened)
-        assert router._attended == bool(opened)
+        assert router.attended == bool(opened)
     for tap, fetched in opened:
         fetched += [capture.frame.invoke_id for capture in tap.take(1 << 30)]
         assert fetched == sorted(fetched)

@@ -1,0 +1,109 @@
+"""Requests under way: found by their answers, bounded, and forgotten when they are old."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from achse.ams import AmsAddress, Command, Frame
+from achse.codes import ReturnCode
+from achse.router import pending
+from achse.router.forwarded_client import ForwardedClient
+from achse.router.pending import PendingRequest, PendingRequests
+
+TARGETS = [AmsAddress(f"5.0.0.9.1.1:{port}") for port in (851, 852)]
+SECOND = 1_000_000_000
+
+
+class Client:
+    def deliver(self, frame: Frame) -> bool:
+        return True
+
+
+def session(number: int) -> ForwardedClient:
+    alias = bytes(AmsAddress(f"5.0.0.1.1.1:{32768 + number}"))
+    return ForwardedClient(Client(), alias, alias, registered=False)
+
+
+STEP = st.tuples(
+    st.sampled_from(("ask", "ask", "answer", "wait")),
+    st.integers(0, 2),
+    st.integers(0, 1),
+    st.integers(0, 4),
+)
+
+
+@settings(max_examples=100)
+@given(st.lists(STEP, max_size=60), st.integers(3, 8), st.booleans())
+def test_answers_find_the_oldest_request_and_old_ones_are_forgotten(
+    steps: list[tuple[str, int, int, int]], most: int, circles: bool
+) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pending, "_PENDING", most)
+        forgotten: list[ForwardedClient] = []
+        table = PendingRequests(forgotten.append)
+        sessions = [session(number) for number in range(3)]
+        asked: dict[tuple[int, int, int], list[int]] = {}
+        now = 0
+        for what, who, target, number in steps:
+            key = (who, target, number)
+            if what == "wait":
+                now += number * SECOND // 3
+            elif what == "ask":
+                now += 1
+                head = (TARGETS[target], sessions[who].alias, Command.READ, 4, 0, number)
+                request = PendingRequest(sessions[who], Command.READ, 4, None, now, 10)
+                waiting = asked.get(key, [])
+                refusal = table.add(sessions[who], Frame(*head, b""), request, circles)
+                if circles and sum(now - each < SECOND for each in waiting) >= 2:
+                    assert refusal is ReturnCode.TARGET_MACHINE_NOT_FOUND
+                    continue
+                if not waiting and len(asked) >= most:
+                    oldest = min(asked, key=lambda each: asked[each][0])
+                    if circles and now - asked[oldest][0] < SECOND:
+                        assert refusal is ReturnCode.ROUTER_MAILBOX_FULL
+                        continue
+                    del asked[oldest]
+                    assert forgotten.pop() is sessions[oldest[0]]
+                assert refusal is None
+                asked.setdefault(key, []).append(now)
+                if len(asked[key]) > most:
+                    asked[key].pop(0)
+            else:
+                exchange = table.exchange(sessions[who], TARGETS[target])
+                came = table.pop(exchange, number)
+                times = asked.get(key, [])
+                assert (None if came is None else came.time) == (times.pop(0) if times else None)
+                if not times:
+                    asked.pop(key, None)
+            total = sum(map(len, asked.values()))
+            assert len(table) == total == sum(each.pending for each in sessions)
+            assert table.size == 10 * total
+    assert len(table.end(ReturnCode.HOST_UNREACHABLE)) == total_of(asked)
+    assert (len(table), table.size) == (0, 0)
+
+
+def total_of(asked: dict[tuple[int, int, int], list[int]]) -> int:
+    return sum(map(len, asked.values()))
+
+
+def test_exchanges_of_a_client_are_bounded() -> None:
+    table = PendingRequests(lambda session: None)
+    client = session(0)
+    first = table.exchange(client, TARGETS[0])
+    for port in range(1, 3000):
+        table.exchange(client, AmsAddress(f"5.0.0.9.1.1:{port}"))
+    assert len(table.exchanges) == len(client.exchanges) <= 256
+    assert not first.live
+    table.drop(client)
+    assert (table.exchanges, client.exchanges) == ({}, {})
+
+
+def test_room_is_that_of_the_client_and_of_all() -> None:
+    table = PendingRequests(lambda session: None)
+    one, other = session(0), session(1)
+    assert table.room(one.client, 0, 1) == 1 << 22
+    table.sent(one, 1, 1 << 21, 0)
+    assert table.room(one.client, 0, 1) == 1 << 21
+    assert table.room(one.client, 0, 1 << 12) == 0
+    assert table.room(other.client, 0, 1) == 1 << 22
+    assert table.room(one.client, 10 * SECOND, 1) == 1 << 22

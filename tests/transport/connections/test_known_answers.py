@@ -1,0 +1,63 @@
+"""Answers and notifications that are passed on without decoding: which ones."""
+
+import struct
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.ams import Command, Frame
+from tests.transport.connections.test_known_frames import World
+from tests.transport.connections.test_known_requests import read
+
+KINDS = st.sampled_from(("answer", "answer", "failed", "error", "unknown", "sample"))
+
+
+def passed(made: World, data: bytes) -> int:
+    """Bytes that go without decoding."""
+    assert made.far is not None
+    known = made.far._known
+    assert known is not None
+    return known.pass_on(data)
+
+
+@given(st.lists(KINDS, max_size=30), st.integers(1, 30))
+def test_answers_to_requests_go_until_one_has_to_be_decoded(kinds: list[str], size: int) -> None:
+    made = World(known=True, source_nat=True)
+    made.come()
+    made.take(made.clients[0][0], read(10_000), ())
+    for number in range(len(kinds)):
+        made.take(made.clients[0][0], read(number), ())
+    asked = {each.invoke_id: each for each in made.requests()}
+    data, whole = b"", 0
+    for number, kind in enumerate(kinds):
+        answer = asked[number].reply(struct.pack("<II", 0, size) + bytes(size))
+        match kind:
+            case "failed":
+                answer.data = struct.pack("<II", 0x703, 0)
+            case "error":
+                answer.error = 7
+            case "unknown":
+                answer.invoke_id = 5_000
+            case "sample":
+                head = (answer.target, answer.source, Command.NOTIFICATION, 4, 0, 0)
+                answer = Frame(*head, bytes(size))
+        data += answer.encode_tcp()
+        if whole == len(data) - len(answer.encode_tcp()) and kind not in ("error", "unknown"):
+            whole = len(data)
+    before = made.clients[0][1].written
+    assert passed(made, data) == whole
+    made.loop.run()
+    came = made.clients[0][1].written[len(before) :]
+    assert len(came) == whole
+    assert made.host.router.asking[read(0)[14:22]].errors == kinds[
+        : next((n for n, kind in enumerate(kinds) if kind in ("error", "unknown")), None)
+    ].count("failed")
+
+
+def test_answer_to_a_client_that_left_is_not_passed_on() -> None:
+    made = World(known=True, source_nat=True)
+    made.come()
+    made.take(made.clients[0][0], read(1), ())
+    [asked] = made.requests()
+    made.clients[0][0].abort()
+    assert passed(made, asked.reply(bytes(8)).encode_tcp()) == 0

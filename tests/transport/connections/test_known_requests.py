@@ -1,0 +1,117 @@
+"""Requests that are forwarded without decoding: which ones, and when no longer."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.ams import AmsAddress, Command, Frame, NetId
+from achse.ams.commands import ReadRequest, WriteRequest
+from achse.router.rights import Right
+from achse.router.routes import Route
+from tests.transport.connections.test_known_frames import DEVICES, SOURCES, World
+
+
+def world() -> World:
+    """A client that has asked once, so that its way is known."""
+    made = World(known=True, source_nat=True)
+    made.come()
+    for number in (0, 1):
+        made.take(made.clients[0][0], read(number), ())
+    made.requests()
+    return made
+
+
+def read(number: int, length: int = 4) -> bytes:
+    data = ReadRequest(0x4020, 0, length).encode()
+    return Frame(DEVICES[0], SOURCES[0], Command.READ, 4, 0, number, data).encode_tcp()
+
+
+def forwarded(made: World, data: bytes) -> int:
+    """Bytes that go without decoding."""
+    known = made.clients[0][0]._known
+    assert known is not None
+    return known.pass_on(data)
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 2), st.integers(0, 64)), min_size=1, max_size=40),
+    st.integers(0, 80),
+)
+def test_whole_requests_of_a_known_client_go_under_its_alias(
+    requests: list[tuple[int, int]], missing: int
+) -> None:
+    made = world()
+    packets = []
+    for number, (kind, size) in enumerate(requests, 10):
+        data = WriteRequest(0x4020, 0, bytes(size)).encode()
+        head = (DEVICES[0], SOURCES[0], Command.WRITE, 4, 0, number)
+        packets.append(read(number, size) if kind else Frame(*head, data).encode_tcp())
+    stream = b"".join(packets)
+    data = stream[: len(stream) - missing]
+    done = forwarded(made, data)
+    made.loop.run()
+    ends = [sum(map(len, packets[:n])) for n in range(len(packets) + 1)]
+    assert done == max(end for end in ends if end <= len(data))
+    sent = made.requests()[-ends.index(done) :] if done else []
+    alias = made.requests()[0].source
+    assert [each.encode()[16:] for each in sent] == [
+        each[22:] for each in packets[: ends.index(done)]
+    ]
+    assert {each.source for each in sent} <= {alias}
+
+
+def test_requests_with_a_repeated_invoke_id_are_left() -> None:
+    made = world()
+    assert forwarded(made, read(0)) == 0
+    stream = b"".join(map(read, (5, 6, 7, 8, 9, 5)))
+    assert forwarded(made, stream) == len(stream) - len(read(5))
+
+
+def test_requests_of_a_limited_sender_are_left() -> None:
+    made = world()
+    peer = made.clients[0][0]
+    peer._rights.assign(SOURCES[0], Right.READ)
+    assert forwarded(made, read(9)) == 0
+
+
+@pytest.mark.parametrize("change", ["gate", "route", "connection", "client"])
+def test_requests_are_left_after_a_change_of_the_way(change: str) -> None:
+    made = world()
+    router = made.host.router
+    assert forwarded(made, read(8)) == len(read(8))
+    match change:
+        case "gate":
+            router.put_gate(lambda frame, hand_on: hand_on(frame))
+        case "route":
+            router.remove_route(DEVICES[0].net_id)
+        case "connection":
+            assert made.far is not None
+            made.far.abort()
+            made.loop.run()
+        case "client":
+            made.clients[0][0].abort()
+    assert forwarded(made, read(9)) == 0
+
+
+def test_request_of_a_source_that_is_the_port_of_another_is_left() -> None:
+    made = World(known=True, source_nat=False)
+    made.come()
+    own = AmsAddress.of(made.host.router.net_id, 40_000)
+    data = ReadRequest(0x4020, 0, 4).encode()
+    packet = Frame(DEVICES[0], own, Command.READ, 4, 0, 1, data).encode_tcp()
+    for _ in range(2):
+        made.take(made.clients[0][0], packet, ())
+    made.come()
+    made.host.router.register(40_000, made.clients[1][0])
+    other = packet[:34] + b"\x09" + packet[35:]
+    assert made.clients[0][0]._known is not None
+    made.take(made.clients[0][0], other, ())
+    aliases = {each.source for each in made.requests()}
+    assert len(aliases) == 1
+
+
+def test_long_packet_is_not_sent_by_a_route_with_a_limit() -> None:
+    made = world()
+    route = Route(name="press", net_id=NetId(DEVICES[0].net_id), host="192.0.2.2", max_fragment=40)
+    made.uplink.route = route
+    assert forwarded(made, read(9)) == 0
