@@ -35,6 +35,7 @@ from achse.station.clocks.clock import StationClock
 from achse.station.clocks.cycle import Cycle
 from achse.station.clocks.pacing import Pace
 from achse.station.configuration.station_file import ConfigError, StationConfig, load
+from achse.station.persistence.file_port import DISK, FilePort
 from achse.station.persistence.persistent_data import PersistentData
 from achse.station.routes.addresses import net_id_at
 from achse.station.routes.route_file import RouteFile
@@ -75,10 +76,11 @@ class Station:
         *,
         base: Path | None = None,
         epoch_ns: int = DEFAULT_EPOCH_NS,
+        disk: FilePort = DISK,
     ) -> None:
         """`base` is where relative names in the configuration begin; `epoch_ns` is the Unix time
-        at station time 0, for time stamps, until the station runs at the wall clock's pace.
-        Raises ConfigError."""
+        at station time 0, for time stamps, until the station runs at the wall clock's pace;
+        `disk` has the files of persistent data. Raises ConfigError."""
         if not isinstance(config, StationConfig | None):
             raise TypeError(
                 f"a StationConfig expected, got {config!r:.80}; Station.load(file) reads a file"
@@ -110,7 +112,7 @@ class Station:
         self.service.attach(self.router, SERVICE_PORT)
         requests = StateRequests(self)
         kept = (*permanent(ground, requests, lambda: self.devices), self.service)
-        persistent = PersistentData(self.config, self._base)
+        persistent = PersistentData(self.config, self._base, disk, document_port=disk)
         self._states = StationStates(
             *(self.cycle, ground, kept, persistent, requests), lambda: self.faults.renew()
         )
@@ -393,5 +395,10 @@ class Station:
 
     @property
     def listeners(self) -> Sequence[TcpListener]:
-        """Listeners of the running station."""
+        """Listeners of the running station, and those that were admitted."""
         return self._operation.listeners
+
+    def admit(self, listener: TcpListener) -> None:
+        """Count a listener that others serve, without sockets, among those of the station."""
+        self._operation.listeners = (*self._operation.listeners, listener)
+        self.faults.renew()

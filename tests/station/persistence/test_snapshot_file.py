@@ -151,7 +151,7 @@ def test_file_on_the_disk_is_synchronised_before_its_name(
             return real(*words)
 
         monkeypatch.setattr(os, name, note)
-    monkeypatch.setattr("achse.station.persistence.snapshot_file._sync_data", os.fsync)
+    monkeypatch.setattr("achse.station.persistence.file_port._sync_data", os.fsync)
     file = SnapshotFile(tmp_path / "a")
     written = [Snapshot(b"layout", bytes([n]) * 9000, n) for n in range(3)]
     for each in written:

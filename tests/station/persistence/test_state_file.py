@@ -11,7 +11,8 @@ from typing import Any
 
 import pytest
 
-from achse.station.persistence.state_file import StateFile, sync_folder
+from achse.station.persistence.file_port import sync_folder
+from achse.station.persistence.state_file import StateFile
 
 ROOT = Path(__file__).parents[3]
 

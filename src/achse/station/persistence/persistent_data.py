@@ -10,6 +10,7 @@ from achse.motion.retained import RetainedState
 from achse.plc import PlcRuntime
 from achse.plc.retention.remains import inherit_variables
 from achse.station.configuration.station_file import ConfigError, StationConfig
+from achse.station.persistence.file_port import DISK, FilePort
 from achse.station.persistence.persistent_image import (
     PersistentImage,
     PersistentLayout,
@@ -18,7 +19,7 @@ from achse.station.persistence.persistent_image import (
     parse_variables,
     show_variables,
 )
-from achse.station.persistence.snapshot_file import DISK, FilePort, SnapshotFile
+from achse.station.persistence.snapshot_file import SnapshotFile
 from achse.station.persistence.snapshots import Snapshots
 from achse.station.persistence.state_file import StateFile
 
@@ -40,8 +41,18 @@ class PersistentData:
     `save` removes: if a snapshot exists, it is the newer of both.
     """
 
-    def __init__(self, config: StationConfig, base: Path, port: FilePort = DISK) -> None:
-        """Read the files; `port` is where the snapshot file is. Raises ConfigError."""
+    def __init__(
+        self,
+        config: StationConfig,
+        base: Path,
+        port: FilePort = DISK,
+        *,
+        document_port: FilePort = DISK,
+    ) -> None:
+        """Read the files: `port` has the snapshot file, `document_port` the other one.
+
+        Raises ConfigError.
+        """
         self._values = PersistentValues()
         self._layout: PersistentLayout | None = None
         """Layout of the station as it is now."""
@@ -56,7 +67,7 @@ class PersistentData:
             raise ConfigError(
                 f"system.persistent_data: expected a file in a folder that is there, got {name!r}"
             )
-        file = StateFile(path)
+        file = StateFile(path, document_port)
         snapshot_file = SnapshotFile(path.with_name(path.name + ".snapshot"), port)
         self._files = file, Snapshots(snapshot_file, self._interval_s)
         self._values = _read_snapshot(snapshot_file, path) or self._read(file)

@@ -6,16 +6,14 @@ that the power cuts leaves the other slot whole: digests show which slots are. W
 """
 
 import contextlib
-import errno
 import hashlib
-import os
 import struct
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
-from achse.station.persistence.state_file import sync_folder
+from achse.station.persistence.file_port import DISK, FilePort
 
-__all__ = ["DISK", "FilePort", "Snapshot", "SnapshotFile", "SnapshotFileError"]
+__all__ = ["Snapshot", "SnapshotFile", "SnapshotFileError"]
 
 _MAGIC = b"achse\x00s1"
 _HEADER = struct.Struct("<8sQQ16s")
@@ -24,69 +22,6 @@ _SLOT = struct.Struct("<Qq16s")
 """Number, station time in ns, digest of header, these and the content."""
 _BLOCK = 4096
 """Slots share no block of the disk with each other or the header."""
-
-
-class FilePort(Protocol):
-    """The part of a file system that a snapshot file uses. Each method raises OSError."""
-
-    def read(self, path: Path) -> bytes | None:
-        """Return the content, None if there is no file."""
-
-    def create(self, path: Path, content: bytes) -> None:
-        """Write a file and wait until it is on the disk."""
-
-    def overwrite(self, path: Path, offset: int, content: bytes) -> None:
-        """Write in the middle of a file that exists and wait until it is on the disk."""
-
-    def replace(self, old: Path, new: Path) -> None:
-        """Rename a file over another one and wait until the name is on the disk."""
-
-    def remove(self, path: Path) -> None:
-        """Remove a file if there is one and wait until the name is gone from the disk."""
-
-
-class _Disk:
-    """The file system of this computer."""
-
-    def read(self, path: Path) -> bytes | None:
-        if path.exists() and not path.is_file():  # pipes and devices may never end
-            raise OSError(errno.EINVAL, "not a regular file", str(path))
-        try:
-            return path.read_bytes()
-        except FileNotFoundError:
-            return None
-
-    def create(self, path: Path, content: bytes) -> None:
-        with path.open("wb", buffering=0) as file:
-            _write_all(file.fileno(), content)
-            os.fsync(file.fileno())
-
-    def overwrite(self, path: Path, offset: int, content: bytes) -> None:
-        with path.open("r+b", buffering=0) as file:
-            file.seek(offset)
-            _write_all(file.fileno(), content)
-            _sync_data(file.fileno())
-
-    def replace(self, old: Path, new: Path) -> None:
-        os.replace(old, new)
-        sync_folder(new.parent)
-
-    def remove(self, path: Path) -> None:
-        with contextlib.suppress(FileNotFoundError):
-            path.unlink()
-            sync_folder(path.parent)
-
-
-_sync_data = getattr(os, "fdatasync", os.fsync)
-
-DISK: FilePort = _Disk()
-"""The file system of this computer."""
-
-
-def _write_all(number: int, content: bytes) -> None:
-    rest = memoryview(content)
-    while rest:
-        rest = rest[os.write(number, rest) :]
 
 
 class SnapshotFileError(ValueError):

@@ -1,31 +1,27 @@
 """State files: text that outlives the program, read whole and replaced whole."""
 
 import contextlib
-import errno
 import json
-import os
 from pathlib import Path
 from typing import Any
 
 from achse.station.configuration.documents import parse_json
+from achse.station.persistence.file_port import DISK, FilePort
 
-__all__ = ["StateFile", "sync_folder"]
+__all__ = ["StateFile"]
 
 
 class StateFile:
     """The file at `path`, in UTF-8. Readers see the old text or the new one, no part."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, port: FilePort = DISK) -> None:
         self.path = path
+        self._port = port
 
     def read(self) -> str | None:
         """The text, None if there is no file. Raises OSError, UnicodeDecodeError."""
-        if self.path.exists() and not self.path.is_file():  # pipes and devices may never end
-            raise OSError(errno.EINVAL, "not a regular file", str(self.path))
-        try:
-            return self.path.read_text(encoding="utf-8-sig")
-        except FileNotFoundError:
-            return None
+        content = self._port.read(self.path)
+        return None if content is None else content.decode("utf-8-sig")
 
     def write(self, text: str) -> None:
         """Replace the text. Raises OSError; the old one is then whole.
@@ -35,16 +31,12 @@ class StateFile:
         """
         fresh = self.path.with_name(self.path.name + ".new")
         try:
-            with fresh.open("w", encoding="utf-8") as file:
-                file.write(text)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(fresh, self.path)
+            self._port.create(fresh, text.encode())
+            self._port.replace(fresh, self.path)
         except OSError:
             with contextlib.suppress(OSError):
-                fresh.unlink()  # its part of the text would keep the last room of a full disk
+                self._port.remove(fresh)  # its part would keep the last room of a full disk
             raise
-        sync_folder(self.path.parent)
 
     def read_json(self) -> Any:
         """The document, None if there is no file. Raises OSError, ValueError."""
@@ -62,21 +54,6 @@ class StateFile:
 
     def put_aside(self) -> Path:
         """Make place for another file; where this one then is. Raises OSError."""
-        aside = self.path.replace(self.path.with_name(self.path.name + ".damaged"))
-        sync_folder(aside.parent)
+        aside = self.path.with_name(self.path.name + ".damaged")
+        self._port.replace(self.path, aside)
         return aside
-
-
-def sync_folder(folder: Path) -> None:
-    """Wait until the names in a folder are on the disk, where the system can. Raises OSError."""
-    try:
-        opened = os.open(folder, os.O_RDONLY)
-    except OSError:  # Windows opens no folders, and writes names by itself
-        return
-    try:
-        os.fsync(opened)
-    except OSError as failure:  # some network file systems have no such thing
-        if failure.errno not in (errno.EINVAL, errno.ENOTSUP):
-            raise
-    finally:
-        os.close(opened)

@@ -16,6 +16,7 @@ from achse.router.routes import Route
 from achse.transport.connections.connection import TcpConnection
 from achse.transport.connections.fair_queue import FairQueue
 from achse.transport.connections.held import Held
+from achse.transport.connections.line import Turns
 from achse.transport.connections.peer import Peer
 from achse.transport.tcp.acceptor import Acceptor
 from achse.transport.tcp.idle import IdleConnections
@@ -92,6 +93,7 @@ class TcpListener:
         self.loop: asyncio.AbstractEventLoop
         self._server: asyncio.Server | None = None
         """Server of the listening sockets."""
+        self._serving = False
         self._acceptor: Acceptor | None = None
         self._refusals = RefusedConnections()
         self._idle = IdleConnections(router)
@@ -104,7 +106,20 @@ class TcpListener:
 
     async def open(self, host: str = "127.0.0.1", port: int = TCP_PORT) -> None:
         """Listen on `host`:`port`; 0 takes a free one, see `self.port`. OSError if it is taken."""
-        self.loop = asyncio.get_running_loop()
+        self.begin(asyncio.get_running_loop())
+        try:
+            await self._listen(host, port)
+        except BaseException:
+            self._serving = False
+            raise
+        self.router.routes.on_change(self._changed)
+
+    def begin(self, loop: Turns) -> None:
+        """Serve peers that begin a line of their own, without a socket; `open` adds sockets."""
+        self.loop = cast(asyncio.AbstractEventLoop, loop)
+        self._serving = True
+
+    async def _listen(self, host: str, port: int) -> None:
         self._server = await self.loop.create_server(
             self._connection,
             host,
@@ -129,7 +144,6 @@ class TcpListener:
                 self._server.close()
                 self._server = None
                 raise
-        self.router.routes.on_change(self._changed)
 
     def _cannot_accept(self, why: str) -> None:
         log.warning(
@@ -168,6 +182,7 @@ class TcpListener:
     async def close(self) -> None:
         """Stop listening and close every connection; a peer that does not read gets no time."""
         server, self._server = self._server, None
+        self._serving = False
         if server is None:
             return
         self.router.routes.ignore(self._changed)
@@ -192,7 +207,7 @@ class TcpListener:
 
     def opened(self, peer: Peer) -> None:
         """A connection came up: apply the limit and the one-per-host rule."""
-        if self._server is None:
+        if not self._serving:
             peer.abort()
             return
         replaced = [
