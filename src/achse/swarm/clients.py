@@ -1,0 +1,376 @@
+"""Clients of a world: they behave, hurry, vanish, flood or lie, as their acts say.
+
+A client speaks AMS/TCP by itself, without the library of `achse.client`, so that it can do what no
+sane client does. What it sends is a row of `CLIENT_ACTS`.
+"""
+
+import struct
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from typing import Any, Protocol
+
+from achse.ams import (
+    AmsAddress,
+    Command,
+    Connection,
+    DecodeError,
+    Frame,
+    NetId,
+    TcpCommand,
+    TcpMessage,
+)
+from achse.client.nc.services import NcLayout, services
+from achse.codes.groups import ReservedGroup
+from achse.codes.nc.table import named_rows
+from achse.swarm.road import Road
+from achse.swarm.talk import Page, Request, Subscription
+from achse.swarm.world import ClientPart
+
+__all__ = ["CLIENT_ACTS", "NC_PORT", "PLC_PORT", "Client", "Dialling"]
+
+NC_PORT = 501
+PLC_PORT = 851
+
+_ADD = struct.Struct("<6I16x")
+"""Group, offset, length, mode, largest delay, cycle in 100 ns; 16 bytes unused (000 §3.2.3.6)."""
+
+_GARBAGE = bytes(range(64))
+
+_MOST_KEPT = 64
+"""Handles that a client keeps in mind."""
+
+
+class Dialling(Protocol):
+    """What a client needs of the station."""
+
+    net_id: NetId
+
+    def dial(self, client: "Client") -> tuple[Road, Page] | None:
+        """Open a connection; None while the station is down."""
+
+    def now_ns(self) -> int:
+        """Time of the world."""
+
+
+class Client:
+    """A client of a world."""
+
+    def __init__(
+        self, number: int, part: ClientPart, station: Dialling, names: Sequence[str]
+    ) -> None:
+        self.part = part
+        self.number = number
+        self._station = station
+        self._names = names
+        self._road: Road | None = None
+        self._page: Page | None = None
+        self._stream = Connection()
+        self._address = AmsAddress.of(
+            NetId(bytes((10, 1, number // 256, number % 256, 1, 1))), 40_000
+        )
+        self._waiting: list[bytes] | None = None
+        """Packets for a router that has granted no port yet."""
+        self._invoke = 0
+        self._handles: list[tuple[int, str]] = []
+        self._subscribed: list[tuple[int, int]] = []
+        self.digest_parts: list[bytes] = []
+        """Bytes that came, since they were taken for the digest."""
+        self.requests = 0
+
+    # of its road ----------------------------------------------------------------------------------
+
+    def receive(self, data: bytes) -> None:
+        """Take bytes that arrived."""
+        self.digest_parts.append(data)
+        try:
+            for event in self._stream.receive(data):
+                if isinstance(event, Frame):
+                    if self._page is not None:
+                        self._page.take(event)
+                elif event.command is TcpCommand.PORT_CONNECT and len(event.data) == 8:
+                    self._address = AmsAddress(event.data)
+                    waiting, self._waiting = self._waiting, None
+                    for packet in waiting or ():
+                        self._write(self._readdressed(packet))
+        except DecodeError as fault:
+            page = self._page
+            if page is not None and page.disturbances.frames_ns() < page.clock():
+                page.report("no-broken-stream", f"{page.name}: {fault}")
+            self.vanish()
+
+    def lost(self) -> None:
+        """The connection has ended: what was under way is not answered."""
+        self._road = self._page = None
+        self._handles.clear()
+        self._subscribed.clear()
+
+    def move_to(self, station: Dialling) -> None:
+        """Dial another station from now on: the one that was there has ended."""
+        self.lost()
+        self._station = station
+
+    def finish(self) -> None:
+        """Check what is under way at the end of the world."""
+        if self._page is not None:
+            self._page.finish()
+
+    @property
+    def page(self) -> Page | None:
+        """Page of its connection; None without one."""
+        return self._page
+
+    # its acts -------------------------------------------------------------------------------------
+
+    def act(self, kind: str, values: Sequence[Any]) -> None:
+        """Do what an act says."""
+        CLIENT_ACTS[kind](self, *values)
+
+    def dial(self) -> None:
+        """Open a connection, if there is none."""
+        if self._road is not None:
+            return
+        self._stream = Connection()
+        opened = self._station.dial(self)
+        if opened is None:
+            return
+        self._road, self._page = opened
+        self._waiting = None
+        if self.part.registers:
+            self._waiting = []
+            self._write(TcpMessage(TcpCommand.PORT_CONNECT, bytes(2)).encode_tcp())
+
+    def leave(self) -> None:
+        """Close the connection, after what was sent."""
+        self._end(orderly=True)
+
+    def vanish(self) -> None:
+        """Break off: a cable is pulled."""
+        self._end(orderly=False)
+
+    def _end(self, *, orderly: bool) -> None:
+        road = self._road
+        if road is not None:
+            road.hang_up(orderly=orderly)
+            self.lost()
+
+    def listen(self, reads: bool) -> None:
+        """Read what comes from now on, or leave it unread."""
+        if self._road is not None:
+            self._road.read(reads)
+
+    def nc(self, group: int, name: str, axis: int, numbers: Sequence[float]) -> None:
+        """Request a service of an axis."""
+        service = services()[group][name]
+        place = struct.pack("<II", *service.place(axis))
+        layout, kinds = _layout(group, name, len(numbers))
+        data = layout.encode(*(kind(value) for kind, value in zip(kinds, numbers, strict=True)))
+        if service.answer is not None and not service.writable:
+            sizes = struct.pack("<II", service.answer.size, len(data))
+            self._ask(Command.READ_WRITE, place + sizes + data, NC_PORT, name)
+        else:
+            self._ask(Command.WRITE, place + struct.pack("<I", len(data)) + data, NC_PORT, name)
+
+    def handle(self, name: int) -> None:
+        """Request a handle of the variable with this number."""
+        text = self._names[name % len(self._names)]
+        key = text.encode() + b"\0"
+        where = struct.pack("<4I", ReservedGroup.SYMBOL_HANDLE_BY_NAME, 0, 4, len(key))
+
+        def keep(code: int, data: bytes) -> None:
+            if not code and len(data) == 8:
+                self._handles.append((int.from_bytes(data[4:8], "little"), text))
+                del self._handles[:-_MOST_KEPT]
+
+        self._ask(Command.READ_WRITE, where + key, PLC_PORT, f"handle of {text}", keep)
+
+    def use(self, slot: int, value: int | None) -> None:
+        """Read the variable of a handle, or write a number to it."""
+        if not self._handles:
+            return
+        handle, name = self._handles[slot % len(self._handles)]
+        where = struct.pack("<3I", ReservedGroup.SYMBOL_VALUE_BY_HANDLE, handle, 4)
+        if value is None:
+            self._ask(Command.READ, where, PLC_PORT, f"read {name}")
+        else:
+            self._ask(Command.WRITE, where + struct.pack("<I", value), PLC_PORT, f"write {name}")
+
+    def release(self, slot: int) -> None:
+        """Give a handle back."""
+        if not self._handles:
+            return
+        handle, name = self._handles.pop(slot % len(self._handles))
+        where = struct.pack("<4I", ReservedGroup.RELEASE_SYMBOL_HANDLE, 0, 4, handle)
+        self._ask(Command.WRITE, where, PLC_PORT, f"release {name}")
+
+    def subscribe(self, slot: int, cyclic: bool, cycle_ns: int, delay_ns: int) -> None:
+        """Subscribe to the variable of a handle."""
+        if self._handles:
+            handle, name = self._handles[slot % len(self._handles)]
+            group = ReservedGroup.SYMBOL_VALUE_BY_HANDLE
+            self._add(PLC_PORT, group, handle, 4, cyclic, cycle_ns, delay_ns, name)
+
+    def subscribe_axis(self, axis: int, cyclic: bool, cycle_ns: int, delay_ns: int) -> None:
+        """Subscribe to the set position of an axis."""
+        group, offset = services()[0x4100]["set_position"].place(axis)
+        self._add(NC_PORT, group, offset, 8, cyclic, cycle_ns, delay_ns, f"axis {axis}")
+
+    def _add(
+        self,
+        port: int,
+        group: int,
+        offset: int,
+        size: int,
+        cyclic: bool,
+        cycle_ns: int,
+        delay_ns: int,
+        what: str,
+    ) -> None:
+        page = self._page
+        data = _ADD.pack(group, offset, size, 3 if cyclic else 4, delay_ns // 100, cycle_ns // 100)
+
+        def keep(code: int, data: bytes) -> None:
+            if code or len(data) != 4 or page is None or page is not self._page:
+                return
+            place = port, int.from_bytes(data, "little")
+            now = self._station.now_ns()
+            page.subscriptions[place] = Subscription(cycle_ns if cyclic else 0, delay_ns, now)
+            self._subscribed.append(place)
+
+        self._ask(Command.ADD_NOTIFICATION, data, port, f"subscribe to {what}", keep)
+
+    def unsubscribe(self, slot: int) -> None:
+        """End a subscription."""
+        if not self._subscribed or self._page is None:
+            return
+        place = self._subscribed.pop(slot % len(self._subscribed))
+        self._page.delete(place)
+        self._ask(Command.DELETE_NOTIFICATION, struct.pack("<I", place[1]), place[0], "unsubscribe")
+
+    def state(self, port: int) -> None:
+        """Ask for the state of a device."""
+        self._ask(Command.READ_STATE, b"", port, f"state of {port}")
+
+    def flood(self, count: int, size: int) -> None:
+        """Send many reads at once."""
+        data = struct.pack("<3I", ReservedGroup.SYMBOL_VERSION, 0, min(size, 1))
+        for _ in range(count):
+            self._ask(Command.READ, data, PLC_PORT, "flood")
+
+    def sum(self, count: int) -> None:
+        """Read many values with one request."""
+        one = struct.pack("<3I", ReservedGroup.SYMBOL_VERSION, 0, 1)
+        where = struct.pack("<4I", 0xF080, count, 5 * count, 12 * count)
+        self._ask(Command.READ_WRITE, where + one * count, PLC_PORT, "sum")
+
+    def lie(self, kind: str, number: int) -> None:
+        """Send what no honest client sends."""
+        match kind:
+            case "group":
+                self._ask(Command.READ, struct.pack("<3I", number, number, 8), NC_PORT, "no group")
+            case "length":
+                where = struct.pack("<3I", 0x4200 + 1, 0x16, number)
+                self._ask(Command.WRITE, where + bytes(number % 200), NC_PORT, "a wrong length")
+            case "port":
+                self._ask(Command.READ_STATE, b"", number % 0x8000, "a port without a device")
+            case "handle":
+                where = struct.pack("<3I", ReservedGroup.SYMBOL_VALUE_BY_HANDLE, number, 4)
+                self._ask(Command.READ, where, PLC_PORT, "a handle of nobody")
+            case "delete":
+                self._ask(
+                    Command.DELETE_NOTIFICATION, struct.pack("<I", number), PLC_PORT, "delete"
+                )
+            case "short":
+                self._ask(
+                    number % 9 + 1,
+                    _GARBAGE[: number % 16],
+                    PLC_PORT,
+                    "a short request",
+                    optional=True,
+                )
+            case "command":
+                self._ask(10 + number % 1000, b"", PLC_PORT, "no command", optional=True)
+            case "answer":
+                self._send(Frame(self._target(PLC_PORT), self._address, 2, 5, 0, number, bytes(8)))
+            case "samples":
+                self._send(Frame(self._target(PLC_PORT), self._address, 8, 4, 0, 0, _GARBAGE))
+            case _:
+                self._write(_GARBAGE[number % 32 :])
+
+    def _target(self, port: int) -> AmsAddress:
+        return AmsAddress.of(self._station.net_id, port)
+
+    def _ask(
+        self,
+        command: int,
+        data: bytes,
+        port: int,
+        what: str,
+        done: Callable[[int, bytes], None] | None = None,
+        *,
+        optional: bool = False,
+    ) -> None:
+        if self._page is None:
+            return
+        self._invoke += 1
+        now = self._station.now_ns()
+        self._page.pending[self._invoke] = Request(command, now, what, optional, done)
+        self.requests += 1
+        self._send(Frame(self._target(port), self._address, command, 4, 0, self._invoke, data))
+
+    def _send(self, frame: Frame) -> None:
+        packet = frame.encode_tcp()
+        if self._waiting is not None:
+            self._waiting.append(packet)
+        else:
+            self._write(packet)
+
+    def _readdressed(self, packet: bytes) -> bytes:
+        """A packet from before the port was granted, with the address of now."""
+        return packet[:14] + bytes(self._address) + packet[22:]
+
+    def _write(self, data: bytes) -> None:
+        if self._road is not None:
+            self._road.send(data)
+
+
+@cache
+def _layout(group: int, name: str, count: int) -> tuple[NcLayout, Sequence[type]]:
+    """Return the layout of a service that has so many values, and their types."""
+    for text in named_rows(group)[name].layouts:
+        kinds = _types(text)
+        if len(kinds) == count:
+            return NcLayout(text), kinds
+    raise ValueError(f"expected a service with {count} values, got {name}")
+
+
+def _types(text: str) -> list[type]:
+    """Return int or float for each value of a layout."""
+    if text == "VOID":
+        return []
+    kinds: list[type] = []
+    for part in text.strip("{}").split(";"):
+        name = part.rpartition(":")[2].strip()
+        if not name.endswith("unused"):
+            count, _, type_name = name.rpartition(" ")
+            kinds += [float if type_name.startswith("REAL") else int] * int(count or 1)
+    return kinds
+
+
+CLIENT_ACTS: Mapping[str, Callable[..., None]] = {
+    "dial": Client.dial,
+    "leave": Client.leave,
+    "vanish": Client.vanish,
+    "listen": Client.listen,
+    "nc": Client.nc,
+    "handle": Client.handle,
+    "use": Client.use,
+    "release": Client.release,
+    "subscribe": Client.subscribe,
+    "subscribe_axis": Client.subscribe_axis,
+    "unsubscribe": Client.unsubscribe,
+    "state": Client.state,
+    "flood": Client.flood,
+    "sum": Client.sum,
+    "lie": Client.lie,
+}
+"""Acts of clients by name."""

@@ -1,0 +1,145 @@
+"""The invariants: what holds in every world, each with its source and what looks after it.
+
+A row of motion has the function that is called for each axis and cycle. The others are looked after
+where the events are, and report by the name of their row.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from achse.swarm.motion_checks import MotionStep
+
+__all__ = ["INVARIANTS", "Invariant", "invariant_rows", "motion_checks"]
+
+
+@dataclass(frozen=True)
+class Invariant:
+    """One row: name, statement, source, exception, and for motion its function."""
+
+    name: str
+    statement: str
+    source: str
+    excused: str = ""
+    """Cases in which it is not checked, and why."""
+    motion: Callable[[MotionStep], str | None] | None = None
+    where: str = ""
+    """Module of `achse.swarm` that looks after it, unless it is one of motion."""
+
+
+_ABRUPT = (
+    "reset in motion, new actual position, loop opened or closed: the manuals are abrupt there"
+)
+_SLAVES = "slaves of gears follow beyond their limits (decision 0186)"
+
+INVARIANTS = (
+    Invariant(
+        "finite", "Set position, velocity and acceleration are numbers.", "design, idea 6",
+        motion=MotionStep.finite,
+    ),
+    Invariant(
+        "velocity", "No axis is faster than its maximum velocity, superposed motion included.",
+        "002 §6.4.4.1, 0x4000+ID: 0x27; design, idea 6: a limit holds for the sum",
+        f"{_ABRUPT}; {_SLAVES}, until they rest", MotionStep.velocity,
+    ),
+    Invariant(
+        "acceleration", "No acceleration or deceleration beyond its maximum begins.",
+        "002 §6.4.4.1; design, idea 6",
+        f"{_ABRUPT}; {_SLAVES}; while a section compensation, a trapezoid, is active",
+        MotionStep.acceleration,
+    ),
+    Invariant(
+        "jerk", "Acceleration changes by the jerk, velocity by the acceleration.",
+        "002 §6.4.4.3, 0x4200+ID: 0x16",
+        f"{_ABRUPT}; coupled axes; a section compensation, a trapezoid", MotionStep.jerk_limit,
+    ),
+    Invariant(
+        "position", "An axis goes as far in a cycle as its velocity says.", "design, idea 6",
+        f"{_ABRUPT}; slaves of cams, see slave-step; the cycle in which a ratio changes",
+        MotionStep.position,
+    ),
+    Invariant(
+        "stop", "A stop takes acceleration away in the direction of motion, and adds none.",
+        "004 §3.1.2; design, idea 6", f"{_ABRUPT}; coupled axes, a section compensation",
+        MotionStep.stop,
+    ),
+    Invariant(
+        "rest", "An axis without a motion keeps its set point.", "004 §3.1.2",
+        f"{_ABRUPT}; coupled axes", MotionStep.rest,
+    ),
+    Invariant(
+        "slave-step", "No slave of a cam goes farther in a cycle than velocity of axis and drive.",
+        "decision 0124", _ABRUPT, MotionStep.slave_step,
+    ),
+    Invariant(
+        "gear-law", "A slave of a gear goes as far as its master, times the ratio.",
+        "004 §3.1.4; decision 0186",
+        f"{_ABRUPT}; the cycle in which a ratio changes; a section compensation",
+        MotionStep.gear_law,
+    ),
+    Invariant(
+        "answered-once", "Every request is answered once, to the connection that asked.",
+        "000 §3.2; life of a request",
+        "requests under way while a fault of frames is active; connections that ended",
+        where="talk",
+    ),
+    Invariant(
+        "no-broken-stream", "What a client receives is AMS/TCP, wherever it is cut.", "000 §3.2",
+        "while a fault of frames is active", where="clients",
+    ),
+    Invariant(
+        "samples-to-subscriber", "A sample comes to the connection that subscribed, to no other.",
+        "000 §3.2.3.8", "while a fault of frames is active", where="talk",
+    ),
+    Invariant(
+        "samples-in-order", "The samples of a subscription come in order, each once.",
+        "000 §3.2.3.8; decision 0120", "while a fault of frames is active", where="talk",
+    ),
+    Invariant(
+        "samples-complete", "A cyclic subscription has a sample each cycle, or it is counted lost.",
+        "000 §3.2.3.6; decision 0120",
+        "restart, online change, samples counted as dropped or late", where="talk",
+    ),
+    Invariant(
+        "bounded", "Handles, subscriptions and queued bytes stay within the limits.",
+        "decisions 0011, 0065", where="resources",
+    ),
+    Invariant(
+        "released", "A minute after all clients have left the station holds nothing for them.",
+        "decisions 0011, 0116", "abandoned handles, within their limit", where="resources",
+    ),
+    Invariant(
+        "restart-released", "What a restart replaced is released.", "decision 0009",
+        where="resources",
+    ),
+    Invariant(
+        "kept", "What was saved is there after a kill or a power failure in a write.",
+        "decision 0118", where="play",
+    ),
+    Invariant(
+        "no-traceback", "No exception leaves the cycle or is logged, and no PLC program fails.",
+        "design, idea 4", where="play",
+    ),
+    Invariant(
+        "equal-digest", "Equal worlds have equal digests, in both kernels.", "decision 0005",
+        where="play",
+    ),
+    Invariant(
+        "flat", "A world leaves no memory behind.", "decision 0011", where="resources",
+    ),
+)  # fmt: skip
+"""All invariants, in the order of the docs."""
+
+
+def motion_checks() -> list[tuple[str, Callable[[MotionStep], str | None]]]:
+    """Return the checks of each axis and cycle, by the names of their rows."""
+    return [(row.name, row.motion) for row in INVARIANTS if row.motion is not None]
+
+
+def invariant_rows() -> list[str]:
+    """Return the table for the docs, in Markdown."""
+    lines = ["| name | what holds | source | not checked |", "|---|---|---|---|"]
+    lines += [
+        f"| `{row.name}` | {row.statement} | {row.source} | {row.excused or '–'} |"
+        for row in INVARIANTS
+    ]
+    return lines
