@@ -1,0 +1,264 @@
+"""One life of a station in a world: from the start of its process to its end or a kill."""
+
+import logging
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from achse.ams import AdsState, NetId
+from achse.ams.filetime import to_unix_ns
+from achse.faults.fault import FaultError, FaultState
+from achse.station import Station
+from achse.station.configuration.station_file import StationConfig, parse
+from achse.station.station import DEFAULT_EPOCH_NS
+from achse.swarm.clients import Client
+from achse.swarm.disk import MemoryDisk
+from achse.swarm.motion_watch import MotionCheck, MotionWatch
+from achse.swarm.program import SAVED, TASK_NS, source_of
+from achse.swarm.road import Road, StationTurns
+from achse.swarm.talk import Page
+from achse.swarm.world import World
+from achse.transport.connections.fair_queue import FairQueue
+from achse.transport.tcp.listener import TcpListener
+
+__all__ = ["STATION_ACTS", "Life", "configuration"]
+
+_NET_ID = "10.200.1.1.1.1"
+
+_AFTER_NS = 1_000_000_000
+"""Time for which a fault that is over still excuses: frames that it delayed."""
+
+_FIRST_PORT = 50_000
+"""TCP port of the first client."""
+
+Report = Callable[[str, str], None]
+
+
+def configuration(world: World, kernel: str) -> StationConfig:
+    """Return the configuration of the station of a world; `kernel` is as in `[nc]`."""
+    document: dict[str, Any] = {
+        "router": {"net_id": _NET_ID},
+        "system": {"persistent_data": "kept.json", "restart_time": "200ms"},
+        "nc": {"cycle": f"{world.cycle_ns}ns", "kernel": kernel},
+        "limits": dict(world.limits),
+        "axis": [
+            {
+                "id": number,
+                "name": part.name,
+                "unit": part.unit,
+                "modulo": part.modulo,
+                **part.values,
+            }
+            for number, part in enumerate(world.axes, 1)
+        ],
+        "table": [
+            {"id": number, "kind": "cam", "points": [list(point) for point in points]}
+            for number, points in enumerate(world.cams, 1)
+        ],
+    }
+    if world.programs:
+        document["plc"] = [
+            {
+                "port": 851,
+                "sources": "plc",
+                "code": "plain",
+                "task": [{"cycle": f"{TASK_NS}ns", "programs": ["MAIN"]}],
+            }
+        ]
+    return parse(document, "world")
+
+
+class Life:
+    """A station that lives, with the connections of its clients."""
+
+    def __init__(
+        self,
+        world: World,
+        folder: Path,
+        disk: MemoryDisk,
+        begun_ns: int,
+        kernel: str,
+        checks: Sequence[MotionCheck],
+        report: Report,
+        *,
+        config: StationConfig | None = None,
+    ) -> None:
+        """`begun_ns` is the time of the world now. Raises ConfigError."""
+        self.world = world
+        self.begun_ns = begun_ns
+        self.disk = disk
+        self._folder = folder
+        self._report = report
+        self._program = 0
+        if world.programs:
+            self.write_program()
+        self.station = Station(
+            config or configuration(world, kernel),
+            base=folder,
+            epoch_ns=DEFAULT_EPOCH_NS + begun_ns,
+            disk=disk,
+        )
+        self.net_id: NetId = self.station.router.net_id
+        self._turns = StationTurns(self.station)
+        self.listener = TcpListener(
+            self.station.router, fair_queue=FairQueue(self._turns.time), max_connections=1 << 16
+        )
+        self.listener.begin(self._turns)
+        self.station.admit(self.listener)
+        self.watch = MotionWatch(self.station, world.axes, checks, report)
+        self.station.cycle.add(self.watch)
+        self._port = _FIRST_PORT
+        self._frames_ns = self._samples_ns = -1
+        self._disturbed = False
+        self._dropped = 0
+        self.pages: list[Page] = []
+        self.roads: list[Road] = []
+
+    # time -----------------------------------------------------------------------------------------
+
+    def now_ns(self) -> int:
+        """Time of the world."""
+        return self.begun_ns + self.station.time_ns
+
+    def advance_to(self, world_ns: int) -> None:
+        """Let time pass until then."""
+        self.station.cycle.go_to(
+            -(-(world_ns - self.begun_ns) // self.station.tick_ns) * self.station.tick_ns
+        )
+        self._turns.run()
+        self._look()
+
+    # connections ----------------------------------------------------------------------------------
+
+    def dial(self, client: Client) -> tuple[Road, Page] | None:
+        """Open a connection to the station."""
+        if self.station.ended:
+            return None
+        self._port += 1
+        page = Page(
+            f"client {client.number}", self.now_ns, self._world_time, self._report, self
+        )  # fmt: skip
+        road = Road(self.listener, self._turns, client.part, client, self._port, self.watch.wake)
+        self.pages.append(page)
+        self.roads.append(road)
+        return road, page
+
+    def _world_time(self, filetime: int) -> int:
+        return to_unix_ns(filetime) - DEFAULT_EPOCH_NS
+
+    # what excuses ---------------------------------------------------------------------------------
+
+    def frames_ns(self) -> int:
+        """Time until which frames may be lost, late or changed."""
+        self._look()
+        return self._frames_ns
+
+    def samples_ns(self) -> int:
+        """Time until which subscriptions may miss samples or end."""
+        self._look()
+        return max(self._samples_ns, self._frames_ns)
+
+    def _look(self) -> None:
+        """Note faults that are or were active, changes of the station, and samples that are lost."""
+        station, now = self.station, self.now_ns()
+        active = any(each.state is FaultState.ACTIVE for each in station.faults)
+        if active or self._disturbed:
+            self._frames_ns = now + _AFTER_NS
+        self._disturbed = active
+        devices = [each.notifications for each in station.devices]
+        dropped = sum(each.dropped for each in devices) + station.usage.budget.late
+        if station.state is not AdsState.RUN or dropped != self._dropped:
+            self._samples_ns = now + _AFTER_NS
+        self._dropped = dropped
+
+    def excuse_samples(self) -> None:
+        """Subscriptions may miss samples or end for a moment."""
+        self._samples_ns = self.now_ns() + _AFTER_NS
+
+    # acts -----------------------------------------------------------------------------------------
+
+    def act(self, kind: str, values: Sequence[Any]) -> None:
+        """Do what an act of the station says."""
+        self.watch.wake()
+        STATION_ACTS[kind](self, *values)
+        self._turns.run()
+
+    def fault(self, fields: Mapping[str, Any]) -> None:
+        """Make something go wrong."""
+        try:
+            self.station.faults.add(fields["kind"], **_rest(fields))
+        except FaultError as refusal:
+            logging.getLogger("achse.swarm").debug("no fault: %s", refusal)
+        self._frames_ns = self.now_ns() + _AFTER_NS
+        self._samples_ns = self._frames_ns
+
+    def restart(self) -> None:
+        """Restart the station."""
+        self.excuse_samples()
+        self.station.restart()
+
+    def configure(self) -> None:
+        """Go to CONFIG; a restart brings it back."""
+        self.excuse_samples()
+        self.station.configure()
+
+    def online_change(self, number: int) -> None:
+        """Load another program, without a stop."""
+        self.excuse_samples()
+        self._program = number % len(self.world.programs)
+        self.write_program()
+        if self.station.state is AdsState.RUN:
+            self.station.online_change()
+
+    def write_program(self) -> None:
+        """Write the source of the present program."""
+        folder = self._folder / "plc"
+        folder.mkdir(exist_ok=True)
+        source = source_of(self.world.programs[self._program])
+        (folder / "main.st").write_text(source, encoding="utf-8")
+
+    def inject(self, axis: int, name: str, value: int) -> None:
+        """Let something of the machine of an axis fail, or work again."""
+        nc = self.station.nc
+        if nc is not None:
+            setattr(nc.axis(axis), name, value)
+
+    def full_disk(self, full: bool) -> None:
+        """Leave no room on the disk, or make some."""
+        self.disk.full = full
+
+    # the end --------------------------------------------------------------------------------------
+
+    def saved(self) -> int | None:
+        """Return the value of the variable that outlives the station; None without a PLC."""
+        plc = self.station.plcs.get(851)
+        if plc is None:
+            return None
+        device = next(
+            each for each in self.station.devices if any(a.port == 851 for a in each.addresses)
+        )
+        symbol = None if device.symbols is None else device.symbols.source.resolve(SAVED)
+        return None if symbol is None else int.from_bytes(symbol.read(), "little")
+
+    def end(self) -> None:
+        """End the process: all connections break off."""
+        for road in self.roads:
+            road.hang_up(orderly=False)
+            if not road.ended:
+                road._end()
+        self.station.cycle.remove(self.watch)
+
+
+def _rest(fields: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in fields.items() if name != "kind"}
+
+
+STATION_ACTS: Mapping[str, Callable[..., None]] = {
+    "fault": Life.fault,
+    "restart": Life.restart,
+    "configure": Life.configure,
+    "online_change": Life.online_change,
+    "inject": Life.inject,
+    "full_disk": Life.full_disk,
+}
+"""Acts of the station by name; `save`, `kill` and `cut` are of the world that runs it."""
