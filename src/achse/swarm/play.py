@@ -1,0 +1,298 @@
+"""Play a world: run its acts in virtual time, and say which invariants did not hold.
+
+A world ends with the first violation: what follows it says little. Its digest covers the state of
+the station and every byte that a client received.
+"""
+
+import contextlib
+import hashlib
+import logging
+import tempfile
+import time
+import traceback
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from achse.ams import AdsState
+from achse.swarm.clients import Client
+from achse.swarm.disk import MemoryDisk, PowerCut
+from achse.swarm.invariants import motion_checks
+from achse.swarm.life import Life
+from achse.swarm.program import symbols_of
+from achse.swarm.resources import SETTLED_S, Replaced, check_bounds, check_released
+from achse.swarm.world import STATION, Act, World
+
+__all__ = ["Outcome", "Violation", "play", "play_twice"]
+
+_LOOK_EVERY_NS = 5_000_000_000
+"""Time between two looks at what clients hold."""
+
+
+@dataclass(frozen=True)
+class Violation:
+    """An invariant that did not hold."""
+
+    invariant: str
+    what: str
+
+    def __str__(self) -> str:
+        return f"{self.invariant}: {self.what}"
+
+
+@dataclass
+class Outcome:
+    """What a world was like."""
+
+    violation: Violation | None = None
+    digest: str = ""
+    station_s: float = 0.0
+    cycles: int = 0
+    moves: int = 0
+    requests: int = 0
+    answers: int = 0
+    samples: int = 0
+    restarts: int = 0
+    cpu_s: float = 0.0
+
+
+class _Violated(Exception):
+    pass
+
+
+@dataclass
+class _Saved:
+    """Values that a station may have after a kill."""
+
+    acknowledged: int = 0
+    attempts: list[int] = field(default_factory=list)
+    loose: bool = False
+    """True after a restart, which saves at a moment of its own."""
+
+
+class _Player:
+    """A world that runs."""
+
+    def __init__(self, world: World, folder: Path, kernel: str) -> None:
+        self.world = world
+        self.outcome = Outcome()
+        self._folder = folder
+        self._kernel = kernel
+        self._disk = MemoryDisk()
+        self._violation: Violation | None = None
+        self._digest = hashlib.blake2b(digest_size=16)
+        self._saved = _Saved()
+        self._replaced = Replaced()
+        self._next_look_ns = _LOOK_EVERY_NS
+        self.life = self._begin(0)
+        names = symbols_of(world.programs)
+        self.clients = [
+            Client(number, part, self.life, names) for number, part in enumerate(world.clients)
+        ]
+
+    def report(self, invariant: str, what: str) -> None:
+        """Note a violation; the world ends with the first one."""
+        if self._violation is None:
+            self._violation = Violation(invariant, what)
+
+    def _begin(self, now_ns: int) -> Life:
+        return Life(
+            *(self.world, self._folder, self._disk, now_ns),
+            *(self._kernel, motion_checks(), self.report),
+        )
+
+    def run(self) -> None:
+        """Run all acts, then let all clients leave."""
+        acts = sorted(
+            (each for each in self.world.acts if each.at_ns <= self.world.length_ns),
+            key=lambda act: act.at_ns,
+        )
+        for act in acts:
+            self._advance(act.at_ns)
+            self._act(act)
+            self._raise()
+        self._advance(self.world.length_ns)
+        self._settle()
+
+    def _raise(self) -> None:
+        for plc in self.life.station.plcs.values():
+            if plc.failure:
+                self.report("no-traceback", f"PLC: {plc.failure}")
+        if self._violation is not None:
+            raise _Violated
+
+    def _advance(self, end_ns: int) -> None:
+        while self._next_look_ns < end_ns:
+            self.life.advance_to(self._next_look_ns)
+            self._look()
+            self._next_look_ns += _LOOK_EVERY_NS
+        self.life.advance_to(end_ns)
+        self._raise()
+
+    def _look(self) -> None:
+        check_bounds(self.life.station, len(self.clients) + 1, self.report)
+        self._replaced.look(self.life.station)
+        self._raise()
+
+    def _act(self, act: Act) -> None:
+        if act.actor != STATION:
+            self.clients[act.actor].act(act.kind, act.values)
+            return
+        match act.kind:
+            case "save":
+                self._save()
+            case "kill":
+                self._kill()
+            case "cut":
+                self._cut(*act.values)
+            case _:
+                self._saved.loose |= act.kind in ("restart", "configure", "fault")
+                self.outcome.restarts += act.kind in ("restart", "configure")
+                self._replaced.look(self.life.station)
+                self.life.act(act.kind, act.values)
+
+    def _save(self) -> None:
+        value = self.life.saved()
+        if value is None:
+            return
+        if self.life.station.save():
+            self._saved = _Saved(value)
+        else:
+            self._saved.attempts.append(value)
+
+    def _cut(self, after: int) -> None:
+        """The power fails so many bytes after a save has begun."""
+        value = self.life.saved()
+        self._disk.cut_after = after
+        try:
+            self._save()
+        except PowerCut:
+            if value is not None:
+                self._saved.attempts.append(value)
+        self._kill()
+
+    def _kill(self) -> None:
+        """End the process without a word, and start it again."""
+        self._disk.cut_after = None
+        self._disk.full = False
+        now = self.life.now_ns()
+        self._count(self.life)
+        self.life.end()
+        life = self.life = self._begin(now)
+        for client in self.clients:
+            client.move_to(life)
+        value, saved = life.saved(), self._saved
+        if (
+            value is not None
+            and not saved.loose
+            and value not in (saved.acknowledged, *saved.attempts)
+        ):
+            self.report(
+                "kept",
+                f"after a kill at {now / 1e9:.3f} s the value is {value}, acknowledged was"
+                f" {saved.acknowledged}, tried {saved.attempts}",
+            )
+        if value is not None:
+            self._saved = _Saved(saved.acknowledged, [*saved.attempts, value])
+
+    def _settle(self) -> None:
+        """Clear what goes wrong, let answers come, and let all clients leave."""
+        life = self.life
+        life.station.faults.clear()
+        self._disk.full = False
+        if life.station.state is not AdsState.RUN:
+            life.station.restart()
+        for client in self.clients:
+            client.listen(True)
+        life.advance_to(life.now_ns() + 3_000_000_000)
+        for client in self.clients:
+            client.finish()
+        self._raise()
+        self._digest.update(life.station.digest().encode())
+        for number, client in enumerate(self.clients):
+            if number % 2:
+                client.leave()
+            else:
+                client.vanish()
+        life.advance_to(life.now_ns() + round(SETTLED_S * 1e9))
+        check_released(life.station, self.report)
+        self._replaced.check(life.station, self.report)
+        self._raise()
+
+    def _count(self, life: Life) -> None:
+        self.outcome.cycles += life.watch.cycles
+        self.outcome.moves += life.watch.moves
+        self.outcome.station_s += life.station.time_ns / 1e9
+        self.outcome.answers += sum(page.answers for page in life.pages)
+        self.outcome.samples += sum(page.samples for page in life.pages)
+
+    def finish(self) -> Outcome:
+        """Return what the world was like."""
+        self._count(self.life)
+        for client in self.clients:
+            self.outcome.requests += client.requests
+            for part in client.digest_parts:
+                self._digest.update(part)
+        self.outcome.digest = self._digest.hexdigest()
+        self.outcome.violation = self._violation
+        return self.outcome
+
+
+class _Tracebacks(logging.Handler):
+    """Reports log records that have an exception."""
+
+    def __init__(self, player: _Player) -> None:
+        super().__init__(logging.WARNING)
+        self._player = player
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Report a record with an exception."""
+        if record.exc_info and record.exc_info[1] is not None:
+            text = "".join(traceback.format_exception(record.exc_info[1], limit=-3))
+            self._player.report("no-traceback", f"{record.getMessage()}: {text[-600:]}")
+
+
+@contextlib.contextmanager
+def _watched_log(player: _Player) -> Iterator[None]:
+    """Watch the log of achse, and keep its lines to itself."""
+    log, handler = logging.getLogger("achse"), _Tracebacks(player)
+    propagate, level = log.propagate, log.level
+    log.addHandler(handler)
+    log.propagate = False
+    log.setLevel(logging.WARNING)
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
+        log.propagate, log.level = propagate, level
+        log.setLevel(level)
+
+
+def play(world: World, *, kernel: str = "auto") -> Outcome:
+    """Run a world in this process; `kernel` is as in `[nc]` of a station.toml."""
+    began = time.process_time()
+    with tempfile.TemporaryDirectory(prefix="achse-swarm-") as folder:
+        player = _Player(world, Path(folder), kernel)
+        with _watched_log(player):
+            try:
+                player.run()
+            except _Violated:
+                pass
+            except Exception as failure:
+                text = "".join(traceback.format_exception(failure, limit=-4))
+                player.report("no-traceback", f"{failure!r}: {text[-900:]}")
+        outcome = player.finish()
+    outcome.cpu_s = time.process_time() - began
+    return outcome
+
+
+def play_twice(world: World, kernels: Sequence[str] = ("interpreted", "compiled")) -> Outcome:
+    """Run a world in both kernels: their digests are equal."""
+    first, second = (play(world, kernel=kernel) for kernel in kernels)
+    if first.violation is None and second.violation is None and first.digest != second.digest:
+        second.violation = Violation(
+            "equal-digest", f"{kernels[0]}: {first.digest}, {kernels[1]}: {second.digest}"
+        )
+    second.violation = first.violation or second.violation
+    second.cpu_s += first.cpu_s
+    return second

@@ -1,0 +1,62 @@
+"""A failure for people: seed and commit, and a test of a few lines that is kept."""
+
+import json
+import pprint
+import subprocess
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+
+from achse.swarm.play import Violation
+from achse.swarm.world import World
+
+__all__ = ["commit", "failure_lines", "source_of_test"]
+
+
+def commit() -> str:
+    """Return the commit of this source, or the version where there is no git."""
+    folder = Path(__file__).parent
+    try:
+        found = subprocess.run(
+            ["git", "-C", str(folder), "rev-parse", "--short=12", "HEAD"],
+            capture_output=True,
+            text=True,
+            timeout=5,
+            check=True,
+        )
+    except (OSError, subprocess.SubprocessError):
+        return version("achse")
+    return found.stdout.strip()
+
+
+def failure_lines(seed: int, violation: Violation) -> list[str]:
+    """Return what is printed of a failure, with the command that shows it again."""
+    return [
+        f"seed {seed} commit {commit()} failed: {violation}",
+        f"  achse swarm --seed {seed} --replay",
+    ]
+
+
+def source_of_test(world: World, violation: Violation) -> str:
+    """Return a test in Python that plays this world."""
+    document = json.loads(world.encode())
+    acts = ",\n        ".join(json.dumps(asdict(act)) for act in world.acts)
+    document["acts"] = []
+    body = pprint.pformat(document, width=96, sort_dicts=False)
+    acts = acts.replace("true", "True").replace("false", "False").replace("null", "None")
+    body = body.replace("'acts': []", f"'acts': [\n        {acts}\n    ]")
+    name = violation.invariant.replace("-", "_")
+    return f'''"""Found by achse swarm, seed {world.seed}, commit {commit()}."""
+
+import json
+
+from achse.swarm.play import play
+from achse.swarm.world import World
+
+WORLD = {body}
+"""{violation.what.splitlines()[0][:150]}"""
+
+
+def test_{name}_holds() -> None:
+    assert play(World.decode(json.dumps(WORLD))).violation is None
+'''

@@ -1,0 +1,84 @@
+"""Invariants of resources: what clients may hold, and that all of it is given back."""
+
+import gc
+import weakref
+from collections.abc import Callable
+from typing import Any
+
+from achse.station import Station
+
+__all__ = ["SETTLED_S", "Replaced", "check_bounds", "check_released"]
+
+SETTLED_S = 70.0
+"""Seconds after which the station holds nothing for clients that are gone."""
+
+Report = Callable[[str, str], None]
+
+
+def check_bounds(station: Station, clients: int, report: Report) -> None:
+    """Check what is held now against the limits for so many clients."""
+    limits = station.config.limits.limits()
+    figures = station.statistics()
+    handles = sum(each["handles"] for each in figures["devices"])
+    subscriptions = sum(each["subscriptions"] for each in figures["devices"])
+    queued = sum(each["queued_bytes"] for each in figures["devices"])
+    for what, value, most in (
+        (
+            "handles",
+            handles,
+            min(limits.all_handles, 2 * clients * limits.handles + limits.abandoned_handles),
+        ),
+        ("abandoned handles", figures["handles_abandoned"], limits.abandoned_handles),
+        ("subscriptions", subscriptions, limits.all_notifications),
+        ("queued bytes", queued, limits.all_queue_bytes + limits.frame_bytes),
+    ):
+        if not 0 <= value <= most:
+            report("bounded", f"{what}: {value}, expected 0..{most} at {station.time_ns / 1e9:g} s")
+
+
+def check_released(station: Station, report: Report) -> None:
+    """Check that nothing is held, some time after the last client has left."""
+    figures = station.statistics()
+    limits = station.config.limits.limits()
+    held: dict[str, int] = {
+        "connections": figures["connections"],
+        "queued bytes of connections": figures["queued_bytes"],
+        "held bytes": figures["held_bytes"],
+        "known clients": station.router.clients,
+        "subscriptions": sum(each["subscriptions"] for each in figures["devices"]),
+        "queued bytes": sum(each["queued_bytes"] for each in figures["devices"]),
+        "client ports": 0x8000 - station.router.free_ports,
+        "handles beyond the abandoned ones": max(
+            0, sum(each["handles"] for each in figures["devices"]) - limits.abandoned_handles
+        ),
+    }
+    for what, value in held.items():
+        if value:
+            report("released", f"{what}: {value} after all clients have left, expected 0")
+
+
+class Replaced:
+    """NCs and PLCs of a station, to see that those which a restart replaces are released."""
+
+    def __init__(self) -> None:
+        self._seen: dict[int, tuple[str, weakref.ref[Any]]] = {}
+
+    def look(self, station: Station) -> None:
+        """Note what the station has now."""
+        parts: list[tuple[str, Any]] = [("PLC", plc) for plc in station.plcs.values()]
+        parts += [] if station.nc is None else [("NC", station.nc)]
+        for what, part in parts:
+            if id(part) not in self._seen or self._seen[id(part)][1]() is not part:
+                self._seen[id(part)] = what, weakref.ref(part)
+
+    def check(self, station: Station, report: Report) -> None:
+        """Report those that are alive and not the station's any more."""
+        own = {id(plc) for plc in station.plcs.values()} | {id(station.nc)}
+        if len(self._seen) <= len(own):
+            return
+        gc.collect()
+        for number, (what, part) in list(self._seen.items()):
+            if part() is None:
+                del self._seen[number]
+            elif number not in own:
+                report("restart-released", f"{what} of before a restart is still there")

@@ -1,0 +1,243 @@
+"""The road between clients and a station: bytes with a delay, cut anywhere, lost with their line.
+
+It has the place of TCP: what arrives is in order and whole, until the connection ends. Time is the
+station's, so that the same world sees the same bytes at the same cycle.
+"""
+
+import heapq
+import math
+from collections.abc import Callable
+from typing import Protocol
+
+from achse.station import Station
+from achse.station.clocks.cycle import Phase, PhasePlace
+from achse.swarm.world import ClientPart
+from achse.transport.connections.peer import Peer
+from achse.transport.tcp.listener import TcpListener
+
+__all__ = ["FarEnd", "Road", "StationTurns"]
+
+_HOST = "127.0.0.1"
+
+
+class _Call:
+    """A call to come; `cancel` makes it do nothing."""
+
+    def __init__(self, callback: Callable[..., object], arguments: tuple[object, ...]) -> None:
+        self._callback: Callable[..., object] | None = callback
+        self._arguments = arguments
+
+    def __call__(self) -> None:
+        if self._callback is not None:
+            self._callback(*self._arguments)
+
+    def cancel(self) -> None:
+        self._callback = None
+
+
+class StationTurns(Phase):
+    """The calls of a loop, in station time, between two cycles as those of a running station."""
+
+    place, name = PhasePlace.UPKEEP, "roads"
+    due_ns: float = math.inf
+
+    def __init__(self, station: Station) -> None:
+        self._station = station
+        self._soon: list[_Call] = []
+        self._calls: list[tuple[int, int, _Call]] = []
+        self._number = 0
+        station.cycle.add(self)
+
+    def time(self) -> float:
+        """Station time, s."""
+        return self._station.time_ns / 1e9
+
+    def call_soon(self, callback: Callable[..., object], *arguments: object) -> _Call:
+        """Call with the next turn: after this cycle, or when `run` is called."""
+        call = _Call(callback, arguments)
+        self._soon.append(call)
+        self.due_ns = min(self.due_ns, self._station.time_ns)
+        return call
+
+    def call_at(self, when: float, callback: Callable[..., object], *arguments: object) -> _Call:
+        """Call at a station time, s."""
+        return self.call_at_ns(round(when * 1e9), callback, *arguments)
+
+    def call_later(
+        self, delay: float, callback: Callable[..., object], *arguments: object
+    ) -> _Call:
+        """Call after so many seconds."""
+        return self.call_at(self.time() + delay, callback, *arguments)
+
+    def call_at_ns(self, due_ns: int, callback: Callable[..., object], *arguments: object) -> _Call:
+        """Call at a station time, ns."""
+        call = _Call(callback, arguments)
+        self._number += 1
+        heapq.heappush(self._calls, (due_ns, self._number, call))
+        self.due_ns = min(self.due_ns, due_ns)
+        return call
+
+    def step(self, now_ns: int) -> None:
+        """Do what is due."""
+        self.run()
+        while self._calls and self._calls[0][0] <= now_ns:
+            heapq.heappop(self._calls)[2]()
+            self.run()
+        self.due_ns = self._calls[0][0] if self._calls else math.inf
+
+    def run(self) -> None:
+        """Do what is to be done soon, and what that leads to."""
+        while self._soon:
+            calls, self._soon = self._soon, []
+            for call in calls:
+                call()
+
+
+class FarEnd(Protocol):
+    """The client at the far end of a road."""
+
+    def receive(self, data: bytes) -> None:
+        """Take bytes that arrived."""
+
+    def lost(self) -> None:
+        """The connection has ended."""
+
+
+class Road:
+    """One connection between a client and the station; for the station's `Peer` it is the line."""
+
+    def __init__(
+        self,
+        listener: TcpListener,
+        turns: StationTurns,
+        part: ClientPart,
+        client: FarEnd,
+        port: int,
+        wake: Callable[[], None],
+    ) -> None:
+        """`wake` is called before the station sees something from this road."""
+        self._turns = turns
+        self._part = part
+        self._client = client
+        self._wake = wake
+        self._there_ns = self._back_ns = 0
+        """Time at which the last bytes arrive, at the station and at the client."""
+        self._unread: list[bytes] = []
+        self._under_way = 0
+        """Bytes that the client has not taken."""
+        self._held: list[bytes] | None = None
+        """Bytes for a station that has paused."""
+        self.reads = True
+        self._closing = self.ended = self._left = False
+        self.peer = Peer(listener)
+        self.peer.begin(self, _HOST, port)
+
+    # the client's end ---------------------------------------------------------------------------
+
+    def send(self, data: bytes) -> None:
+        """Send bytes to the station."""
+        if self.ended or self._left:
+            return
+        for piece in self._cut(data):
+            self._there_ns = self._after(self._there_ns)
+            self._turns.call_at_ns(self._there_ns, self._arrive, piece)
+
+    def hang_up(self, *, orderly: bool) -> None:
+        """End the connection, after what was sent if `orderly`."""
+        if self.ended or self._left:
+            return
+        self._left = True
+        self._there_ns = self._after(self._there_ns if orderly else 0)
+        self._turns.call_at_ns(self._there_ns, self._end)
+
+    def read(self, reads: bool) -> None:
+        """Take bytes from now on, or leave them on the road."""
+        self.reads = reads
+        if reads and not self.ended:
+            unread, self._unread = self._unread, []
+            for data in unread:
+                self._take(data)
+
+    # the station's end --------------------------------------------------------------------------
+
+    def write(self, data: bytes, /) -> None:
+        """Carry bytes to the client."""
+        if self.ended:
+            return
+        for piece in self._cut(bytes(data)):
+            self._under_way += len(piece)
+            self._back_ns = self._after(self._back_ns)
+            self._turns.call_at_ns(self._back_ns, self._come, piece)
+
+    def get_write_buffer_size(self) -> int:
+        """Bytes that the client has not taken."""
+        return self._under_way
+
+    def close(self) -> None:
+        """End once the client has taken everything."""
+        self._closing = True
+        if not self._under_way:
+            self._turns.call_soon(self._end)
+
+    def abort(self) -> None:
+        """End at once."""
+        self._turns.call_soon(self._end)
+
+    def pause_reading(self) -> None:
+        """Keep what comes."""
+        self._held = self._held or []
+
+    def resume_reading(self) -> None:
+        """Bring what was kept, and what comes."""
+        held, self._held = self._held, None
+        for data in held or ():
+            self._turns.call_soon(self._arrive, data)
+
+    # under way ----------------------------------------------------------------------------------
+
+    def _after(self, last_ns: int) -> int:
+        return max(last_ns, round(self._turns.time() * 1e9) + self._part.delay_ns)
+
+    def _cut(self, data: bytes) -> list[bytes]:
+        """Cut bytes, near their begin and their end."""
+        size = self._part.piece
+        if not size or len(data) <= 2 * size:
+            return [data]
+        return [data[:size], data[size:-size], data[-size:]]
+
+    def _arrive(self, data: bytes) -> None:
+        if self.ended:
+            return
+        if self._held is not None:
+            self._held.append(data)
+            return
+        self._wake()
+        self.peer.receive(data)
+        self._turns.run()
+
+    def _come(self, data: bytes) -> None:
+        if self.ended or self._left:
+            return
+        if self.reads:
+            self._take(data)
+        else:
+            self._unread.append(data)
+
+    def _take(self, data: bytes) -> None:
+        self._under_way -= len(data)
+        self._client.receive(data)
+        if self._closing and not self._under_way:
+            self._end()
+        elif not self.ended:
+            self.peer.count()
+
+    def _end(self) -> None:
+        if self.ended:
+            return
+        self.ended = True
+        self._wake()
+        self._under_way = 0
+        self._unread.clear()
+        self.peer.ended()
+        self._turns.run()
+        self._client.lost()
