@@ -159,7 +159,7 @@ class Life:
         return max(self._samples_ns, self._frames_ns)
 
     def _look(self) -> None:
-        """Note faults that are or were active, changes of the station, and samples that are lost."""
+        """Note faults that are or were active, changes of the station, and lost samples."""
         station, now = self.station, self.now_ns()
         active = any(each.state is FaultState.ACTIVE for each in station.faults)
         if active or self._disturbed:

@@ -106,7 +106,7 @@ def parse_xml(data: bytes, path: str, *, skip: Collection[str] = ()) -> Element:
     """
     if data.startswith(ENCRYPTED):
         reason = f"the file is encrypted: expected XML, got {ENCRYPTED.decode()}"
-        raise SourceError([Diagnostic(Location(path, 1, 1), reason)])
+        raise SourceError([Diagnostic(Location(path, 1, 1), reason, Code.UNREADABLE_FILE)])
     parser = expat.ParserCreate()
     stack: list[tuple[Element, list[str]]] = []
     roots: list[Element] = []
