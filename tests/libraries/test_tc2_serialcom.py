@@ -193,3 +193,40 @@ def test_a_terminal_that_never_answers_and_ports_of_the_computer() -> None:
     ).cycle(510)
     assert (ran["reset.Busy"], ran["reset.ErrorID"].name) == (False, "COMERROR_TIMEOUT")
     assert (ran["ads.PortOpened"], ran["ads.Error"], ran["ads.ErrorID"]) == (False, True, 6)
+
+
+@pytest.mark.parametrize(
+    ("changed", "error"),
+    [
+        ("", "COMERROR_TIMEOUT"),
+        ("Baudrate := 9601", "COMERROR_INVALIDBAUDRATE"),
+        ("NoDatabits := 9", "COMERROR_INVALIDNUMDATABITS"),
+        ("Stopbits := 0", "COMERROR_INVALIDNUMSTOPBITS"),
+        ("Parity := ComParity_t.PARITY_MARK", "COMERROR_INVALIDPARITY"),
+        ("Mode := ComSerialLineMode_t.SERIALLINEMODE_EL6_22B", "COMERROR_MODENOTSUPPORTED"),
+        ("SizeComIn := 7", "COMERROR_INVALIDPROCESSDATASIZE"),
+        ("pComOut := 0", "COMERROR_INVALIDPOINTER"),
+    ],
+)
+def test_parameters_of_a_terminal_without_registers(changed: str, error: str) -> None:
+    inputs = {
+        "Mode": "ComSerialLineMode_t.SERIALLINEMODE_KL6_22B_STANDARD",
+        "Baudrate": "19200",
+        "NoDatabits": "8",
+        "Parity": "ComParity_t.PARITY_EVEN",
+        "Stopbits": "1",
+        "Handshake": "ComHandshake_t.RS485_HALFDUPLEX",
+        "pComIn": "ADR(i)",
+        "pComOut": "ADR(o)",
+        "SizeComIn": "SIZEOF(i)",
+    }
+    name, _, value = changed.partition(" := ")
+    if name:
+        inputs[name] = value
+    given = ", ".join(f"{name} := {value}" for name, value in inputs.items())
+    ran = Ran(
+        "PROGRAM MAIN VAR i : KL6inData22B; o : KL6outData22B; config : KL6Configuration; END_VAR"
+        f" config(Execute := TRUE, {given}); END_PROGRAM"
+    ).cycle(1 if name else 510)
+    assert (ran["config.Error"], ran["config.Busy"], ran["config.Done"]) == (True, False, False)
+    assert ran["config.ErrorId"].name == error

@@ -2,6 +2,7 @@
 
 from datetime import UTC, datetime, timedelta
 from typing import Any
+from uuid import UUID
 from zoneinfo import ZoneInfo
 
 import pytest
@@ -338,3 +339,25 @@ def test_own_names_hide_those_of_libraries_but_for_who_names_the_library() -> No
     ).cycle()
     values: tuple[Any, ...] = (ran["a"], ran["b"], ran["c"], ran["d"])
     assert values == (1, 65, 7, 16)
+
+
+@settings(max_examples=8)
+@given(value=st.uuids(), wrong=st.text("0123456789abcdefABCDEF-{}", max_size=36))
+def test_identifiers_from_texts(value: UUID, wrong: str) -> None:
+    text = str(value)
+    ran = Ran(
+        f"PROGRAM MAIN VAR a, b, c, d : GUID; s, r, w : STRING(40); END_VAR"
+        f" a := STRING_TO_GUID('{text.upper()}'); s := GUID_TO_STRING(a);"
+        f" b := REGSTRING_TO_GUID('{{{text}}}'); r := GUID_TO_REGSTRING(b);"
+        f" c := STRING_TO_GUID('{wrong}'); w := GUID_TO_STRING(c); d := REGSTRING_TO_GUID('{text}');"
+        " END_PROGRAM"
+    ).cycle()
+    assert ran["s"] == text.upper()
+    assert ran["r"] == f"{{{text.upper()}}}"
+    try:
+        expected = UUID(wrong) if len(wrong) == 36 else UUID(int=0)
+        expected = expected if str(expected) == wrong.lower() else UUID(int=0)
+    except ValueError:
+        expected = UUID(int=0)
+    assert ran["w"] == str(expected).upper()
+    assert ran["d"]["Data1"] == 0
