@@ -7,7 +7,7 @@ from achse.ams import Endpoint, Frame
 from achse.router.ledger import Resource, end_hints
 
 if TYPE_CHECKING:
-    from achse.router.pending import Exchange
+    from achse.router.pending import PendingExchange
 
 __all__ = ["ForwardedClient"]
 
@@ -34,8 +34,8 @@ class ForwardedClient:
         """True if the router has given it its port: the session ends with the port."""
         self.resources: dict[Resource, int] = {}
         """Resources of the client, with the number of requests for each."""
-        self.exchanges: dict[bytes, Exchange] = {}
-        """What is under way, by target."""
+        self.exchanges: dict[bytes, PendingExchange] = {}
+        """Pending requests by target."""
         self.pending = 0
         """Requests without an answer."""
         self.releasing = 0

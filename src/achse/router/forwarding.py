@@ -28,7 +28,7 @@ from achse.router.ledger import (
     change_of,
     without,
 )
-from achse.router.pending import Exchange, PendingRequest, PendingRequests
+from achse.router.pending import PendingExchange, PendingRequest, PendingRequests
 
 __all__ = ["ClientPorts", "Forwarding"]
 
@@ -239,7 +239,7 @@ class Forwarding:
         resource = Resource(action.kind, change.target, action.handle)
         return self._subscribers.get(resource, session) is not session
 
-    def exchange(self, client: Endpoint, source: bytes, target: bytes) -> Exchange | None:
+    def exchange(self, client: Endpoint, source: bytes, target: bytes) -> PendingExchange | None:
         """Return the exchange of a client that has asked this target before."""
         session = self._sessions.get(source, _NOBODY).get(client)
         return None if session is None else session.exchanges.get(target)

@@ -14,7 +14,7 @@ from achse.codes import ReturnCode
 from achse.router.forwarded_client import ForwardedClient
 from achse.router.ledger import ResourceChange
 
-__all__ = ["Exchange", "PendingRequest", "PendingRequests"]
+__all__ = ["PendingExchange", "PendingRequest", "PendingRequests"]
 
 _PENDING = 1 << 14
 """Requests that may be unanswered; beyond, the oldest is forgotten."""
@@ -78,7 +78,7 @@ class PendingRequest:
         return answer
 
 
-class Exchange:
+class PendingExchange:
     """The requests of one client to one target that are unanswered."""
 
     __slots__ = ("further", "live", "requests", "session", "target")
@@ -126,7 +126,7 @@ class PendingRequests:
 
     def __init__(self, forgot: Callable[[ForwardedClient], object]) -> None:
         self._forgot = forgot
-        self.exchanges: dict[bytes, Exchange] = {}
+        self.exchanges: dict[bytes, PendingExchange] = {}
         """By alias and target, as answers are addressed."""
         self._loads: dict[Endpoint, _Load] = {}
         self._size = 0
@@ -152,7 +152,7 @@ class PendingRequests:
         """Bytes of the requests that count as load."""
         return self._size
 
-    def exchange(self, session: ForwardedClient, target: bytes) -> Exchange:
+    def exchange(self, session: ForwardedClient, target: bytes) -> PendingExchange:
         """Return the exchange of a client with a target."""
         exchange = session.exchanges.get(target)
         if exchange is None:
@@ -160,11 +160,11 @@ class PendingRequests:
                 for each in [each for each in session.exchanges.values() if not each.requests]:
                     self._drop(each)
             target = bytes(target)
-            exchange = session.exchanges[target] = Exchange(session, target)
+            exchange = session.exchanges[target] = PendingExchange(session, target)
             self.exchanges[session.alias + target] = exchange
         return exchange
 
-    def _drop(self, exchange: Exchange) -> None:
+    def _drop(self, exchange: PendingExchange) -> None:
         exchange.live = False
         del exchange.session.exchanges[exchange.target]
         self.exchanges.pop(exchange.session.alias + exchange.target, None)
@@ -257,7 +257,7 @@ class PendingRequests:
         self._size += size
         session.pending += count
 
-    def pop(self, exchange: Exchange, invoke_id: int) -> PendingRequest | None:
+    def pop(self, exchange: PendingExchange, invoke_id: int) -> PendingRequest | None:
         """Remove the oldest request with this invoke id, and return it."""
         request = exchange.pop(invoke_id)
         if request is not None:

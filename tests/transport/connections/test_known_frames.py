@@ -52,13 +52,16 @@ class World:
             self.host.router,
             Route(name="press", net_id=TARGET, host="192.0.2.2"),
             self.loop,
-            lambda uplink: self.loop.call_soon(lambda: self.dialled(uplink)) and None,
+            self.dial,
         )
         self.host.router.add_route(TARGET, self.uplink)
         self.far: Peer | None = None
         self.asked: list[Frame] = []
         self.seen = 0
         self.watched: list[Frame] = []
+
+    def dial(self, uplink: Uplink) -> None:
+        self.loop.call_soon(lambda: self.dialled(uplink))
 
     def dialled(self, uplink: Uplink) -> None:
         here, there = wires(self.loop)
@@ -299,9 +302,12 @@ def test_known_reads_are_not_decoded(monkeypatch: pytest.MonkeyPatch) -> None:
         _do(world, answers)
     decoded: list[Frame] = []
     deliver = world.host.router.deliver
-    monkeypatch.setattr(
-        world.host.router, "deliver", lambda frame: decoded.append(frame) or deliver(frame)
-    )
+
+    def noting(frame: Frame) -> bool:
+        decoded.append(frame)
+        return deliver(frame)
+
+    monkeypatch.setattr(world.host.router, "deliver", noting)
     _do(world, reads)
     _do(world, answers)
     assert len(decoded) == 2  # those that were torn

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, cast
 
 from achse.ams import Command, Flags
 from achse.ams.frame import AMS_HEADER, TCP_HEADER
-from achse.router.pending import Exchange, PendingRequest
+from achse.router.pending import PendingExchange, PendingRequest
 from achse.transport.connections.known_requests import (
     HEAD_SIZE,
     HEADERS_SIZE,
@@ -42,7 +42,7 @@ _size = attrgetter("size")
 
 _ID_AND_RESULT = struct.Struct("<II")
 
-_Known = tuple[Exchange, "Peer", bytes, int, bool]
+_Known = tuple[PendingExchange, "Peer", bytes, int, bool]
 """Exchange, connection of the client, head with its address, length, True for notifications."""
 
 
@@ -91,7 +91,7 @@ class KnownAnswers:
         return position
 
     def _pass_on_to(
-        self, exchange: Exchange, near: "Peer", data: bytes, position: int, end: int
+        self, exchange: PendingExchange, near: "Peer", data: bytes, position: int, end: int
     ) -> int:
         """Pass on answers at `position` as long as they belong to the same exchange."""
         if exchange.further:

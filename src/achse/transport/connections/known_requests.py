@@ -17,7 +17,7 @@ from achse.ams import Command, Flags
 from achse.ams.commands import READ, READ_WRITE
 from achse.ams.frame import AMS_HEADER, TCP_HEADER
 from achse.router.ledger import RELEASE, holds_nothing
-from achse.router.pending import Exchange, PendingRequest
+from achse.router.pending import PendingExchange, PendingRequest
 
 if TYPE_CHECKING:
     from achse.router.forwarding import Forwarding
@@ -57,7 +57,7 @@ _ID_AND_GROUP = struct.Struct("<II")
 _ID_GROUP_AND_LENGTH = struct.Struct("<II4xI")
 
 
-class Uplink(Protocol):
+class _Uplink(Protocol):
     """The way along a route."""
 
     def way_for_known(self, client: "Peer") -> "Peer | None":
@@ -71,8 +71,8 @@ class Uplink(Protocol):
 class _Way(NamedTuple):
     """Destination of the requests of one client to one target."""
 
-    exchange: Exchange
-    uplink: Uplink
+    exchange: PendingExchange
+    uplink: _Uplink
     far: "Peer"
     forwarding: "Forwarding"
 
