@@ -36,3 +36,21 @@ def test_the_first_is_forgotten_where_there_are_too_many() -> None:
     for name in names:
         clients.asked(name)
     assert list(clients) == names[1:]
+
+
+@given(st.lists(st.tuples(st.integers(0, 9), st.integers(1, 9))), st.integers(0, 12))
+def test_busiest_clients_come_first(asked: list[tuple[int, int]], most: int) -> None:
+    clients = Clients()
+    totals: dict[bytes, int] = {}
+    for number, count in asked:
+        source = bytes([number])
+        clients.asked(source, count)
+        totals[source] = totals.get(source, 0) + count
+    busiest = clients.busiest(most)
+    assert [totals[each] for each in busiest] == sorted(totals.values(), reverse=True)[:most]
+    for source in totals:
+        figures = clients.get(source)
+        assert figures is not None
+        assert source in clients
+        assert figures.requests == totals[source]
+    assert clients.get(b"unknown") is None

@@ -14,11 +14,11 @@ from typing import NamedTuple
 
 from achse.ams.address import AmsAddress, NetId
 from achse.ams.errors import DecodeError
+from achse.codes.ports import SYSTEM_PORT
 
 __all__ = [
     "ANYBODY",
     "COOKIE",
-    "OWN_PORT",
     "UDP_PORT",
     "DiscoveryPacket",
     "DiscoveryService",
@@ -39,9 +39,6 @@ COOKIE = 0x7114_6603
 
 ANYBODY = NetId("1.1.1.1.1.1")
 """NetId of a searcher that has none of its own."""
-
-OWN_PORT = 10_000
-"""The AMS port that a datagram names as its sender: the system service."""
 
 _HEADER = struct.Struct("<III8sI")
 _TAG = struct.Struct("<HH")
@@ -153,14 +150,14 @@ def _as_text(text: str) -> bytes:
 
 def info_request(source: NetId) -> DiscoveryPacket:
     """The search: anyone who hears it tells about itself."""
-    return DiscoveryPacket(DiscoveryService.INFO, AmsAddress.of(source, OWN_PORT))
+    return DiscoveryPacket(DiscoveryService.INFO, AmsAddress.of(source, SYSTEM_PORT))
 
 
 def answer_with(request: DiscoveryPacket, net_id: NetId, status: int) -> DiscoveryPacket:
     """The answer to adding or deleting a route: 32 bytes with an ADS return code."""
     return DiscoveryPacket(
         request.service,
-        AmsAddress.of(net_id, OWN_PORT),
+        AmsAddress.of(net_id, SYSTEM_PORT),
         ((Tag.STATUS, _U32.pack(status)),),
         True,
         request.invoke_id,
@@ -205,7 +202,7 @@ class RouterInfo(NamedTuple):
             (Tag.VERSION, _VERSION.pack(*self.version)),
             (Tag.FINGERPRINT, _as_text(self.fingerprint)),
         )
-        source = AmsAddress.of(self.net_id, OWN_PORT)
+        source = AmsAddress.of(self.net_id, SYSTEM_PORT)
         return DiscoveryPacket(DiscoveryService.INFO, source, tags, True, request.invoke_id)
 
     @classmethod
@@ -255,7 +252,7 @@ class RouteRequest(NamedTuple):
         )
         return DiscoveryPacket(
             service,
-            AmsAddress.of(source, OWN_PORT),
+            AmsAddress.of(source, SYSTEM_PORT),
             [(number, bytes(data)) for number, data in tags if data is not None],
         )
 

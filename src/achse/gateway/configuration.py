@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from achse.ams import NetId
 from achse.ams.discovery import UDP_PORT
 from achse.router.routes import Route
+from achse.station.configuration.http import MetricsConfig
 from achse.station.configuration.network import NetworkConfig
 from achse.station.configuration.secure import RouteTlsConfig
 from achse.station.configuration.types import (
@@ -86,6 +87,7 @@ class GatewayConfig(NetworkConfig):
     """Name of the routes to this router, and of its answer to searches; the host name unless
     given."""
     target: Sequence[TargetConfig] = Field(default=(), max_length=256)
+    metrics: MetricsConfig = MetricsConfig.model_construct()
 
     def _unique_keys(self) -> dict[str, list[Any]]:
         return {

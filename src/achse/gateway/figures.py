@@ -1,14 +1,11 @@
 """Figures of a gateway: clients, targets, requests, latencies, losses; read at port 1 as JSON."""
 
-import heapq
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Protocol
 
-from achse.ams import AmsAddress
 from achse.gateway.target import Target
 from achse.router import Router
-from achse.router.clients import LISTED_CLIENTS
 from achse.router.ledger import ResourceKind
 from achse.server import RawGroup
 from achse.transport.tcp.listener import TcpListener
@@ -32,8 +29,6 @@ class CountedGateway(Protocol):
 def statistics(gateway: CountedGateway) -> dict[str, Any]:
     """Return the present figures; latencies in seconds."""
     router, listeners = gateway.router, list(gateway.listeners)
-    asking = router.asking
-    busiest = heapq.nlargest(LISTED_CLIENTS, asking, key=lambda each: asking[each].requests)
     return {
         "connections": sum(len(each.connections) for each in listeners),
         "connections_refused": sum(each.refused for each in listeners),
@@ -41,15 +36,7 @@ def statistics(gateway: CountedGateway) -> dict[str, Any]:
         "held_bytes": sum(held.total for held in {each.held for each in listeners}),
         "lost_frames": router.lost_frames,
         "requests_denied": router.denied,
-        "clients": [
-            {
-                "address": str(AmsAddress(each)),
-                "peer": getattr(router.way_to(each), "peer", None),
-                "requests": asking[each].requests,
-                "errors": asking[each].errors,
-            }
-            for each in busiest
-        ],
+        "clients": [router.client_row(each) for each in router.asking.busiest()],
         "targets": [_of_target(each) for each in gateway.targets],
     }
 

@@ -12,11 +12,12 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 
 from achse.ams import NetId
-from achse.ams.discovery import OWN_PORT
+from achse.codes.ports import ROUTER_PORT, SYSTEM_PORT
 from achse.devices.router import RouterDevice
 from achse.devices.system.device import VERSION, SystemDevice
 from achse.gateway.configuration import GatewayConfig, TargetConfig
-from achse.gateway.figures import statistics_group
+from achse.gateway.figures import statistics, statistics_group
+from achse.gateway.metrics import gateway_families
 from achse.gateway.registration import register
 from achse.gateway.requests import OwnRequests
 from achse.gateway.target import Target
@@ -25,6 +26,7 @@ from achse.server import Device
 from achse.station.routes.addresses import net_id_at
 from achse.station.routes.network import Network
 from achse.station.routes.route_file import RouteFile
+from achse.station.running.metrics_port import MetricsPort
 from achse.transport.own_address import address_for_others, address_towards
 from achse.transport.tcp.listener import TcpListener
 from achse.transport.uplinks.uplink import Uplink
@@ -32,8 +34,6 @@ from achse.transport.uplinks.uplink import Uplink
 __all__ = ["Gateway"]
 
 log = logging.getLogger("achse.gateway")
-
-_ROUTER_PORT = 1
 
 _TICK = 0.1
 """Seconds between two looks at the subscriptions of the router's own devices."""
@@ -62,6 +62,7 @@ class Gateway:
         )
         self.targets: Sequence[Target] = ()
         """Targets with their states, while it runs."""
+        self.metrics = MetricsPort(lambda: gateway_families(statistics(self)))
         self._start_ns = time.time_ns() - time.monotonic_ns()
         routes, clock = self.router.routes, self._clock
         self.devices: Sequence[Device] = (
@@ -78,7 +79,7 @@ class Gateway:
                 further=(statistics_group(self),),
             ),
         )
-        for device, port in zip(self.devices, (OWN_PORT, _ROUTER_PORT), strict=True):
+        for device, port in zip(self.devices, (SYSTEM_PORT, ROUTER_PORT), strict=True):
             device.attach(self.router, port)
 
     @property
@@ -99,7 +100,12 @@ class Gateway:
         let_everybody_in: bool | None = None,
     ) -> AsyncIterator["Gateway"]:
         """Serve clients and keep the links to the targets. Raises OSError, ConfigError."""
-        await self.network.open(host, tcp_port, udp_port, let_everybody_in)
+        self.metrics.open(self.config.metrics)
+        try:
+            await self.network.open(host, tcp_port, udp_port, let_everybody_in)
+        except BaseException:
+            await self.metrics.close()
+            raise
         requests = OwnRequests(self.router)
         self.targets = [
             Target(each, self.router, requests, self._uplink, self._register)
@@ -121,6 +127,7 @@ class Gateway:
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
+            await self.metrics.close()
             await self.network.close()
             requests.close()
 

@@ -12,7 +12,7 @@ from collections.abc import Awaitable, Callable
 from enum import Enum
 
 from achse.ams import AmsAddress, NetId
-from achse.ams.discovery import OWN_PORT
+from achse.codes.ports import SYSTEM_PORT
 from achse.gateway.configuration import TargetConfig
 from achse.gateway.registration import RegistrationError
 from achse.gateway.requests import OwnRequests
@@ -134,7 +134,7 @@ class Target:
         assert self.net_id is not None
         assert uplink is not None
         connections, returned = uplink.connections, _returned(uplink)
-        address = AmsAddress.of(self.net_id, OWN_PORT)
+        address = AmsAddress.of(self.net_id, SYSTEM_PORT)
         answer = await self._requests.read_state(address, self.config.timeout / 1e9)
         if answer is not None and answer.source[:6] == self.net_id and not answer.error:
             self.ads_state = int.from_bytes(answer.data[4:6], "little")

@@ -1,5 +1,6 @@
 """Clients of a router over all connections, with the number of their requests and errors."""
 
+import heapq
 from collections.abc import Iterator
 
 __all__ = ["LISTED_CLIENTS", "MOST_CLIENTS", "ClientFigures", "Clients"]
@@ -35,8 +36,19 @@ class Clients:
     def __iter__(self) -> Iterator[bytes]:
         return iter(self._known)
 
+    def __contains__(self, source: object) -> bool:
+        return source in self._known
+
+    def get(self, source: bytes) -> ClientFigures | None:
+        """Return the figures of a client; None if it is unknown."""
+        return self._known.get(source)
+
     def __getitem__(self, source: bytes) -> ClientFigures:
         return self._known[source]
+
+    def busiest(self, most: int = LISTED_CLIENTS) -> list[bytes]:
+        """Return the clients with the most requests, those first."""
+        return heapq.nlargest(most, self._known, key=lambda each: self._known[each].requests)
 
     def asked(self, source: bytes, count: int = 1) -> None:
         """So many requests came from `source`."""

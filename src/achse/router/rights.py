@@ -11,6 +11,7 @@ from enum import Flag
 from achse.ams import AmsAddress, Command, Frame
 from achse.codes import ReservedGroup
 from achse.codes.groups import FILES, NAMED, SUMS
+from achse.codes.ports import SYSTEM_PORT
 from achse.codes.station import SERVICE_PORT
 
 __all__ = ["ALL_RIGHTS", "NO_RIGHTS", "Right", "needed_rights", "rights_named"]
@@ -33,8 +34,6 @@ class Right(Flag):
 
 NO_RIGHTS = Right(0)
 ALL_RIGHTS = Right.READ | Right.WRITE | Right.STATE | Right.FILES | Right.METHODS
-
-_SYSTEM_PORT, _STATION_PORT = 10_000, SERVICE_PORT
 
 _UNLIMITED = (500, 801, 802)
 """Of the system service: a program that is started may do anything, and who adds a route may give
@@ -88,7 +87,7 @@ def needed_rights(frame: Frame) -> Right:
         return _ALWAYS[command]
     group = _group_of(data)
     port = AmsAddress(frame.target).port
-    if port == _SYSTEM_PORT:
+    if port == SYSTEM_PORT:
         if group in FILES:
             return Right.FILES
         if (
@@ -97,7 +96,7 @@ def needed_rights(frame: Frame) -> Right:
             return Right.FILES | Right.READ if group in _READS else ALL_RIGHTS
         if group in _UNLIMITED and command in _CHANGES:
             return ALL_RIGHTS
-    elif port == _STATION_PORT and command in _CHANGES:
+    elif port == SERVICE_PORT and command in _CHANGES:
         return Right.READ if group in _READS else ALL_RIGHTS
     if command in (Command.READ, Command.ADD_NOTIFICATION):
         return Right.READ

@@ -239,6 +239,19 @@ class Router:
         ways = self._learned.get(client)
         return next(reversed(ways)) if ways else self._local.get(client)
 
+    def client_row(self, client: bytes) -> dict[str, Any]:
+        """Return address, origin and figures of a client; `peer` is None for one in this process.
+
+        Requests and errors are None for a client that has subscribed and asks no more.
+        """
+        figures = self.asking.get(client)
+        return {
+            "address": str(AmsAddress(client)),
+            "peer": getattr(self.way_to(client), "peer", None),
+            "requests": None if figures is None else figures.requests,
+            "errors": None if figures is None else figures.errors,
+        }
+
     @property
     def clients(self) -> int:
         """Number of known client addresses that are not local."""

@@ -5,10 +5,11 @@ import struct
 from typing import Any
 
 from achse.ams.filetime import to_datetime
+from achse.codes.ports import LOGGER_PORT
 from achse.web.arguments import Arguments
 from achse.web.feeds import Feed
 from achse.web.process_log import ProcessLog
-from achse.web.watched import LOGGER_PORT, WatchedTarget
+from achse.web.watched import WatchedTarget
 
 __all__ = ["JournalDesk", "message_of"]
 

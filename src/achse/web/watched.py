@@ -9,13 +9,13 @@ from typing import Any
 from achse.ams import AdsError, AmsAddress, ConnectionLost, DeviceError, RouterError
 from achse.client import Client, Target
 from achse.client.scope import scopes_of
+from achse.codes.ports import LOGGER_PORT
 from achse.codes.station import SERVICE_PORT
 from achse.router.rights import ALL_RIGHTS, Right
 from achse.web.arguments import Arguments
 
 __all__ = [
     "IO_PORT",
-    "LOGGER_PORT",
     "LONGEST_TEXT",
     "NC_PORT",
     "PLC_PORT",
@@ -25,7 +25,7 @@ __all__ = [
 ]
 
 NC_PORT, PLC_PORT, STATION_PORT, SCOPE_PORT = 500, 851, SERVICE_PORT, 14_000
-LOGGER_PORT, IO_PORT = 100, 300
+IO_PORT = 300
 
 STATISTICS = 0xFA03
 """Index group of the figures at `STATION_PORT`; only achse stations have it."""

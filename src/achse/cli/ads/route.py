@@ -13,6 +13,7 @@ from achse.cli.failure import fail, fail_by
 from achse.cli.output import print_json, print_table
 from achse.cli.target import Json, client_command, net_id_of
 from achse.codes import ReturnCode
+from achse.codes.ports import SYSTEM_PORT
 
 if TYPE_CHECKING:
     from achse.client import Client
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
 __all__ = ["hash_password", "register", "route"]
 
-SYSTEM_PORT = 10_000
 _LIST, _REMOVE = 803, 802
 _LONGEST = 1024
 """Bytes read for one route; names and hosts have 255 at most."""

@@ -8,6 +8,7 @@ import typer
 
 from achse.cli.output import print_json, print_table
 from achse.cli.target import STATION_PORT, Json, client_command
+from achse.codes.ports import ROUTER_PORT
 
 if TYPE_CHECKING:
     from achse.client import Client
@@ -15,8 +16,6 @@ if TYPE_CHECKING:
 __all__ = ["register"]
 
 LONGEST = 1 << 20
-
-ROUTER_PORT = 1
 
 
 def register(app: typer.Typer) -> None:

@@ -25,6 +25,7 @@ from achse.ams.commands import (
 )
 from achse.ams.filetime import from_unix_ns
 from achse.codes import ReturnCode
+from achse.codes.ports import EVENT_LOGGER_PORT, LOGGER_PORT
 from achse.devices.logger import LogMessage, MessageType
 from achse.devices.plc.serving import PlcIndications
 from achse.plc.code.faults import PlcFault
@@ -33,8 +34,6 @@ from achse.server.device import DeviceRouter
 
 __all__ = ["PlcRequests"]
 
-_LOGGER_PORT = 100
-_EVENT_LOGGER_PORT = 110
 _SENDER = "TCPLC"
 _KINDS = (
     MessageType.HINT,
@@ -258,7 +257,7 @@ class PlcRequests:
             from_unix_ns(self._clock()), mask, self._own.port, _SENDER, found
         ).encode()
         request = WriteRequest(1, 0, message)
-        self._ask(AmsAddress.of(self._own.net_id, _LOGGER_PORT), Command.WRITE, request)
+        self._ask(AmsAddress.of(self._own.net_id, LOGGER_PORT), Command.WRITE, request)
         return 0
 
     def _event(self, plc: BuiltinContext, severity: int, text: Any) -> int:
@@ -266,7 +265,7 @@ class PlcRequests:
         message = LogMessage(
             from_unix_ns(self._clock()), kind, self._own.port, _SENDER, _text(text)
         ).encode()
-        target = AmsAddress.of(self._own.net_id, _EVENT_LOGGER_PORT)
+        target = AmsAddress.of(self._own.net_id, EVENT_LOGGER_PORT)
         self._ask(target, Command.WRITE, WriteRequest(1, 0, message))
         return 0
 

@@ -7,6 +7,7 @@ restart, and is not there in CONFIG.
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from achse.codes.ports import EVENT_LOGGER_PORT, LOGGER_PORT, ROUTER_PORT, SYSTEM_PORT
 from achse.devices.licence import LICENCE_PORT, LicenceDevice
 from achse.devices.logger import EventLoggerDevice, LoggerDevice
 from achse.devices.realtime import REALTIME_PORT, RealtimeDevice
@@ -68,11 +69,6 @@ PARTS: tuple[Callable[[Building], None], ...] = (
     _make_modbus,
 )
 """Builders of a station's parts; each reads its section of the configuration."""
-
-ROUTER_PORT = 1
-LOGGER_PORT = 100
-EVENT_LOGGER_PORT = 110
-SYSTEM_PORT = 10_000
 
 
 def permanent(

@@ -19,7 +19,8 @@ from achse.station.clocks.priority import (
 from achse.station.configuration.station_file import StationConfig
 from achse.station.configuration.types import ConfigError
 from achse.station.routes.network import Network
-from achse.station.running.metrics import MetricsPort
+from achse.station.running.metrics import station_families
+from achse.station.running.metrics_port import MetricsPort
 from achse.station.running.states import StationStates
 from achse.transport.tcp.listener import TcpListener
 
@@ -109,7 +110,7 @@ class Operation:
             any_client_may=any_client_may(ground.config),
         )
         await network.open(host, tcp_port, udp_port, let_everybody_in)
-        metrics = MetricsPort(self._figures, lambda: self.pace)
+        metrics = MetricsPort(lambda: station_families(self._figures(), self.pace))
         try:
             metrics.open(ground.config.metrics)
         except BaseException:

@@ -1,13 +1,11 @@
 """Figures about a running station: who is connected, what they hold, whether it keeps up."""
 
-import heapq
 from collections.abc import Mapping, Sequence, Sized
 from typing import TYPE_CHECKING, Any, Protocol
 
-from achse.ams import AmsAddress
 from achse.motion import Nc
 from achse.router import Router
-from achse.router.clients import LISTED_CLIENTS, ClientFigures
+from achse.router.clients import LISTED_CLIENTS
 from achse.server import Device, Usage
 from achse.station.clocks.clock import StationClock
 from achse.station.clocks.pacing import Pace
@@ -72,7 +70,7 @@ def statistics(station: CountedStation) -> dict[str, Any]:
     ]
     pace, nc = station.pace, station.nc
     axes = [] if nc is None else list(nc)
-    clients = _clients(station)
+    asking, others = station.router.asking, _silent_clients(station)
     return {
         "time": station.time_ns / 1e9,
         "tick": station.tick_ns / 1e9,
@@ -95,40 +93,26 @@ def statistics(station: CountedStation) -> dict[str, Any]:
         "axes": len(axes),
         "axes_moving": sum(axis.set_velocity != 0.0 for axis in axes),
         "axes_in_error": sum(axis.error_code != 0 for axis in axes),
-        "clients_known": len(clients),
+        "clients_known": len(asking) + len(others),
         "clients": [
-            _of_client(station, *each)
-            for each in heapq.nlargest(
-                LISTED_CLIENTS, clients, key=lambda each: each[1].requests if each[1] else 0
-            )
+            {
+                **station.router.client_row(each),
+                "subscriptions": sum(d.notifications.held_by(each) for d in station.devices),
+            }
+            for each in [*asking.busiest(), *others][:LISTED_CLIENTS]
         ],
         "devices": devices,
         "buses": [_of_bus(name, bus) for name, bus in station.fieldbuses.items()],
     }
 
 
-def _clients(station: CountedStation) -> list[tuple[bytes, ClientFigures | None]]:
-    """Return the clients that send requests, by any connection, or have subscribed."""
+def _silent_clients(station: CountedStation) -> list[bytes]:
+    """Return the clients that have subscribed and send no requests."""
     asking = station.router.asking
-    found: list[tuple[bytes, ClientFigures | None]] = [(each, asking[each]) for each in asking]
     subscribed = {
         client: None for device in station.devices for client in device.notifications.clients
     }
-    found += [(client, None) for client in subscribed if client and client not in asking]
-    return found
-
-
-def _of_client(
-    station: CountedStation, client: bytes, figures: ClientFigures | None
-) -> dict[str, Any]:
-    """`peer` says from where it comes; None for a client in this process."""
-    return {
-        "address": str(AmsAddress(client)),
-        "peer": getattr(station.router.way_to(client), "peer", None),
-        "requests": None if figures is None else figures.requests,
-        "errors": None if figures is None else figures.errors,
-        "subscriptions": sum(each.notifications.held_by(client) for each in station.devices),
-    }
+    return [client for client in subscribed if client and client not in asking]
 
 
 def _of_bus(name: str, bus: "EthercatBus | InterfaceBus") -> dict[str, Any]:
