@@ -10,9 +10,20 @@ import contextlib
 import os
 import signal
 from collections.abc import Callable, Coroutine, Iterable, Iterator
-from typing import Any, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
-__all__ = ["INTERRUPTED", "Interrupted", "ending", "ending_signals", "leave_at_once", "run"]
+if TYPE_CHECKING:
+    import asyncio
+
+__all__ = [
+    "INTERRUPTED",
+    "Interrupted",
+    "ending",
+    "ending_signals",
+    "leave_at_once",
+    "run",
+    "serve",
+]
 
 INTERRUPTED = 130
 """Exit code of a command that Ctrl-C ended, as shells have it."""
@@ -66,6 +77,41 @@ def ending(end: Callable[[int], None], numbers: Iterable[int] | None = None) -> 
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+async def serve(
+    until: Callable[["asyncio.Event"], Coroutine[Any, Any, None]],
+    cannot_listen: Callable[[str], str],
+    numbers: Iterable[int] | None = None,
+) -> int:
+    """Await `until(stopped)`; a signal sets the event. Return the exit code.
+
+    Print why a server cannot start: its configuration, or `cannot_listen(reason)`.
+    """
+    import asyncio
+
+    from achse.cli.failure import tell
+    from achse.station.configuration.types import ConfigError
+    from achse.transport.reason import reason
+
+    loop = asyncio.get_running_loop()
+    stopped = asyncio.Event()
+
+    def end(_: int) -> None:
+        with contextlib.suppress(RuntimeError):  # the loop is closed
+            loop.call_soon_threadsafe(stopped.set)
+
+    try:
+        with ending(end, numbers):
+            await until(stopped)
+    except ConfigError as refusal:
+        tell(str(refusal), name="CONFIGURATION")
+        return 1
+    except (OSError, UnicodeError) as failure:  # the latter for what cannot be a host name
+        why = reason(failure) if isinstance(failure, OSError) else "this is not a host name"
+        tell(cannot_listen(why), name="CANNOT_LISTEN")
+        return 1
+    return 0
 
 
 def run(job: Coroutine[Any, Any, T]) -> T:

@@ -1,21 +1,21 @@
 """`achse router` lets many programs use one connection per target; no station, no devices."""
 
 import asyncio
-import contextlib
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from achse.cli.ads.stats import ROUTER_PORT
-from achse.cli.failure import fail, tell
-from achse.cli.interrupts import ending, ending_signals
+from achse.cli.failure import fail
+from achse.cli.interrupts import serve
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
 from achse.cli.options import LetEverybodyIn, ListenHost, ListenPort, Logged, LoggedAs
 from achse.cli.output import print_json, print_table, tell_event
 from achse.cli.process import loop_factory, raise_file_limit
+from achse.cli.service_manager import announced
 from achse.cli.target import Json, client_command, net_id_of
+from achse.codes.ports import ROUTER_PORT
 
 if TYPE_CHECKING:
     from achse.client import Client
@@ -34,7 +34,7 @@ router = typer.Typer(
 
 
 @router.callback()
-def serve(
+def start(
     context: typer.Context,
     to: Annotated[
         list[str] | None,
@@ -111,43 +111,31 @@ async def _serve(
     config: "GatewayConfig", base: Path, tcp_port: int | None, let_everybody_in: bool | None
 ) -> int:
     from achse.gateway.gateway import Gateway
-    from achse.station.configuration.types import ConfigError
-    from achse.transport.reason import reason
 
-    loop = asyncio.get_running_loop()
-    stop = asyncio.Event()
-
-    def end(_: int) -> None:
-        with contextlib.suppress(RuntimeError):  # the loop is closed
-            loop.call_soon_threadsafe(stop.set)
-
-    try:
+    async def until(stopped: asyncio.Event) -> None:
         gateway = Gateway(config, base=base)
-        with ending(end, ending_signals()):
-            async with gateway.running(
-                config.router.host, tcp_port, let_everybody_in=let_everybody_in
-            ):
-                _report_ready(gateway)
-                await stop.wait()
-    except ConfigError as refusal:
-        tell(str(refusal), name="CONFIGURATION")
-        return 1
-    except (OSError, UnicodeError) as failure:  # the latter for what cannot be a host name
-        why = reason(failure) if isinstance(failure, OSError) else "this is not a host name"
-        port = config.router.tcp_port if tcp_port is None else tcp_port
-        tell(
+        async with gateway.running(config.router.host, tcp_port, let_everybody_in=let_everybody_in):
+            _report_ready(gateway)
+            async with announced():
+                await stopped.wait()
+
+    port = config.router.tcp_port if tcp_port is None else tcp_port
+    return await serve(
+        until,
+        lambda why: (
             f"cannot listen on {config.router.host}:{port}: {why}"
-            " (another address: --host, --tcp-port; a station is a router too)",
-            name="CANNOT_LISTEN",
-        )
-        return 1
-    return 0
+            " (another address: --host, --tcp-port; a station is a router too)"
+        ),
+    )
 
 
 def _report_ready(gateway: "Gateway") -> None:
     """Print where programs connect, and each target with its state."""
     listener = gateway.network.listener
-    tell_event("ready", net_id=str(gateway.router.net_id), tcp=f"{listener.host}:{listener.port}")
+    metrics = gateway.metrics
+    facts = {"metrics": f"{metrics.host}:{metrics.port}"} if metrics.port else {}
+    where = f"{listener.host}:{listener.port}"
+    tell_event("ready", net_id=str(gateway.router.net_id), tcp=where, **facts)
     for target in gateway.targets:
         net_id = "?" if target.net_id is None else str(target.net_id)
         tell_event("target", name=target.config.title, net_id=net_id, state=target.state.value)

@@ -16,12 +16,13 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
-from achse.cli.failure import fail, in_json, tell
-from achse.cli.interrupts import ending, ending_signals
+from achse.cli.failure import fail, in_json
+from achse.cli.interrupts import ending_signals, serve
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
 from achse.cli.options import LetEverybodyIn, ListenHost, ListenPort, Logged, LoggedAs, ReadyWithin
 from achse.cli.output import on_terminal, tell_event
 from achse.cli.process import loop_factory, raise_file_limit
+from achse.cli.service_manager import announced
 from achse.cli.start import detached
 from achse.cli.start.next_steps import next_steps
 from achse.cli.start.web import WebHost, WebPort, station_web
@@ -222,40 +223,24 @@ async def _serve(
     ends: Sequence[signal.Signals],
     page: "Callable[[], AbstractAsyncContextManager[WebServer | None]]",
 ) -> int:
-    from achse.station import ConfigError
-    from achse.transport.reason import reason
-
-    loop = asyncio.get_running_loop()
-    stop = asyncio.Event()
-
-    def end(_: int) -> None:
-        with contextlib.suppress(RuntimeError):  # the loop is closed
-            loop.call_soon_threadsafe(stop.set)
-
-    try:
-        with contextlib.ExitStack() as to_the_end, ending(end, ends):
+    async def until(stopped: asyncio.Event) -> None:
+        with contextlib.ExitStack() as to_the_end:
             async with (
                 station.running(
                     host, tcp_port, speed=speed, until=duration, let_everybody_in=let_everybody_in
                 ) as running,
                 page() as web,
             ):
-                await _until_ended(station, running, web, speed, duration, stop, to_the_end)
-    except ConfigError as refusal:
-        tell(str(refusal), name="CONFIGURATION")
-        return 1
-    except (OSError, UnicodeError) as failure:  # the latter for what cannot be a host name
+                await _until_ended(station, running, web, speed, duration, stopped, to_the_end)
+
+    def cannot_listen(why: str) -> str:
         config = station.config.router
         where = _endpoint(host or config.host, config.tcp_port if tcp_port is None else tcp_port)
-        why = reason(failure) if isinstance(failure, OSError) else "this is not a host name"
         there = [each for each in detached.detached_stations() if each.address == where]
         told = "".join(f"; {each} is there, `achse stop` ends it" for each in there)
-        tell(
-            f"cannot listen on {where}: {why} (another address: --host, --tcp-port){told}",
-            name="CANNOT_LISTEN",
-        )
-        return 1
-    return 0
+        return f"cannot listen on {where}: {why} (another address: --host, --tcp-port){told}"
+
+    return await serve(until, cannot_listen, ends)
 
 
 async def _until_ended(
@@ -291,7 +276,8 @@ async def _until_ended(
         print(*next_steps(running.host, running.tcp_port, axes, web.url if web else None), sep="\n")
     interrupted = asyncio.create_task(stop.wait())
     finished = asyncio.create_task(running.finished())
-    await asyncio.wait((interrupted, finished), return_when=asyncio.FIRST_COMPLETED)
+    async with announced():
+        await asyncio.wait((interrupted, finished), return_when=asyncio.FIRST_COMPLETED)
     interrupted.cancel()
     if not finished.done():
         finished.cancel()
