@@ -9,7 +9,7 @@ from achse.cli.programs import channel, gcode
 from achse.cli.record import monitor, record, scope
 from achse.cli.root import in_panels, new_root
 from achse.cli.start import demo, detached, fleet, fmu, new, run, web
-from achse.cli.test import check, explain, fault, sweep, unit_tests
+from achse.cli.test import check, explain, fault, swarm, sweep, unit_tests
 
 __all__ = ["app"]
 
@@ -49,6 +49,7 @@ symbols.register(app)
 record.register(app)
 sweep.register(app)
 fmu.register(app)
+swarm.register(app)
 warmup.register(app)
 web.register(app)
 in_panels(app)

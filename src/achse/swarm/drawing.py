@@ -4,16 +4,16 @@ Each part has its own stream (`achse.swarm.draws`), so that worlds change little
 more than before.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from achse.motion.states import OverrideType
 from achse.swarm.draws import Stream
 from achse.swarm.operators import draw_motion
 from achse.swarm.program import draw_programs
-from achse.swarm.world import STATION, Act, AxisPart, ClientPart, World
+from achse.swarm.world import STATION, Act, AxisPart, ClientPart, Program, World
 
-__all__ = ["BEHAVIOURS", "Behaviour", "draw_world"]
+__all__ = ["BEHAVIOURS", "Behaviour", "draw_surroundings", "draw_world"]
 
 _SECOND = 1_000_000_000
 _FULL = 1_000_000
@@ -78,16 +78,25 @@ _INJECTED = ("simulation_not_ready", "simulation_io_invalid", "simulation_fast_s
 def draw_world(seed: int) -> World:
     """Draw the world of a seed."""
     draws = Stream(seed, "world")
-    length_s = draws.decades(0.5, 2.0)
     axes = [_axis(Stream(seed, "axis", n), n) for n in range(draws.randrange(1, 5))]
     cams = [_cam(Stream(seed, "cam", n)) for n in range(draws.randrange(3))]
+    return draw_surroundings(seed, draws, axes, cams, draw_programs(Stream(seed, "programs")))
+
+
+def draw_surroundings(
+    seed: int,
+    draws: Stream,
+    axes: Sequence[AxisPart],
+    cams: Sequence[Sequence[tuple[float, float]]],
+    programs: Sequence[Program],
+) -> World:
+    """Draw a world around these parts of a station: its clients, and all that happens."""
+    length_ns = round(draws.decades(0.5, 2.0) * _SECOND)
     clients = [_client(Stream(seed, "client", n)) for n in range(draws.randrange(1, 6))]
     calm = draws.chance(0.4)
-    length_ns = round(length_s * _SECOND)
     acts: list[Act] = []
     for number, part in enumerate(clients):
         acts += _acts(Stream(seed, "acts", number), number, part, axes, len(cams), length_ns)
-    programs = draw_programs(Stream(seed, "programs"))
     if not calm:
         acts += _trouble(Stream(seed, "trouble"), len(axes), len(programs), length_ns)
     acts.sort(key=lambda act: act.at_ns)
@@ -173,7 +182,12 @@ def _moments(draws: Stream, rate: float, length_ns: int) -> Iterator[int]:
 
 
 def _acts(
-    draws: Stream, number: int, part: ClientPart, axes: list[AxisPart], cams: int, length_ns: int
+    draws: Stream,
+    number: int,
+    part: ClientPart,
+    axes: Sequence[AxisPart],
+    cams: int,
+    length_ns: int,
 ) -> list[Act]:
     behaviour = BEHAVIOURS[part.behaviour]
     kinds, weights = list(behaviour.weights), list(behaviour.weights.values())
@@ -252,7 +266,7 @@ def _trouble(draws: Stream, axes: int, programs: int, length_ns: int) -> list[Ac
                 acts.append(Act(moment, STATION, "inject", [axis, name, 1]))
                 later = moment + round(draws.decades(-2.0, 0.5) * 1000) * 1_000_000
                 acts.append(Act(later, STATION, "inject", [axis, name, 0]))
-            case "online_change":
+            case "online_change" if programs:
                 acts.append(Act(moment, STATION, kind, [draws.randrange(programs)]))
             case "restart":
                 if draws.chance(0.2):
@@ -262,7 +276,7 @@ def _trouble(draws: Stream, axes: int, programs: int, length_ns: int) -> list[Ac
                 acts.append(Act(moment, STATION, "cut", [round(draws.decades(0.0, 4.3))]))
             case "full_disk":
                 acts.append(Act(moment, STATION, kind, [draws.chance(0.5)]))
-            case _:
+            case "save" | "kill":
                 acts.append(Act(moment, STATION, kind))
     return acts
 

@@ -64,7 +64,7 @@ INVARIANTS = (
     ),
     Invariant(
         "rest", "An axis without a motion keeps its set point.", "004 §3.1.2",
-        f"{_ABRUPT}; coupled axes", MotionStep.rest,
+        f"{_ABRUPT}; coupled axes; the cycle of a command", MotionStep.rest,
     ),
     Invariant(
         "slave-step", "No slave of a cam goes farther in a cycle than velocity of axis and drive.",

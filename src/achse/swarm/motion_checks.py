@@ -25,6 +25,7 @@ class MotionStep:
         "abrupt",
         "bent",
         "beyond",
+        "commanded",
         "coupled",
         "deceleration",
         "dt",
@@ -68,6 +69,8 @@ class MotionStep:
         self.master = 0.0
         """Way of the master in this cycle."""
         self.smooth = self.bent = self.beyond = self.coupled = False
+        self.commanded = False
+        """True if a command came: a small move may be done within the cycle."""
         self.abrupt = False
         """True if a coupling gave an acceleration that no jerk limits, until the axis rests."""
 
@@ -134,7 +137,9 @@ class MotionStep:
 
     def rest(self) -> str | None:
         """An axis without a motion keeps its set point."""
-        if self.phase or self.phase0 or not self.smooth or self.bent or self.coupled:
+        if self.phase or self.phase0 or self.commanded or not self.smooth:
+            return None
+        if self.bent or self.coupled:
             return None
         if self.v1 or self.p1 != self.p0 + self.shift:
             return f"position {self.p0} -> {self.p1}, velocity {self.v1}, without a motion"

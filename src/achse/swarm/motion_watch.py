@@ -21,7 +21,7 @@ __all__ = ["MotionCheck", "MotionWatch"]
 MotionCheck = tuple[str, Callable[[MotionStep], str | None]]
 """Name of an invariant, and what returns the reason why it does not hold, or None."""
 
-_AWAKE_NS = 100_000_000
+_AWAKE_NS = 500_000_000
 """Time for which it looks at each cycle after a request."""
 
 _ROUGH = frozenset(
@@ -96,9 +96,10 @@ class _AxisWatch:
             step.beyond or rough or step.bent or step.coupled or not step.smooth
         )
         self.active = bool(step.phase or step.v1 or law or bent or not closed)
-        if axis.command_counter != self._number:
-            self._number = axis.command_counter
-            self.moves += 1
+        number = axis.command_counter
+        step.commanded = number != self._number
+        self._number = number
+        self.moves += step.commanded
 
 
 class MotionWatch(Phase):
@@ -168,7 +169,9 @@ class MotionWatch(Phase):
                     if reason is not None:
                         self._tell(name, each, reason)
         self.cycles += len(self._axes)
-        if not active and now_ns >= self._until_ns:
+        if len(self._station.faults):  # frames that a fault delays arrive unseen
+            self._until_ns = now_ns + _AWAKE_NS
+        elif not active and now_ns >= self._until_ns:
             self.due_ns = math.inf
 
     def _excuse_slaves(self) -> None:

@@ -15,15 +15,22 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from achse.ams import AdsState
+from achse.station import Station
+from achse.station.clocks.cycle import CyclicPhase, PhasePlace
+from achse.station.configuration.station_file import StationConfig, load
 from achse.swarm.clients import Client
 from achse.swarm.disk import MemoryDisk, PowerCut
 from achse.swarm.invariants import motion_checks
 from achse.swarm.life import Life
 from achse.swarm.program import symbols_of
+from achse.swarm.project import PROJECT_INVARIANTS, UserCheck
 from achse.swarm.resources import SETTLED_S, Replaced, check_bounds, check_released
 from achse.swarm.world import STATION, Act, World
 
 __all__ = ["Outcome", "Violation", "play", "play_twice"]
+
+_USER_CHECKS_NS = 10_000_000
+"""Cycle of the checks of a user."""
 
 _LOOK_EVERY_NS = 5_000_000_000
 """Time between two looks at what clients hold."""
@@ -53,6 +60,8 @@ class Outcome:
     answers: int = 0
     samples: int = 0
     restarts: int = 0
+    ended_ns: int = 0
+    """Time of the world at its end."""
     cpu_s: float = 0.0
 
 
@@ -73,8 +82,15 @@ class _Saved:
 class _Player:
     """A world that runs."""
 
-    def __init__(self, world: World, folder: Path, kernel: str) -> None:
+    def __init__(
+        self, world: World, folder: Path, kernel: str, user_checks: Sequence[UserCheck]
+    ) -> None:
         self.world = world
+        self._user_checks = user_checks
+        self._config: StationConfig | None = None
+        if world.project:
+            file = Path(world.project)
+            self._config, folder = load(file), file.parent
         self.outcome = Outcome()
         self._folder = folder
         self._kernel = kernel
@@ -96,10 +112,34 @@ class _Player:
             self._violation = Violation(invariant, what)
 
     def _begin(self, now_ns: int) -> Life:
-        return Life(
-            *(self.world, self._folder, self._disk, now_ns),
-            *(self._kernel, motion_checks(), self.report),
+        checks = motion_checks()
+        if self.world.project:
+            checks = [each for each in checks if each[0] in PROJECT_INVARIANTS]
+        life = Life(
+            *(self.world, self._folder, self._disk, now_ns, self._kernel, checks, self.report),
+            config=self._config,
         )
+        if self._user_checks:
+            station = life.station
+            station.cycle.add(
+                CyclicPhase(
+                    *(PhasePlace.SCOPE, "invariants", _USER_CHECKS_NS),
+                    lambda now: self._check_for_user(station),
+                )
+            )
+        return life
+
+    def _check_for_user(self, station: Station) -> None:
+        """Call the functions of the user; the station is complete while it is in RUN."""
+        if station.state is not AdsState.RUN or station.nc is None:
+            return
+        for name, check in self._user_checks:
+            try:
+                wrong = check(station)
+            except AssertionError as failure:
+                wrong = str(failure) or "an assertion failed"
+            if wrong:
+                self.report(name, f"at {self.life.now_ns() / 1e9:.6f} s: {wrong}")
 
     def run(self) -> None:
         """Run all acts, then let all clients leave."""
@@ -229,6 +269,7 @@ class _Player:
     def finish(self) -> Outcome:
         """Return what the world was like."""
         self._count(self.life)
+        self.outcome.ended_ns = self.life.now_ns()
         for client in self.clients:
             self.outcome.requests += client.requests
             for part in client.digest_parts:
@@ -268,11 +309,14 @@ def _watched_log(player: _Player) -> Iterator[None]:
         log.setLevel(level)
 
 
-def play(world: World, *, kernel: str = "auto") -> Outcome:
-    """Run a world in this process; `kernel` is as in `[nc]` of a station.toml."""
+def play(world: World, *, kernel: str = "auto", checks: Sequence[UserCheck] = ()) -> Outcome:
+    """Run a world in this process; `kernel` is as in `[nc]` of a station.toml.
+
+    `checks` are invariants of a user.
+    """
     began = time.process_time()
     with tempfile.TemporaryDirectory(prefix="achse-swarm-") as folder:
-        player = _Player(world, Path(folder), kernel)
+        player = _Player(world, Path(folder), kernel, checks)
         with _watched_log(player):
             try:
                 player.run()

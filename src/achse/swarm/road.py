@@ -240,4 +240,5 @@ class Road:
         self._unread.clear()
         self.peer.ended()
         self._turns.run()
-        self._client.lost()
+        if not self._left:
+            self._client.lost()

@@ -78,6 +78,8 @@ class World:
     clients: Sequence[ClientPart] = ()
     limits: Mapping[str, int] = field(default_factory=dict)
     acts: Sequence[Act] = ()
+    project: str = ""
+    """A station.toml of a user, which then says what the station is."""
 
     def encode(self) -> str:
         """Return the world as JSON."""

@@ -1,0 +1,196 @@
+"""`achse swarm` draws worlds from seeds, runs them in virtual time, and checks what must hold."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from achse.cli.failure import fail
+from achse.cli.output import print_json
+from achse.cli.target import Json
+
+if TYPE_CHECKING:
+    from achse.swarm.campaign import Campaign, FailedSeed
+
+__all__ = ["register"]
+
+_RUNS = 10
+_SHRINKING_S = 120.0
+_MOST_PLAYED = 100_000
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to `app`."""
+    app.command()(swarm)
+
+
+def swarm(
+    project: Annotated[
+        Path | None,
+        typer.Argument(
+            help="A station.toml or its folder: that station in drawn worlds.", show_default=False
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(min=0, max=(1 << 64) - 1, help="The first seed.", show_default="any"),
+    ] = None,
+    runs: Annotated[
+        int | None, typer.Option(min=1, help="Seeds to run.", show_default=str(_RUNS))
+    ] = None,
+    cpu: Annotated[
+        float | None,
+        typer.Option("--for", min=0, metavar="SECONDS", help="CPU seconds to spend instead."),
+    ] = None,
+    workers: Annotated[
+        int, typer.Option(min=0, help="Processes; 0: this one.", show_default=True)
+    ] = 0,
+    invariants: Annotated[
+        Path | None,
+        typer.Option(help="Python file with functions check_…(station).", show_default=False),
+    ] = None,
+    replay: Annotated[
+        bool, typer.Option("--replay", help="Run one seed, and print its acts and its end.")
+    ] = False,
+    keep: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write a small world that fails as a test in Python.", show_default=False
+        ),
+    ] = None,
+    in_json: Json = False,
+) -> None:
+    """Run stations in random worlds, and check what must hold in each."""
+    import secrets
+
+    from achse.station import ConfigError
+    from achse.swarm.world import WorldError
+
+    first = secrets.randbits(64) if seed is None else seed
+    names = (
+        "" if project is None else str(project.resolve()),
+        "" if invariants is None else str(invariants.resolve()),
+    )
+    try:
+        if replay:
+            _replay(first, *names)
+        campaign = _campaign(first, runs, cpu, workers, names, quiet=in_json)
+    except (WorldError, ConfigError) as fault:
+        fail(str(fault))
+    except OSError as failure:
+        fail(f"{failure.filename}: {failure.strerror or failure}")
+    if in_json:
+        print_json({"first": first, **campaign.facts()})
+    else:
+        print(
+            f"{campaign.seeds} seeds from {first}, {len(campaign.failures)} failed;"
+            f" {campaign.machine_years:.3g} machine-years in {campaign.cpu_s:.1f} CPU seconds"
+            f" ({campaign.machine_years_per_cpu_hour:.3g} in a CPU hour),"
+            f" {campaign.moves} moves, {campaign.requests} requests, {campaign.samples} samples"
+        )
+    if campaign.failures:
+        if keep is not None:
+            _keep(keep, campaign.failures[0], names)
+        raise typer.Exit(1)
+
+
+def _campaign(
+    first: int,
+    runs: int | None,
+    cpu: float | None,
+    workers: int,
+    names: tuple[str, str],
+    *,
+    quiet: bool,
+) -> "Campaign":
+    from achse.swarm.campaign import Campaign, seeds_one_by_one
+
+    campaign = Campaign()
+    if runs is None and cpu is None:
+        runs = _RUNS
+    rows: Any
+    if workers:
+        if runs is None:
+            fail("--workers needs --runs")
+        rows = _played_by_workers(first, min(runs, _MOST_PLAYED), workers, names)
+    else:
+        rows = seeds_one_by_one(first, runs, cpu, *names)
+    for row in rows:
+        failure = campaign.add(row)
+        if failure is not None and not quiet:
+            _tell(failure)
+    return campaign
+
+
+def _tell(failure: "FailedSeed") -> None:
+    from achse.swarm.play import Violation
+    from achse.swarm.report import failure_lines
+
+    for line in failure_lines(failure.seed, Violation(failure.invariant, failure.what)):
+        print(line)
+
+
+def _played_by_workers(first: int, runs: int, workers: int, names: tuple[str, str]) -> Any:
+    """Return the figures of all seeds, in the order of the seeds."""
+    import achse.swarm.scenario as scenario
+    from achse.sweeps import SweepError, sweep
+
+    sys.warnoptions.append("ignore:resource_tracker:UserWarning")
+    parameters = {"first": [first], "project": [names[0]], "invariants": [names[1]]}
+    try:
+        return sweep(scenario.__file__, parameters, seeds=runs, workers=workers).rows
+    except SweepError as fault:
+        fail(str(fault))
+
+
+def _replay(seed: int, project: str, invariants: str) -> None:
+    """Play one seed, and print what happens in it."""
+    from achse.swarm.play import Violation
+    from achse.swarm.report import failure_lines
+    from achse.swarm.scenario import play_seed, world_of
+
+    world = world_of(seed, project)
+    outcome = play_seed(seed, project, invariants)
+    end_ns = outcome.ended_ns
+    for act in world.acts:
+        if act.at_ns <= end_ns:
+            who = "station" if act.actor < 0 else f"client {act.actor}"
+            values = " ".join(map(str, act.values))
+            print(f"{act.at_ns / 1e9:10.3f} s  {who}  {act.kind} {values}".rstrip())
+    violation: Violation | None = outcome.violation
+    if violation is not None:
+        for line in failure_lines(seed, violation):
+            print(line)
+        raise typer.Exit(1)
+    print(f"seed {seed}: no violation in {outcome.station_s:.3f} s, digest {outcome.digest}")
+    raise typer.Exit
+
+
+def _keep(file: Path, failure: "FailedSeed", names: tuple[str, str]) -> None:
+    """Make the first failing world small, and write it as a test."""
+    from achse.swarm.play import play, play_twice
+    from achse.swarm.project import load_checks
+    from achse.swarm.report import source_of_test
+    from achse.swarm.scenario import world_of
+    from achse.swarm.shrink import shrink
+    from achse.swarm.world import World
+
+    checks = load_checks(Path(names[1])) if names[1] else ()
+
+    def outcome_of(world: World) -> Any:
+        if failure.invariant == "equal-digest":
+            return play_twice(world)
+        return play(world, checks=checks)
+
+    def fails(world: World) -> bool:
+        violation = outcome_of(world).violation
+        return violation is not None and violation.invariant == failure.invariant
+
+    world = world_of(failure.seed, names[0])
+    if not fails(world):
+        fail(f"seed {failure.seed} fails in a process with others only: nothing written")
+    small = shrink(world, fails, budget_s=_SHRINKING_S)
+    violation = outcome_of(small).violation
+    file.write_text(source_of_test(small, violation), encoding="utf-8")
+    print(f"{file}: {len(small.acts)} of {len(world.acts)} acts, {small.length_ns / 1e9:g} s")
