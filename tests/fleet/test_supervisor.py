@@ -26,6 +26,16 @@ print("said", *sys.argv[1:], file=sys.stderr)
 sys.stdin.read()
 """
 
+ALL_READY = """
+for number in (1, 2, 3):
+    print('{"event": "ready", "station": %d}' % number, flush=True)
+"""
+
+ALL_READY = """
+for number in (1, 2, 3):
+    print('{"event": "ready", "station": %d}' % number, flush=True)
+"""
+
 
 def plan_of(folder: Path, more: str = "") -> FleetPlan:
     (folder / "t.toml").write_text("")
@@ -142,37 +152,96 @@ async def test_one_that_hangs_is_killed_and_started_again(tmp_path: Path) -> Non
     await task
 
 
-async def test_a_log_keeps_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_no_line_is_lost_while_a_log_is_shortened(tmp_path: Path) -> None:
+    """The process writes all the time, 12 MB of numbered lines."""
     wordy = (
-        'import sys; print(\'{"event": "ready", "station": 1}\', flush=True)\n'
-        "sys.stderr.write(('x' * 99 + chr(10)) * 100_000 + 'the end' + chr(10))\n"
+        "import sys\n"
+        'print(\'{"event": "ready", "station": 1}\', flush=True)\n'
+        "for number in range(120_000): sys.stderr.write(f'{number:099d}' + chr(10))\n"
         "sys.stderr.flush()\n"
-        'print(\'{"event": "said", "station": 1}\', flush=True)\n'
         "sys.stdin.read()\n"
-        "sys.stderr.write('further' + chr(10))"
+        "sys.stderr.write('further')"
     )
-    plan = plan_of(tmp_path)
     command = [sys.executable, "-c", wordy]
-    supervisor = FleetSupervisor(
-        plan, lambda numbers, core: command, tmp_path, look_s=0.01, silent_looks=sys.maxsize
-    )
-    shorten = supervisor._shorten
-
-    def shorten_whole(file: Path) -> None:
-        """A line that comes at that moment may be lost: wait until all are there."""
-        if all(process.heard == 2 for process in supervisor.processes):
-            shorten(file)
-
-    monkeypatch.setattr(supervisor, "_shorten", shorten_whole)
+    supervisor = FleetSupervisor(plan_of(tmp_path), lambda numbers, core: command, tmp_path)
     task = asyncio.create_task(supervisor.run())
     log = supervisor.log_of(1)
-    await until(lambda: log.exists() and log.read_bytes().endswith(b"the end\n"))
-    await until(lambda: 0 < log.stat().st_size < 2**20)
+    await until(lambda: log.exists() and _last_line(log) == b"%099d" % 119_999)
     supervisor.stop()
     await task
-    kept = log.read_text().splitlines()
-    assert kept[0] == "x" * 99
-    assert kept[-2:] == ["the end", "further"]
+    *lines, last = log.read_text().splitlines()
+    assert last == "further"
+    assert [int(line) for line in lines] == list(range(120_000 - len(lines), 120_000))
+    assert len(lines) > 10_000
+
+
+def _last_line(log: Path) -> bytes:
+    with log.open("rb") as file:
+        file.seek(max(file.seek(0, os.SEEK_END) - 100, 0))
+        return file.read().strip()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no file descriptors are passed on")
+async def test_a_process_that_ends_leaves_a_child_with_its_stderr(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is started again nevertheless, and what its child writes comes into the log."""
+    monkeypatch.setattr("achse.fleet.supervisor._LAST_LINES_S", 0.01)
+    child = "import os, sys; os.read(int(sys.argv[1]), 1); sys.stderr.write('child' + chr(10))"
+    parent = (
+        "import os, subprocess, sys\n"
+        "end, _ = os.pipe()  # ends with the parent\n"
+        f"command = [sys.executable, '-c', {child!r}, str(end)]\n"
+        "null = subprocess.DEVNULL\n"
+        "subprocess.Popen(command, stdin=null, stdout=null, pass_fds=[end])\n"
+        f"{ALL_READY}"
+    )
+    command = [sys.executable, "-c", parent]
+    plan = plan_of(tmp_path, "stations_per_process = 3\nrestarts = 1")
+    supervisor = FleetSupervisor(plan, lambda numbers, core: command, tmp_path)
+    task = asyncio.create_task(supervisor.run())
+    log = supervisor.log_of(1)
+    await until(lambda: log.exists() and log.read_text() == "child\nchild\n")
+    supervisor.stop()
+    await task
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="it is ended by a signal")
+async def test_a_process_goes_on_without_the_reader_of_its_log(tmp_path: Path) -> None:
+    """The supervisor is killed: its station ends in order, though nobody reads what it writes."""
+    done = tmp_path / "done"
+    wordy = (
+        "import sys, pathlib\n"
+        f"{ALL_READY}"
+        "sys.stdin.read()\n"
+        "try:\n"
+        "    for _ in range(10_000): sys.stderr.write('x' * 99 + chr(10))\n"
+        "except OSError: pass\n"
+        f"pathlib.Path({str(done)!r}).touch()\n"
+    )
+    script = (
+        "import asyncio, sys\nfrom pathlib import Path\n"
+        "from achse.fleet.plan import FleetPlan\n"
+        "from achse.fleet.supervisor import FleetSupervisor\n"
+        "async def main():\n"
+        f"    plan = FleetPlan.load({str(tmp_path / 'fleet.toml')!r})\n"
+        f"    command = lambda numbers, core: [sys.executable, '-c', {wordy!r}]\n"
+        f"    supervisor = FleetSupervisor(plan, command, Path({str(tmp_path)!r}))\n"
+        "    task = asyncio.create_task(supervisor.run())\n"
+        "    await supervisor.processes[0].ready.wait()\n"
+        "    print('ready', flush=True)\n"
+        "    await task\n"
+        "asyncio.run(main())\n"
+    )
+    plan_of(tmp_path, "stations_per_process = 3")
+    supervisor = await asyncio.create_subprocess_exec(
+        sys.executable, "-c", script, stdout=asyncio.subprocess.PIPE
+    )
+    assert supervisor.stdout is not None
+    assert await supervisor.stdout.readline() == b"ready\n"
+    supervisor.kill()
+    await supervisor.wait()
+    await until(done.exists)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux pins processes to cores")

@@ -16,6 +16,7 @@ from typing import Any
 
 from achse.fleet.plan import FleetPlan, FleetStation
 from achse.fleet.policy import RestartPolicy
+from achse.fleet.process_log import ProcessLog
 from achse.station.configuration.types import ConfigError
 
 __all__ = ["FleetProcess", "FleetSupervisor", "ProcessState", "usable_cores"]
@@ -29,8 +30,8 @@ _LOOK_S = 5.0
 _MOST_SILENT_LOOKS = 12
 """A process that runs and says nothing from one look to the next, so often in a row, hangs."""
 
-_LONGEST_LOG, _KEPT_OF_LOG = 8 * 1024 * 1024, 1024 * 1024
-"""Bytes: a log that is longer at a look keeps its end."""
+_LAST_LINES_S = 5.0
+"""Last lines of an ended process are awaited so long: its children may keep its stderr open."""
 
 _END_WITHIN_S = 20.0
 """A process that was told to end has so long; then it is killed."""
@@ -87,8 +88,8 @@ class FleetSupervisor:
 
     `command(numbers, core)` is the command line of a process that serves these stations, ends when
     its stdin ends, and tells of itself on stdout in JSON lines, see `achse.fleet.worker`. What it
-    writes to stderr goes into files in `logs`. Every `look_s` seconds the supervisor shortens long
-    logs and kills processes that reported nothing at `silent_looks` looks in a row.
+    writes to stderr comes through a pipe into a file in `logs`. Every `look_s` seconds the
+    supervisor kills processes that reported nothing at `silent_looks` looks in a row.
     """
 
     def __init__(
@@ -114,6 +115,7 @@ class FleetSupervisor:
         ]
         window_s = plan.config.restart_window / 1e9
         self._policies = [RestartPolicy(plan.config.restarts, window_s) for _ in self.processes]
+        self._files = [ProcessLog(self.log_of(each.numbers[0])) for each in self.processes]
         self._stopping = asyncio.Event()
         self._starting = asyncio.Semaphore(2 * (os.cpu_count() or 1))
         """So many start at the same time: more would only wait for each other."""
@@ -168,12 +170,11 @@ class FleetSupervisor:
         return [number for process in chosen for number in process.numbers]
 
     async def _look(self) -> None:
-        """Kill what hangs, so that it is started again; keep logs short."""
+        """Kill what hangs, so that it is started again."""
         silent = dict.fromkeys(self.processes, (0, 0))
         while True:
             await asyncio.sleep(self._look_s)
             for process in self.processes:
-                self._shorten(self.log_of(process.numbers[0]))
                 heard, looks = silent[process]
                 looks = (
                     looks + 1
@@ -187,20 +188,6 @@ class FleetSupervisor:
                     log.warning("%s: says nothing any more, killed", names)
                     silent[process] = process.heard, 0
                     _kill(child)
-
-    def _shorten(self, file: Path) -> None:
-        """Its process goes on writing at the end; a line that comes meanwhile may be lost."""
-        try:
-            if file.stat().st_size <= _LONGEST_LOG:
-                return
-            with file.open("r+b") as kept:
-                kept.seek(-_KEPT_OF_LOG, os.SEEK_END)
-                end = kept.read(_KEPT_OF_LOG).partition(b"\n")[2]
-                kept.truncate(0)
-            with file.open("ab") as kept:
-                kept.write(end)
-        except OSError as failure:
-            log.debug("%s: %s", file, failure)
 
     # one process ------------------------------------------------------------------------------
 
@@ -247,19 +234,11 @@ class FleetSupervisor:
             process.go_on.clear()
             process.said.clear()
             ready: set[int] = set()
-            command = self._command(process.numbers, process.core)
             try:
-                with self.log_of(process.numbers[0]).open("ab") as errors:
-                    child = process.child = await asyncio.create_subprocess_exec(
-                        *command,
-                        stdin=subprocess.PIPE,
-                        stdout=subprocess.PIPE,
-                        stderr=errors,
-                        **_own_group(),
-                    )
+                child, logged = await self._start(process)
             except OSError as failure:
                 return False, str(failure)
-            process.pid = child.pid
+            process.child, process.pid = child, child.pid
             end = asyncio.create_task(self._end_when_told(process, child))
             while len(ready) < len(process.stations) and (line := await _line(child)):
                 self._hear(process, line, ready)
@@ -270,8 +249,35 @@ class FleetSupervisor:
             self._hear(process, line, ready)
         code = await child.wait()
         end.cancel()
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(logged.wait(), _LAST_LINES_S)
         how = f"signal {-code}" if code < 0 else f"exit code {code}"
         return len(ready) == len(process.stations), how
+
+    async def _start(
+        self, process: FleetProcess
+    ) -> tuple[asyncio.subprocess.Process, asyncio.Event]:
+        """Start it: the child, and the event that all is logged that it wrote to stderr.
+
+        The pipe is our own: `wait` of a child waits for children of the child that keep the
+        pipes of asyncio open. Raises OSError.
+        """
+        command = self._command(process.numbers, process.core)
+        reads, writes = os.pipe()
+        try:
+            child = await asyncio.create_subprocess_exec(
+                *command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=writes,
+                **_own_group(),
+            )
+        except BaseException:
+            os.close(reads)
+            raise
+        finally:
+            os.close(writes)
+        return child, self._files[process.place].follow(reads)
 
     def _hear(self, process: FleetProcess, line: bytes, ready: set[int]) -> None:
         try:
