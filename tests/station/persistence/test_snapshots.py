@@ -87,26 +87,27 @@ def test_trouble_of_the_disk_is_reported_once_and_ends(errors: list[int | None])
     lines: list[str] = []
     handler = logging.Handler()
     handler.emit = lambda record: lines.append(record.getMessage())  # type: ignore[method-assign]
-    values = iter(range(len(errors) + 1))
+    """However often it comes and goes meanwhile, as at the limit of file descriptors."""
+    turns = len(errors) + 1 + int(30 / INTERVAL_S) + 1
+    values = iter([*range(len(errors) + 1), *[len(errors)] * turns])
 
     def turn(number: int) -> None:
-        computer.disk.error = [*errors, None][number - 1]
+        computer.disk.error = dict(enumerate(errors, 1)).get(number)
 
-    computer = Computer(turn, len(errors) + 1)
+    computer = Computer(turn, turns)
     logging.getLogger("achse.station").addHandler(handler)
     try:
         computer.run(lambda: image(next(values)))
     finally:
         logging.getLogger("achse.station").removeHandler(handler)
     assert computer.written == len(errors)
-    expected, fails = [], False
-    for error in [*errors, None]:
-        if bool(error) != fails:
-            fails = bool(error)
-            expected.append("a cannot be written: " if fails else "a is written again")
-    assert [line[: len(each)] for line, each in zip(lines, expected, strict=True)] == expected
+    count = len(errors) - errors.count(None)
+    assert len(lines) == 2 * bool(count)
+    if lines:
+        assert lines[0].startswith("a cannot be written: ")
+        assert lines[1] == f"a is written again; {count} writes failed"
     paused = [INTERVAL_S, *(1.0 if error else INTERVAL_S for error in [*errors, None])]
-    assert computer.pauses == paused
+    assert computer.pauses[: len(paused)] == paused
 
 
 def test_slow_disk_is_reported_once_and_has_pauses(caplog: pytest.LogCaptureFixture) -> None:
@@ -123,8 +124,7 @@ def test_slow_disk_is_reported_once_and_has_pauses(caplog: pytest.LogCaptureFixt
     computer.run(lambda: image(next(values)))
     assert computer.pauses == pytest.approx([0.1, 3.0, 2.0, 0.09, 5.0])
     assert [record.getMessage() for record in caplog.records] == [
-        f"a: writing took {seconds} s, expected up to 1 s; a power cut loses so much"
-        for seconds in ("3.0", "5.0")
+        "a: writing took 3.0 s, expected up to 1 s; a power cut loses so much"
     ]
 
 

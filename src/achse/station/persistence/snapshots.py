@@ -23,6 +23,9 @@ _PAUSE_S = 1.0
 _SLOW_S = 1.0
 """A write that takes longer is reported."""
 
+_QUIET_S = 30.0
+"""Trouble is over after so long without it, s; if it comes back before, nothing is reported."""
+
 log = logging.getLogger("achse.station")
 
 
@@ -47,8 +50,7 @@ class Snapshots:
         self._saves = 0
         """Count of saves to the other file: images from before a save are out of date."""
         self._encoded: tuple[PersistentLayout, bytes] | None = None
-        self._fails = self._is_slow = False
-        """True for trouble that was reported and continues."""
+        self._failures, self._slowness = _Trouble(), _Trouble()
 
     def begin_with(self, image: PersistentImage) -> None:
         """Take an image as written: it is what the files at the start led to.
@@ -56,7 +58,7 @@ class Snapshots:
         After a write that failed no file has it: it is written as soon as that is possible.
         """
         with self._lock:
-            self._written = None if self._fails else image
+            self._written = None if self._failures.is_present else image
 
     async def run(self, capture: Callable[[], PersistentImage | None]) -> None:
         """Write what `capture` returns, until cancelled; None if there is nothing to write now."""
@@ -64,6 +66,7 @@ class Snapshots:
         while True:
             await self._sleep(pause)
             began = self._clock()
+            self._report_end(began)
             image = capture()
             taken = self._clock()
             pause = max(self._interval_s, _SHARE * (taken - began))
@@ -108,17 +111,44 @@ class Snapshots:
         return self._encoded[1]
 
     def _report_failure(self, failure: OSError) -> None:
-        if not self._fails:
-            self._fails = True
+        if self._failures.occurs(self._clock()):
             log.error("%s cannot be written: %s", self._file.path, failure.strerror)
 
     def _report_success(self, took_s: float) -> None:
-        if self._fails:
-            self._fails = False
-            log.warning("%s is written again", self._file.path)
-        if took_s > _SLOW_S and not self._is_slow:
+        now = self._clock()
+        self._failures.is_present = False
+        if took_s <= _SLOW_S:
+            self._slowness.is_present = False
+        elif self._slowness.occurs(now):
             log.warning(
                 "%s: writing took %.1f s, expected up to %g s; a power cut loses so much",
                 *(self._file.path, took_s, _SLOW_S),
             )
-        self._is_slow = took_s > _SLOW_S
+        self._report_end(now)
+
+    def _report_end(self, now: float) -> None:
+        """Report once that writes succeed again, as soon as that is so for a while."""
+        self._slowness.end(now)
+        if count := self._failures.end(now):
+            log.warning("%s is written again; %d writes failed", self._file.path, count)
+
+
+class _Trouble:
+    """Trouble that may come and go many times a second, at a limit of the system for example."""
+
+    def __init__(self) -> None:
+        self.is_present = False
+        self._count, self._last = 0, 0.0
+
+    def occurs(self, now: float) -> bool:
+        """Note an occurrence; True if it is the first one."""
+        self.is_present = True
+        self._count, self._last = self._count + 1, now
+        return self._count == 1
+
+    def end(self, now: float) -> int:
+        """Count of occurrences if the trouble is over now; 0 while it goes on."""
+        if self.is_present or now - self._last < _QUIET_S:
+            return 0
+        count, self._count = self._count, 0
+        return count
