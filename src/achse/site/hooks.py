@@ -1,7 +1,8 @@
 """Hooks of MkDocs (see mkdocs.yml): the front page, links within the repository, anchors, pictures.
 
-- README, CHANGELOG, CONTRIBUTING, SECURITY and the pages of examples/ are pages of the site too;
-  links to files that are not pages become their names.
+- README, CHANGELOG and their neighbours (`PAGES`) and the pages of examples/ are pages of the site
+  too; links to files that are not pages become their names.
+- The order of pages is made of README's list (`achse.site.navigation`), and `llms.txt` of that.
 - Each row of a reference page has an anchor: its code (`0x4655`), its index group and offset
   (`0x4101-0xA`), or its name (`MC_Power`): see `achse.codes.links`.
 - Pages of reference/ and the coverage of the NC are made now, from the rows
@@ -18,6 +19,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from achse.site.navigation import navigation, overview
 from achse.site.pictures import PICTURES
 
 __all__ = ["PAGES", "anchored", "generated_pages", "on_files", "on_page_markdown", "relinked"]
@@ -29,6 +31,9 @@ PAGES = {
     "CHANGELOG.md": "changelog.md",
     "CONTRIBUTING.md": "contributing.md",
     "SECURITY.md": "security.md",
+    "SUPPORT.md": "support.md",
+    "GOVERNANCE.md": "governance.md",
+    "CODE_OF_CONDUCT.md": "conduct.md",
 }
 """Files of the repository that are pages, and their places in the site."""
 
@@ -59,7 +64,7 @@ def generated_pages() -> dict[str, str]:
 
 
 def on_files(files: Any, *, config: Any) -> Any:
-    """Add pages from outside docs/, those made from the rows, and the pictures."""
+    """Add pages from outside docs/, those made from the rows, and pictures; put all in order."""
     from mkdocs.structure.files import File
 
     for path, uri in _pages().items():
@@ -72,6 +77,9 @@ def on_files(files: Any, *, config: Any) -> Any:
         files.append(File.generated(config, uri, content=text))
     for name, make in PICTURES.items():
         files.append(File.generated(config, f"pictures/{name}.svg", content=make()))
+    texts = {file.src_uri: file.content_string for file in files.documentation_pages()}
+    config.nav = navigation((ROOT / "README.md").read_text(encoding="utf-8"), texts)
+    files.append(File.generated(config, "llms.txt", content=overview(config.nav, texts)))
     return files
 
 
