@@ -1,6 +1,6 @@
 """Order of the site's pages: start, how to, concepts, reference, coverage, project.
 
-How-to pages stand in the groups of README's list, so that the list is kept once.
+How-to pages are in the groups of README's list, so that the list is kept once.
 """
 
 import re
