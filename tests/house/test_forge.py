@@ -1,19 +1,23 @@
 """Files for a forge: valid by its schemas, actions pinned, least rights; versions agree."""
 
+import json
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
+import yaml
 
 import achse
 
 SCHEMAS = {
-    "vendor.github-workflows": "workflows/*.yml",
-    "vendor.dependabot": "dependabot.yml",
-    "vendor.github-issue-config": "ISSUE_TEMPLATE/config.yml",
-    "vendor.github-issue-forms": "ISSUE_TEMPLATE/[!c]*.yml",
+    "vendor.github-workflows": ".github/workflows/*.yml",
+    "vendor.github-actions": "action.yml",
+    "vendor.dependabot": ".github/dependabot.yml",
+    "vendor.github-issue-config": ".github/ISSUE_TEMPLATE/config.yml",
+    "vendor.github-issue-forms": ".github/ISSUE_TEMPLATE/[!c]*.yml",
 }
 
 
@@ -26,19 +30,38 @@ def found_by(program: str, *arguments: str | Path) -> str:
 
 @pytest.mark.parametrize("schema", SCHEMAS)
 def test_the_forge_reads_each_file(root: Path, schema: str) -> None:
-    files = sorted((root / ".github").glob(SCHEMAS[schema]))
+    files = sorted(root.glob(SCHEMAS[schema]))
     assert files
     assert not found_by("check-jsonschema", "--builtin-schema", schema, *files)
 
 
 def test_workflows_have_least_rights(root: Path) -> None:
-    assert not found_by("zizmor", "--offline", "--no-progress", "-q", root / ".github")
+    assert not found_by(
+        "zizmor", "--offline", "--no-progress", "-q", root / ".github", root / "action.yml"
+    )
 
 
 def test_actions_are_pinned_with_their_version(root: Path) -> None:
-    for workflow in (root / ".github/workflows").glob("*.yml"):
+    for workflow in (root / "action.yml", *(root / ".github/workflows").glob("*.yml")):
         for used in re.findall(r"uses: (.*)", workflow.read_text(encoding="utf-8")):
             assert re.match(r"[\w./-]+@[0-9a-f]{40} # v\d+\.\d+\.\d+", used), used
+
+
+def test_the_conda_recipe_has_version_and_requirements_of_the_package(root: Path) -> None:
+    recipe = yaml.safe_load((root / "packaging/conda/recipe.yaml").read_text(encoding="utf-8"))
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert recipe["context"]["version"] == achse.__version__
+    needed = [f"python {project['requires-python']}"]
+    needed += [text.replace(">=", " >=") for text in project["dependencies"]]
+    assert recipe["requirements"]["run"] == needed
+    assert recipe["build"]["python"]["entry_points"] == [
+        f"{name} = {place}" for name, place in project["scripts"].items()
+    ]
+
+
+def test_an_editor_s_container_is_set_up_as_contributors_do(root: Path) -> None:
+    container = json.loads((root / ".devcontainer/devcontainer.json").read_text(encoding="utf-8"))
+    assert container["postCreateCommand"] in (root / "CONTRIBUTING.md").read_text(encoding="utf-8")
 
 
 def test_the_citation_is_of_this_version(root: Path) -> None:
