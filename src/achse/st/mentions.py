@@ -6,12 +6,11 @@ drawn body all words count, since its boxes name blocks in text.
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import fields
-from functools import cache
 from typing import Any
 
 from achse.st.declared.scopes import DeclaredUnit, Scopes, with_bases
 from achse.st.graphical.body import GraphicalBody
+from achse.st.syntax.nodes import field_names
 from achse.st.syntax.tree import (
     Declaration,
     GlobalName,
@@ -114,7 +113,7 @@ class _Walk:
                 for word in set(_WORD.findall(tree.text)):
                     self._note((word,))
             elif hasattr(tree, "__dataclass_fields__") and not isinstance(tree, Note):
-                stack += [getattr(tree, name) for name in _field_names(tree.__class__)]
+                stack += [getattr(tree, name) for name in field_names(tree.__class__)]
 
     def _note(self, path: Sequence[str]) -> None:
         """Note the unit that a path means: by its first name, else behind names of libraries."""
@@ -143,8 +142,3 @@ def _root(tree: Any) -> Any:
     while isinstance(tree, Member):
         tree = tree.of
     return tree
-
-
-@cache
-def _field_names(kind: type) -> tuple[str, ...]:
-    return tuple(item.name for item in fields(kind) if item.name != "at")

@@ -1,9 +1,10 @@
 """Nodes of syntax trees and of what is made of them: classes that are compared without places."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from functools import cache
 from typing import Any, TypeVar, dataclass_transform
 
-__all__ = ["changed", "node", "place"]
+__all__ = ["changed", "field_names", "node", "place"]
 
 N = TypeVar("N")
 
@@ -29,3 +30,11 @@ def changed(node: N, **changes: Any) -> N:
     for name in node.__class__.__match_args__:  # type: ignore[attr-defined]
         setattr(copy, name, changes[name] if name in changes else getattr(node, name))
     return copy
+
+
+@cache
+def field_names(kind: type) -> tuple[str, ...]:
+    """Return the names of the fields of a class of nodes, without the place; none of others."""
+    if not hasattr(kind, "__dataclass_fields__"):
+        return ()
+    return tuple(item.name for item in fields(kind) if item.name != "at")

@@ -1,0 +1,142 @@
+"""Declared types of paths in bodies, as far as names alone tell them."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from achse.iec.enums import EnumType
+from achse.st.declared.scopes import DeclaredUnit, Scopes, with_bases
+from achse.st.lint.uses import Variable
+from achse.st.syntax.tree import (
+    ArrayOf,
+    Call,
+    Declaration,
+    Dereference,
+    Expression,
+    GlobalName,
+    Index,
+    Member,
+    Name,
+    NamedType,
+    PointerTo,
+    ReferenceTo,
+    TypeSpec,
+)
+from achse.st.syntax.units import Function, FunctionBlock, GlobalList, Program, TypeDeclaration
+
+__all__ = ["DeclaredType", "DeclaredTypes"]
+
+_MOST_ALIASES = 20
+
+
+class DeclaredType(NamedTuple):
+    """A type as written, and the name space in which its names count."""
+
+    spec: TypeSpec
+    space: str
+
+
+class DeclaredTypes:
+    """The types of variables and paths. `chain` is what a body sees, the nearest first."""
+
+    def __init__(self, scopes: Scopes) -> None:
+        self._scopes = scopes
+
+    def unit_of(self, found: DeclaredType | None) -> DeclaredUnit | None:
+        """Return the unit that declares a type, behind aliases and references."""
+        for _ in range(_MOST_ALIASES):
+            if found is None:
+                return None
+            spec = found.spec
+            if isinstance(spec, ReferenceTo):
+                found = DeclaredType(spec.target, found.space)
+                continue
+            if not isinstance(spec, NamedType):
+                return None
+            entry = self._scopes.find(spec.name, found.space)
+            if entry is None:
+                return None
+            tree = entry.tree
+            if not isinstance(tree, TypeDeclaration) or not isinstance(tree.type, NamedType):
+                return entry
+            found = DeclaredType(tree.type, entry.space)
+        return None
+
+    def is_block(self, declaration: Declaration, space: str) -> bool:
+        """Return True if a variable is an instance of a function block, or an array of them."""
+        spec = declaration.type
+        while isinstance(spec, ArrayOf):
+            spec = spec.element
+        if not isinstance(spec, NamedType):
+            return False
+        entry = self.unit_of(DeclaredType(spec, space))
+        return entry is not None and isinstance(entry.tree, FunctionBlock)
+
+    def enumeration_of(
+        self, path: Expression, chain: Sequence[Mapping[str, Variable]], space: str
+    ) -> EnumType[Any] | None:
+        """Return the enumeration that a path has values of."""
+        entry = self.unit_of(self.type_of(path, chain, space))
+        type = None if entry is None else entry.type
+        return type if isinstance(type, EnumType) else None
+
+    def type_of(
+        self, path: Expression, chain: Sequence[Mapping[str, Variable]], space: str
+    ) -> DeclaredType | None:
+        """Return the declared type of a path; None if it takes more than names to know it."""
+        steps: list[Expression] = []
+        while isinstance(path, Member | Index | Dereference):
+            steps.append(path)
+            path = path.of
+        found = self._root(path, chain, space)
+        first = steps[-1] if steps else None
+        if found is None and isinstance(path, Name) and isinstance(first, Member):
+            entry = self._scopes.find(path.name, space)
+            if entry is not None and isinstance(entry.tree, GlobalList | Program):
+                found = self._variable(entry, first.name)
+                steps.pop()
+        for step in reversed(steps):
+            found = self._step(found, step)
+        return found
+
+    def _root(
+        self, path: Expression, chain: Sequence[Mapping[str, Variable]], space: str
+    ) -> DeclaredType | None:
+        if isinstance(path, Call) and isinstance(path.of, Name):
+            entry = self._scopes.find(path.of.name, space)
+            tree = None if entry is None else entry.tree
+            if entry is None or not isinstance(tree, Function) or tree.returns is None:
+                return None
+            return DeclaredType(tree.returns, entry.space)
+        if not isinstance(path, Name | GlobalName):
+            return None
+        key = path.name.lower()
+        for variables in chain if isinstance(path, Name) else ():
+            variable = variables.get(key)
+            if variable is not None:
+                return DeclaredType(variable.declaration.type, variable.entry.space)
+        lists = self._scopes.globals.get(key, ())
+        return self._variable(lists[0], key) if len(lists) == 1 else None
+
+    def _step(self, found: DeclaredType | None, step: Expression) -> DeclaredType | None:
+        if found is None:
+            return None
+        if isinstance(step, Member):
+            entry = self.unit_of(found)
+            return None if entry is None else self._variable(entry, step.name)
+        spec = found.spec
+        while isinstance(spec, ReferenceTo):
+            spec = spec.target
+        if isinstance(step, Index) and isinstance(spec, ArrayOf):
+            return DeclaredType(spec.element, found.space)
+        if isinstance(step, Dereference | Index) and isinstance(spec, PointerTo):
+            return DeclaredType(spec.target, found.space)
+        return None
+
+    def _variable(self, entry: DeclaredUnit, name: str) -> DeclaredType | None:
+        key = name.lower()
+        return next(self._declared(entry, key), None)
+
+    def _declared(self, entry: DeclaredUnit, key: str) -> Iterator[DeclaredType]:
+        for scope in with_bases(self._scopes.scope(entry)):
+            if key in scope.variables:
+                yield DeclaredType(scope.variables[key][1].type, scope.space)

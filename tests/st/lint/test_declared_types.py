@@ -1,0 +1,63 @@
+"""Declared types of paths."""
+
+import pytest
+
+from achse.st.lint.declared_types import DeclaredTypes
+from achse.st.lint.uses import routines_of, with_chains
+from achse.st.syntax.parser import parse_expression
+from tests.st.lint.conftest import declared
+
+TEXT = """TYPE E_State : (Idle, Run); END_TYPE
+TYPE E_Other : E_State; END_TYPE
+TYPE ST_Point : STRUCT e : E_State; n : INT; END_STRUCT END_TYPE
+FUNCTION F_State : E_State
+END_FUNCTION
+VAR_GLOBAL eGlobal : E_State; END_VAR
+FUNCTION_BLOCK FB_Base
+VAR eBase : E_Other; END_VAR
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK FB EXTENDS FB_Base
+VAR
+    st : ST_Point;
+    a : ARRAY [0..3] OF ST_Point;
+    p : POINTER TO ST_Point;
+    r : REFERENCE TO E_State;
+    fb : ARRAY [0..1] OF FB_Base;
+    n : INT;
+END_VAR
+END_FUNCTION_BLOCK
+PROGRAM MAIN
+VAR fb : FB; e : E_State; END_VAR
+END_PROGRAM
+"""
+NAMES = declared(TEXT).names
+UNITS = routines_of([one for one in NAMES.scopes.entries.values() if not one.is_library])
+CHAIN = {unit.entry.name: chain for unit, chain in with_chains(UNITS, NAMES.scopes)}["FB"]
+TYPES = DeclaredTypes(NAMES.scopes)
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "st.e", "a[1].e", "p^.e", "r", "eBase", "fb[0].eBase", "F_State()", "eGlobal", ".eGlobal",
+        "MAIN.e", "MAIN.fb.st.e",
+    ],
+)  # fmt: skip
+def test_a_path_to_an_enumeration_is_found(path: str) -> None:
+    found = TYPES.enumeration_of(parse_expression(path), CHAIN, "")
+    assert found is not None
+    assert found.name == "E_State"
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["n", "st", "st.n", "a", "nothing", "st.nothing", "MAIN", "MAIN.nothing", "1", "F()", "n[1]"],
+)
+def test_other_paths_have_no_enumeration(path: str) -> None:
+    assert TYPES.enumeration_of(parse_expression(path), CHAIN, "") is None
+
+
+def test_instances_of_blocks_are_known() -> None:
+    (variables, *_) = CHAIN
+    blocks = {key for key, each in variables.items() if TYPES.is_block(each.declaration, "")}
+    assert blocks == {"fb"}
