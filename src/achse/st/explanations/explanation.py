@@ -15,6 +15,9 @@ EXAMPLE = "example.st"
 """Name of the file of an example that is one text."""
 
 FAMILIES = {
+    "LT1": "Lint of variables",
+    "LT2": "Lint of expressions",
+    "LT3": "Lint of statements",
     "ST1": "Syntax",
     "ST2": "Declarations and constants",
     "ST3": "Names",

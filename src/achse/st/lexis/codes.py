@@ -8,6 +8,24 @@ __all__ = ["Code"]
 class Code(StrEnum):
     """Stable code of a finding; the texts of messages may change, codes keep their meaning."""
 
+    # LT1: lint of variables
+    UNUSED_VARIABLE = "LT1001"
+    NEVER_WRITTEN = "LT1002"
+    NEVER_READ = "LT1003"
+    SHADOWED_NAME = "LT1004"
+    TEMPORARY_INSTANCE = "LT1005"
+
+    # LT2: lint of expressions
+    FLOAT_EQUALITY = "LT2001"
+    DEAD_COMPARISON = "LT2002"
+    ASSIGNMENT_IN_CONDITION = "LT2003"
+
+    # LT3: lint of statements
+    MISSING_ELSE = "LT3001"
+    MISSING_CASES = "LT3002"
+    UNREACHABLE = "LT3003"
+    EMPTY_BRANCH = "LT3004"
+
     # ST1: syntax
     UNEXPECTED_TOKEN = "ST1001"
     UNREADABLE_CHARACTER = "ST1002"

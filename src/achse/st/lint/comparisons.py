@@ -1,0 +1,80 @@
+"""Rules about comparisons: equality of floating point numbers, unsigned numbers below zero."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from achse.iec.elementary import IntegerType, RealType
+from achse.st.lexis.codes import Code
+from achse.st.lexis.source import Source
+from achse.st.lint.report import LintReport
+from achse.st.syntax.nodes import field_names
+from achse.st.typed.expressions import Computed, Conversion, Converted, Known, Operator, TypedValue
+from achse.st.typed.project import Routine, RoutineKind
+
+__all__ = ["check_comparisons"]
+
+RULES = (Code.FLOAT_EQUALITY, Code.DEAD_COMPARISON)
+
+_SIGNS = {Operator.EQ: "=", Operator.NE: "<>"}
+
+_DEAD = {
+    (Operator.LT, 1): "FALSE",
+    (Operator.GE, 1): "TRUE",
+    (Operator.GT, 0): "FALSE",
+    (Operator.LE, 0): "TRUE",
+}
+"""Results of comparisons with zero on the left (0) or right (1) of an unsigned number."""
+
+_TYPED = "achse.st.typed."
+
+
+def check_comparisons(
+    routines: Iterable[Routine], sources: frozenset[Source], report: LintReport
+) -> None:
+    """Apply the rules to the bodies of routines from these sources."""
+    if not report.wants(*RULES):
+        return
+    for routine in routines:
+        if routine.source in sources and routine.kind is not RoutineKind.LIFE:
+            _check(routine, report)
+
+
+def _check(routine: Routine, report: LintReport) -> None:
+    seen: set[int] = set()
+    stack: list[Any] = [routine.body]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, tuple):
+            stack += node
+        elif node.__class__.__module__.startswith(_TYPED) and id(node) not in seen:
+            seen.add(id(node))
+            if isinstance(node, Computed):
+                _check_comparison(node, routine.source, report)
+            stack += [getattr(node, name) for name in field_names(node.__class__)]
+
+
+def _check_comparison(node: Computed, source: Source, report: LintReport) -> None:
+    if len(node.operands) != 2:
+        return
+    sign = _SIGNS.get(node.operator)
+    if sign is not None and isinstance(node.operands[0].type, RealType):
+        message = f"'{sign}' compares floating point numbers, which are seldom equal"
+        report.add(Code.FLOAT_EQUALITY, source, node.at, message)
+    for side in (0, 1):
+        result = _DEAD.get((node.operator, side))
+        zero, other = node.operands[side], node.operands[1 - side]
+        if result is not None and isinstance(zero, Known) and zero.value == 0:
+            type = _unsigned(other)
+            if type is not None:
+                message = f"a {type.name} is never below 0: this is always {result}"
+                report.add(Code.DEAD_COMPARISON, source, node.at, message)
+
+
+def _unsigned(value: TypedValue) -> IntegerType | None:
+    """Return the type of a variable that has no sign, as declared."""
+    while isinstance(value, Converted) and value.rule is Conversion.EXTEND:
+        value = value.operand
+    type = value.type
+    if isinstance(value, Known) or not isinstance(type, IntegerType):
+        return None
+    return type if type.low == 0 else None

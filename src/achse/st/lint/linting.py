@@ -1,0 +1,46 @@
+"""The linter: all rules over a checked project."""
+
+from collections.abc import Iterable
+
+from achse.st.declare import Declarations
+from achse.st.lexis.collection import collection_paused
+from achse.st.lexis.source import Diagnostic
+from achse.st.lint.comparisons import check_comparisons
+from achse.st.lint.options import LintOptions
+from achse.st.lint.report import LintReport
+from achse.st.lint.statements import check_statements
+from achse.st.lint.uses import routines_of
+from achse.st.lint.variables import check_variables
+from achse.st.syntax.parser import Parsed
+from achse.st.typed.project import TypedProject
+
+__all__ = ["lint"]
+
+
+def lint(
+    sources: Iterable[Parsed],
+    declarations: Declarations,
+    typed: TypedProject,
+    options: LintOptions,
+) -> tuple[Diagnostic, ...]:
+    """Return the findings of the rules that are on, in the order of their places.
+
+    `sources` are those of the project itself; one with syntax faults is left out, since what is
+    missing in it might use anything.
+    """
+    report = LintReport(options)
+    if not options.codes:
+        return ()
+    own = frozenset(parsed.source for parsed in sources if not parsed.faults)
+    scopes = declarations.names.scopes
+    with collection_paused():
+        entries = [
+            entry
+            for entry in scopes.entries.values()
+            if not entry.is_library and entry.source in own
+        ]
+        units = routines_of(entries)
+        check_variables(units, scopes, report)
+        check_statements(units, scopes, report)
+        check_comparisons(typed.routines.values(), own, report)
+    return report.findings

@@ -1,0 +1,99 @@
+"""Options of the linter: the table `[lint]` of the file achse.toml of a project."""
+
+import tomllib
+from collections.abc import Iterable
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+from achse.st.lexis.codes import Code
+
+__all__ = ["FAMILY", "FILE", "LintOptions", "LintOptionsError", "lint_options"]
+
+FILE = "achse.toml"
+"""Name of the file, in the folder of the project or one above it."""
+
+FAMILY = "LT"
+"""Beginning of the codes of the linter."""
+
+_LARGEST_FILE = 1 << 20
+
+
+class LintOptionsError(ValueError):
+    """A file of options is malformed."""
+
+
+@dataclass(frozen=True, slots=True)
+class LintOptions:
+    """Rules that are on: codes, or beginnings of codes such as LT1."""
+
+    select: tuple[str, ...] = ()
+    ignore: tuple[str, ...] = ()
+    fail: tuple[str, ...] = ()
+    """Rules whose findings end a check with 1."""
+
+    def is_on(self, code: Code) -> bool:
+        """Return True if the rule of a code is on."""
+        return code.startswith((*self.select, *self.fail)) and not code.startswith(self.ignore)
+
+    def fails(self, code: Code) -> bool:
+        """Return True if a finding with that code ends a check with 1."""
+        return self.is_on(code) and code.startswith(self.fail)
+
+    def with_all(self) -> "LintOptions":
+        """Return the same with all rules on that are not ignored, if none is selected."""
+        return self if self.select else replace(self, select=(FAMILY,))
+
+    @property
+    def codes(self) -> frozenset[Code]:
+        """Codes of the rules that are on."""
+        return frozenset(code for code in Code if code.startswith(FAMILY) and self.is_on(code))
+
+
+def lint_options(project: Path) -> LintOptions:
+    """Return the options of a project: of the nearest achse.toml, up to the top of its repository.
+
+    Without a file, or without a table `[lint]`, no rule is on. Raises `LintOptionsError`.
+    """
+    folder = project.absolute()
+    for place in (folder, *folder.parents):
+        file = place / FILE
+        if file.is_file():
+            return _read(file)
+        if (place / ".git").exists():
+            break
+    return LintOptions()
+
+
+def _read(file: Path) -> LintOptions:
+    try:
+        if file.stat().st_size > _LARGEST_FILE:
+            raise LintOptionsError(f"{file}: expected at most {_LARGEST_FILE} bytes")
+        document = tomllib.loads(file.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as failure:
+        raise LintOptionsError(f"{file}: {failure}") from None
+    _known(file, "key", document, ("lint",))
+    table = document.get("lint", {})
+    if not isinstance(table, dict):
+        raise LintOptionsError(f"{file}: expected a table [lint], got {table!r:.40}")
+    _known(file, "key of [lint]", table, [item.name for item in fields(LintOptions)])
+    return LintOptions(**{key: _rules(file, key, value) for key, value in table.items()})
+
+
+def _known(file: Path, what: str, table: dict[str, Any], names: Iterable[str]) -> None:
+    for key in table:
+        if key not in names:
+            raise LintOptionsError(f"{file}: expected {what} {' or '.join(names)}, got {key!r:.40}")
+
+
+def _rules(file: Path, key: str, value: object) -> tuple[str, ...]:
+    """Return codes and beginnings of codes; each has to be that of a rule."""
+    if not isinstance(value, list):
+        raise LintOptionsError(f"{file}: {key}: expected a list of codes, got {value!r:.40}")
+    for item in value:
+        known = isinstance(item, str) and item.startswith(FAMILY)
+        if not known or not any(code.startswith(item) for code in Code):
+            raise LintOptionsError(
+                f"{file}: {key}: expected codes such as LT1001 or LT1, got {item!r:.40}"
+            )
+    return tuple(value)

@@ -1,0 +1,139 @@
+"""Rules about variables: unused, never written, never read, shadowed, instances that forget."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from achse.st.declared.scopes import Scopes, with_bases
+from achse.st.lexis.codes import Code
+from achse.st.lint.declared_types import DeclaredTypes
+from achse.st.lint.report import LintReport
+from achse.st.lint.uses import Owner, Routines, Use, Variable, Variables, uses_of
+from achse.st.syntax.tree import ReferenceTo
+from achse.st.syntax.units import (
+    Accessor,
+    Action,
+    Function,
+    FunctionBlock,
+    GlobalList,
+    Method,
+    Program,
+)
+
+__all__ = ["check_variables"]
+
+RULES = (
+    Code.UNUSED_VARIABLE,
+    Code.NEVER_WRITTEN,
+    Code.NEVER_READ,
+    Code.SHADOWED_NAME,
+    Code.TEMPORARY_INSTANCE,
+)
+
+_LOCAL = frozenset(("VAR", "VAR_TEMP", "VAR_STAT", "VAR_INST"))
+_PARAMETERS = frozenset(("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT"))
+_KEPT = frozenset(("RETAIN", "PERSISTENT"))
+_OF_THE_RUNTIME = frozenset(("fb_init", "fb_exit", "fb_reinit"))
+
+
+def check_variables(units: Sequence[Routines], scopes: Scopes, report: LintReport) -> None:
+    """Apply the rules to the variables of all units."""
+    if not report.wants(*RULES):
+        return
+    uses_of(units, scopes)
+    types = DeclaredTypes(scopes)
+    for unit in units:
+        tree = unit.entry.tree
+        if isinstance(tree, GlobalList):
+            continue
+        inherited = _inherited(unit, scopes) if isinstance(tree, FunctionBlock) else {}
+        outer = {**inherited, **dict.fromkeys(unit.variables, unit.entry.name)}
+        for owner, variables in _owners(unit):
+            for key, variable in variables.items():
+                _check_use(variable, unit, types, report)
+                if owner is tree:
+                    around = None
+                else:
+                    around = outer.get(key)
+                _check_shadow(variable, around, scopes, report)
+                _check_instance(variable, types, report)
+
+
+def _owners(unit: Routines) -> Iterator[tuple[Owner, Variables]]:
+    tree = unit.entry.tree
+    assert isinstance(tree, Function | FunctionBlock | Program)
+    yield tree, unit.variables
+    for owner, own in unit.parts:
+        if not isinstance(owner, Action):
+            yield owner, own
+
+
+def _inherited(unit: Routines, scopes: Scopes) -> Mapping[str, str]:
+    """Return the variables of the bases of a block, with the names of the bases."""
+    bases = list(with_bases(scopes.scope(unit.entry)))[1:]
+    return {key: scope.owner for scope in reversed(bases) for key in scope.variables}
+
+
+def _check_use(
+    variable: Variable, unit: Routines, types: DeclaredTypes, report: LintReport
+) -> None:
+    declaration, block = variable.declaration, variable.block
+    name, section = variable.name, block.section
+    if variable.use is Use.BOTH or declaration.address is not None or declaration.note.attributes:
+        return
+    if types.is_block(declaration, unit.entry.space):
+        return  # FB_init may be all that is wanted
+    if not variable.use:
+        if section in _LOCAL or (section in _PARAMETERS and _is_free(variable, unit)):
+            what = "parameter" if section in _PARAMETERS else "variable"
+            message = f"{what} '{name.name}' is not used"
+            report.add(Code.UNUSED_VARIABLE, variable.source, name.at, message)
+        return
+    if section not in _LOCAL or isinstance(declaration.type, ReferenceTo):
+        return
+    if isinstance(variable.owner, Program) and section != "VAR_TEMP":
+        return  # clients read and write variables of programs
+    if "CONSTANT" in block.qualifiers or not _KEPT.isdisjoint(block.qualifiers):
+        return
+    if variable.use is Use.READ and declaration.initial is None:
+        message = f"'{name.name}' is read, but nothing writes it"
+        report.add(Code.NEVER_WRITTEN, variable.source, name.at, message)
+    elif variable.use is Use.WRITE:
+        message = f"'{name.name}' is written, but nothing reads it"
+        report.add(Code.NEVER_READ, variable.source, name.at, message)
+
+
+def _is_free(variable: Variable, unit: Routines) -> bool:
+    """Return True if no interface, base or derived block decides on a parameter."""
+    owner, tree = variable.owner, unit.entry.tree
+    if isinstance(owner, Function):
+        return True
+    if isinstance(owner, FunctionBlock):
+        return not owner.implements and owner.extends is None and "ABSTRACT" not in owner.modifiers
+    if not isinstance(owner, Method) or owner.name.lower() in _OF_THE_RUNTIME:
+        return False
+    is_alone = isinstance(tree, FunctionBlock) and tree.extends is None and not tree.implements
+    return is_alone and "ABSTRACT" not in owner.modifiers and bool(owner.body)
+
+
+def _check_shadow(
+    variable: Variable, around: str | None, scopes: Scopes, report: LintReport
+) -> None:
+    """A variable of a method that hides one of its block, or any that hides a global one."""
+    name = variable.name
+    if around is None:
+        lists = scopes.globals.get(name.name.lower(), ())
+        own = next((entry for entry in lists if not entry.is_library), None)
+        around = None if own is None else own.name
+    if around is not None:
+        message = f"'{name.name}' hides the variable of that name of {around}"
+        report.add(Code.SHADOWED_NAME, variable.source, name.at, message)
+
+
+def _check_instance(variable: Variable, types: DeclaredTypes, report: LintReport) -> None:
+    """An instance of a block that starts anew with each call."""
+    section = variable.block.section
+    in_call = isinstance(variable.owner, Function | Method | Accessor)
+    if section != "VAR_TEMP" and not (in_call and section == "VAR"):
+        return
+    if types.is_block(variable.declaration, variable.entry.space):
+        message = f"'{variable.name.name}' is an instance that starts anew with each call"
+        report.add(Code.TEMPORARY_INSTANCE, variable.source, variable.name.at, message)
