@@ -8,6 +8,8 @@ from achse.st.check import check
 from achse.st.explanations.explanation import FAMILIES, Explanation, explanation_of, explanations
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Diagnostic, SourceError
+from achse.st.lint.linting import lint
+from achse.st.lint.options import FAMILY, LintOptions
 from achse.st.project import examine_project
 
 WITHOUT_EXAMPLE = {Code.BAD_START_VALUE: "shows when the memory of a PLC is laid out"}
@@ -20,8 +22,9 @@ FOLLOWING = {
 """Findings that follow from the one that an example is for."""
 
 
-def findings(folder: Path, example: dict[str, str]) -> list[Diagnostic]:
-    """Write the files of an example, and return all findings in it."""
+def findings(folder: Path, example: dict[str, str], rules: str = "") -> list[Diagnostic]:
+    """Write the files of an example, and return all findings in it, those of the linter for codes
+    that begin like `rules`."""
     for name, text in example.items():
         file = folder / name
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -37,7 +40,9 @@ def findings(folder: Path, example: dict[str, str]) -> list[Diagnostic]:
     except SourceError as nothing:
         return list(nothing.faults)
     typed = check(found.declarations, reach=found.reach, unreached=found.unreached)
-    return [*(error.faults if error else ()), *typed.faults, *typed.warnings]
+    options = LintOptions(select=(rules,) if rules else ())
+    linted = lint(found.sources, found.declarations, typed, options)
+    return [*(error.faults if error else ()), *typed.faults, *typed.warnings, *linted]
 
 
 def test_each_code_is_explained() -> None:
@@ -55,10 +60,11 @@ def test_each_code_is_explained() -> None:
 
 @pytest.mark.parametrize("each", [each for each in explanations().values() if each.wrong])
 def test_an_example_gives_its_code(each: Explanation, tmp_path: Path) -> None:
-    codes = {fault.code for fault in findings(tmp_path / "wrong", dict(each.wrong))}
+    rules = FAMILY if each.code.startswith(FAMILY) else ""
+    codes = {fault.code for fault in findings(tmp_path / "wrong", dict(each.wrong), rules)}
     assert each.code in codes
     assert codes - {each.code} <= FOLLOWING.get(each.code, set())
-    assert findings(tmp_path / "right", dict(each.right)) == []
+    assert findings(tmp_path / "right", dict(each.right), rules) == []
 
 
 def test_a_code_is_found_by_its_text() -> None:
