@@ -74,3 +74,27 @@ def test_findings_of_a_missing_library_are_one_line(folder: Path) -> None:
     assert "no type is named" not in result.stdout
     assert result.stdout.splitlines()[-1] == "would not run: 2 errors"
     assert "no type is named 'FB_Vendor'" in checked(folder, "--all").stdout
+
+
+def test_the_linter_is_off_until_the_project_or_the_option_switches_it_on(folder: Path) -> None:
+    (folder / "OLD.st").write_text("FUNCTION OLD : INT\nVAR\n    n : INT;\nEND_VAR\nEND_FUNCTION\n")
+    assert "LT1001" not in checked(folder).stdout
+    result = checked(folder, "--lint")
+    assert result.exit_code == 0
+    assert "OLD.st:3:5: warning: variable 'n' is not used [LT1001]" in result.stdout
+    assert "0 errors, 0 warnings, 1 findings of the linter" in result.stdout
+    (folder / "achse.toml").write_text('[lint]\nfail = ["LT1001"]\n')
+    result = checked(folder)
+    assert result.exit_code == 1
+    assert "OLD.st:3:5: error: variable 'n' is not used [LT1001]" in result.stdout
+    assert checked(folder, "--no-lint").exit_code == 0
+    (finding,) = json.loads(checked(folder, "--json").stdout)["lint"]
+    assert (finding["code"], finding["fails"]) == ("LT1001", True)
+    assert "::error file=" in checked(folder, "--format", "github").stdout
+
+
+def test_a_malformed_achse_toml_is_refused(folder: Path) -> None:
+    (folder / "achse.toml").write_text('[lint]\nfail = "LT1001"\n')
+    result = checked(folder)
+    assert result.exit_code == 1
+    assert "achse.toml: fail: expected a list of codes, got 'LT1001'" in result.stderr

@@ -69,6 +69,14 @@ def check(
             help="Form of the report on a project; --json is the same as --format json.",
         ),
     ] = ReportFormat.TEXT,
+    lint: Annotated[
+        bool | None,
+        typer.Option(
+            "--lint/--no-lint",
+            help="Switch all rules of the linter on or off; else achse.toml of a project decides.",
+            show_default=False,
+        ),
+    ] = None,
     in_json: Json = False,
 ) -> None:
     """Check a station.toml or a PLC project, and try the first cycles of its PLCs.
@@ -93,7 +101,7 @@ def check(
     if is_project:
         from achse.cli.test.projects import check_project
 
-        check_project(file, library or [], define or [], warnings, check_all, report)
+        check_project(file, library or [], define or [], warnings, check_all, report, lint)
     else:
         if file.exists() and report not in (ReportFormat.TEXT, ReportFormat.JSON):
             fail(f"--format {report} is for PLC projects: expected text or json for {file}")

@@ -14,6 +14,7 @@ from achse.plc import Task
 from achse.plc.system_info import system_info_list
 from achse.st.check import check
 from achse.st.lexis.source import Diagnostic, Location, SourceError
+from achse.st.lint.options import LintOptions, LintOptionsError, lint_options
 from achse.st.missing import findings_by_library, line_of_library
 from achse.st.project import Project, examine_project
 from achse.st.typed.project import TypedProject
@@ -29,9 +30,21 @@ class _Checked:
     typed: TypedProject
     errors: Sequence[Diagnostic]
     unreached: Sequence[Diagnostic]
+    lint: Sequence[Diagnostic]
+    options: LintOptions
     runs: bool
     verdict: str
     hint: str
+
+    @property
+    def failing(self) -> list[Diagnostic]:
+        """Findings of the linter that end the check with 1."""
+        return [finding for finding in self.lint if self.options.fails(finding.code)]
+
+    @property
+    def noted(self) -> list[Diagnostic]:
+        """Findings of the linter that do not."""
+        return [finding for finding in self.lint if not self.options.fails(finding.code)]
 
 
 def check_project(
@@ -41,8 +54,13 @@ def check_project(
     warnings: bool,
     check_all: bool,
     report: ReportFormat,
+    with_lint: bool | None = None,
 ) -> None:
-    """Print the findings in a project and whether it would run. Ends with 1 if it would not."""
+    """Print the findings in a project and whether it would run. Ends with 1 if it would not.
+
+    `with_lint` switches all rules of the linter on or off; by default achse.toml decides.
+    """
+    options = _options(path, with_lint)
     try:
         project, error = examine_project(
             path, libraries=libraries, defines=defines, check_all=check_all
@@ -52,7 +70,7 @@ def check_project(
             fail(str(nothing))
         _print_report(report, path, [], nothing.faults, [], [], "")
         raise typer.Exit(1) from None
-    found = _checked(project, error, check_all)
+    found = _checked(project, error, check_all, options)
     if report is ReportFormat.JSON:
         _print_json(found)
     elif report is ReportFormat.TEXT:
@@ -60,14 +78,27 @@ def check_project(
     else:
         sources = [parsed.source.path for parsed in project.sources]
         unreached = found.unreached if warnings else []
-        softer = found.typed.warnings if warnings else []
+        softer = [*found.typed.warnings, *found.noted] if warnings else []
         problem = "" if found.runs or found.errors else found.verdict
-        _print_report(report, path, sources, found.errors, unreached, softer, problem)
-    if not found.runs:
+        errors = [*found.errors, *found.failing]
+        _print_report(report, path, sources, errors, unreached, softer, problem)
+    if not found.runs or found.failing:
         raise typer.Exit(1)
 
 
-def _checked(project: Project, error: SourceError | None, check_all: bool) -> _Checked:
+def _options(path: Path, with_lint: bool | None) -> LintOptions:
+    if with_lint is False:
+        return LintOptions()
+    try:
+        options = lint_options(path)
+    except LintOptionsError as failure:
+        fail(str(failure), name="INVALID_FILE")
+    return options.with_all() if with_lint else options
+
+
+def _checked(
+    project: Project, error: SourceError | None, check_all: bool, options: LintOptions
+) -> _Checked:
     tasks = [Task(task.name) for task in project.tasks] or [Task()]
     system = system_info_list(tasks, app_name="", project_name="", port=851, timestamp=0)
     typed = check(
@@ -78,7 +109,12 @@ def _checked(project: Project, error: SourceError | None, check_all: bool) -> _C
     unreached = [fault for fault in unreached if fault not in errors]
     runs, verdict = _verdict(project, typed, errors)
     hint = error.hint if error is not None else ""
-    return _Checked(project, typed, errors, unreached, runs, verdict, hint)
+    linted: Sequence[Diagnostic] = ()
+    if options.codes:
+        from achse.st.lint.linting import lint  # off by default
+
+        linted = lint(project.sources, project.declarations, typed, options)
+    return _Checked(project, typed, errors, unreached, linted, options, runs, verdict, hint)
 
 
 def _verdict(project: Project, typed: TypedProject, errors: list[Diagnostic]) -> tuple[bool, str]:
@@ -99,6 +135,9 @@ def _print_json(found: _Checked) -> None:
             "errors": [_finding(fault) for fault in found.errors],
             "warnings": [_finding(warning) for warning in found.typed.warnings],
             "unreached": [_finding(fault) for fault in found.unreached],
+            "lint": [
+                {**_finding(each), "fails": found.options.fails(each.code)} for each in found.lint
+            ],
             "would_run": found.runs,
             "verdict": found.verdict,
             "hint": found.hint,
@@ -113,6 +152,10 @@ def _print_text(found: _Checked, warnings: bool, check_all: bool) -> None:
         _print_findings(project, found.unreached, "warning: not reached", check_all)
         for warning in typed.warnings:
             print(_shown(warning, "warning"))
+        for finding in found.noted:
+            print(_shown(finding, "warning"))
+    for finding in found.failing:
+        print(_shown(finding, "error"))
     if found.hint and not project.missing:
         print(found.hint)
     for library in project.missing:
@@ -120,10 +163,11 @@ def _print_text(found: _Checked, warnings: bool, check_all: bool) -> None:
     unreached = len(found.unreached)
     count = len(typed.warnings) + unreached
     apart = f", {unreached} of them in units that no task reaches" if unreached else ""
+    linted = f", {len(found.lint)} findings of the linter" if found.options.codes else ""
     print(
         f"{len(project.sources)} sources, {len(typed.units)} programs and lists,"
         f" {len(typed.routines)} routines checked: {len(found.errors)} errors,"
-        f" {count} warnings{apart}"
+        f" {count} warnings{apart}{linted}"
     )
     print(found.verdict)
 
