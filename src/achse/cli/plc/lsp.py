@@ -1,0 +1,32 @@
+"""`achse lsp` serves an editor: findings, hover, completion and rename for PLC sources."""
+
+import sys
+
+import typer
+
+from achse.cli.failure import fail
+
+__all__ = ["register"]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command of this module to `app`."""
+    app.command()(lsp)
+
+
+def lsp() -> None:
+    """Serve the editor that started this program by the Language Server Protocol.
+
+    Speaks over standard input and output until the editor goes; the log is on standard error.
+    Options come from the editor: `libraries` and `defines` in initializationOptions, or a
+    station.toml in its folder.
+    """
+    try:
+        from achse.lsp.server import new_server
+    except ModuleNotFoundError:
+        from achse.extras import needs_extra
+
+        fail(needs_extra("achse lsp", "lsp"))
+    out = sys.stdout.buffer
+    sys.stdout = sys.stderr  # what anybody prints would be taken for a message
+    new_server().start_io(sys.stdin.buffer, out)

@@ -1,0 +1,57 @@
+"""Diagnostics: findings of the projects as a client shows them."""
+
+from lsprotocol import types
+
+from achse.lsp.documents import Document
+from achse.lsp.editor import Editor
+from achse.st.lexis.source import Diagnostic
+
+__all__ = ["Published", "lsp_diagnostic"]
+
+_SEVERITY = {
+    "errors": types.DiagnosticSeverity.Error,
+    "warnings": types.DiagnosticSeverity.Warning,
+    "unreached": types.DiagnosticSeverity.Information,
+}
+
+
+def lsp_diagnostic(finding: Diagnostic, kind: str, document: Document) -> types.Diagnostic:
+    """Return a finding as the protocol has it."""
+    place = finding.location
+    message = f"not reached: {finding.message}" if kind == "unreached" else finding.message
+    return types.Diagnostic(
+        types.Range(
+            document.position_of(place.line, place.column),
+            document.position_of(finding.end_line, finding.end_column),
+        ),
+        message,
+        severity=_SEVERITY[kind],
+        code=str(finding.code),
+        source="achse",
+    )
+
+
+class Published:
+    """What a client was told last: a list is sent again only if it changed."""
+
+    def __init__(self, editor: Editor) -> None:
+        self._editor = editor
+        self._sent: dict[str, list[types.Diagnostic]] = {}
+
+    def changes(self) -> list[types.PublishDiagnosticsParams]:
+        """Return the lists that are other than those that were sent."""
+        found: dict[str, list[types.Diagnostic]] = {}
+        versions: dict[str, int | None] = {}
+        for file, findings in self._editor.projects.findings().items():
+            document = self._editor.document_of(file) or Document("")
+            uri = self._editor.uri_of(file)
+            versions[uri] = document.version
+            found[uri] = [lsp_diagnostic(one, kind, document) for one, kind in findings]
+        gone = [uri for uri, sent in self._sent.items() if sent and uri not in found]
+        found |= {uri: [] for uri in gone}
+        changed = {uri: now for uri, now in found.items() if self._sent.get(uri) != now}
+        self._sent |= changed
+        return [
+            types.PublishDiagnosticsParams(uri, now, versions.get(uri))
+            for uri, now in changed.items()
+        ]
