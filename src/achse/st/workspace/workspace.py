@@ -6,7 +6,7 @@ project has is read anew if one is added or taken away, or if a `.plcproj`, a ta
 changes.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from enum import Enum
 from pathlib import Path
@@ -37,6 +37,7 @@ from achse.st.reach import Reach
 from achse.st.syntax.parser import Parsed
 from achse.st.workspace.edits import BodyEdit, body_edit
 from achse.st.workspace.findings import ProjectFindings, sorted_findings
+from achse.st.workspace.uses import Use, uses_in
 
 __all__ = ["Extent", "Workspace"]
 
@@ -74,13 +75,14 @@ class Workspace:
         defines: Defines = (),
         given: Given = _nothing_given,
         check_all: bool = False,
+        open_files: Mapping[Path, bytes] | None = None,
     ) -> None:
         self.path = Path(path)
         self.libraries = tuple(Path(item) for item in libraries)
         self._defines = defines
         self._given = given
         self._check_all = check_all
-        self._contents: dict[str, bytes] = {}
+        self._contents = {file_key(file): text for file, text in (open_files or {}).items()}
         """Texts of files that are open, by `file_key`."""
         self._trees: WeakValueDictionary[tuple[object, ...], Any] = WeakValueDictionary()
         self._files: ProjectFiles | None = None
@@ -88,6 +90,8 @@ class Workspace:
         """Sources of the project by `file_key`, in their order."""
         self._listed: frozenset[str] = frozenset()
         """Files of the project by `file_key`, those that cannot be read too."""
+        self._named_files: dict[str, Path] = {}
+        self._uses: dict[Source, Sequence[Use]] = {}
         self._is_listing = False
         """True if a `.plcproj` says what is in the project."""
         self._asking = False
@@ -109,12 +113,14 @@ class Workspace:
             with reading(self._contents, self._trees):
                 self._files = read_files(self.path, libraries=self.libraries, defines=self._defines)
         except SourceError as error:
+            self._named_files, self._uses = {}, {}
             self._files, self.declarations, self.checking = None, None, None
             self._sources, self._listed = {}, frozenset()
             self.findings = sorted_findings(error.faults, (), ())
             return
         self._sources = {file_key(Path(one.source.file)): one for one in self._files.sources}
-        self._listed = frozenset(file_key(file) for file, _ in source_files(self.path))
+        self._named_files = {name: file for file, name in source_files(self.path)}
+        self._listed = frozenset(map(file_key, self._named_files.values()))
         self._is_listing = project_file(self.path) is not None
         self._asking = any(asks_for_declarations(one.source.text) for one in self.sources)
         self._examine()
@@ -146,6 +152,12 @@ class Workspace:
                 return parsed.source
         return None
 
+    def file_of(self, finding: Diagnostic) -> Path:
+        """Return the file that a finding is in; the project for one that names no file of it."""
+        if finding.origin is not None and finding.origin.source.file:
+            return Path(finding.origin.source.file)
+        return self._named_files.get(finding.location.path, self.path)
+
     def has(self, file: Path) -> bool:
         """Return True if a file is a source of the project or of its libraries."""
         return file_key(file) in self._listed or self.source_of(file) is not None
@@ -153,6 +165,14 @@ class Workspace:
     def text_of(self, file: Path) -> bytes | None:
         """Return the content of a file that is open; None of one that is not."""
         return self._contents.get(file_key(file))
+
+    def uses_of(self, source: Source) -> Sequence[Use]:
+        """Return the names in a source with what they mean, kept until an edit changes them."""
+        if self.checking is None:
+            return ()
+        if source not in self._uses:
+            self._uses[source] = uses_in(self.checking, source)
+        return self._uses[source]
 
     # edits -----------------------------------------------------------------------------------
 
@@ -251,6 +271,7 @@ class Workspace:
         checking = self.checking
         assert checking is not None
         known = self._sources[key]
+        self._uses.pop(known.source, None)
         known.source.content = None  # others must not get trees that change
         changed = {id(tree) for tree in edit.make()}
         again = []
@@ -305,7 +326,7 @@ class Workspace:
         names = self.declarations.names
         self._named = named_sources(names)
         self._declared_faults = tuple(names.scopes.faults)
-        self._mentions = {}
+        self._mentions, self._uses = {}, {}
         self.checking = WarmChecking(names, self._given(self.tasks))
         self.checking.start()
         self.judge()

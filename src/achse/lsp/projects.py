@@ -1,0 +1,158 @@
+"""Projects in the folders of an editor: each one a workspace, loaded when a file of it is opened.
+
+A `station.toml` says which sources belong together, and with which libraries; else each `.plcproj`
+is a project, and a folder without one is a project of all sources below it.
+"""
+
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from achse.iec.structs import StaticRecord
+from achse.plc.system_info import system_info_list
+from achse.plc.task import Task
+from achse.st.files.envelope import TaskDeclaration
+from achse.st.files.files import PROJECT, SUFFIXES
+from achse.st.files.reading import file_key
+from achse.st.lexis.source import Diagnostic
+from achse.st.workspace import Workspace
+
+__all__ = ["Projects", "declared_by_runtime"]
+
+_STATION = "station.toml"
+_MOST_PROJECTS = 8
+"""Most projects that are loaded before one of their files is opened."""
+
+
+def declared_by_runtime(tasks: Sequence[TaskDeclaration]) -> Iterable[type[StaticRecord]]:
+    """Return the variable lists that a PLC has by itself."""
+    known = [Task(task.name) for task in tasks] or [Task()]
+    return [system_info_list(known, app_name="", project_name="", port=851, timestamp=0)]
+
+
+class Projects:
+    """The projects below some folders."""
+
+    def __init__(
+        self,
+        folders: Iterable[Path] = (),
+        libraries: Iterable[Path] = (),
+        defines: Iterable[str] = (),
+    ) -> None:
+        self.folders = [Path(file_key(folder)) for folder in folders]
+        self._libraries = tuple(libraries)
+        self._defines = tuple(defines)
+        self._workspaces: dict[str, Workspace] = {}
+        self._contents: dict[str, tuple[Path, bytes]] = {}
+
+    def __iter__(self) -> Iterator[Workspace]:
+        return iter(list(self._workspaces.values()))
+
+    def load(self) -> None:
+        """Load the projects of all folders, unless they are many."""
+        places = [place for folder in self.folders for place in self._places_in(folder)]
+        for place, libraries in places if len(places) <= _MOST_PROJECTS else ():
+            self._loaded(place, libraries)
+
+    def _places_in(self, folder: Path) -> list[tuple[Path, tuple[Path, ...]]]:
+        rows = _station_rows(folder / _STATION)
+        if rows:
+            return rows
+        projects = sorted(
+            item for item in folder.rglob(f"*{PROJECT}") if not _is_hidden(item, folder)
+        )
+        if projects:
+            return [(item, ()) for item in projects]
+        if any(item.suffix.lower() in SUFFIXES for item in folder.rglob("*")):
+            return [(folder, ())]
+        return []
+
+    def of(self, file: Path) -> list[Workspace]:
+        """Return the projects that a file belongs to, loading the nearest one."""
+        known = [one for one in self._workspaces.values() if one.has(file)]
+        if known or file.suffix.lower() not in SUFFIXES:
+            return known
+        place, libraries = self._nearest(file)
+        found = self._loaded(place, libraries)
+        if not found.has(file) and place != file and file.is_file():
+            found = self._loaded(file, ())
+        return [found]
+
+    def _nearest(self, file: Path) -> tuple[Path, tuple[Path, ...]]:
+        tops = [folder for folder in self.folders if file.is_relative_to(folder)]
+        for folder in tops:
+            for place, libraries in _station_rows(folder / _STATION):
+                if file.is_relative_to(place if place.is_dir() else place.parent):
+                    return place, libraries
+        for folder in file.parents if tops else ():
+            projects = sorted(folder.glob(f"*{PROJECT}"))
+            if projects:
+                return projects[0], ()
+            if folder in tops:
+                break
+        if tops and not any(tops[0].rglob(f"*{PROJECT}")):
+            return tops[0], ()
+        return file, ()
+
+    def _loaded(self, place: Path, libraries: Iterable[Path]) -> Workspace:
+        key = file_key(place)
+        if key not in self._workspaces:
+            made = Workspace(
+                place,
+                libraries=[*libraries, *self._libraries],
+                defines=self._defines,
+                given=declared_by_runtime,
+                open_files=dict(self._contents.values()),
+            )
+            self._workspaces[key] = made
+        return self._workspaces[key]
+
+    def edit(self, file: Path, content: bytes) -> None:
+        """Take the content of an open file."""
+        self._contents[file_key(file)] = file, content
+        self.of(file)
+        for workspace in self:
+            workspace.edit(file, content)
+
+    def close(self, file: Path) -> None:
+        """Go back to the content that a file has on disk."""
+        self._contents.pop(file_key(file), None)
+        for workspace in self:
+            workspace.close(file)
+
+    def reread(self, file: Path) -> None:
+        """Look at a file that may have changed on disk."""
+        for workspace in self:
+            workspace.reread(file)
+
+    def findings(self) -> Mapping[Path, dict[tuple[Diagnostic, str], None]]:
+        """Return all findings by file, each with its kind: error, warning or unreached."""
+        found: dict[Path, dict[tuple[Diagnostic, str], None]] = {}
+        for workspace in self:
+            for kind, findings in workspace.findings._asdict().items():
+                for one in findings:
+                    file = workspace.file_of(one)
+                    found.setdefault(file, {})[one, kind] = None
+        return found
+
+
+def _station_rows(file: Path) -> list[tuple[Path, tuple[Path, ...]]]:
+    """Return the sources and libraries of the PLCs in a station.toml; nothing of a faulty one."""
+    try:
+        document: dict[str, Any] = tomllib.loads(file.read_text("utf-8"))
+        rows = document.get("plc", [])
+        return [
+            (
+                Path(file_key(file.parent / row["sources"])),
+                tuple(file.parent / item for item in row.get("libraries", ())),
+            )
+            for row in rows
+            if isinstance(row.get("sources"), str)
+        ]
+    except (OSError, ValueError, AttributeError, TypeError):
+        return []
+
+
+def _is_hidden(item: Path, root: Path) -> bool:
+    return any(part.startswith(".") for part in item.relative_to(root).parts)

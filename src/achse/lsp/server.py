@@ -1,0 +1,191 @@
+"""The server: requests of a client, answered from its editor state.
+
+Changes are checked when the client pauses for a moment, or when it asks for something.
+"""
+
+import asyncio
+import gc
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from lsprotocol import types
+from pygls.exceptions import JsonRpcInvalidParams
+from pygls.lsp.server import LanguageServer
+
+from achse import __version__
+from achse.lsp.actions import code_actions
+from achse.lsp.completion import complete, signature_help
+from achse.lsp.diagnostics import Published
+from achse.lsp.documents import Encoding
+from achse.lsp.editor import Editor
+from achse.lsp.hover import hover
+from achse.lsp.navigation import (
+    call_items,
+    definition,
+    document_symbols,
+    highlights,
+    incoming_calls,
+    outgoing_calls,
+    references,
+    type_definition,
+    workspace_symbols,
+)
+from achse.lsp.projects import Projects
+from achse.lsp.rename import prepare_rename, rename
+from achse.lsp.tokens import LEGEND, semantic_tokens
+
+__all__ = ["LspServer", "new_server"]
+
+_PAUSE_S = 0.03
+"""Time without a change after which findings are sent."""
+
+
+class LspServer(LanguageServer):
+    """A language server with the state of its client."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "achse",
+            __version__,
+            text_document_sync_kind=types.TextDocumentSyncKind.Incremental,
+        )
+        self.editor = Editor()
+        self.published = Published(self.editor)
+        self._timer: asyncio.TimerHandle | None = None
+
+    def check_soon(self) -> None:
+        """Check and send findings once the client pauses."""
+        if self._timer is not None:
+            self._timer.cancel()
+        self._timer = asyncio.get_running_loop().call_later(_PAUSE_S, self.check_now)
+
+    def check_now(self) -> None:
+        """Check what changed, and send the findings that are new."""
+        self._timer = None
+        try:
+            self.editor.update()
+            for params in self.published.changes():
+                self.text_document_publish_diagnostics(params)
+        except Exception as fault:  # one document must not end the server for all
+            self.window_log_message(
+                types.LogMessageParams(types.MessageType.Error, f"check failed: {fault!r}")
+            )
+
+    def report_server_error(self, error: Exception, source: Any) -> None:
+        """Log what went wrong: the request has its answer, and no window need open."""
+        self.window_log_message(types.LogMessageParams(types.MessageType.Warning, str(error)))
+
+
+_Handler = Callable[[Editor, Any], Any]
+
+_REQUESTS: tuple[tuple[str, _Handler, Any], ...] = (
+    (types.TEXT_DOCUMENT_HOVER, hover, None),
+    (types.TEXT_DOCUMENT_DEFINITION, definition, None),
+    (types.TEXT_DOCUMENT_TYPE_DEFINITION, type_definition, None),
+    (types.TEXT_DOCUMENT_REFERENCES, references, None),
+    (types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT, highlights, None),
+    (types.TEXT_DOCUMENT_DOCUMENT_SYMBOL, document_symbols, None),
+    (types.WORKSPACE_SYMBOL, workspace_symbols, None),
+    (
+        types.TEXT_DOCUMENT_COMPLETION,
+        complete,
+        types.CompletionOptions(trigger_characters=[".", "^", "#"]),
+    ),
+    (
+        types.TEXT_DOCUMENT_SIGNATURE_HELP,
+        signature_help,
+        types.SignatureHelpOptions(trigger_characters=["(", ",", "="]),
+    ),
+    (types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, semantic_tokens, LEGEND),
+    (types.TEXT_DOCUMENT_PREPARE_CALL_HIERARCHY, call_items, None),
+    (types.CALL_HIERARCHY_INCOMING_CALLS, incoming_calls, None),
+    (types.CALL_HIERARCHY_OUTGOING_CALLS, outgoing_calls, None),
+    (
+        types.TEXT_DOCUMENT_CODE_ACTION,
+        code_actions,
+        types.CodeActionOptions(code_action_kinds=[types.CodeActionKind.QuickFix]),
+    ),
+    (types.TEXT_DOCUMENT_PREPARE_RENAME, prepare_rename, None),
+    (types.TEXT_DOCUMENT_RENAME, rename, types.RenameOptions(prepare_provider=True)),
+)
+
+
+def new_server() -> LspServer:
+    """Return a server for one client."""
+    server = LspServer()
+    _add_lifecycle(server)
+    _add_documents(server)
+    for method, answer, options in _REQUESTS:
+        _add_request(server, method, answer, options)
+    return server
+
+
+def _add_request(server: LspServer, method: str, answer: _Handler, options: Any) -> None:
+    def handle(params: Any) -> Any:
+        return answer(server.editor, params)
+
+    server.feature(method, options)(handle)
+
+
+def _add_lifecycle(server: LspServer) -> None:
+    @server.feature(types.INITIALIZE)
+    def initialize(params: types.InitializeParams) -> None:
+        editor = server.editor
+        editor.encoding = Encoding(server.workspace.position_encoding or "utf-16")
+        options = params.initialization_options
+        if options is not None and not isinstance(options, dict):
+            raise JsonRpcInvalidParams("initializationOptions: expected an object")
+        folders = [folder.uri for folder in params.workspace_folders or ()]
+        if not folders and params.root_uri:
+            folders = [params.root_uri]
+        editor.projects = Projects(
+            [editor.file_of(uri) for uri in folders if uri.startswith("file:")],
+            [Path(item) for item in _texts(options, "libraries")],
+            _texts(options, "defines"),
+        )
+
+    @server.feature(types.INITIALIZED)
+    def initialized(params: types.InitializedParams) -> None:
+        server.editor.projects.load()
+        gc.collect()
+        gc.freeze()  # trees stay: the collector need not walk them at each edit
+        server.check_soon()
+
+
+def _texts(options: Any, key: str) -> list[str]:
+    value = (options or {}).get(key, [])
+    if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
+        raise JsonRpcInvalidParams(f"initializationOptions.{key}: expected a list of texts")
+    return value
+
+
+def _add_documents(server: LspServer) -> None:
+    @server.feature(types.TEXT_DOCUMENT_DID_OPEN)
+    def opened(params: types.DidOpenTextDocumentParams) -> None:
+        document = params.text_document
+        server.editor.open(document.uri, document.text, document.version)
+        server.check_soon()
+
+    @server.feature(types.TEXT_DOCUMENT_DID_CHANGE)
+    def changed(params: types.DidChangeTextDocumentParams) -> None:
+        document = params.text_document
+        wrong = server.editor.change(document.uri, document.version, list(params.content_changes))
+        if wrong:
+            server.window_log_message(types.LogMessageParams(types.MessageType.Warning, wrong))
+        server.check_soon()
+
+    @server.feature(types.TEXT_DOCUMENT_DID_CLOSE)
+    def closed(params: types.DidCloseTextDocumentParams) -> None:
+        server.editor.close(params.text_document.uri)
+        server.check_soon()
+
+    @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
+    def saved(params: types.DidSaveTextDocumentParams) -> None:
+        server.check_soon()
+
+    @server.feature(types.WORKSPACE_DID_CHANGE_WATCHED_FILES)
+    def watched(params: types.DidChangeWatchedFilesParams) -> None:
+        for change in params.changes:
+            server.editor.projects.reread(server.editor.file_of(change.uri))
+        server.check_soon()
