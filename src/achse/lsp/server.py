@@ -9,9 +9,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from cattrs import transform_error
 from lsprotocol import types
-from pygls.exceptions import JsonRpcInvalidParams
+from pygls.exceptions import JsonRpcException, JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
+from pygls.protocol import LanguageServerProtocol
+from pygls.protocol.json_rpc import JsonRPCNotification
 
 from achse import __version__
 from achse.lsp.actions import code_actions
@@ -41,6 +44,22 @@ _PAUSE_S = 0.03
 """Time without a change after which findings are sent."""
 
 
+class _Protocol(LanguageServerProtocol):
+    """The protocol, with an answer to requests whose parameters are wrong."""
+
+    def structure_message(self, data: dict[str, Any]) -> Any:
+        try:
+            return super().structure_message(data)
+        except JsonRpcException as fault:
+            cause = fault.__cause__
+            reason = "; ".join(transform_error(cause)) if cause is not None else fault.message
+            method = str(data.get("method", ""))[:100]
+            if "id" in data and method:
+                error = types.ResponseError(fault.code, f"{method}: {reason[:500]}")
+                self._send_response(data["id"], error=error)
+            return JsonRPCNotification(method="$/refused", params=None, jsonrpc=self.VERSION)
+
+
 class LspServer(LanguageServer):
     """A language server with the state of its client."""
 
@@ -49,6 +68,7 @@ class LspServer(LanguageServer):
             "achse",
             __version__,
             text_document_sync_kind=types.TextDocumentSyncKind.Incremental,
+            protocol_cls=_Protocol,
         )
         self.editor = Editor()
         self.published = Published(self.editor)

@@ -113,6 +113,10 @@ class SourceSegment(NamedTuple):
     column: int
 
 
+_PLAIN = (SourceSegment(0, 1, 1),)
+"""The pieces of a file that is all text."""
+
+
 class Drawing(Protocol):
     """A body that is drawn: its nodes have offsets behind the text of the source."""
 
@@ -151,7 +155,7 @@ class Source:
         """The file that it was read from, with its whole path."""
         self.content: object = None
         """Lives as long as the source: what else was made of the same text."""
-        self.pieces = tuple(pieces) or (SourceSegment(0, 1, 1),)
+        self.pieces = tuple(pieces) or _PLAIN
         self._starts = [piece.start for piece in self.pieces]
         self.drawings = tuple(drawings)
         """Drawn bodies, by their first offsets, all behind the text."""
@@ -178,7 +182,7 @@ class Source:
             start = piece.start if below == 0 else self._breaks[first + below - 1] + 1
             end = self._breaks[first + below] if below < lines else last
             offset = start + column - (piece.column if below == 0 else 1)
-            if offset > end and below == lines and (piece.start, len(self.pieces)) != (0, 1):
+            if offset > end and below == lines and self.pieces != _PLAIN:
                 continue  # behind a CDATA part
             return min(offset, end)
         return None

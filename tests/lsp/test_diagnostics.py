@@ -1,0 +1,22 @@
+"""Findings as diagnostics."""
+
+from lsprotocol import types
+
+from achse.lsp.diagnostics import Published, lsp_diagnostic
+from achse.lsp.documents import Document
+from achse.lsp.editor import Editor
+from achse.st.lexis.codes import Code
+from achse.st.lexis.source import Source
+
+
+def test_a_finding_has_code_range_and_severity() -> None:
+    source = Source("x := '😀' + nothing;")
+    finding = source.fault(source.text.index("nothing"), "wrong", Code.UNKNOWN_NAME)
+    found = lsp_diagnostic(finding, "errors", Document(source.text))
+    assert found.range == types.Range(types.Position(0, 12), types.Position(0, 19))
+    assert (found.code, found.severity) == (Code.UNKNOWN_NAME.value, 1)
+    assert lsp_diagnostic(finding, "unreached", Document("")).message == "not reached: wrong"
+
+
+def test_nothing_is_sent_twice() -> None:
+    assert Published(Editor()).changes() == []

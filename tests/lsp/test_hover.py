@@ -1,0 +1,41 @@
+"""Hover by a client."""
+
+import pytest
+from lsprotocol import types
+
+from tests.lsp.client import InProcessClient
+from tests.st.workspace.sample import FILES
+
+MAIN = "POUs/MAIN.TcPOU"
+
+
+@pytest.mark.parametrize(
+    ("name", "code", "parts"),
+    [
+        (MAIN, "fbDrive(", ["fbDrive : FB_Drive; // VAR", "the drive", "in `MAIN`"]),
+        ("GVLs/GVL.TcGVL", "fbSpare", ["fbSpare AT %MB100 : FB_Drive; // VAR_GLOBAL"]),
+        ("DUTs/ST_Data.TcDUT", "rScale", ["rScale : REAL := 1.5", "scale"]),
+        (MAIN, "Moving:", ["E_State.Moving := 1"]),
+        (MAIN, "Move(nSteps", ["METHOD FB_Fast.Move : DINT", "nSteps : DINT; // VAR_INPUT"]),
+        (MAIN, "F_Add(", ["FUNCTION F_Add : DINT", "a : DINT"]),
+        (MAIN, "Position;", ["PROPERTY FB_Drive.Position : DINT (GET)"]),
+        (MAIN, "FB_Drive; //", ["FUNCTION_BLOCK FB_Drive", "nLimit : INT := 10"]),
+        (MAIN, "TON;", ["FUNCTION_BLOCK TON", "library tc2_standard", "plc-library-tc2_standard"]),
+        (MAIN, "DINT_TO_REAL", ["function of the language"]),
+        (MAIN, "ST_Data;", ["TYPE ST_Data : STRUCT"]),
+        (MAIN, "GVL.", ["VARIABLE LIST GVL"]),
+        (MAIN, "MAIN\nVAR", ["PROGRAM MAIN"]),
+    ],
+)
+def test_hover(client: InProcessClient, name: str, code: str, parts: list[str]) -> None:
+    found = client.request(types.TEXT_DOCUMENT_HOVER, client.at(name, code))
+    for part in parts:
+        assert part in found["contents"]["value"]
+    start, end = found["range"]["start"], found["range"]["end"]
+    line = FILES[name].split("\n")[start["line"]]
+    assert code.startswith(line[start["character"] : end["character"]])
+
+
+def test_nothing_is_known_about_words(client: InProcessClient) -> None:
+    for code in ("PROGRAM", "END_CASE", "Version"):
+        assert client.request(types.TEXT_DOCUMENT_HOVER, client.at(MAIN, code)) is None
