@@ -349,7 +349,8 @@ def test_identifiers_from_texts(value: UUID, wrong: str) -> None:
         f"PROGRAM MAIN VAR a, b, c, d : GUID; s, r, w : STRING(40); END_VAR"
         f" a := STRING_TO_GUID('{text.upper()}'); s := GUID_TO_STRING(a);"
         f" b := REGSTRING_TO_GUID('{{{text}}}'); r := GUID_TO_REGSTRING(b);"
-        f" c := STRING_TO_GUID('{wrong}'); w := GUID_TO_STRING(c); d := REGSTRING_TO_GUID('{text}');"
+        f" c := STRING_TO_GUID('{wrong}'); w := GUID_TO_STRING(c);"
+        f" d := REGSTRING_TO_GUID('{text}');"
         " END_PROGRAM"
     ).cycle()
     assert ran["s"] == text.upper()
