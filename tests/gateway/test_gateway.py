@@ -3,11 +3,13 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 import achse
-from achse.ams import RouterError
+from achse.ams import AmsAddress, RouterError
 from achse.gateway.target import TargetState
 from achse.router.access import hash_password
 from achse.transport.udp import scan
@@ -137,3 +139,21 @@ async def test_target_that_refuses_is_told_about(
         await until(lambda: link.state is TargetState.REFUSED)
         assert advice in link.advice
         assert advice in caplog.text
+
+
+async def test_files_of_a_program_that_vanished_are_closed(tmp_path: Path) -> None:
+    (tmp_path / "a.txt").write_text("a")
+    (tmp_path / "b.txt").write_text("b")
+    async with (
+        running_target(system={"root": str(tmp_path)}) as target,
+        gateway(target_at(target)).running("127.0.0.1", 0, udp_port=0) as router,
+    ):
+        where = f"127.0.0.1:{router.network.listener.port}"
+        system: Any = target.listener.router.local_endpoint(AmsAddress(f"{NET_ID}:10000"))
+        files = system.files
+        async with achse.connect(where, net_id=NET_ID, port=10_000, reconnect=False) as client:
+            opened = [await client.read_write_raw(120, 0x1_0011, 4, b"a.txt\0") for _ in range(3)]
+            await client.read_write_raw(121, int.from_bytes(opened[0], "little"), 0, b"")
+            await client.read_write_raw(133, 0x1_0001, 324, b"*\0")
+            assert len(files) == 3
+        await until(lambda: not len(files))

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from achse.ams import AmsAddress, Command, Frame
 from achse.ams.commands import ADD_NOTIFICATION_BODY
-from achse.router.ledger import Resource, ResourceKind, change_of, end_hints, without
+from achse.router.ledger import Resource, ResourceKind, change_of, end_hints, holds_nothing, without
 
 PLC = AmsAddress("5.0.0.9.1.1:851")
 CLIENT = AmsAddress("192.168.0.9.1.1:30000")
@@ -61,6 +61,53 @@ def test_parts_of_sum_commands_stand_alone() -> None:
     writes = struct.pack("<6I", 0x4020, 0, 2, 0xF006, 0, 4) + b"xx" + struct.pack("<I", 9)
     results = struct.pack("<4I", 0, 8, 0x705, 0)
     assert outcomes(read_write(0xF081, 2, writes), results) == [(False, HANDLE, 9)]
+
+
+SYSTEM = AmsAddress("5.0.0.9.1.1:10000")
+FILE = ResourceKind.FILE
+
+
+@given(
+    st.sampled_from((100, 101, 102, 120)), st.integers(1, 0xFFFF_FFFF), st.sampled_from((0, 0x704))
+)
+def test_files_are_opened_and_closed(group: int, handle: int, result: int) -> None:
+    opened = read_write(group, 1, b"a.txt")
+    opened.target = SYSTEM
+    answer = struct.pack("<I", result) + (bytes(4) if result else struct.pack("<II", 4, handle))
+    fetched = result == 0 and handle != 0xFFFF_FFFF
+    assert outcomes(opened, answer) == ([(True, FILE, handle)] if fetched else [])
+    closed = Resource(FILE, SYSTEM, handle).release(CLIENT, 1)
+    assert outcomes(closed, bytes(8)) == [(False, FILE, handle)]
+    older = request(Command.WRITE, struct.pack("<IIII", 111, 0, 4, handle))
+    older.target = SYSTEM
+    assert outcomes(older, bytes(4)) == [(False, FILE, handle)]
+    opened.target = PLC
+    assert change_of(opened) is None
+
+
+@pytest.mark.parametrize("offset", [1, 0xF601])
+def test_a_search_is_open_until_nothing_more_is_found(offset: int) -> None:
+    find = read_write(133, offset, b"*")
+    find.target = SYSTEM
+    found = struct.pack("<III", 0, 324, 0xF601) + bytes(320)
+    assert outcomes(find, found) == [(True, FILE, 0xF601)]
+    assert outcomes(find, struct.pack("<II", 0x70C, 0)) == [(False, FILE, offset)]
+
+
+@given(
+    st.sampled_from(
+        (0xF003, 0xF004, 0xF080, 0xF081, 0xF082, 0xF085, 0xF086, 120, 121, 133, 0x4020)
+    ),
+    st.integers(0, 3),
+    st.lists(st.sampled_from((0xF003, 0xF006, 0x4020, 4)), max_size=12),
+)
+def test_requests_that_hold_nothing_have_no_change(
+    group: int, parts: int, words: list[int]
+) -> None:
+    frame = read_write(group, parts, struct.pack(f"<{len(words)}I", *words))
+    frame.target = SYSTEM
+    if holds_nothing(group, frame.data, 0, len(frame.data)):
+        assert change_of(frame) is None
 
 
 @pytest.mark.parametrize("group", [0xF004, 0xF009, 0xF080, 0xF084, 0x4020])

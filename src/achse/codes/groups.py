@@ -6,7 +6,18 @@ group that only one device offers is a row of that device, not a member here.
 
 from enum import IntEnum
 
-__all__ = ["FILES", "NAMED", "OPEN_FILES", "SUMS", "PlcGroup", "ReservedGroup"]
+__all__ = [
+    "CLOSE_FILE",
+    "CLOSE_FILE_LATER",
+    "FILES",
+    "FIND_FILE",
+    "NAMED",
+    "OPENS_FILE",
+    "OPEN_FILES",
+    "SUMS",
+    "PlcGroup",
+    "ReservedGroup",
+]
 
 
 class ReservedGroup(IntEnum):
@@ -91,6 +102,12 @@ NAMED = frozenset(
 
 OPEN_FILES = range(0xF600, 0xF700)
 """Of the system service: the handle of an open file as group (000 §5.1)."""
+
+OPENS_FILE = (100, 101, 102, 120)
+"""Groups of the system service whose answer is a file handle; the first three in the older form."""
+
+CLOSE_FILE, CLOSE_FILE_LATER, FIND_FILE = 121, 111, 133
+"""Groups that close a handle (the offset; in the older form the data), and a search with handle."""
 
 FILES = frozenset((*range(100, 140), *OPEN_FILES))
 """Groups of the system service that are about files, those of the older form too (000 §5.1)."""

@@ -62,6 +62,7 @@ def _of_target(target: Target) -> Mapping[str, Any]:
         "clients": 0 if forwarding is None else sum(1 for _ in forwarding.clients),
         "subscriptions": resources.count(ResourceKind.SUBSCRIPTION),
         "handles": resources.count(ResourceKind.SYMBOL_HANDLE),
+        "files": resources.count(ResourceKind.FILE),
         "latency_50": 0.0 if latencies is None else latencies.within_ns(0.5) / 1e9,
         "latency_99": 0.0 if latencies is None else latencies.within_ns(0.99) / 1e9,
     }

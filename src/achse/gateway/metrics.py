@@ -26,6 +26,7 @@ _OF_TARGETS = (
     Figure("target_clients", "clients", "Programs that use the target."),
     Figure("target_subscriptions", "subscriptions", "Subscriptions at the target."),
     Figure("target_handles", "handles", "Symbol handles at the target."),
+    Figure("target_files", "files", "Open files and searches at the target."),
     Figure("target_latency_50_seconds", "latency_50", "Latency of half of the requests."),
     Figure("target_latency_99_seconds", "latency_99", "Latency of 99 % of the requests."),
 )

@@ -313,14 +313,15 @@ class Forwarding:
                     self._rest(before)
                 self._subscribers[resource] = session
                 session.subscribed = True
-            session.resources[resource] = session.resources.get(resource, 0) + 1
+            count = session.resources.get(resource, 0)
+            session.resources[resource] = 1 if resource.kind is ResourceKind.FILE else count + 1
         if session.gone:
             self._give_back(session)
 
     def _discard(self, session: ForwardedClient, resource: Resource) -> None:
         """A resource was released by `session`, which may not be the one that fetched it."""
         if resource not in session.resources:
-            if resource.kind is ResourceKind.SUBSCRIPTION:
+            if resource.kind is not ResourceKind.SYMBOL_HANDLE:
                 return
             others = (each for each in self._by_alias.values() if resource in each.resources)
             holder = next(others, None)

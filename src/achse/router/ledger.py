@@ -1,12 +1,14 @@
 """Resources that a client holds at a target, read from its requests and the answers to them.
 
-A resource is a subscription or a symbol handle. Sum commands fetch and release many at once.
+A resource is a subscription, a symbol handle, or an open file or search of the system service. Sum
+commands fetch and release many at once; of files they are not read.
 
-Source: 000 §3.2.3.6 and 7 for subscriptions, §6.7 for 0xF003 and 0xF006; 003 for the sum commands.
+Source: 000 §3.2.3.6 and 7 for subscriptions, §6.7 for 0xF003 and 0xF006; 003 for the sum commands;
+files as in `devices/system/files`.
 """
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from enum import Enum
 from typing import NamedTuple
 
@@ -18,13 +20,16 @@ from achse.ams.commands import (
     RESULT,
     RESULT_LENGTH,
     DeleteNotificationRequest,
+    ReadWriteRequest,
     WriteRequest,
 )
 from achse.ams.notification import encode_stream
 from achse.codes import ReservedGroup, ReturnCode
+from achse.codes.groups import CLOSE_FILE, CLOSE_FILE_LATER, FIND_FILE, OPENS_FILE
+from achse.codes.ports import SYSTEM_PORT
 
 __all__ = [
-    "RELEASE",
+    "RELEASING_WRITES",
     "Resource",
     "ResourceAction",
     "ResourceChange",
@@ -41,6 +46,8 @@ class ResourceKind(Enum):
 
     SUBSCRIPTION = "subscription"
     SYMBOL_HANDLE = "symbol handle"
+    FILE = "file"
+    """Handles are those of one client; no other client has them."""
 
 
 class Resource(NamedTuple):
@@ -55,6 +62,9 @@ class Resource(NamedTuple):
         if self.kind is ResourceKind.SUBSCRIPTION:
             data = DeleteNotificationRequest(self.handle).encode()
             return Frame(self.target, client, Command.DELETE_NOTIFICATION, 4, 0, invoke_id, data)
+        if self.kind is ResourceKind.FILE:
+            data = ReadWriteRequest(CLOSE_FILE, self.handle, 0, b"").encode()
+            return Frame(self.target, client, Command.READ_WRITE, 4, 0, invoke_id, data)
         handle = RESULT.pack(self.handle)
         data = WriteRequest(ReservedGroup.RELEASE_SYMBOL_HANDLE, 0, handle).encode()
         return Frame(self.target, client, Command.WRITE, 4, 0, invoke_id, data)
@@ -110,10 +120,17 @@ class ResourceChange(NamedTuple):
                 return [_pair(answer, 0)]
             return [(_word(answer, 0), 0)]
         result, length = _pair(answer, 0)
+        if group == CLOSE_FILE:
+            return [(result, 0)]
+        if group == FIND_FILE:  # a search that has found all is closed
+            return [(result, 0 if result else _word(answer, _HEAD)), (result or _OPEN, 0)]
         if result or len(answer) != _HEAD + length:
             return []
         if group == ReservedGroup.SYMBOL_HANDLE_BY_NAME:
             return [(0, _word(answer, _HEAD))]
+        if group in OPENS_FILE:
+            handle = _word(answer, _HEAD)
+            return [(0, 0 if handle == _FAILED else handle)]
         if group in _RESULTS_ONLY:
             return [(_word(answer, _HEAD + 4 * part), 0) for part in range(parts)]
         pairs = [_pair(answer, _HEAD + 8 * part) for part in range(parts)]
@@ -139,12 +156,19 @@ def _pair(data: bytes, position: int) -> tuple[int, int]:
 
 _HEAD = RESULT_LENGTH.size
 
+_FAILED = 0xFFFF_FFFF
+"""In place of the handle of a file that cannot be opened, in the older form."""
+
+_OPEN = ReturnCode.INCOMPATIBLE.number
+"""In place of the result 0 of a search that goes on."""
+
 _RELEASED = frozenset(
     (
         0,
         ReturnCode.SYMBOL_NOT_FOUND.number,
         ReturnCode.SYMBOL_VERSION_INVALID.number,
         ReturnCode.NOTIFICATION_HANDLE_INVALID.number,
+        ReturnCode.NOT_FOUND.number,
     )
 )
 """Results after which a target holds the resource no longer."""
@@ -154,6 +178,8 @@ _RESULTS_ONLY = (ReservedGroup.SUM_WRITE, ReservedGroup.SUM_DELETE_NOTIFICATION)
 _WRITE_PART, _READ_WRITE_PART = struct.Struct("<III"), struct.Struct("<IIII")
 
 _SUBSCRIPTION, _SYMBOL_HANDLE = ResourceKind.SUBSCRIPTION, ResourceKind.SYMBOL_HANDLE
+
+_SYSTEM = SYSTEM_PORT.to_bytes(2, "little")
 
 
 def change_of(request: Frame) -> ResourceChange | None:
@@ -165,12 +191,15 @@ def change_of(request: Frame) -> ResourceChange | None:
         if command == Command.DELETE_NOTIFICATION:
             return ResourceChange(request.target, (_release(_SUBSCRIPTION, 0, data, 0),))
         if command == Command.WRITE:
-            if READ.unpack_from(data)[0] != ReservedGroup.RELEASE_SYMBOL_HANDLE:
+            kind = _WRITES.get(READ.unpack_from(data)[0])
+            if kind is None or (kind is ResourceKind.FILE and request.target[6:] != _SYSTEM):
                 return None
-            return ResourceChange(request.target, (_release(_SYMBOL_HANDLE, 0, data, READ.size),))
+            return ResourceChange(request.target, (_release(kind, 0, data, READ.size),))
         if command == Command.READ_WRITE:
             group, parts, _, _ = READ_WRITE.unpack_from(data)
             actions_of = _READ_WRITES.get(group)
+            if group in _OF_FILES and request.target[6:] != _SYSTEM:
+                return None
             actions = () if actions_of is None else tuple(actions_of(parts, data))
             return ResourceChange(request.target, actions, group, parts) if actions else None
     except struct.error:  # the target refuses it
@@ -184,6 +213,19 @@ def _release(kind: ResourceKind, part: int, data: bytes, position: int) -> Resou
 
 def _one_handle(parts: int, data: bytes) -> Iterator[ResourceAction]:
     yield ResourceAction(_SYMBOL_HANDLE, 0)
+
+
+def _one_file(handle: int, data: bytes) -> Iterator[ResourceAction]:
+    yield ResourceAction(ResourceKind.FILE, 0)
+
+
+def _close_file(handle: int, data: bytes) -> Iterator[ResourceAction]:
+    yield ResourceAction(ResourceKind.FILE, 0, handle)
+
+
+def _find_file(handle: int, data: bytes) -> Iterator[ResourceAction]:
+    yield ResourceAction(ResourceKind.FILE, 0)
+    yield ResourceAction(ResourceKind.FILE, 1, handle)
 
 
 def _sum_write(parts: int, data: bytes) -> Iterator[ResourceAction]:
@@ -213,7 +255,18 @@ def _sum_delete(parts: int, data: bytes) -> Iterator[ResourceAction]:
             yield _release(_SUBSCRIPTION, part, data, READ_WRITE.size + part * RESULT.size)
 
 
-_READ_WRITES = {
+_WRITES = {
+    int(ReservedGroup.RELEASE_SYMBOL_HANDLE): _SYMBOL_HANDLE,
+    CLOSE_FILE_LATER: ResourceKind.FILE,
+}
+"""Index groups of a Write that release the handle in its data, and the kind of that handle."""
+
+_OF_FILES = frozenset((*OPENS_FILE, CLOSE_FILE, FIND_FILE))
+
+_READ_WRITES: dict[int, Callable[[int, bytes], Iterator[ResourceAction]]] = {
+    **dict.fromkeys(OPENS_FILE, _one_file),
+    CLOSE_FILE: _close_file,
+    FIND_FILE: _find_file,
     int(ReservedGroup.SYMBOL_HANDLE_BY_NAME): _one_handle,
     int(ReservedGroup.SUM_WRITE): _sum_write,
     int(ReservedGroup.SUM_READ_WRITE): _sum_read_write,
@@ -223,8 +276,8 @@ _READ_WRITES = {
 """Index groups of a ReadWrite that fetch or release resources, and what its parts do."""
 
 
-RELEASE = int(ReservedGroup.RELEASE_SYMBOL_HANDLE)
-"""Index group of a Write that gives a symbol handle back."""
+RELEASING_WRITES = frozenset(_WRITES)
+"""Index groups of a Write that may release a resource."""
 
 _SIGNS = {
     int(ReservedGroup.SUM_WRITE): RESULT.pack(ReservedGroup.RELEASE_SYMBOL_HANDLE),

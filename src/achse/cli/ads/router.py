@@ -154,7 +154,16 @@ async def status(client: "Client", in_json: Json = False) -> None:
     rows = [(name.replace("_", " "), format(value, "g")) for name, value in figures.items()]
     print_table(rows, right=frozenset({1}))
     print()
-    columns = ("clients", "subscriptions", "handles", "pending", "returned", "losses", "refused")
+    columns = (
+        "clients",
+        "subscriptions",
+        "handles",
+        "files",
+        "pending",
+        "returned",
+        "losses",
+        "refused",
+    )
     head = ("target", "NetId", "state", *columns, "50 % ms", "99 % ms")
     body = [
         (
@@ -164,7 +173,7 @@ async def status(client: "Client", in_json: Json = False) -> None:
         )
         for each in targets
     ]
-    print_table([head, *body], right=frozenset(range(3, 12)))
+    print_table([head, *body], right=frozenset(range(3, 13)))
     for each in targets:
         if each["advice"]:
             print(f"{each['name']}: {each['advice']}")

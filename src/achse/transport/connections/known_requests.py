@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 from achse.ams import Command, Flags
 from achse.ams.commands import READ, READ_WRITE
 from achse.ams.frame import AMS_HEADER, TCP_HEADER
-from achse.router.ledger import RELEASE, holds_nothing
+from achse.router.ledger import RELEASING_WRITES, holds_nothing
 from achse.router.pending import PendingExchange, PendingRequest
 
 if TYPE_CHECKING:
@@ -165,7 +165,7 @@ class KnownRequests:
                 weight += 12
             elif command == _WRITE:
                 invoke_id, group = _ID_AND_GROUP.unpack_from(data, position + HEAD_SIZE)
-                if group == RELEASE:
+                if group in RELEASING_WRITES:
                     break
                 weight = length - HEADERS_SIZE
             else:
