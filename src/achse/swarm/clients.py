@@ -229,7 +229,10 @@ class Client:
         data = _ADD.pack(group, offset, size, 3 if cyclic else 4, delay_ns // 100, cycle_ns // 100)
 
         def keep(code: int, data: bytes) -> None:
-            if code or len(data) != 4 or page is None or page is not self._page:
+            if page is None or page is not self._page:
+                return
+            if code or len(data) != 4:
+                page.unknown_handles |= page.disturbances.frames_ns() >= 0
                 return
             place = port, int.from_bytes(data, "little")
             now = self._station.now_ns()

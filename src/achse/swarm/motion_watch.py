@@ -95,7 +95,8 @@ class _AxisWatch:
         step.beyond = moving and (
             step.beyond or rough or step.bent or step.coupled or not step.smooth
         )
-        self.active = bool(step.phase or step.v1 or law or bent or not closed)
+        waits = axis.buffer_count  # a command that waits for the arrival of an axis at rest
+        self.active = bool(step.phase or step.v1 or law or bent or waits or not closed)
         number = axis.command_counter
         step.commanded = number != self._number
         self._number = number

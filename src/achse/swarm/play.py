@@ -238,6 +238,7 @@ class _Player:
     def _settle(self) -> None:
         """Clear what goes wrong, let answers come, and let all clients leave."""
         life = self.life
+        life.watch.wake()  # frames that a fault held arrive now
         life.station.faults.clear()
         self._disk.full = False
         if life.station.state is not AdsState.RUN:

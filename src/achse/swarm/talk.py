@@ -74,6 +74,8 @@ class Page:
     subscriptions: dict[Place, Subscription] = field(default_factory=dict)
     _answered: dict[int, int] = field(default_factory=dict)
     _deleted: dict[Place, int] = field(default_factory=dict)
+    unknown_handles: bool = False
+    """True if an answer with a handle was cut by a fault: its samples come all the same."""
     answers: int = 0
     samples: int = 0
 
@@ -127,7 +129,7 @@ class Page:
     def _take_sample(self, handle: Place, data: bytes, moment: int) -> None:
         subscription = self.subscriptions.get(handle)
         if subscription is None:
-            if handle not in self._deleted and self.disturbances.frames_ns() < moment:
+            if handle not in self._deleted and not self._may_be_unknown(moment):
                 self.report(
                     "samples-to-subscriber",
                     f"{self.name}: a sample of handle {handle}, not its own",
@@ -157,6 +159,18 @@ class Page:
                 f"{self.name}: handle {handle} has samples of {last} and {moment} ns,"
                 f" expected every {subscription.cycle_ns} ns",
             )
+
+    def _may_be_unknown(self, moment: int) -> bool:
+        """Return True if faults may have kept the handle of a subscription from its client."""
+        frames = self.disturbances.frames_ns()
+        return (
+            self.unknown_handles
+            or frames >= moment
+            or any(
+                each.command == Command.ADD_NOTIFICATION and each.sent_ns <= frames
+                for each in self.pending.values()
+            )
+        )
 
     @staticmethod
     def _in_time(subscription: Subscription, gap_ns: int) -> bool:
