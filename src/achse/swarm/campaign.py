@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from achse.swarm.draws import SEEDS
 from achse.swarm.scenario import run
+from achse.swarm.worlds.draws import SEEDS
 
 __all__ = ["Campaign", "FailedSeed", "seeds_one_by_one"]
 

@@ -24,9 +24,9 @@ from achse.codes.groups import ReservedGroup
 from achse.codes.nc.table import named_rows
 from achse.swarm.road import Road
 from achse.swarm.talk import Page, Request, Subscription
-from achse.swarm.world import ClientPart
+from achse.swarm.worlds.world import ClientPart
 
-__all__ = ["CLIENT_ACTS", "NC_PORT", "PLC_PORT", "Client", "Dialling"]
+__all__ = ["CLIENT_ACTS", "NC_PORT", "PLC_PORT", "Client", "Dialling", "encode_service"]
 
 NC_PORT = 501
 PLC_PORT = 851
@@ -162,8 +162,7 @@ class Client:
         """Request a service of an axis."""
         service = services()[group][name]
         place = struct.pack("<II", *service.place(axis))
-        layout, kinds = _layout(group, name, len(numbers))
-        data = layout.encode(*(kind(value) for kind, value in zip(kinds, numbers, strict=True)))
+        data = encode_service(group, name, numbers)
         if service.answer is not None and not service.writable:
             sizes = struct.pack("<II", service.answer.size, len(data))
             self._ask(Command.READ_WRITE, place + sizes + data, NC_PORT, name)
@@ -334,6 +333,12 @@ class Client:
     def _write(self, data: bytes) -> None:
         if self._road is not None:
             self._road.send(data)
+
+
+def encode_service(group: int, name: str, numbers: Sequence[float]) -> bytes:
+    """Return the data of a request to a service of an axis. Raises ValueError."""
+    layout, kinds = _layout(group, name, len(numbers))
+    return layout.encode(*(kind(value) for kind, value in zip(kinds, numbers, strict=True)))
 
 
 @cache

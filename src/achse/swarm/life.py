@@ -14,10 +14,10 @@ from achse.station.station import DEFAULT_EPOCH_NS
 from achse.swarm.clients import Client
 from achse.swarm.disk import MemoryDisk
 from achse.swarm.motion_watch import MotionCheck, MotionWatch
-from achse.swarm.program import SAVED, TASK_NS, source_of
 from achse.swarm.road import Road, StationTurns
 from achse.swarm.talk import Page
-from achse.swarm.world import World
+from achse.swarm.worlds.program import SAVED, TASK_NS, source_of
+from achse.swarm.worlds.world import World
 from achse.transport.connections.fair_queue import FairQueue
 from achse.transport.tcp.listener import TcpListener
 

@@ -14,7 +14,7 @@ from achse.motion.states import MotionPhase
 from achse.station import Station
 from achse.station.clocks.cycle import Phase, PhasePlace
 from achse.swarm.motion_checks import MotionStep
-from achse.swarm.world import AxisPart
+from achse.swarm.worlds.world import AxisPart
 
 __all__ = ["MotionCheck", "MotionWatch"]
 

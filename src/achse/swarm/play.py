@@ -22,10 +22,10 @@ from achse.swarm.clients import Client
 from achse.swarm.disk import MemoryDisk, PowerCut
 from achse.swarm.invariants import motion_checks
 from achse.swarm.life import Life
-from achse.swarm.program import symbols_of
 from achse.swarm.project import PROJECT_INVARIANTS, UserCheck
 from achse.swarm.resources import SETTLED_S, Replaced, check_bounds, check_released
-from achse.swarm.world import STATION, Act, World
+from achse.swarm.worlds.program import symbols_of
+from achse.swarm.worlds.world import STATION, Act, World
 
 __all__ = ["Outcome", "Violation", "play", "play_twice"]
 

@@ -8,9 +8,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from achse.station import Station
-from achse.swarm.drawing import draw_surroundings
-from achse.swarm.draws import Stream
-from achse.swarm.world import AxisPart, World, WorldError
+from achse.swarm.worlds.drawing import draw_surroundings
+from achse.swarm.worlds.draws import Stream
+from achse.swarm.worlds.world import AxisPart, World, WorldError
 
 __all__ = ["PROJECT_INVARIANTS", "UserCheck", "draw_project_world", "load_checks", "station_file"]
 

@@ -8,7 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from achse.swarm.play import Violation
-from achse.swarm.world import World
+from achse.swarm.worlds.world import World
 
 __all__ = ["commit", "failure_lines", "source_of_test"]
 
@@ -51,7 +51,7 @@ def source_of_test(world: World, violation: Violation) -> str:
 import json
 
 from achse.swarm.play import play
-from achse.swarm.world import World
+from achse.swarm.worlds.world import World
 
 WORLD = {body}
 """{violation.what.splitlines()[0][:150]}"""

@@ -11,7 +11,7 @@ from typing import Protocol
 
 from achse.station import Station
 from achse.station.clocks.cycle import Phase, PhasePlace
-from achse.swarm.world import ClientPart
+from achse.swarm.worlds.world import ClientPart
 from achse.transport.connections.peer import Peer
 from achse.transport.tcp.listener import TcpListener
 

@@ -3,11 +3,11 @@
 from pathlib import Path
 from typing import Any
 
-from achse.swarm.drawing import draw_world
-from achse.swarm.draws import SEEDS
 from achse.swarm.play import Outcome, play, play_twice
 from achse.swarm.project import draw_project_world, load_checks
-from achse.swarm.world import World
+from achse.swarm.worlds.drawing import draw_world
+from achse.swarm.worlds.draws import SEEDS
+from achse.swarm.worlds.world import World
 
 __all__ = ["TWICE_EVERY", "play_seed", "run", "world_of"]
 

@@ -65,7 +65,7 @@ def swarm(
     import secrets
 
     from achse.station import ConfigError
-    from achse.swarm.world import WorldError
+    from achse.swarm.worlds.world import WorldError
 
     first = secrets.randbits(64) if seed is None else seed
     names = (
@@ -173,8 +173,8 @@ def _keep(file: Path, failure: "FailedSeed", names: tuple[str, str]) -> None:
     from achse.swarm.project import load_checks
     from achse.swarm.report import source_of_test
     from achse.swarm.scenario import world_of
-    from achse.swarm.shrink import shrink
-    from achse.swarm.world import World
+    from achse.swarm.worlds.shrink import shrink
+    from achse.swarm.worlds.world import World
 
     checks = load_checks(Path(names[1])) if names[1] else ()
 
