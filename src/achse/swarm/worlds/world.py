@@ -1,0 +1,103 @@
+"""A world: a station with its program, its clients, and all that happens to it, as plain data.
+
+Everything is drawn before the world runs. Each act stands for itself: another world without it is
+the same in all else, which is what makes worlds small (`achse.swarm.worlds.shrink`).
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any, Self
+
+__all__ = ["STATION", "Act", "AxisPart", "ClientPart", "Program", "World", "WorldError"]
+
+STATION = -1
+"""Actor of what happens to the station itself; others are the numbers of clients."""
+
+
+class WorldError(ValueError):
+    """A text is not a world: says what was expected and what came."""
+
+
+@dataclass(frozen=True)
+class AxisPart:
+    """An axis: its name, unit and parameters, and the least part of its jerk that commands have."""
+
+    name: str
+    unit: str
+    modulo: bool
+    values: Mapping[str, float]
+    gentlest: float = 1.0
+
+
+@dataclass(frozen=True)
+class Program:
+    """A program of a PLC: variables beside its counter, their types, and statements."""
+
+    variables: Mapping[str, str]
+    statements: Sequence[str]
+
+
+@dataclass(frozen=True)
+class ClientPart:
+    """A client and its road to the station."""
+
+    behaviour: str
+    """A name of `achse.swarm.worlds.drawing.BEHAVIOURS`, for people: acts say what it does."""
+    delay_ns: int
+    """Time of bytes on the road, one way."""
+    piece: int
+    """Bytes after which, and before the end of which, a packet is cut; 0: it is not."""
+    registers: bool
+    """True if the client has its port from the router."""
+
+
+@dataclass(frozen=True)
+class Act:
+    """An act at a station time: of a client, or of `STATION`."""
+
+    at_ns: int
+    actor: int
+    kind: str
+    """A name of `achse.swarm.clients.CLIENT_ACTS` or `achse.swarm.life.STATION_ACTS`."""
+    values: Sequence[Any] = ()
+
+
+@dataclass(frozen=True)
+class World:
+    """Everything that is drawn from one seed."""
+
+    seed: int
+    length_ns: int
+    cycle_ns: int
+    axes: Sequence[AxisPart] = ()
+    cams: Sequence[Sequence[Sequence[float]]] = ()
+    """Points of tables 1, 2, …: master position, slave position."""
+    programs: Sequence[Program] = ()
+    """The first is loaded at the beginning, the others by online changes."""
+    clients: Sequence[ClientPart] = ()
+    limits: Mapping[str, int] = field(default_factory=dict)
+    acts: Sequence[Act] = ()
+    project: str = ""
+    """A station.toml of a user, which then says what the station is."""
+
+    def encode(self) -> str:
+        """Return the world as JSON."""
+        return json.dumps(asdict(self), separators=(",", ":"))
+
+    @classmethod
+    def decode(cls, text: str) -> Self:
+        """Return the world in a JSON text. Raises WorldError."""
+        try:
+            document = json.loads(text)
+            return cls(
+                **{
+                    **document,
+                    "axes": [AxisPart(**each) for each in document["axes"]],
+                    "programs": [Program(**each) for each in document["programs"]],
+                    "clients": [ClientPart(**each) for each in document["clients"]],
+                    "acts": [Act(**each) for each in document["acts"]],
+                }
+            )
+        except (ValueError, TypeError, KeyError) as fault:
+            raise WorldError(f"expected a world as JSON, got {text!r:.60}: {fault}") from None
