@@ -21,8 +21,8 @@ from achse.server.notifications import Notifications
 from achse.station.persistence.snapshot_file import SnapshotFile
 from achse.station.persistence.state_file import StateFile
 from achse.station.running import states
-from achse.swarm.drawing import draw_world
 from achse.swarm.play import Outcome, play, play_twice
+from achse.swarm.worlds.drawing import draw_world
 from achse.transport.connections.held import Held
 from achse.transport.connections.peer import Peer
 
