@@ -1,15 +1,22 @@
 """Recipes of the documentation are what `achse new project` writes, and linters find nothing."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 
+from achse.cli.app import app
 from achse.cli.start.new import GITHUB, GITLAB
 
-PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "run-in-ci.md"
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "how-to" / "run-in-ci.md"
+LINT = ROOT / "docs" / "how-to" / "lint-your-plc-code.md"
+HOOKS = ROOT / ".pre-commit-hooks.yaml"
+SCHEMA = ("check-jsonschema", "--regex-variant", "python", "--builtin-schema")
 
 
 def test_each_recipe_is_yaml(fences: Any) -> None:
@@ -29,24 +36,57 @@ def test_linters_find_nothing(fences: Any, tmp_path: Path) -> None:
         block.body for block in fences(PAGE.read_text(encoding="utf-8"))
     )
     job = "tests:\n" + "".join(f"  {line}\n" for line in script.splitlines())
-    schema = ("check-jsonschema", "--builtin-schema")
     for number, (text, *command) in enumerate(
         (
-            (github, *schema, "vendor.github-workflows"),
-            (gitlab, *schema, "vendor.gitlab-ci"),
-            (job, *schema, "vendor.gitlab-ci"),
+            (github, *SCHEMA, "vendor.github-workflows"),
+            (gitlab, *SCHEMA, "vendor.gitlab-ci"),
+            (job, *SCHEMA, "vendor.gitlab-ci"),
             (commits, "pre-commit", "validate-config"),
         )
     ):
         file = tmp_path / f"{number}.yaml"
         file.write_text(text, encoding="utf-8")
-        program = Path(sys.executable).with_name(command[0])
-        if not program.exists():
-            pytest.skip(f"{command[0]} is not installed; the extra `dev` has it")
-        told = subprocess.run(
-            [str(program), *command[1:], str(file)], capture_output=True, text=True
-        )
-        assert told.returncode == 0, told.stdout + told.stderr
+        _accepted(file, *command)
+
+
+def _accepted(file: Path, *command: str) -> None:
+    """Check a file by a program of the extra `dev`."""
+    program = Path(sys.executable).with_name(command[0])
+    if not program.exists():
+        pytest.skip(f"{command[0]} is not installed; the extra `dev` has it")
+    told = subprocess.run([str(program), *command[1:], str(file)], capture_output=True, text=True)
+    assert told.returncode == 0, told.stdout + told.stderr
+
+
+def test_linters_find_nothing_in_reports_of_findings(fences: Any, tmp_path: Path) -> None:
+    recipes = [
+        block.body for block in fences(LINT.read_text(encoding="utf-8")) if block.language == "yaml"
+    ]
+    commands = (
+        (*SCHEMA, "vendor.github-workflows"),
+        (*SCHEMA, "vendor.gitlab-ci"),
+        (*SCHEMA, "vendor.azure-pipelines"),
+        ("pre-commit", "validate-config"),
+    )
+    for number, (text, command) in enumerate(zip(recipes, commands, strict=True)):
+        file = tmp_path / f"{number}.yaml"
+        file.write_text(text, encoding="utf-8")
+        _accepted(file, *command)
+
+
+def test_the_hook_is_valid_and_checks_a_project(tmp_path: Path) -> None:
+    yaml = pytest.importorskip("yaml")
+    _accepted(HOOKS, "pre-commit", "validate-manifest")
+    (hook,) = yaml.safe_load(HOOKS.read_text(encoding="utf-8"))
+    for name in ("MAIN.st", "plc/FB_Motor.TcPOU", "a.plcproj", "achse.toml", "station.toml"):
+        assert re.search(hook["files"], name)
+    assert not re.search(hook["files"], "README.md")
+    (tmp_path / "MAIN.st").write_text("PROGRAM MAIN\nEND_PROGRAM\n")
+    program, *words = hook["entry"].split()
+    assert program == "achse"
+    assert CliRunner().invoke(app, [*words, str(tmp_path)]).exit_code == 0
+    (tmp_path / "MAIN.st").write_text("PROGRAM MAIN\nn := 1;\nEND_PROGRAM\n")
+    assert CliRunner().invoke(app, [*words, str(tmp_path)]).exit_code == 1
 
 
 def test_every_how_to_says_what_is_needed() -> None:

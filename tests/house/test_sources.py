@@ -7,9 +7,9 @@ from tests.house.sources import Module
 ROOMS = ("ams", "codes", "ethercat", "iec", "st")
 """Rooms whose matter is given from outside."""
 
-TO_COME = ("st/check", "st/typed", "st/symbolfiles")
-"""The checker and its typed form rest on the syntax tree, whose modules have their sources; symbol
-files name theirs where they are read."""
+TO_COME = ("st/check", "st/lint", "st/typed", "st/symbolfiles")
+"""The checker, the linter and the typed form rest on the syntax tree, whose modules have their
+sources; symbol files name theirs where they are read."""
 
 OURS = {
     "ams/connection.py": "the state of a stream is our own; frames have their source",
@@ -24,6 +24,8 @@ OURS = {
     "st/syntax/cursor.py": "a parser's own tool",
     "st/files/facts.py": "what a project declares, looked up",
     "st/declared/given.py": "puts together what others declare",
+    "st/explanations/explanation.py": "how findings are explained is our choice",
+    "st/lexis/codes.py": "our codes of findings",
     "st/graphical/body.py": "when a drawn body is read is our choice",
     "st/graphical/lowering.py": "calls the lowering of each language",
     "st/graphical/writer.py": "what lowerings write to",

@@ -3,7 +3,7 @@
 import pytest
 
 from achse.st.lint.declared_types import DeclaredTypes
-from achse.st.lint.uses import routines_of, with_chains
+from achse.st.lint.uses import tracked_units, with_chains
 from achse.st.syntax.parser import parse_expression
 from tests.st.lint.conftest import declared
 
@@ -31,7 +31,7 @@ VAR fb : FB; e : E_State; END_VAR
 END_PROGRAM
 """
 NAMES = declared(TEXT).names
-UNITS = routines_of([one for one in NAMES.scopes.entries.values() if not one.is_library])
+UNITS = tracked_units([one for one in NAMES.scopes.entries.values() if not one.is_library])
 CHAIN = {unit.entry.name: chain for unit, chain in with_chains(UNITS, NAMES.scopes)}["FB"]
 TYPES = DeclaredTypes(NAMES.scopes)
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from achse.st.lint.uses import Use, routines_of, uses_of
+from achse.st.lint.uses import Use, tracked_units, uses_of
 from tests.st.lint.conftest import declared
 
 BLOCK = """FUNCTION_BLOCK FB_Base
@@ -20,7 +20,9 @@ def use_of(statements: str, variables: str = "x, y : INT;", name: str = "x") -> 
     """Return the use of a variable of a block by these statements."""
     text = f"{BLOCK}FUNCTION_BLOCK FB\nVAR\n{variables}\nEND_VAR\n{statements}\nEND_FUNCTION_BLOCK"
     names = declared(text).names
-    units = routines_of([entry for entry in names.scopes.entries.values() if not entry.is_library])
+    units = tracked_units(
+        [entry for entry in names.scopes.entries.values() if not entry.is_library]
+    )
     uses_of(units, names.scopes)
     (unit,) = (unit for unit in units if unit.entry.name == "FB")
     return unit.variables[name].use
@@ -78,7 +80,9 @@ def test_derived_blocks_use_the_variables_of_their_base() -> None:
         "a := b := 1;\nEND_METHOD\nEND_FUNCTION_BLOCK"
     )
     names = declared(text).names
-    units = routines_of([entry for entry in names.scopes.entries.values() if not entry.is_library])
+    units = tracked_units(
+        [entry for entry in names.scopes.entries.values() if not entry.is_library]
+    )
     uses_of(units, names.scopes)
     variables = {unit.entry.name: unit.variables for unit in units}["FB_Base"]
     assert (variables["a"].use, variables["b"].use) == (Use.WRITE, Use.NONE)

@@ -27,7 +27,7 @@ def function(variables: str, statements: str = "", before: str = "") -> str:
         (
             "VAR t : TON; END_VAR",
             "",
-            "2: LT1005 't' is an instance that starts anew with each call",
+            "2: LT1005 't' is an instance that starts again with each call",
         ),
         ("VAR_STAT t : TON; END_VAR", "", ""),
         ("VAR t : ARRAY [0..1] OF TON; END_VAR", "", "2: LT1005 't' is an instance"),

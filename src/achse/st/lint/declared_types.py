@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from achse.iec.enums import EnumType
 from achse.st.declared.scopes import DeclaredUnit, Scopes, with_bases
-from achse.st.lint.uses import Variable
+from achse.st.lint.uses import TrackedVariable
 from achse.st.syntax.tree import (
     ArrayOf,
     Call,
@@ -72,7 +72,7 @@ class DeclaredTypes:
         return entry is not None and isinstance(entry.tree, FunctionBlock)
 
     def enumeration_of(
-        self, path: Expression, chain: Sequence[Mapping[str, Variable]], space: str
+        self, path: Expression, chain: Sequence[Mapping[str, TrackedVariable]], space: str
     ) -> EnumType[Any] | None:
         """Return the enumeration that a path has values of."""
         entry = self.unit_of(self.type_of(path, chain, space))
@@ -80,7 +80,7 @@ class DeclaredTypes:
         return type if isinstance(type, EnumType) else None
 
     def type_of(
-        self, path: Expression, chain: Sequence[Mapping[str, Variable]], space: str
+        self, path: Expression, chain: Sequence[Mapping[str, TrackedVariable]], space: str
     ) -> DeclaredType | None:
         """Return the declared type of a path; None if it takes more than names to know it."""
         steps: list[Expression] = []
@@ -99,7 +99,7 @@ class DeclaredTypes:
         return found
 
     def _root(
-        self, path: Expression, chain: Sequence[Mapping[str, Variable]], space: str
+        self, path: Expression, chain: Sequence[Mapping[str, TrackedVariable]], space: str
     ) -> DeclaredType | None:
         if isinstance(path, Call) and isinstance(path.of, Name):
             entry = self._scopes.find(path.of.name, space)

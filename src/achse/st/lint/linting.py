@@ -9,7 +9,7 @@ from achse.st.lint.comparisons import check_comparisons
 from achse.st.lint.options import LintOptions
 from achse.st.lint.report import LintReport
 from achse.st.lint.statements import check_statements
-from achse.st.lint.uses import routines_of
+from achse.st.lint.uses import tracked_units
 from achse.st.lint.variables import check_variables
 from achse.st.syntax.parser import Parsed
 from achse.st.typed.project import TypedProject
@@ -39,7 +39,7 @@ def lint(
             for entry in scopes.entries.values()
             if not entry.is_library and entry.source in own
         ]
-        units = routines_of(entries)
+        units = tracked_units(entries)
         check_variables(units, scopes, report)
         check_statements(units, scopes, report)
         check_comparisons(typed.routines.values(), own, report)

@@ -10,7 +10,7 @@ from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Source
 from achse.st.lint.declared_types import DeclaredTypes
 from achse.st.lint.report import LintReport
-from achse.st.lint.uses import Routines, Variable, with_chains
+from achse.st.lint.uses import TrackedUnit, TrackedVariable, with_chains
 from achse.st.syntax.nodes import field_names
 from achse.st.syntax.tree import (
     Assign,
@@ -48,10 +48,10 @@ _LEAVES = {Return: "RETURN", Exit: "EXIT", Continue: "CONTINUE", Jump: "JMP"}
 _LOOPS = {For: "FOR", While: "WHILE", RepeatUntil: "REPEAT"}
 _MOST_NAMED = 5
 
-Chain = Sequence[Mapping[str, Variable]]
+Chain = Sequence[Mapping[str, TrackedVariable]]
 
 
-def check_statements(units: Sequence[Routines], scopes: Scopes, report: LintReport) -> None:
+def check_statements(units: Sequence[TrackedUnit], scopes: Scopes, report: LintReport) -> None:
     """Apply the rules to the bodies of all units; those that are drawn have other forms."""
     if not report.wants(*RULES):
         return

@@ -46,11 +46,11 @@ from achse.st.values.functions import is_standard
 
 __all__ = [
     "Owner",
-    "Routines",
+    "TrackedUnit",
+    "TrackedVariable",
+    "TrackedVariables",
     "Use",
-    "Variable",
-    "Variables",
-    "routines_of",
+    "tracked_units",
     "uses_of",
     "with_chains",
 ]
@@ -71,7 +71,7 @@ class Use(IntFlag):
 
 
 @dataclass(slots=True, eq=False)
-class Variable:
+class TrackedVariable:
     """A declared variable and its uses so far."""
 
     name: Name
@@ -87,28 +87,28 @@ class Variable:
         return self.entry.source
 
 
-Variables: TypeAlias = dict[str, Variable]
-"""Variables by their names in lower case."""
+TrackedVariables: TypeAlias = dict[str, TrackedVariable]
+"""TrackedVariables by their names in lower case."""
 
 
 @dataclass(slots=True, eq=False)
-class Routines:
+class TrackedUnit:
     """A unit with its routines: each body, and the variables that it sees, the nearest first."""
 
     entry: DeclaredUnit
-    variables: Variables
-    """Those of the unit itself."""
-    parts: list[tuple[Owner | Action, Variables]] = field(default_factory=list)
+    variables: TrackedVariables
+    """Variables of the unit itself."""
+    parts: list[tuple[Owner | Action, TrackedVariables]] = field(default_factory=list)
     """Methods, accessors and actions, with variables of their own."""
 
 
-def routines_of(entries: Iterable[DeclaredUnit]) -> list[Routines]:
+def tracked_units(entries: Iterable[DeclaredUnit]) -> list[TrackedUnit]:
     """Return the units that have variables and bodies."""
     found = []
     for entry in entries:
         tree = entry.tree
         if isinstance(tree, Function | FunctionBlock | Program | GlobalList):
-            unit = Routines(entry, _declared(tree, entry))
+            unit = TrackedUnit(entry, _declared(tree, entry))
             for part in getattr(tree, "parts", ()):
                 for owner in (part.get, part.set) if isinstance(part, Property) else (part,):
                     if owner is not None:
@@ -118,9 +118,9 @@ def routines_of(entries: Iterable[DeclaredUnit]) -> list[Routines]:
     return found
 
 
-def _declared(owner: Owner, entry: DeclaredUnit) -> Variables:
+def _declared(owner: Owner, entry: DeclaredUnit) -> TrackedVariables:
     return {
-        name.name.lower(): Variable(name, block, declaration, owner, entry)
+        name.name.lower(): TrackedVariable(name, block, declaration, owner, entry)
         for block in owner.blocks
         if block.section != "VAR_EXTERNAL"
         for declaration in block.variables
@@ -128,7 +128,7 @@ def _declared(owner: Owner, entry: DeclaredUnit) -> Variables:
     }
 
 
-def uses_of(units: Sequence[Routines], scopes: Scopes) -> None:
+def uses_of(units: Sequence[TrackedUnit], scopes: Scopes) -> None:
     """Walk through all bodies and declarations, and note the uses of the variables."""
     walk = _Walk()
     for unit, chain in with_chains(units, scopes):
@@ -140,8 +140,8 @@ def uses_of(units: Sequence[Routines], scopes: Scopes) -> None:
 
 
 def with_chains(
-    units: Sequence[Routines], scopes: Scopes
-) -> Iterator[tuple[Routines, list[Variables]]]:
+    units: Sequence[TrackedUnit], scopes: Scopes
+) -> Iterator[tuple[TrackedUnit, list[TrackedVariables]]]:
     """Yield units with the variables that their bodies see: their own, then those of bases."""
     by_name = {unit.entry.name.lower(): unit.variables for unit in units}
     for unit in units:
@@ -155,9 +155,9 @@ class _Walk:
     def __init__(self) -> None:
         self.members: dict[str, Use] = defaultdict(lambda: Use.NONE)
         """Uses of names behind a dot, wherever they are."""
-        self._chain: Sequence[Mapping[str, Variable]] = ()
+        self._chain: Sequence[Mapping[str, TrackedVariable]] = ()
 
-    def unit(self, unit: Routines, chain: list[Variables]) -> None:
+    def unit(self, unit: TrackedUnit, chain: list[TrackedVariables]) -> None:
         """Walk through the bodies of a unit that sees these variables."""
         tree = unit.entry.tree
         assert isinstance(tree, Function | FunctionBlock | Program | GlobalList)
@@ -167,7 +167,7 @@ class _Walk:
             self._chain = [own, *chain]
             self._owner(owner, unit)
 
-    def _owner(self, owner: Owner | Action, unit: Routines) -> None:
+    def _owner(self, owner: Owner | Action, unit: TrackedUnit) -> None:
         for block in getattr(owner, "blocks", ()):
             for declaration in block.variables:
                 self._declaration(declaration)
@@ -252,7 +252,7 @@ def _of_statement(tree: Any, how: Use) -> Use:
     return Use.BOTH if isinstance(tree, _PATHS) else how
 
 
-def _is_builtin(owner: Owner | Action, unit: Routines) -> bool:
+def _is_builtin(owner: Owner | Action, unit: TrackedUnit) -> bool:
     return any(
         "builtin" in attributes_of(note)
         for note in (owner.note, getattr(unit.entry.tree, "note", None))

@@ -6,7 +6,7 @@ from achse.st.declared.scopes import Scopes, with_bases
 from achse.st.lexis.codes import Code
 from achse.st.lint.declared_types import DeclaredTypes
 from achse.st.lint.report import LintReport
-from achse.st.lint.uses import Owner, Routines, Use, Variable, Variables, uses_of
+from achse.st.lint.uses import Owner, TrackedUnit, TrackedVariable, TrackedVariables, Use, uses_of
 from achse.st.syntax.tree import ReferenceTo
 from achse.st.syntax.units import (
     Accessor,
@@ -34,7 +34,7 @@ _KEPT = frozenset(("RETAIN", "PERSISTENT"))
 _OF_THE_RUNTIME = frozenset(("fb_init", "fb_exit", "fb_reinit"))
 
 
-def check_variables(units: Sequence[Routines], scopes: Scopes, report: LintReport) -> None:
+def check_variables(units: Sequence[TrackedUnit], scopes: Scopes, report: LintReport) -> None:
     """Apply the rules to the variables of all units."""
     if not report.wants(*RULES):
         return
@@ -57,7 +57,7 @@ def check_variables(units: Sequence[Routines], scopes: Scopes, report: LintRepor
                 _check_instance(variable, types, report)
 
 
-def _owners(unit: Routines) -> Iterator[tuple[Owner, Variables]]:
+def _owners(unit: TrackedUnit) -> Iterator[tuple[Owner, TrackedVariables]]:
     tree = unit.entry.tree
     assert isinstance(tree, Function | FunctionBlock | Program)
     yield tree, unit.variables
@@ -66,14 +66,14 @@ def _owners(unit: Routines) -> Iterator[tuple[Owner, Variables]]:
             yield owner, own
 
 
-def _inherited(unit: Routines, scopes: Scopes) -> Mapping[str, str]:
+def _inherited(unit: TrackedUnit, scopes: Scopes) -> Mapping[str, str]:
     """Return the variables of the bases of a block, with the names of the bases."""
     bases = list(with_bases(scopes.scope(unit.entry)))[1:]
     return {key: scope.owner for scope in reversed(bases) for key in scope.variables}
 
 
 def _check_use(
-    variable: Variable, unit: Routines, types: DeclaredTypes, report: LintReport
+    variable: TrackedVariable, unit: TrackedUnit, types: DeclaredTypes, report: LintReport
 ) -> None:
     declaration, block = variable.declaration, variable.block
     name, section = variable.name, block.section
@@ -101,7 +101,7 @@ def _check_use(
         report.add(Code.NEVER_READ, variable.source, name.at, message)
 
 
-def _is_free(variable: Variable, unit: Routines) -> bool:
+def _is_free(variable: TrackedVariable, unit: TrackedUnit) -> bool:
     """Return True if no interface, base or derived block decides on a parameter."""
     owner, tree = variable.owner, unit.entry.tree
     if isinstance(owner, Function):
@@ -115,7 +115,7 @@ def _is_free(variable: Variable, unit: Routines) -> bool:
 
 
 def _check_shadow(
-    variable: Variable, around: str | None, scopes: Scopes, report: LintReport
+    variable: TrackedVariable, around: str | None, scopes: Scopes, report: LintReport
 ) -> None:
     """A variable of a method that hides one of its block, or any that hides a global one."""
     name = variable.name
@@ -128,12 +128,12 @@ def _check_shadow(
         report.add(Code.SHADOWED_NAME, variable.source, name.at, message)
 
 
-def _check_instance(variable: Variable, types: DeclaredTypes, report: LintReport) -> None:
-    """An instance of a block that starts anew with each call."""
+def _check_instance(variable: TrackedVariable, types: DeclaredTypes, report: LintReport) -> None:
+    """An instance of a block that starts again with each call."""
     section = variable.block.section
     in_call = isinstance(variable.owner, Function | Method | Accessor)
     if section != "VAR_TEMP" and not (in_call and section == "VAR"):
         return
     if types.is_block(variable.declaration, variable.entry.space):
-        message = f"'{variable.name.name}' is an instance that starts anew with each call"
+        message = f"'{variable.name.name}' is an instance that starts again with each call"
         report.add(Code.TEMPORARY_INSTANCE, variable.source, variable.name.at, message)
