@@ -1,6 +1,5 @@
 """Options of the linter: the table `[lint]` of the file achse.toml of a project."""
 
-import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -47,6 +46,8 @@ class LintOptions:
     @property
     def codes(self) -> frozenset[Code]:
         """Codes of the rules that are on."""
+        if not self.select and not self.fail:
+            return frozenset()
         return frozenset(code for code in Code if code.startswith(FAMILY) and self.is_on(code))
 
 
@@ -66,6 +67,8 @@ def lint_options(project: Path) -> LintOptions:
 
 
 def _read(file: Path) -> LintOptions:
+    import tomllib  # most projects have no such file
+
     try:
         if file.stat().st_size > _LARGEST_FILE:
             raise LintOptionsError(f"{file}: expected at most {_LARGEST_FILE} bytes")
