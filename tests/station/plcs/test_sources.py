@@ -342,6 +342,23 @@ def test_types_of_libraries_come_from_their_sources(folder: Path) -> None:
         _station(folder, '[[plc]]\nlibraries = ["library.st"]\n')
 
 
+def test_each_task_has_its_information(folder: Path) -> None:
+    (folder / "two.st").write_text(
+        "PROGRAM A VAR n, m : UDINT; END_VAR"
+        " n := _TaskInfo[2].CycleTime; m := _TaskInfo[1].CycleTime; END_PROGRAM"
+        " PROGRAM B END_PROGRAM"
+    )
+    station = _station(
+        folder,
+        '[[plc]]\nsources = "two.st"\n[[plc.task]]\nname = "Slow"\ncycle = "50ms"\n'
+        'programs = ["A"]\n[[plc.task]]\nname = "Fast"\ncycle = "2ms"\nprograms = ["B"]\n',
+    )
+    station.advance(0.2)
+    assert station.plcs[851].failure == ""
+    main = station.plcs[851].instance("A")
+    assert (main["n"], main["m"]) == (20_000, 500_000)
+
+
 def test_a_type_that_is_nearly_named_right(folder: Path) -> None:
     (folder / "near.st").write_text(
         "TYPE ST_Feeder : STRUCT n : INT; END_STRUCT END_TYPE\n"

@@ -110,7 +110,7 @@ class PlcSource:
                 port=config.port,
                 memory=Memory(sizes),
                 pointer_size=declared.pointer_size,
-                bodies=self._bodies(declared),
+                bodies=self._bodies(declared, len(tasks)),
             ),
         )
 
@@ -128,7 +128,7 @@ class PlcSource:
         own = {root.stem.casefold(), root.absolute().parent.name.casefold()}
         return [each for each in found if each.plc.casefold() in own] or found
 
-    def _bodies(self, declared: _Declared) -> "Bodies | None":
+    def _bodies(self, declared: _Declared, tasks: int) -> "Bodies | None":
         """Return the bodies of the sources; None if there are none, or `execute` is off.
 
         A fault in a body is logged; its routine is left out.
@@ -143,7 +143,8 @@ class PlcSource:
 
         if self.config.code == CodeForm.MACHINE.value and not compiler_installed():
             raise ConfigError(needs_extra(f"{self.key}.code: machine", "fast"))
-        system = system_info_list([Task()], app_name="", project_name="", port=0, timestamp=0)
+        list_of_tasks = [Task()] * tasks
+        system = system_info_list(list_of_tasks, app_name="", project_name="", port=0, timestamp=0)
         project = check(
             declared.declarations,
             given=[system],
@@ -206,7 +207,7 @@ class PlcSource:
         ]:
             raise ConfigError(f"{self.key}: tasks and their cycles take a restart to change")
         sizes = area_sizes([*globals, *(one for of_task in programs.values() for one in of_task)])
-        bodies = self._bodies(declared)
+        bodies = self._bodies(declared, len(tasks))
         self._refuse_new_faults(plc.bodies, bodies)
         self._checked("", lambda: plc.online_change(globals, programs, sizes, bodies))
 
