@@ -16,7 +16,7 @@ from achse.st.lexis.source import Diagnostic, Location, SourceError
 __all__ = ["ENCRYPTED", "Element", "escape", "parse_xml"]
 
 ENCRYPTED = b"TcEncryptedFile"
-"""How a file begins that the vendor's tools encrypted."""
+"""First bytes of a file that the vendor's tools encrypted."""
 
 _DEEPEST = 64
 
