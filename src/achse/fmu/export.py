@@ -113,7 +113,7 @@ def export(
 
 def _can_save(config: StationConfig) -> bool:
     """Return True if a process with this station can be forked: it has no other process."""
-    return not getattr(config, "fmu", ())
+    return not config.fmu
 
 
 def _check(config: StationConfig) -> None:

@@ -144,8 +144,8 @@ _AXIS_VALUES = (
 )
 """Symbols of an axis that are outputs, with the unit behind the one of the axis."""
 
-_LINKED = {"AXIS_REF", "NCTOPLC_AXIS_REF", "PLCTONC_AXIS_REF"}
-"""Types that the station itself fills."""
+_LINKED = ("AXIS_REF", "NCTOPLC_", "PLCTONC_")
+"""Beginnings of the names of types that the station itself fills."""
 
 _UNIT_OF_TIME = {"TIME": "ms", "TOD": "ms", "LTIME": "ns", "LTOD": "ns", "LDT": "ns", "LDATE": "ns"}
 
@@ -183,7 +183,7 @@ def value_type(type: IecType[Any]) -> ValueType | None:
 def _leaves(name: str, type: IecType[Any], scalars: bool = False) -> Iterator[_Leaf]:
     """Yield the values within a variable: arrays of numbers whole unless only `scalars` may be."""
     real = resolved(type)
-    if real.name.rpartition(".")[2].upper() in _LINKED:
+    if real.name.rpartition(".")[2].upper().startswith(_LINKED):
         return
     if value_type(real) is not None:
         yield _Leaf(name, type)
@@ -281,13 +281,17 @@ class _Table:
         """Located variables: %I are inputs unless a terminal writes them, %Q are outputs."""
         for port, device in self._plcs.items():
             taken = self._written_bytes(port)
-            linked = self._linked(port)
+            linked, written = self._linked(), self._written_names()
             for placed in device.plc.variables:
                 if placed.area not in (Area.INPUT, Area.OUTPUT) or placed.variable.hidden:
                     continue
                 if placed.name.lower() in linked:
                     continue
-                is_input = placed.area is Area.INPUT and not taken & _bytes_of(placed)
+                is_input = (
+                    placed.area is Area.INPUT
+                    and not taken & _bytes_of(placed)
+                    and placed.name.lower() not in written
+                )
                 for leaf in _leaves(placed.name, placed.variable.type, self._scalars):
                     self._add(f"{port}:{leaf.name}", "input" if is_input else "output")
 
@@ -390,14 +394,21 @@ class _Table:
                 written |= set(range(begin, begin + -(-bits // 8)))
         return written
 
-    def _linked(self, port: int) -> set[str]:
-        """Names of variables that axes or plants are linked to."""
+    def _written_names(self) -> set[str]:
+        """Names of variables that plants and signals write."""
+        config = self._station.config
+        names = [target for unit in config.fmu for target in unit.outputs]
+        names += [signal.symbol for signal in config.signal]
+        return {each.rpartition(":")[2].lower() for each in names}
+
+    def _linked(self) -> set[str]:
+        """Names of variables that axes are linked to."""
         names = [
             each
             for axis in self._station.config.axis
             for each in ((axis.plc,) if isinstance(axis.plc, str) else axis.plc)
         ]
-        return {each.partition(":")[2].lower() or each.lower() for each in names}
+        return {each.rpartition(":")[2].lower() for each in names}
 
 
 def _bytes_of(placed: PlacedVariable) -> set[int]:

@@ -17,7 +17,7 @@ from achse.server import Device
 from achse.st.lexis.collection import collection_paused
 from achse.station.building.building import Building, Ground, Parts
 from achse.station.building.camshaft import make_camshafts
-from achse.station.building.nc import make_nc
+from achse.station.building.nc import connect_nc, make_nc
 from achse.station.building.plcs import make_plcs
 from achse.station.building.scope import make_scope
 from achse.station.configuration.station_file import ConfigError, StationConfig
@@ -58,12 +58,22 @@ def _make_modbus(building: Building) -> None:
         modbus.make_modbus(building)
 
 
+def _make_plants(building: Building) -> None:
+    """The units of [[fmu]], without which nothing of them is loaded. Raises ConfigError."""
+    if building.ground.config.fmu:
+        from achse.station.building import plants
+
+        plants.make_plants(building)
+
+
 PARTS: tuple[Callable[[Building], None], ...] = (
     make_nc,
     _make_buses,
     make_plcs,
     _make_terminals,
     _make_signals,
+    _make_plants,
+    connect_nc,
     make_camshafts,
     make_scope,
     _make_modbus,

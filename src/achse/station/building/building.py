@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from achse.ams import RouterError
 from achse.devices.plc import PlcDevice
@@ -28,11 +28,26 @@ if TYPE_CHECKING:
     from achse.station.buses.axis_bus import AxisBus
     from achse.station.buses.ethercat_bus import EthercatBus
     from achse.station.buses.interface_bus import InterfaceBus
+    from achse.station.plants.plant import Plant
 
-__all__ = ["Building", "Ground", "Parts"]
+__all__ = ["Building", "Ground", "NcExchange", "Parts"]
 
 _SHORTEST_TICK_NS = 10_000
 """All cycles are multiples of one tick; a shorter one would only burn time."""
+
+
+class NcExchange(Protocol):
+    """Exchange of the inputs of axes before a cycle of the NC, of their outputs after it."""
+
+    def before(self) -> None: ...
+
+    def after(self) -> None: ...
+
+    def many(self, count: int) -> int:
+        """Up to `count` cycles with the NC in one go; how many were done."""
+
+    def missing_condition(self, axis_id: int) -> str:
+        """Return the reason why an axis is not ready, empty if it is or belongs to another."""
 
 
 class Ground(NamedTuple):
@@ -92,6 +107,10 @@ class Parts(NamedTuple):
     """Functions to call when the station drops these parts."""
     fieldbuses: "Mapping[str, EthercatBus | InterfaceBus]" = MappingProxyType({})
     """The buses by name."""
+    exchanges: Sequence[NcExchange] = ()
+    """Exchanges before and after each cycle of the NC."""
+    plants: "Mapping[str, Plant]" = MappingProxyType({})
+    """The units of [[fmu]] by name."""
 
 
 class Building:
@@ -107,6 +126,9 @@ class Building:
         self.plcs: dict[int, PlcRuntime] = {}
         self.plc_devices: dict[int, PlcDevice] = {}
         self.sources: dict[int, PlcSource] = {}
+        self.exchanges: list[NcExchange] = []
+        """Exchanges before and after each cycle of the NC: buses, then plants."""
+        self.plants: Mapping[str, Plant] = MappingProxyType({})
         self._kept = tuple(kept)
         self._devices: list[Device] = []
         self._attached: list[Sequence[Device]] = []
@@ -196,6 +218,8 @@ class Building:
             terminals=self.terminals,
             ends=self._ends,
             fieldbuses=self.fieldbuses,
+            exchanges=self.exchanges,
+            plants=self.plants,
         )
 
     def abandon(self) -> None:

@@ -1,9 +1,6 @@
 """The buses with drives: each made as its table says, and joined with the axes of the NC."""
 
-from collections.abc import Sequence
-
 from achse.devices.io import ServedBus, default_net_id
-from achse.motion import Nc
 from achse.motion.servo import ServoError
 from achse.station.building.building import Building
 from achse.station.building.bus_parts import attach_buses, make_bus, served_bus, terminals_on
@@ -14,23 +11,6 @@ from achse.station.buses.plan import BusPlan
 from achse.station.configuration.station_file import ConfigError
 
 __all__ = ["make_buses"]
-
-
-def _connect(nc: Nc, buses: Sequence[AxisBus]) -> None:
-    """Let each cycle of the NC begin and end with all buses."""
-    if len(buses) == 1:
-        nc.connect(buses[0].before, buses[0].after, buses[0].many)
-        return
-
-    def before() -> None:
-        for bus in buses:
-            bus.before()
-
-    def after() -> None:
-        for bus in buses:
-            bus.after()
-
-    nc.connect(before, after)
 
 
 def make_buses(building: Building) -> None:
@@ -56,7 +36,7 @@ def make_buses(building: Building) -> None:
             made.at_rest = lambda joined=joined: joined.at_rest  # type: ignore[misc]
         building.fieldbuses[bus.name] = made
         building.buses.append(joined)
+        building.exchanges.append(joined)
         building.add_state(joined.digest)
         served.append(served_bus(number, made, net_id))
-    _connect(nc, building.buses)
     attach_buses(building, served)

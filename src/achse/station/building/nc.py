@@ -24,6 +24,7 @@ from achse.station.building.building import Building
 from achse.station.clocks.phases import NcPhase
 from achse.station.configuration.bus import DriveConfig
 from achse.station.configuration.documents import check_file
+from achse.station.configuration.fmu import FmuAxisConfig
 from achse.station.configuration.station_file import (
     AxisConfig,
     ConfigError,
@@ -32,7 +33,14 @@ from achse.station.configuration.station_file import (
     axis_keys,
 )
 
-__all__ = ["NC_PORTS", "drives_of", "make_nc", "velocity_warnings"]
+__all__ = [
+    "NC_PORTS",
+    "connect_nc",
+    "drives_of",
+    "make_nc",
+    "plant_axes_of",
+    "velocity_warnings",
+]
 
 NC_PORTS = (500, 501)
 """NC and its SAF task; both answer for the same axes."""
@@ -56,6 +64,26 @@ def make_nc(building: Building) -> None:
     building.attach(NcDevice(nc, clock=ground.clock), *NC_PORTS)
 
 
+def connect_nc(building: Building) -> None:
+    """Let each cycle of the NC begin and end with all buses and plants."""
+    nc, exchanges = building.nc, building.exchanges
+    if nc is None or not exchanges:
+        return
+    if len(exchanges) == 1:
+        nc.connect(exchanges[0].before, exchanges[0].after, exchanges[0].many)
+        return
+
+    def before() -> None:
+        for each in exchanges:
+            each.before()
+
+    def after() -> None:
+        for each in exchanges:
+            each.after()
+
+    nc.connect(before, after)
+
+
 def velocity_warnings(nc: Nc) -> Iterator[str]:
     """Yield a warning for each stored velocity above the limit of its axis (0x4221 at a start)."""
     for axis in nc:
@@ -71,8 +99,8 @@ def velocity_warnings(nc: Nc) -> Iterator[str]:
 
 def _nc(config: StationConfig, base: Path) -> Nc:
     compiled = {"auto": None, "compiled": True, "interpreted": False}[config.nc.kernel]
-    drives = drives_of(config)
-    axes = [_axis(axis, number, drives.get(axis.id)) for number, axis in enumerate(config.axis, 1)]
+    behind: dict[int, DriveConfig | FmuAxisConfig] = {**drives_of(config), **plant_axes_of(config)}
+    axes = [_axis(axis, number, behind.get(axis.id)) for number, axis in enumerate(config.axis, 1)]
     tables = [_table(table, number, base) for number, table in enumerate(config.table, 1)]
     try:
         groups = [group.parameters(base) for group in config.group]
@@ -140,14 +168,11 @@ def _rotary(values: Mapping[str, float]) -> dict[str, float]:
 
 def drives_of(config: StationConfig) -> dict[int, DriveConfig]:
     """The drive of each axis that has one, by axis id. Raises ConfigError."""
-    ids = {axis.name.casefold(): axis.id for axis in config.axis}
     found: dict[int, DriveConfig] = {}
     buses = [bus.name for bus in config.bus]
     for number, drive in enumerate(config.drive, 1):
         key = f"drive[{number}]"
-        axis = drive.axis if isinstance(drive.axis, int) else ids.get(drive.axis.casefold(), 0)
-        if axis not in ids.values():
-            raise ConfigError(f"{key}.axis: expected an axis of the NC, got {drive.axis!r}")
+        axis = _axis_id(config, drive.axis, key)
         if axis in found:
             raise ConfigError(f"{key}.axis: axis {axis} has a drive already")
         if not buses:
@@ -156,6 +181,30 @@ def drives_of(config: StationConfig) -> dict[int, DriveConfig]:
             raise ConfigError(f"{key}.bus: expected one of {', '.join(buses)}, got {drive.bus!r}")
         found[axis] = drive
     return found
+
+
+def plant_axes_of(config: StationConfig) -> dict[int, FmuAxisConfig]:
+    """The table [[fmu.axis]] of each axis that has one, by axis id. Raises ConfigError."""
+    found: dict[int, FmuAxisConfig] = {}
+    drives = drives_of(config)
+    for number, unit in enumerate(config.fmu, 1):
+        for place, each in enumerate(unit.axis, 1):
+            key = f"fmu[{number}].axis[{place}]"
+            axis = _axis_id(config, each.axis, key)
+            if axis in found or axis in drives:
+                other = "a drive" if axis in drives else "a unit"
+                raise ConfigError(f"{key}.axis: axis {axis} has {other} already")
+            found[axis] = each
+    return found
+
+
+def _axis_id(config: StationConfig, name: int | str, key: str) -> int:
+    """Id of the axis of that name or id. Raises ConfigError."""
+    ids = {axis.name.casefold(): axis.id for axis in config.axis}
+    axis = name if isinstance(name, int) else ids.get(name.casefold(), 0)
+    if axis not in ids.values():
+        raise ConfigError(f"{key}.axis: expected an axis of the NC, got {name!r}")
+    return axis
 
 
 def _numbers(parameters: Mapping[str, Any], key: str) -> dict[str, float]:
@@ -179,7 +228,7 @@ def _numbers(parameters: Mapping[str, Any], key: str) -> dict[str, float]:
     return numbers
 
 
-def _on_a_bus(drive: DriveConfig) -> dict[str, float]:
+def _on_a_bus(drive: DriveConfig | FmuAxisConfig) -> dict[str, float]:
     """Return the parameters that an axis takes from its drive, unless the axis sets them."""
     turned = int(drive.inverted)
     return {
@@ -194,7 +243,9 @@ def _on_a_bus(drive: DriveConfig) -> dict[str, float]:
     }
 
 
-def _axis(axis: AxisConfig, number: int, drive: DriveConfig | None) -> AxisParameters:
+def _axis(
+    axis: AxisConfig, number: int, drive: DriveConfig | FmuAxisConfig | None
+) -> AxisParameters:
     values = _numbers(axis.parameters, f"axis[{number}]")
     if drive is not None:
         values = _on_a_bus(drive) | values

@@ -3,15 +3,17 @@
 import logging
 import math
 from collections.abc import Callable
-from typing import Any
 
 from achse.ams import DeviceError
 from achse.devices.plc import PlcDevice
-from achse.devices.plc.symbols import PlcSymbol
-from achse.iec import EnumType, IecType, resolved
-from achse.iec.elementary import BoolType, IntegerType, RealType
-from achse.iec.nearest import did_you_mean
+from achse.iec import resolved
 from achse.station.building.building import Building
+from achse.station.building.plc_variables import (
+    encoder_of,
+    find_variable,
+    is_numeric,
+    written_variable,
+)
 from achse.station.building.waveforms import CsvError, Waveform, counter, noise, periodic, read_csv
 from achse.station.clocks.cycle import CyclicPhase, PhasePlace
 from achse.station.configuration.signal import (
@@ -82,10 +84,8 @@ class _Signal:
     def _bind(self) -> None:
         """Find the variables. Raises ConfigError."""
         config, key = self._config, self.key
-        self.symbol = self._found(config.symbol, f"{key}.symbol")
-        if self.symbol.read_only:
-            raise ConfigError(f"{key}.symbol: {config.symbol} is a constant")
-        self._encode = _encoder(self.symbol.type, f"{key}.symbol: {config.symbol}")
+        self.symbol = written_variable(self._device, config.symbol, f"{key}.symbol")
+        self._encode = encoder_of(self.symbol.type, f"{key}.symbol: {config.symbol}")
         self._value: Callable[[int], float] | None = self._waveform()
 
     def bind_again(self) -> None:
@@ -139,9 +139,9 @@ class _Signal:
         key = f"{self.key}.expression"
 
         def variable(name: str) -> Callable[[], float]:
-            symbol = self._found(name, key)
+            symbol = find_variable(self._device, name, key)
             type = resolved(symbol.type)
-            if not _is_numeric(type):
+            if not is_numeric(type):
                 raise ExpressionError(f"{name}: expected a number or a BOOL, got a {type.name}")
             decode, read = type.decode, symbol.read
             return lambda: float(decode(read()))
@@ -151,46 +151,3 @@ class _Signal:
         except ExpressionError as fault:
             raise ConfigError(f"{key}: {fault}, in {text!r:.80}") from None
         return lambda now_ns: value(now_ns / 1e9)
-
-    def _found(self, name: str, key: str) -> PlcSymbol:
-        symbols = self._device.symbols
-        assert symbols is not None
-        try:
-            found = symbols.source.resolve(name)
-        except DeviceError as refusal:
-            raise ConfigError(f"{key}: {name}: {refusal.context or refusal}") from None
-        if not isinstance(found, PlcSymbol) or found.call is not None:
-            known = (placed.name for placed in self._device.plc.variables)
-            near = did_you_mean(name, known)
-            raise ConfigError(f"{key}: expected a variable of the PLC, got {name!r}{near}")
-        return found
-
-
-def _is_numeric(type: IecType[Any]) -> bool:
-    return isinstance(type, IntegerType | RealType | BoolType | EnumType)
-
-
-def _encoder(type: IecType[Any], what: str) -> Callable[[float], bytes]:
-    """Return the function that encodes a number as that type: rounded, and kept within its range.
-
-    A counter beyond the range continues at the other end of the range. Raises ConfigError.
-    """
-    real = resolved(type)
-    if isinstance(real, EnumType):
-        real = real.base
-    if isinstance(real, BoolType):
-        return lambda value: b"\1" if value > 0 else b"\0"
-    if isinstance(real, RealType):
-        encode_real = real.encode
-        return lambda value: encode_real(value)
-    if not isinstance(real, IntegerType):
-        raise ConfigError(f"{what}: expected a number or a BOOL, got a {type.name}")
-    encode, low, high = real.encode, real.low, real.high
-    span = high - low + 1
-
-    def whole(value: float) -> bytes:
-        if isinstance(value, int):
-            return encode((value - low) % span + low)
-        return encode(min(max(round(value), low), high))
-
-    return whole

@@ -4,17 +4,17 @@ In each cycle of the NC the inputs of the last frame are taken, the NC works, an
 with the next frame.
 """
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 from achse.ams import NetId
 from achse.drive import Drive
 from achse.motion import Nc
-from achse.motion.servo import ProcessEntry, ServoLink, ServoMode, ServoOptions, Servos, ServoView
+from achse.motion.servo import ProcessEntry, ServoLink, Servos, ServoView
 from achse.motion.servo.optional import DriveParts
 from achse.station.buses.ethercat_bus import EthercatBus
 from achse.station.buses.kernel_cycles import KernelCycles
+from achse.station.buses.servo_options import servo_options
 from achse.station.configuration.bus import DriveConfig
 
 __all__ = ["AxisBus", "BusPlace", "DriveBus", "DriveSlave"]
@@ -128,7 +128,13 @@ class AxisBus:
             nc.axis(axis_id).hardware_address = bytes(self._net_id), slave.station, 0
             inputs = _entries(slave.input_entries, read)
             outputs = _entries(slave.output_entries, written)
-            options = self._options(drive, bus.torque_per_acceleration(number))
+            homing = drive.homing
+            options = servo_options(
+                *(drive, nc.cycle_seconds, bus.torque_per_acceleration(number)),
+                dead_cycles=_DEAD_CYCLES,
+                home_offset=round(homing.offset / drive.scaling) if homing else 0,
+                parts=DriveParts.of(drive),
+            )
             links.append(ServoLink(axis_id, inputs, outputs, options))
             ends = read + len(slave.inputs), written + len(slave.outputs)
             places.append((slave, slice(read, ends[0]), slice(written, ends[1])))
@@ -150,28 +156,6 @@ class AxisBus:
     def at_rest(self) -> bool:
         """True if no axis is enabled."""
         return not any(servo.axis.loop_closed for servo in self.servos.servos)
-
-    def _options(self, drive: DriveConfig, known: float) -> ServoOptions:
-        cycle = self._nc.cycle_seconds
-        dead_time = None if drive.dead_time is None else drive.dead_time * 1e-9
-        if dead_time is None and drive.interface is not ServoMode.CSP:
-            dead_time = _DEAD_CYCLES * cycle
-        bandwidth = drive.velocity_bandwidth or _BANDWIDTH / cycle
-        reset = drive.velocity_reset_time
-        torque = known
-        if drive.torque_per_acceleration is not None:
-            torque = drive.torque_per_acceleration * drive.scaling
-        homing = drive.homing
-        return ServoOptions(
-            drive.interface,
-            home_offset=round(homing.offset / drive.scaling) if homing else 0,
-            dead_time=dead_time,
-            velocity_gain=torque * math.tau * bandwidth,
-            velocity_reset_time=4.0 / (math.tau * bandwidth) if reset is None else reset * 1e-9,
-            torque_per_acceleration=torque,
-            torque_limit=drive.torque_limit,
-            parts=DriveParts.of(drive),
-        )
 
     def missing_condition(self, axis_id: int) -> str:
         """Return the reason why an axis is not ready; empty if it is ready, or is not on this
@@ -218,9 +202,6 @@ class AxisBus:
 
 _DEAD_CYCLES = 2.5
 """Without a measurement: a set value acts for a cycle, what it did is read a cycle later."""
-
-_BANDWIDTH = 0.03
-"""Of the velocity loop of cst, as a share of the frequency of the cycle."""
 
 _WHOLE_BYTE = 8
 

@@ -14,6 +14,7 @@ from achse.motion.record import FIELDS
 from achse.motion.tables import HIGHEST_TABLE_ID
 from achse.station.configuration.bus import BusConfig, DriveConfig
 from achse.station.configuration.camshaft import CamshaftConfig
+from achse.station.configuration.fmu import FmuConfig
 from achse.station.configuration.group import ChannelConfig, GroupConfig
 from achse.station.configuration.http import MetricsConfig, WebConfig
 from achse.station.configuration.limits import LimitsConfig
@@ -201,6 +202,7 @@ class StationConfig(NetworkConfig):
     group: Sequence[GroupConfig] = ()
     fault: Sequence[FaultConfig] = ()
     signal: Sequence[SignalConfig] = ()
+    fmu: Sequence[FmuConfig] = ()
     scope: ScopeConfig = ScopeConfig.model_construct()
     modbus: ModbusConfig | None = None
     camshaft: Sequence[CamshaftConfig] = Field(default=(), max_length=4)
@@ -214,6 +216,7 @@ class StationConfig(NetworkConfig):
             "channel.id": [channel.id for channel in self.channel],
             "group.id": [group.id for group in self.group],
             "axis.name": [axis.name for axis in self.axis],
+            "fmu.name": [unit.name for unit in self.fmu],
             "bus.name": [bus.name for bus in self.bus],
             "bus.interface": [each for bus in self.bus for each in bus.interfaces],
             **super()._unique_keys(),
