@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from achse.station.buses.axis_bus import AxisBus
     from achse.station.buses.ethercat_bus import EthercatBus
     from achse.station.buses.interface_bus import InterfaceBus
+    from achse.station.plants.plant import Plant
 
 __all__ = ["Station"]
 
@@ -214,6 +215,11 @@ class Station:
         """Virtual terminals by name: what is at their inputs, what their outputs do."""
         return self._states.parts.terminals
 
+    @property
+    def plants(self) -> "Mapping[str, Plant]":
+        """Units of [[fmu]] by name: their inputs, outputs and failures."""
+        return self._states.parts.plants
+
     # state of the whole station
 
     @property
@@ -321,8 +327,9 @@ class Station:
         return [bus.faults for bus in self.fieldbuses.values()]
 
     def missing_condition(self, axis_id: int) -> str:
-        """Return the reason why an axis on a bus is not ready for operation, empty if it is."""
-        return next((told for bus in self.buses if (told := bus.missing_condition(axis_id))), "")
+        """Return why an axis on a bus or a plant is not ready for operation, empty if it is."""
+        exchanges = self._states.parts.exchanges
+        return next((why for each in exchanges if (why := each.missing_condition(axis_id))), "")
 
     def source_files(self, port: int) -> Mapping[str, str]:
         """Return the paths of a PLC's own source files, by the names they have in faults."""
