@@ -97,6 +97,13 @@ def test_bytes_that_a_terminal_writes_are_no_inputs(station_file: Path) -> None:
     assert found["MAIN.bGo"].causality == "input"
 
 
+def test_variables_that_a_signal_writes_are_no_inputs(station_file: Path) -> None:
+    with station_file.open("a") as file:
+        file.write('[[signal]]\nsymbol = "MAIN.fLevel"\nkind = "noise"\n')
+    found = by_name(chosen_variables(Station.load(station_file), VariableChoice()))
+    assert found["MAIN.fLevel"].causality == "output"
+
+
 def test_variables_linked_to_an_axis_are_left_out(station_file: Path) -> None:
     text = station_file.read_text().replace(
         'name = "X"', 'name = "X"\nplc = ["MAIN.fromNc", "MAIN.toNc"]'

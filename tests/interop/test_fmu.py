@@ -325,3 +325,25 @@ def test_every_choice_of_symbols_is_valid(folder: Path, tmp_path: Path) -> None:
     file = tmp_path / "all.fmu"
     file.write_bytes(export(folder / "station.toml", choice=choice).archive)
     assert validate_fmu(str(file)) == []
+
+
+def test_unit_of_a_station_is_the_plant_of_another(folder: Path, tmp_path: Path) -> None:
+    """Both directions: the exported unit behind a second PLC, and that station as a unit again."""
+    (tmp_path / "cell3.fmu").write_bytes((folder / "cell3.fmu").read_bytes())
+    (tmp_path / "main.st").write_text(
+        "PROGRAM MAIN VAR bGo AT %QX0.0 : BOOL := TRUE; bBack AT %IX0.0 : BOOL; END_VAR END_PROGRAM"
+    )
+    file = tmp_path / "station.toml"
+    file.write_text(
+        '[[plc]]\nsources = "main.st"\n[[fmu]]\nname = "cell"\nfile = "cell3.fmu"\n'
+        'inputs = { "MAIN.bGo" = "MAIN.bGo" }\noutputs = { "MAIN.bBack" = "MAIN.bOut" }\n'
+    )
+    station = Station.load(file)
+    station.advance(0.05)
+    assert station.plcs[851].instance("MAIN")["bBack"]
+    made = export(file)
+    assert not made.has_states
+    assert [each.name for each in made.variables if each.causality == "input"] == []
+    (tmp_path / "outer.fmu").write_bytes(made.archive)
+    result = fmpy.simulate_fmu(str(tmp_path / "outer.fmu"), stop_time=0.05, output_interval=0.01)
+    assert result[-1]["MAIN.bBack"]

@@ -4,6 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.station.plant_units import plant_units, put_unit
+
+__all__ = ["folder", "plant_units", "put_unit"]
+
 PROGRAM = """
 from achse.iec import GlobalVariables, INT, Program, var
 
