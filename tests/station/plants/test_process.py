@@ -1,0 +1,101 @@
+"""Units that work, and units that do harm."""
+
+import gc
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from achse.station.plants import process as module
+from achse.station.plants.archive import UnitArchive
+from achse.station.plants.errors import PlantError
+from achse.station.plants.process import UnitProcess
+
+NOTHING, CRASH, HANG, END, FAILS, NOT_A_NUMBER, PRINT, DISCARD = range(8)
+
+
+@pytest.fixture(params=["wild2", "wild"])
+def wild(request: pytest.FixtureRequest, plant_units: Path) -> Iterator[UnitProcess]:
+    archive = UnitArchive(plant_units / f"{request.param}.fmu")
+    process = UnitProcess(archive, "wild", 600.0)
+    yield process
+    process.close()
+    assert process._process.returncode is not None
+    assert not archive.folder.exists()
+
+
+def step(process: UnitProcess, deed: int, at: float = 0.0, count: int = 1) -> list[float]:
+    outputs = [process.description.number("value")]
+    return process.step(at, 0.01, count, [deed], outputs)
+
+
+def start(process: UnitProcess, **values: float) -> list[float]:
+    about = process.description
+    return process.start([about.number("deed")], [about.number("value")], values)
+
+
+def test_steps_give_outputs(wild: UnitProcess) -> None:
+    assert start(wild, added=0.5) == [0.0]
+    assert step(wild, NOTHING) == [1.5]
+    assert step(wild, NOTHING, 0.01, count=4) == [7.5]
+
+
+def test_what_a_unit_prints_harms_nobody(wild: UnitProcess) -> None:
+    start(wild)
+    assert step(wild, PRINT, count=20) == [20.0]
+
+
+@pytest.mark.parametrize(
+    ("deed", "complaint"),
+    [
+        (CRASH, "its process ended by signal 11: .*about to crash"),
+        (END, "its process ended with exit code 7: the licence has expired"),
+        (FAILS, "status 3.*the solver did not converge"),
+        (DISCARD, "status 2"),
+        (NOT_A_NUMBER, "value: expected a finite number, got nan"),
+    ],
+)
+def test_failures_have_their_reason(wild: UnitProcess, deed: int, complaint: str) -> None:
+    start(wild)
+    step(wild, NOTHING)
+    with pytest.raises(PlantError, match=f"(?s){complaint}"):
+        step(wild, deed, 0.01)
+    assert wild._process.returncode is not None
+    with pytest.raises(PlantError):
+        step(wild, NOTHING)
+
+
+def test_unit_that_hangs_is_ended(plant_units: Path) -> None:
+    process = UnitProcess(UnitArchive(plant_units / "wild.fmu"), "wild", 600.0)
+    start(process)
+    process._channel.settimeout(0.05)
+    process._timeout_s = 0.05
+    with pytest.raises(PlantError, match=r"no answer in 0\.05 s, its process was ended"):
+        step(process, HANG)
+    assert process._process.returncode == -9
+
+
+def test_forgotten_process_ends(plant_units: Path) -> None:
+    process = UnitProcess(UnitArchive(plant_units / "tank.fmu"), "tank", 600.0)
+    child, folder = process._process, process.archive.folder
+    del process
+    gc.collect()
+    assert child.returncode is not None
+    assert not folder.exists()
+
+
+def test_missing_fmpy_is_named(plant_units: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    archive = UnitArchive(plant_units / "tank.fmu")
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(PlantError, match="an FMU needs the extra fmu: pip install"):
+        UnitProcess(archive, "tank", 1.0)
+    archive.close()
+
+
+def test_other_systems_are_refused(plant_units: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    archive = UnitArchive(plant_units / "tank.fmu")
+    monkeypatch.setattr(module.os, "name", "nt")
+    with pytest.raises(PlantError, match="expected Linux or macOS"):
+        UnitProcess(archive, "tank", 1.0)
+    monkeypatch.undo()
+    archive.close()
