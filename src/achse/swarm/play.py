@@ -23,11 +23,24 @@ from achse.swarm.disk import MemoryDisk, PowerCut
 from achse.swarm.invariants import motion_checks
 from achse.swarm.life import Life
 from achse.swarm.project import PROJECT_INVARIANTS, UserCheck
-from achse.swarm.resources import SETTLED_S, Replaced, check_bounds, check_released
+from achse.swarm.resources import SETTLED_S, Replaced, check_bounds, check_flat, check_released
 from achse.swarm.worlds.program import symbols_of
 from achse.swarm.worlds.world import STATION, Act, World
 
 __all__ = ["Outcome", "Violation", "play", "play_twice"]
+
+_FLAT_EVERY = 8
+"""Of so many worlds one is tried for memory that is left behind."""
+
+_CONVERSATION = (
+    ("handle", (0,)),
+    ("handle", (1,)),
+    ("use", (0, None)),
+    ("subscribe", (0, True, 100_000_000, 0)),
+    ("subscribe_axis", (1, True, 100_000_000, 0)),
+    ("vanish", ()),
+)
+"""Acts of each client in a round."""
 
 _USER_CHECKS_NS = 10_000_000
 """Cycle of the checks of a user."""
@@ -259,6 +272,27 @@ class _Player:
         check_released(life.station, self.report)
         self._replaced.check(life.station, self.report)
         self._raise()
+        if self.world.seed % _FLAT_EVERY == 1:
+            self._take_bytes()
+            self.outcome.answers += sum(page.answers for page in life.pages)
+            self.outcome.samples += sum(page.samples for page in life.pages)
+            check_flat(self._converse, self.report)
+            self._raise()
+
+    def _converse(self) -> None:
+        """Let all clients come, ask, subscribe and leave."""
+        life = self.life
+        for client in self.clients:
+            client.dial()
+        for kind, values in _CONVERSATION:
+            life.advance_to(life.now_ns() + 1_000_000_000)
+            for client in self.clients:
+                client.act(kind, values)
+        life.advance_to(life.now_ns() + round(SETTLED_S * 1e9))
+        for client in self.clients:
+            client.digest_parts.clear()
+        life.pages.clear()
+        life.roads.clear()
 
     def _count(self, life: Life) -> None:
         self.outcome.cycles += life.watch.cycles
@@ -267,14 +301,20 @@ class _Player:
         self.outcome.answers += sum(page.answers for page in life.pages)
         self.outcome.samples += sum(page.samples for page in life.pages)
 
+    def _take_bytes(self) -> None:
+        """Add what clients received to the digest."""
+        for client in self.clients:
+            for part in client.digest_parts:
+                self._digest.update(part)
+            client.digest_parts.clear()
+
     def finish(self) -> Outcome:
         """Return what the world was like."""
         self._count(self.life)
         self.outcome.ended_ns = self.life.now_ns()
         for client in self.clients:
             self.outcome.requests += client.requests
-            for part in client.digest_parts:
-                self._digest.update(part)
+        self._take_bytes()
         self.outcome.digest = self._digest.hexdigest()
         self.outcome.violation = self._violation
         return self.outcome

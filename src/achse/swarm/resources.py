@@ -1,16 +1,24 @@
 """Invariants of resources: what clients may hold, and that all of it is given back."""
 
 import gc
+import itertools
+import sys
 import weakref
 from collections.abc import Callable
 from typing import Any
 
 from achse.station import Station
 
-__all__ = ["SETTLED_S", "Replaced", "check_bounds", "check_released"]
+__all__ = ["SETTLED_S", "Replaced", "check_bounds", "check_flat", "check_released"]
 
 SETTLED_S = 70.0
 """Seconds after which the station holds nothing for clients that are gone."""
+
+_ROUNDS = 6
+"""Rounds of a conversation; the first fills caches."""
+
+_NOISE = 2
+"""Blocks by which a round may grow, the least of all rounds."""
 
 Report = Callable[[str, str], None]
 
@@ -57,6 +65,18 @@ def check_released(station: Station, report: Report) -> None:
             report("released", f"{what}: {value} after all clients have left, expected 0")
 
 
+def check_flat(converse: Callable[[], None], report: Report) -> None:
+    """Check that the same conversation, again and again, leaves no memory behind."""
+    blocks = []
+    for _ in range(_ROUNDS):
+        converse()
+        gc.collect()
+        blocks.append(sys.getallocatedblocks())
+    growth = min(after - before for before, after in itertools.pairwise(blocks[1:]))
+    if growth > _NOISE:
+        report("flat", f"each round of the same conversation leaves {growth} blocks of memory")
+
+
 class Replaced:
     """NCs and PLCs of a station, to see that those which a restart replaces are released."""
 
@@ -74,7 +94,7 @@ class Replaced:
     def check(self, station: Station, report: Report) -> None:
         """Report those that are alive and not the station's any more."""
         own = {id(plc) for plc in station.plcs.values()} | {id(station.nc)}
-        if len(self._seen) <= len(own):
+        if self._seen.keys() <= own:
             return
         gc.collect()
         for number, (what, part) in list(self._seen.items()):

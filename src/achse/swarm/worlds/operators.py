@@ -26,18 +26,24 @@ class _Operator:
     def __init__(self, draws: Stream, axes: Sequence[AxisPart], cams: int) -> None:
         self.draws = draws
         self.cams = cams
+        self.axes = axes
         self.axis = draws.randrange(len(axes)) + 1
         self.part = axes[self.axis - 1]
         self.top = self.part.values["max_velocity"]
         others = [n for n in range(1, len(axes) + 1) if n != self.axis]
         self.other = draws.choice(others) if others else 0
-        self.calls: list[list[object]] = []
+        self.later_ns = 0
+        """Time of the next commands after the act."""
+        self.calls: list[tuple[int, list[object]]] = []
 
     def call(self, name: str, *numbers: float) -> None:
-        self.calls.append([FUNCTIONS, name, self.axis, list(numbers)])
+        self.calls.append((self.later_ns, [FUNCTIONS, name, self.axis, list(numbers)]))
 
     def set(self, name: str, number: float) -> None:
-        self.calls.append([CYCLIC, name, self.axis, [number]])
+        self.calls.append((self.later_ns, [CYCLIC, name, self.axis, [number]]))
+
+    def wait(self, longest_s: float) -> None:
+        self.later_ns += self.draws.randrange(1, round(longest_s * 1000) + 1) * 1_000_000
 
     def velocity(self) -> float:
         draws = self.draws
@@ -155,15 +161,45 @@ class _Operator:
     def decouple(self) -> None:
         self.call("decouple")
 
-    def cam(self) -> None:
+    def cam(self, activation: int = 0) -> None:
         draws = self.draws
         if self.other and self.cams:
             self.call(
                 "couple_solo_table",
                 *(draws.choice((10, 11)), self.other, 0, 0, draws.randrange(self.cams) + 1),
-                *(draws.randrange(3), 0.0, draws.choice((0.0, self.position())), 1.0, 1.0),
-                *(draws.randrange(2), draws.randrange(2), draws.randrange(8), 0.0, 0, 0),
+                *(draws.choice((0, 0, 2)), 0.0, draws.choice((0.0, self.position())), 1.0, 1.0),
+                *(draws.randrange(2), draws.randrange(2), activation, 0.0, 0, 0),
             )
+
+    def coupled_run(self) -> None:
+        """Stop both axes, couple them, and change the coupling while the master moves."""
+        if not self.other:
+            return
+        draws, slave = self.draws, self.axis
+        for axis in (slave, self.other):
+            self.axis = axis
+            self.call("reset")
+            self.call("stop")
+        self.wait(2.0)
+        self.axis = slave
+        (self.cam if draws.chance(0.7) else self.couple)()
+        self.axis = self.other
+        self.top, top = self.axes[self.other - 1].values["max_velocity"], self.top
+        self.part, part = self.axes[self.other - 1], self.part
+        self.start()
+        self.axis, self.top, self.part = slave, top, part
+        for _ in range(draws.randrange(1, 4)):
+            self.wait(1.5)
+            draws.choice(
+                (
+                    lambda: self.cam(draws.randrange(8)),
+                    lambda: self.cam(draws.randrange(8)),
+                    self.scaling,
+                    self.offsets,
+                    self.ratio,
+                    self.decouple,
+                )
+            )()
 
     def scaling(self) -> None:
         self.call("set_slave_table_scaling", self.draws.uniform(-2.0, 2.0))
@@ -188,12 +224,13 @@ _COMMANDS: Sequence[tuple[float, Callable[[_Operator], None]]] = (
     (1.0, _Operator.home),
     (2.0, _Operator.superpose),
     (1.0, _Operator.stop_superposition),
-    (4.0, _Operator.couple),
-    (2.0, _Operator.ratio),
-    (2.0, _Operator.decouple),
-    (4.0, _Operator.cam),
-    (2.0, _Operator.scaling),
-    (2.0, _Operator.offsets),
+    (2.0, _Operator.couple),
+    (1.0, _Operator.ratio),
+    (1.0, _Operator.decouple),
+    (1.0, _Operator.cam),
+    (1.0, _Operator.scaling),
+    (1.0, _Operator.offsets),
+    (4.0, _Operator.coupled_run),
 )
 """Commands with their weights."""
 
@@ -209,4 +246,4 @@ def draw_motion(
         operator.set("control_dword", 7)
     ((_, command),) = draws.choices(_COMMANDS, [weight for weight, _ in _COMMANDS])
     command(operator)
-    return [Act(at_ns, actor, "nc", values) for values in operator.calls]
+    return [Act(at_ns + later, actor, "nc", values) for later, values in operator.calls]
