@@ -1,0 +1,63 @@
+"""A life of a station: its configuration, its acts, and its end."""
+
+from pathlib import Path
+
+import pytest
+
+from achse.ams import AdsState
+from achse.swarm.disk import MemoryDisk
+from achse.swarm.life import Life, configuration
+from achse.swarm.worlds.drawing import draw_world
+from achse.swarm.worlds.world import World
+
+WORLD = draw_world(6)
+
+
+@pytest.fixture
+def life(tmp_path: Path) -> Life:
+    return Life(WORLD, tmp_path, MemoryDisk(), 5_000_000_000, "interpreted", (), print)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_configuration_has_what_was_drawn(seed: int) -> None:
+    world: World = draw_world(seed)
+    config = configuration(world, "interpreted")
+    assert [axis.name for axis in config.axis] == [part.name for part in world.axes]
+    assert len(config.table) == len(world.cams)
+    assert config.nc.cycle == world.cycle_ns
+
+
+def test_time_of_a_life_begins_where_the_last_one_ended(life: Life) -> None:
+    assert life.now_ns() == 5_000_000_000
+    life.advance_to(5_100_000_000)
+    assert life.now_ns() == 5_100_000_000
+    assert life.station.time_ns == 100_000_000
+
+
+def test_faults_and_changes_excuse_for_a_while(life: Life) -> None:
+    life.advance_to(5_100_000_000)
+    assert life.frames_ns() < 0
+    life.act("fault", [{"kind": "drop", "lasting": 0.5}])
+    life.advance_to(5_800_000_000)
+    assert life.frames_ns() > life.now_ns()
+    life.advance_to(8_000_000_000)
+    assert life.frames_ns() < life.now_ns()
+    life.act("restart", [])
+    assert life.samples_ns() > life.now_ns() > life.frames_ns()
+    life.act("fault", [{"kind": "no such fault"}])
+
+
+def test_acts_change_the_station(life: Life) -> None:
+    life.advance_to(5_010_000_000)
+    life.act("inject", [1, "simulation_not_ready", 1])
+    assert life.station.nc is not None
+    assert life.station.nc.axis(1).machine.not_ready == 1
+    life.act("full_disk", [True])
+    assert life.disk.full
+    life.act("online_change", [1])
+    assert life.saved() == 0
+    life.act("configure", [])
+    life.advance_to(6_000_000_000)
+    assert life.station.state is AdsState.CONFIG
+    assert life.saved() is None
+    life.end()
