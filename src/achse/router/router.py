@@ -257,6 +257,12 @@ class Router:
         """Number of known client addresses that are not local."""
         return len(self._learned)
 
+    def server_at(self, address: bytes) -> Endpoint | None:
+        """Return the endpoint that requests to this address are for; None if there is none."""
+        if self.is_local(address[:6]):
+            return self.local_endpoint(address)
+        return self._routes.get(address[:6])
+
     def reaches(self, address: bytes) -> bool:
         """True if a response or notification for `address` would find a way now."""
         if address in self._local or address in self._learned or self._crowded:

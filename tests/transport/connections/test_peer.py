@@ -416,3 +416,60 @@ def test_address_of_a_port_is_used_by_its_holder_alone(
     holder.receive(request(4, client))
     loop.run()
     assert wire.came > before[0]
+
+
+class Uplink:
+    """The endpoint behind a route, and owner of the peer at its host."""
+
+    def __init__(self, listener: TcpListener, loop: Loop) -> None:
+        self.listener, self.loop = listener, loop
+        self.peer: Peer
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.listener, name)
+
+    def deliver(self, frame: Frame) -> bool:
+        return self.peer.deliver(frame)
+
+
+@given(
+    by=st.sampled_from(("target", "other target", "stranger")),
+    command=st.sampled_from((Command.READ, Command.READ_WRITE, Command.NOTIFICATION)),
+    registered=st.booleans(),
+    invoke_id=st.sampled_from((7, 8)),
+    port=st.sampled_from((851, 852)),
+)
+@settings(max_examples=40)
+def test_answers_in_the_name_of_a_target_come_from_the_target_alone(
+    by: str, command: Command, registered: bool, invoke_id: int, port: int
+) -> None:
+    """Another connection may claim its NetId, and guess the invoke id of a request."""
+    loop = Loop()
+    station = listener(loop)
+    peers: dict[str, Peer] = {}
+    for number, name in enumerate(("target", "other target"), 2):
+        uplink = Uplink(station, loop)
+        station.router.add_route(NetId(f"5.9.9.{number}.1.1"), uplink)
+        uplink.peer = peers[name] = Peer(uplink)
+        wire = Wire(loop)
+        wire.peer = uplink.peer
+        uplink.peer.begin(wire, f"10.0.0.{number}", 48898)
+    client, client_wire = dial(station, "127.0.0.1", 2)
+    if registered:
+        client.receive(connect_port())
+        [source] = client.registered
+    else:
+        source = CLIENT
+    peers["stranger"] = dial(station, "10.0.0.7", 3)[0]
+    for number in (2, 3):  # something is under way to both targets
+        target = AmsAddress.of(NetId(f"5.9.9.{number}.1.1"), 851)
+        client.receive(Frame(target, source, Command.READ, 4, 0, 7, bytes(12)).encode_tcp())
+    loop.run()
+    before, lost = client_wire.came, station.router.lost_frames
+    claimed = AmsAddress.of(NetId("5.9.9.2.1.1"), port)
+    flags = 4 if command == Command.NOTIFICATION else 5
+    forged = Frame(source, claimed, command, flags, 0, invoke_id, bytes(8))
+    peers[by].receive(forged.encode_tcp())
+    loop.run()
+    assert (client_wire.came > before) is (by == "target")
+    assert (station.router.lost_frames > lost) is (by != "target")

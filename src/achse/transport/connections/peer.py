@@ -206,7 +206,7 @@ class Peer:
                     if (self._rights or self._lies) and self._refuse(event):
                         continue
                     backwards = event.is_response or event.command == Command.NOTIFICATION
-                    if backwards and self._forwarding and not self._forwarding.come_back(event):
+                    if backwards and not self._comes_back(event):
                         continue
                     try:
                         router.deliver(event)
@@ -227,6 +227,14 @@ class Peer:
             self._flush()
             if self._counted or self._stream.pending:
                 self.count()
+
+    def _comes_back(self, frame: Frame) -> bool:
+        """False for answers and notifications that end here, as those in the name of others."""
+        server, forwarding = self._router.server_at(frame.source), self._forwarding
+        is_known = forwarding is not None if server is None else server in (self, self.owner)
+        if not is_known:
+            self._router.lost_frames += 1
+        return is_known and (forwarding is None or forwarding.come_back(frame))
 
     def _apologize(self, frame: Frame) -> None:
         """Something in here broke over this frame: tell the log and anyone who asked."""
