@@ -19,7 +19,6 @@ OURS = {
     "iec/errors.py": "our tree of errors",
     "iec/nearest.py": "what a name may be meant for is our choice",
     "st/declared/block_layouts.py": "how private state lies behind an interface is our choice",
-    "st/lexis/codes.py": "codes of findings are ours",
     "st/lexis/collection.py": "when Python searches for garbage is our choice",
     "st/syntax/cursor.py": "a parser's own tool",
     "st/files/facts.py": "what a project declares, looked up",

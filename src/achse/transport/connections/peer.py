@@ -230,10 +230,10 @@ class Peer:
 
     def _comes_back(self, frame: Frame) -> bool:
         """False for answers and notifications that end here, as those in the name of others."""
-        server, forwarding = self._router.server_at(frame.source), self._forwarding
+        server, forwarding = self.router.server_at(frame.source), self._forwarding
         is_known = forwarding is not None if server is None else server in (self, self.owner)
         if not is_known:
-            self._router.lost_frames += 1
+            self.router.lost_frames += 1
         return is_known and (forwarding is None or forwarding.come_back(frame))
 
     def _apologize(self, frame: Frame) -> None:
