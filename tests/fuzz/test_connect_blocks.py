@@ -112,10 +112,9 @@ async def test_altered_blocks_are_refused_or_the_end(
     )
     tls = ServerTls(identity("press"))
     listener = SecureListener(router, tls, Users({"Administrator": hash_password("1")}))
-    listener.loop, owner = asyncio.get_running_loop(), listener
-    owner._server = object()  # type: ignore[assignment]
-    owner._passwords.put = lambda *_: False  # type: ignore[method-assign]
-    owner.handshakes._clock = lambda: 0.0  # nobody waits for a turn
+    listener.begin(asyncio.get_running_loop())
+    listener._passwords.put = lambda *_: False  # type: ignore[method-assign]
+    listener.handshakes._clock = lambda: 0.0  # nobody waits for a turn
     certificates = [_der(name) for name in ("panel", "other")]
     seen = dict.fromkeys(("in", "refused", "ended", "waits"), 0)
     for number in range(count):

@@ -214,12 +214,6 @@ class Echo:
         return True
 
 
-def as_if_open(owner: Any, loop: Loop) -> None:
-    """It listens, without a socket."""
-    owner.loop = loop
-    owner._server = object()
-
-
 def source(rights: Right) -> AmsAddress:
     return AmsAddress(f"192.0.2.{rights.value + 1}.1.1:30000")
 
@@ -238,8 +232,9 @@ class Roads:
         settings = MqttSettings(host="broker", topic="plant")
         note = RouterNote(online=True, name="press")
         self._mqtt = MqttRoutes(self.router, settings, note, session=lambda **_: None)  # type: ignore[arg-type]
-        for owner in (self._plain, self._secure, self._mqtt):
-            as_if_open(owner, self.loop)
+        self._plain.begin(self.loop)
+        self._secure.begin(self.loop)
+        self._mqtt.loop = self.loop  # type: ignore[assignment]
         self.published: list[bytes] = []
         self._mqtt.network.send = self._publish  # type: ignore[method-assign]
 
@@ -333,7 +328,7 @@ class Client:
             fixed=True,
         )
         owner = TcpListener(station.router, routes_required=True)
-        as_if_open(owner, Loop())
+        owner.begin(Loop())
         self.peer, self.line = Peer(owner), Line()
         self.peer.begin(self.line, HOST, 40_000)
         self.source = source(rights)

@@ -130,8 +130,7 @@ class Refused:
 
 def listener(loop: Loop, **settings: Any) -> TcpListener:
     found: Any = TcpListener(Router(OURS), **settings)
-    found.loop = loop
-    found._server = object()
+    found.begin(loop)
     found._refusals = Refused()
     found.router.register(851, Device(found.router))
     return found  # type: ignore[no-any-return]

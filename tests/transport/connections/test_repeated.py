@@ -56,9 +56,9 @@ class Bench:
         for port in PORTS:
             self.device.attach(self.router, port)
         listener = TcpListener(self.router)
-        listener.loop = asyncio.new_event_loop()
-        listener.loop.close()
-        listener._server = object()  # type: ignore[assignment]  # open, without a socket
+        loop = asyncio.new_event_loop()
+        loop.close()
+        listener.begin(loop)
         self.peer = Peer(listener)
         self.line = Line()
         self.peer.begin(self.line, "10.0.0.1", 1)
