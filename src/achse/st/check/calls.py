@@ -12,7 +12,7 @@ from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Section
 from achse.st.check.anytype import any_record
-from achse.st.check.kinds import same_shape
+from achse.st.check.kinds import is_one_type_twice, same_shape
 from achse.st.check.meanings import (
     BaseInstance,
     BuiltinName,
@@ -25,7 +25,12 @@ from achse.st.check.meanings import (
 )
 from achse.st.check.operands import TypedOperand, followed_value, read
 from achse.st.check.parameter_places import place_beside, place_of, place_of_variable
-from achse.st.check.signatures import DeclaredParameter, Signature, parameters_by_name
+from achse.st.check.signatures import (
+    DeclaredParameter,
+    Signature,
+    by_position,
+    parameters_by_name,
+)
 from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import Argument, Call, Expression
@@ -297,7 +302,7 @@ class CallChecker:
             by_name = signature.by_name
         else:
             by_name = parameters_by_name(parameters)
-        by_position: Sequence[DeclaredParameter] | None = None
+        in_order: Sequence[DeclaredParameter] | None = None
         unit = signature.entry.name if base is None and signature is not None else ""
         expressions, converter = self._body.expressions, self._body.converter
         inputs: list[Stored] = []
@@ -310,17 +315,17 @@ class CallChecker:
                 if parameter is None:
                     raise self._no_parameter(signature, argument, parameters)
             else:
-                if by_position is None:
-                    by_position = _by_position(signature, parameters)
-                if position >= len(by_position):
-                    count = len(by_position)
+                if in_order is None:
+                    in_order = by_position(signature, parameters)
+                if position >= len(in_order):
+                    count = len(in_order)
                     name = "the call" if signature is None else signature.name
                     raise Unexpected(
                         argument.at or at,
                         f"{name} takes {count} arguments, got more",
                         Code.ARGUMENT_COUNT,
                     )
-                parameter = by_position[position]
+                parameter = in_order[position]
                 key = parameter.variable.name.lower()
             if argument.name and signature is not None:
                 self._body.note_use(argument, signature, None)
@@ -465,7 +470,7 @@ class CallChecker:
                     at, f"{name} is a {want.name}: a {have.name} is shorter", Code.IN_OUT_TYPE
                 )
             return
-        if _is_one_type_twice(operand.type, wanted):
+        if is_one_type_twice(operand.type, wanted):
             return
         if have.size == want.size and not isinstance(have, StructType | ArrayType):
             self._body.warn(
@@ -549,16 +554,6 @@ def _table_name(signature: Signature) -> str:
     return signature.key.rpartition(".")[2]
 
 
-def _by_position(
-    signature: Signature | None, parameters: Sequence[DeclaredParameter]
-) -> Sequence[DeclaredParameter]:
-    """The parameters in the order of arguments without names: of blocks the outputs are last."""
-    if signature is not None and signature.kind in (RoutineKind.FUNCTION, RoutineKind.METHOD):
-        return parameters
-    inputs = [item for item in parameters if item.section != "VAR_OUTPUT"]
-    return inputs + [item for item in parameters if item.section == "VAR_OUTPUT"]
-
-
 def _is_plain(parameter: DeclaredParameter) -> bool:
     """Return True if an argument is converted and stored, and nothing besides."""
     if parameter.is_plain is None:
@@ -574,15 +569,3 @@ def _target_of(type: IecType[Any]) -> IecType[Any]:
 
 
 _NOTHING: IecType[Any] = IecType("nothing", 0, 1, 0)
-
-
-def _is_one_type_twice(have: IecType[Any], want: IecType[Any]) -> bool:
-    """Return True if a library of ours and a symbol file both have this type: `AXIS_REF` and
-    `Tc2_MC2.AXIS_REF`. The variable must be at least as long as the type that the block expects."""
-    have, want = resolved(have), resolved(want)
-    return (
-        isinstance(have, StructType)
-        and isinstance(want, StructType)
-        and have.name.rpartition(".")[2].casefold() == want.name.rpartition(".")[2].casefold()
-        and have.size >= want.size
-    )

@@ -3,7 +3,7 @@
 from typing import Any
 
 from achse.iec.arrays import ArrayType
-from achse.iec.derived import InterfaceType, PointerType
+from achse.iec.derived import InterfaceType, PointerType, resolved
 from achse.iec.elementary import (
     BYTE,
     DINT,
@@ -42,6 +42,7 @@ __all__ = [
     "is_duration",
     "is_interface",
     "is_number",
+    "is_one_type_twice",
     "is_pointer",
     "is_signed",
     "is_text",
@@ -186,3 +187,15 @@ def known_from(image: bytes, type: IecType[Any]) -> Known:
         whole = counted(type)
         return Known(int.from_bytes(image, "little", signed=whole.low < 0), type)
     return Known(image, type)
+
+
+def is_one_type_twice(have: IecType[Any], want: IecType[Any]) -> bool:
+    """Return True if a library of ours and a symbol file both have this type: `AXIS_REF` and
+    `Tc2_MC2.AXIS_REF`. The variable must be at least as long as the type that the block expects."""
+    have, want = resolved(have), resolved(want)
+    return (
+        isinstance(have, StructType)
+        and isinstance(want, StructType)
+        and have.name.rpartition(".")[2].casefold() == want.name.rpartition(".")[2].casefold()
+        and have.size >= want.size
+    )

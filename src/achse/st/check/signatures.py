@@ -1,6 +1,6 @@
 """Signatures: what a routine is called with and keeps, without its body."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
@@ -38,6 +38,7 @@ __all__ = [
     "Signature",
     "SignatureTree",
     "attributes_in",
+    "by_position",
     "parameters_by_name",
 ]
 
@@ -397,3 +398,13 @@ def attributes_in(tree: SignatureTree | Unit) -> dict[str, str]:
     """The attributes of a unit or part, by name in lower case."""
     note = getattr(tree, "note", NO_NOTE)
     return {name.lower(): value for name, value in attributes_of(note).items()}
+
+
+def by_position(
+    signature: Signature | None, parameters: Sequence[DeclaredParameter]
+) -> Sequence[DeclaredParameter]:
+    """The parameters in the order of arguments without names: of blocks the outputs are last."""
+    if signature is not None and signature.kind in (RoutineKind.FUNCTION, RoutineKind.METHOD):
+        return parameters
+    inputs = [item for item in parameters if item.section != "VAR_OUTPUT"]
+    return inputs + [item for item in parameters if item.section == "VAR_OUTPUT"]
