@@ -64,6 +64,7 @@ def test_statements_read_and_write(statements: str, use: Use) -> None:
         ("x : ARRAY [0..3] OF INT; y : INT;", "x[y] := 3;", Use.WRITE),
         ("y : ARRAY [0..3] OF INT; x : INT;", "y[x] := 3;", Use.READ),
         ("x : INT; r : REFERENCE TO INT;", "r REF= x;", Use.BOTH),
+        ("x : __SYSTEM.ExceptionCode;", "__TRY ; __CATCH(x) ; __ENDTRY", Use.BOTH),
         ("x : FB_Base;", "x(nIn := 3);", Use.BOTH),
         ("x : FB_Base;", "x.nIn := 3;", Use.WRITE),
         ("x : INT; y : INT := x;", "", Use.READ),

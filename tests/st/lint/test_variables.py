@@ -56,6 +56,8 @@ def test_parameters_that_an_interface_decides_on_may_be_unused(linted: Linted) -
     )
     assert linted(text.format("IMPLEMENTS I")) == []
     assert linted(text.format("")) == ["8: LT1001 parameter 'n' is not used"]
+    derived = "FUNCTION_BLOCK FB2 EXTENDS FB\nEND_FUNCTION_BLOCK\n"
+    assert linted(text.format("") + derived) == []
 
 
 def test_a_member_of_that_name_anywhere_is_a_use(linted: Linted) -> None:

@@ -224,7 +224,7 @@ class _Walk:
                 stack += [(tree.variable, Use.BOTH), (tree.body, Use.READ)]
                 stack += [(item, Use.READ) for item in (tree.first, tree.last, tree.step)]
             elif kind is Try:
-                stack += [(tree.exception, Use.WRITE)]
+                stack += [(tree.exception, Use.BOTH)]  # it takes a variable, read or not
                 stack += [(item, Use.READ) for item in (tree.body, tree.handler, tree.final)]
             elif kind is TypeOperand and isinstance(tree.type, NamedType):
                 self._mark(tree.type.name.partition(".")[0], Use.BOTH)

@@ -40,6 +40,7 @@ def check_variables(units: Sequence[TrackedUnit], scopes: Scopes, report: LintRe
         return
     uses_of(units, scopes)
     types = DeclaredTypes(scopes)
+    extended = frozenset(key for unit in units for key in _bases(unit, scopes))
     for unit in units:
         tree = unit.entry.tree
         if isinstance(tree, GlobalList):
@@ -48,7 +49,8 @@ def check_variables(units: Sequence[TrackedUnit], scopes: Scopes, report: LintRe
         outer = {**inherited, **dict.fromkeys(unit.variables, unit.entry.name)}
         for owner, variables in _owners(unit):
             for key, variable in variables.items():
-                _check_use(variable, unit, types, report)
+                is_free = unit.entry.name.lower() not in extended and _is_free(variable, unit)
+                _check_use(variable, is_free, types, report)
                 if owner is tree:
                     around = None
                 else:
@@ -66,6 +68,11 @@ def _owners(unit: TrackedUnit) -> Iterator[tuple[Owner, TrackedVariables]]:
             yield owner, own
 
 
+def _bases(unit: TrackedUnit, scopes: Scopes) -> list[str]:
+    """Return the keys of the blocks that a block extends, directly or not."""
+    return [scope.owner.lower() for scope in with_bases(scopes.scope(unit.entry))][1:]
+
+
 def _inherited(unit: TrackedUnit, scopes: Scopes) -> Mapping[str, str]:
     """Return the variables of the bases of a block, with the names of the bases."""
     bases = list(with_bases(scopes.scope(unit.entry)))[1:]
@@ -73,16 +80,17 @@ def _inherited(unit: TrackedUnit, scopes: Scopes) -> Mapping[str, str]:
 
 
 def _check_use(
-    variable: TrackedVariable, unit: TrackedUnit, types: DeclaredTypes, report: LintReport
+    variable: TrackedVariable, is_free: bool, types: DeclaredTypes, report: LintReport
 ) -> None:
+    """Check the uses of a variable; a parameter is free if it may be left out."""
     declaration, block = variable.declaration, variable.block
     name, section = variable.name, block.section
     if variable.use is Use.BOTH or declaration.address is not None or declaration.note.attributes:
         return
-    if types.is_block(declaration, unit.entry.space):
+    if types.is_block(declaration, variable.entry.space):
         return  # FB_init may be all that is wanted
     if not variable.use:
-        if section in _LOCAL or (section in _PARAMETERS and _is_free(variable, unit)):
+        if section in _LOCAL or (section in _PARAMETERS and is_free):
             what = "parameter" if section in _PARAMETERS else "variable"
             message = f"{what} '{name.name}' is not used"
             report.add(Code.UNUSED_VARIABLE, variable.source, name.at, message)
