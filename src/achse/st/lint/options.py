@@ -1,5 +1,6 @@
 """Options of the linter: the table `[lint]` of the file achse.toml of a project."""
 
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -59,9 +60,9 @@ def lint_options(project: Path) -> LintOptions:
     folder = project.absolute()
     for place in (folder, *folder.parents):
         file = place / FILE
-        if file.is_file():
+        if os.path.isfile(file):  # False where a folder may not be read
             return _read(file)
-        if (place / ".git").exists():
+        if os.path.exists(place / ".git"):
             break
     return LintOptions()
 

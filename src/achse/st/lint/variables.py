@@ -51,10 +51,7 @@ def check_variables(units: Sequence[TrackedUnit], scopes: Scopes, report: LintRe
             for key, variable in variables.items():
                 is_free = unit.entry.name.lower() not in extended and _is_free(variable, unit)
                 _check_use(variable, is_free, types, report)
-                if owner is tree:
-                    around = None
-                else:
-                    around = outer.get(key)
+                around = None if owner is tree else outer.get(key)
                 _check_shadow(variable, around, scopes, report)
                 _check_instance(variable, types, report)
 
