@@ -61,3 +61,5 @@ def test_instances_of_blocks_are_known() -> None:
     (variables, *_) = CHAIN
     blocks = {key for key, each in variables.items() if TYPES.is_block(each.declaration, "")}
     assert blocks == {"fb"}
+    perhaps = {key for key, each in variables.items() if TYPES.may_be_block(each.declaration, "")}
+    assert perhaps == blocks

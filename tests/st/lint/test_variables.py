@@ -88,3 +88,10 @@ def test_a_name_hides_that_of_the_block_and_that_of_a_list(linted: Linted) -> No
 def test_bodies_without_source_use_everything(linted: Linted) -> None:
     text = "{attribute 'builtin'}\n" + function("VAR_INPUT a : INT; END_VAR VAR b : INT; END_VAR")
     assert linted(text, "LT1") == []
+
+
+def test_an_unknown_type_may_be_a_block(linted: Linted) -> None:
+    """What no source declares may do all it is for in FB_init."""
+    text = "TYPE T_Alias : INT; END_TYPE FUNCTION_BLOCK FB VAR {} END_VAR END_FUNCTION_BLOCK"
+    assert linted(text.format("a : FB_Nowhere; b : ARRAY [0..1] OF Nowhere;")) == []
+    assert len(linted(text.format("a : T_Alias; b : ARRAY [0..1] OF T_MaxString; c : INT;"))) == 3

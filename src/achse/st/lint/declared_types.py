@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from achse.iec.enums import EnumType
+from achse.iec.names import ELEMENTARY
 from achse.st.declared.scopes import DeclaredUnit, Scopes, with_bases
 from achse.st.lint.uses import TrackedVariable
 from achse.st.syntax.tree import (
@@ -56,16 +57,26 @@ class DeclaredTypes:
             if entry is None:
                 return None
             tree = entry.tree
-            if not isinstance(tree, TypeDeclaration) or not isinstance(tree.type, NamedType):
+            target = tree.type if isinstance(tree, TypeDeclaration) else None
+            if not isinstance(target, NamedType) or target.name.lower() in ELEMENTARY:
                 return entry
-            found = DeclaredType(tree.type, entry.space)
+            found = DeclaredType(target, entry.space)
         return None
+
+    def may_be_block(self, declaration: Declaration, space: str) -> bool:
+        """Return True if a variable is an instance of a function block, an array of them, or of a
+        type that no source here declares."""
+        if declaration.arguments:
+            return True
+        spec = _element(declaration.type)
+        if not isinstance(spec, NamedType) or spec.name.lower() in ELEMENTARY:
+            return False
+        entry = self.unit_of(DeclaredType(spec, space))
+        return entry is None or isinstance(entry.tree, FunctionBlock)
 
     def is_block(self, declaration: Declaration, space: str) -> bool:
         """Return True if a variable is an instance of a function block, or an array of them."""
-        spec = declaration.type
-        while isinstance(spec, ArrayOf):
-            spec = spec.element
+        spec = _element(declaration.type)
         if not isinstance(spec, NamedType):
             return False
         entry = self.unit_of(DeclaredType(spec, space))
@@ -140,3 +151,10 @@ class DeclaredTypes:
         for scope in with_bases(self._scopes.scope(entry)):
             if key in scope.variables:
                 yield DeclaredType(scope.variables[key][1].type, scope.space)
+
+
+def _element(spec: TypeSpec) -> TypeSpec:
+    """Return the type of the elements of an array, of whatever depth; other types as they are."""
+    while isinstance(spec, ArrayOf):
+        spec = spec.element
+    return spec

@@ -84,7 +84,7 @@ def _check_use(
     name, section = variable.name, block.section
     if variable.use is Use.BOTH or declaration.address is not None or declaration.note.attributes:
         return
-    if types.is_block(declaration, variable.entry.space):
+    if types.may_be_block(declaration, variable.entry.space):
         return  # FB_init may be all that is wanted
     if not variable.use:
         if section in _LOCAL or (section in _PARAMETERS and is_free):
