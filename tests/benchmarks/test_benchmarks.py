@@ -27,6 +27,7 @@ SHORT: dict[str, tuple[list[str], str]] = {
     "forwarding.py": (["time", "2"], rf"routed +{NUMBER} µs per request and answer"),
     "frames.py": (["2000"], rf"64 per portion: +{NUMBER}/s  bare +{NUMBER}/s"),
     "gcode_parse.py": (["2000"], rf"parse +{NUMBER} blocks/s"),
+    "language_server.py": (["12", "1"], rf"edit of a body, until shown +p50 +{NUMBER} ms"),
     "machine_code.py": (["70"], rf"FAST +compiled in +{NUMBER} ms, +{NUMBER} bytes"),
     "mc_blocks.py": (["0.2", "1"], rf"so the PLC +{NUMBER}%, [1-9]\d* moves done"),
     "mutants.py": (["rights", "--count", "2"], r"rights +\d+ possible +2 planted +[12] killed"),

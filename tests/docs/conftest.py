@@ -52,6 +52,7 @@ EVERYWHERE = (
 
 NAMED: dict[str, set[str]] = {
     "[docs]": {"mkdocs", "material", "mike"},
+    "[lsp]": {"lsprotocol", "pygls"},
     "[metrics]": {"prometheus_client"},
     "[mqtt]": {"aiomqtt", "paho"},
     "[plot]": {"matplotlib", "numpy"},

@@ -36,7 +36,7 @@ class InProcessClient:
         self._answers: dict[Any, dict[str, Any]] = {}
         self._number = 0
         self._version = 1
-        server.protocol.set_writer(self, include_headers=False)  # type: ignore[arg-type]
+        server.protocol.set_writer(self, include_headers=False)
 
     # the writer of the server ----------------------------------------------------------------
 

@@ -281,7 +281,7 @@ class Workspace:
                 again.append(signature)
         keys = {signature.key for signature in again}
         for name, node in checking.nodes.items():
-            if name in keys:
+            if name in keys or not (node.faults or node.warnings):
                 continue
             moved = self._followed(edit, node.faults), self._followed(edit, node.warnings)
             if None not in moved:
