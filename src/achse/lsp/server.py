@@ -16,7 +16,6 @@ from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol
 from pygls.protocol.json_rpc import JsonRPCNotification
 
-from achse import __version__
 from achse.lsp.actions import code_actions
 from achse.lsp.completion import complete, signature_help
 from achse.lsp.diagnostics import Published
@@ -63,10 +62,10 @@ class _Protocol(LanguageServerProtocol):
 class LspServer(LanguageServer):
     """A language server with the state of its client."""
 
-    def __init__(self) -> None:
+    def __init__(self, version: str = "") -> None:
         super().__init__(
             "achse",
-            __version__,
+            version,
             text_document_sync_kind=types.TextDocumentSyncKind.Incremental,
             protocol_cls=_Protocol,
         )
@@ -131,9 +130,9 @@ _REQUESTS: tuple[tuple[str, _Handler, Any], ...] = (
 )
 
 
-def new_server() -> LspServer:
-    """Return a server for one client."""
-    server = LspServer()
+def new_server(version: str = "") -> LspServer:
+    """Return a server for one client, which says that it has this version."""
+    server = LspServer(version)
     _add_lifecycle(server)
     _add_documents(server)
     for method, answer, options in _REQUESTS:

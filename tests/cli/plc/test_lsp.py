@@ -29,7 +29,7 @@ def _messages(data: bytes) -> list[dict[str, Any]]:
 
 def _initialize(folder: Path) -> dict[str, Any]:
     folders = [{"uri": uri_of(folder), "name": "project"}]
-    params = {"processId": None, "capabilities": {}, "workspaceFolders": folders}
+    params: dict[str, Any] = {"processId": None, "capabilities": {}, "workspaceFolders": folders}
     return {"id": 1, "method": "initialize", "params": params}
 
 

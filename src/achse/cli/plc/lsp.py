@@ -29,4 +29,6 @@ def lsp() -> None:
         fail(needs_extra("achse lsp", "lsp"))
     out = sys.stdout.buffer
     sys.stdout = sys.stderr  # what anybody prints would be taken for a message
-    new_server().start_io(sys.stdin.buffer, out)
+    from achse import __version__
+
+    new_server(__version__).start_io(sys.stdin.buffer, out)
