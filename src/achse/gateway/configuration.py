@@ -52,6 +52,9 @@ class TargetConfig(ConfigTable):
     `timeout` is dialled again."""
     max_fragment: int = Field(default=0, ge=0, le=0xFFFF_FFFF)
     """Longest AMS packet, bytes; 0 for any."""
+    resubscribe: bool = False
+    """Make subscriptions and symbol handles of programs again when a lost connection is back; else
+    the connections of these programs end."""
 
     @model_validator(mode="after")
     def _can_be(self) -> Self:
@@ -76,6 +79,7 @@ class TargetConfig(ConfigTable):
             host=self.host,
             timeout=self.timeout / 1e9,
             max_fragment=self.max_fragment,
+            resubscribe=self.resubscribe,
             tls=None if self.tls is None else self.tls.tls(),
         )
 

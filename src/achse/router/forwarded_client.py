@@ -7,6 +7,7 @@ from achse.ams import Endpoint, Frame
 from achse.router.ledger import Resource, end_hints
 
 if TYPE_CHECKING:
+    from achse.router.handles import HandleMap
     from achse.router.pending import PendingExchange
 
 __all__ = ["ForwardedClient"]
@@ -19,8 +20,8 @@ class ForwardedClient:
     """A client: its connection, its source address, and what it holds at the targets."""
 
     __slots__ = (
-        "alias", "client", "exchanges", "gone", "pending", "registered", "releasing",
-        "resources", "source", "subscribed",
+        "alias", "client", "exchanges", "gone", "handles", "pending", "recipes", "registered",
+        "releasing", "resources", "restored_from", "source", "subscribed",
     )  # fmt: skip
 
     def __init__(self, client: Endpoint, source: bytes, alias: bytes, registered: bool) -> None:
@@ -36,6 +37,12 @@ class ForwardedClient:
         """Resources of the client, with the number of requests for each."""
         self.exchanges: dict[bytes, PendingExchange] = {}
         """Pending requests by target."""
+        self.recipes: dict[Resource, bytes] = {}
+        """To make resources again, where that is wanted: names, and data that add subscriptions."""
+        self.handles: HandleMap | None = None
+        """Handles that the client knows by other numbers: they were made again."""
+        self.restored_from: ForwardedClient | None = None
+        """Session of before, while its resources are made again."""
         self.pending = 0
         """Requests without an answer."""
         self.releasing = 0
@@ -50,8 +57,21 @@ class ForwardedClient:
         """True if nothing more comes for its alias."""
         return not (self.pending or self.releasing or self.resources)
 
+    @property
+    def holds(self) -> bool:
+        """True if the client has resources, or they are being made again."""
+        return bool(self.resources) or self.restored_from is not None
+
     def end_hints(self) -> Iterator[Frame]:
         """Yield notifications to the client: the handles of its subscriptions are invalid."""
-        for hint in end_hints(list(self.resources), self.source, _UNKNOWN_TIME):
+        handles = self.handles
+        known = list(self.resources)
+        if handles is not None:
+            known = [each._replace(handle=handles.known_as(each)) for each in known]
+        return self.hints_for(known)
+
+    def hints_for(self, resources: list[Resource]) -> Iterator[Frame]:
+        """Yield the same for some resources, with the handles that the client knows."""
+        for hint in end_hints(resources, self.source, _UNKNOWN_TIME):
             hint.via = self.client
             yield hint

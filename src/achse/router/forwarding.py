@@ -29,6 +29,7 @@ from achse.router.ledger import (
     without,
 )
 from achse.router.pending import PendingExchange, PendingRequest, PendingRequests
+from achse.router.restoring import Memory, Restoration, version_request
 
 __all__ = ["ClientPorts", "Forwarding"]
 
@@ -47,6 +48,12 @@ _READS = (int(Command.READ), int(Command.READ_WRITE))
 
 _MEASURED = 16
 """The latency of one in so many answers is counted."""
+
+_RESTORED_WITHIN = 5
+"""Seconds in which a target has to answer all that makes resources again."""
+
+_UNKNOWN = b"?"
+"""Symbol version that is queried, and no answer has come yet."""
 
 _RELEASE_ID = 0x8000_0000
 """Invoke ids of releases begin here."""
@@ -86,8 +93,13 @@ class Forwarding:
         send: Callable[[Frame], object],
         later: Callable[[Callable[[], object]], object],
         clock: Callable[[], float] | None = None,
+        memory: Memory | None = None,
     ) -> None:
-        """With `clock` (seconds, as the times of requests) latencies are counted."""
+        """With `clock` (seconds, as the times of requests) latencies are counted; with `memory`
+        resources are remembered so that they can be made again."""
+        self._memory = memory
+        self._versions: set[bytes] = set()
+        """Devices whose symbol version was queried on this connection."""
         self._router = router
         self._clock = clock
         self._send = send
@@ -102,8 +114,9 @@ class Forwarding:
         self._subscribers: dict[Resource, ForwardedClient] = {}
         """Client of each subscription."""
         self._to_release: deque[tuple[ForwardedClient, Resource]] = deque()
-        self._releases: dict[tuple[bytes, bytes, int], ForwardedClient] = {}
-        """Releases that were sent, by alias, target and invoke id."""
+        self._own: dict[tuple[bytes, bytes, int], Callable[[Frame], object]] = {}
+        """What gets the answers to requests of the router, by alias, target and invoke id."""
+        self._restorations: list[Restoration] = []
         self._unanswered = 0
         """Releases of the last second without an answer."""
         self._waiting = False
@@ -162,6 +175,10 @@ class Forwarding:
         session = self._session(client, frame)
         if isinstance(session, ReturnCode):
             return session
+        if session.restored_from is not None:
+            return ReturnCode.HOST_UNREACHABLE  # its handles are not known yet
+        if session.handles is not None:
+            frame = _with(frame, session.handles.request(frame))
         change = change_of(frame)
         data = frame.data
         if change is not None:
@@ -207,6 +224,9 @@ class Forwarding:
         alias = bytes(source) if free else self._new_alias(net_id)
         if alias is None:
             return ReturnCode.ROUTER_NO_MORE_QUEUES
+        return self._begin_session(client, source, alias)
+
+    def _begin_session(self, client: Endpoint, source: bytes, alias: bytes) -> ForwardedClient:
         self._listen()
         registered = self._router.local_endpoint(source) is client
         session = ForwardedClient(client, bytes(source), alias, registered)
@@ -242,7 +262,9 @@ class Forwarding:
     def exchange(self, client: Endpoint, source: bytes, target: bytes) -> PendingExchange | None:
         """Return the exchange of a client that has asked this target before."""
         session = self._sessions.get(source, _NOBODY).get(client)
-        return None if session is None else session.exchanges.get(target)
+        if session is None or session.handles is not None:
+            return None
+        return session.exchanges.get(target)
 
     def sent(self, session: ForwardedClient, count: int, size: int, now: int) -> None:
         """So many requests were entered into an exchange: they are under way now."""
@@ -277,24 +299,28 @@ class Forwarding:
             return False
         if session.gone:
             return False
+        if session.handles is not None and frame.command == Command.NOTIFICATION:
+            frame.data = session.handles.samples(frame.source, frame.data)
         frame.target = session.source
         frame.via = session.client
         return True
 
     def _settle(self, session: ForwardedClient, answer: Frame) -> bool:
-        """Take note of an answer; True if it is one to a release."""
+        """Take note of an answer; True if it is one to a request of ours."""
         key = (session.alias, bytes(answer.source), answer.invoke_id)
-        if self._releases.pop(key, None) is not None:
+        answered = self._own.pop(key, None)
+        if answered is not None:
             session.releasing -= 1
-            self._unanswered = max(self._unanswered - 1, 0)
+            answered(answer)
             self._rest(session)
-            self._release()
             return True
         exchange = session.exchanges.get(answer.source)
         request = None if exchange is None else self.requests.pop(exchange, answer.invoke_id)
         if request is not None:
             if request.change is not None and not answer.error:
                 self._apply(session, request.change, answer.data)
+                if session.handles is not None:
+                    answer.data = session.handles.answer(request.change, answer.data)
             if self._clock is not None and self.returned % _MEASURED == 0:
                 self.latencies.add(int(self._clock() * 1e9) - request.time)
             self._rest(session)
@@ -303,20 +329,40 @@ class Forwarding:
     def _apply(self, session: ForwardedClient, change: ResourceChange, answer: bytes) -> None:
         """Enter what an answer brought, and take out what it says was released."""
         for action, resource in change.outcomes(answer):
-            if action.handle is not None:
+            if action.handle is None:
+                self._enter(session, resource, action.recipe)
+            else:
                 self._discard(session, resource)
-                continue
-            if resource.kind is ResourceKind.SUBSCRIPTION:
-                before = self._subscribers.get(resource)
-                if before is not None:  # the target has forgotten it, and gives the number again
-                    before.resources.pop(resource, None)
-                    self._rest(before)
-                self._subscribers[resource] = session
-                session.subscribed = True
-            count = session.resources.get(resource, 0)
-            session.resources[resource] = 1 if resource.kind is ResourceKind.FILE else count + 1
+
+    def _enter(self, session: ForwardedClient, resource: Resource, recipe: bytes) -> None:
+        """The target gave out a resource."""
+        if resource.kind is ResourceKind.SUBSCRIPTION:
+            before = self._subscribers.get(resource)
+            if before is not None:  # the target has forgotten it, and gives the number again
+                before.resources.pop(resource, None)
+                self._rest(before)
+            self._subscribers[resource] = session
+            session.subscribed = True
+        count = session.resources.get(resource, 0)
+        session.resources[resource] = 1 if resource.kind is ResourceKind.FILE else count + 1
+        if self._memory is not None and recipe:
+            session.recipes[resource] = recipe
+            self._note_version(session, resource.target)
         if session.gone:
             self._give_back(session)
+
+    def _note_version(self, session: ForwardedClient, target: bytes) -> None:
+        """Read the symbol version of a device, once."""
+        memory, target = self._memory, bytes(target)
+        if memory is None or target in self._versions or session.gone:
+            return
+        self._versions.add(target)
+        memory.versions.setdefault(target, _UNKNOWN)
+
+        def came(answer: Frame) -> None:
+            memory.versions[target] = b"" if answer.error else answer.data
+
+        self._ask(session, target, Command.READ, version_request(), came)
 
     def _discard(self, session: ForwardedClient, resource: Resource) -> None:
         """A resource was released by `session`, which may not be the one that fetched it."""
@@ -331,6 +377,9 @@ class Forwarding:
         session.resources[resource] -= 1
         if not session.resources[resource]:
             del session.resources[resource]
+            session.recipes.pop(resource, None)
+            if session.handles is not None:
+                session.handles.forget(resource)
             self._subscribers.pop(resource, None)
             self._rest(session)
 
@@ -416,18 +465,81 @@ class Forwarding:
                 session.releasing -= 1
                 self._rest(session)
                 continue
-            invoke_id = self._next_release
-            self._next_release = invoke_id + 1 if invoke_id < 0xFFFF_FFFF else _RELEASE_ID
-            key = (session.alias, resource.target, invoke_id)
-            if key in self.requests or key in self._releases:
-                self._to_release.appendleft((session, resource))
-                continue
-            self._releases[key] = session
+            invoke_id = self._free_id(session, resource.target)
+            self._own[session.alias, resource.target, invoke_id] = self._released
             self._unanswered += 1
             self._send(resource.release(session.alias, invoke_id))
         if self._to_release and not self._waiting:
             self._waiting = True
             self._later(self._go_on)
+
+    def _released(self, answer: Frame) -> None:
+        self._unanswered = max(self._unanswered - 1, 0)
+        self._release()
+
+    def _free_id(self, session: ForwardedClient, target: bytes) -> int:
+        """Return an invoke id that no request of this alias has."""
+        while True:
+            invoke_id = self._next_release
+            self._next_release = invoke_id + 1 if invoke_id < 0xFFFF_FFFF else _RELEASE_ID
+            key = (session.alias, target, invoke_id)
+            if key not in self.requests and key not in self._own:
+                return invoke_id
+
+    def _ask(
+        self,
+        session: ForwardedClient,
+        target: bytes,
+        command: int,
+        data: bytes,
+        answered: Callable[[Frame], None],
+    ) -> None:
+        """Send a request of the router as a client."""
+        invoke_id = self._free_id(session, target)
+        self._own[session.alias, bytes(target), invoke_id] = answered
+        session.releasing += 1
+        self._idle.pop(session, None)
+        self._send(Frame(target, session.alias, command, 4, 0, invoke_id, data))
+
+    # a new connection ------------------------------------------------------------------------
+
+    def restore(
+        self,
+        old: ForwardedClient,
+        lost: Callable[[Resource], object],
+        done: Callable[[bool], object],
+    ) -> bool:
+        """Make the resources of a client of the last connection again; False if it is gone.
+
+        `lost` and `done` as of `Restoration`.
+        """
+        client, memory, source = old.client, self._memory, old.source
+        gone = old.registered and self._router.local_endpoint(source) is not client
+        if memory is None or gone or not getattr(client, "connected", True):
+            return False
+        free = old.registered or self._is_free(old.alias, client)
+        alias = old.alias if free else self._new_alias(old.alias[:6])
+        if alias is None or client in self._sessions.get(source, _NOBODY):
+            return False
+        new = self._begin_session(client, source, alias)
+
+        def ended(success: bool) -> None:
+            self._restorations.remove(work)
+            if not success and not new.gone:
+                self._leave(new)
+            done(success)
+
+        work = Restoration(old, new, memory, self._ask, self._enter, lost, ended)
+        self._restorations.append(work)
+        work.begin()
+        self._give_up_later(work, _RESTORED_WITHIN)
+        return True
+
+    def _give_up_later(self, work: Restoration, seconds: int) -> None:
+        if seconds:
+            self._later(lambda: self._give_up_later(work, seconds - 1))
+        else:
+            work.give_up()
 
     def _go_on(self) -> None:
         """Wait no longer for the answers of the last second."""
@@ -443,13 +555,16 @@ class Forwarding:
         Return the sessions that had resources at its far end, and the answer `code`, if there is
         one, to each request that is unanswered.
         """
-        lost = [each for each in self._by_alias.values() if each.resources and not each.gone]
+        lost = [each for each in self._by_alias.values() if each.holds and not each.gone]
         answers = self.requests.end(code)
         for table in (
             self._sessions, self._by_client, self._by_alias, self._idle,
-            self._subscribers, self._releases,
+            self._subscribers, self._own,
         ):  # fmt: skip
             table.clear()
+        for work in self._restorations:
+            work.cancel()
+        self._restorations.clear()
         self._to_release.clear()
         self._unanswered = 0
         if self._listening:

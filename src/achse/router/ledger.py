@@ -80,6 +80,8 @@ class ResourceAction(NamedTuple):
     """None: fetches one."""
     position: int = 0
     """Offset of the handle in the data of the request."""
+    recipe: bytes = b""
+    """To fetch it again: the name of the symbol, or the data that adds the subscription."""
 
 
 class ResourceChange(NamedTuple):
@@ -108,6 +110,23 @@ class ResourceChange(NamedTuple):
                     yield action, Resource(action.kind, self.target, action.handle)
             elif result == 0 and handle:
                 yield action, Resource(action.kind, self.target, handle)
+
+    def fetched(self, answer: bytes) -> Iterator[tuple[Resource, int]]:
+        """The resources that the target gave out, each with the position of its handle."""
+        for action, resource in self.outcomes(answer):
+            if action.handle is None:
+                yield resource, self._place(action.part, answer)
+
+    def _place(self, part: int, answer: bytes) -> int:
+        """Position of the handle that a part fetched."""
+        if self.group is None:
+            return RESULT.size
+        if self.group == ReservedGroup.SUM_ADD_NOTIFICATION:
+            return _HEAD + 8 * part + RESULT.size
+        if self.group != ReservedGroup.SUM_READ_WRITE:
+            return _HEAD
+        lengths = (_pair(answer, _HEAD + 8 * each)[1] for each in range(part))
+        return _HEAD + 8 * self.parts + sum(lengths)
 
     def _results(self, answer: bytes) -> list[tuple[int, int]]:
         """Result of each part, and the handle that it fetched if it fetches one.
@@ -187,7 +206,7 @@ def change_of(request: Frame) -> ResourceChange | None:
     command, data = request.command, request.data
     try:
         if command == Command.ADD_NOTIFICATION:
-            return ResourceChange(request.target, (ResourceAction(_SUBSCRIPTION, 0),))
+            return ResourceChange(request.target, (ResourceAction(_SUBSCRIPTION, 0, recipe=data),))
         if command == Command.DELETE_NOTIFICATION:
             return ResourceChange(request.target, (_release(_SUBSCRIPTION, 0, data, 0),))
         if command == Command.WRITE:
@@ -212,7 +231,7 @@ def _release(kind: ResourceKind, part: int, data: bytes, position: int) -> Resou
 
 
 def _one_handle(parts: int, data: bytes) -> Iterator[ResourceAction]:
-    yield ResourceAction(_SYMBOL_HANDLE, 0)
+    yield ResourceAction(_SYMBOL_HANDLE, 0, recipe=data[READ_WRITE.size :])
 
 
 def _one_file(handle: int, data: bytes) -> Iterator[ResourceAction]:
@@ -238,15 +257,22 @@ def _sum_write(parts: int, data: bytes) -> Iterator[ResourceAction]:
 
 
 def _sum_read_write(parts: int, data: bytes) -> Iterator[ResourceAction]:
+    written = READ_WRITE.size + parts * _READ_WRITE_PART.size
     for part in range(parts):
         position = READ_WRITE.size + part * _READ_WRITE_PART.size
-        if _word(data, position) == ReservedGroup.SYMBOL_HANDLE_BY_NAME:
-            yield ResourceAction(_SYMBOL_HANDLE, part)
+        group, _, _, length = _READ_WRITE_PART.unpack_from(data, position)
+        if group == ReservedGroup.SYMBOL_HANDLE_BY_NAME:
+            name = data[written : written + length]
+            yield ResourceAction(_SYMBOL_HANDLE, part, recipe=name)
+        written += length
 
 
 def _sum_add(parts: int, data: bytes) -> Iterator[ResourceAction]:
     if len(data) == READ_WRITE.size + parts * ADD_NOTIFICATION_BODY.size:
-        yield from (ResourceAction(_SUBSCRIPTION, part) for part in range(parts))
+        for part in range(parts):
+            begin = READ_WRITE.size + part * ADD_NOTIFICATION_BODY.size
+            body = data[begin : begin + ADD_NOTIFICATION_BODY.size]
+            yield ResourceAction(_SUBSCRIPTION, part, recipe=body)
 
 
 def _sum_delete(parts: int, data: bytes) -> Iterator[ResourceAction]:

@@ -102,7 +102,9 @@ class Route:
     - `nat_net_id`: the NetId that the other side has itself, if `net_id` is only ours for it;
     - `timeout`: seconds to connect; `max_fragment`: longest AMS packet in bytes, 0 for any;
     - `tls`: how it goes by Secure ADS, if it does; then its port is 8016 unless it says another;
-    - `rights`: what the other side may here.
+    - `rights`: what the other side may here;
+    - `resubscribe`: subscriptions and symbol handles of clients there are made again when a lost
+      connection is back; else the connections of these clients end.
     """
 
     name: str
@@ -115,6 +117,7 @@ class Route:
     max_fragment: int = 0
     tls: RouteTls | None = None
     rights: Right = ALL_RIGHTS
+    resubscribe: bool = False
 
     def __post_init__(self) -> None:
         for what, text, limit in (("name", self.name, _MAX_NAME), ("host", self.host, _MAX_HOST)):

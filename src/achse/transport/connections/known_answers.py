@@ -193,7 +193,7 @@ class KnownAnswers:
         if length > self._far.owner.max_length:
             return None
         exchange = self._forwarding.requests.exchanges.get(head[6:22])
-        if exchange is None or not exchange.live:
+        if exchange is None or not exchange.live or exchange.session.handles is not None:
             return None
         near = exchange.session.client
         takes = getattr(near, "takes_known", None)

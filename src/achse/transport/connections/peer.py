@@ -23,6 +23,7 @@ from achse.ams import (
 from achse.codes import ReturnCode
 from achse.router.forwarded_client import ForwardedClient
 from achse.router.forwarding import Forwarding
+from achse.router.restoring import Memory
 from achse.router.rights import ALL_RIGHTS, Right
 from achse.router.routes import Admission, Route
 from achse.transport.connections.known_frames import KnownFrames
@@ -71,6 +72,9 @@ class Peer:
 
     _code_at_end: ReturnCode | None = None
     """Answer to requests that are unanswered when the line ends; None: their clients time out."""
+
+    _memory: Memory | None = None
+    """What is kept of clients until the next connection; None: nothing."""
 
     _unchanged = True
     """True if frames are passed on without changes to their addresses."""
@@ -371,8 +375,7 @@ class Peer:
         circles = frame.origin is not None and not router.is_local(frame.target[:6])
         congested = congested and frame.origin is not None
         if self._forwarding is None:
-            clock = self.owner.loop.time if router.source_nat else None
-            self._forwarding = Forwarding(router, self._send_own, self._after_a_second, clock)
+            self._forwarding = self._make_forwarding()
         outcome = self._forwarding.request(client, frame, now, circles=circles, congested=congested)
         if isinstance(outcome, Frame):
             self._may_know(self)
@@ -383,6 +386,11 @@ class Peer:
         if not frame.flags & _NO_RESPONSE:
             router.deliver(frame.reply(error=outcome.number))
         return None
+
+    def _make_forwarding(self) -> Forwarding:
+        clock = self.owner.loop.time if self.router.source_nat else None
+        calls = self._send_own, self._after_a_second
+        return Forwarding(self.router, *calls, clock, self._memory)
 
     def _may_know(self, peer: object) -> None:
         """From now on `peer` passes known frames on without decoding."""

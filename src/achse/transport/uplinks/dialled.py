@@ -7,6 +7,10 @@ more by this than by coming itself.
 from typing import Protocol
 
 from achse.codes import ReturnCode
+from achse.router.forwarded_client import ForwardedClient
+from achse.router.forwarding import Forwarding
+from achse.router.ledger import Resource
+from achse.router.restoring import Memory
 from achse.router.rights import Right
 from achse.router.routes import Admission, Route
 from achse.transport.connections.peer import Peer, PeerOwner
@@ -20,8 +24,14 @@ class DialOwner(PeerOwner, Protocol):
     strict: bool
     """True if senders without a route are refused."""
 
+    memory: Memory | None
+    """What is kept of clients while there is no connection; None: nothing."""
+
     @property
     def route(self) -> Route: ...
+
+    def remembered(self) -> None:
+        """Something is kept: dial again."""
 
 
 class DialledPeer(Peer):
@@ -40,6 +50,37 @@ class DialledPeer(Peer):
     def __init__(self, owner: DialOwner) -> None:
         super().__init__(owner)
         self._dialled_by = owner
+        self._memory = owner.memory
+
+    def _report_loss(self, session: ForwardedClient) -> None:
+        memory = self._dialled_by.memory
+        if memory is not None and memory.keep(session):
+            self._dialled_by.remembered()
+        else:
+            super()._report_loss(session)
+
+    def restore(self) -> None:
+        """Make the resources of the clients of the last connection again."""
+        memory = self._memory
+        if memory is None or not memory.sessions:
+            return
+        if self._forwarding is None:
+            self._forwarding = self._make_forwarding()
+        sessions, memory.sessions = memory.sessions, []
+        for session in sessions:
+            self._restore(self._forwarding, session)
+
+    def _restore(self, forwarding: Forwarding, session: ForwardedClient) -> None:
+        def lost(resource: Resource) -> None:
+            for hint in session.hints_for([resource]):
+                self.router.deliver(hint)
+
+        def done(success: bool) -> None:
+            if not success:
+                super(DialledPeer, self)._report_loss(session)
+
+        if not forwarding.restore(session, lost, done):
+            super()._report_loss(session)
 
     def _admission(self, net_id: bytes) -> Admission:
         dialled = self._dialled_by.route

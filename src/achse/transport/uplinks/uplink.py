@@ -13,6 +13,7 @@ from achse.ams import AmsAddress, Command, Frame
 from achse.ams.connection import DEFAULT_MAX_LENGTH
 from achse.codes import ReturnCode
 from achse.router import Router
+from achse.router.restoring import Memory
 from achse.router.routes import Route
 from achse.transport.connections.fair_queue import FairQueue
 from achse.transport.connections.held import Held
@@ -88,6 +89,7 @@ class Uplink:
         """Connections that came up so far."""
         self.losses = 0
         """Of these, those that were lost."""
+        self.memory = Memory() if route.resubscribe else None
         self.trouble = ""
         """Reason for having no connection; empty before the first attempt and while connected."""
         self.denied = False
@@ -151,6 +153,14 @@ class Uplink:
             return None
         return far if far.takes_known() else None
 
+    def remembered(self) -> None:
+        """Dial again: resources of a client are to be made again."""
+        self.used()
+        if self._retry is not None:
+            self._retry.cancel()
+        if not (self._dialling or self._closed or self.connected):
+            self._retry = self.loop.call_at(self._not_before, self._connect)
+
     def used(self) -> None:
         """A request has gone by this way."""
         self._last_request = self.loop.time()
@@ -200,7 +210,8 @@ class Uplink:
         now = self.loop.time()
         self._pause = min(self._pause * 2 or _FIRST_PAUSE, _LONGEST_PAUSE)
         self._not_before = now + self._pause
-        if not self._closed and now - self._last_request < _IDLE:
+        remembers = self.memory is not None and self.memory.wanted
+        if not self._closed and (remembers or now - self._last_request < _IDLE):
             self._retry = self.loop.call_at(self._not_before, self._connect)
 
     # owner of the peer -------------------------------------------------------------------------
@@ -220,6 +231,8 @@ class Uplink:
         self.connections += 1
         self.trouble, self.denied = "", False
         self._opened_at = self.loop.time()
+        if isinstance(peer, DialledPeer):
+            peer.restore()
         for frame in self._queue.take():
             if not peer.deliver(frame):
                 self.refuse(frame, ReturnCode.TARGET_MACHINE_NOT_FOUND)
@@ -238,6 +251,13 @@ class Uplink:
     def close(self) -> None:
         """End the connection and dial no more; what waits is refused."""
         self._closed = True
+        memory, self.memory = self.memory, None
+        if memory is not None:
+            for session in memory.sessions:
+                for hint in session.end_hints():
+                    self.router.deliver(hint)
+                if isinstance(session.client, Peer):
+                    session.client.drop_client(self.route.name)
         if self._retry is not None:
             self._retry.cancel()
         self._queue.refuse(ReturnCode.HOST_UNREACHABLE)
