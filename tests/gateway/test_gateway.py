@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from contextlib import AsyncExitStack, suppress
 from pathlib import Path
 from typing import Any
 
@@ -157,3 +158,30 @@ async def test_files_of_a_program_that_vanished_are_closed(tmp_path: Path) -> No
             await client.read_write_raw(133, 0x1_0001, 324, b"*\0")
             assert len(files) == 3
         await until(lambda: not len(files))
+
+
+@pytest.mark.parametrize("resubscribe", [True, False])
+async def test_symbol_handles_survive_a_restart_of_the_target_on_request(resubscribe: bool) -> None:
+    plc: dict[str, Any] = {"plc": [{"globals": ["achse.station.demo:GVL"]}]}
+    async with AsyncExitStack() as stack:
+        async with running_target(**plc) as target:
+            port = target.tcp_port
+            keys = {"resubscribe": resubscribe, "net_id": NET_ID, "keep_alive": "0.05s"}
+            made = gateway(target_at(target, **keys))
+            router = await stack.enter_async_context(made.running("127.0.0.1", 0, udp_port=0))
+            where = f"127.0.0.1:{router.network.listener.port}"
+            client = await stack.enter_async_context(
+                achse.connect(where, net_id=NET_ID, port=851, reconnect=False, watch_symbols=False)
+            )
+            data = await client.read_write_raw(0xF003, 0, 4, b"GVL.nInt\0")
+            handle = int.from_bytes(data, "little")
+            value = await client.read_raw(0xF005, handle, 2)
+        async with running_target(port, **plc) as target:
+            if not resubscribe:
+                await until(lambda: not router.network.listener.connections)
+                return
+            again = b""
+            while not again:  # refused until all is made again
+                with suppress(RouterError):
+                    again = await client.read_raw(0xF005, handle, 2)
+            assert again == value
