@@ -41,6 +41,7 @@ def test_only_senders_come_and_targets_go_under_another_net_id(
         held=Held(),
         fair_queue=FairQueue(),
         routes_required=False,
+        memory=None,
         serves_ports=lambda host: True,
         opened=lambda peer: None,
     )
