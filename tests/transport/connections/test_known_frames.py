@@ -157,6 +157,12 @@ def _frame(draw: tuple[int, int, int, int, int, int, bool]) -> Frame:
     return Frame(DEVICES[device], SOURCES[source], command, flags, 0, invoke_id, data)
 
 
+def _harmed(data: bytes, place: int, bit: int) -> bytes:
+    """The same with one bit changed."""
+    place %= len(data)
+    return data[:place] + bytes([data[place] ^ 1 << bit]) + data[place + 1 :]
+
+
 def _answer(request: Frame, kind: int, size: int, handle: int) -> Frame:
     """An answer of the target to a request that it got."""
     data = struct.pack("<II", 0, size) + bytes(size)
@@ -205,6 +211,11 @@ STEP = st.one_of(
         ),
         CUTS,
     ),
+    st.tuples(
+        st.just("harm"), st.integers(0, 3), st.lists(REQUEST, max_size=9), st.integers(0, 999),
+        st.integers(0, 7), CUTS,
+    ),
+    st.tuples(st.just("harm answers"), st.integers(0, 999), st.integers(0, 7), CUTS),
     st.tuples(st.just("answer all"), st.integers(0, 9), st.integers(0, 3), CUTS),
     st.tuples(st.just("notify"), st.integers(0, 9), st.integers(0, 60), st.integers(1, 9), CUTS),
     st.tuples(st.sampled_from(("come", "watch", "port", "cut", "dial"))),
@@ -227,6 +238,12 @@ def _do(world: World, step: tuple[Any, ...]) -> None:
                       for n in range(count)]  # fmt: skip
             data = b"".join(each.encode_tcp() for each in frames)
             world.take(living[which % len(living)][0], data, cuts)
+        case ("harm", which, requests, place, bit, cuts) if living and requests:
+            data = b"".join(_frame(each).encode_tcp() for each in requests)
+            world.take(living[which % len(living)][0], _harmed(data, place, bit), cuts)
+        case ("harm answers", place, bit, cuts) if far and world.requests():
+            data = b"".join(_answer(each, 5, 4, 1).encode_tcp() for each in world.requests())
+            world.take(far, _harmed(data, place, bit), cuts)
         case ("answer", answers, cuts) if far:
             data = b""
             for index, kind, size, handle, twice in answers:
