@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.ams import Command
-from achse.router.restoring import Memory
+from achse.router.restoring import LinkMemory
 from tests.router import stations
 from tests.router.stations import VARIABLES, Client, line_of
 from tests.router.test_forwarding import Chain
@@ -14,7 +14,7 @@ from tests.router.test_forwarding import Chain
 def restoring(clients: int = 2, *, source_nat: bool = True) -> tuple[Chain, list[Client]]:
     chain = Chain(1, source_nat=source_nat)
     [uplink] = chain.hosts[0].uplinks
-    uplink.memory = Memory()
+    uplink.memory = LinkMemory()
     return chain, [chain.client() for _ in range(clients)]
 
 

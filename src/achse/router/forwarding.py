@@ -29,7 +29,7 @@ from achse.router.ledger import (
     without,
 )
 from achse.router.pending import PendingExchange, PendingRequest, PendingRequests
-from achse.router.restoring import Memory, Restoration, version_request
+from achse.router.restoring import LinkMemory, Restoration, version_request
 
 __all__ = ["ClientPorts", "Forwarding"]
 
@@ -93,7 +93,7 @@ class Forwarding:
         send: Callable[[Frame], object],
         later: Callable[[Callable[[], object]], object],
         clock: Callable[[], float] | None = None,
-        memory: Memory | None = None,
+        memory: LinkMemory | None = None,
     ) -> None:
         """With `clock` (seconds, as the times of requests) latencies are counted; with `memory`
         resources are remembered so that they can be made again."""
@@ -115,7 +115,7 @@ class Forwarding:
         """Client of each subscription."""
         self._to_release: deque[tuple[ForwardedClient, Resource]] = deque()
         self._own: dict[tuple[bytes, bytes, int], Callable[[Frame], object]] = {}
-        """What gets the answers to requests of the router, by alias, target and invoke id."""
+        """Receivers of answers to requests of the router, by alias, target and invoke id."""
         self._restorations: list[Restoration] = []
         self._unanswered = 0
         """Releases of the last second without an answer."""

@@ -15,7 +15,7 @@ from achse.router.forwarded_client import ForwardedClient
 from achse.router.handles import HandleMap
 from achse.router.ledger import Resource, ResourceKind
 
-__all__ = ["Memory", "Restoration", "version_request"]
+__all__ = ["LinkMemory", "Restoration", "version_request"]
 
 Ask = Callable[[ForwardedClient, bytes, int, bytes, Callable[[Frame], None]], None]
 """Sends a request of the router as a client: target, command, data, what gets the answer."""
@@ -28,8 +28,8 @@ def version_request() -> bytes:
     return ReadRequest(ReservedGroup.SYMBOL_VERSION, 0, 4).encode()
 
 
-class Memory:
-    """What a link remembers while it has no connection."""
+class LinkMemory:
+    """Clients and symbol versions that a link remembers while it has no connection."""
 
     def __init__(self) -> None:
         self.versions: dict[bytes, bytes] = {}
@@ -63,7 +63,7 @@ class Restoration:
         self,
         old: ForwardedClient,
         new: ForwardedClient,
-        memory: Memory,
+        memory: LinkMemory,
         ask: Ask,
         enter: Callable[[ForwardedClient, Resource, bytes], object],
         lost: Callable[[Resource], object],

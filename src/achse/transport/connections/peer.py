@@ -23,7 +23,7 @@ from achse.ams import (
 from achse.codes import ReturnCode
 from achse.router.forwarded_client import ForwardedClient
 from achse.router.forwarding import Forwarding
-from achse.router.restoring import Memory
+from achse.router.restoring import LinkMemory
 from achse.router.rights import ALL_RIGHTS, Right
 from achse.router.routes import Admission, Route
 from achse.transport.connections.known_frames import KnownFrames
@@ -73,8 +73,8 @@ class Peer:
     _code_at_end: ReturnCode | None = None
     """Answer to requests that are unanswered when the line ends; None: their clients time out."""
 
-    _memory: Memory | None = None
-    """What is kept of clients until the next connection; None: nothing."""
+    _memory: LinkMemory | None = None
+    """Clients of this connection until the next one is there; None: they are not kept."""
 
     _unchanged = True
     """True if frames are passed on without changes to their addresses."""

@@ -10,7 +10,7 @@ from achse.codes import ReturnCode
 from achse.router.forwarded_client import ForwardedClient
 from achse.router.forwarding import Forwarding
 from achse.router.ledger import Resource
-from achse.router.restoring import Memory
+from achse.router.restoring import LinkMemory
 from achse.router.rights import Right
 from achse.router.routes import Admission, Route
 from achse.transport.connections.peer import Peer, PeerOwner
@@ -24,8 +24,8 @@ class DialOwner(PeerOwner, Protocol):
     strict: bool
     """True if senders without a route are refused."""
 
-    memory: Memory | None
-    """What is kept of clients while there is no connection; None: nothing."""
+    memory: LinkMemory | None
+    """Clients while there is no connection; None: they are not kept."""
 
     @property
     def route(self) -> Route: ...

@@ -13,7 +13,7 @@ from achse.ams import AmsAddress, Command, Frame
 from achse.ams.connection import DEFAULT_MAX_LENGTH
 from achse.codes import ReturnCode
 from achse.router import Router
-from achse.router.restoring import Memory
+from achse.router.restoring import LinkMemory
 from achse.router.routes import Route
 from achse.transport.connections.fair_queue import FairQueue
 from achse.transport.connections.held import Held
@@ -89,7 +89,7 @@ class Uplink:
         """Connections that came up so far."""
         self.losses = 0
         """Of these, those that were lost."""
-        self.memory = Memory() if route.resubscribe else None
+        self.memory = LinkMemory() if route.resubscribe else None
         self.trouble = ""
         """Reason for having no connection; empty before the first attempt and while connected."""
         self.denied = False
