@@ -53,6 +53,7 @@ EVERYWHERE = (
 NAMED: dict[str, set[str]] = {
     "[docs]": {"mkdocs", "material", "mike"},
     "[lsp]": {"lsprotocol", "pygls"},
+    "[fmu]": {"fmpy", "numpy"},
     "[metrics]": {"prometheus_client"},
     "[mqtt]": {"aiomqtt", "paho"},
     "[plot]": {"matplotlib", "numpy"},
@@ -274,6 +275,8 @@ class Reader:
         path = [self.tools, str(everywhere(self.folder.parent / "bin"))]
         if "Node.js" in names_in(text):
             path.append(os.path.dirname(shutil.which("node") or ""))
+        if {"C", "compiler"} <= names_in(text):
+            path.append(os.path.dirname(shutil.which("cc") or ""))
         return {name: os.environ[name] for name in KEPT if name in os.environ} | {
             "PATH": os.pathsep.join(path),
             "COLUMNS": "80",

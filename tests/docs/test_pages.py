@@ -34,7 +34,13 @@ def test_the_page_does_what_it_says(
     page: Path, read_page: Callable[[str, str], None], witness: Callable[[str], None]
 ) -> None:
     text = page.read_text(encoding="utf-8")
-    for sign, name in {"import pyads": "pyads", "```js": "ads-client"}.items():
+    signs = {
+        "import pyads": "pyads",
+        "```js": "ads-client",
+        "import fmpy": "fmpy",
+        "$ achse fmu": "cc",
+    }
+    for sign, name in signs.items():
         if sign in text:
             witness(name)
     read_page(str(page.relative_to(ROOT)), text)
