@@ -50,6 +50,7 @@ SHORT: dict[str, tuple[list[str], str]] = {
     "soak.py": (["0.01"], r"digests equal"),
     "symbols_upload.py": (["500"], r"pyads get_all_symbols .*, 502 symbols"),
     "test_times.py": (["tests/ams/test_states.py"], rf"{NUMBER} s  the 1 quick files of this run"),
+    "units.py": (["50"], r"digests equal"),
     "users_file.py": (["1"], rf"achse_station, 15 lines +{NUMBER} s, processor +{NUMBER} s"),
     "web.py": (["0.2", "2"], r"  2 pages  \d+ cycles, .*; [1-9]\d* blocks, [1-9]\d* rows read"),
     "virtual_time.py": (["0.1", "1"], rf"axes moving +{NUMBER} × real time"),
@@ -66,6 +67,7 @@ WITH_WITNESS = {
     "fleet.py": "mosquitto",
     "reads.py": "pyads",
     "symbols_upload.py": "pyads",
+    "units.py": (["50"], r"digests equal"),
     "users_file.py": "pyads",
 }
 

@@ -1,12 +1,12 @@
 """Units that work, and units that do harm."""
 
 import gc
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from achse.station.plants import process as module
 from achse.station.plants.archive import UnitArchive
 from achse.station.plants.errors import PlantError
 from achse.station.plants.process import UnitProcess
@@ -94,7 +94,7 @@ def test_missing_fmpy_is_named(plant_units: Path, monkeypatch: pytest.MonkeyPatc
 
 def test_other_systems_are_refused(plant_units: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     archive = UnitArchive(plant_units / "tank.fmu")
-    monkeypatch.setattr(module.os, "name", "nt")
+    monkeypatch.setattr(os, "name", "nt")
     with pytest.raises(PlantError, match="expected Linux or macOS"):
         UnitProcess(archive, "tank", 1.0)
     monkeypatch.undo()
