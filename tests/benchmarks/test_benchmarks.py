@@ -67,7 +67,7 @@ WITH_WITNESS = {
     "fleet.py": "mosquitto",
     "reads.py": "pyads",
     "symbols_upload.py": "pyads",
-    "units.py": (["50"], r"digests equal"),
+    "units.py": "fmpy",
     "users_file.py": "pyads",
 }
 
