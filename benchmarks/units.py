@@ -2,8 +2,8 @@
 
 The C importer (tests/interop/fmu/importer.c) steps two instances of a station with an axis and a
 PLC; their digests must be equal to that of `Station.advance`. The unit under an axis is a conveyor
-in C. Each step changes the process twice, so a busy machine makes it longer: the processor time of this
-side is what stays.
+in C. Each step changes the process twice, so a busy machine makes it longer: the processor time of
+this side is what stays.
 Usage: python benchmarks/units.py [STEPS]
 """
 

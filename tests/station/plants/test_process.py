@@ -2,6 +2,9 @@
 
 import gc
 import os
+import select
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -82,6 +85,38 @@ def test_forgotten_process_ends(plant_units: Path) -> None:
     gc.collect()
     assert child.returncode is not None
     assert not folder.exists()
+
+
+PARENT = """
+import sys
+from achse.station.plants.archive import UnitArchive
+from achse.station.plants.process import UnitProcess
+
+process = UnitProcess(UnitArchive(__import__("pathlib").Path(sys.argv[1])), "wild", 600.0)
+about = process.description
+process.start([about.number("deed")], [about.number("value")], {})
+print(process._process.pid, flush=True)
+process.step(0.0, 0.01, 1, [2.0], [about.number("value")])  # hangs
+"""
+
+
+def test_unit_that_hangs_ends_with_a_killed_station(plant_units: Path) -> None:
+    parent = subprocess.Popen(
+        [sys.executable, "-c", PARENT, str(plant_units / "wild.fmu")],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert parent.stdout is not None
+    with parent.stdout:
+        unit = int(parent.stdout.readline())
+        parent.kill()
+        parent.wait()
+    for _ in range(600):
+        status = Path(f"/proc/{unit}/stat")
+        if not status.exists() or status.read_text().split()[2] == "Z":
+            return
+        select.select([], [], [], 0.1)
+    pytest.fail("the process of the unit is still there")
 
 
 def test_missing_fmpy_is_named(plant_units: Path, monkeypatch: pytest.MonkeyPatch) -> None:

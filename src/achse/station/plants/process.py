@@ -4,6 +4,7 @@ import contextlib
 import importlib.util
 import json
 import os
+import signal
 import socket
 import struct
 import subprocess
@@ -46,7 +47,7 @@ class UnitProcess:
         self._errors: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115  # as long as the process
         self._process = subprocess.Popen(
             [sys.executable, "-m", "achse.station.plants.worker", str(theirs.fileno())],
-            stdin=subprocess.DEVNULL,
+            stdin=subprocess.PIPE,  # ends with this process: so does the other, even in a hang
             stdout=subprocess.DEVNULL,
             stderr=self._errors,
             pass_fds=[theirs.fileno()],
@@ -148,7 +149,10 @@ def _end(
     archive: UnitArchive,
 ) -> None:
     channel.close()
-    process.kill()
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)  # with what the unit has started
     process.wait()
+    if process.stdin is not None:
+        process.stdin.close()
     errors.close()
     archive.close()

@@ -12,6 +12,7 @@ import os
 import socket
 import struct
 import sys
+import threading
 from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -179,8 +180,16 @@ def serve(channel: socket.socket) -> None:
         transmit(channel, _DONE, answer)
 
 
+def _end_with_the_station() -> None:
+    """End this process when the standard input ends, whatever the unit does."""
+    while os.read(0, 1):
+        pass
+    os._exit(0)
+
+
 def main() -> None:
     """Serve the station at the descriptor of the command line."""
+    threading.Thread(target=_end_with_the_station, daemon=True).start()
     with socket.socket(fileno=int(sys.argv[1])) as channel, contextlib.suppress(ConnectionError):
         serve(channel)
     sys.stdout.flush()
