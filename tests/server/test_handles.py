@@ -1,5 +1,6 @@
 """Handles count for the client that requested them, and belong to the device."""
 
+import contextlib
 import gc
 import sys
 from dataclasses import dataclass
@@ -358,3 +359,64 @@ def test_numbers_of_handles_leave_out_zero(at: int) -> None:
     table: HandleTable[str] = HandleTable(ClientLimits(), lambda: at << 14)
     numbers = [add(table, b"client", None) for _ in range(3)]
     assert numbers == ([1, 2, 3] if not at else [at, 1, 2])
+
+
+class RemoteConnection(Connection):
+    """A connection from a host."""
+
+    def __init__(self, host: str) -> None:
+        self.peer_host = host
+
+
+@given(
+    limit=st.integers(1, 20),
+    steps=st.lists(
+        st.tuples(st.sampled_from(("add", "release", "end", "change")), st.integers(0, 11)),
+        max_size=80,
+    ),
+)
+def test_clients_of_one_host_hold_half_of_all_handles(
+    limit: int, steps: list[tuple[str, int]]
+) -> None:
+    """However many addresses, connections and devices a host uses; abandoned ones do not count."""
+    usage_limit = ClientLimits(all_handles=limit)
+    tables = make_tables(usage_limit, 2)
+    usage = tables[0].usage
+    share = limit - limit // 2
+    ways = [RemoteConnection(f"10.0.0.{number % 3}") for number in range(6)]
+    held: list[tuple[HandleTable[str], int, bytes, RemoteConnection]] = []
+    for step, which in steps:
+        table, way, client = tables[which % 2], ways[which % 6], bytes([which])
+        if step == "add":
+            of_host = sum(each.peer_host == way.peer_host for *_, each in held)
+            if len(held) < limit and of_host < share:
+                held.append((table, add(table, client, way), client, way))
+            else:
+                with pytest.raises(DeviceError, match="0x716"):
+                    add(table, client, way)
+        elif step == "release" and held:
+            owned_by, number, owner, _ = held.pop(which % len(held))
+            owned_by.release(number, owner)
+        elif step == "end":
+            for each in tables:
+                each.abandon_way(way)
+            held = [each for each in held if each[3] is not way]
+        elif step == "change":
+            table.invalidate()
+        for host in {each.peer_host for each in ways}:
+            count = sum(each.peer_host == host for *_, each in held)
+            assert usage.handles_by_host[host] == count <= share
+    for table in tables:
+        table.end_all()
+    assert not usage.handles_by_host
+
+
+def test_a_client_of_another_host_gets_its_handles() -> None:
+    """One host with 1,000 addresses takes what it can."""
+    [table] = make_tables(ClientLimits(all_handles=100), 1)
+    for number in range(1000):
+        with contextlib.suppress(DeviceError):
+            add(table, number.to_bytes(8, "little"), RemoteConnection("10.0.0.1"))
+    assert len(table) == 50
+    for _ in range(50):
+        add(table, b"another", RemoteConnection("10.0.0.2"))

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from achse.ams import AmsAddress, DeviceError, Frame
 from achse.server import ClientLimits, Usage
+from achse.server.usage import host_share
 
 MS = 1_000_000
 
@@ -169,6 +170,8 @@ def test_whatever_connections_do_no_sum_exceeds_its_limit_and_no_frame_goes_astr
     assert (usage.notifications, usage.handles, usage.watched, usage.queued) == (0, 0, 0, 0)
     assert (usage.abandoned_handles, len(usage.abandoned)) == (0, 0)
     assert usage.budget.waiting == 0 or usage.budget.left <= 0
+    assert not usage.notifications_by_host
+    assert not usage.handles_by_host
 
 
 def _check(usage: Usage, benches: list[Any], limits: ClientLimits) -> None:
@@ -178,6 +181,14 @@ def _check(usage: Usage, benches: list[Any], limits: ClientLimits) -> None:
     assert usage.abandoned_handles <= limits.abandoned_handles
     assert usage.notifications == sum(len(each._subscriptions) for each in everything)
     assert usage.notifications <= limits.all_notifications
+    by_host: dict[str, int] = {}
+    for each in everything:
+        for channel in each.channels:
+            host = channel.via.peer_host
+            by_host[host] = by_host.get(host, 0) + len(channel.subscriptions)
+    for host, count in by_host.items():
+        assert usage.notifications_by_host[host] == count <= host_share(limits.all_notifications)
+        assert usage.handles_by_host[host] <= host_share(limits.all_handles)
     watched = sum(sum(each.sample_sizes) for each in everything)
     assert usage.watched == watched <= limits.all_watched_bytes
     kept = sum(channel.kept for each in everything for channel in each.channels)

@@ -12,7 +12,7 @@ from achse.ams import DeviceError, Endpoint
 from achse.codes import ReturnCode
 from achse.server.limits import ClientLimits
 from achse.server.table import Reader
-from achse.server.usage import Usage
+from achse.server.usage import Usage, host_of
 
 __all__ = ["Handle", "HandleOwner", "HandleTable"]
 
@@ -32,12 +32,13 @@ _ENDED_AT_ONCE = 10_000
 class HandleOwner:
     """One client over one connection, with the numbers of the handles that it requested."""
 
-    __slots__ = ("_end", "abandoned", "client", "numbers", "way")
+    __slots__ = ("_end", "abandoned", "client", "host", "numbers", "way")
 
     def __init__(self, table: "HandleTable[Symbol]", client: bytes, way: Endpoint | None) -> None:
         self._end = table.end
         self.client = client
         self.way = way
+        self.host = host_of(way)
         self.numbers: set[int] = set()
         self.abandoned = False
         """True after the connection has ended; `way` is None then."""
@@ -112,7 +113,7 @@ class HandleTable(Generic[Symbol]):
 
     def add(self, symbol: Symbol, read: Reader, client: bytes, way: Endpoint | None) -> int:
         """Return a new handle that counts for `client`; raises DeviceError 0x716 at a limit."""
-        own = self._make_room(client)
+        own = self._make_room(client, way)
         number = self._next or _number_at(self._clock())
         while number in self._valid or number in self._stale:
             number = _following(number)
@@ -127,9 +128,10 @@ class HandleTable(Generic[Symbol]):
         self._counts[client] = own + 1
         self._valid[number] = Handle(symbol, read, owner)
         self.usage.handles += 1
+        self.usage.handles_by_host.add(owner.host, 1)
         return number
 
-    def _make_room(self, client: bytes) -> int:
+    def _make_room(self, client: bytes, way: Endpoint | None) -> int:
         """Return how many handles count for `client`; raises DeviceError 0x716 at a limit."""
         own = self._counts.get(client, 0)
         usage, limits = self.usage, self.limits
@@ -140,6 +142,11 @@ class HandleTable(Generic[Symbol]):
             raise DeviceError(
                 ReturnCode.NO_MORE_HANDLES, f"{own} handles of the client, {usage.handles} of all"
             )
+        host = host_of(way)
+        if usage.handles_by_host.is_used_up(host, limits.all_handles):
+            self.refused += 1
+            held = usage.handles_by_host[host]
+            raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{held} handles of host {host}")
         return own
 
     def release(self, number: int, client: bytes) -> None:
@@ -167,6 +174,7 @@ class HandleTable(Generic[Symbol]):
                 del usage.abandoned[owner]
         else:
             self._counts[owner.client] -= 1
+            usage.handles_by_host.add(owner.host, -1)
             if not owner.numbers:
                 self._remove(owner)
 
@@ -175,6 +183,7 @@ class HandleTable(Generic[Symbol]):
         ways = self._owners[owner.client]
         del ways[owner.way]
         self._counts[owner.client] -= len(owner.numbers)
+        self.usage.handles_by_host.add(owner.host, -len(owner.numbers))
         if not ways:
             del self._owners[owner.client], self._counts[owner.client]
         if owner.way is not None:
@@ -238,6 +247,8 @@ class HandleTable(Generic[Symbol]):
             if owner.abandoned:
                 usage.abandoned_handles -= len(owner.numbers)
                 del usage.abandoned[owner]
+            else:
+                usage.handles_by_host.add(owner.host, -len(owner.numbers))
         self._valid.clear()
         self.symbols.clear()
         self._stale.clear()

@@ -23,7 +23,7 @@ class ClientLimits:
     """Symbol handles (0x716 beyond)."""
 
     all_handles: int = _limit(1 << 18, 1)
-    """Symbol handles of all clients together (0x716 beyond)."""
+    """Symbol handles of all clients together, half of it for those of one host (0x716 beyond)."""
 
     abandoned_handles: int = _limit(1 << 14, 0)
     """Symbol handles of ended connections, of all clients together; beyond, or when `all_handles`
@@ -33,7 +33,7 @@ class ClientLimits:
     """Subscriptions (0x716 beyond)."""
 
     all_notifications: int = _limit(1 << 18, 1)
-    """Subscriptions of all clients together (0x716 beyond)."""
+    """Subscriptions of all clients together, half of it for those of one host (0x716 beyond)."""
 
     answer_bytes: int = (1 << 26) - 64
     """Bytes of one answer (0x705 beyond): its packet is within the longest that routers take."""

@@ -17,7 +17,7 @@ from achse.codes import ReturnCode
 from achse.server.limits import ClientLimits
 from achse.server.subscriptions import Batch, Beat, Channel, NotificationHandle, Pulse, hint
 from achse.server.table import Reader
-from achse.server.usage import Usage
+from achse.server.usage import Usage, host_of
 
 __all__ = ["IN_CONTEXT", "Notifications", "Sender"]
 
@@ -185,7 +185,7 @@ class Notifications:
             raise DeviceError(ReturnCode.CLIENT_UNKNOWN, "its connection has ended")
         if mode not in _MODES:
             raise DeviceError(ReturnCode.TRANSMISSION_MODE_NOT_SUPPORTED, f"mode {mode}")
-        self._make_sure_of_room(client, length)
+        self._make_sure_of_room(client, via, length)
         first = read()
         delay = max_delay * 100 if max_delay >= _MILLISECOND else 0  # too small means at once
         batch = self._batch(client, server, via, delay)
@@ -194,7 +194,7 @@ class Notifications:
         batch.subscriptions += 1
         self._subscriptions[handle] = batch.channel.subscriptions[handle] = subscription
         self._hold(batch.channel, 1, length)
-        self.usage.notifications += 1
+        self._count_one(batch.channel, 1)
         if mode != TransmissionMode.CLIENT_ONCE:
             beat = self._beat(batch, self._task_cycle(context), cycle_time * 100)
             beat.add(subscription, on_change=mode in _ON_CHANGE)
@@ -203,7 +203,7 @@ class Notifications:
             self._diagnose(client, cycle_time, max_delay)
         return handle
 
-    def _make_sure_of_room(self, client: bytes, length: int) -> None:
+    def _make_sure_of_room(self, client: bytes, via: Endpoint | None, length: int) -> None:
         limits, usage = self.limits, self.usage
         holding = self._clients.get(client)
         held, watched = (holding.count, holding.watched) if holding is not None else (0, 0)
@@ -213,6 +213,11 @@ class Notifications:
                 ReturnCode.NO_MORE_HANDLES,
                 f"{held} notifications of the client, {usage.notifications} of all",
             )
+        host = host_of(via)
+        if usage.notifications_by_host.is_used_up(host, limits.all_notifications):
+            self.refused += 1
+            held = usage.notifications_by_host[host]
+            raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{held} notifications of host {host}")
         if (
             length > limits.sample_bytes
             or watched + length > limits.watched_bytes
@@ -220,6 +225,11 @@ class Notifications:
         ):
             self.refused += 1
             raise DeviceError(ReturnCode.INVALID_WATCH_SIZE, f"{length} bytes")
+
+    def _count_one(self, channel: Channel, count: int) -> None:
+        """One subscription more, or less, of all devices."""
+        self.usage.notifications += count
+        self.usage.notifications_by_host.add(host_of(channel.via), count)
 
     def _hold(self, channel: Channel, count: int, length: int) -> None:
         """So many subscriptions and bytes of samples more are held by a client."""
@@ -306,7 +316,7 @@ class Notifications:
         batch = subscription.batch
         channel = batch.channel
         del self._subscriptions[handle], channel.subscriptions[handle]
-        self.usage.notifications -= 1
+        self._count_one(channel, -1)
         self._hold(channel, -1, -subscription.length)
         batch.subscriptions -= 1
         if not batch.subscriptions:
@@ -354,7 +364,7 @@ class Notifications:
                 handle, subscription = subscriptions.popitem()
                 subscription.beat = None
                 del self._subscriptions[handle]
-                self.usage.notifications -= 1
+                self._count_one(subscription.batch.channel, -1)
                 count -= 1
             if not subscriptions:
                 over.popleft()

@@ -9,7 +9,48 @@ from achse.server.budget import SampleBudget
 from achse.server.limits import ClientLimits
 from achse.server.subscriptions import Channel
 
-__all__ = ["AbandonedHandles", "Keeper", "Usage"]
+__all__ = ["AbandonedHandles", "HostCounts", "Keeper", "Usage", "host_of", "host_share"]
+
+
+def host_of(way: object) -> str:
+    """Return the IP address at the far end of a connection; empty for what has none."""
+    return getattr(way, "peer_host", "")
+
+
+def host_share(of_all: int) -> int:
+    """Return the part of a limit of all clients that those of one host may hold: half of it.
+
+    AMS addresses and connections cost nothing: a limit for each of them bounds no host.
+    """
+    return of_all - of_all // 2
+
+
+class HostCounts:
+    """Count of what the clients of each host hold; connections without a host do not count."""
+
+    def __init__(self) -> None:
+        self._counts: dict[str, int] = {}
+
+    def __len__(self) -> int:
+        """Hosts that hold something."""
+        return len(self._counts)
+
+    def __getitem__(self, host: str) -> int:
+        return self._counts.get(host, 0)
+
+    def add(self, host: str, count: int) -> None:
+        """Add to the count of a host; negative when something is released."""
+        if not host or not count:
+            return
+        held = self[host] + count
+        if held:
+            self._counts[host] = held
+        else:
+            del self._counts[host]
+
+    def is_used_up(self, host: str, of_all: int) -> bool:
+        """True if the clients of the host hold their share of a limit of all clients."""
+        return bool(host) and self[host] >= host_share(of_all)
 
 
 class Keeper(Protocol):
@@ -37,10 +78,13 @@ class Usage:
     def __init__(self, limits: ClientLimits) -> None:
         self.handles = 0
         """All handles, abandoned ones among them."""
+        self.handles_by_host = HostCounts()
+        """Handles of connected clients."""
         self.abandoned_handles = 0
         self.abandoned: OrderedDict[AbandonedHandles, None] = OrderedDict()
         """Owners of abandoned handles, those whose connection ended first at the front."""
         self.notifications = 0
+        self.notifications_by_host = HostCounts()
         self.watched = 0
         """Bytes of one sample of every subscription."""
         self.queued = 0

@@ -8,12 +8,15 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from achse.ams import DeviceError
+from achse.ams import DeviceError, Frame
 from achse.devices.scope import ScopeDevice, ScopeLimits, ScopeServer
 from achse.devices.scope.channels import ScopeChannels
 from achse.scope import ScopeError, definition_of
 from achse.scope.service import ScopeGroup
 from achse.station import Station
+from achse.station.configuration.documents import parse_toml
+from achse.station.configuration.station_file import parse
+from achse.station.station import DEMO
 
 CHANNELS = [{"name": f"c{n}", "symbol": "MAIN.nCounter"} for n in range(100)]
 
@@ -102,6 +105,51 @@ def test_one_client_has_half_of_everything(
     other.exchange(ScopeGroup.SCOPES, second, 100, b"start")
     with refused(0x70A):
         other.exchange(ScopeGroup.SCOPES, opened(other, 3, length=10.0), 100, b"start")
+
+
+class Connection:
+    """A connection from a host."""
+
+    def __init__(self, host: str) -> None:
+        self.peer_host = host
+
+    def deliver(self, frame: Frame) -> bool:
+        return True
+
+
+@given(
+    opened=st.lists(st.tuples(st.integers(0, 1), st.integers(1, 30), st.integers(1, 4))),
+)
+@settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_clients_of_one_host_have_half_of_everything(
+    demo: ScopeServer, refused: Any, opened: list[tuple[int, int, int]]
+) -> None:
+    """However many addresses and connections they have."""
+    ways: list[Connection] = []
+    held = {0: [0, 0], 1: [0, 0]}
+    for host, number, channels in opened:
+        client = bytes([host, number])
+        ways.append(Connection(f"10.0.0.{host}"))
+        definition = definition_of({"channels": CHANNELS[:channels], "record_length": 0.01})
+        own = sum(each.owner == client for each in demo)
+        scopes, held_channels = held[host]
+        fits = scopes < 5 and held_channels + channels <= 10 and own < 8
+        if fits:
+            demo.open(definition, client, ways[-1])
+            held[host] = [scopes + 1, held_channels + channels]
+        else:
+            with refused(0x716):
+                demo.open(definition, client, ways[-1])
+    for way in ways:
+        demo.end_way(way)
+
+
+@pytest.fixture(scope="module")
+def demo(tmp_path_factory: pytest.TempPathFactory) -> ScopeServer:
+    """Room for 10 scopes and 20 channels."""
+    document = parse_toml(DEMO.read_text(encoding="utf-8"))
+    document["scope"] = {"scopes": 10, "channels": 20}
+    return made_for(Station(parse(document, "demo"), base=tmp_path_factory.mktemp("demo")))
 
 
 def test_a_flood_leaves_the_others_alone(

@@ -10,6 +10,7 @@ from achse.codes import ReturnCode
 from achse.devices.scope.channels import ScopeChannels
 from achse.scope import Recorder, ScopeDefinition, ScopeError
 from achse.scope.kernel import KERNEL
+from achse.server.usage import host_of, host_share
 
 __all__ = ["NumberedScope", "ScopeLimits", "ScopeServer"]
 
@@ -20,7 +21,7 @@ value. The estimates are generous, so that a slow machine keeps to the limit, to
 
 @dataclass(frozen=True, slots=True)
 class ScopeLimits:
-    """Limits of the scopes of a station; one client may use half of memory, channels and time."""
+    """Limits of the scopes of a station; the clients of one host may use half of each."""
 
     memory: int = 256 * 1024 * 1024
     """Bytes of the rings of all scopes together (0x70A beyond)."""
@@ -102,9 +103,14 @@ class ScopeServer:
             raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{owners.count(client)} scopes are open")
         if len(owners) >= self.limits.scopes:
             raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{len(owners)} scopes are open")
+        neighbours = self._of_host(client, way)
+        if host_of(way) and len(neighbours) >= host_share(self.limits.scopes):
+            raise DeviceError(
+                ReturnCode.NO_MORE_HANDLES, f"{len(neighbours)} scopes of the host are open"
+            )
         for part, most in (
             (self, self.limits.channels),
-            (self.of(client), self.limits.channels // 2),
+            (neighbours, host_share(self.limits.channels)),
         ):
             there = sum(len(each.recorder.definition.channels) for each in part)
             if there + len(definition.channels) > most:
@@ -153,14 +159,23 @@ class ScopeServer:
         """Record from the next cycle on. Raises ScopeError; DeviceError beyond the limits."""
         self._check(scope, list(self), self.limits.memory, self.limits.time)
         if scope.owner:
-            own = self.of(scope.owner)
-            self._check(scope, own, self.limits.memory // 2, self.limits.time / 2)
+            neighbours = self._of_host(scope.owner, scope.way)
+            memory = host_share(self.limits.memory)
+            self._check(scope, neighbours, memory, self.limits.time / 2)
         scope.recorder.start(self._clock())
         self._look()
 
-    def of(self, client: bytes) -> list[NumberedScope]:
-        """The scopes that a client has made."""
-        return [each for each in self if each.owner == client]
+    def _of_host(self, client: bytes, way: Endpoint | None) -> list[NumberedScope]:
+        """The scopes that the clients of a host have made; those of the client if it has no host.
+
+        A host has as many AMS addresses as it likes.
+        """
+        host = host_of(way)
+        return [
+            each
+            for each in self
+            if each.owner and (each.owner == client or (host and host_of(each.way) == host))
+        ]
 
     def _check(
         self, scope: NumberedScope, among: list[NumberedScope], memory: int, time: float
