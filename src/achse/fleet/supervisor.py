@@ -14,9 +14,9 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from achse.fleet.log_file import LogFile
 from achse.fleet.plan import FleetPlan, FleetStation
 from achse.fleet.policy import RestartPolicy
-from achse.fleet.process_log import ProcessLog
 from achse.station.configuration.types import ConfigError
 
 __all__ = ["FleetProcess", "FleetSupervisor", "ProcessState", "usable_cores"]
@@ -115,7 +115,7 @@ class FleetSupervisor:
         ]
         window_s = plan.config.restart_window / 1e9
         self._policies = [RestartPolicy(plan.config.restarts, window_s) for _ in self.processes]
-        self._files = [ProcessLog(self.log_of(each.numbers[0])) for each in self.processes]
+        self._files = [LogFile(self.log_of(each.numbers[0])) for each in self.processes]
         self._stopping = asyncio.Event()
         self._starting = asyncio.Semaphore(2 * (os.cpu_count() or 1))
         """So many start at the same time: more would only wait for each other."""

@@ -137,16 +137,15 @@ class HandleTable(Generic[Symbol]):
         usage, limits = self.usage, self.limits
         if own < limits.handles and usage.handles >= limits.all_handles:
             usage.end_abandoned(1)
-        if own >= limits.handles or usage.handles >= limits.all_handles:
+        host, by_host = host_of(way), usage.handles_by_host
+        is_full = usage.handles >= limits.all_handles
+        if is_full or own >= limits.handles or by_host.is_full(host, limits.all_handles):
             self.refused += 1
             raise DeviceError(
-                ReturnCode.NO_MORE_HANDLES, f"{own} handles of the client, {usage.handles} of all"
+                ReturnCode.NO_MORE_HANDLES,
+                f"handles: {own} of the client, {by_host[host]} of its host,"
+                f" {usage.handles} of all",
             )
-        host = host_of(way)
-        if usage.handles_by_host.is_used_up(host, limits.all_handles):
-            self.refused += 1
-            held = usage.handles_by_host[host]
-            raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{held} handles of host {host}")
         return own
 
     def release(self, number: int, client: bytes) -> None:

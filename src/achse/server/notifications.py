@@ -194,7 +194,7 @@ class Notifications:
         batch.subscriptions += 1
         self._subscriptions[handle] = batch.channel.subscriptions[handle] = subscription
         self._hold(batch.channel, 1, length)
-        self._count_one(batch.channel, 1)
+        self.usage.count_notifications(batch.channel, 1)
         if mode != TransmissionMode.CLIENT_ONCE:
             beat = self._beat(batch, self._task_cycle(context), cycle_time * 100)
             beat.add(subscription, on_change=mode in _ON_CHANGE)
@@ -204,32 +204,13 @@ class Notifications:
         return handle
 
     def _make_sure_of_room(self, client: bytes, via: Endpoint | None, length: int) -> None:
-        limits, usage = self.limits, self.usage
         holding = self._clients.get(client)
         held, watched = (holding.count, holding.watched) if holding is not None else (0, 0)
-        if held >= limits.notifications or usage.notifications >= limits.all_notifications:
+        try:
+            self.usage.check_subscription(self.limits, host_of(via), held, watched, length)
+        except DeviceError:
             self.refused += 1
-            raise DeviceError(
-                ReturnCode.NO_MORE_HANDLES,
-                f"{held} notifications of the client, {usage.notifications} of all",
-            )
-        host = host_of(via)
-        if usage.notifications_by_host.is_used_up(host, limits.all_notifications):
-            self.refused += 1
-            held = usage.notifications_by_host[host]
-            raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{held} notifications of host {host}")
-        if (
-            length > limits.sample_bytes
-            or watched + length > limits.watched_bytes
-            or usage.watched + length > limits.all_watched_bytes
-        ):
-            self.refused += 1
-            raise DeviceError(ReturnCode.INVALID_WATCH_SIZE, f"{length} bytes")
-
-    def _count_one(self, channel: Channel, count: int) -> None:
-        """One subscription more, or less, of all devices."""
-        self.usage.notifications += count
-        self.usage.notifications_by_host.add(host_of(channel.via), count)
+            raise
 
     def _hold(self, channel: Channel, count: int, length: int) -> None:
         """So many subscriptions and bytes of samples more are held by a client."""
@@ -316,7 +297,7 @@ class Notifications:
         batch = subscription.batch
         channel = batch.channel
         del self._subscriptions[handle], channel.subscriptions[handle]
-        self._count_one(channel, -1)
+        self.usage.count_notifications(channel, -1)
         self._hold(channel, -1, -subscription.length)
         batch.subscriptions -= 1
         if not batch.subscriptions:
@@ -364,7 +345,7 @@ class Notifications:
                 handle, subscription = subscriptions.popitem()
                 subscription.beat = None
                 del self._subscriptions[handle]
-                self._count_one(subscription.batch.channel, -1)
+                self.usage.count_notifications(subscription.batch.channel, -1)
                 count -= 1
             if not subscriptions:
                 over.popleft()

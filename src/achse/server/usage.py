@@ -5,6 +5,8 @@ from collections.abc import Iterable
 from typing import Protocol
 from weakref import WeakSet
 
+from achse.ams import DeviceError
+from achse.codes import ReturnCode
 from achse.server.budget import SampleBudget
 from achse.server.limits import ClientLimits
 from achse.server.subscriptions import Channel
@@ -48,7 +50,7 @@ class HostCounts:
         else:
             del self._counts[host]
 
-    def is_used_up(self, host: str, of_all: int) -> bool:
+    def is_full(self, host: str, of_all: int) -> bool:
         """True if the clients of the host hold their share of a limit of all clients."""
         return bool(host) and self[host] >= host_share(of_all)
 
@@ -91,6 +93,34 @@ class Usage:
         """Bytes of samples that are kept."""
         self.budget = SampleBudget(limits.samples)
         self.members: WeakSet[Keeper] = WeakSet()
+
+    def check_subscription(
+        self, limits: ClientLimits, host: str, held: int, watched: int, length: int
+    ) -> None:
+        """Raise DeviceError if a client that holds so much may not subscribe to `length` bytes."""
+        by_host = self.notifications_by_host
+        is_full = self.notifications >= limits.all_notifications
+        if (
+            is_full
+            or held >= limits.notifications
+            or by_host.is_full(host, limits.all_notifications)
+        ):
+            raise DeviceError(
+                ReturnCode.NO_MORE_HANDLES,
+                f"notifications: {held} of the client, {by_host[host]} of its host,"
+                f" {self.notifications} of all",
+            )
+        if (
+            length > limits.sample_bytes
+            or watched + length > limits.watched_bytes
+            or self.watched + length > limits.all_watched_bytes
+        ):
+            raise DeviceError(ReturnCode.INVALID_WATCH_SIZE, f"{length} bytes")
+
+    def count_notifications(self, channel: Channel, count: int) -> None:
+        """So many subscriptions more, or less, in a channel."""
+        self.notifications += count
+        self.notifications_by_host.add(host_of(channel.via), count)
 
     def end_abandoned(self, count: int) -> None:
         """End the oldest abandoned handles of all devices, up to `count`."""

@@ -6,7 +6,7 @@ import os
 import threading
 from pathlib import Path
 
-__all__ = ["ProcessLog"]
+__all__ = ["LogFile"]
 
 log = logging.getLogger("achse.fleet")
 
@@ -16,7 +16,7 @@ _LONGEST, _KEPT = 8 * 1024 * 1024, 1024 * 1024
 _CHUNK = 65536
 
 
-class ProcessLog:
+class LogFile:
     """Appends what a process writes to its stderr.
 
     The supervisor is the only writer, so no line is lost while it shortens the file. A reader sees
