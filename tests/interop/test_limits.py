@@ -64,9 +64,9 @@ def test_ads_client_hears_0x508_without_room(
 
 @pytest.mark.parametrize(
     "achse_config",
-    [{"limits": {"all_handles": 2}, "plc": [{"globals": ["achse.station.demo:GVL"]}]}],
+    [{"limits": {"all_handles": 4}, "plc": [{"globals": ["achse.station.demo:GVL"]}]}],
 )
-def test_pyads_hears_0x716_when_all_handles_are_out(station: LiveStation) -> None:
+def test_pyads_hears_0x716_when_its_host_has_half_of_all_handles(station: LiveStation) -> None:
     plc = pyads.Connection(station.net_id, 851, station.host)
     plc.open()
     try:
