@@ -50,6 +50,7 @@ WITHOUT_MODULE: dict[str, str] = {
     "tests/st/graphical/test_random_networks.py": "reader, lowering and a run, at random",
     "tests/station/buses/test_catching_up.py": "bus, master and link while a station catches up",
     "tests/station/test_departed_clients.py": "station and peers after clients of all kinds",
+    "tests/swarm/test_planted.py": "faults of all rooms, which the swarm finds",
     "tests/transport/secure/test_admission.py": "listener, routes, users and proofs in tables",
     "tests/transport/serial/test_faults.py": "both ends of a serial line that does harm",
     "tests/web/pages/test_modules.py": "the JavaScript of the pages, by node",

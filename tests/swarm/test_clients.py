@@ -39,7 +39,7 @@ def test_client_subscribes_reads_and_lies(registers: bool) -> None:
     world = World(4, 600_000_000, 2_000_000, source.axes, (), source.programs, [part], {}, acts)
     outcome = play(world)
     assert outcome.violation is None
-    assert outcome.requests == 33
+    assert outcome.requests == 35
     assert outcome.samples > 5
 
 

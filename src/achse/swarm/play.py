@@ -38,9 +38,11 @@ _CONVERSATION = (
     ("use", (0, None)),
     ("subscribe", (0, True, 100_000_000, 0)),
     ("subscribe_axis", (1, True, 100_000_000, 0)),
+    ("release", (0,)),
+    ("release", (0,)),
     ("vanish", ()),
 )
-"""Acts of each client in a round."""
+"""Acts of each client in a round; handles are given back, as abandoned ones are kept."""
 
 _USER_CHECKS_NS = 10_000_000
 """Cycle of the checks of a user."""

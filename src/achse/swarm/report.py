@@ -37,8 +37,8 @@ def failure_lines(seed: int, violation: Violation) -> list[str]:
     ]
 
 
-def source_of_test(world: World, violation: Violation) -> str:
-    """Return a test in Python that plays this world."""
+def source_of_test(world: World, violation: Violation, invariants: str = "") -> str:
+    """Return a test in Python that plays this world, with the invariants of a user's file."""
     document = json.loads(world.encode())
     acts = ",\n        ".join(json.dumps(asdict(act)) for act in world.acts)
     document["acts"] = []
@@ -46,17 +46,20 @@ def source_of_test(world: World, violation: Violation) -> str:
     acts = acts.replace("true", "True").replace("false", "False").replace("null", "None")
     body = body.replace("'acts': []", f"'acts': [\n        {acts}\n    ]")
     name = violation.invariant.replace("-", "_")
+    more = "from achse.swarm.project import load_checks\n" if invariants else ""
+    path = "from pathlib import Path\n" if invariants else ""
+    checks = f", checks=load_checks(Path({invariants!r}))" if invariants else ""
     return f'''"""Found by achse swarm, seed {world.seed}, commit {commit()}."""
 
 import json
-
+{path}
 from achse.swarm.play import play
-from achse.swarm.worlds.world import World
+{more}from achse.swarm.worlds.world import World
 
 WORLD = {body}
 """{violation.what.splitlines()[0][:150]}"""
 
 
 def test_{name}_holds() -> None:
-    assert play(World.decode(json.dumps(WORLD))).violation is None
+    assert play(World.decode(json.dumps(WORLD)){checks}).violation is None
 '''

@@ -192,5 +192,5 @@ def _keep(file: Path, failure: "FailedSeed", names: tuple[str, str]) -> None:
         fail(f"seed {failure.seed} fails in a process with others only: nothing written")
     small = shrink(world, fails, budget_s=_SHRINKING_S)
     violation = outcome_of(small).violation
-    file.write_text(source_of_test(small, violation), encoding="utf-8")
+    file.write_text(source_of_test(small, violation, names[1]), encoding="utf-8")
     print(f"{file}: {len(small.acts)} of {len(world.acts)} acts, {small.length_ns / 1e9:g} s")

@@ -1,0 +1,68 @@
+"""`achse swarm`: seeds, a failure that is kept, invariants of a user, mistakes."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from achse.cli.app import app
+from achse.swarm.worlds.drawing import draw_world
+
+SHORT = next(seed for seed in range(1, 400) if len(draw_world(seed).acts) < 40 and seed % 16 > 1)
+STATION = '[[axis]]\nid = 1\nname = "X"\n'
+MINE = """
+def check_never_enabled(station):
+    assert not station.nc.axis(1).control_dword, "enabled"
+"""
+
+
+def run(*arguments: str, exit_code: int = 0) -> Any:
+    result = CliRunner().invoke(app, ("swarm", *arguments), env={"COLUMNS": "100"})
+    assert result.exit_code == exit_code, (result.output, result.exception)
+    return result
+
+
+def test_seeds_are_summed_up() -> None:
+    told = run("--seed", str(SHORT), "--runs", "1").stdout
+    assert told.startswith(f"1 seeds from {SHORT}, 0 failed; ")
+    facts = json.loads(run("--seed", str(SHORT), "--runs", "1", "--json").stdout)
+    assert (facts["seeds"], facts["failed"], facts["first"]) == (1, 0, SHORT)
+
+
+def test_replay_shows_acts_and_digest() -> None:
+    told = run("--seed", str(SHORT), "--replay").stdout.splitlines()
+    assert told[0].split() == ["0.000", "s", "client", "0", "dial"]
+    assert told[-1].startswith(f"seed {SHORT}: no violation in ")
+
+
+def test_violated_invariant_of_a_user_is_kept_as_a_small_test(tmp_path: Path) -> None:
+    (tmp_path / "station.toml").write_text(STATION)
+    (tmp_path / "mine.py").write_text(MINE)
+    kept = tmp_path / "test_found.py"
+    told = run(
+        *(str(tmp_path), "--invariants", str(tmp_path / "mine.py"), "--seed", "5", "--runs", "9"),
+        *("--keep", str(kept)),
+        exit_code=1,
+    ).stdout
+    assert "failed: check_never_enabled: at " in told
+    assert "  achse swarm --seed " in told
+    assert "acts" in told.splitlines()[-1]
+    source = kept.read_text()
+    assert source.count('"kind": ') <= 4
+    found: dict[str, Any] = {}
+    exec(compile(source, "kept", "exec"), found)
+    with pytest.raises(AssertionError):
+        found["test_check_never_enabled_holds"]()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["nowhere"], "expected a station.toml"),
+        (["--workers", "2", "--for", "1"], "--workers needs --runs"),
+    ],
+)
+def test_mistakes_are_named(arguments: list[str], told: str) -> None:
+    assert told in run(*arguments, exit_code=1).stderr
