@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from achse.station import Station
-from achse.swarm.resources import Replaced, check_bounds, check_released
+from achse.swarm.resources import Replaced, check_bounds, check_released, is_released
 
 
 def test_station_without_clients_holds_nothing() -> None:
@@ -14,6 +14,7 @@ def test_station_without_clients_holds_nothing() -> None:
     check_bounds(station, 1, lambda name, what: reported.append(name))
     check_released(station, lambda name, what: reported.append(name))
     assert reported == []
+    assert is_released(station)
 
 
 @pytest.mark.parametrize(
@@ -26,6 +27,7 @@ def test_what_is_held_is_reported(name: str, value: int, monkeypatch: pytest.Mon
     check_released(station, lambda invariant, what: reported.append(what))
     assert len(reported) == 1
     assert str(value) in reported[0]
+    assert not is_released(station)
 
 
 def test_more_than_the_limit_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:

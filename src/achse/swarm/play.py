@@ -23,7 +23,14 @@ from achse.swarm.disk import MemoryDisk, PowerCut
 from achse.swarm.invariants import motion_checks
 from achse.swarm.life import Life
 from achse.swarm.project import PROJECT_INVARIANTS, UserCheck
-from achse.swarm.resources import SETTLED_S, Replaced, check_bounds, check_flat, check_released
+from achse.swarm.resources import (
+    SETTLED_S,
+    Replaced,
+    check_bounds,
+    check_flat,
+    check_released,
+    is_released,
+)
 from achse.swarm.worlds.program import symbols_of
 from achse.swarm.worlds.world import STATION, Act, World
 
@@ -43,6 +50,9 @@ _CONVERSATION = (
     ("vanish", ()),
 )
 """Acts of each client in a round; handles are given back, as abandoned ones are kept."""
+
+_LEAVING_NS = 3_000_000_000
+"""Time after which most of what clients held is given back."""
 
 _USER_CHECKS_NS = 10_000_000
 """Cycle of the checks of a user."""
@@ -270,8 +280,10 @@ class _Player:
                 client.leave()
             else:
                 client.vanish()
-        life.advance_to(life.now_ns() + round(SETTLED_S * 1e9))
-        check_released(life.station, self.report)
+        life.advance_to(life.now_ns() + _LEAVING_NS)
+        if not is_released(life.station):
+            life.advance_to(life.now_ns() + round(SETTLED_S * 1e9))
+            check_released(life.station, self.report)
         self._replaced.check(life.station, self.report)
         self._raise()
         if self.world.seed % _FLAT_EVERY == 1:
@@ -290,7 +302,7 @@ class _Player:
             life.advance_to(life.now_ns() + 1_000_000_000)
             for client in self.clients:
                 client.act(kind, values)
-        life.advance_to(life.now_ns() + round(SETTLED_S * 1e9))
+        life.advance_to(life.now_ns() + _LEAVING_NS)
         for client in self.clients:
             client.digest_parts.clear()
         life.pages.clear()

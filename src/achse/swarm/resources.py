@@ -9,7 +9,7 @@ from typing import Any
 
 from achse.station import Station
 
-__all__ = ["SETTLED_S", "Replaced", "check_bounds", "check_flat", "check_released"]
+__all__ = ["SETTLED_S", "Replaced", "check_bounds", "check_flat", "check_released", "is_released"]
 
 SETTLED_S = 70.0
 """Seconds after which the station holds nothing for clients that are gone."""
@@ -63,6 +63,13 @@ def check_released(station: Station, report: Report) -> None:
     for what, value in held.items():
         if value:
             report("released", f"{what}: {value} after all clients have left, expected 0")
+
+
+def is_released(station: Station) -> bool:
+    """Return True if nothing is held for clients now."""
+    held: list[str] = []
+    check_released(station, lambda name, what: held.append(what))
+    return not held
 
 
 def check_flat(converse: Callable[[], None], report: Report) -> None:
