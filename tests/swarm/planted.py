@@ -21,7 +21,7 @@ from achse.server.notifications import Notifications
 from achse.station.persistence.snapshot_file import SnapshotFile
 from achse.station.persistence.state_file import StateFile
 from achse.station.running import states
-from achse.swarm.play import Outcome, play, play_twice
+from achse.swarm.play import WorldOutcome, play, play_twice
 from achse.swarm.worlds.drawing import draw_world
 from achse.transport.connections.held import Held
 from achse.transport.connections.peer import Peer
@@ -250,7 +250,7 @@ PLANTED: dict[str, Callable[[Patch], None]] = {
 """Faults by name."""
 
 
-def search(plant: Callable[[Patch], None], seeds: range) -> tuple[int, Outcome, float]:
+def search(plant: Callable[[Patch], None], seeds: range) -> tuple[int, WorldOutcome, float]:
     """Play seeds until one fails: its number, its end, and CPU seconds so far."""
     used = 0.0
     with pytest.MonkeyPatch.context() as patch:

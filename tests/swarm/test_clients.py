@@ -6,7 +6,7 @@ from achse.client.nc.services import FUNCTIONS
 from achse.swarm.clients import Client, encode_service
 from achse.swarm.play import play
 from achse.swarm.worlds.drawing import draw_world
-from achse.swarm.worlds.world import Act, ClientPart, World
+from achse.swarm.worlds.world import Act, DrawnClient, World
 
 
 def test_request_of_a_service_has_the_layout_with_so_many_values() -> None:
@@ -35,7 +35,7 @@ def test_client_subscribes_reads_and_lies(registers: bool) -> None:
     lies = ("group", "length", "port", "handle", "delete", "short", "command", "answer", "samples")
     acts += [Act(400_000_000 + n, 0, "lie", [lie, 12_345]) for n, lie in enumerate(lies)]
     acts.append(Act(500_000_000, 0, "lie", ["bytes", 3]))
-    part = ClientPart("watch", 1_000_000, 0, registers)
+    part = DrawnClient("watch", 1_000_000, 0, registers)
     world = World(4, 600_000_000, 2_000_000, source.axes, (), source.programs, [part], {}, acts)
     outcome = play(world)
     assert outcome.violation is None
@@ -53,7 +53,7 @@ def test_client_without_a_connection_does_nothing() -> None:
         def now_ns(self) -> int:
             return 0
 
-    client = Client(0, ClientPart("lie", 0, 0, True), Nowhere(), ["MAIN.n"])  # type: ignore[arg-type]
+    client = Client(0, DrawnClient("lie", 0, 0, True), Nowhere(), ["MAIN.n"])  # type: ignore[arg-type]
     client.dial()
     client.use(0, 1)
     client.state(851)

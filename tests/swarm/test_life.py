@@ -6,7 +6,7 @@ import pytest
 
 from achse.ams import AdsState
 from achse.swarm.disk import MemoryDisk
-from achse.swarm.life import Life, configuration
+from achse.swarm.life import StationLife, configuration
 from achse.swarm.worlds.drawing import draw_world
 from achse.swarm.worlds.world import World
 
@@ -14,8 +14,8 @@ WORLD = draw_world(6)
 
 
 @pytest.fixture
-def life(tmp_path: Path) -> Life:
-    return Life(WORLD, tmp_path, MemoryDisk(), 5_000_000_000, "interpreted", (), print)
+def life(tmp_path: Path) -> StationLife:
+    return StationLife(WORLD, tmp_path, MemoryDisk(), 5_000_000_000, "interpreted", (), print)
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -27,14 +27,14 @@ def test_configuration_has_what_was_drawn(seed: int) -> None:
     assert config.nc.cycle == world.cycle_ns
 
 
-def test_time_of_a_life_begins_where_the_last_one_ended(life: Life) -> None:
+def test_time_of_a_life_begins_where_the_last_one_ended(life: StationLife) -> None:
     assert life.now_ns() == 5_000_000_000
     life.advance_to(5_100_000_000)
     assert life.now_ns() == 5_100_000_000
     assert life.station.time_ns == 100_000_000
 
 
-def test_faults_and_changes_excuse_for_a_while(life: Life) -> None:
+def test_faults_and_changes_excuse_for_a_while(life: StationLife) -> None:
     life.advance_to(5_100_000_000)
     assert life.frames_ns() < 0
     life.act("fault", [{"kind": "drop", "lasting": 0.5}])
@@ -47,7 +47,7 @@ def test_faults_and_changes_excuse_for_a_while(life: Life) -> None:
     life.act("fault", [{"kind": "no such fault"}])
 
 
-def test_acts_change_the_station(life: Life) -> None:
+def test_acts_change_the_station(life: StationLife) -> None:
     life.advance_to(5_010_000_000)
     life.act("inject", [1, "simulation_not_ready", 1])
     assert life.station.nc is not None

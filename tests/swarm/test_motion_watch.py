@@ -10,11 +10,11 @@ from achse.station.configuration.station_file import parse
 from achse.swarm.invariants import motion_checks
 from achse.swarm.motion_watch import MotionWatch
 from achse.swarm.worlds.drawing import draw_world
-from achse.swarm.worlds.world import AxisPart
+from achse.swarm.worlds.world import DrawnAxis
 
 
 def rig(seed: int) -> tuple[Station, MotionWatch, list[str]]:
-    part: AxisPart = draw_world(seed).axes[0]
+    part: DrawnAxis = draw_world(seed).axes[0]
     axis = {"id": 1, "name": part.name, **part.values}
     station = Station(parse({"axis": [axis]}, "test"))
     reported: list[str] = []

@@ -4,9 +4,9 @@ import logging
 
 import pytest
 
-from achse.swarm.play import Violation, play, play_twice
+from achse.swarm.play import BrokenInvariant, play, play_twice
 from achse.swarm.worlds.drawing import draw_world
-from achse.swarm.worlds.world import STATION, Act, ClientPart, World
+from achse.swarm.worlds.world import STATION, Act, DrawnClient, World
 
 SHORT = [seed for seed in range(400) if len(draw_world(seed).acts) < 60][:3]
 """Seeds of small worlds."""
@@ -47,7 +47,7 @@ def test_check_of_a_user_is_a_violation_when_it_returns_a_reason() -> None:
     assert play(world, checks=[("mine", lambda station: None)]).violation is None
     violation = play(world, checks=[("mine", lambda station: "wrong")]).violation
     assert violation is not None
-    assert violation == Violation("mine", violation.what)
+    assert violation == BrokenInvariant("mine", violation.what)
     assert "wrong" in violation.what
 
 
@@ -64,7 +64,7 @@ def test_saved_value_survives_a_kill_and_a_power_cut(after: int) -> None:
         Act(4 * second, STATION, "kill"),
     ]
     programs = draw_world(1).programs
-    client = ClientPart("watch", 0, 0, True)
+    client = DrawnClient("watch", 0, 0, True)
     world = World(
         1, 5 * second, 2_000_000, draw_world(1).axes[:1], (), programs, [client], {}, acts
     )

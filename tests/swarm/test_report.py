@@ -5,14 +5,14 @@ from typing import Any
 
 import pytest
 
-from achse.swarm.play import Violation
+from achse.swarm.play import BrokenInvariant
 from achse.swarm.report import commit, failure_lines, source_of_test
 from achse.swarm.worlds.drawing import draw_world
 from achse.swarm.worlds.world import World
 
 
 def test_failure_names_seed_commit_and_command() -> None:
-    lines = failure_lines(77, Violation("jerk", "too much"))
+    lines = failure_lines(77, BrokenInvariant("jerk", "too much"))
     assert lines[0] == f"seed 77 commit {commit()} failed: jerk: too much"
     assert lines[1].strip() == "achse swarm --seed 77 --replay"
 
@@ -20,7 +20,7 @@ def test_failure_names_seed_commit_and_command() -> None:
 @pytest.mark.parametrize("seed", range(8))
 def test_written_test_plays_the_world(seed: int, tmp_path: Path) -> None:
     world = draw_world(seed)
-    source = source_of_test(world, Violation("samples-in-order", "twice\nand more"))
+    source = source_of_test(world, BrokenInvariant("samples-in-order", "twice\nand more"))
     found: dict[str, Any] = {}
     exec(compile(source, "test", "exec"), found)
     import json

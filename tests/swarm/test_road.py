@@ -7,7 +7,7 @@ import pytest
 from achse.ams import AmsAddress, Command, Connection, Frame, NetId
 from achse.station import Station
 from achse.swarm.road import Road, StationTurns
-from achse.swarm.worlds.world import ClientPart
+from achse.swarm.worlds.world import DrawnClient
 from achse.transport.tcp.listener import TcpListener
 
 CLIENT = AmsAddress.of(NetId("5.6.7.8.1.1"), 40_000)
@@ -28,7 +28,7 @@ class Far:
         self.lost_count += 1
 
 
-def connect(part: ClientPart) -> tuple[Station, Road, Far, TcpListener]:
+def connect(part: DrawnClient) -> tuple[Station, Road, Far, TcpListener]:
     station, far = Station.demo(), Far()
     turns = StationTurns(station)
     listener = TcpListener(station.router)
@@ -41,7 +41,7 @@ def connect(part: ClientPart) -> tuple[Station, Road, Far, TcpListener]:
 def test_requests_are_answered_in_order_after_the_delay(seed: int) -> None:
     dice = random.Random(seed)
     delay = dice.choice((0, 1_000_000, 50_000_000))
-    part = ClientPart("watch", delay, dice.choice((0, 7, 40)), False)
+    part = DrawnClient("watch", delay, dice.choice((0, 7, 40)), False)
     station, road, far, _ = connect(part)
     target = AmsAddress.of(station.router.net_id, 851)
     for invoke in range(20):
@@ -55,7 +55,7 @@ def test_requests_are_answered_in_order_after_the_delay(seed: int) -> None:
 
 @pytest.mark.parametrize("orderly", [True, False])
 def test_station_learns_that_a_client_has_left(orderly: bool) -> None:
-    station, road, far, listener = connect(ClientPart("watch", 1_000_000, 0, False))
+    station, road, far, listener = connect(DrawnClient("watch", 1_000_000, 0, False))
     assert len(listener.connections) == 1
     road.hang_up(orderly=orderly)
     station.advance(0.01)
@@ -65,7 +65,7 @@ def test_station_learns_that_a_client_has_left(orderly: bool) -> None:
 
 
 def test_client_learns_that_the_station_has_closed() -> None:
-    station, road, far, _ = connect(ClientPart("watch", 1_000_000, 0, False))
+    station, road, far, _ = connect(DrawnClient("watch", 1_000_000, 0, False))
     station.faults.add("drop_link")
     station.advance(0.01)
     assert road.ended
@@ -73,7 +73,7 @@ def test_client_learns_that_the_station_has_closed() -> None:
 
 
 def test_client_that_does_not_read_leaves_bytes_on_the_road() -> None:
-    station, road, far, _ = connect(ClientPart("watch", 0, 0, False))
+    station, road, far, _ = connect(DrawnClient("watch", 0, 0, False))
     road.read(False)
     target = AmsAddress.of(station.router.net_id, 851)
     road.send(Frame(target, CLIENT, Command.READ_STATE, 4, 0, 1).encode_tcp())

@@ -7,7 +7,8 @@ import pytest
 
 from achse.ams import AmsAddress, Command, Frame, NetId
 from achse.ams.notification import encode_stream
-from achse.swarm.talk import Page, Request, Subscription
+from achse.swarm.talk import ConnectionLedger as Page
+from achse.swarm.talk import Request, Subscription
 
 PLC = AmsAddress.of(NetId("1.2.3.4.1.1"), 851)
 CLIENT = AmsAddress.of(NetId("5.6.7.8.1.1"), 40_000)

@@ -23,8 +23,8 @@ from achse.client.nc.services import NcLayout, services
 from achse.codes.groups import ReservedGroup
 from achse.codes.nc.table import named_rows
 from achse.swarm.road import Road
-from achse.swarm.talk import Page, Request, Subscription
-from achse.swarm.worlds.world import ClientPart
+from achse.swarm.talk import ConnectionLedger, Request, Subscription
+from achse.swarm.worlds.world import DrawnClient
 
 __all__ = ["CLIENT_ACTS", "NC_PORT", "PLC_PORT", "Client", "Dialling", "encode_service"]
 
@@ -45,7 +45,7 @@ class Dialling(Protocol):
 
     net_id: NetId
 
-    def dial(self, client: "Client") -> tuple[Road, Page] | None:
+    def dial(self, client: "Client") -> tuple[Road, ConnectionLedger] | None:
         """Open a connection; None while the station is down."""
 
     def now_ns(self) -> int:
@@ -56,14 +56,14 @@ class Client:
     """A client of a world."""
 
     def __init__(
-        self, number: int, part: ClientPart, station: Dialling, names: Sequence[str]
+        self, number: int, part: DrawnClient, station: Dialling, names: Sequence[str]
     ) -> None:
         self.part = part
         self.number = number
         self._station = station
         self._names = names
         self._road: Road | None = None
-        self._page: Page | None = None
+        self._page: ConnectionLedger | None = None
         self._stream = Connection()
         self._address = AmsAddress.of(
             NetId(bytes((10, 1, number // 256, number % 256, 1, 1))), 40_000
@@ -115,8 +115,8 @@ class Client:
             self._page.finish()
 
     @property
-    def page(self) -> Page | None:
-        """Page of its connection; None without one."""
+    def page(self) -> ConnectionLedger | None:
+        """ConnectionLedger of its connection; None without one."""
         return self._page
 
     # its acts -------------------------------------------------------------------------------------
@@ -261,7 +261,7 @@ class Client:
     def sum(self, count: int) -> None:
         """Read many values with one request."""
         one = struct.pack("<3I", ReservedGroup.SYMBOL_VERSION, 0, 1)
-        where = struct.pack("<4I", 0xF080, count, 5 * count, 12 * count)
+        where = struct.pack("<4I", ReservedGroup.SUM_READ, count, 5 * count, 12 * count)
         self._ask(Command.READ_WRITE, where + one * count, PLC_PORT, "sum")
 
     def lie(self, kind: str, number: int) -> None:

@@ -54,7 +54,7 @@ INVARIANTS = (
     ),
     Invariant(
         "position", "An axis goes as far in a cycle as its velocity says.", "design, idea 6",
-        f"{_ABRUPT}; slaves of cams, see slave-step; the cycle in which a ratio changes",
+        f"{_ABRUPT}; slaves of cams, see slave-step, and slaves of those; the cycle of a new ratio",
         MotionStep.position,
     ),
     Invariant(

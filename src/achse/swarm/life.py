@@ -15,13 +15,13 @@ from achse.swarm.clients import Client
 from achse.swarm.disk import MemoryDisk
 from achse.swarm.motion_watch import MotionCheck, MotionWatch
 from achse.swarm.road import Road, StationTurns
-from achse.swarm.talk import Page
+from achse.swarm.talk import ConnectionLedger
 from achse.swarm.worlds.program import SAVED, TASK_NS, source_of
 from achse.swarm.worlds.world import World
 from achse.transport.connections.fair_queue import FairQueue
 from achse.transport.tcp.listener import TcpListener
 
-__all__ = ["STATION_ACTS", "Life", "configuration"]
+__all__ = ["STATION_ACTS", "StationLife", "configuration"]
 
 _NET_ID = "10.200.1.1.1.1"
 
@@ -68,7 +68,7 @@ def configuration(world: World, kernel: str) -> StationConfig:
     return parse(document, "world")
 
 
-class Life:
+class StationLife:
     """A station that lives, with the connections of its clients."""
 
     def __init__(
@@ -111,7 +111,7 @@ class Life:
         self._frames_ns = self._samples_ns = -1
         self._disturbed = False
         self._dropped = 0
-        self.pages: list[Page] = []
+        self.pages: list[ConnectionLedger] = []
         self.roads: list[Road] = []
 
     # time -----------------------------------------------------------------------------------------
@@ -130,12 +130,12 @@ class Life:
 
     # connections ----------------------------------------------------------------------------------
 
-    def dial(self, client: Client) -> tuple[Road, Page] | None:
+    def dial(self, client: Client) -> tuple[Road, ConnectionLedger] | None:
         """Open a connection to the station."""
         if self.station.ended:
             return None
         self._port += 1
-        page = Page(
+        page = ConnectionLedger(
             f"client {client.number}", self.now_ns, self._world_time, self._report, self
         )  # fmt: skip
         road = Road(self.listener, self._turns, client.part, client, self._port, self.watch.wake)
@@ -254,11 +254,11 @@ def _rest(fields: Mapping[str, Any]) -> dict[str, Any]:
 
 
 STATION_ACTS: Mapping[str, Callable[..., None]] = {
-    "fault": Life.fault,
-    "restart": Life.restart,
-    "configure": Life.configure,
-    "online_change": Life.online_change,
-    "inject": Life.inject,
-    "full_disk": Life.full_disk,
+    "fault": StationLife.fault,
+    "restart": StationLife.restart,
+    "configure": StationLife.configure,
+    "online_change": StationLife.online_change,
+    "inject": StationLife.inject,
+    "full_disk": StationLife.full_disk,
 }
 """Acts of the station by name; `save`, `kill` and `cut` are of the world that runs it."""

@@ -25,6 +25,7 @@ class MotionStep:
         "abrupt",
         "bent",
         "beyond",
+        "bumpy",
         "commanded",
         "coupled",
         "deceleration",
@@ -69,6 +70,8 @@ class MotionStep:
         self.master = 0.0
         """Way of the master in this cycle."""
         self.smooth = self.bent = self.beyond = self.coupled = False
+        self.bumpy = False
+        """True for a slave of a slave whose velocity may jump: that of a cam or of a new ratio."""
         self.commanded = False
         """True if a command came: a small move may be done within the cycle."""
         self.abrupt = False
@@ -111,6 +114,8 @@ class MotionStep:
     def position(self) -> str | None:
         """An axis goes by its velocity."""
         if not self.smooth or (self.coupled and self.law != 1) or self.gear != self.gear0:
+            return None
+        if self.bumpy:
             return None
         dt = self.dt
         way = abs(self.p1 - self.p0 - self.shift - 0.5 * (self.v0 + self.v1) * dt)

@@ -14,7 +14,7 @@ from achse.motion.states import MotionPhase
 from achse.station import Station
 from achse.station.clocks.cycle import Phase, PhasePlace
 from achse.swarm.motion_checks import MotionStep
-from achse.swarm.worlds.world import AxisPart
+from achse.swarm.worlds.world import DrawnAxis
 
 __all__ = ["MotionCheck", "MotionWatch"]
 
@@ -39,7 +39,7 @@ Report = Callable[[str, str], None]
 class _AxisWatch:
     """What was seen of one axis."""
 
-    def __init__(self, axis: Axis, part: AxisPart, dt: float) -> None:
+    def __init__(self, axis: Axis, part: DrawnAxis, dt: float) -> None:
         self.axis = axis
         self.name = part.name
         self.step = MotionStep(
@@ -59,6 +59,7 @@ class _AxisWatch:
         self.active = False
         self.moves = 0
         self._number = axis.command_counter
+        self._active_number = axis.set_command_number
 
     def look(self, masters: Sequence[Axis]) -> None:
         """Take the values of this cycle in."""
@@ -98,9 +99,10 @@ class _AxisWatch:
         waits = axis.buffer_count  # a command that waits for the arrival of an axis at rest
         self.active = bool(step.phase or step.v1 or law or bent or waits or not closed)
         number = axis.command_counter
-        step.commanded = number != self._number
-        self._number = number
-        self.moves += step.commanded
+        active = axis.set_command_number
+        self.moves += number != self._number
+        step.commanded = number != self._number or active != self._active_number
+        self._number, self._active_number = number, active
 
 
 class MotionWatch(Phase):
@@ -112,7 +114,7 @@ class MotionWatch(Phase):
     def __init__(
         self,
         station: Station,
-        parts: Sequence[AxisPart],
+        parts: Sequence[DrawnAxis],
         checks: Sequence[MotionCheck],
         report: Report,
     ) -> None:
@@ -178,10 +180,14 @@ class MotionWatch(Phase):
     def _excuse_slaves(self) -> None:
         """A slave is as smooth as its masters are."""
         axes = self._axes
+        for each in axes:
+            each.step.bumpy = False
         for _ in axes:
             for each in axes:
                 if each.law and each.step.smooth:
                     step, master = each.step, axes[each.master].step
+                    jumps = master.coupled and (master.law != 1 or master.gear != master.gear0)
+                    step.bumpy = step.bumpy or jumps or master.bumpy
                     step.smooth = master.smooth or master.phase == master.phase0 == 0 == master.v0
 
     def _tell(self, name: str, each: _AxisWatch, reason: str) -> None:
@@ -208,5 +214,5 @@ class MotionWatch(Phase):
             each.step.smooth = each.closed = False
 
 
-def _unknown(name: str) -> AxisPart:
-    return replace(AxisPart(name, "mm", False, {}), gentlest=0.01)
+def _unknown(name: str) -> DrawnAxis:
+    return replace(DrawnAxis(name, "mm", False, {}), gentlest=0.01)

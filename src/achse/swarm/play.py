@@ -21,7 +21,7 @@ from achse.station.configuration.station_file import StationConfig, load
 from achse.swarm.clients import Client
 from achse.swarm.disk import MemoryDisk, PowerCut
 from achse.swarm.invariants import motion_checks
-from achse.swarm.life import Life
+from achse.swarm.life import StationLife
 from achse.swarm.project import PROJECT_INVARIANTS, UserCheck
 from achse.swarm.resources import (
     SETTLED_S,
@@ -34,7 +34,7 @@ from achse.swarm.resources import (
 from achse.swarm.worlds.program import symbols_of
 from achse.swarm.worlds.world import STATION, Act, World
 
-__all__ = ["Outcome", "Violation", "play", "play_twice"]
+__all__ = ["BrokenInvariant", "WorldOutcome", "play", "play_twice"]
 
 _FLAT_EVERY = 8
 """Of so many worlds one is tried for memory that is left behind."""
@@ -62,7 +62,7 @@ _LOOK_EVERY_NS = 5_000_000_000
 
 
 @dataclass(frozen=True)
-class Violation:
+class BrokenInvariant:
     """An invariant that did not hold."""
 
     invariant: str
@@ -73,10 +73,10 @@ class Violation:
 
 
 @dataclass
-class Outcome:
+class WorldOutcome:
     """What a world was like."""
 
-    violation: Violation | None = None
+    violation: BrokenInvariant | None = None
     digest: str = ""
     station_s: float = 0.0
     cycles: int = 0
@@ -116,11 +116,11 @@ class _Player:
         if world.project:
             file = Path(world.project)
             self._config, folder = load(file), file.parent
-        self.outcome = Outcome()
+        self.outcome = WorldOutcome()
         self._folder = folder
         self._kernel = kernel
         self._disk = MemoryDisk()
-        self._violation: Violation | None = None
+        self._violation: BrokenInvariant | None = None
         self._digest = hashlib.blake2b(digest_size=16)
         self._saved = _Saved()
         self._replaced = Replaced()
@@ -134,13 +134,13 @@ class _Player:
     def report(self, invariant: str, what: str) -> None:
         """Note a violation; the world ends with the first one."""
         if self._violation is None:
-            self._violation = Violation(invariant, what)
+            self._violation = BrokenInvariant(invariant, what)
 
-    def _begin(self, now_ns: int) -> Life:
+    def _begin(self, now_ns: int) -> StationLife:
         checks = motion_checks()
         if self.world.project:
             checks = [each for each in checks if each[0] in PROJECT_INVARIANTS]
-        life = Life(
+        life = StationLife(
             *(self.world, self._folder, self._disk, now_ns, self._kernel, checks, self.report),
             config=self._config,
         )
@@ -308,7 +308,7 @@ class _Player:
         life.pages.clear()
         life.roads.clear()
 
-    def _count(self, life: Life) -> None:
+    def _count(self, life: StationLife) -> None:
         self.outcome.cycles += life.watch.cycles
         self.outcome.moves += life.watch.moves
         self.outcome.station_s += life.station.time_ns / 1e9
@@ -322,7 +322,7 @@ class _Player:
                 self._digest.update(part)
             client.digest_parts.clear()
 
-    def finish(self) -> Outcome:
+    def finish(self) -> WorldOutcome:
         """Return what the world was like."""
         self._count(self.life)
         self.outcome.ended_ns = self.life.now_ns()
@@ -364,7 +364,7 @@ def _watched_log(player: _Player) -> Iterator[None]:
         log.setLevel(level)
 
 
-def play(world: World, *, kernel: str = "auto", checks: Sequence[UserCheck] = ()) -> Outcome:
+def play(world: World, *, kernel: str = "auto", checks: Sequence[UserCheck] = ()) -> WorldOutcome:
     """Run a world in this process; `kernel` is as in `[nc]` of a station.toml.
 
     `checks` are invariants of a user.
@@ -385,11 +385,11 @@ def play(world: World, *, kernel: str = "auto", checks: Sequence[UserCheck] = ()
     return outcome
 
 
-def play_twice(world: World, kernels: Sequence[str] = ("interpreted", "compiled")) -> Outcome:
+def play_twice(world: World, kernels: Sequence[str] = ("interpreted", "compiled")) -> WorldOutcome:
     """Run a world in both kernels: their digests are equal."""
     first, second = (play(world, kernel=kernel) for kernel in kernels)
     if first.violation is None and second.violation is None and first.digest != second.digest:
-        second.violation = Violation(
+        second.violation = BrokenInvariant(
             "equal-digest", f"{kernels[0]}: {first.digest}, {kernels[1]}: {second.digest}"
         )
     second.violation = first.violation or second.violation

@@ -10,7 +10,7 @@ from pathlib import Path
 from achse.station import Station
 from achse.swarm.worlds.drawing import draw_surroundings
 from achse.swarm.worlds.draws import Stream
-from achse.swarm.worlds.world import AxisPart, World, WorldError
+from achse.swarm.worlds.world import DrawnAxis, World, WorldError
 
 __all__ = ["PROJECT_INVARIANTS", "UserCheck", "draw_project_world", "load_checks", "station_file"]
 
@@ -44,7 +44,7 @@ def draw_project_world(seed: int, project: Path) -> World:
     if nc is None or not list(nc):
         raise WorldError(f"{file}: expected a station with an axis")
     axes = [
-        AxisPart(
+        DrawnAxis(
             axis.name, "", False, {name: float(getattr(axis, name)) for name in _VALUES}, _GENTLEST
         )
         for axis in nc

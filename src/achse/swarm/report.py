@@ -7,7 +7,7 @@ from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
 
-from achse.swarm.play import Violation
+from achse.swarm.play import BrokenInvariant
 from achse.swarm.worlds.world import World
 
 __all__ = ["commit", "failure_lines", "source_of_test"]
@@ -29,7 +29,7 @@ def commit() -> str:
     return found.stdout.strip()
 
 
-def failure_lines(seed: int, violation: Violation) -> list[str]:
+def failure_lines(seed: int, violation: BrokenInvariant) -> list[str]:
     """Return what is printed of a failure, with the command that shows it again."""
     return [
         f"seed {seed} commit {commit()} failed: {violation}",
@@ -37,7 +37,7 @@ def failure_lines(seed: int, violation: Violation) -> list[str]:
     ]
 
 
-def source_of_test(world: World, violation: Violation, invariants: str = "") -> str:
+def source_of_test(world: World, violation: BrokenInvariant, invariants: str = "") -> str:
     """Return a test in Python that plays this world, with the invariants of a user's file."""
     document = json.loads(world.encode())
     acts = ",\n        ".join(json.dumps(asdict(act)) for act in world.acts)

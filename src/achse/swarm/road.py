@@ -11,7 +11,7 @@ from typing import Protocol
 
 from achse.station import Station
 from achse.station.clocks.cycle import Phase, PhasePlace
-from achse.swarm.worlds.world import ClientPart
+from achse.swarm.worlds.world import DrawnClient
 from achse.transport.connections.peer import Peer
 from achse.transport.tcp.listener import TcpListener
 
@@ -110,7 +110,7 @@ class Road:
         self,
         listener: TcpListener,
         turns: StationTurns,
-        part: ClientPart,
+        part: DrawnClient,
         client: FarEnd,
         port: int,
         wake: Callable[[], None],

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from achse.swarm.play import Outcome, play, play_twice
+from achse.swarm.play import WorldOutcome, play, play_twice
 from achse.swarm.project import draw_project_world, load_checks
 from achse.swarm.worlds.drawing import draw_world
 from achse.swarm.worlds.draws import SEEDS
@@ -20,7 +20,7 @@ def world_of(seed: int, project: str = "") -> World:
     return draw_project_world(seed, Path(project)) if project else draw_world(seed)
 
 
-def play_seed(seed: int, project: str = "", invariants: str = "") -> Outcome:
+def play_seed(seed: int, project: str = "", invariants: str = "") -> WorldOutcome:
     """Play the world of a seed."""
     world = world_of(seed, project)
     checks = load_checks(Path(invariants)) if invariants else ()

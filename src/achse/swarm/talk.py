@@ -12,7 +12,7 @@ from typing import Protocol
 from achse.ams import Command, DecodeError, Frame
 from achse.ams.notification import NotificationStream
 
-__all__ = ["Disturbances", "Page", "Place", "Request", "Subscription"]
+__all__ = ["ConnectionLedger", "Disturbances", "Place", "Request", "Subscription"]
 
 Report = Callable[[str, str], None]
 
@@ -60,7 +60,7 @@ class Subscription:
 
 
 @dataclass
-class Page:
+class ConnectionLedger:
     """What one connection has under way."""
 
     name: str

@@ -124,10 +124,10 @@ def _campaign(
 
 
 def _tell(failure: "FailedSeed") -> None:
-    from achse.swarm.play import Violation
+    from achse.swarm.play import BrokenInvariant
     from achse.swarm.report import failure_lines
 
-    for line in failure_lines(failure.seed, Violation(failure.invariant, failure.what)):
+    for line in failure_lines(failure.seed, BrokenInvariant(failure.invariant, failure.what)):
         print(line)
 
 
@@ -137,7 +137,11 @@ def _played_by_workers(first: int, runs: int, workers: int, names: tuple[str, st
     from achse.sweeps import SweepError, sweep
 
     sys.warnoptions.append("ignore:resource_tracker:UserWarning")
-    parameters = {"first": [first], "project": [names[0]], "invariants": [names[1]]}
+    parameters: dict[str, list[int | str]] = {
+        "first": [first],
+        "project": [names[0]],
+        "invariants": [names[1]],
+    }
     try:
         return sweep(scenario.__file__, parameters, seeds=runs, workers=workers).rows
     except SweepError as fault:
@@ -146,7 +150,7 @@ def _played_by_workers(first: int, runs: int, workers: int, names: tuple[str, st
 
 def _replay(seed: int, project: str, invariants: str) -> None:
     """Play one seed, and print what happens in it."""
-    from achse.swarm.play import Violation
+    from achse.swarm.play import BrokenInvariant
     from achse.swarm.report import failure_lines
     from achse.swarm.scenario import play_seed, world_of
 
@@ -158,7 +162,7 @@ def _replay(seed: int, project: str, invariants: str) -> None:
             who = "station" if act.actor < 0 else f"client {act.actor}"
             values = " ".join(map(str, act.values))
             print(f"{act.at_ns / 1e9:10.3f} s  {who}  {act.kind} {values}".rstrip())
-    violation: Violation | None = outcome.violation
+    violation: BrokenInvariant | None = outcome.violation
     if violation is not None:
         for line in failure_lines(seed, violation):
             print(line)

@@ -11,7 +11,7 @@ from achse.motion.states import OverrideType
 from achse.swarm.worlds.draws import Stream
 from achse.swarm.worlds.operators import draw_motion
 from achse.swarm.worlds.program import draw_programs
-from achse.swarm.worlds.world import STATION, Act, AxisPart, ClientPart, Program, World
+from achse.swarm.worlds.world import STATION, Act, DrawnAxis, DrawnClient, Program, World
 
 __all__ = ["BEHAVIOURS", "Behaviour", "draw_surroundings", "draw_world"]
 
@@ -86,7 +86,7 @@ def draw_world(seed: int) -> World:
 def draw_surroundings(
     seed: int,
     draws: Stream,
-    axes: Sequence[AxisPart],
+    axes: Sequence[DrawnAxis],
     cams: Sequence[Sequence[tuple[float, float]]],
     programs: Sequence[Program],
 ) -> World:
@@ -113,7 +113,7 @@ def draw_surroundings(
     )
 
 
-def _axis(draws: Stream, number: int) -> AxisPart:
+def _axis(draws: Stream, number: int) -> DrawnAxis:
     top = draws.decades(0.0, 3.3)
     acceleration = top * draws.decades(0.0, 2.0)
     deceleration = acceleration * draws.choice((1.0, draws.decades(-0.5, 0.5)))
@@ -149,7 +149,9 @@ def _axis(draws: Stream, number: int) -> AxisPart:
             "encoder_soft_limit_max_enable": 1,
         }
     gentlest = draws.choice((1.0, 1.0, 0.2))
-    return AxisPart(f"A{number + 1}", draws.choice(("mm", "degree", "m")), modulo, values, gentlest)
+    return DrawnAxis(
+        f"A{number + 1}", draws.choice(("mm", "degree", "m")), modulo, values, gentlest
+    )
 
 
 def _cam(draws: Stream) -> list[tuple[float, float]]:
@@ -161,8 +163,8 @@ def _cam(draws: Stream) -> list[tuple[float, float]]:
     return points
 
 
-def _client(draws: Stream) -> ClientPart:
-    return ClientPart(
+def _client(draws: Stream) -> DrawnClient:
+    return DrawnClient(
         draws.choice(("operate", "operate", *BEHAVIOURS)),
         draws.choice((0, 100_000, 1_000_000, 20_000_000, 300_000_000)),
         draws.choice((0, 0, 0, 7, 100)),
@@ -184,8 +186,8 @@ def _moments(draws: Stream, rate: float, length_ns: int) -> Iterator[int]:
 def _acts(
     draws: Stream,
     number: int,
-    part: ClientPart,
-    axes: Sequence[AxisPart],
+    part: DrawnClient,
+    axes: Sequence[DrawnAxis],
     cams: int,
     length_ns: int,
 ) -> list[Act]:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from achse.client.nc.services import CYCLIC, FUNCTIONS
 from achse.codes.axis import BufferMode, StartType
 from achse.swarm.worlds.draws import Stream
-from achse.swarm.worlds.world import Act, AxisPart
+from achse.swarm.worlds.world import Act, DrawnAxis
 
 __all__ = ["draw_motion"]
 
@@ -23,7 +23,7 @@ _MODES = (0, 0, 0, *BufferMode)
 class _Operator:
     """Draws the commands of one act."""
 
-    def __init__(self, draws: Stream, axes: Sequence[AxisPart], cams: int) -> None:
+    def __init__(self, draws: Stream, axes: Sequence[DrawnAxis], cams: int) -> None:
         self.draws = draws
         self.cams = cams
         self.axes = axes
@@ -236,7 +236,7 @@ _COMMANDS: Sequence[tuple[float, Callable[[_Operator], None]]] = (
 
 
 def draw_motion(
-    draws: Stream, at_ns: int, actor: int, axes: Sequence[AxisPart], cams: int
+    draws: Stream, at_ns: int, actor: int, axes: Sequence[DrawnAxis], cams: int
 ) -> list[Act]:
     """Draw a command of an operator; often what held the axis before is first cleared away."""
     operator = _Operator(draws, axes, cams)

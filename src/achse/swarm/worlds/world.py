@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, Self
 
-__all__ = ["STATION", "Act", "AxisPart", "ClientPart", "Program", "World", "WorldError"]
+__all__ = ["STATION", "Act", "DrawnAxis", "DrawnClient", "Program", "World", "WorldError"]
 
 STATION = -1
 """Actor of what happens to the station itself; others are the numbers of clients."""
@@ -20,7 +20,7 @@ class WorldError(ValueError):
 
 
 @dataclass(frozen=True)
-class AxisPart:
+class DrawnAxis:
     """An axis: its name, unit and parameters, and the least part of its jerk that commands have."""
 
     name: str
@@ -39,7 +39,7 @@ class Program:
 
 
 @dataclass(frozen=True)
-class ClientPart:
+class DrawnClient:
     """A client and its road to the station."""
 
     behaviour: str
@@ -70,12 +70,12 @@ class World:
     seed: int
     length_ns: int
     cycle_ns: int
-    axes: Sequence[AxisPart] = ()
+    axes: Sequence[DrawnAxis] = ()
     cams: Sequence[Sequence[Sequence[float]]] = ()
     """Points of tables 1, 2, …: master position, slave position."""
     programs: Sequence[Program] = ()
     """The first is loaded at the beginning, the others by online changes."""
-    clients: Sequence[ClientPart] = ()
+    clients: Sequence[DrawnClient] = ()
     limits: Mapping[str, int] = field(default_factory=dict)
     acts: Sequence[Act] = ()
     project: str = ""
@@ -93,9 +93,9 @@ class World:
             return cls(
                 **{
                     **document,
-                    "axes": [AxisPart(**each) for each in document["axes"]],
+                    "axes": [DrawnAxis(**each) for each in document["axes"]],
                     "programs": [Program(**each) for each in document["programs"]],
-                    "clients": [ClientPart(**each) for each in document["clients"]],
+                    "clients": [DrawnClient(**each) for each in document["clients"]],
                     "acts": [Act(**each) for each in document["acts"]],
                 }
             )
