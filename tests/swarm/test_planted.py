@@ -8,9 +8,22 @@ import pytest
 from tests.swarm.planted import PLANTED, search
 
 FOUND = [
-    ("halt_that_accelerates", 1002),
+    ("halt_that_accelerates", 2004),
+    ("move_too_fast", 2031),
+    ("gear_with_another_ratio", 2031),
+    ("cam_exchange_that_jumps", 2032),
+    ("jerk_too_strong", 1000),
+    ("notification_lost", 1000),
+    ("notification_twice", 1000),
+    ("answer_lost", 1000),
+    ("answer_twice", 1000),
+    ("answer_to_another", 1000),
+    ("ports_kept_by_the_router", 1000),
+    ("leak_after_a_restart", 1000),
+    ("saved_before_it_is_written", 1000),
+    ("saved_in_place", 1000),
 ]
-"""Faults, and a short world that shows each."""
+"""Faults, and a world that shows each within a second."""
 
 
 @pytest.mark.parametrize(("name", "seed"), FOUND)

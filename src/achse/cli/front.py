@@ -114,8 +114,8 @@ def _told(fault: Any) -> int:
     if fault.message.startswith("Got unexpected extra argument"):
         fault.message += _options(fault)
     unknown = fault.message.removeprefix("No such command '").partition("'")[0]
-    if "Did you mean" not in fault.message and (near := _command_for(unknown, fault)):
-        fault.message += f" Did you mean '{near}'?"
+    if near := _command_for(unknown, fault):  # what is meant goes before what is spelled alike
+        fault.message = f"{fault.message.partition(' Did you mean')[0]} Did you mean '{near}'?"
     if in_json():
         tell(fault.format_message(), name="USAGE" if isinstance(fault, _UsageError) else "FAILED")
     else:
