@@ -14,7 +14,7 @@ from packaging.utils import canonicalize_name
 
 FREE = re.compile(
     r"\b(?:MIT|BSD|Apache|ISC|PSF|Python Software Foundation|MPL|Mozilla Public|Unlicense|Zlib|EPL"
-    r"|0BSD|HPND)",
+    r"|0BSD|HPND|Redistribution and use in source and binary forms)",
     re.IGNORECASE,
 )
 """Licences under which a dependency may be installed beside achse by anyone."""
@@ -113,4 +113,8 @@ def _licence(installed: Distribution) -> str:
     metadata = installed.metadata
     names = ("License-Expression", "License", "Classifier")
     texts = [text for name in names for text in metadata.get_all(name) or ()]
-    return " ".join(text[:300] for text in texts if "License" in text or "::" not in text)
+    texts = [text[:300] for text in texts if "License" in text or "::" not in text]
+    if not texts:  # the metadata say nothing: the file itself does
+        files = (file for file in installed.files or () if file.name.upper().startswith("LICENSE"))
+        texts = [file.read_text(encoding="utf-8") for file in files]
+    return " ".join(texts)
