@@ -7,9 +7,9 @@ from tests.house.sources import Module
 ROOMS = ("ams", "codes", "ethercat", "iec", "st")
 """Rooms whose matter is given from outside."""
 
-TO_COME = ("st/check", "st/lint", "st/typed", "st/symbolfiles")
-"""The checker, the linter and the typed form rest on the syntax tree, whose modules have their
-sources; symbol files name theirs where they are read."""
+TO_COME = ("st/check", "st/lint", "st/typed", "st/symbolfiles", "st/workspace")
+"""The checker, the linter, the typed form and the workspace rest on the syntax tree, whose modules
+have their sources; symbol files name theirs where they are read."""
 
 OURS = {
     "ams/connection.py": "the state of a stream is our own; frames have their source",
@@ -19,6 +19,8 @@ OURS = {
     "iec/errors.py": "our tree of errors",
     "iec/nearest.py": "what a name may be meant for is our choice",
     "st/declared/block_layouts.py": "how private state lies behind an interface is our choice",
+    "st/lexis/codes.py": "our codes of findings",
+    "st/files/reading.py": "which text of a file counts is our choice",
     "st/lexis/collection.py": "when Python searches for garbage is our choice",
     "st/syntax/cursor.py": "a parser's own tool",
     "st/files/facts.py": "what a project declares, looked up",

@@ -20,3 +20,10 @@ def client(project_folder: Path) -> Iterator[InProcessClient]:
     """A client of its own server."""
     with opened(project_folder) as one:
         yield one
+
+
+@pytest.fixture(scope="session")
+def reader(project_folder: Path) -> Iterator[InProcessClient]:
+    """A client that opens and changes nothing."""
+    with opened(project_folder) as one:
+        yield one

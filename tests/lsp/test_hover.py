@@ -27,8 +27,8 @@ MAIN = "POUs/MAIN.TcPOU"
         (MAIN, "MAIN\nVAR", ["PROGRAM MAIN"]),
     ],
 )
-def test_hover(client: InProcessClient, name: str, code: str, parts: list[str]) -> None:
-    found = client.request(types.TEXT_DOCUMENT_HOVER, client.at(name, code))
+def test_hover(reader: InProcessClient, name: str, code: str, parts: list[str]) -> None:
+    found = reader.request(types.TEXT_DOCUMENT_HOVER, reader.at(name, code))
     for part in parts:
         assert part in found["contents"]["value"]
     start, end = found["range"]["start"], found["range"]["end"]
@@ -36,6 +36,6 @@ def test_hover(client: InProcessClient, name: str, code: str, parts: list[str]) 
     assert code.startswith(line[start["character"] : end["character"]])
 
 
-def test_nothing_is_known_about_words(client: InProcessClient) -> None:
+def test_nothing_is_known_about_words(reader: InProcessClient) -> None:
     for code in ("PROGRAM", "END_CASE", "Version"):
-        assert client.request(types.TEXT_DOCUMENT_HOVER, client.at(MAIN, code)) is None
+        assert reader.request(types.TEXT_DOCUMENT_HOVER, reader.at(MAIN, code)) is None

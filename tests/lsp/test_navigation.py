@@ -25,51 +25,51 @@ MAIN, DRIVE, FAST = "POUs/MAIN.TcPOU", "POUs/FB_Drive.TcPOU", "POUs/FB_Fast.TcPO
     ],
 )
 def test_definitions(
-    client: InProcessClient, name: str, code: str, target: str, declared: str
+    reader: InProcessClient, name: str, code: str, target: str, declared: str
 ) -> None:
-    found = client.request(types.TEXT_DOCUMENT_DEFINITION, client.at(name, code, behind=1))
-    assert found["uri"] == client.uri(target)
+    found = reader.request(types.TEXT_DOCUMENT_DEFINITION, reader.at(name, code, behind=1))
+    assert found["uri"] == reader.uri(target)
     assert found["range"]["start"] == position_of(FILES[target], declared)
 
 
-def test_a_library_is_opened_where_it_is_installed(client: InProcessClient) -> None:
-    found = client.request(types.TEXT_DOCUMENT_DEFINITION, client.at(MAIN, "TON;"))
+def test_a_library_is_opened_where_it_is_installed(reader: InProcessClient) -> None:
+    found = reader.request(types.TEXT_DOCUMENT_DEFINITION, reader.at(MAIN, "TON;"))
     assert found["uri"].endswith("/tc2_standard/timers.st")
 
 
-def test_the_type_of_a_variable(client: InProcessClient) -> None:
-    found = client.request(types.TEXT_DOCUMENT_TYPE_DEFINITION, client.at(DRIVE, "aBuffer"))
-    assert found["uri"] == client.uri("DUTs/ST_Data.TcDUT")
+def test_the_type_of_a_variable(reader: InProcessClient) -> None:
+    found = reader.request(types.TEXT_DOCUMENT_TYPE_DEFINITION, reader.at(DRIVE, "aBuffer"))
+    assert found["uri"] == reader.uri("DUTs/ST_Data.TcDUT")
 
 
-def test_nothing_is_declared_in_tags_and_words(client: InProcessClient) -> None:
+def test_nothing_is_declared_in_tags_and_words(reader: InProcessClient) -> None:
     for code in ("TcPlcObject", "END_VAR", "POU Name"):
-        assert client.request(types.TEXT_DOCUMENT_DEFINITION, client.at(MAIN, code)) is None
+        assert reader.request(types.TEXT_DOCUMENT_DEFINITION, reader.at(MAIN, code)) is None
 
 
-def test_references_are_in_all_files(client: InProcessClient) -> None:
-    params = client.at("GVLs/GVL.TcGVL", "cMost")
-    found = client.request(
+def test_references_are_in_all_files(reader: InProcessClient) -> None:
+    params = reader.at("GVLs/GVL.TcGVL", "cMost")
+    found = reader.request(
         types.TEXT_DOCUMENT_REFERENCES, {**params, "context": {"includeDeclaration": True}}
     )
     files = sorted(one["uri"].rpartition("/")[2] for one in found)
     assert files == ["FB_Fast.TcPOU", "GVL.TcGVL", "MAIN.TcPOU", "ST_Data.TcDUT"]
-    found = client.request(
+    found = reader.request(
         types.TEXT_DOCUMENT_REFERENCES, {**params, "context": {"includeDeclaration": False}}
     )
     assert len(found) == 3
 
 
-def test_highlights_tell_reads_from_writes(client: InProcessClient) -> None:
-    found = client.request(
-        types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT, client.at(DRIVE, "nPosition : DINT")
+def test_highlights_tell_reads_from_writes(reader: InProcessClient) -> None:
+    found = reader.request(
+        types.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT, reader.at(DRIVE, "nPosition : DINT")
     )
     assert sorted(one["kind"] for one in found) == [2, 2, 2, 2, 3, 3]
 
 
-def test_the_outline_of_a_document(client: InProcessClient) -> None:
-    params = {"textDocument": {"uri": client.uri(DRIVE)}}
-    (block,) = client.request(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL, params)
+def test_the_outline_of_a_document(reader: InProcessClient) -> None:
+    params = {"textDocument": {"uri": reader.uri(DRIVE)}}
+    (block,) = reader.request(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL, params)
     assert block["name"] == "FB_Drive"
     assert [one["name"] for one in block["children"]][-3:] == ["Move", "Position", "Halt"]
     for one in block["children"]:
@@ -81,19 +81,19 @@ def test_the_outline_of_a_document(client: InProcessClient) -> None:
     ("query", "expected"),
     [("fbdrv", {"FB_Drive", "fbDrive"}), ("F_Add", {"F_Add"}), ("zzz", set())],
 )
-def test_symbols_of_the_workspace(client: InProcessClient, query: str, expected: set[str]) -> None:
-    found = client.request(types.WORKSPACE_SYMBOL, {"query": query})
+def test_symbols_of_the_workspace(reader: InProcessClient, query: str, expected: set[str]) -> None:
+    found = reader.request(types.WORKSPACE_SYMBOL, {"query": query})
     assert {one["name"] for one in found} == expected
 
 
-def test_calls_in_and_out(client: InProcessClient) -> None:
-    (item,) = client.request(
-        types.TEXT_DOCUMENT_PREPARE_CALL_HIERARCHY, client.at("Functions.st", "F_Add : DINT")
+def test_calls_in_and_out(reader: InProcessClient) -> None:
+    (item,) = reader.request(
+        types.TEXT_DOCUMENT_PREPARE_CALL_HIERARCHY, reader.at("Functions.st", "F_Add : DINT")
     )
-    (call,) = client.request(types.CALL_HIERARCHY_INCOMING_CALLS, {"item": item})
+    (call,) = reader.request(types.CALL_HIERARCHY_INCOMING_CALLS, {"item": item})
     assert call["from"]["name"] == "MAIN"
-    calls = client.request(types.CALL_HIERARCHY_OUTGOING_CALLS, {"item": call["from"]})
+    calls = reader.request(types.CALL_HIERARCHY_OUTGOING_CALLS, {"item": call["from"]})
     assert {"F_Add", "Move", "Position"} <= {one["to"]["name"] for one in calls}
     assert (
-        client.request(types.TEXT_DOCUMENT_PREPARE_CALL_HIERARCHY, client.at(MAIN, "nSum")) is None
+        reader.request(types.TEXT_DOCUMENT_PREPARE_CALL_HIERARCHY, reader.at(MAIN, "nSum")) is None
     )

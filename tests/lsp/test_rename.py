@@ -48,9 +48,9 @@ def _renamed(client: InProcessClient, name: str, code: str, new: str) -> dict[st
     ],
 )
 def test_a_rename_changes_the_name_and_nothing_else(
-    client: InProcessClient, name: str, code: str, old: str, new: str
+    reader: InProcessClient, name: str, code: str, old: str, new: str
 ) -> None:
-    texts = _renamed(client, name, code, new)
+    texts = _renamed(reader, name, code, new)
     assert texts != FILES
     for file, text in texts.items():
         assert text.replace(new, old) == FILES[file]
@@ -90,16 +90,16 @@ def test_a_renamed_project_has_the_same_findings(tmp_path: Path, project_folder:
     ],
 )
 def test_refused_renames(
-    client: InProcessClient, name: str, code: str, new: str, reason: str
+    reader: InProcessClient, name: str, code: str, new: str, reason: str
 ) -> None:
     with pytest.raises(ServerRefused, match=reason) as refusal:
-        client.request(types.TEXT_DOCUMENT_RENAME, {**client.at(name, code), "newName": new})
+        reader.request(types.TEXT_DOCUMENT_RENAME, {**reader.at(name, code), "newName": new})
     assert refusal.value.code == -32803
 
 
-def test_what_can_be_renamed_is_told_before(client: InProcessClient) -> None:
-    found = client.request(types.TEXT_DOCUMENT_PREPARE_RENAME, client.at(MAIN, "nSum : DINT"))
+def test_what_can_be_renamed_is_told_before(reader: InProcessClient) -> None:
+    found = reader.request(types.TEXT_DOCUMENT_PREPARE_RENAME, reader.at(MAIN, "nSum : DINT"))
     assert found["placeholder"] == "nSum"
     with pytest.raises(ServerRefused, match="declared in a library"):
-        client.request(types.TEXT_DOCUMENT_PREPARE_RENAME, client.at(MAIN, "TON;"))
-    assert client.request(types.TEXT_DOCUMENT_PREPARE_RENAME, client.at(MAIN, "END_VAR")) is None
+        reader.request(types.TEXT_DOCUMENT_PREPARE_RENAME, reader.at(MAIN, "TON;"))
+    assert reader.request(types.TEXT_DOCUMENT_PREPARE_RENAME, reader.at(MAIN, "END_VAR")) is None

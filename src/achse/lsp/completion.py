@@ -6,7 +6,7 @@ from achse.lsp.editor import Editor
 from achse.lsp.hover import declaration_text, documentation, signature_text
 from achse.st.lexis.words import KEYWORDS
 from achse.st.workspace.cursor import completions, open_call
-from achse.st.workspace.symbols import Symbol, SymbolKind
+from achse.st.workspace.symbols import DeclaredSymbol, SymbolKind
 
 __all__ = ["complete", "signature_help"]
 
@@ -63,7 +63,9 @@ def _is_behind_dot(text: str, offset: int) -> bool:
     return head.rstrip().endswith(".")
 
 
-def _item(index: int, symbol: Symbol, *, is_input: bool, documented: bool) -> types.CompletionItem:
+def _item(
+    index: int, symbol: DeclaredSymbol, *, is_input: bool, documented: bool
+) -> types.CompletionItem:
     item = types.CompletionItem(symbol.name, kind=_KINDS[symbol.kind], sort_text=f"{index:05}")
     item.detail = f"{symbol.kind.value} in {symbol.container}" if symbol.container else None
     if documented:

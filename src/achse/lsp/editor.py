@@ -14,16 +14,16 @@ from achse.st.check.warm import WarmChecking
 from achse.st.files.reading import file_key
 from achse.st.lexis.source import Source
 from achse.st.workspace import Workspace
-from achse.st.workspace.symbols import Symbol
+from achse.st.workspace.symbols import DeclaredSymbol
 from achse.st.workspace.uses import Use
 
-__all__ = ["CodePlace", "Editor", "uri_of"]
+__all__ = ["CursorPlace", "Editor", "file_of_source", "uri_of"]
 
 _LARGEST = 1 << 24
 """Most characters of a document that is checked."""
 
 
-class CodePlace(NamedTuple):
+class CursorPlace(NamedTuple):
     """A position inside of code."""
 
     workspace: Workspace
@@ -112,7 +112,7 @@ class Editor:
 
     def sources_of(self, uri: str) -> list[tuple[Workspace, WarmChecking, Source]]:
         """Return the sources that a document is in the projects. Raises `JsonRpcInvalidParams`
-        if it is no file."""
+        if it is not a file."""
         self.update()
         file = self.file_of(uri)
         found = []
@@ -122,7 +122,7 @@ class Editor:
                 found.append((workspace, workspace.checking, source))
         return found
 
-    def place_at(self, uri: str, position: types.Position) -> CodePlace | None:
+    def place_at(self, uri: str, position: types.Position) -> CursorPlace | None:
         """Return the code at a position; None outside of code."""
         document = self.document_of(self.file_of(uri))
         if document is None:
@@ -135,10 +135,10 @@ class Editor:
         for workspace, checking, source in self.sources_of(uri):
             offset = source.offset_at(*document.place_of(position))
             if offset is not None:
-                return CodePlace(workspace, checking, source, offset)
+                return CursorPlace(workspace, checking, source, offset)
         return None
 
-    def use_at(self, place: CodePlace) -> Use | None:
+    def use_at(self, place: CursorPlace) -> Use | None:
         """Return the name at a place, also that which ends there."""
         for use in place.workspace.uses_of(place.source):
             if use.at <= place.offset <= use.end:
@@ -165,7 +165,7 @@ class Editor:
             return None
         return types.Location(self.uri_of(file), place)
 
-    def declaration_of(self, symbol: Symbol) -> types.Location | None:
+    def declaration_of(self, symbol: DeclaredSymbol) -> types.Location | None:
         """Return the location of the name of a symbol, or of its code."""
         if symbol.source is None:
             return None

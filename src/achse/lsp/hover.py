@@ -14,7 +14,7 @@ from achse.st.syntax.units import (
     Property,
     TypeDeclaration,
 )
-from achse.st.workspace.symbols import Symbol, SymbolKind
+from achse.st.workspace.symbols import DeclaredSymbol, SymbolKind
 
 __all__ = ["declaration_text", "documentation", "hover", "signature_text"]
 
@@ -33,7 +33,7 @@ def hover(editor: Editor, params: types.HoverParams) -> types.Hover | None:
     )
 
 
-def declaration_text(symbol: Symbol) -> str:
+def declaration_text(symbol: DeclaredSymbol) -> str:
     """Return the declaration of a symbol in Structured Text, without its body."""
     if symbol.declared is not None:
         return _variable(symbol.name, *symbol.declared)
@@ -87,7 +87,7 @@ def signature_text(routine: Signature) -> tuple[str, list[str]]:
     return routine.name, parameters
 
 
-def documentation(symbol: Symbol) -> str:
+def documentation(symbol: DeclaredSymbol) -> str:
     """Return the comment, the attributes and the library of a symbol, as Markdown."""
     note: Note | None = getattr(symbol.node, "note", None)
     if symbol.declared is not None:

@@ -5,12 +5,12 @@ from typing import Any
 
 from lsprotocol import types
 
-from achse.lsp.editor import CodePlace, Editor
+from achse.lsp.editor import CursorPlace, Editor
 from achse.st.check.warm import WarmChecking
 from achse.st.lexis.source import Source
 from achse.st.workspace import Workspace
 from achse.st.workspace.cursor import routine_at
-from achse.st.workspace.symbols import Outline, Symbol, SymbolKind
+from achse.st.workspace.symbols import DeclaredSymbol, Outline, SymbolKind
 from achse.st.workspace.uses import Use, outline_in
 
 __all__ = [
@@ -54,7 +54,7 @@ _CALLED = (
 _MOST_SYMBOLS = 500
 
 
-def _use_at(editor: Editor, params: Any) -> tuple[CodePlace, Use] | None:
+def _use_at(editor: Editor, params: Any) -> tuple[CursorPlace, Use] | None:
     place = editor.place_at(params.text_document.uri, params.position)
     use = None if place is None else editor.use_at(place)
     return None if place is None or use is None else (place, use)
@@ -83,7 +83,7 @@ def type_definition(editor: Editor, params: types.TypeDefinitionParams) -> types
     return editor.location_of(entry.source, entry.at, entry.at + len(entry.name))
 
 
-def uses_of(workspace: Workspace, symbol: Symbol) -> Iterator[tuple[Source, Use]]:
+def uses_of(workspace: Workspace, symbol: DeclaredSymbol) -> Iterator[tuple[Source, Use]]:
     """Return all uses of a symbol in a project and in the user's libraries."""
     name = symbol.name.lower()
     for parsed in workspace.all_sources:
@@ -202,12 +202,12 @@ def workspace_symbols(
     return list(found.values())
 
 
-def _all_symbols(workspace: Workspace, checking: WarmChecking) -> Iterator[Symbol]:
+def _all_symbols(workspace: Workspace, checking: WarmChecking) -> Iterator[DeclaredSymbol]:
     for parsed in workspace.all_sources:
         yield from _flat(outline_in(checking, parsed.source), 2)
 
 
-def _flat(outlines: Iterable[Outline], depth: int) -> Iterator[Symbol]:
+def _flat(outlines: Iterable[Outline], depth: int) -> Iterator[DeclaredSymbol]:
     for outline in outlines:
         yield outline.symbol
         if depth > 1:
@@ -233,7 +233,7 @@ def call_items(
     return None if item is None else [item]
 
 
-def _item(editor: Editor, symbol: Symbol) -> types.CallHierarchyItem | None:
+def _item(editor: Editor, symbol: DeclaredSymbol) -> types.CallHierarchyItem | None:
     location = editor.declaration_of(symbol)
     if location is None:
         return None
@@ -251,7 +251,7 @@ def _item(editor: Editor, symbol: Symbol) -> types.CallHierarchyItem | None:
 
 def _symbol_of_item(
     editor: Editor, item: types.CallHierarchyItem
-) -> tuple[Workspace, WarmChecking, Symbol] | None:
+) -> tuple[Workspace, WarmChecking, DeclaredSymbol] | None:
     for workspace, checking, source in editor.sources_of(item.uri):
         for symbol in _flat(outline_in(checking, source), 2):
             if [symbol.container, symbol.name] == item.data:
@@ -267,7 +267,7 @@ def incoming_calls(
     if found is None:
         return None
     workspace, checking, symbol = found
-    callers: dict[str, tuple[Symbol, list[types.Range]]] = {}
+    callers: dict[str, tuple[DeclaredSymbol, list[types.Range]]] = {}
     for source, use in uses_of(workspace, symbol):
         routine = None if use.is_declaration else routine_at(checking, source, use.at)
         place = editor.range_of(source, use.at, use.end)
@@ -284,7 +284,7 @@ def incoming_calls(
 
 def _symbol_of_routine(
     checking: WarmChecking, source: Source, unit: str, tree: Any
-) -> Symbol | None:
+) -> DeclaredSymbol | None:
     for symbol in _flat(outline_in(checking, source), 2):
         inner = (symbol.node, getattr(symbol.node, "get", None), getattr(symbol.node, "set", None))
         if any(one is tree for one in inner if one is not None):
@@ -302,7 +302,7 @@ def outgoing_calls(
     workspace, checking, symbol = found
     source = symbol.source
     assert source is not None
-    called: dict[Symbol, list[types.Range]] = {}
+    called: dict[DeclaredSymbol, list[types.Range]] = {}
     for use in workspace.uses_of(source):
         if use.symbol.kind not in _CALLED or use.is_declaration or use.symbol == symbol:
             continue

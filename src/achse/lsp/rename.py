@@ -11,14 +11,13 @@ from pathlib import Path
 from lsprotocol import types
 from pygls.exceptions import JsonRpcException
 
-from achse.lsp.editor import CodePlace, Editor
+from achse.lsp.editor import CursorPlace, Editor
 from achse.lsp.navigation import uses_of
 from achse.st.check.builtins import is_builtin
 from achse.st.check.warm import WarmChecking
 from achse.st.lexis.words import KEYWORDS
 from achse.st.syntax.units import Action, FunctionBlock, GlobalList, Interface, Method, Property
-from achse.st.workspace.symbols import Symbol, SymbolKind
-from achse.st.workspace.uses import Use
+from achse.st.workspace.symbols import DeclaredSymbol, SymbolKind
 
 __all__ = ["RenameRefused", "prepare_rename", "rename"]
 
@@ -50,7 +49,7 @@ def prepare_rename(
     return types.PrepareRenamePlaceholder(where, place.source.text[use.at : use.end])
 
 
-def _check_symbol(symbol: Symbol) -> None:
+def _check_symbol(symbol: DeclaredSymbol) -> None:
     source = symbol.source
     if source is None:
         raise RenameRefused(f"'{symbol.name}' is part of the language")
@@ -79,7 +78,7 @@ def rename(editor: Editor, params: types.RenameParams) -> types.WorkspaceEdit | 
         for source, found in uses_of(place.workspace, symbol)
     }
     if new.lower() != use.symbol.name.lower():
-        _check_unused(place, group, new, [found for _, found in uses.values()])
+        _check_unused(place, group, new)
     edits: dict[str, list[types.TextEdit]] = {}
     for source, found in uses.values():
         location = editor.location_of(source, found.at, found.end)
@@ -106,7 +105,7 @@ def _check_name(name: str) -> None:
         raise RenameRefused(f"'{name}' is a word of the language")
 
 
-def _same_contract(place: CodePlace, symbol: Symbol) -> list[Symbol]:
+def _same_contract(place: CursorPlace, symbol: DeclaredSymbol) -> list[DeclaredSymbol]:
     """Return a symbol with those that must have the same name: the methods and properties of
     bases, interfaces and derived blocks."""
     if symbol.kind not in (SymbolKind.METHOD, SymbolKind.PROPERTY) or symbol.entry is None:
@@ -133,7 +132,7 @@ def _same_contract(place: CodePlace, symbol: Symbol) -> list[Symbol]:
     found = []
     for unit in related:
         part = checking.blocks.own_parts(unit)[key]
-        made = Symbol(
+        made = DeclaredSymbol(
             part.name, symbol.kind, unit.source, part, unit.name, None, unit, identity=id(part)
         )
         _check_symbol(made)
@@ -141,7 +140,7 @@ def _same_contract(place: CodePlace, symbol: Symbol) -> list[Symbol]:
     return found
 
 
-def _check_unused(place: CodePlace, group: list[Symbol], new: str, uses: list[Use]) -> None:
+def _check_unused(place: CursorPlace, group: list[DeclaredSymbol], new: str) -> None:
     """Raise `RenameRefused` if the new name is taken where the old one is declared or used."""
     checking, key = place.checking, new.lower()
     scopes = checking.names.scopes
@@ -166,8 +165,8 @@ def _check_unused(place: CodePlace, group: list[Symbol], new: str, uses: list[Us
                 raise RenameRefused(f"'{new}' means something in {parsed.source.path} already")
 
 
-def _may_meet(other: Symbol, group: list[Symbol]) -> bool:
-    """Return True unless both names only ever stand behind a dot of different owners."""
+def _may_meet(other: DeclaredSymbol, group: list[DeclaredSymbol]) -> bool:
+    """Return True unless both names are only used behind a dot, of different owners."""
     apart = (SymbolKind.MEMBER, SymbolKind.ENUM_VALUE)
     return not all(
         symbol.kind in apart and other.kind in apart and symbol.container != other.container
@@ -175,7 +174,7 @@ def _may_meet(other: Symbol, group: list[Symbol]) -> bool:
     )
 
 
-def _is_taken(checking: WarmChecking, symbol: Symbol, key: str) -> bool:
+def _is_taken(checking: WarmChecking, symbol: DeclaredSymbol, key: str) -> bool:
     if symbol.entry is None:
         return False
     scopes = checking.names.scopes
@@ -192,7 +191,7 @@ def _is_taken(checking: WarmChecking, symbol: Symbol, key: str) -> bool:
 
 
 def _names_in_xml(
-    editor: Editor, group: list[Symbol], new: str
+    editor: Editor, group: list[DeclaredSymbol], new: str
 ) -> Iterator[tuple[str, types.TextEdit]]:
     """Edits of the attributes `Name` of units and parts in their XML files."""
     for symbol in group:

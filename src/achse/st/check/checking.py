@@ -88,7 +88,7 @@ class NameUse(NamedTuple):
     body: RoutineBody
     tree: Name | GlobalName | Member | Literal | Argument
     whole: Meaning | Signature | None
-    """What the name is a part of: the operand before a dot, the routine with the parameter."""
+    """Operand before the dot, or routine that has the parameter."""
     meaning: Meaning | None
 
 

@@ -182,7 +182,7 @@ class Routines:
         return made
 
     def made_again(self, known: Signature) -> Signature:
-        """Return the signature of a routine anew, with an empty frame. Raises `Failed`."""
+        """Return the signature of a routine once more, with an empty frame. Raises `Failed`."""
         del self._known[known.key]
         entry, tree = known.entry, known.tree
         match known.kind:

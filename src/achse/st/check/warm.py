@@ -62,7 +62,7 @@ class WarmChecking(Checking):
 
     @contextmanager
     def _inside(self, key: str) -> Iterator[None]:
-        """What is found and needed meanwhile belongs to this node."""
+        """Let findings and needs belong to this node meanwhile."""
         outside = self._key, self._node
         self._key, self._node = key, self.nodes.setdefault(key, CheckNode())
         try:

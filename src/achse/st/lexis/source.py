@@ -12,7 +12,15 @@ from unicodedata import combining, east_asian_width
 from achse.iec.errors import DeclarationError
 from achse.st.lexis.codes import Code
 
-__all__ = ["Diagnostic", "Drawing", "Location", "Origin", "Source", "SourceError", "SourceSegment"]
+__all__ = [
+    "Diagnostic",
+    "Drawing",
+    "FindingOrigin",
+    "Location",
+    "Source",
+    "SourceError",
+    "SourceSegment",
+]
 
 _BREAK = re.compile("\n")
 _WORD = re.compile(
@@ -47,7 +55,7 @@ class Diagnostic:
     end_line: int = 0
     end_column: int = 0
     """End of the place, behind its last character; without one the place has no characters."""
-    origin: "Origin | None" = field(default=None, compare=False, repr=False)
+    origin: "FindingOrigin | None" = field(default=None, compare=False, repr=False)
     """The same place in its source, so that a finding can follow an edit in front of it."""
 
     def __post_init__(self) -> None:
@@ -72,8 +80,8 @@ def _blank(sign: str) -> str:
     return "  " if east_asian_width(sign) in "WF" else " "
 
 
-class Origin(NamedTuple):
-    """What a finding was made of."""
+class FindingOrigin(NamedTuple):
+    """Place and message that a finding was made of."""
 
     source: "Source"
     at: int
@@ -245,7 +253,7 @@ class Source:
         names the place."""
         location = self.locate(offset)
         place = self.place(offset)
-        origin = Origin(self, offset, end, message)
+        origin = FindingOrigin(self, offset, end, message)
         if place:
             return Diagnostic(location, f"{place}: {message}", code, origin=origin)
         line = self.line_at(offset)

@@ -24,7 +24,7 @@ from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.parser import parse_expression
 from achse.st.syntax.units import Program
 from achse.st.workspace.symbols import (
-    Symbol,
+    DeclaredSymbol,
     members_of,
     parameters_of,
     symbol_of_unit,
@@ -86,7 +86,7 @@ def _before(source: Source, offset: int) -> str:
     return _BLANKED.sub(lambda found: " " * len(found[0]), text)
 
 
-def completions(checking: WarmChecking, source: Source, offset: int) -> list[Symbol]:
+def completions(checking: WarmChecking, source: Source, offset: int) -> list[DeclaredSymbol]:
     """Return the symbols that can complete the name at an offset."""
     routine = routine_at(checking, source, offset)
     if routine is None:
@@ -115,7 +115,7 @@ def completions(checking: WarmChecking, source: Source, offset: int) -> list[Sym
         return list(members_of(checking, meaning))
 
 
-def _of_library(checking: WarmChecking, name: str) -> list[Symbol]:
+def _of_library(checking: WarmChecking, name: str) -> list[DeclaredSymbol]:
     """The units of a library that is named before the dot."""
     space = checking.names.scopes.library_named(name)
     entries = checking.names.scopes.entries.values()
@@ -131,7 +131,7 @@ def _meaning(body: Any, text: str) -> Meaning | None:
     return found
 
 
-def _parameters(checking: WarmChecking, call: OpenCall) -> list[Symbol]:
+def _parameters(checking: WarmChecking, call: OpenCall) -> list[DeclaredSymbol]:
     return list(parameters_of(checking, call.signature))
 
 

@@ -41,8 +41,8 @@ from achse.st.syntax.units import (
 )
 
 __all__ = [
+    "DeclaredSymbol",
     "Outline",
-    "Symbol",
     "SymbolKind",
     "members_of",
     "of_enum_value",
@@ -87,7 +87,7 @@ _UNITS = {
 
 
 @dataclass(frozen=True, slots=True)
-class Symbol:
+class DeclaredSymbol:
     """A declared name. `node` is its name, value, part or unit in the syntax tree: one for each
     declaration, whose place follows edits."""
 
@@ -120,11 +120,11 @@ class Symbol:
         return at if at is not None else getattr(self.node, "at", 0)
 
 
-def _symbol(name: str, kind: SymbolKind, source: Source, node: Any, **more: Any) -> Symbol:
-    return Symbol(name, kind, source, node, identity=id(node), **more)
+def _symbol(name: str, kind: SymbolKind, source: Source, node: Any, **more: Any) -> DeclaredSymbol:
+    return DeclaredSymbol(name, kind, source, node, identity=id(node), **more)
 
 
-def symbol_of_unit(entry: DeclaredUnit) -> Symbol:
+def symbol_of_unit(entry: DeclaredUnit) -> DeclaredSymbol:
     """Return the symbol of a unit."""
     tree = entry.tree
     name = entry.name.partition("<")[0].rpartition(".")[2]
@@ -141,7 +141,7 @@ def _kind_of_unit(tree: Any) -> SymbolKind:
 
 def _of_variable(
     key: str, declared: Declared, source: Source, container: str, entry: DeclaredUnit | None
-) -> Symbol | None:
+) -> DeclaredSymbol | None:
     block, declaration = declared
     kind = SymbolKind.CONSTANT if "CONSTANT" in block.qualifiers else SymbolKind.VARIABLE
     if entry is not None and isinstance(entry.tree, TypeDeclaration):
@@ -154,12 +154,12 @@ def _of_variable(
     return None
 
 
-def _of_part(entry: DeclaredUnit, part: Any) -> Symbol:
+def _of_part(entry: DeclaredUnit, part: Any) -> DeclaredSymbol:
     kind = _PARTS[part.__class__]
     return _symbol(part.name, kind, entry.source, part, container=entry.name, entry=entry)
 
 
-def of_enum_value(entry: DeclaredUnit, key: str) -> Symbol | None:
+def of_enum_value(entry: DeclaredUnit, key: str) -> DeclaredSymbol | None:
     """Return the symbol of a value of an enumeration; None if it has no such value."""
     tree = entry.tree
     if isinstance(tree, TypeDeclaration) and isinstance(tree.type, EnumOf):
@@ -179,7 +179,7 @@ def of_enum_value(entry: DeclaredUnit, key: str) -> Symbol | None:
 # meanings ---------------------------------------------------------------------------------------
 
 
-def symbol_of(use: NameUse) -> Symbol | None:
+def symbol_of(use: NameUse) -> DeclaredSymbol | None:
     """Return the symbol that a name in a body means; None if it means nothing that is declared."""
     checking, tree = use.body.checking, use.tree
     if isinstance(tree, Argument):
@@ -195,7 +195,7 @@ def symbol_of(use: NameUse) -> Symbol | None:
     return _of_name(use.body, tree.name.lower(), use.meaning)
 
 
-def _parameter(checking: Checking, signature: Signature, key: str) -> Symbol | None:
+def _parameter(checking: Checking, signature: Signature, key: str) -> DeclaredSymbol | None:
     scopes = checking.names.scopes
     found = scopes.own(key, signature.scope)
     if found is None:
@@ -203,20 +203,22 @@ def _parameter(checking: Checking, signature: Signature, key: str) -> Symbol | N
     return of_scope(checking, key, *found)
 
 
-def of_scope(checking: Checking, key: str, scope: Scope, declared: Declared) -> Symbol | None:
+def of_scope(
+    checking: Checking, key: str, scope: Scope, declared: Declared
+) -> DeclaredSymbol | None:
     """Return the symbol of a variable that a scope declares."""
     entry = checking.names.scopes.entries.get(scope.owner.partition("<")[0].lower())
     return _of_variable(key, declared, scope.source, scope.owner, entry)
 
 
-def _of_routine(signature: Signature) -> Symbol:
+def _of_routine(signature: Signature) -> DeclaredSymbol:
     tree = signature.accessor_of or signature.tree
     if tree.__class__ in _PARTS:
         return _of_part(signature.entry, tree)
     return symbol_of_unit(signature.entry)
 
 
-def _of_meaning(meaning: Meaning | None) -> Symbol | None:
+def _of_meaning(meaning: Meaning | None) -> DeclaredSymbol | None:
     match meaning:
         case Callee(signature):
             return _of_routine(signature)
@@ -225,11 +227,11 @@ def _of_meaning(meaning: Meaning | None) -> Symbol | None:
         case TypeName(entry=entry) | UnitName(entry=entry) if entry is not None:
             return symbol_of_unit(entry)
         case BuiltinName(name):
-            return Symbol(name, SymbolKind.BUILTIN, None, None)
+            return DeclaredSymbol(name, SymbolKind.BUILTIN, None, None)
     return None
 
 
-def _of_name(body: Any, key: str, meaning: Meaning | None) -> Symbol | None:
+def _of_name(body: Any, key: str, meaning: Meaning | None) -> DeclaredSymbol | None:
     if not isinstance(meaning, TypedOperand):
         return _of_meaning(meaning)
     checking: Checking = body.checking
@@ -248,7 +250,7 @@ def _of_name(body: Any, key: str, meaning: Meaning | None) -> Symbol | None:
 
 def _of_member(
     checking: Checking, key: str, whole: Meaning | None, meaning: Meaning | None
-) -> Symbol | None:
+) -> DeclaredSymbol | None:
     if not isinstance(meaning, TypedOperand):
         return _of_meaning(meaning)
     names = checking.names
@@ -271,7 +273,7 @@ def _of_member(
     return None
 
 
-def _of_record(checking: Checking, type: object, key: str) -> Symbol | None:
+def _of_record(checking: Checking, type: object, key: str) -> DeclaredSymbol | None:
     if not isinstance(type, StructType):
         return None
     entry = checking.names.entry_of(type)
@@ -284,7 +286,7 @@ def _of_record(checking: Checking, type: object, key: str) -> Symbol | None:
 # members ----------------------------------------------------------------------------------------
 
 
-def members_of(checking: Checking, whole: Meaning) -> Iterator[Symbol]:
+def members_of(checking: Checking, whole: Meaning) -> Iterator[DeclaredSymbol]:
     """Return what can follow a dot behind a meaning."""
     names = checking.names
     match whole:
@@ -302,7 +304,7 @@ def members_of(checking: Checking, whole: Meaning) -> Iterator[Symbol]:
                 yield from _inside(checking, entry, from_outside=isinstance(whole, UnitName))
 
 
-def parameters_of(checking: Checking, signature: Signature) -> Iterator[Symbol]:
+def parameters_of(checking: Checking, signature: Signature) -> Iterator[DeclaredSymbol]:
     """Return the parameters of a routine in the order of the declaration."""
     for key in signature.by_name:
         found = _parameter(checking, signature, key)
@@ -310,7 +312,7 @@ def parameters_of(checking: Checking, signature: Signature) -> Iterator[Symbol]:
             yield found
 
 
-def visible_in(checking: Checking, signature: Signature) -> Iterator[Symbol]:
+def visible_in(checking: Checking, signature: Signature) -> Iterator[DeclaredSymbol]:
     """Return what a routine can name without a dot: its variables, parts, globals and units."""
     scopes = checking.names.scopes
     scope: Scope | None = signature.scope
@@ -343,7 +345,9 @@ def visible_in(checking: Checking, signature: Signature) -> Iterator[Symbol]:
 _INNER = ("VAR_TEMP", "VAR_EXTERNAL", "VAR_CONFIG", "VAR_GENERIC", "VAR_STAT")
 
 
-def _inside(checking: Checking, entry: DeclaredUnit, *, from_outside: bool) -> Iterator[Symbol]:
+def _inside(
+    checking: Checking, entry: DeclaredUnit, *, from_outside: bool
+) -> Iterator[DeclaredSymbol]:
     tree = entry.tree
     if isinstance(tree, TypeDeclaration) and isinstance(tree.type, EnumOf):
         for value in tree.type.values:
@@ -382,7 +386,7 @@ def _all_parts(checking: Checking, entry: DeclaredUnit) -> list[FoundPart]:
 class Outline:
     """A symbol, and those declared inside of it."""
 
-    symbol: Symbol
+    symbol: DeclaredSymbol
     children: "tuple[Outline, ...]" = ()
 
 

@@ -16,8 +16,8 @@ from achse.st.syntax.tree import Declaration, EnumOf, Expression, NamedType, Not
 from achse.st.syntax.units import Accessor, Method, TypeDeclaration
 from achse.st.values.constants import path_of
 from achse.st.workspace.symbols import (
+    DeclaredSymbol,
     Outline,
-    Symbol,
     of_enum_value,
     of_scope,
     symbol_of,
@@ -34,7 +34,7 @@ class Use:
 
     at: int
     end: int
-    symbol: Symbol
+    symbol: DeclaredSymbol
     is_declaration: bool = False
 
 
@@ -66,7 +66,7 @@ def uses_in(checking: WarmChecking, source: Source) -> list[Use]:
     return sorted(found.values(), key=lambda use: use.at)
 
 
-def _flat(outline: Outline) -> Iterator[Symbol]:
+def _flat(outline: Outline) -> Iterator[DeclaredSymbol]:
     yield outline.symbol
     for child in outline.children:
         yield from _flat(child)
@@ -148,7 +148,7 @@ def _of_path(checking: WarmChecking, source: Source, tree: Any, scope: Scope) ->
     steps.reverse()
     path = [step.name.lower() for step in steps]
     if (own := _value_beside(scope, path[0], checking)) is not None:
-        symbols: list[Symbol | None] = [own]
+        symbols: list[DeclaredSymbol | None] = [own]
     elif (found := scopes.variable(tuple(path), scope)) is not None:
         declarer, rest = found
         known = declarer.variables.get(rest[0])
@@ -170,7 +170,7 @@ def _of_path(checking: WarmChecking, source: Source, tree: Any, scope: Scope) ->
             yield Use(step.at, step.at + len(step.name), symbol)
 
 
-def _value_beside(scope: Scope, key: str, checking: WarmChecking) -> Symbol | None:
+def _value_beside(scope: Scope, key: str, checking: WarmChecking) -> DeclaredSymbol | None:
     """A value of the enumeration that is being declared."""
     entry = checking.names.scopes.entries.get(scope.owner.lower())
     tree = None if entry is None else entry.tree

@@ -2,7 +2,7 @@
 
 An edit of bodies alone checks the changed routines again, on the same declarations. Everything
 else declares and checks all again; files that did not change are not parsed again. What files the
-project has is read anew if one is added or taken away, or if a `.plcproj`, a task or a library
+project has is read again if one is added or taken away, or if a `.plcproj`, a task or a library
 changes.
 """
 
@@ -48,7 +48,7 @@ Given = Callable[[Sequence[TaskDeclaration]], Iterable[type[StaticRecord]]]
 
 
 class Extent(Enum):
-    """How much an edit made the workspace check."""
+    """Parts of a project that an edit makes the workspace check."""
 
     NOTHING = "nothing"
     BODIES = "bodies"
@@ -266,7 +266,7 @@ class Workspace:
     def _edit_bodies(self, key: str, edit: BodyEdit, edited: Parsed) -> bool:
         """Check the routines of an edited file again; False if findings would be wrong.
 
-        Nothing is changed then, but what will be made anew.
+        Nothing is changed then, but what will be made again.
         """
         checking = self.checking
         assert checking is not None
