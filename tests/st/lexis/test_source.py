@@ -92,3 +92,36 @@ def test_an_end_lies_behind_its_begin_and_in_the_text(text: str) -> None:
         first, last = fault.location[1:], (fault.end_line, fault.end_column)
         assert first <= last
         assert fault.end_line == fault.location.line
+
+
+@pytest.mark.parametrize(
+    ("text", "pieces"),
+    [
+        ("ab\ncd\n\nx", ()),
+        ("ab\ncd\nef\ngh", (SourceSegment(0, 10, 5), SourceSegment(6, 20, 3))),
+        ("a\nb\n\nc", (SourceSegment(0, 1, 9), SourceSegment(2, 1, 30), SourceSegment(5, 7, 1))),
+    ],
+)
+def test_places_lead_back_to_their_offsets(text: str, pieces: tuple[SourceSegment, ...]) -> None:
+    source = Source(text, "x", pieces)
+    for offset in range(len(text) + 1):
+        place = source.locate(offset)
+        assert source.offset_at(place.line, place.column) == offset
+
+
+def test_places_outside_of_the_pieces_have_no_offset() -> None:
+    source = Source("ab\ncd\nef", "x", [SourceSegment(0, 10, 5), SourceSegment(6, 20, 3)])
+    assert source.offset_at(10, 4) is None
+    assert source.offset_at(9, 1) is None
+    assert source.offset_at(11, 4) is None
+    assert source.offset_at(10, 99) == 2
+    assert source.offset_at(20, 6) is None
+    assert Source("ab\ncd").offset_at(2, 99) == 5
+
+
+def test_an_edited_source_is_adopted() -> None:
+    source, edited = Source("a\nb", "x"), Source("\n\na\nb", "x")
+    assert source.locate(2).line == 2
+    source.adopt(edited)
+    assert source.locate(4).line == 4
+    assert source.digest == edited.digest
