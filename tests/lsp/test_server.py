@@ -196,6 +196,34 @@ def test_files_that_change_on_disk_are_read_again(tmp_path: Path) -> None:
         assert client.diagnostics(MAIN)
 
 
+def test_a_client_that_can_is_asked_to_watch_files(project_folder: Path) -> None:
+    watching = {"workspace": {"didChangeWatchedFiles": {"dynamicRegistration": True}}}
+    with opened(project_folder, capabilities=watching) as client:
+        (asked,) = (one for one in client.notes if one["method"] == "client/registerCapability")
+        (registered,) = asked["params"]["registrations"]
+        assert registered["method"] == types.WORKSPACE_DID_CHANGE_WATCHED_FILES
+        client.feed({"jsonrpc": "2.0", "id": asked["id"], "result": None})
+        assert client.request(types.WORKSPACE_SYMBOL, {"query": "F_Add"})
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "utf-32"])
+def test_positions_are_in_the_units_that_both_agree_on(project_folder: Path, encoding: str) -> None:
+    capabilities = {"general": {"positionEncodings": [encoding]}}
+    with opened(project_folder, capabilities=capabilities) as client:
+        text = FILES[MAIN].replace("nSum := 0;", "(* ä😀 *) nSum := 0;")
+        client.open(MAIN, text)
+        line = next(one for one in text.split("\n") if "ä😀" in one)
+        codec, width = {"utf-8": ("utf-8", 1), "utf-16": ("utf-16-le", 2)}.get(
+            encoding, ("utf-32-le", 4)
+        )
+        column = len(line[: line.index("nSum")].encode(codec)) // width
+        position = {"line": text.split("\n").index(line), "character": column}
+        params = {"textDocument": {"uri": client.uri(MAIN)}, "position": position}
+        found = client.request(types.TEXT_DOCUMENT_HOVER, params)
+        assert "nSum : DINT" in found["contents"]["value"]
+        assert found["range"]["start"] == position
+
+
 def test_nothing_is_written(tmp_path: Path) -> None:
     folder = write_project(tmp_path)
     before = {file: file.read_bytes() for file in folder.rglob("*") if file.is_file()}

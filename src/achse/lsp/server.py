@@ -42,6 +42,11 @@ __all__ = ["LspServer", "new_server"]
 _PAUSE_S = 0.03
 """Time without a change after which findings are sent."""
 
+_WATCHED = (
+    "**/*.{st,TcPOU,TcGVL,TcDUT,TcIO,TcTLEO,TcTTO}",
+    "**/*.{plcproj,tsproj,sln,tmc}",
+)
+
 
 class _Protocol(LanguageServerProtocol):
     """The protocol, with an answer to requests whose parameters are wrong."""
@@ -166,10 +171,31 @@ def _add_lifecycle(server: LspServer) -> None:
 
     @server.feature(types.INITIALIZED)
     def initialized(params: types.InitializedParams) -> None:
+        _watch_files(server)
         server.editor.projects.load()
         gc.collect()
         gc.freeze()  # trees stay: the collector need not walk them at each edit
         server.check_soon()
+
+
+def _watch_files(server: LspServer) -> None:
+    """Have the client report files that change on disk, if it can."""
+    workspace = server.client_capabilities.workspace
+    watching = None if workspace is None else workspace.did_change_watched_files
+    if watching is None or not watching.dynamic_registration:
+        return
+    watchers = [types.FileSystemWatcher(pattern) for pattern in _WATCHED]
+    server.client_register_capability(
+        types.RegistrationParams(
+            [
+                types.Registration(
+                    "achse-files",
+                    types.WORKSPACE_DID_CHANGE_WATCHED_FILES,
+                    types.DidChangeWatchedFilesRegistrationOptions(watchers),
+                )
+            ]
+        )
+    )
 
 
 def _texts(options: Any, key: str) -> list[str]:
