@@ -1,5 +1,6 @@
 """The type that two integers meet at, and types whose bytes mean the same."""
 
+from enum import IntEnum
 from typing import Any
 
 import pytest
@@ -23,6 +24,7 @@ from achse.iec.elementary import (
     USINT,
     IntegerType,
 )
+from achse.iec.enums import EnumType
 from achse.iec.strings import StringType, WStringType
 from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import IecType
@@ -99,3 +101,17 @@ def test_bytes_in_memory_are_constants() -> None:
     ]
     for type, image, value in rows:
         assert known_from(image, type).value == value
+
+
+def test_a_type_of_a_library_by_its_source_and_by_a_symbol_file() -> None:
+    def made(space: str, second: str = "b", values: int = 2) -> StructType[Any]:
+        members = IntEnum("E_Mode", [f"V{number}" for number in range(values)])  # type: ignore[misc]
+        mode: EnumType[Any] = EnumType(members, name=f"{space}E_Mode")
+        return StructType(f"{space}ST_A", [Variable(INT, name="a"), Variable(mode, name=second)])
+
+    source, symbols = made(""), made("Lib.")
+    assert same_shape(source, symbols)
+    assert same_shape(symbols, source)
+    assert not same_shape(source, made("Lib.", "c"))
+    assert not same_shape(source, made("Lib.", values=3))
+    assert not same_shape(source, StructType("Lib.ST_B", []))

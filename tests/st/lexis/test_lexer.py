@@ -99,6 +99,14 @@ def test_a_part_of_a_text() -> None:
     assert (tokens.words, tokens.starts) == (["bc", ""], [1, 3])
 
 
+def test_a_pragma_ends_at_the_next_brace() -> None:
+    """As symbol files show of a source with `{attribute 'a'` and the brace in the next line."""
+    text = "{attribute 'qualified only'\n{attribute 'strict'}\n{attribute 'b'} TYPE"
+    found = scan(text)
+    assert list(found.faults) == []
+    assert found.words[0] == "TYPE"
+
+
 @pytest.mark.parametrize(
     ("text", "at", "message"),
     [

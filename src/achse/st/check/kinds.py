@@ -23,6 +23,7 @@ from achse.iec.elementary import (
     IntegerType,
     RealType,
 )
+from achse.iec.enums import EnumType
 from achse.iec.strings import StringType
 from achse.iec.structs import StructType
 from achse.iec.times import LTIME, TIME, TimeType
@@ -148,12 +149,31 @@ def same_shape(left: IecType[Any], right: IecType[Any]) -> bool:
     if isinstance(left, ArrayType) and isinstance(right, ArrayType):
         return left.count == right.count and same_shape(left.element, right.element)
     if isinstance(left, StructType) and isinstance(right, StructType):
-        return left.guid == right.guid or extends(left, right)
+        return left.guid == right.guid or extends(left, right) or _declared_twice(left, right)
     if isinstance(left, PointerType) and isinstance(right, PointerType):
         return left.size == right.size
     if isinstance(left, IntegerType) and isinstance(right, IntegerType):
         return left.name == right.name
-    return left.guid == right.guid
+    return left.guid == right.guid or _declared_twice(left, right)
+
+
+def _declared_twice(left: IecType[Any], right: IecType[Any]) -> bool:
+    """Return True if both are one type of a library, by its source and by a symbol file: there
+    its name has a name space."""
+    names = [type.name.lower().rpartition(".")[2] for type in (left, right)]
+    if names[0] != names[1] or left.size != right.size:
+        return False
+    if isinstance(left, EnumType) and isinstance(right, EnumType):
+        return left.numbers == right.numbers
+    if isinstance(left, StructType) and isinstance(right, StructType):
+        if left.kind is not right.kind or len(left.members) != len(right.members):
+            return False
+        return all(
+            (one.name.lower(), one.offset) == (other.name.lower(), other.offset)
+            and same_shape(one.type, other.type)
+            for one, other in zip(left.members, right.members, strict=True)
+        )
+    return False
 
 
 def extends(derived: StructType[Any], base: StructType[Any]) -> bool:

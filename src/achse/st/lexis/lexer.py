@@ -75,7 +75,7 @@ _TOKEN = re.compile(
     | '(?:[^'$\n]++|\$[^\n])*'?
     | "(?:[^"$\n]++|\$[^\n])*"?
     | \{ (?: [^{}'"]++ | '(?:[^'$]++|\$.)*' | "(?:[^"$]++|\$.)*" )* \}
-    | \{[^{}]*+\}
+    | \{[^}]*+\}
     | %[^\W\d]++ (?: \* | \d++ (?:\.\d++)* )
     | .
     """.replace("WORDS", _BEHIND_NUMBERS),
@@ -89,7 +89,7 @@ _DEFINING = re.compile(r"\{\s*(?:UN)?DEFINE\b", re.IGNORECASE)
 _ADDRESS = re.compile(r"%[IQM](?:\*|[XBWDL]?[0-9]+(?:\.[0-9]+)*)", re.IGNORECASE)
 _PARTIAL = re.compile(r"%[XBWDL][0-9]{1,3}", re.IGNORECASE)
 _OUTSIDE = re.compile(
-    r"""'(?:[^'$\n]++|\$.)*'|"(?:[^"$\n]++|\$.)*"|//[^\n]*+|\{[^{}]*+\}|\(\*|/\*""", re.DOTALL
+    r"""'(?:[^'$\n]++|\$.)*'|"(?:[^"$\n]++|\$.)*"|//[^\n]*+|\{[^}]*+\}|\(\*|/\*""", re.DOTALL
 )
 _DELIMITER = re.compile(r"\(\*|\*\)|/\*|\*/")
 _CLOSING = {"(*": "*)", "/*": "*/"}
