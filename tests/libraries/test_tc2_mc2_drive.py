@@ -235,3 +235,17 @@ END_PROGRAM"""
     assert main["class"]["wClassXDiag"] == 5
     assert (main["read"]["bError"], main["read"]["iSercosErrId"]) == (True, 0x1001)
     assert (main["reset"]["bError"], drive.looks) == (False, 4)
+
+
+def test_power_of_a_stepper_motor(tmp_path: Path) -> None:
+    text = """PROGRAM MAIN VAR X : AXIS_REF; power : MC_PowerStepper; bOn : BOOL; END_VAR
+power(Axis := X, Enable := bOn, Enable_Positive := bOn, Enable_Negative := bOn);
+END_PROGRAM"""
+    (tmp_path / "a.st").write_text(text, encoding="utf-8")
+    station = Station(parse({"plc": [{"sources": "a.st"}], **ALONE}, "a.toml"), base=tmp_path)
+    main: Any = station.plcs[851].instance("MAIN")
+    for on in (False, True, False):
+        main["bOn"] = on
+        station.advance(0.5)
+        assert main["power"]["Status"] is on
+    assert (main["power"]["Stalled"], main["power"]["Error"]) == (False, False)
