@@ -47,6 +47,21 @@ elsewhere(
     "tests/station/building/test_modbus.py::test_nobody_is_there_without_it",
 )
 elsewhere(
+    "The native code of units that `[[fmu]]` names has these rights too, and runs in processes of"
+    " its own: one that crashes, ends or hangs takes no station with it.",
+    "tests/station/plants/test_process.py::test_failures_have_their_reason",
+    "tests/station/plants/test_process.py::test_unit_that_hangs_is_ended",
+    "tests/station/plants/test_axis_port.py::test_failed_unit_is_an_error_of_its_axis",
+)
+elsewhere(
+    "Archives of units with names that lead out, links, document types or too many bytes are"
+    " refused before any of it runs.",
+    "tests/station/plants/test_archive.py::test_names_that_lead_out_are_refused",
+    "tests/station/plants/test_archive.py::test_links_and_devices_are_refused",
+    "tests/station/plants/test_archive.py::test_size_is_bounded",
+    "tests/station/plants/test_description.py::test_document_types_are_refused",
+)
+elsewhere(
     "A PLC program reaches the memory of its own PLC, and a pointer elsewhere is an error.",
     "tests/plc/code/test_storages.py::test_a_wild_pointer_is_an_access_violation",
     "tests/plc/routines/test_builtins.py"
