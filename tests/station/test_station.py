@@ -4,6 +4,7 @@ import math
 import struct
 from itertools import pairwise
 from math import sqrt
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
@@ -13,6 +14,8 @@ from achse.station import Station
 from achse.station.clocks.cycle import CyclicPhase, PhasePlace
 from achse.station.configuration.station_file import parse
 from achse.station.station import DEFAULT_EPOCH_NS
+from achse.swarm.disk import MemoryDisk
+from achse.transport.tcp.listener import TcpListener
 
 CYCLE = 0.002
 ACCELERATION, JERK = 1500.0, 2250.0
@@ -359,3 +362,27 @@ def test_an_axis_with_persistent_data_knows_its_position_after_a_restart(
     remembered, forgotten = station.nc
     assert remembered.actual_position == pytest.approx(30.0, abs=1e-3)
     assert (remembered.homed, forgotten.homed, forgotten.actual_position) == (1, 0, 0.0)
+
+
+def test_admitted_listener_is_one_of_the_station_and_its_faults() -> None:
+    station = Station.demo()
+    listener = TcpListener(station.router)
+    station.faults.add("refuse_links")
+    station.admit(listener)
+    assert list(station.listeners) == [listener]
+    assert not listener.accepting
+    station.faults.clear()
+    assert listener.accepting
+
+
+def test_persistent_data_are_on_the_disk_that_was_given(tmp_path: Path) -> None:
+    disk = MemoryDisk()
+    document = {
+        "system": {"persistent_data": "kept.json"},
+        "axis": [{"id": 1, "name": "X", "persistent_data_enable": 1}],
+    }
+    station = Station(parse(document, "test"), base=tmp_path, disk=disk)
+    station.advance(0.1)
+    assert station.save()
+    assert list(disk.files) == [tmp_path / "kept.json"]
+    assert not list(tmp_path.iterdir())

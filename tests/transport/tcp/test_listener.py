@@ -469,8 +469,7 @@ async def test_a_peer_that_vanished_is_looked_for() -> None:
 async def test_answers_to_one_burst_do_not_gather_beyond_the_backlog() -> None:
     """Requests of 38 bytes each ask for a megabyte: 6800 of them fit into one read."""
     station = Station(max_backlog=8 * 1024 * 1024)
-    station.loop = asyncio.get_running_loop()
-    station._server = await station.loop.create_server(asyncio.Protocol, "127.0.0.1", 0)
+    station.begin(asyncio.get_running_loop())
     station.device.size = 1024 * 1024
     transport = _Deaf()
     connection = TcpConnection(Far(station))
@@ -597,3 +596,20 @@ async def test_a_listener_can_open_again_and_close_twice() -> None:
             await peer.ask(request())
         await station.close()
         await station.close()
+
+
+async def test_lines_without_sockets_are_let_in_from_begin_until_close() -> None:
+    station = Station()
+
+    def dial() -> Far:
+        far = Far(station)
+        far.begin(_Deaf(), "127.0.0.1", 1)
+        return far
+
+    assert not dial().connected
+    station.begin(asyncio.get_running_loop())
+    far = dial()
+    assert far.connected
+    assert far in station.connections
+    await station.close()
+    assert not dial().connected
