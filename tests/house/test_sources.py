@@ -26,7 +26,6 @@ OURS = {
     "st/files/facts.py": "what a project declares, looked up",
     "st/declared/given.py": "puts together what others declare",
     "st/explanations/explanation.py": "how findings are explained is our choice",
-    "st/lexis/codes.py": "our codes of findings",
     "st/graphical/body.py": "when a drawn body is read is our choice",
     "st/graphical/lowering.py": "calls the lowering of each language",
     "st/graphical/writer.py": "what lowerings write to",

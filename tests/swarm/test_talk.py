@@ -8,7 +8,7 @@ import pytest
 from achse.ams import AmsAddress, Command, Frame, NetId
 from achse.ams.notification import encode_stream
 from achse.swarm.talk import ConnectionLedger as Page
-from achse.swarm.talk import Request, Subscription
+from achse.swarm.talk import SentRequest, Subscription
 
 PLC = AmsAddress.of(NetId("1.2.3.4.1.1"), 851)
 CLIENT = AmsAddress.of(NetId("5.6.7.8.1.1"), 40_000)
@@ -55,12 +55,12 @@ def sample(handle: int, moment: int, data: bytes = b"\1\0\0\0") -> Frame:
 
 def test_each_answer_belongs_to_a_request(page: Page, reported: list[str]) -> None:
     codes: list[int] = []
-    page.pending[1] = Request(Command.READ, 0, "read", done=lambda code, _: codes.append(code))
+    page.pending[1] = SentRequest(Command.READ, 0, "read", done=lambda code, _: codes.append(code))
     page.take(answer(1))
     assert (codes, reported, page.answers) == ([0], [], 1)
     page.take(answer(1))
     page.take(answer(2))
-    page.pending[3] = Request(Command.WRITE, 0, "write")
+    page.pending[3] = SentRequest(Command.WRITE, 0, "write")
     page.take(answer(3))
     assert reported == ["answered-once"] * 3
 
@@ -68,8 +68,8 @@ def test_each_answer_belongs_to_a_request(page: Page, reported: list[str]) -> No
 def test_request_without_an_answer_is_reported_at_the_end(
     page: Page, calm: Calm, reported: list[str]
 ) -> None:
-    page.pending[1] = Request(Command.READ, 5, "read")
-    page.pending[2] = Request(Command.READ, 5, "a lie", optional=True)
+    page.pending[1] = SentRequest(Command.READ, 5, "read")
+    page.pending[2] = SentRequest(Command.READ, 5, "a lie", optional=True)
     page.finish()
     assert reported == ["answered-once"]
     calm.until = 6

@@ -23,7 +23,7 @@ from achse.client.nc.services import NcLayout, services
 from achse.codes.groups import ReservedGroup
 from achse.codes.nc.table import named_rows
 from achse.swarm.road import Road
-from achse.swarm.talk import ConnectionLedger, Request, Subscription
+from achse.swarm.talk import ConnectionLedger, SentRequest, Subscription
 from achse.swarm.worlds.world import DrawnClient
 
 __all__ = ["CLIENT_ACTS", "NC_PORT", "PLC_PORT", "Client", "Dialling", "encode_service"]
@@ -315,7 +315,7 @@ class Client:
             return
         self._invoke += 1
         now = self._station.now_ns()
-        self._page.pending[self._invoke] = Request(command, now, what, optional, done)
+        self._page.pending[self._invoke] = SentRequest(command, now, what, optional, done)
         self.requests += 1
         self._send(Frame(self._target(port), self._address, command, 4, 0, self._invoke, data))
 

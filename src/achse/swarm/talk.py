@@ -12,7 +12,7 @@ from typing import Protocol
 from achse.ams import Command, DecodeError, Frame
 from achse.ams.notification import NotificationStream
 
-__all__ = ["ConnectionLedger", "Disturbances", "Place", "Request", "Subscription"]
+__all__ = ["ConnectionLedger", "Disturbances", "Place", "SentRequest", "Subscription"]
 
 Report = Callable[[str, str], None]
 
@@ -31,7 +31,7 @@ class Disturbances(Protocol):
 
 
 @dataclass
-class Request:
+class SentRequest:
     """A request under way."""
 
     command: int
@@ -70,7 +70,7 @@ class ConnectionLedger:
     """Converts the stamp of a sample into the time of the world, ns."""
     report: Report
     disturbances: Disturbances
-    pending: dict[int, Request] = field(default_factory=dict)
+    pending: dict[int, SentRequest] = field(default_factory=dict)
     subscriptions: dict[Place, Subscription] = field(default_factory=dict)
     _answered: dict[int, int] = field(default_factory=dict)
     _deleted: dict[Place, int] = field(default_factory=dict)

@@ -1,5 +1,6 @@
 """Peers in virtual time, on wires that tests drain: what is kept for them is within limits."""
 
+import asyncio
 import heapq
 from collections.abc import Callable
 from typing import Any
@@ -472,3 +473,20 @@ def test_answers_in_the_name_of_a_target_come_from_the_target_alone(
     loop.run()
     assert (client_wire.came > before) is (by == "target")
     assert (station.router.lost_frames > lost) is (by != "target")
+
+
+async def test_lines_without_sockets_are_let_in_from_begin_until_close() -> None:
+    owner = TcpListener(Router(OURS))
+
+    def dial() -> Peer:
+        peer = Peer(owner)
+        peer.begin(Wire(Loop()), "127.0.0.1", 1)
+        return peer
+
+    assert not dial().connected
+    owner.begin(asyncio.get_running_loop())
+    peer = dial()
+    assert peer.connected
+    assert peer in owner.connections
+    await owner.close()
+    assert not dial().connected

@@ -596,20 +596,3 @@ async def test_a_listener_can_open_again_and_close_twice() -> None:
             await peer.ask(request())
         await station.close()
         await station.close()
-
-
-async def test_lines_without_sockets_are_let_in_from_begin_until_close() -> None:
-    station = Station()
-
-    def dial() -> Far:
-        far = Far(station)
-        far.begin(_Deaf(), "127.0.0.1", 1)
-        return far
-
-    assert not dial().connected
-    station.begin(asyncio.get_running_loop())
-    far = dial()
-    assert far.connected
-    assert far in station.connections
-    await station.close()
-    assert not dial().connected

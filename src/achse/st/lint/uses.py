@@ -49,7 +49,7 @@ __all__ = [
     "TrackedUnit",
     "TrackedVariable",
     "TrackedVariables",
-    "Use",
+    "UseKind",
     "tracked_units",
     "uses_of",
     "with_chains",
@@ -61,7 +61,7 @@ _PATHS = (Name, Member, Index, Dereference, PartOf)
 Owner: TypeAlias = Function | FunctionBlock | Program | GlobalList | Method | Accessor
 
 
-class Use(IntFlag):
+class UseKind(IntFlag):
     """Way in which a name is used."""
 
     NONE = 0
@@ -79,7 +79,7 @@ class TrackedVariable:
     declaration: Declaration
     owner: Owner
     entry: DeclaredUnit
-    use: Use = Use.NONE
+    use: UseKind = UseKind.NONE
 
     @property
     def source(self) -> Source:
@@ -153,7 +153,7 @@ class _Walk:
     """Walk through syntax trees."""
 
     def __init__(self) -> None:
-        self.members: dict[str, Use] = defaultdict(lambda: Use.NONE)
+        self.members: dict[str, UseKind] = defaultdict(lambda: UseKind.NONE)
         """Uses of names behind a dot, wherever they are."""
         self._chain: Sequence[Mapping[str, TrackedVariable]] = ()
 
@@ -175,21 +175,21 @@ class _Walk:
         has_abstract_body = "ABSTRACT" in getattr(owner, "modifiers", ())
         if isinstance(body, GraphicalBody):
             for word in set(_WORD.findall(body.text)):
-                self._mark(word, Use.BOTH)
-                self.members[word.lower()] |= Use.BOTH
+                self._mark(word, UseKind.BOTH)
+                self.members[word.lower()] |= UseKind.BOTH
         elif (body is None and not has_abstract_body) or _is_builtin(owner, unit):
             for variable in self._chain[0].values():
-                variable.use = Use.BOTH
+                variable.use = UseKind.BOTH
         elif body:
-            self._visit(body, Use.READ)
+            self._visit(body, UseKind.READ)
 
     def _declaration(self, declaration: Declaration) -> None:
-        self._visit(declaration.type, Use.READ)
-        self._visit(declaration.arguments, Use.BOTH)
-        how = Use.BOTH if declaration.is_reference else Use.READ
+        self._visit(declaration.type, UseKind.READ)
+        self._visit(declaration.arguments, UseKind.BOTH)
+        how = UseKind.BOTH if declaration.is_reference else UseKind.READ
         self._visit(declaration.initial, how)
 
-    def _mark(self, name: str, use: Use) -> None:
+    def _mark(self, name: str, use: UseKind) -> None:
         key = name.lower()
         for variables in self._chain:
             variable = variables.get(key)
@@ -197,8 +197,8 @@ class _Walk:
                 variable.use |= use
                 return
 
-    def _visit(self, root: Any, use: Use) -> None:
-        stack: list[tuple[Any, Use]] = [(root, use)]
+    def _visit(self, root: Any, use: UseKind) -> None:
+        stack: list[tuple[Any, UseKind]] = [(root, use)]
         while stack:
             tree, how = stack.pop()
             kind = tree.__class__
@@ -212,44 +212,44 @@ class _Walk:
             elif kind is PartOf:
                 stack.append((tree.of, how))
             elif kind is Index:
-                stack += [(tree.of, how), *((item, Use.READ) for item in tree.indices)]
+                stack += [(tree.of, how), *((item, UseKind.READ) for item in tree.indices)]
             elif kind is Dereference:
-                stack.append((tree.of, Use.READ))
+                stack.append((tree.of, UseKind.READ))
             elif kind is Assign:
-                bound = Use.BOTH if tree.operator == "REF=" else Use.READ
-                stack += [(tree.target, Use.WRITE), (tree.value, bound)]
+                bound = UseKind.BOTH if tree.operator == "REF=" else UseKind.READ
+                stack += [(tree.target, UseKind.WRITE), (tree.value, bound)]
             elif kind is Call:
                 stack += self._call(tree)
             elif kind is For:
-                stack += [(tree.variable, Use.BOTH), (tree.body, Use.READ)]
-                stack += [(item, Use.READ) for item in (tree.first, tree.last, tree.step)]
+                stack += [(tree.variable, UseKind.BOTH), (tree.body, UseKind.READ)]
+                stack += [(item, UseKind.READ) for item in (tree.first, tree.last, tree.step)]
             elif kind is Try:
-                stack += [(tree.exception, Use.BOTH)]  # it takes a variable, read or not
-                stack += [(item, Use.READ) for item in (tree.body, tree.handler, tree.final)]
+                stack += [(tree.exception, UseKind.BOTH)]  # it takes a variable, read or not
+                stack += [(item, UseKind.READ) for item in (tree.body, tree.handler, tree.final)]
             elif kind is TypeOperand and isinstance(tree.type, NamedType):
-                self._mark(tree.type.name.partition(".")[0], Use.BOTH)
+                self._mark(tree.type.name.partition(".")[0], UseKind.BOTH)
             elif hasattr(tree, "__dataclass_fields__") and kind is not Note:
                 stack += [(getattr(tree, name), how) for name in field_names(kind)]
 
-    def _call(self, tree: Call) -> Iterator[tuple[Any, Use]]:
+    def _call(self, tree: Call) -> Iterator[tuple[Any, UseKind]]:
         """Yield what a call uses: functions of the language read their arguments, others may
         write them."""
         is_pure = isinstance(tree.of, Name) and is_standard(tree.of.name.upper())
         if not is_pure:
-            yield tree.of, Use.BOTH
+            yield tree.of, UseKind.BOTH
         for argument in tree.arguments:
             value: Expression | None = argument.value
             if argument.is_output:
-                yield value, Use.WRITE
+                yield value, UseKind.WRITE
             elif isinstance(value, _PATHS) and not is_pure:
-                yield value, Use.BOTH
+                yield value, UseKind.BOTH
             else:
-                yield value, Use.READ
+                yield value, UseKind.READ
 
 
-def _of_statement(tree: Any, how: Use) -> Use:
+def _of_statement(tree: Any, how: UseKind) -> UseKind:
     """Return the use of an item of a list: a bare path in a list of statements is a call."""
-    return Use.BOTH if isinstance(tree, _PATHS) else how
+    return UseKind.BOTH if isinstance(tree, _PATHS) else how
 
 
 def _is_builtin(owner: Owner | Action, unit: TrackedUnit) -> bool:

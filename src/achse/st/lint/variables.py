@@ -6,7 +6,14 @@ from achse.st.declared.scopes import Scopes, with_bases
 from achse.st.lexis.codes import Code
 from achse.st.lint.declared_types import DeclaredTypes
 from achse.st.lint.report import LintReport
-from achse.st.lint.uses import Owner, TrackedUnit, TrackedVariable, TrackedVariables, Use, uses_of
+from achse.st.lint.uses import (
+    Owner,
+    TrackedUnit,
+    TrackedVariable,
+    TrackedVariables,
+    UseKind,
+    uses_of,
+)
 from achse.st.syntax.tree import ReferenceTo
 from achse.st.syntax.units import (
     Accessor,
@@ -82,7 +89,11 @@ def _check_use(
     """Check the uses of a variable; a parameter is free if it may be left out."""
     declaration, block = variable.declaration, variable.block
     name, section = variable.name, block.section
-    if variable.use is Use.BOTH or declaration.address is not None or declaration.note.attributes:
+    if (
+        variable.use is UseKind.BOTH
+        or declaration.address is not None
+        or declaration.note.attributes
+    ):
         return
     if types.may_be_block(declaration, variable.entry.space):
         return  # FB_init may be all that is wanted
@@ -98,10 +109,10 @@ def _check_use(
         return  # clients read and write variables of programs
     if "CONSTANT" in block.qualifiers or not _KEPT.isdisjoint(block.qualifiers):
         return
-    if variable.use is Use.READ and declaration.initial is None:
+    if variable.use is UseKind.READ and declaration.initial is None:
         message = f"'{name.name}' is read, but nothing writes it"
         report.add(Code.NEVER_WRITTEN, variable.source, name.at, message)
-    elif variable.use is Use.WRITE:
+    elif variable.use is UseKind.WRITE:
         message = f"'{name.name}' is written, but nothing reads it"
         report.add(Code.NEVER_READ, variable.source, name.at, message)
 
