@@ -14,7 +14,8 @@ from tests.router.test_forwarding import Chain
 def restoring(clients: int = 2, *, source_nat: bool = True) -> tuple[Chain, list[Client]]:
     chain = Chain(1, source_nat=source_nat)
     [uplink] = chain.hosts[0].uplinks
-    uplink.memory = LinkMemory()
+    memory = uplink.memory = LinkMemory()
+    chain.hosts[0].router.on_way_closed(memory.forget, memory.uses)
     return chain, [chain.client() for _ in range(clients)]
 
 
@@ -67,7 +68,13 @@ def test_client_that_left_meanwhile_is_forgotten() -> None:
     for peer in list(chain.target.peers):
         line_of(peer).abort()
     chain.loop.run(1.0)
+    router, peers = chain.hosts[0].router, chain.hosts[0].peers
+    assert [router.is_used(peer) for peer in peers] == [True, True]
     client.wire.close()
+    chain.loop.run()
+    [uplink] = chain.hosts[0].uplinks
+    assert uplink.memory is not None
+    assert len(uplink.memory.sessions) == 1
     chain.reachable = True
     chain.loop.run(20.0)
     assert other.read(handle) is not None

@@ -8,7 +8,7 @@ variable now.
 from collections.abc import Callable
 from functools import partial
 
-from achse.ams import Command, Frame
+from achse.ams import Command, Endpoint, Frame
 from achse.ams.commands import RESULT, RESULT_LENGTH, ReadRequest, ReadWriteRequest
 from achse.codes import ReservedGroup
 from achse.router.forwarded_client import ForwardedClient
@@ -41,6 +41,14 @@ class LinkMemory:
     def wanted(self) -> bool:
         """True while one of these clients is there."""
         return any(getattr(each.client, "connected", True) for each in self.sessions)
+
+    def uses(self, client: Endpoint) -> bool:
+        """True if resources of a client are to be made again."""
+        return any(each.client is client for each in self.sessions)
+
+    def forget(self, client: Endpoint) -> None:
+        """A client has gone."""
+        self.sessions = [each for each in self.sessions if each.client is not client]
 
     def keep(self, session: ForwardedClient) -> bool:
         """Remember a client of a lost connection; False if what it held cannot be made again."""

@@ -89,7 +89,10 @@ class Uplink:
         """Connections that came up so far."""
         self.losses = 0
         """Of these, those that were lost."""
-        self.memory = LinkMemory() if route.resubscribe else None
+        self.memory: LinkMemory | None = None
+        if route.resubscribe:
+            self.memory = LinkMemory()
+            router.on_way_closed(self.memory.forget, self.memory.uses)
         self.trouble = ""
         """Reason for having no connection; empty before the first attempt and while connected."""
         self.denied = False
@@ -253,6 +256,7 @@ class Uplink:
         self._closed = True
         memory, self.memory = self.memory, None
         if memory is not None:
+            self.router.ignore_way_closed(memory.forget)
             for session in memory.sessions:
                 for hint in session.end_hints():
                     self.router.deliver(hint)
