@@ -19,8 +19,10 @@ from achse.cli.interrupts import (
     ending_signals,
     leave_at_once,
     run,
+    serve,
 )
 from achse.scope import ScopeData
+from achse.station.configuration.types import ConfigError
 from achse.testing import LiveStation
 from tests.warm_commands import PIPES, WarmCommands
 
@@ -253,3 +255,28 @@ def test_under_nohup_a_program_stays() -> None:
         assert ending_signals() == [signal.SIGINT, signal.SIGTERM]
     finally:
         signal.signal(signal.SIGHUP, before)
+
+
+@pytest.mark.parametrize(
+    ("failure", "told"),
+    [
+        (None, ""),
+        (ConfigError("router.host: expected an address"), "router.host: expected"),
+        (OSError(98, "Address already in use"), "Address already in use"),
+        (UnicodeError("label too long"), "this is not a host name"),
+    ],
+)
+def test_server_ends_by_a_signal_or_says_why_it_cannot_start(
+    failure: Exception | None, told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    async def until(stopped: asyncio.Event) -> None:
+        if failure is not None:
+            raise failure
+        signal.raise_signal(signal.SIGTERM)
+        await stopped.wait()
+
+    before = signal.getsignal(signal.SIGTERM)
+    code = asyncio.run(serve(until, lambda why: f"cannot listen: {why}"))
+    assert code == (failure is not None)
+    assert told in capsys.readouterr().err
+    assert signal.getsignal(signal.SIGTERM) is before
