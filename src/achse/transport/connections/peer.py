@@ -26,6 +26,7 @@ from achse.router.forwarding import Forwarding
 from achse.router.restoring import LinkMemory
 from achse.router.rights import ALL_RIGHTS, Right
 from achse.router.routes import Admission, Route
+from achse.transport.connections.circles import CircleWarning
 from achse.transport.connections.known_frames import KnownFrames
 from achse.transport.connections.line import Line, PeerOwner, Timer, Turns
 from achse.transport.connections.outbox import Outbox
@@ -38,8 +39,6 @@ __all__ = ["Line", "Peer", "PeerOwner", "Timer", "Turns"]
 
 log = logging.getLogger("achse.tcp")
 
-_AGAIN_NS = 10_000_000_000
-"""Circles of routes are told again after this time."""
 
 _CONGESTED = 1024 * 1024
 """Bytes waiting for a peer at which devices keep notifications back."""
@@ -94,7 +93,7 @@ class Peer:
         self._repeated = RepeatedReads(owner.router)
         self._known: KnownFrames | None = None
         """Frames that are not decoded, from the first forwarded request on."""
-        self._circles_told = -_AGAIN_NS
+        self._circles = CircleWarning()
         self._out = Outbox()
         self._counted = 0
         """Bytes that `owner.held` counts for this peer."""
@@ -382,7 +381,7 @@ class Peer:
             self._may_know(client)
             return outcome
         if outcome is ReturnCode.TARGET_MACHINE_NOT_FOUND:
-            self._warn_of_circle(frame)
+            self._circles.tell(frame, self.peer, now)
         if not frame.flags & _NO_RESPONSE:
             router.deliver(frame.reply(error=outcome.number))
         return None
@@ -411,16 +410,6 @@ class Peer:
     def limited(self) -> bool:
         """True if a sender of this connection may not everything."""
         return bool(self._rights)
-
-    def _warn_of_circle(self, request: Frame) -> None:
-        now = int(self.owner.loop.time() * 1e9)
-        if now >= self._circles_told + _AGAIN_NS:
-            self._circles_told = now
-            log.warning(
-                "requests of %s to %s go in circles by way of %s: look at the routes",
-                *(AmsAddress(request.source), AmsAddress(request.target), self.peer),
-                extra=request.sender,
-            )
 
     def _send_own(self, frame: Frame) -> None:
         """Send a request of the router itself."""
