@@ -1,5 +1,6 @@
 """The road: bytes arrive in order after their delay, wherever they are cut."""
 
+import asyncio
 import random
 
 import pytest
@@ -83,3 +84,14 @@ def test_client_that_does_not_read_leaves_bytes_on_the_road() -> None:
     road.read(True)
     assert len(far.frames) == 1
     assert road.get_write_buffer_size() == 0
+
+
+def test_lines_without_sockets_are_let_in_from_begin_until_close() -> None:
+    station, far = Station.demo(), Far()
+    turns, listener = StationTurns(station), TcpListener(station.router)
+    part = DrawnClient("watch", 0, 0, False)
+    assert not Road(listener, turns, part, far, 1, lambda: None).peer.connected
+    listener.begin(turns)
+    assert Road(listener, turns, part, far, 2, lambda: None).peer.connected
+    asyncio.run(listener.close())
+    assert not Road(listener, turns, part, far, 3, lambda: None).peer.connected

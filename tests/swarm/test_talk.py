@@ -118,3 +118,16 @@ def test_samples_under_way_after_a_deletion_are_no_fault(page: Page, reported: l
     page.take(sample(8, 3 * CYCLE))
     assert reported == []
     assert not page.subscriptions
+
+
+def test_what_waited_for_a_deaf_client_is_excused_by_faults_of_that_time(
+    page: Page, calm: Calm, reported: list[str]
+) -> None:
+    page.subscriptions[851, 7] = Subscription(CYCLE, 0, 0)
+    calm.until = 500
+    page.excuse_unread(600)
+    page.take(answer(9))
+    assert reported == ["answered-once"]
+    page.excuse_unread(400)
+    page.take(answer(10))
+    assert reported == ["answered-once"]

@@ -76,6 +76,8 @@ class Client:
         self.digest_parts: list[bytes] = []
         """Bytes that came, since they were taken for the digest."""
         self.requests = 0
+        self._deaf_ns = 0
+        """Time since which it has not read."""
 
     # of its road ----------------------------------------------------------------------------------
 
@@ -94,7 +96,7 @@ class Client:
                         self._write(self._readdressed(packet))
         except DecodeError as fault:
             page = self._page
-            if page is not None and page.disturbances.frames_ns() < page.clock():
+            if page is not None and page.frames_ns() < page.clock():
                 page.report("no-broken-stream", f"{page.name}: {fault}")
             self.vanish()
 
@@ -155,8 +157,13 @@ class Client:
 
     def listen(self, reads: bool) -> None:
         """Read what comes from now on, or leave it unread."""
-        if self._road is not None:
-            self._road.read(reads)
+        if self._road is None or self._page is None or reads is self._road.reads:
+            return
+        if reads:
+            self._page.excuse_unread(self._deaf_ns)
+        else:
+            self._deaf_ns = self._station.now_ns()
+        self._road.read(reads)
 
     def nc(self, group: int, name: str, axis: int, numbers: Sequence[float]) -> None:
         """Request a service of an axis."""
@@ -231,7 +238,7 @@ class Client:
             if page is None or page is not self._page:
                 return
             if code or len(data) != 4:
-                page.unknown_handles |= page.disturbances.frames_ns() >= 0
+                page.unknown_handles |= page.frames_ns() >= 0
                 return
             place = port, int.from_bytes(data, "little")
             now = self._station.now_ns()

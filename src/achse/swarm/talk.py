@@ -16,6 +16,9 @@ __all__ = ["ConnectionLedger", "Disturbances", "Place", "SentRequest", "Subscrip
 
 Report = Callable[[str, str], None]
 
+_READING_NS = 1_000_000_000
+"""Time in which a client that reads on has read what waited for it."""
+
 _ANSWERED = 256
 """Answered requests of a connection that are kept in mind, to notice a second answer."""
 
@@ -78,6 +81,16 @@ class ConnectionLedger:
     """True if an answer with a handle was cut by a fault: its samples come all the same."""
     answers: int = 0
     samples: int = 0
+    _excused_ns: int = -1
+
+    def frames_ns(self) -> int:
+        """Return the time until which frames of this connection may be lost, late or changed."""
+        return max(self.disturbances.frames_ns(), self._excused_ns)
+
+    def excuse_unread(self, since_ns: int) -> None:
+        """The client reads on: faults since it stopped to read may have hit what waits for it."""
+        if self.disturbances.frames_ns() >= since_ns:
+            self._excused_ns = self.clock() + _READING_NS
 
     def take(self, frame: Frame) -> None:
         """Take a frame that came."""
@@ -90,7 +103,7 @@ class ConnectionLedger:
         request = self.pending.pop(frame.invoke_id, None)
         if request is None:
             sent = self._answered.get(frame.invoke_id)
-            if self.disturbances.frames_ns() < (self.clock() if sent is None else sent):
+            if self.frames_ns() < (self.clock() if sent is None else sent):
                 what = "nobody asked" if sent is None else "has been answered already"
                 self.report("answered-once", f"{self.name}: answer {frame.invoke_id} {what}")
             return
@@ -117,7 +130,7 @@ class ConnectionLedger:
         try:
             stream = NotificationStream.decode(frame.data)
         except DecodeError as fault:
-            if self.disturbances.frames_ns() < self.clock():
+            if self.frames_ns() < self.clock():
                 self.report("samples-in-order", f"{self.name}: {fault}")
             return
         port = int.from_bytes(frame.source[6:8], "little")
@@ -142,7 +155,7 @@ class ConnectionLedger:
         self.samples += 1
         last, subscription.begun_ns = subscription.begun_ns, moment
         subscription.samples += 1
-        if subscription.samples == 1 or self.disturbances.frames_ns() >= last:
+        if subscription.samples == 1 or self.frames_ns() >= last:
             return
         if moment <= last:
             self.report(
@@ -162,7 +175,7 @@ class ConnectionLedger:
 
     def _may_be_unknown(self, moment: int) -> bool:
         """Return True if faults may have kept the handle of a subscription from its client."""
-        frames = self.disturbances.frames_ns()
+        frames = self.frames_ns()
         return (
             self.unknown_handles
             or frames >= moment
@@ -181,7 +194,7 @@ class ConnectionLedger:
 
     def finish(self) -> None:
         """At the end of an open connection: nothing may be under way any more."""
-        frames, now = self.disturbances.frames_ns(), self.clock()
+        frames, now = self.frames_ns(), self.clock()
         for invoke, request in self.pending.items():
             if not request.optional and frames < request.sent_ns:
                 self.report(
