@@ -1,11 +1,13 @@
 """What each fault of frames does, seen by a client inside the process, in virtual time."""
 
 import struct
+from itertools import pairwise
 from typing import Any
 
 import pytest
 
 from achse.ams import Command
+from achse.ams.notification import NotificationStream
 from achse.station import Station
 
 NAME = b"MAIN.nCounter\0"
@@ -90,3 +92,29 @@ def test_notifications_can_be_dropped(station: Station, client_of: Any) -> None:
     station.faults.add("drop", command="notification", count=3)
     station.advance(0.1)
     assert len(plc.samples()) == 7
+
+
+@pytest.mark.parametrize("late_ms", range(2, 24, 2))
+def test_delayed_request_is_done_between_two_cycles(
+    station: Station, sender: Any, late_ms: int
+) -> None:
+    """A sample that the Add asks for and one of the same cycle would have one stamp."""
+    client = sender(station, 501)
+    add = struct.pack("<6I16x", 0x4101, 0x0A, 8, 3, 0, 100_000)
+    client.send(1, Command.ADD_NOTIFICATION, add)
+    station.advance(0.05)
+    client.frames.clear()
+    station.faults.add("delay", by=late_ms / 1000, side="request", count=1)
+    client.send(2, Command.ADD_NOTIFICATION, add)
+    station.advance(0.1)
+    (answer,) = [frame for frame in client.frames if frame.command == Command.ADD_NOTIFICATION]
+    stamps = [
+        stamp.filetime
+        for frame in client.frames
+        if frame.command == Command.NOTIFICATION
+        for stamp in NotificationStream.decode(frame.data).stamps
+        for sample in stamp.samples
+        if sample.handle == int.from_bytes(answer.data[4:8], "little")
+    ]
+    assert len(stamps) > 5
+    assert all(first < second for first, second in pairwise(stamps))

@@ -138,5 +138,5 @@ class Faults:
     # station time ----------------------------------------------------------------------------
 
     def later(self, seconds: float, action: Callable[[], None]) -> None:
-        """Call `action` in so many seconds of station time."""
-        self._station.at(self._station.time_ns + round(seconds * 1e9), action)
+        """Call `action` in so many seconds of station time, between two cycles as frames are."""
+        self._station.after(self._station.time_ns + round(seconds * 1e9), action)

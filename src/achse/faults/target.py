@@ -37,6 +37,10 @@ class FaultyStation(Protocol):
         """Call `action` at a station time."""
         ...
 
+    def after(self, due_ns: int, action: Callable[[], None]) -> None:
+        """Call `action` behind the cycle at a station time."""
+        ...
+
     def forget(self, action: Callable[[], None]) -> None:
         """Do not call this one any more. Unknown is not an error."""
         ...

@@ -32,7 +32,7 @@ from achse.station.building.nc import velocity_warnings
 from achse.station.building.scope import StationScope
 from achse.station.clocks.agenda import Agenda
 from achse.station.clocks.clock import StationClock
-from achse.station.clocks.cycle import Cycle
+from achse.station.clocks.cycle import Cycle, PhasePlace
 from achse.station.clocks.pacing import Pace
 from achse.station.configuration.station_file import ConfigError, StationConfig, load
 from achse.station.persistence.file_port import DISK, FilePort
@@ -92,6 +92,7 @@ class Station:
         self.clock: StationClock = StationClock(self.cycle, epoch_ns)
         """Calling it returns the time stamp of the present cycle, Unix ns."""
         self._agenda = Agenda(self.cycle)
+        self._behind_cycles = Agenda(self.cycle, PhasePlace.UPKEEP, "delayed frames")
         self.router = Router(self.config.router.net_id or net_id_at(self.config.router.host))
         self._base = base or Path()
         RouteFile(self.config, self.router, self._base)
@@ -339,6 +340,10 @@ class Station:
     def at(self, due_ns: int, action: Callable[[], None]) -> None:
         """Call `action` at a station time, before the NC; with the next tick if that is over."""
         self._agenda.add(due_ns, action)
+
+    def after(self, due_ns: int, action: Callable[[], None]) -> None:
+        """Call `action` behind the cycle at a station time, as what clients send is done."""
+        self._behind_cycles.add(due_ns, action)
 
     def forget(self, action: Callable[[], None]) -> None:
         """Do not call an action of `at` any more. Unknown is not an error."""

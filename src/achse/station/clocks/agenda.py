@@ -12,10 +12,12 @@ __all__ = ["Agenda"]
 class Agenda(Phase):
     """Actions, each at its time; faults begin and end so."""
 
-    place, name = PhasePlace.FAULTS, "faults"
     due_ns = math.inf
 
-    def __init__(self, cycle: Cycle) -> None:
+    def __init__(
+        self, cycle: Cycle, place: PhasePlace = PhasePlace.FAULTS, name: str = "faults"
+    ) -> None:
+        self.place, self.name = place, name
         self._cycle = cycle
         self._actions: list[tuple[int, int, Callable[[], None]]] = []
         self._sequence = 0
