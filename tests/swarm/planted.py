@@ -18,7 +18,6 @@ from achse.motion.setpoints import planning
 from achse.router import Router
 from achse.server.handles import HandleTable
 from achse.server.notifications import Notifications
-from achse.station.persistence.snapshot_file import SnapshotFile
 from achse.station.persistence.state_file import StateFile
 from achse.station.running import states
 from achse.swarm.play import WorldOutcome, play, play_twice
@@ -183,10 +182,6 @@ def saved_in_place(patch: Patch) -> None:
     patch.setattr(StateFile, "write", write)
 
 
-def snapshot_ignored(patch: Patch) -> None:
-    patch.setattr(SnapshotFile, "read", lambda *_: None)
-
-
 def exception_in_a_device(patch: Patch) -> None:
     def find(original: Any, table: Any, number: int) -> Any:
         if number not in table.valid:
@@ -206,16 +201,6 @@ def answer_that_is_drawn(patch: Patch) -> None:
             find(router) if dice.random() < 0.5 else dice.randrange(33_000, 60_000)
         ),
     )
-
-
-def stop_that_is_not_carried_out(patch: Patch) -> None:
-    def halt(original: Any, axis: Any, *given: Any) -> int:
-        code = int(original(axis, *given))
-        if code == 0 and axis.set_velocity:
-            axis.set.position += 0.01 * axis.set_velocity
-        return code
-
-    _around(patch, stops, "halt", halt)
 
 
 PLANTED: dict[str, Callable[[Patch], None]] = {
@@ -242,7 +227,6 @@ PLANTED: dict[str, Callable[[Patch], None]] = {
         leak_after_a_restart,
         saved_before_it_is_written,
         saved_in_place,
-        snapshot_ignored,
         exception_in_a_device,
         answer_that_is_drawn,
     )
