@@ -3,6 +3,7 @@
 import pytest
 from lsprotocol import types
 
+from achse.codes.links import SITE
 from tests.lsp.client import InProcessClient
 from tests.st.workspace.sample import FILES
 
@@ -20,7 +21,7 @@ MAIN = "POUs/MAIN.TcPOU"
         (MAIN, "F_Add(", ["FUNCTION F_Add : DINT", "a : DINT"]),
         (MAIN, "Position;", ["PROPERTY FB_Drive.Position : DINT (GET)"]),
         (MAIN, "FB_Drive; //", ["FUNCTION_BLOCK FB_Drive", "nLimit : INT := 10"]),
-        (MAIN, "TON;", ["FUNCTION_BLOCK TON", "library tc2_standard", "plc-library-tc2_standard"]),
+        (MAIN, "TON;", ["FUNCTION_BLOCK TON", "library tc2_standard"]),
         (MAIN, "DINT_TO_REAL", ["function of the language"]),
         (MAIN, "ST_Data;", ["TYPE ST_Data : STRUCT"]),
         (MAIN, "GVL.", ["VARIABLE LIST GVL"]),
@@ -34,6 +35,15 @@ def test_hover(reader: InProcessClient, name: str, code: str, parts: list[str]) 
     start, end = found["range"]["start"], found["range"]["end"]
     line = FILES[name].split("\n")[start["line"]]
     assert code.startswith(line[start["character"] : end["character"]])
+
+
+def test_a_block_of_a_library_leads_to_its_page(
+    reader: InProcessClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(SITE, "https://docs.example")
+    found = reader.request(types.TEXT_DOCUMENT_HOVER, reader.at(MAIN, "TON;"))
+    page = "https://docs.example/reference/plc-library-tc2_standard/#TON"
+    assert f"library [tc2_standard]({page})" in found["contents"]["value"]
 
 
 def test_nothing_is_known_about_words(reader: InProcessClient) -> None:

@@ -1,7 +1,10 @@
 """Hover: the declaration of a name with its address, initial value, comment and attributes."""
 
+import os
+
 from lsprotocol import types
 
+from achse.codes.links import SITE, library_link, on_site
 from achse.lsp.editor import Editor
 from achse.st.check.signatures import Signature
 from achse.st.lexis.source import Source
@@ -103,7 +106,9 @@ def documentation(symbol: DeclaredSymbol) -> str:
         lines.append(f"in `{symbol.container}`")
     library = _library_of(symbol.source)
     if library:
-        lines.append(f"library {library}, reference page plc-library-{library}")
+        unit = symbol.container.partition(".")[0] or symbol.name
+        page = on_site(library_link(library, unit), os.environ.get(SITE))
+        lines.append(f"library [{library}]({page})" if page else f"library {library}")
     return "  \n".join(lines)
 
 
