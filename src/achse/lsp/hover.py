@@ -107,7 +107,9 @@ def documentation(symbol: DeclaredSymbol) -> str:
     library = _library_of(symbol.source)
     if library:
         unit = symbol.container.partition(".")[0] or symbol.name
-        page = on_site(library_link(library, unit), os.environ.get(SITE))
+        is_shipped = symbol.source is not None and not symbol.source.file
+        link = library_link(library, unit) if is_shipped else None
+        page = on_site(link, os.environ.get(SITE))
         lines.append(f"library [{library}]({page})" if page else f"library {library}")
     return "  \n".join(lines)
 
