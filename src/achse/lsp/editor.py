@@ -15,7 +15,7 @@ from achse.st.files.reading import file_key
 from achse.st.lexis.source import Source
 from achse.st.workspace import Workspace
 from achse.st.workspace.symbols import DeclaredSymbol
-from achse.st.workspace.uses import Use
+from achse.st.workspace.uses import SymbolUse
 
 __all__ = ["CursorPlace", "Editor", "file_of_source", "uri_of"]
 
@@ -138,7 +138,7 @@ class Editor:
                 return CursorPlace(workspace, checking, source, offset)
         return None
 
-    def use_at(self, place: CursorPlace) -> Use | None:
+    def use_at(self, place: CursorPlace) -> SymbolUse | None:
         """Return the name at a place, also that which ends there."""
         for use in place.workspace.uses_of(place.source):
             if use.at <= place.offset <= use.end:

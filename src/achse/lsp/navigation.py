@@ -11,7 +11,7 @@ from achse.st.lexis.source import Source
 from achse.st.workspace import Workspace
 from achse.st.workspace.cursor import routine_at
 from achse.st.workspace.symbols import DeclaredSymbol, Outline, SymbolKind
-from achse.st.workspace.uses import Use, outline_in
+from achse.st.workspace.uses import SymbolUse, outline_in
 
 __all__ = [
     "call_items",
@@ -54,7 +54,7 @@ _CALLED = (
 _MOST_SYMBOLS = 500
 
 
-def _use_at(editor: Editor, params: Any) -> tuple[CursorPlace, Use] | None:
+def _use_at(editor: Editor, params: Any) -> tuple[CursorPlace, SymbolUse] | None:
     place = editor.place_at(params.text_document.uri, params.position)
     use = None if place is None else editor.use_at(place)
     return None if place is None or use is None else (place, use)
@@ -83,7 +83,7 @@ def type_definition(editor: Editor, params: types.TypeDefinitionParams) -> types
     return editor.location_of(entry.source, entry.at, entry.at + len(entry.name))
 
 
-def uses_of(workspace: Workspace, symbol: DeclaredSymbol) -> Iterator[tuple[Source, Use]]:
+def uses_of(workspace: Workspace, symbol: DeclaredSymbol) -> Iterator[tuple[Source, SymbolUse]]:
     """Return all uses of a symbol in a project and in the user's libraries."""
     name = symbol.name.lower()
     for parsed in workspace.all_sources:

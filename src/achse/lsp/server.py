@@ -4,7 +4,6 @@ Changes are checked when the client pauses for a moment, or when it asks for som
 """
 
 import asyncio
-import gc
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -173,8 +172,6 @@ def _add_lifecycle(server: LspServer) -> None:
     def initialized(params: types.InitializedParams) -> None:
         _watch_files(server)
         server.editor.projects.load()
-        gc.collect()
-        gc.freeze()  # trees stay: the collector need not walk them at each edit
         server.check_soon()
 
 

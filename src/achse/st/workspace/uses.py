@@ -25,11 +25,11 @@ from achse.st.workspace.symbols import (
     symbols_in,
 )
 
-__all__ = ["Use", "entries_in", "outline_in", "uses_in"]
+__all__ = ["SymbolUse", "entries_in", "outline_in", "uses_in"]
 
 
 @dataclass(frozen=True, slots=True)
-class Use:
+class SymbolUse:
     """A name in a source, from `at` to `end`, and its symbol."""
 
     at: int
@@ -49,13 +49,13 @@ def outline_in(checking: WarmChecking, source: Source) -> list[Outline]:
     return list(symbols_in(iter(entries_in(checking, source))))
 
 
-def uses_in(checking: WarmChecking, source: Source) -> list[Use]:
+def uses_in(checking: WarmChecking, source: Source) -> list[SymbolUse]:
     """Return all names of a source that mean something, in order."""
-    found: dict[int, Use] = {}
+    found: dict[int, SymbolUse] = {}
     for outline in outline_in(checking, source):
         for symbol in _flat(outline):
             if symbol.at is not None:
-                found[symbol.at] = Use(symbol.at, symbol.at + len(symbol.name), symbol, True)
+                found[symbol.at] = SymbolUse(symbol.at, symbol.at + len(symbol.name), symbol, True)
     for entry in entries_in(checking, source):
         for use in _in_declarations(checking, entry):
             found.setdefault(use.at, use)
@@ -72,7 +72,7 @@ def _flat(outline: Outline) -> Iterator[DeclaredSymbol]:
         yield from _flat(child)
 
 
-def _in_body(checking: WarmChecking, routine: Signature) -> Iterator[Use]:
+def _in_body(checking: WarmChecking, routine: Signature) -> Iterator[SymbolUse]:
     for one in checking.uses_of(routine):
         if one.body.signature.source is not routine.source:
             continue
@@ -85,7 +85,7 @@ def _in_body(checking: WarmChecking, routine: Signature) -> Iterator[Use]:
             prefix, _, name = one.tree.text.partition("#")  # type: ignore[union-attr]
             at += len(prefix) + 1
         if _is_written(routine.source, at, name):
-            yield Use(at, at + len(name), symbol)
+            yield SymbolUse(at, at + len(name), symbol)
 
 
 def _is_written(source: Source, at: int, name: str) -> bool:
@@ -95,12 +95,12 @@ def _is_written(source: Source, at: int, name: str) -> bool:
 # declarations -------------------------------------------------------------------------------------
 
 
-def _in_declarations(checking: WarmChecking, entry: DeclaredUnit) -> Iterator[Use]:
+def _in_declarations(checking: WarmChecking, entry: DeclaredUnit) -> Iterator[SymbolUse]:
     scope = checking.names.scopes.scope(entry)
     yield from _walk(checking, entry.source, entry.tree, scope)
 
 
-def _walk(checking: WarmChecking, source: Source, root: Any, scope: Scope) -> Iterator[Use]:
+def _walk(checking: WarmChecking, source: Source, root: Any, scope: Scope) -> Iterator[SymbolUse]:
     """Names of types, and names in expressions, of the declarations in a unit."""
     waiting: list[tuple[Any, Scope]] = [(root, scope)]
     while waiting:
@@ -128,16 +128,18 @@ def _walk(checking: WarmChecking, source: Source, root: Any, scope: Scope) -> It
 
 def _of_type(
     checking: WarmChecking, source: Source, tree: NamedType, scope: Scope
-) -> Iterator[Use]:
+) -> Iterator[SymbolUse]:
     entry = checking.names.scopes.find(tree.name, scope.space)
     if entry is not None:
         last = tree.name.rpartition(".")[2]
         at = tree.at + len(tree.name) - len(last)
         if _is_written(source, at, last):
-            yield Use(at, at + len(last), symbol_of_unit(entry))
+            yield SymbolUse(at, at + len(last), symbol_of_unit(entry))
 
 
-def _of_path(checking: WarmChecking, source: Source, tree: Any, scope: Scope) -> Iterator[Use]:
+def _of_path(
+    checking: WarmChecking, source: Source, tree: Any, scope: Scope
+) -> Iterator[SymbolUse]:
     """Constants and values in an initial value, a bound or a length."""
     scopes = checking.names.scopes
     steps = []
@@ -167,7 +169,7 @@ def _of_path(checking: WarmChecking, source: Source, tree: Any, scope: Scope) ->
         symbols = [None if entry is None else symbol_of_unit(entry)]
     for step, symbol in zip(steps, symbols, strict=False):
         if symbol is not None and _is_written(source, step.at, step.name):
-            yield Use(step.at, step.at + len(step.name), symbol)
+            yield SymbolUse(step.at, step.at + len(step.name), symbol)
 
 
 def _value_beside(scope: Scope, key: str, checking: WarmChecking) -> DeclaredSymbol | None:

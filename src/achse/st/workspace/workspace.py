@@ -37,7 +37,7 @@ from achse.st.reach import Reach
 from achse.st.syntax.parser import Parsed
 from achse.st.workspace.edits import BodyEdit, body_edit
 from achse.st.workspace.findings import ProjectFindings, sorted_findings
-from achse.st.workspace.uses import Use, uses_in
+from achse.st.workspace.uses import SymbolUse, uses_in
 
 __all__ = ["Extent", "Workspace"]
 
@@ -91,7 +91,7 @@ class Workspace:
         self._listed: frozenset[str] = frozenset()
         """Files of the project by `file_key`, those that cannot be read too."""
         self._named_files: dict[str, Path] = {}
-        self._uses: dict[Source, Sequence[Use]] = {}
+        self._uses: dict[Source, Sequence[SymbolUse]] = {}
         self._is_listing = False
         """True if a `.plcproj` says what is in the project."""
         self._asking = False
@@ -166,7 +166,7 @@ class Workspace:
         """Return the content of a file that is open; None of one that is not."""
         return self._contents.get(file_key(file))
 
-    def uses_of(self, source: Source) -> Sequence[Use]:
+    def uses_of(self, source: Source) -> Sequence[SymbolUse]:
         """Return the names in a source with what they mean, kept until an edit changes them."""
         if self.checking is None:
             return ()
