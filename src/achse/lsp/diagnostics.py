@@ -1,7 +1,10 @@
 """Diagnostics: findings of the projects as a client shows them."""
 
+import os
+
 from lsprotocol import types
 
+from achse.codes.links import SITE, finding_link, on_site
 from achse.lsp.documents import Document
 from achse.lsp.editor import Editor
 from achse.st.lexis.source import Diagnostic
@@ -19,6 +22,7 @@ def lsp_diagnostic(finding: Diagnostic, kind: str, document: Document) -> types.
     """Return a finding as the protocol has it."""
     place = finding.location
     message = f"not reached: {finding.message}" if kind == "unreached" else finding.message
+    page = on_site(finding_link(finding.code), os.environ.get(SITE))
     return types.Diagnostic(
         types.Range(
             document.position_of(place.line, place.column),
@@ -28,6 +32,7 @@ def lsp_diagnostic(finding: Diagnostic, kind: str, document: Document) -> types.
         severity=_SEVERITY[kind],
         code=str(finding.code),
         source="achse",
+        code_description=types.CodeDescription(page) if page else None,
     )
 
 
