@@ -256,8 +256,8 @@ CASES = (
     Case("MC_CamOut", slave=True, calls=SHORT, others=CAM, prepare=follows),
 )  # fmt: skip
 
-OWN_TESTS = {"MC_Power", "MC_Stop", "MC_Jog"}
-"""Blocks whose outputs differ from all others by the manual; see below."""
+OWN_TESTS = {"MC_Power", "MC_PowerStepper", "MC_Stop", "MC_Jog"}
+"""Blocks whose outputs differ from all others by the manual; see below, and test_tc2_mc2_drive."""
 
 ids = [case.block for case in CASES]
 ALL = pytest.mark.parametrize("case", CASES, ids=ids, scope="module")
