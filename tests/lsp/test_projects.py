@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from achse.lsp.projects import Projects, declared_by_runtime
+from achse.lsp.projects import Projects
 from tests.st.workspace.sample import FILES, write_project
 
 _PROGRAM = "PROGRAM MAIN\nVAR n : INT; END_VAR\nn := F_Lib();\nEND_PROGRAM\n"
@@ -70,8 +70,3 @@ def test_open_texts_count_in_projects_that_are_loaded_later(tmp_path: Path) -> N
     assert projects.findings()
     projects.reread(folder / name)
     assert projects.findings()
-
-
-def test_the_runtime_declares_its_tasks() -> None:
-    (unit,) = declared_by_runtime(())
-    assert unit.__iec__.name == "TwinCAT_SystemInfoVarList"

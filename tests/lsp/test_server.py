@@ -99,10 +99,10 @@ def test_any_incremental_edits_have_the_findings_of_a_cold_check(
 
 
 def _runtime(client: InProcessClient) -> Any:
-    from achse.lsp.projects import declared_by_runtime
+    from achse.plc.system_info import lists_of_runtime
 
     (workspace,) = client.server.editor.projects
-    return declared_by_runtime(workspace.tasks)
+    return lists_of_runtime(task.name for task in workspace.tasks)
 
 
 def _last_notes(client: InProcessClient) -> list[dict[str, Any]]:

@@ -3,7 +3,7 @@
 import struct
 
 from achse.plc import Area, PlcRuntime, Task
-from achse.plc.system_info import APP_INFO, TASK_INFO
+from achse.plc.system_info import APP_INFO, TASK_INFO, lists_of_runtime
 
 
 def runtime(*tasks: Task, **options: object) -> PlcRuntime:
@@ -63,3 +63,11 @@ def test_names_that_do_not_fit_are_cut() -> None:
     assert data[64:128] == b"\xfc" * 63 + b"\0"
     assert data[128:192].rstrip(b"\0") == b"?"
     assert content(plc, "._TaskInfo")[64:128] == b"x" * 63 + b"\0"
+
+
+def test_a_check_declares_one_row_for_each_task_and_one_without_any() -> None:
+    for names, rows in (((), 1), (("Fast", "Slow"), 2)):
+        (unit,) = lists_of_runtime(names)
+        assert unit.__iec__.name == "TwinCAT_SystemInfoVarList"
+        assert unit.__iec__.size >= APP_INFO.size + rows * TASK_INFO.size
+        assert unit.__iec__.size < APP_INFO.size + (rows + 1) * TASK_INFO.size

@@ -5,30 +5,21 @@ is a project, and a folder without one is a project of all sources below it.
 """
 
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from achse.iec.structs import StaticRecord
-from achse.plc.system_info import system_info_list
-from achse.plc.task import Task
-from achse.st.files.envelope import TaskDeclaration
+from achse.plc.system_info import lists_of_runtime
 from achse.st.files.files import PROJECT, SUFFIXES
 from achse.st.files.reading import file_key
 from achse.st.lexis.source import Diagnostic
 from achse.st.workspace import Workspace
 
-__all__ = ["Projects", "declared_by_runtime"]
+__all__ = ["Projects"]
 
 _STATION = "station.toml"
 _MOST_PROJECTS = 8
 """Most projects that are loaded before one of their files is opened."""
-
-
-def declared_by_runtime(tasks: Sequence[TaskDeclaration]) -> Iterable[type[StaticRecord]]:
-    """Return the variable lists that a PLC has by itself."""
-    known = [Task(task.name) for task in tasks] or [Task()]
-    return [system_info_list(known, app_name="", project_name="", port=851, timestamp=0)]
 
 
 class Projects:
@@ -102,7 +93,7 @@ class Projects:
                 place,
                 libraries=[*libraries, *self._libraries],
                 defines=self._defines,
-                given=declared_by_runtime,
+                given=lambda tasks: lists_of_runtime(task.name for task in tasks),
                 open_files=dict(self._contents.values()),
             )
             self._workspaces[key] = made

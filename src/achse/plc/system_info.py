@@ -1,7 +1,7 @@
 """`TwinCAT_SystemInfoVarList`: what every PLC tells about its application and its tasks."""
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from achse.iec import ARRAY, UDINT, GlobalVariables, Variable
@@ -9,7 +9,14 @@ from achse.iec.system_types import APP_INFO, TASK_INFO
 from achse.plc.program import PlacedVariable
 from achse.plc.task import Task
 
-__all__ = ["APP_INFO", "SYSTEM_LIST", "TASK_INFO", "SystemInfo", "system_info_list"]
+__all__ = [
+    "APP_INFO",
+    "SYSTEM_LIST",
+    "TASK_INFO",
+    "SystemInfo",
+    "lists_of_runtime",
+    "system_info_list",
+]
 
 _OBJECT_ID_OF_APP = 0x0850_2000
 _OBJECT_ID_OF_FIRST_TASK = 0x0201_0030
@@ -22,6 +29,12 @@ _LIVE = struct.Struct("<IqI????")
 """CycleCount … RTViolation of a task, in one piece."""
 _LIVE_OFFSET = 12
 _ONLINE_CHANGES_OFFSET = 8
+
+
+def lists_of_runtime(tasks: Iterable[str]) -> list[type[GlobalVariables]]:
+    """Return the lists that a PLC with tasks of these names declares by itself, for a check."""
+    made = [Task(name) for name in tasks] or [Task()]
+    return [system_info_list(made, app_name="", project_name="", port=0, timestamp=0)]
 
 
 def system_info_list(

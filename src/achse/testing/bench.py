@@ -18,7 +18,7 @@ from achse.plc import PlcRuntime, PlcState, Task
 from achse.plc.behaviour import with_behaviour
 from achse.plc.bodies import Bodies
 from achse.plc.code.faults import CATCHABLE, FaultReport, report_of
-from achse.plc.system_info import system_info_list
+from achse.plc.system_info import lists_of_runtime
 from achse.st.check import check
 from achse.st.declare import Declarations, declare
 from achse.st.files.files import parse_file, source_files, symbol_files
@@ -378,8 +378,7 @@ def _runtime(
     check_bounds: bool,
 ) -> PlcRuntime:
     cycle_ns = round(cycle_time * 1e9)
-    system = system_info_list([Task()], app_name="", project_name="", port=0, timestamp=0)
-    project = check(declared, given=[system], check_bounds=check_bounds)
+    project = check(declared, given=lists_of_runtime(()), check_bounds=check_bounds)
     if project.faults:
         raise SourceError(list(project.faults))
     units = [

@@ -77,6 +77,10 @@ def check(
             show_default=False,
         ),
     ] = None,
+    watch: Annotated[
+        bool,
+        typer.Option("--watch", help="Check a project again after each change of its files."),
+    ] = False,
     in_json: Json = False,
 ) -> None:
     """Check a station.toml or a PLC project, and try the first cycles of its PLCs.
@@ -98,6 +102,10 @@ def check(
     if in_json:
         report = ReportFormat.JSON
     is_project = file.suffix.lower() != ".toml" and file.exists()
+    if watch:
+        if not is_project or report is not ReportFormat.TEXT:
+            fail(f"--watch prints the findings of a PLC project as text: got {file}, {report}")
+        _watch(file, library or [], define or [], check_all)
     if is_project:
         from achse.cli.test.projects import check_project
 
@@ -110,6 +118,18 @@ def check(
         check_station(file, report is ReportFormat.JSON)
     if machine and report is ReportFormat.TEXT:
         _tell_plain(file, library or [], is_project)
+
+
+def _watch(file: Path, libraries: list[Path], defines: list[str], check_all: bool) -> None:
+    """Check again and again, until a signal ends the command."""
+    import time
+
+    from achse.cli.interrupts import leave_at_once
+    from achse.cli.test.projects import shown
+    from achse.cli.test.watching import watch_project
+
+    leave_at_once()
+    watch_project(file, libraries, defines, check_all=check_all, show=shown, pause=time.sleep)
 
 
 def _tell_plain(file: Path, libraries: list[Path], is_project: bool) -> None:

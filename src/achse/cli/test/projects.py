@@ -10,16 +10,16 @@ import typer
 from achse.cli.failure import fail
 from achse.cli.output import print_json
 from achse.cli.test.check import ReportFormat
-from achse.plc import Task
-from achse.plc.system_info import system_info_list
+from achse.plc.system_info import lists_of_runtime
 from achse.st.check import check
-from achse.st.lexis.source import Diagnostic, Location, SourceError
+from achse.st.lexis.source import Diagnostic, SourceError
 from achse.st.lint.options import LintOptions, LintOptionsError, lint_options
 from achse.st.missing import findings_by_library, line_of_library
 from achse.st.project import Project, examine_project
 from achse.st.typed.project import TypedProject
+from achse.st.workspace.findings import ProjectFindings, findings_of
 
-__all__ = ["check_project"]
+__all__ = ["check_project", "shown"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,8 +28,7 @@ class _Checked:
 
     project: Project
     typed: TypedProject
-    errors: Sequence[Diagnostic]
-    unreached: Sequence[Diagnostic]
+    findings: ProjectFindings
     lint: Sequence[Diagnostic]
     options: LintOptions
     runs: bool
@@ -77,10 +76,10 @@ def check_project(
         _print_text(found, warnings, check_all)
     else:
         sources = [parsed.source.path for parsed in project.sources]
-        unreached = found.unreached if warnings else []
-        softer = [*found.typed.warnings, *found.noted] if warnings else []
-        problem = "" if found.runs or found.errors else found.verdict
-        errors = [*found.errors, *found.failing]
+        unreached = found.findings.unreached if warnings else []
+        softer = [*found.findings.warnings, *found.noted] if warnings else []
+        problem = "" if found.runs or found.findings.errors else found.verdict
+        errors = [*found.findings.errors, *found.failing]
         _print_report(report, path, sources, errors, unreached, softer, problem)
     if not found.runs or found.failing:
         raise typer.Exit(1)
@@ -99,25 +98,26 @@ def _options(path: Path, with_lint: bool | None) -> LintOptions:
 def _checked(
     project: Project, error: SourceError | None, check_all: bool, options: LintOptions
 ) -> _Checked:
-    tasks = [Task(task.name) for task in project.tasks] or [Task()]
-    system = system_info_list(tasks, app_name="", project_name="", port=851, timestamp=0)
     typed = check(
-        project.declarations, given=[system], reach=project.reach, unreached=project.unreached
+        project.declarations,
+        given=lists_of_runtime(task.name for task in project.tasks),
+        reach=project.reach,
+        unreached=project.unreached,
     )
-    errors = _sorted([*(error.faults if error else ()), *typed.faults])
-    unreached = [] if check_all else _sorted([*project.unreached, *typed.unreached])
-    unreached = [fault for fault in unreached if fault not in errors]
-    runs, verdict = _verdict(project, typed, errors)
+    found = findings_of(project, error, typed, check_all=check_all)
+    runs, verdict = _verdict(project, typed, found.errors)
     hint = error.hint if error is not None else ""
     linted: Sequence[Diagnostic] = ()
     if options.codes:
         from achse.st.lint.linting import lint  # off by default
 
         linted = lint(project.sources, project.declarations, typed, options)
-    return _Checked(project, typed, errors, unreached, linted, options, runs, verdict, hint)
+    return _Checked(project, typed, found, linted, options, runs, verdict, hint)
 
 
-def _verdict(project: Project, typed: TypedProject, errors: list[Diagnostic]) -> tuple[bool, str]:
+def _verdict(
+    project: Project, typed: TypedProject, errors: Sequence[Diagnostic]
+) -> tuple[bool, str]:
     if errors:
         return False, f"would not run: {len(errors)} error{'s' * (len(errors) > 1)}"
     from achse.cli.test.trial import try_project  # half of a check
@@ -132,9 +132,9 @@ def _print_json(found: _Checked) -> None:
             "sources": len(found.project.sources),
             "units": len(found.typed.units),
             "routines": len(found.typed.routines),
-            "errors": [_finding(fault) for fault in found.errors],
-            "warnings": [_finding(warning) for warning in found.typed.warnings],
-            "unreached": [_finding(fault) for fault in found.unreached],
+            "errors": [_finding(fault) for fault in found.findings.errors],
+            "warnings": [_finding(warning) for warning in found.findings.warnings],
+            "unreached": [_finding(fault) for fault in found.findings.unreached],
             "lint": [
                 {**_finding(each), "fails": found.options.fails(each.code)} for each in found.lint
             ],
@@ -147,26 +147,26 @@ def _print_json(found: _Checked) -> None:
 
 def _print_text(found: _Checked, warnings: bool, check_all: bool) -> None:
     project, typed = found.project, found.typed
-    _print_findings(project, found.errors, "error", check_all)
+    _print_findings(project, found.findings.errors, "error", check_all)
     if warnings:
-        _print_findings(project, found.unreached, "warning: not reached", check_all)
-        for warning in typed.warnings:
-            print(_shown(warning, "warning"))
+        _print_findings(project, found.findings.unreached, "warning: not reached", check_all)
+        for warning in found.findings.warnings:
+            print(shown(warning, "warning"))
         for finding in found.noted:
-            print(_shown(finding, "warning"))
+            print(shown(finding, "warning"))
     for finding in found.failing:
-        print(_shown(finding, "error"))
+        print(shown(finding, "error"))
     if found.hint and not project.missing:
         print(found.hint)
     for library in project.missing:
         print(library)
-    unreached = len(found.unreached)
-    count = len(typed.warnings) + unreached
+    unreached = len(found.findings.unreached)
+    count = len(found.findings.warnings) + unreached
     apart = f", {unreached} of them in units that no task reaches" if unreached else ""
     linted = f", {len(found.lint)} findings of the linter" if found.options.codes else ""
     print(
         f"{len(project.sources)} sources, {len(typed.units)} programs and lists,"
-        f" {len(typed.routines)} routines checked: {len(found.errors)} errors,"
+        f" {len(typed.routines)} routines checked: {len(found.findings.errors)} errors,"
         f" {count} warnings{apart}{linted}"
     )
     print(found.verdict)
@@ -204,17 +204,9 @@ def _print_findings(
         ([], findings) if check_all else findings_by_library(project.missing, findings)
     )
     for finding in rest:
-        print(_shown(finding, word))
+        print(shown(finding, word))
     for library, following in libraries:
         print(f"{word}: {line_of_library(library, following)} (--all lists)")
-
-
-def _sorted(faults: Iterable[Diagnostic]) -> list[Diagnostic]:
-    return sorted(dict.fromkeys(faults), key=_place)
-
-
-def _place(fault: Diagnostic) -> Location:
-    return fault.location
 
 
 def _finding(finding: Diagnostic) -> dict[str, Any]:
@@ -230,8 +222,8 @@ def _finding(finding: Diagnostic) -> dict[str, Any]:
     }
 
 
-def _shown(finding: Diagnostic, word: str) -> str:
-    """`file:line:column: word: message [code]` and the line, as editors and CI read it."""
+def shown(finding: Diagnostic, word: str) -> str:
+    """Return `file:line:column: word: message [code]` and the line, as editors and CI read it."""
     place, separator, message = str(finding).partition(": ")
     head, newline, line = message.partition("\n")
     return f"{place}{separator}{word}: {head} [{finding.code}]{newline}{line}"
