@@ -55,6 +55,12 @@ class World:
             self.dial,
         )
         self.host.router.add_route(TARGET, self.uplink)
+        self.other_uplink = Uplink(
+            self.host.router,
+            Route(name="other press", net_id=TARGET, host="192.0.2.3"),
+            self.loop,
+            lambda uplink: uplink.failed("nobody is there"),
+        )
         self.far: Peer | None = None
         self.asked: list[Frame] = []
         self.seen = 0
@@ -189,6 +195,14 @@ def _answer(request: Frame, kind: int, size: int, handle: int) -> Frame:
     return request.reply(data)
 
 
+def _forged(request: Frame, kind: int, notice: bool) -> bytes:
+    """An answer or notification in the name of the target, by somebody who knows the request."""
+    if notice:
+        packet = Frame(request.source, request.target, Command.NOTIFICATION, 4, 0, 0, bytes(20))
+        return packet.encode_tcp()
+    return _answer(request, kind, 4, 1).encode_tcp()
+
+
 REQUEST = st.tuples(
     st.integers(0, 14), st.sampled_from((0, 0, 0, 1)), st.sampled_from((0, 0, 1)),
     st.integers(0, 40), st.sampled_from((0, 4, 4, 4, 8, 100, 3000, 1 << 13)), st.integers(0, 5),
@@ -220,6 +234,10 @@ STEP = st.one_of(
     st.tuples(st.just("notify"), st.integers(0, 9), st.integers(0, 60), st.integers(1, 9), CUTS),
     st.tuples(st.sampled_from(("come", "watch", "port", "cut", "dial"))),
     st.tuples(st.just("leave"), st.integers(0, 3)),
+    st.tuples(
+        st.just("forge"), st.integers(0, 3), st.integers(0, 9), st.booleans(), st.integers(1, 9), CUTS
+    ),
+    st.tuples(st.just("move route"), st.sampled_from(("away", "elsewhere", "back"))),
     st.tuples(st.just("junk"), st.integers(0, 3), st.binary(max_size=60)),
     st.tuples(st.just("wait"), st.sampled_from((0.001, 0.02, 1.1, 11.0))),
 )  # fmt: skip
@@ -264,6 +282,15 @@ def _do(world: World, step: tuple[Any, ...]) -> None:
                 alias, device = targets[which % len(targets)]
                 packet = Frame(alias, device, Command.NOTIFICATION, 4, 0, 0, bytes(size))
                 world.take(far, packet.encode_tcp() * count, cuts)
+        case ("forge", which, kind, notice, count, cuts) if living and world.requests():
+            data = b"".join(_forged(each, kind, notice) for each in world.requests()) * count
+            world.take(living[which % len(living)][0], data, cuts)
+        case ("move route", "away"):
+            world.host.router.remove_route(TARGET)
+        case ("move route", where):
+            world.host.router.add_route(
+                TARGET, world.uplink if where == "back" else world.other_uplink
+            )
         case ("come",):
             world.come()
         case ("watch",):

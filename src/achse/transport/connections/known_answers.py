@@ -76,7 +76,7 @@ class KnownAnswers:
             if not exchange.live or not near.connected:
                 self._heads.clear()
                 break
-            if not self._far.comes_from(exchange.target):
+            if not self._far.comes_from(exchange.target) or not self._far.answers(exchange.target):
                 break
             begin = position
             if known[4]:

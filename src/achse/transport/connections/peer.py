@@ -233,11 +233,16 @@ class Peer:
 
     def _comes_back(self, frame: Frame) -> bool:
         """False for answers and notifications that end here, as those in the name of others."""
-        server, forwarding = self.router.server_at(frame.source), self._forwarding
-        is_known = forwarding is not None if server is None else server in (self, self.owner)
-        if not is_known:
+        forwarding = self._forwarding
+        if not self.answers(frame.source):
             self.router.lost_frames += 1
-        return is_known and (forwarding is None or forwarding.come_back(frame))
+            return False
+        return forwarding is None or forwarding.come_back(frame)
+
+    def answers(self, source: bytes) -> bool:
+        """True if requests to `source` go by this connection, so that answers may come by it."""
+        server = self.router.server_at(source)
+        return self._forwarding is not None if server is None else server in (self, self.owner)
 
     def _apologize(self, frame: Frame) -> None:
         """Something in here broke over this frame: tell the log and anyone who asked."""
