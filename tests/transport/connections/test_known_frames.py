@@ -235,7 +235,8 @@ STEP = st.one_of(
     st.tuples(st.sampled_from(("come", "watch", "port", "cut", "dial"))),
     st.tuples(st.just("leave"), st.integers(0, 3)),
     st.tuples(
-        st.just("forge"), st.integers(0, 3), st.integers(0, 9), st.booleans(), st.integers(1, 9), CUTS
+        *(st.just("forge"), st.integers(0, 3), st.integers(0, 9), st.booleans()),
+        *(st.integers(1, 9), CUTS),
     ),
     st.tuples(st.just("move route"), st.sampled_from(("away", "elsewhere", "back"))),
     st.tuples(st.just("junk"), st.integers(0, 3), st.binary(max_size=60)),
