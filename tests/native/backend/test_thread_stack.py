@@ -81,16 +81,17 @@ def test_main_stack_ends_above_the_mapping_below(monkeypatch: pytest.MonkeyPatch
     page = resource.getpagesize()
     maps = "1000-300000 rw-p 0 0:0 0 x\n{:x}-{:x} rw-p 0 0:0 0 [stack]\n"
     high = 0x300000 + 4096 * page
-    monkeypatch.setattr(Path, "read_text", lambda *_, **__: maps.format(high - page, high))
-    for limit, low in (
-        (resource.RLIM_INFINITY, 0x300000 + 256 * page),
-        (1 << 40, 0x300000 + 256 * page),
-        (100 * page, high - 100 * page),
-        (0, high - page),
-    ):
-        monkeypatch.setattr(resource, "getrlimit", lambda _, limit=limit: (limit, limit))
-        assert room._bounds_of_main_thread(high - 1) == (low, high)
-    assert room._bounds_of_main_thread(0x100) is None
+    with monkeypatch.context() as patch:  # whoever measures the test reads files behind it
+        patch.setattr(Path, "read_text", lambda *_, **__: maps.format(high - page, high))
+        for limit, low in (
+            (resource.RLIM_INFINITY, 0x300000 + 256 * page),
+            (1 << 40, 0x300000 + 256 * page),
+            (100 * page, high - 100 * page),
+            (0, high - page),
+        ):
+            patch.setattr(resource, "getrlimit", lambda _, limit=limit: (limit, limit))
+            assert room._bounds_of_main_thread(high - 1) == (low, high)
+        assert room._bounds_of_main_thread(0x100) is None
 
 
 def test_limits_end_with_their_thread() -> None:
