@@ -36,14 +36,14 @@ def test_logged_traceback_is_a_violation() -> None:
         except KeyError:
             logging.getLogger("achse.test").exception("planted")
 
-    world = World(1, 100_000_000, 2_000_000, draw_world(1).axes[:1])
+    world = World(2, 100_000_000, 2_000_000, draw_world(1).axes[:1])
     violation = play(world, checks=[("planted", check)]).violation
     assert violation is not None
     assert "planted" in str(violation)
 
 
 def test_check_of_a_user_is_a_violation_when_it_returns_a_reason() -> None:
-    world = World(1, 100_000_000, 2_000_000, draw_world(1).axes[:1])
+    world = World(2, 100_000_000, 2_000_000, draw_world(1).axes[:1])
     assert play(world, checks=[("mine", lambda station: None)]).violation is None
     violation = play(world, checks=[("mine", lambda station: "wrong")]).violation
     assert violation is not None
@@ -66,6 +66,6 @@ def test_saved_value_survives_a_kill_and_a_power_cut(after: int) -> None:
     programs = draw_world(1).programs
     client = DrawnClient("watch", 0, 0, True)
     world = World(
-        1, 5 * second, 2_000_000, draw_world(1).axes[:1], (), programs, [client], {}, acts
+        2, 5 * second, 2_000_000, draw_world(1).axes[:1], (), programs, [client], {}, acts
     )
     assert play(world).violation is None
