@@ -132,18 +132,24 @@ def test_a_folder_that_is_taken_whole_is_a_name_space(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("first", ["Tc2_NcDrive", "Tc2_MC2_Drive"])
+@pytest.mark.parametrize("spaces", [None, ("A", "b"), ("Tc2_NcDrive", "Tc2_MC2_Drive")])
 def test_of_two_libraries_with_one_name_the_referenced_one_is_meant(
-    tmp_path: Path, first: str
+    tmp_path: Path, first: str, spaces: tuple[str, str] | None
 ) -> None:
     """The project and its library reference another one each, and both of them the second one
-    after the first."""
+    after the first, by the name spaces that their references give it."""
     titles = ["Tc2_NcDrive", "Tc2_MC2_Drive"]
     second = next(title for title in titles if title != first)
-    libraries = [(title, title, "") for title in (first, second)]
-    outer = "FUNCTION_BLOCK FB VAR a : FB_SoERead; END_VAR END_FUNCTION_BLOCK"
-    _project(tmp_path / "libs/outer", "Outer", outer, *reversed(libraries))
+    here, there = spaces or (first, second)
+    libraries = [(first, here, ""), (second, there, "")]
+    others = [(second, here if spaces else second, ""), (first, there if spaces else first, "")]
+    outer = (
+        "FUNCTION_BLOCK FB VAR a : FB_SoERead;"
+        f" d : {others[1][1]}.FB_SoERead; END_VAR END_FUNCTION_BLOCK"
+    )
+    _project(tmp_path / "libs/outer", "Outer", outer, *others)
     _project(tmp_path / "libs/unused", "Unused", "")
-    text = f"PROGRAM P VAR a : FB_SoERead; b : {second}.FB_SoERead; c : FB; END_VAR END_PROGRAM"
+    text = f"PROGRAM P VAR a : FB_SoERead; b : {there}.FB_SoERead; c : FB; END_VAR END_PROGRAM"
     _project(tmp_path / "user", "User", text, ("Outer", "Outer", ""), *libraries)
     main = load_project(tmp_path / "user", libraries=[tmp_path / "libs"]).declarations.programs["p"]
 
@@ -156,5 +162,6 @@ def test_of_two_libraries_with_one_name_the_referenced_one_is_meant(
     assert pins(resolved(main.__iec__.member("b").type)) == kinds[second]
     inner = resolved(main.__iec__.member("c").type)
     assert isinstance(inner, StructType)
-    found = next(member.type for member in inner.members if member.name == "a")
-    assert pins(resolved(found)) == kinds[second]
+    found = {member.name: member.type for member in inner.members}
+    assert pins(resolved(found["a"])) == kinds[second]
+    assert pins(resolved(found["d"])) == kinds[first]

@@ -112,9 +112,9 @@ class DeclaredUnit:
         return tree.file.outlines[tree.number].at if isinstance(tree, LibraryUnit) else tree.at
 
 
-References: TypeAlias = Mapping[str, Sequence[str]]
-"""Libraries that come with achse, as the project (empty name) and each library reference them: of
-units with one name the first is meant."""
+References: TypeAlias = Mapping[str, Mapping[str, Sequence[str]]]
+"""Libraries that come with achse, as the project (empty name) and each library reference them, with
+the name spaces of each reference: of units with one name the first library is meant."""
 
 Declared: TypeAlias = tuple[VarBlock, Declaration]
 
@@ -180,11 +180,18 @@ def attributes_of(note: Note) -> dict[str, str]:
     }
 
 
+def _by_space(libraries: Mapping[str, Sequence[str]]) -> dict[str, str]:
+    """Return the library of each name space, in lower case; of two the first."""
+    pairs = [(space.lower(), name) for name, spaces in libraries.items() for space in spaces]
+    return dict(reversed(pairs))
+
+
 class Scopes:
     """Everything declared, by name and without case; faults are collected in `faults`."""
 
     def __init__(self, references: References | None = None) -> None:
         self._references = {key.lower(): value for key, value in (references or {}).items()}
+        self._spaces = {key: _by_space(value) for key, value in self._references.items()}
         self.faults: dict[Diagnostic, None] = {}
         self.entries: dict[str, DeclaredUnit] = {}
         self.globals: dict[str, list[DeclaredUnit]] = {}
@@ -279,10 +286,10 @@ class Scopes:
         """The unit of a name as seen from a name space. Names of libraries in front of it that
         nothing here declares are passed over: `Tc2_MC2.AXIS_REF` is AXIS_REF."""
         key = name.lower()
-        head, dot, rest = key.partition(".")
-        if dot and (found := self._of_libraries.get(head, {}).get(rest)) is not None:
-            return found
         prefix = space.lower()
+        head, dot, rest = key.partition(".")
+        if dot and (found := self._units_of(head, prefix).get(rest)) is not None:
+            return found
         if prefix in self._of_libraries and (found := self._in_libraries(key, prefix)):
             return found
         while prefix:
@@ -310,9 +317,14 @@ class Scopes:
         units = (units[key] for units in self._of_libraries.values() if key in units)
         return next(units, None)
 
+    def _units_of(self, name: str, space: str = "") -> Mapping[str, DeclaredUnit]:
+        """The units of the library that a name space or title means, seen from a name space."""
+        spaces = self._spaces.get(space if space in self._of_libraries else "", {})
+        return self._of_libraries.get(spaces.get(name, name), {})
+
     def library_named(self, name: str) -> str:
         """The name space of a library, as it is written before names; empty if there is none."""
-        units = self._of_libraries.get(name.lower())
+        units = self._units_of(name.lower())
         return "" if not units else next(iter(units.values())).space
 
     def _seen(

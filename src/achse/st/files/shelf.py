@@ -54,9 +54,9 @@ class Gathered(NamedTuple):
     """Files that cannot be read, by the plain titles of missing libraries."""
     symbol_files: tuple[Path, ...]
     """`.tmc` files beside the libraries that are projects."""
-    own: Mapping[str, Sequence[str]]
-    """Libraries that come with achse, as the project (empty name) and each library reference
-    them."""
+    own: Mapping[str, Mapping[str, Sequence[str]]]
+    """Libraries that come with achse, as the project (empty name) and each library reference them,
+    with the name spaces of each."""
 
 
 def references_in(project: Path | None) -> list[LibraryReference]:
@@ -121,11 +121,16 @@ def gather(
     return Gathered(tuple(sources), tuple(missing.values()), containers, tuple(beside), own)
 
 
-def _come_with_achse(references: Iterable[LibraryReference]) -> Sequence[str]:
-    """The folders of the libraries that come with achse, in the order of the references."""
+def _come_with_achse(references: Iterable[LibraryReference]) -> Mapping[str, Sequence[str]]:
+    """The folders of the libraries that come with achse, in the order of the references, each with
+    its name spaces."""
     folders = {plain_title(name): name for name in libraries.names()}
-    titles = dict.fromkeys(title for reference in references for title in reference.titles)
-    return tuple(folders[title] for title in titles if title in folders)
+    found: dict[str, list[str]] = {}
+    for reference in references:
+        for title in reference.titles:
+            if title in folders:
+                found.setdefault(folders[title], []).append(reference.namespace)
+    return found
 
 
 class _Shelf:
