@@ -3,6 +3,7 @@
 import gc
 import os
 import select
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -94,26 +95,38 @@ from achse.station.plants.process import UnitProcess
 
 process = UnitProcess(UnitArchive(__import__("pathlib").Path(sys.argv[1])), "wild", 600.0)
 about = process.description
-process.start([about.number("deed")], [about.number("value")], {})
-print(process._process.pid, flush=True)
-process.step(0.0, 0.01, 1, [2.0], [about.number("value")])  # hangs
+if sys.argv[2] != "begin":
+    process.start([about.number("deed")], [about.number("value")], {})
+print(process._process.pid, process.archive.folder, flush=True)
+if sys.argv[2] == "hang":
+    process.step(0.0, 0.01, 1, [2.0], [about.number("value")])
+sys.stdin.read()
 """
 
 
-def test_unit_that_hangs_ends_with_a_killed_station(plant_units: Path) -> None:
+@pytest.mark.parametrize("state", ["begin", "wait", "hang"])
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGTERM])
+def test_unit_ends_with_a_killed_station(
+    plant_units: Path, state: str, end: signal.Signals
+) -> None:
+    """Its process ends, and its folder is removed."""
     parent = subprocess.Popen(
-        [sys.executable, "-c", PARENT, str(plant_units / "wild.fmu")],
+        [sys.executable, "-c", PARENT, str(plant_units / "wild.fmu"), state],
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,
     )
     assert parent.stdout is not None
-    with parent.stdout:
-        unit = int(parent.stdout.readline())
-        parent.kill()
+    assert parent.stdin is not None
+    with parent.stdout, parent.stdin:
+        number, folder = parent.stdout.readline().split()
+        assert Path(folder).exists()
+        parent.send_signal(end)
         parent.wait()
     for _ in range(600):
-        status = Path(f"/proc/{unit}/stat")
+        status = Path(f"/proc/{number}/stat")
         if not status.exists() or status.read_text().split()[2] == "Z":
+            assert not Path(folder).exists()
             return
         select.select([], [], [], 0.1)
     pytest.fail("the process of the unit is still there")

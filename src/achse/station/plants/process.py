@@ -45,8 +45,9 @@ class UnitProcess:
         ours, theirs = socket.socketpair()
         self._channel = ours
         self._errors: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115  # as long as the process
+        worker = [sys.executable, "-m", "achse.station.plants.worker"]
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "achse.station.plants.worker", str(theirs.fileno())],
+            [*worker, str(theirs.fileno()), str(archive.folder)],
             stdin=subprocess.PIPE,  # ends with this process: so does the other, even in a hang
             stdout=subprocess.DEVNULL,
             stderr=self._errors,

@@ -1,7 +1,8 @@
-"""`python -m achse.station.plants.worker DESCRIPTOR`: the process in which a unit runs.
+"""`python -m achse.station.plants.worker DESCRIPTOR FOLDER`: the process in which a unit runs.
 
 The native code of a unit may crash, hang, print or end its process: here it harms the unit alone.
-Messages are a length and JSON for the start, doubles for the steps.
+Messages are a length and JSON for the start, doubles for the steps. At its end the process removes
+the folder of the unit: a station that was killed cannot.
 """
 
 import contextlib
@@ -9,13 +10,14 @@ import ctypes
 import json
 import math
 import os
+import shutil
 import socket
 import struct
 import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 __all__ = ["HEADER", "STEP", "UnitRunner", "main", "receive", "serve", "transmit"]
 
@@ -180,20 +182,26 @@ def serve(channel: socket.socket) -> None:
         transmit(channel, _DONE, answer)
 
 
-def _end_with_the_station() -> None:
+def _end_with_the_station(folder: str) -> None:
     """End this process when the standard input ends, whatever the unit does."""
     while os.read(0, 1):
         pass
-    os._exit(0)
+    _end(folder)
+
+
+def _end(folder: str) -> NoReturn:
+    shutil.rmtree(folder, ignore_errors=True)
+    os._exit(0)  # the unit is not freed: it may hang
 
 
 def main() -> None:
     """Serve the station at the descriptor of the command line."""
-    threading.Thread(target=_end_with_the_station, daemon=True).start()
-    with socket.socket(fileno=int(sys.argv[1])) as channel, contextlib.suppress(ConnectionError):
+    descriptor, folder = sys.argv[1:]
+    threading.Thread(target=_end_with_the_station, args=[folder], daemon=True).start()
+    with socket.socket(fileno=int(descriptor)) as channel, contextlib.suppress(ConnectionError):
         serve(channel)
     sys.stdout.flush()
-    os._exit(0)  # the unit is not freed: it may hang
+    _end(folder)
 
 
 if __name__ == "__main__":
