@@ -1,18 +1,12 @@
-"""Output: tables of text, JSON, and IEC values as people and programs read them."""
+"""Output: tables of text, and JSON."""
 
-import math
 import sys
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from achse.cli.failure import dumped, in_json
 
-if TYPE_CHECKING:
-    from achse.iec import IecType
-
 __all__ = [
-    "as_json",
-    "as_text",
     "decimal",
     "hex_dump",
     "on_terminal",
@@ -63,41 +57,6 @@ def print_table(rows: Iterable[Sequence[str]], right: frozenset[int] = frozenset
 def decimal(value: float, digits: int = 4) -> str:
     """`value` with so many decimals, and no minus before zero."""
     return f"{round(value, digits) + 0.0:.{digits}f}"
-
-
-def as_text(type: "IecType[Any]", value: Any) -> str:
-    """The IEC literal of `value`; of a type without literals its bytes."""
-    from achse.iec import IecValueError
-    from achse.iec.literals import format_value
-
-    try:
-        return format_value(type, value)
-    except IecValueError:
-        return type.encode(value).hex(" ")
-
-
-def as_json(type: "IecType[Any]", value: Any) -> Any:
-    """`value` of numbers, texts, lists and dictionaries.
-
-    What JSON cannot say (times, enumerations, infinity) is an IEC literal in a string.
-    """
-    from achse.iec import ArrayType, EnumType, StructType, plain, resolved
-    from achse.iec.times import TimeType
-
-    real = resolved(type)
-    if isinstance(real, ArrayType):
-        return _items(real.element, len(real.counts), plain(value))
-    if isinstance(real, StructType):
-        return {item.name: as_json(item.type, value[item.name]) for item in real.fields}
-    if isinstance(real, EnumType | TimeType) or not isinstance(value, bool | int | float | str):
-        return as_text(type, value)
-    return value if isinstance(value, str) or math.isfinite(value) else as_text(type, value)
-
-
-def _items(element: "IecType[Any]", depth: int, values: list[Any]) -> list[Any]:
-    if depth > 1:
-        return [_items(element, depth - 1, inner) for inner in values]
-    return [as_json(element, item) for item in values]
 
 
 def hex_dump(data: bytes) -> list[str]:

@@ -11,7 +11,7 @@ from achse.cli import complete
 from achse.cli.ads import raw
 from achse.cli.failure import fail_by
 from achse.cli.options import Count, Duration
-from achse.cli.output import as_json, as_text, print_json, print_table
+from achse.cli.output import print_json, print_table
 from achse.cli.target import Json, client_command, ports_hint, ports_that_answer
 
 if TYPE_CHECKING:
@@ -138,6 +138,7 @@ async def read(client: "Client", names: Names, in_json: Json = False) -> None:
     """Read variables by name; `500:Axes.X.ActPos` is one of another AMS port."""
     from achse.ams import AdsError
     from achse.codes import ReturnCode
+    from achse.iec.documents import as_json, as_text
 
     places = {name: _place(client, name) for name in names}
     values: dict[str, Any] = {}
@@ -177,6 +178,7 @@ async def write(
 ) -> None:
     """Write a variable by name; `500:…` is one of another AMS port."""
     from achse.iec import IecValueError
+    from achse.iec.documents import as_json, as_text
     from achse.iec.literals import parse_value
 
     target, path = _place(client, name)
@@ -246,6 +248,8 @@ async def watch(
 
 def _show(name: str, type: Any, sample: "Sample", in_json: bool) -> None:
     """Print a sample in its form."""
+    from achse.iec.documents import as_json, as_text
+
     if in_json:
         facts = {"time": sample.time.isoformat(), "name": name}
         value = as_json(type, sample.value)

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from achse.cli.output import as_json, as_text, hex_dump, print_json
+from achse.cli.output import hex_dump, print_json
 from achse.cli.target import Json, client_command
 
 if TYPE_CHECKING:
@@ -74,6 +74,7 @@ def _show(data: bytes, type_name: str | None, in_json: bool) -> None:
     if type_name is not None:
         from achse.ams import DecodeError
         from achse.iec import IecDecodeError
+        from achse.iec.documents import as_json, as_text
 
         type = _type(type_name)
         try:
