@@ -1,0 +1,102 @@
+"""The server: fifteen tools over one folder, for agents that read, run and mend PLC projects."""
+
+import functools
+import inspect
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+from mcp.server import MCPServer
+from mcp.server.mcpserver.exceptions import ToolError
+from mcp.types import ToolAnnotations
+
+from achse.ams import AdsError
+from achse.extras import needs_extra
+from achse.faults.fault import FaultError
+from achse.iec.errors import IecError
+from achse.mcp.fence import Fence
+from achse.mcp.source_tools import SourceTools
+from achse.mcp.station_tools import StationTools
+from achse.mcp.stations import Shelf
+from achse.plot.figures import PlotExtraMissing
+from achse.scope import ScopeError
+from achse.tcunit import ProjectError, TcUnitMissing
+
+__all__ = ["new_server"]
+
+_INSTRUCTIONS = """\
+achse checks PLC projects (Structured Text, TwinCAT files) and runs them with moving axes, all in
+this process and in virtual time: no hardware, no waiting. Paths are relative to the folder of the
+server. Mend a project in turns: check, read_code, edit_code, test. To see it run: open_station,
+then run with `record`, read, write, axis, fault; trace and compare show recordings. Equal
+histories give equal digests."""
+
+_TOLD = (AdsError, FaultError, IecError, ProjectError, ScopeError, TcUnitMissing, ValueError)
+"""Errors whose text helps the caller."""
+
+_READS = ToolAnnotations(read_only_hint=True, open_world_hint=False)
+_CHANGES = ToolAnnotations(read_only_hint=False, destructive_hint=False, open_world_hint=False)
+
+
+def new_server(
+    version: str,
+    root: Path,
+    *,
+    libraries: Iterable[Path] = (),
+    target: str | None = None,
+    may_write: bool = False,
+) -> MCPServer[Any]:
+    """Return a server for a folder; `libraries` are sources that it may read besides.
+
+    `target` is the address of a controller that tools may reach, and write to if they may.
+    """
+    fence = Fence(root, libraries)
+    shelf = Shelf(fence, target)
+
+    @asynccontextmanager
+    async def life(server: MCPServer[Any]) -> AsyncIterator[Shelf]:
+        async with shelf:
+            yield shelf
+
+    server: MCPServer[Any] = MCPServer(
+        "achse", version=version, instructions=_INSTRUCTIONS, lifespan=life, log_level="WARNING"
+    )
+    sources = SourceTools(fence)
+    stations = StationTools(fence, shelf, may_write)
+    for tool in (sources.check, sources.explain, sources.find_symbols, sources.read_code):
+        _add(server, tool, _READS)
+    _add(server, sources.edit_code, _CHANGES)
+    _add(server, sources.test, _READS)
+    for tool in (stations.open_station, stations.run):
+        _add(server, tool, _CHANGES)
+    for tool in (stations.state, stations.read):
+        _add(server, tool, _READS)
+    for tool in (stations.write, stations.axis, stations.fault):
+        _add(server, tool, _CHANGES)
+    for tool in (stations.trace, stations.compare):
+        _add(server, tool, _READS)
+    return server
+
+
+def _add(
+    server: MCPServer[Any], tool: Callable[..., Awaitable[Any]], hints: ToolAnnotations
+) -> None:
+    """Offer a method as a tool that tells its errors."""
+
+    @functools.wraps(tool)
+    async def told(*values: Any, **named: Any) -> Any:
+        try:
+            return await tool(*values, **named)
+        except PlotExtraMissing:
+            raise ToolError(needs_extra("a picture", "plot")) from None
+        except _TOLD as error:
+            raise ToolError(str(error)) from None
+        except OSError as failure:
+            raise ToolError(failure.strerror or "file error") from None
+
+    server.add_tool(
+        told,
+        description=" ".join((inspect.getdoc(tool) or "").split()),
+        annotations=hints,
+    )
