@@ -1,7 +1,7 @@
 """Run the TcUnit tests of a project: in a station of its own, in virtual time."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +9,7 @@ from achse.iec import IecError, Record, StructType
 from achse.plc import PlcRuntime, PlcState
 from achse.st.files.files import source_files
 from achse.st.lexis.source import SourceError
-from achse.station import ConfigError, Station
+from achse.station import ConfigError, Station, StationConfig
 from achse.station.configuration.station_file import load, parse
 from achse.tcunit.locate import find_tcunit, units_of
 from achse.tcunit.observer import Observer
@@ -22,6 +22,9 @@ LIMIT = 60.0
 
 TIMEOUT = 600.0
 """Seconds on the clock on the wall, for the same."""
+
+Confine = Callable[[StationConfig, Path], StationConfig]
+"""Changes or refuses the configuration of a station; the path is where its names begin."""
 
 _SUITE = "fb_testsuite"
 _LIST = "GVL_TcUnit"
@@ -42,30 +45,38 @@ def run_tests(
     limit: float = LIMIT,
     timeout: float = TIMEOUT,
     environ: Mapping[str, str] | None = None,
+    confine: Confine | None = None,
+    between: Callable[[float], None] | None = None,
 ) -> TestRun:
     """Run the tests of a folder of sources, a `.plcproj`, one source file or a station.toml.
 
     `libraries` are sources of further libraries; where TcUnit is: see `find_tcunit`. `limit` and
-    `timeout`: seconds of PLC time and of waiting, above 0. Raises `ProjectError`, and
-    `TcUnitMissing` if TcUnit is nowhere.
+    `timeout`: seconds of PLC time and of waiting, above 0. `confine` changes or refuses the
+    configuration before the station is made, `between` is called with the PLC time between two
+    cycles: an exception ends the run. Raises `ProjectError`, and `TcUnitMissing` if TcUnit is
+    nowhere.
     """
     path = Path(project)
     if not path.exists():
         raise ProjectError(f"{path} does not exist")
     try:
-        bench = _Bench(path, [Path(item) for item in libraries], environ)
+        bench = _Bench(path, [Path(item) for item in libraries], environ, confine)
     except (ConfigError, SourceError) as fault:
         raise ProjectError(str(fault)) from None
     except OSError as failure:
         raise ProjectError(f"{failure.filename}: {failure.strerror}") from None
-    return bench.run(limit, timeout)
+    return bench.run(limit, timeout, between)
 
 
 class _Bench:
     """A station with the project and TcUnit."""
 
     def __init__(
-        self, path: Path, libraries: list[Path], environ: Mapping[str, str] | None
+        self,
+        path: Path,
+        libraries: list[Path],
+        environ: Mapping[str, str] | None,
+        confine: Confine | None,
     ) -> None:
         self._path = path
         if path.suffix.lower() == ".toml":
@@ -94,7 +105,8 @@ class _Bench:
             else plc
             for plc in config.plc
         )
-        self.station = Station(config.model_copy(update={"plc": plcs}), base=base)
+        config = config.model_copy(update={"plc": plcs})
+        self.station = Station(config if confine is None else confine(config, base), base=base)
         own = units_of(tcunit) if tcunit is not None else set()
         self._plcs = [
             _PlcTests(self.station.plcs[port], own, _files(root))
@@ -106,9 +118,9 @@ class _Bench:
         for tests in self._plcs:
             tests.check()
 
-    def run(self, limit: float, timeout: float) -> TestRun:
+    def run(self, limit: float, timeout: float, between: Callable[[float], None] | None) -> TestRun:
         """Run until all tests have ended, or cannot end."""
-        problem = self._until_the_end(limit, timeout)
+        problem = self._until_the_end(limit, timeout, between)
         suites = [suite for tests in self._plcs for suite in tests.suites()]
         duration = max(tests.ended_ns for tests in self._plcs) / 1e9
         for tests in self._plcs:
@@ -119,7 +131,9 @@ class _Bench:
             problem = self._why_nothing() or problem
         return TestRun(suites, duration, problem)
 
-    def _until_the_end(self, limit: float, timeout: float) -> str:
+    def _until_the_end(
+        self, limit: float, timeout: float, between: Callable[[float], None] | None
+    ) -> str:
         """Run until all tests have ended; return the reason if they do not, else an empty text."""
         station = self.station
         step = min(tests.plc.tasks[0].cycle_ns for tests in self._plcs) / 1e9
@@ -128,6 +142,8 @@ class _Bench:
             station.advance(step)
             for tests in self._plcs:
                 tests.look(station.time_ns)
+            if between is not None:
+                between(station.time_ns / 1e9)
             if all(tests.has_ended for tests in self._plcs):
                 break
             if station.time_ns >= limit * 1e9:

@@ -1,0 +1,249 @@
+"""Tools over stations in virtual time: open, run, read, write, move, disturb, show, compare."""
+
+import base64
+from typing import Annotated, Any, Literal
+
+from anyio import to_thread
+from mcp.server.mcpserver import Context
+from mcp.types import CallToolResult, ImageContent, TextContent
+from pydantic import Field
+
+from achse.ams import AdsError
+from achse.faults.kinds import STATION_FAULTS
+from achse.iec.documents import as_json
+from achse.iec.errors import IecError
+from achse.iec.literals import parse_value
+from achse.mcp.axes import AxisAction, axis_report, bus_reports, command
+from achse.mcp.fence import Fence
+from achse.mcp.recordings import compared, table_of
+from achse.mcp.results import (
+    AxisReport,
+    FaultReports,
+    RunComparison,
+    RunReport,
+    StationReport,
+    TraceTable,
+    VariableValues,
+)
+from achse.mcp.source_tools import ProjectPath
+from achse.mcp.stations import WALL_S, Bench, HandleError, Shelf, plc_reports
+from achse.scope.channel import channel_of
+
+__all__ = ["StationTools"]
+
+_MOST_TEXT = 4_000
+"""Characters of one value."""
+
+_Handle = Annotated[str, Field(max_length=40)]
+_Name = Annotated[str, Field(max_length=255)]
+_Names = Annotated[list[_Name], Field(max_length=200)]
+_Seconds = Annotated[float, Field(ge=0, le=3600)]
+
+
+class StationTools:
+    """Tools over the stations of a shelf; one call at a time for each."""
+
+    def __init__(self, fence: Fence, shelf: Shelf, may_write: bool) -> None:
+        self._fence = fence
+        self._shelf = shelf
+        self._may_write = may_write
+
+    async def open_station(self, project: ProjectPath = ".") -> StationReport:
+        """Start a station of a station.toml, or of PLC sources alone, in virtual time; its time is
+        0. Use its handle in other tools."""
+        bench = await self._shelf.open(self._fence.path(project))
+        return await self._report(bench)
+
+    async def state(self, station: _Handle) -> StationReport:
+        """Show time, digest, PLCs, axes, buses and drives of a station."""
+        bench = await self._shelf.bench(station)
+        async with bench.lock:
+            return await self._report(bench)
+
+    async def _report(self, bench: Bench) -> StationReport:
+        station = bench.station
+        axes = [] if station.nc is None else await bench.client.nc.axes()
+        return StationReport(
+            station=bench.handle,
+            time_s=station.time_ns / 1e9,
+            digest=station.digest(),
+            plcs=plc_reports(station),
+            axes=[await axis_report(axis) for axis in axes],
+            buses=bus_reports(station),
+            warnings=list(station.warnings)[:50],
+            runs=self._shelf.runs,
+        )
+
+    async def run(
+        self,
+        station: _Handle,
+        ctx: Context[Any],
+        seconds: _Seconds = 0.0,
+        cycles: Annotated[int, Field(ge=0, le=1_000_000)] = 0,
+        record: Annotated[list[_Name], Field(max_length=32)] = [],  # noqa: B006
+    ) -> RunReport:
+        """Let time pass: seconds, or cycles of the first PLC's first task. `record` names channels
+        (MAIN.nCount, 500:Axes.X.ActPos, with @2ms a sample time) for trace and compare. Ends early
+        if a PLC stops."""
+        bench = await self._shelf.bench(station)
+        async with bench.lock:
+            asked = seconds if not cycles else self._length(bench, cycles)
+
+            async def progress(passed: float) -> None:
+                await ctx.report_progress(passed, asked)
+
+            channels = [channel_of(name, f"record[{n}]") for n, name in enumerate(record, 1)]
+            report, recording = await bench.run(asked, channels, progress)
+        if recording is not None:
+            report.run = self._shelf.keep(recording)
+        return report
+
+    @staticmethod
+    def _length(bench: Bench, cycles: int) -> float:
+        plc = next(iter(bench.station.plcs.values()), None)
+        if plc is None:
+            raise HandleError("cycles: the station has no PLC, use seconds")
+        return min(cycles * plc.tasks[0].cycle_ns / 1e9, 3600.0)
+
+    async def read(self, station: _Handle, names: _Names) -> VariableValues:
+        """Read variables by name: MAIN.nCount; 500:… is one of another AMS port."""
+        bench = await self._shelf.bench(station)
+        found = VariableValues(values={}, errors={})
+        async with bench.lock:
+            for name in names:
+                await self._read(bench, name, found)
+        return found
+
+    @staticmethod
+    async def _read(bench: Bench, name: str, found: VariableValues) -> None:
+        port, colon, path = name.partition(":")
+        target = bench.client.at_port(int(port)) if colon and port.isdigit() else bench.client
+        path = path if colon and port.isdigit() else name
+        try:
+            value = as_json(await target.type_of(path), await target.read(path))
+        except AdsError as error:
+            found.errors[name] = str(error)
+            return
+        if len(str(value)) > _MOST_TEXT:
+            found.errors[name] = "too long: read elements or members of it"
+            return
+        found.values[name] = value
+
+    async def write(
+        self,
+        station: _Handle,
+        values: Annotated[dict[_Name, bool | int | float | str], Field(max_length=200)],
+    ) -> VariableValues:
+        """Write variables by name; a text is an IEC literal (T#1s, E_State.Idle) or a string.
+        Returns the values read back."""
+        bench = await self._shelf.bench(station)
+        self._check_may_write(bench)
+        found = VariableValues(values={}, errors={})
+        async with bench.lock:
+            for name, value in values.items():
+                try:
+                    await self._write(bench, name, value)
+                except (AdsError, IecError, ValueError) as error:
+                    found.errors[name] = str(error)
+                    continue
+                await self._read(bench, name, found)
+        return found
+
+    @staticmethod
+    async def _write(bench: Bench, name: str, value: bool | float | str) -> None:
+        given: Any = value
+        if isinstance(value, str):
+            try:
+                given = parse_value(await bench.client.type_of(name), value)
+            except IecError:
+                given = value
+        await bench.client.write(name, given)
+
+    def _check_may_write(self, bench: Bench) -> None:
+        if not bench.is_simulated and not self._may_write:
+            raise HandleError("the target is for reading: start `achse mcp` with --allow-write")
+
+    async def axis(
+        self,
+        station: _Handle,
+        axis: Annotated[int | str, Field(description="Name or id.")],
+        action: AxisAction = "state",
+        target: float = 0.0,
+        velocity: float = 0.0,
+        acceleration: float = 0.0,
+        wait: bool = True,
+    ) -> AxisReport:
+        """Show or command an axis; in virtual time. A command waits for its end unless `wait` is
+        false. target: position of move_to, distance of move_by; acceleration 0: that of the
+        axis."""
+        bench = await self._shelf.bench(station)
+        if action != "state":
+            self._check_may_write(bench)
+        async with bench.lock:
+            remote = bench.client.nc.axis(axis)
+            await command(
+                remote,
+                action,
+                target=target,
+                velocity=velocity,
+                acceleration=acceleration,
+                wait=wait,
+                patience=WALL_S,
+            )
+            return await axis_report(remote)
+
+    async def fault(
+        self,
+        station: _Handle,
+        action: Literal["list", "add", "clear"] = "list",
+        fields: Annotated[dict[str, bool | int | float | str], Field(max_length=20)] = {},  # noqa: B006
+        number: int = 0,
+    ) -> FaultReports:
+        """Inject a fault (fields: kind and its keys), clear one by number (0: all), or list the
+        active ones and all kinds."""
+        bench = await self._shelf.bench(station)
+        async with bench.lock:
+            faults = bench.station.faults
+            if action == "add":
+                faults.add(STATION_FAULTS.of(fields))
+            elif action == "clear":
+                if number and number not in [each.number for each in faults]:
+                    raise HandleError(f"no fault has the number {number}")
+                faults.clear(number or None)
+            kinds = {kind: STATION_FAULTS.description(kind) for kind in STATION_FAULTS}
+            return FaultReports(
+                active=[each.facts() for each in faults], kinds=kinds if action == "list" else {}
+            )
+
+    async def trace(
+        self,
+        run: _Handle,
+        names: Annotated[list[_Name], Field(max_length=32)] = [],  # noqa: B006
+        begin: float = 0.0,
+        end: _Seconds = 3600.0,
+        rows: Annotated[int, Field(ge=1, le=2000)] = 100,
+        picture: bool = False,
+    ) -> Annotated[CallToolResult, TraceTable]:
+        """Show a recording as a table, thinned to `rows`, with extremes; with `picture` as a PNG
+        too."""
+        recording = self._shelf.recording(run)
+        table = await to_thread.run_sync(lambda: table_of(run, recording, names, begin, end, rows))
+        content: list[Any] = [TextContent(type="text", text=table.model_dump_json())]
+        if picture:
+            from achse.plot.figures import recording as drawn
+
+            png = await to_thread.run_sync(lambda: drawn(recording.data, names or None).png)
+            data = base64.b64encode(png).decode()
+            content.append(ImageContent(type="image", data=data, mime_type="image/png"))
+        return CallToolResult(content=content, structured_content=table.model_dump())
+
+    async def compare(
+        self,
+        a: _Handle,
+        b: _Handle,
+        names: Annotated[list[_Name], Field(max_length=32)] = [],  # noqa: B006
+        tolerance: Annotated[float, Field(ge=0)] = 0.0,
+    ) -> RunComparison:
+        """Compare two recordings sample by sample: first and largest difference of each channel."""
+        one, other = self._shelf.recording(a), self._shelf.recording(b)
+        return await to_thread.run_sync(lambda: compared(one, other, names, tolerance))

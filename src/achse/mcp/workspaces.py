@@ -1,0 +1,112 @@
+"""Projects that stay in memory between calls, as their files are on disk now."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from achse.lsp.projects import declared_by_runtime
+from achse.mcp.fence import Fence
+from achse.mcp.results import CheckReport, CodeFinding
+from achse.st.lexis.source import SourceError
+from achse.st.workspace import Workspace
+from achse.station.configuration.station_file import load
+
+__all__ = ["WarmProjects"]
+
+_MOST = 4
+"""Projects in memory; the one not used for longest goes first."""
+
+_SEVERITY = {"errors": "error", "warnings": "warning", "unreached": "unreached"}
+
+_Stamp = tuple[int, int, int]
+
+
+class _WarmProject:
+    """A workspace, and the state of its files on disk when it was read."""
+
+    def __init__(self, workspace: Workspace, stamps: dict[Path, _Stamp]) -> None:
+        self.workspace = workspace
+        self.stamps = stamps
+
+
+class WarmProjects:
+    """Projects of a folder. Their sources are looked at on disk whenever one is asked for."""
+
+    def __init__(self, fence: Fence) -> None:
+        self._fence = fence
+        self._projects: dict[tuple[Path, tuple[Path, ...]], _WarmProject] = {}
+
+    def of(self, project: str) -> Workspace:
+        """Return a project, or the first PLC of a station.toml, as it is on disk.
+
+        Raises FenceError, ConfigError, SourceError.
+        """
+        path, libraries = self._place(self._fence.path(project))
+        key = path, libraries
+        listed = [*self._fence.sources(path)]
+        for library in libraries:
+            if library.suffix.lower() != ".tmc":
+                listed += self._fence.sources(library)
+        stamps = self._stamps(path, listed)
+        known = self._projects.pop(key, None)
+        if known is None:
+            made = Workspace(path, libraries=libraries, given=declared_by_runtime)
+            known = _WarmProject(made, stamps)
+        elif known.stamps.keys() != stamps.keys():
+            known.workspace.load()
+        else:
+            for file, stamp in stamps.items():
+                if known.stamps[file] != stamp:
+                    known.workspace.reread(file)
+        known.stamps = stamps
+        self._projects[key] = known
+        while len(self._projects) > _MOST:
+            del self._projects[next(iter(self._projects))]
+        return known.workspace
+
+    def _place(self, path: Path) -> tuple[Path, tuple[Path, ...]]:
+        """Return sources and libraries of a project."""
+        if path.suffix.lower() != ".toml":
+            return path, self._fence.libraries
+        config = self._fence.confined(load(path), path.parent)
+        plc = next((each for each in config.plc if each.sources is not None), None)
+        if plc is None or plc.sources is None:
+            raise SourceError([], f"{path.name}: no [[plc]] has sources")
+        named = tuple((path.parent / name).resolve() for name in plc.libraries)
+        return (path.parent / plc.sources).resolve(), (*named, *self._fence.libraries)
+
+    @staticmethod
+    def _stamps(path: Path, files: Iterable[Path]) -> dict[Path, _Stamp]:
+        """Return what tells an edited file: its times and size, of the project's file too."""
+        found: dict[Path, _Stamp] = {}
+        beside = [path] if path.is_file() else sorted(path.glob("*.plcproj"))
+        for file in (*files, *beside):
+            stat = file.stat()
+            found[file] = stat.st_mtime_ns, stat.st_ctime_ns, stat.st_size
+        return found
+
+    def check(self, project: str, most: int) -> CheckReport:
+        """Return the findings of a project, errors first."""
+        workspace = self.of(project)
+        found = [
+            CodeFinding(
+                severity=_SEVERITY[kind],
+                code=str(one.code),
+                file=self._fence.name(workspace.file_of(one)),
+                line=one.location.line,
+                column=one.location.column,
+                end_line=one.end_line,
+                end_column=one.end_column,
+                message=one.message,
+            )
+            for kind, findings in workspace.findings._asdict().items()
+            for one in findings
+        ]
+        errors = len(workspace.findings.errors)
+        return CheckReport(
+            ok=not errors,
+            sources=len(workspace.sources),
+            errors=errors,
+            warnings=len(found) - errors,
+            findings=found[:most],
+            left_out=max(0, len(found) - most),
+        )
