@@ -10,7 +10,9 @@ from achse.mcp.fence import Fence, FenceError
 from achse.mcp.results import CodeExcerpt, FoundSymbol, FoundSymbols
 from achse.st.files.files import content_of
 from achse.st.lexis.source import Source
+from achse.st.syntax.units import Action
 from achse.st.workspace import Workspace
+from achse.st.workspace.cursor import first_offset
 from achse.st.workspace.symbols import DeclaredSymbol, Outline, SymbolKind
 from achse.st.workspace.uses import outline_in
 
@@ -93,13 +95,23 @@ def _parts(outline: Outline) -> list[Outline]:
 def _extent(workspace: Workspace, source: Source, symbol: DeclaredSymbol) -> tuple[int, int]:
     """Return where the code of a unit or part begins, and where that of the next one does."""
     assert workspace.checking is not None
-    start, end = _start_of(source, symbol.place), len(source.text)
+    start, end = _start_of(source, _place(symbol)), len(source.text)
+    if isinstance(symbol.node, Action) and not symbol.node.body:
+        return start, start
     for outline in outline_in(workspace.checking, source):
         for each in (outline, *_parts(outline)):
-            other = _start_of(source, each.symbol.place)
+            other = _start_of(source, _place(each.symbol))
             if start < other < end:
                 end = other
     return start, end
+
+
+def _place(symbol: DeclaredSymbol) -> int:
+    """Return an offset in the code of a symbol; an action in an XML file has its body alone."""
+    node = symbol.node
+    if isinstance(node, Action) and not node.at and isinstance(node.body, tuple) and node.body:
+        return first_offset(node.body[0])
+    return symbol.place
 
 
 def _start_of(source: Source, at: int) -> int:

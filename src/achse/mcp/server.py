@@ -35,6 +35,8 @@ histories give equal digests."""
 _TOLD = (AdsError, FaultError, IecError, ProjectError, ScopeError, TcUnitMissing, ValueError)
 """Errors whose text helps the caller."""
 
+_Tool = Callable[..., Awaitable[Any]]
+
 _READS = ToolAnnotations(read_only_hint=True, open_world_hint=False)
 _CHANGES = ToolAnnotations(read_only_hint=False, destructive_hint=False, open_world_hint=False)
 
@@ -64,24 +66,29 @@ def new_server(
     )
     sources = SourceTools(fence)
     stations = StationTools(fence, shelf, may_write)
-    for tool in (sources.check, sources.explain, sources.find_symbols, sources.read_code):
-        _add(server, tool, _READS)
-    _add(server, sources.edit_code, _CHANGES)
-    _add(server, sources.test, _READS)
-    for tool in (stations.open_station, stations.run):
-        _add(server, tool, _CHANGES)
-    for tool in (stations.state, stations.read):
-        _add(server, tool, _READS)
-    for tool in (stations.write, stations.axis, stations.fault):
-        _add(server, tool, _CHANGES)
-    for tool in (stations.trace, stations.compare):
-        _add(server, tool, _READS)
+    tools: dict[_Tool, ToolAnnotations] = {
+        sources.check: _READS,
+        sources.explain: _READS,
+        sources.find_symbols: _READS,
+        sources.read_code: _READS,
+        sources.edit_code: _CHANGES,
+        sources.test: _READS,
+        stations.open_station: _CHANGES,
+        stations.run: _CHANGES,
+        stations.state: _READS,
+        stations.read: _READS,
+        stations.write: _CHANGES,
+        stations.axis: _CHANGES,
+        stations.fault: _CHANGES,
+        stations.trace: _READS,
+        stations.compare: _READS,
+    }
+    for tool, hints in tools.items():
+        _add(server, tool, hints)
     return server
 
 
-def _add(
-    server: MCPServer[Any], tool: Callable[..., Awaitable[Any]], hints: ToolAnnotations
-) -> None:
+def _add(server: MCPServer[Any], tool: _Tool, hints: ToolAnnotations) -> None:
     """Offer a method as a tool that tells its errors."""
 
     @functools.wraps(tool)

@@ -18,7 +18,7 @@ from achse.mcp.results import (
     FoundSymbols,
     TestReport,
 )
-from achse.mcp.testing import tested
+from achse.mcp.testing import unit_test_report
 from achse.mcp.workspaces import WarmProjects
 from achse.st.explanations.explanation import explanation_of
 from achse.st.lexis.codes import Code
@@ -119,7 +119,7 @@ class SourceTools:
             from_thread.run(ctx.report_progress, plc_time, limit_s)
 
         def work() -> TestReport:
-            return tested(
+            return unit_test_report(
                 self._fence,
                 path,
                 limit=limit_s,

@@ -31,7 +31,7 @@ from achse.st.workspace.symbols import (
     visible_in,
 )
 
-__all__ = ["OpenCall", "completions", "open_call", "routine_at"]
+__all__ = ["OpenCall", "completions", "first_offset", "open_call", "routine_at"]
 
 _PATH = re.compile(r"((?:[A-Za-z_]\w*(?:\^|\[[^\[\]]*\]|\([^()]*\))*\s*\.\s*)*)([A-Za-z_]\w*)?$")
 _CALLED = re.compile(r"((?:[A-Za-z_]\w*(?:\^|\[[^\[\]]*\])*\s*\.\s*)*[A-Za-z_]\w*\^?)\s*$")
@@ -68,10 +68,10 @@ def _anchors(routine: Signature) -> Iterator[int]:
     yield routine.tree.at
     body = routine.body
     for statement in body if isinstance(body, tuple) else ():
-        yield _first(statement)
+        yield first_offset(statement)
 
 
-def _first(tree: Any) -> int:
+def first_offset(tree: Any) -> int:
     """Return the offset of the first name of a statement."""
     while (inner := getattr(tree, "target", getattr(tree, "of", None))) is not None:
         tree = inner
