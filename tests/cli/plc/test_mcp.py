@@ -1,0 +1,28 @@
+"""`achse mcp` over standard streams, as an agent starts it, by new and by older protocols."""
+
+import asyncio
+import sys
+from pathlib import Path
+
+import pytest
+from mcp import Client, StdioServerParameters
+
+from tests.mcp.client import write_folder
+
+
+@pytest.mark.parametrize("mode", ["auto", "legacy"])
+def test_the_server_answers_over_standard_streams(tmp_path: Path, mode: str) -> None:
+    folder = write_folder(tmp_path / "work")
+    arguments = ["-m", "achse", "mcp", "--root", str(folder)]
+
+    async def run() -> None:
+        server = StdioServerParameters(command=sys.executable, args=arguments)
+        async with Client(server, mode=mode) as client:  # type: ignore[arg-type]
+            assert len((await client.list_tools()).tools) == 15
+            checked = await client.call_tool("check", {"project": "station.toml"})
+            assert checked.structured_content is not None
+            assert checked.structured_content["ok"]
+            refused = await client.call_tool("check", {"project": "/etc"})
+            assert refused.is_error
+
+    asyncio.run(run())
