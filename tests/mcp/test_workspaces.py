@@ -1,0 +1,57 @@
+"""Projects in memory are as their files are on disk."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from achse.mcp.fence import Fence, FenceError
+from achse.mcp.workspaces import WarmProjects
+
+
+def test_what_is_warm_equals_what_is_cold(folder: Path) -> None:
+    warm = WarmProjects(Fence(folder))
+    assert warm.check("station.toml", 9).ok
+    file = folder / "press" / "POUs" / "F_Mean.TcPOU"
+    good = file.read_text(encoding="utf-8")
+    for text in (good.replace("fLeft +", "fLift +"), good.replace("LREAL;", "BOOL;"), good):
+        file.write_text(text, encoding="utf-8")
+        cold = WarmProjects(Fence(folder)).check("station.toml", 99)
+        assert warm.check("station.toml", 99) == cold
+        assert cold.ok == (text == good)
+
+
+def test_added_and_removed_files_are_noticed(folder: Path) -> None:
+    loose = folder / "loose"
+    loose.mkdir()
+    (loose / "a.st").write_text("PROGRAM A\nVAR n : INT; END_VAR\nn := F_B();\nEND_PROGRAM\n")
+    warm = WarmProjects(Fence(folder))
+    assert not warm.check("loose", 9).ok
+    (loose / "b.st").write_text("FUNCTION F_B : INT\nEND_FUNCTION\n")
+    assert warm.check("loose", 9).ok
+    (loose / "b.st").unlink()
+    assert not warm.check("loose", 9).ok
+
+
+def test_a_project_in_memory_is_the_same_until_others_push_it_out(folder: Path) -> None:
+    warm = WarmProjects(Fence(folder))
+    first = warm.of("machine.st")
+    assert warm.of("machine.toml") is first
+    for number in range(5):
+        (folder / f"p{number}.st").write_text(f"PROGRAM P{number}\nEND_PROGRAM\n")
+        warm.of(f"p{number}.st")
+    assert warm.of("machine.st") is not first
+
+
+def test_findings_are_cut_and_counted(folder: Path) -> None:
+    lines = "".join(f"n{number} := 1;\n" for number in range(20))
+    (folder / "many.st").write_text(f"PROGRAM MANY\n{lines}END_PROGRAM\n")
+    report = WarmProjects(Fence(folder)).check("many.st", 5)
+    assert (report.errors, len(report.findings), report.left_out) == (20, 5, 15)
+    assert {each.file for each in report.findings} == {"many.st"}
+
+
+def test_a_project_with_a_source_elsewhere_is_refused(folder: Path) -> None:
+    os.symlink(folder.parent, folder / "up")
+    with pytest.raises(FenceError):
+        WarmProjects(Fence(folder)).of("up")
