@@ -86,8 +86,8 @@ b := t.Q;
 )
 
 
-def _cycles(groups: int, form: str) -> Call:
-    """Return a cycle of a PLC that executes so many times ten statements."""
+def _cycles(groups: int, form: str, *, counts: bool = False) -> Call:
+    """Return a cycle of a PLC that executes so many times ten statements, with counters or not."""
     from achse.plc.bodies import Bodies
     from achse.plc.code.execution import CodeForm
     from achse.plc.runtime import PlcRuntime
@@ -100,7 +100,8 @@ def _cycles(groups: int, form: str) -> Call:
     body = "".join(STATEMENTS.format(index=number % 100) for number in range(groups))
     project = declare([parse(Source(VARIABLES + body + "END_PROGRAM\n", "a.st"), name="GVL")])
     task = Task("PlcTask", 10_000_000, [project.programs["main"]])
-    bodies = Bodies(check(project), budget=1 << 40, form=CodeForm[form])
+    options: dict[str, Any] = {"covered": lambda _: True} if counts else {}
+    bodies = Bodies(check(project), budget=1 << 40, form=CodeForm[form], **options)
     plc = PlcRuntime([task], project.units, bodies=bodies)
     assert plc.failure == "", plc.failure
 
@@ -121,6 +122,16 @@ def plain() -> Call:
 def machine() -> Call:
     """Set up 1,000 statements as machine code."""
     return _cycles(100, "MACHINE")
+
+
+def plain_counted() -> Call:
+    """Set up 100 statements as plain Python that count for coverage."""
+    return _cycles(10, "PLAIN", counts=True)
+
+
+def machine_counted() -> Call:
+    """Set up 1,000 statements as machine code that count for coverage."""
+    return _cycles(100, "MACHINE", counts=True)
 
 
 def blocks() -> Call:

@@ -53,6 +53,10 @@ WORKS = (
     Work("scope", "sample of 64 scope channels with triggers", "axis_works:scope", 50),
     Work("statement plain", "100 statements of Structured Text, plain", "plc_works:plain", 5),
     Work("statement", "1,000 statements, machine code", "plc_works:machine", 20),
+    Work("counted plain", "100 statements with coverage, plain", "plc_works:plain_counted", 5),
+    Work(
+        "counted", "1,000 statements with coverage, machine code", "plc_works:machine_counted", 20
+    ),
     Work("block", "2 ms of 4 axes with 5 blocks of Tc2_MC2 each", "plc_works:blocks", 50),
     Work("part program", "interpret 100 blocks of G-code", "plc_works:part_program", 1),
     Work("check", "parse, declare and check 120 statements", "plc_works:check_sources", 1),

@@ -14,7 +14,7 @@ from achse.plc.routines.builtins import BLOCKS, FUNCTIONS, BlockBody, FunctionBo
 from achse.plc.routines.json_documents import JSON_FUNCTIONS
 from achse.plc.routines.python_bodies import has_python_bodies, python_bodies
 from achse.plc.routines.routine_calls import Guard, RoutineCalls, unguarded
-from achse.st.typed.project import TypedProject
+from achse.st.typed.project import Routine, TypedProject
 
 __all__ = ["Bodies"]
 
@@ -26,7 +26,8 @@ class Bodies:
     `exceptions`: the task option "floating point exceptions". `functions` and `blocks`: what
     routines of libraries do that have no Structured Text, by key; `services` has more of them,
     those that need the station. `epoch()` is the Unix time at time 0, ns. `form` is what routines
-    become: plain Python or machine code.
+    become: plain Python or machine code. Statements and branches of routines that are `covered`
+    count.
     """
 
     def __init__(
@@ -40,9 +41,11 @@ class Bodies:
         services: Services | None = None,
         epoch: Callable[[], int] = int,
         form: CodeForm = CodeForm.AUTO,
+        covered: Callable[[Routine], bool] | None = None,
     ) -> None:
         self.project = project
         self.form = form
+        self.covered = covered
         self.budget = budget
         self.exceptions = exceptions
         of_station = {} if services is None else services.functions
@@ -122,6 +125,7 @@ class Bodies:
         self.context.place(memory, clock_ns, task_index)
         if self._services is not None:
             self._services.forget()
+        replaced = (after or self).execution
         self.execution = Execution(
             self.project,
             memory,
@@ -138,7 +142,11 @@ class Bodies:
             keeps_statics=keeps_statics,
             form=self.form,
             cached=True,
+            covered=self.covered,
         )
+        counters = self.execution.coverage
+        if counters is not None and replaced is not None and replaced.coverage is not None:
+            counters.take_over(replaced.coverage)
         self.context.link(self.execution)
         self.calls = RoutineCalls(self.project, memory, self.execution, self.guard)
         self.instances = InstanceLifecycle(self.project, memory, placed, self.execution)

@@ -29,6 +29,7 @@ from achse.st.typed.project import Routine, TypedProject
 from achse.st.typed.statements import TypedStatement
 
 if TYPE_CHECKING:
+    from achse.plc.coverage.counters import CoverageCounters
     from achse.plc.machine.program import MachineProgram
 
 __all__ = ["Builtins", "CodeForm", "Execution", "Listener"]
@@ -90,7 +91,7 @@ class Execution:
     what `__NEW` made stays, and with `keeps_statics` so do VAR_STAT variables of functions.
     `form` says what routines become; both forms leave the same bytes.
     `cached`: machine code comes from the user's cache if it is there; that is for projects that
-    come from sources, which are what the cache knows them by.
+    come from sources, which are what the cache knows them by. Routines that are `covered` count.
     """
 
     def __init__(
@@ -108,6 +109,7 @@ class Execution:
         keeps_statics: bool = False,
         form: CodeForm = CodeForm.PLAIN,
         cached: bool = False,
+        covered: Callable[[Routine], bool] | None = None,
     ) -> None:
         self.project = project
         self.memory = memory
@@ -127,6 +129,12 @@ class Execution:
         self.frames = Frames(memory, self.views)
         self.heap: Heap = Heap(memory) if after is None else after.heap
         self._linker = Linker(LoweredProject(project, placement, exceptions=exceptions))
+        self.coverage: CoverageCounters | None = None
+        """Counters of the routines that are covered; None if none is."""
+        if covered is not None:
+            from achse.plc.coverage.counters import CoverageCounters
+
+            self.coverage = CoverageCounters(self._linker.project, covered)
         self.namespace: dict[str, Any] = {
             **OPERATIONS,
             **TEXTS,
@@ -164,6 +172,8 @@ class Execution:
         """Routines that are plain beside machine code, and why."""
         if form is not CodeForm.PLAIN:
             self._translate_if_possible(form, variables, exceptions, cached)
+        if self.coverage is not None:
+            self.namespace |= {"COUNTS": self.coverage.counts, "count": self.coverage.count}
         self.renew()
         self._link()
 
@@ -188,6 +198,7 @@ class Execution:
         from achse.plc.machine.program import MachineHost, MachineProgram
 
         by_python = sorted(key for key in self._overrides if key in self.project.routines)
+        counters = 0 if self.coverage is None else self.coverage.size
         content = machine_code(
             self.project,
             self.placement,
@@ -195,6 +206,8 @@ class Execution:
             by_python,
             exceptions=exceptions,
             cached=cached,
+            counted=self._linker.project.counted,
+            counters=counters,
         )
         host = MachineHost(
             self.project,
@@ -207,7 +220,9 @@ class Execution:
             caught=self._caught,
             deepest=DEEPEST_CALLS,
         )
-        self.machine = MachineProgram(content, host)
+        self.machine = MachineProgram(content, host, counters)
+        if self.coverage is not None and self.machine.counts is not None:
+            self.coverage.counts = self.machine.counts
         self.kept_plain = self.machine.notes.plain
         self._fuel = self.namespace["F"] = self.machine.budget
         self.frames.share(self.machine.frames)

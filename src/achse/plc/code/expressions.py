@@ -483,4 +483,5 @@ _WRITERS: dict[type[Any], Callable[[ExpressionWriter, Any], CodeExpression]] = {
     nodes.RecordValue: ExpressionWriter.record,
     nodes.Creation: ExpressionWriter.creation,
     nodes.RuntimeCall: ExpressionWriter.service,
+    nodes.Count: lambda of, value: CodeExpression(f"count({value.number})"),
 }

@@ -28,7 +28,7 @@ _WIDEST = 60
 _MOST_BRANCHES = 30
 """Branches of one choice that are written with `elif`."""
 
-_WITHOUT_STOP = (nodes.Lifecycle, nodes.Spend)
+_WITHOUT_STOP = (nodes.Lifecycle, nodes.Spend, nodes.Count)
 """Statements that the source does not have: a debugger does not stop there."""
 
 _COMPOUND = (nodes.Branches, nodes.LoweredSelection, nodes.Loop, nodes.LoweredTry)
@@ -104,6 +104,8 @@ class StatementWriter:
                 self._loop(statement)
             case nodes.Spend(cost):
                 self._spend(cost)
+            case nodes.Count(number):
+                lines.add(_counting(number))
             case nodes.LoweredTry():
                 self._try(statement)
             case LoopExit():
@@ -232,13 +234,17 @@ class StatementWriter:
         head = "True" if statement.before is None else self._of.condition(statement.before)
         lines, raised = self._lines, _has_marks(statement.body)
         self._depth += 1
-        with self._passing("LoopLeft" if raised else ""), lines.within(f"while {head}:"):
-            self._spend(statement.cost)
-            self._loops.append(("raised" if raised else "plain", statement, self._function))
-            with self._passing("LoopGoesOn" if raised else ""):
-                self.list_of(statement.body)
-            self._loops.pop()
-            self._advance(statement)
+        with self._passing("LoopLeft" if raised else ""):
+            with lines.within(f"while {head}:"):
+                self._spend(statement.cost)
+                self._loops.append(("raised" if raised else "plain", statement, self._function))
+                with self._passing("LoopGoesOn" if raised else ""):
+                    self.list_of(statement.body)
+                self._loops.pop()
+                self._advance(statement)
+            if statement.ends is not None and statement.before is not None:
+                with lines.within("else:"):
+                    lines.add(_counting(statement.ends))
         self._depth -= 1
 
     @contextmanager
@@ -258,7 +264,8 @@ class StatementWriter:
         self._mark(statement)
         self.effects(statement.advance)
         if statement.after is not None:
-            self._lines.add(f"if not ({self._of.value(statement.after).text}): break")
+            ends = "" if statement.ends is None else f"{_counting(statement.ends)}; "
+            self._lines.add(f"if not ({self._of.value(statement.after).text}): {ends}break")
 
     def _leave(self, word: str, exception: str) -> None:
         form, statement, function = self._loops[-1]
@@ -327,6 +334,11 @@ class StatementWriter:
         end = f"{address} + {statement.count * statement.stride}"
         with lines.within(f"for {pointer} in range({address}, {end}, {statement.stride}):"):
             self.effects(statement.effects)
+
+
+def _counting(number: int) -> str:
+    """A line that counts."""
+    return f"COUNTS[{number}] += 1"
 
 
 def _has_marks(statements: nodes.LoweredStatements) -> bool:

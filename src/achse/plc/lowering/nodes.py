@@ -7,7 +7,7 @@ the source, which is that of every fault in it. Types are flat, as in the typed 
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
@@ -17,12 +17,16 @@ from achse.st.typed.expressions import Conversion, Converted, EnumName, Known, O
 from achse.st.typed.project import Routine
 from achse.st.typed.statements import JumpMark, JumpTo, LoopExit, LoopNext, RoutineExit
 
+if TYPE_CHECKING:
+    from achse.plc.lowering.counters import RoutineCounters
+
 __all__ = [
     "Branches",
     "Check",
     "Compute",
     "Convert",
     "Copy",
+    "Count",
     "Creation",
     "Effects",
     "External",
@@ -286,6 +290,18 @@ class RuntimeCall:
     why: str
 
 
+@node
+class Count:
+    """One more in a counter: a statement, and an effect without a value."""
+
+    number: int
+    at: int = 0
+
+    @property
+    def type(self) -> None:
+        return None
+
+
 LoweredValue: TypeAlias = (
     Known
     | Temporary
@@ -304,6 +320,7 @@ LoweredValue: TypeAlias = (
     | RecordValue
     | Creation
     | RuntimeCall
+    | Count
 )
 
 
@@ -367,6 +384,8 @@ class Loop:
     advance: tuple[LoweredValue, ...]
     after: LoweredValue | None
     at: int
+    ends: int | None = None
+    """Counter of the times that `before` or `after` ends it."""
 
 
 @node
@@ -402,6 +421,7 @@ class Lifecycle:
 
 LoweredStatement: TypeAlias = (
     Effects
+    | Count
     | Branches
     | LoweredSelection
     | Loop
@@ -438,3 +458,5 @@ class LoweredRoutine:
     body: LoweredStatements
     results: tuple[LoweredValue, ...]
     """The result, if there is one, and the outputs."""
+    counters: "RoutineCounters | None" = None
+    """What its `Count`s say; None without any."""

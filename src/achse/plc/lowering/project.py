@@ -1,5 +1,6 @@
 """Project as lowering sees it: its routines and records, and the places of its variables."""
 
+from collections.abc import Mapping
 from typing import Any
 
 from achse.iec.structs import StructType
@@ -13,15 +14,22 @@ __all__ = ["LoweredProject"]
 class LoweredProject:
     """A typed project in the memory of a PLC.
 
-    `exceptions` is the task option "floating point exceptions".
+    `exceptions` is the task option "floating point exceptions". `counted` has the number of the
+    first counter of each routine whose statements count.
     """
 
     def __init__(
-        self, project: TypedProject, placement: Placement, *, exceptions: bool = True
+        self,
+        project: TypedProject,
+        placement: Placement,
+        *,
+        exceptions: bool = True,
+        counted: Mapping[str, int] | None = None,
     ) -> None:
         self.typed = project
         self.placement = placement
         self.exceptions = exceptions
+        self.counted = dict(counted or {})
         records = (*project.blocks.values(), *project.records.values())
         self._records = {record.type.name.lower(): record for record in records}
         self._spots: dict[int, Spot] = {}

@@ -4,6 +4,7 @@ from typing import Any
 
 from achse.iec.variables import Variable
 from achse.plc.lowering.calls import WITH_PARAMETERS, initial_value, outputs_of, parameters_of
+from achse.plc.lowering.counters import RoutineCounters
 from achse.plc.lowering.nodes import LoweredRoutine, StoreValue
 from achse.plc.lowering.places import BYTES_A_PASS
 from achse.plc.lowering.project import LoweredProject
@@ -25,7 +26,9 @@ def lowered(
     fields = routine.frame.fields
     names = {field.name.lower() for field in fields}
     in_memory = frozenset(names if all_in_memory else names & routine.addressed)
-    of = StatementLowering(project, routine, in_memory)
+    first = project.counted.get(routine.key)
+    counters = None if first is None else RoutineCounters(first)
+    of = StatementLowering(project, routine, in_memory, counters)
     parameters = parameters_of(routine) if routine.kind in WITH_PARAMETERS else []
     passed = {one.offset: of.temporary(flat(one.type)) for one in parameters}
     start: list[StoreValue] = []
@@ -39,7 +42,8 @@ def lowered(
             start.append(StoreValue(place, initial_value(routine, field)))
     result = [] if routine.result is None else [routine.result]
     is_framed = bool(in_memory) or all_in_memory
-    body, texts = of.priced((*routine.opening, *(routine.body or ())))
+    opening = len(routine.opening)
+    body, texts = of.priced((*routine.opening, *(routine.body or ())), uncounted=opening)
     return LoweredRoutine(
         routine,
         1 + routine.frame.size // BYTES_A_PASS + texts,
@@ -50,6 +54,7 @@ def lowered(
         tuple(entry),
         body,
         tuple(of.read(_storage(one)) for one in (*result, *outputs_of(routine))),
+        counters,
     )
 
 

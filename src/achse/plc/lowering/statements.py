@@ -5,10 +5,13 @@ from contextlib import contextmanager
 from typing import Any
 
 from achse.plc.lowering import nodes
+from achse.plc.lowering.counters import RoutineCounters, Tally, can_leave, is_straight
 from achse.plc.lowering.places import ADDRESS_TYPE
+from achse.plc.lowering.project import LoweredProject
 from achse.plc.lowering.values import ValueLowering
 from achse.st.check.kinds import counted
 from achse.st.typed.expressions import Invocation, Known, Latched, Operator, Stored, TypedValue
+from achse.st.typed.project import Routine
 from achse.st.typed.statements import (
     CaseSelection,
     Conditional,
@@ -36,30 +39,71 @@ TEXT_COST = 5
 
 
 class StatementLowering(ValueLowering):
-    """Lowers the statements of one routine."""
+    """Lowers the statements of one routine; with `counters` they count."""
 
-    def block(self, statements: TypedStatements) -> nodes.LoweredStatements:
-        """A list of statements, which takes from the budget for its text functions."""
-        lowered, cost = self.priced(statements)
+    def __init__(
+        self,
+        project: LoweredProject,
+        routine: Routine,
+        in_memory: frozenset[str],
+        counters: RoutineCounters | None = None,
+    ) -> None:
+        super().__init__(project, routine, in_memory)
+        self.counters = counters
+        self._begins = Tally()
+        """How often the present statement begins."""
+
+    def block(
+        self, statements: TypedStatements, entered: Tally | None = None
+    ) -> nodes.LoweredStatements:
+        """A list of statements, which takes from the budget for its text functions.
+
+        `entered`: how often it begins, where that is known.
+        """
+        lowered, cost = self.priced(statements, entered)
         if cost:
             return (nodes.Spend(cost, statements[0].at), *lowered)
         return lowered
 
-    def priced(self, statements: TypedStatements) -> tuple[nodes.LoweredStatements, int]:
+    def _counted(self, statements: TypedStatements) -> tuple[nodes.LoweredStatements, Tally]:
+        """A list of statements that counts how often it begins, and how often that is."""
+        if self.counters is None:
+            return self.block(statements), Tally()
+        number = self.counters.new()
+        entered = Tally((number,))
+        return (nodes.Count(number), *self.block(statements, entered)), entered
+
+    def priced(
+        self, statements: TypedStatements, entered: Tally | None = None, *, uncounted: int = 0
+    ) -> tuple[nodes.LoweredStatements, int]:
         """A list of statements, and the budget that its text functions take.
 
         Those of lists inside take their own. With marks each statement takes for itself, since
-        jumps may repeat it.
+        jumps may repeat it. The first `uncounted` statements do not count.
         """
         lowered: list[nodes.LoweredStatement] = []
         has_marks = any(isinstance(one, JumpMark) for one in statements)
+        counters = self.counters
         with self._counting() as count:
-            for one in statements:
+            for place, one in enumerate(statements):
+                number = None
+                if isinstance(one, JumpMark):
+                    entered = None
+                elif counters is not None and place >= uncounted:
+                    if entered is None:
+                        number = counters.new()
+                        entered = Tally((number,))
+                    self._begins = entered
+                    counters.statement(one.at, entered)
                 each = [*_LOWERINGS[type(one)](self, one)]
                 if has_marks and (cost := count()):
                     lowered.append(nodes.Spend(cost, one.at))
                     self.texts = 0
+                if number is not None:
+                    lowered.append(nodes.Count(number))
                 lowered += each
+                if has_marks or counters is None or can_leave(tuple(each)):
+                    entered = None
             return tuple(lowered), count()
 
     @contextmanager
@@ -90,28 +134,65 @@ class StatementLowering(ValueLowering):
 
     def conditional(self, statement: Conditional) -> Iterator[nodes.LoweredStatement]:
         """IF."""
-        branches = tuple(
-            nodes.LoweredBranch(
-                self.value(one.condition), self.block(one.body), one.at or statement.at
-            )
-            for one in statement.branches
-        )
-        yield nodes.Branches(branches, self.block(statement.otherwise), statement.at)
+        counters, evaluated = self.counters, self._begins
+        branches = []
+        waiting: int | None = None
+        """Counter of the times that the conditions so far are FALSE, if it needs one."""
+        for one in statement.branches:
+            at, before = one.at or statement.at, waiting
+            waiting = None
+            condition = self.value(one.condition)
+            body, taken = self._counted(one.body)
+            if counters is not None:
+                if is_straight(condition):
+                    evaluated -= taken
+                else:
+                    waiting = counters.new()
+                    evaluated = Tally((waiting,))
+                if not isinstance(one.condition, Known):
+                    counters.branch(at, "TRUE", taken)
+                    counters.branch(at, "FALSE", evaluated)
+            if before is not None:
+                condition = nodes.Sequence((nodes.Count(before),), condition)
+            branches.append(nodes.LoweredBranch(condition, body, at))
+        otherwise = self.block(statement.otherwise, evaluated)
+        if waiting is not None:
+            otherwise = (nodes.Count(waiting), *otherwise)
+        yield nodes.Branches(tuple(branches), otherwise, statement.at)
 
     def selection(self, statement: CaseSelection) -> Iterator[nodes.LoweredStatement]:
         """CASE: labels that the selector can be."""
+        counters, rest = self.counters, self._begins
         selector = self.value(statement.selector)
         assert selector.type is not None
         whole = counted(selector.type)
-        cases = tuple(
-            nodes.LoweredCase(
-                tuple((max(low, whole.low), min(high, whole.high)) for low, high in one.labels),
-                self.block(one.body),
-                one.at or statement.at,
-            )
-            for one in statement.choices
-        )
-        yield nodes.LoweredSelection(selector, cases, self.block(statement.otherwise), statement.at)
+        cases = []
+        for one in statement.choices:
+            at = one.at or statement.at
+            body, taken = self._counted(one.body)
+            labels = tuple((max(low, whole.low), min(high, whole.high)) for low, high in one.labels)
+            cases.append(nodes.LoweredCase(labels, body, at))
+            if counters is not None:
+                rest -= taken
+                counters.branch(statement.at, _written(one.labels), taken)
+        if counters is None or is_straight(selector):
+            otherwise = self.block(statement.otherwise, rest)
+        else:
+            otherwise, rest = self._counted(statement.otherwise)
+        if counters is not None:
+            counters.branch(statement.at, "ELSE", rest)
+        yield nodes.LoweredSelection(selector, tuple(cases), otherwise, statement.at)
+
+    def _loop_body(
+        self, body: TypedStatements
+    ) -> tuple[nodes.LoweredStatements, int, Tally, int | None]:
+        """The body of a loop, its cost, the number of passes, and the counter of ends."""
+        if self.counters is None:
+            return (*self.priced(body), Tally(), None)
+        number, ends = self.counters.new(), self.counters.new()
+        passes = Tally((number,))
+        lowered, cost = self.priced(body, passes)
+        return (nodes.Count(number), *lowered), cost, passes, ends
 
     def counted_loop(self, statement: CountedLoop) -> Iterator[nodes.LoweredStatement]:
         """FOR."""
@@ -120,26 +201,36 @@ class StatementLowering(ValueLowering):
             beyond = self.value(statement.beyond)
             assert beyond.type is not None
             before = nodes.Compute(Operator.NOT, (beyond,), beyond.type)
-            body, cost = self.priced(statement.body)
+            body, cost, passes, ends = self._loop_body(statement.body)
             advance = self.effects(statement.advance)
             cost += 1 + count()
-        yield nodes.Loop(cost, start, before, body, advance, None, statement.at)
+        if self.counters is not None and ends is not None:
+            self.counters.branch(statement.at, "PASS", passes)
+            self.counters.branch(statement.at, "END", Tally((ends,)))
+        yield nodes.Loop(cost, start, before, body, advance, None, statement.at, ends)
 
     def condition_loop(self, statement: ConditionLoop) -> Iterator[nodes.LoweredStatement]:
         """WHILE, REPEAT."""
+        begins = self._begins
         with self._counting() as count:
             condition = self.value(statement.condition)
-            body, cost = self.priced(statement.body)
+            body, cost, passes, ends = self._loop_body(statement.body)
             cost += 1 + count()
+        is_decision = not isinstance(statement.condition, Known)
+        if self.counters is not None and ends is not None and is_decision:
+            again = passes if statement.before else passes - begins
+            self.counters.branch(statement.at, "PASS" if statement.before else "AGAIN", again)
+            self.counters.branch(statement.at, "END", Tally((ends,)))
         if statement.before:
-            yield nodes.Loop(cost, (), condition, body, (), None, statement.at)
+            yield nodes.Loop(cost, (), condition, body, (), None, statement.at, ends)
         else:
-            yield nodes.Loop(cost, (), None, body, (), condition, statement.at)
+            yield nodes.Loop(cost, (), None, body, (), condition, statement.at, ends)
 
     def protected(self, statement: Protected) -> Iterator[nodes.LoweredStatement]:
         """__TRY."""
         code = None if statement.code is None else self.place(statement.code)
-        body, handler = self.block(statement.body), self.block(statement.handler)
+        body = self.block(statement.body, self._begins if self.counters else None)
+        handler = self.block(statement.handler)
         yield nodes.LoweredTry(body, code, handler, self.block(statement.final), statement.at)
 
     def life(self, statement: LifeStep) -> Iterator[nodes.LoweredStatement]:
@@ -157,12 +248,19 @@ class StatementLowering(ValueLowering):
 
         if statement.event is LifeEvent.CREATE:
             yield from each(self.begin(statement.of, statement.arguments, pointer))
+            counters, self.counters = self.counters, None  # of a declaration
             yield from self.block(statement.values)
+            self.counters = counters
             yield from each(self.after_init(statement.of, pointer))
             return
         key = record.exit if statement.event is LifeEvent.EXIT else record.reinit
         if key:
             yield from each([self.life_call(key, statement.arguments, pointer)])
+
+
+def _written(labels: tuple[tuple[int, int], ...]) -> str:
+    """Labels of a CASE as numbers."""
+    return ", ".join(str(low) if low == high else f"{low}..{high}" for low, high in labels)
 
 
 def _same(_: StatementLowering, statement: Any) -> Iterator[nodes.LoweredStatement]:

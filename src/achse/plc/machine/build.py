@@ -5,7 +5,7 @@ places of all variables, and our own code from the parser to the back end.
 """
 
 import hashlib
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from functools import cache
 from pathlib import Path
 
@@ -29,15 +29,26 @@ def machine_code(
     *,
     exceptions: bool,
     cached: bool,
+    counted: Mapping[str, int] | None = None,
+    counters: int = 0,
 ) -> bytes:
-    """The object file of a project. `cached`: what is in the cache will do."""
+    """The object file of a project. `cached`: what is in the cache will do. `counted` has the
+    number of the first of all `counters` for each routine whose statements count."""
     kept: ObjectCache | None = None
     if cached:
-        kept = ObjectCache(_NAME, _digest(project, placement, variables, by_python, exceptions))
+        options = f"{exceptions} {sorted((counted or {}).items())}"
+        kept = ObjectCache(_NAME, _digest(project, placement, variables, by_python, options))
         content = kept.load()
         if content is not None:
             return content
-    module = ProjectTranslator(project, placement, by_python, exceptions=exceptions)
+    module = ProjectTranslator(
+        project,
+        placement,
+        by_python,
+        exceptions=exceptions,
+        counted=counted,
+        counters=counters,
+    )
     content = compile_module(module.translated(), Effort.FAST)
     if kept is not None:
         kept.save(content)
@@ -49,10 +60,10 @@ def _digest(
     placement: Placement,
     variables: Iterable[PlacedVariable],
     by_python: Collection[str],
-    exceptions: bool,
+    options: str,
 ) -> str:
     found = hashlib.blake2b(_own_code(), digest_size=20)
-    found.update(f"{identity()} {exceptions} {sorted(by_python)} {project.origin}".encode())
+    found.update(f"{identity()} {options} {sorted(by_python)} {project.origin}".encode())
     found.update(repr([len(placement.memory[area]) for area in Area]).encode())
     sources: dict[int, int] = {}
     for key, routine in project.routines.items():

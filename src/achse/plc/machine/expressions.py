@@ -222,6 +222,14 @@ class ExpressionTranslator:
             self.value(one)
         return self.value(value.value)
 
+    def count(self, number: int) -> Operand:
+        """One more in a counter."""
+        b, counts = self.builder, self.module.counts
+        assert counts is not None
+        one = b.add(b.load(I64, counts, number * 8), b.constant(I64, 1))
+        b.store(one, counts, number * 8)
+        return one
+
     def choice(self, value: nodes.LazyChoice) -> MachineValue:
         """One of two values; nothing of the other is evaluated."""
         b, yes, no = self.builder, value.yes, value.no
@@ -473,4 +481,5 @@ _TRANSLATIONS: dict[type[Any], Callable[[ExpressionTranslator, Any], MachineValu
     nodes.RecordValue: ExpressionTranslator.record,
     nodes.Creation: lambda of, _: of.refuse("__NEW is done by Python"),
     nodes.RuntimeCall: lambda of, value: of.refuse(value.why),
+    nodes.Count: lambda of, value: of.count(value.number),
 }

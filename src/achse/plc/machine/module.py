@@ -1,7 +1,7 @@
 """A project as one module of machine code: its routines, what dispatches calls, doors to Python."""
 
 import marshal
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from achse.native.backend import CallTarget, FunctionBuilder, ModuleBuilder, Operand
@@ -11,7 +11,7 @@ from achse.plc.machine.fault_places import FaultPlaces
 from achse.plc.machine.outside import nodes_outside
 from achse.plc.machine.routines import door_in, door_out, translate_routine
 from achse.plc.machine.signatures import RoutineSignature, signature_of
-from achse.plc.machine.support import AREA_ROW, ENTRIES, Support
+from achse.plc.machine.support import AREA_ROW, COUNT_WORDS, ENTRIES, Support
 from achse.plc.machine.values import NotTranslatedError
 from achse.plc.memory import Area
 from achse.st.typed.expressions import TypedValue
@@ -54,7 +54,8 @@ class ProjectTranslator:
     """Translates all routines of a project that can be.
 
     `by_python` are keys of routines that Python does: built-ins, behaviour classes. `exceptions`
-    is the task option "floating point exceptions".
+    is the task option "floating point exceptions". `counted` has the number of the first of all
+    `counters` for each routine whose statements count.
     """
 
     def __init__(
@@ -64,6 +65,8 @@ class ProjectTranslator:
         by_python: Collection[str],
         *,
         exceptions: bool,
+        counted: Mapping[str, int] | None = None,
+        counters: int = 0,
     ) -> None:
         self.placement = placement
         self.exceptions = exceptions
@@ -71,7 +74,8 @@ class ProjectTranslator:
         self.support = Support(self.module)
         self.notes = ModuleNotes(FaultPlaces())
         self.project = project
-        self.lowered = LoweredProject(project, placement, exceptions=exceptions)
+        self.lowered = LoweredProject(project, placement, exceptions=exceptions, counted=counted)
+        self.counts = self.module.words(COUNT_WORDS, counters) if counters else None
         self._by_python = by_python
         self._numbers = {key: number for number, key in enumerate(project.routines)}
         self._functions: dict[str, CallTarget] = {}

@@ -3,6 +3,7 @@
 import ctypes
 import gc
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from achse.iec.elementary import RealType
@@ -12,7 +13,7 @@ from achse.plc.code.storages import encoded_from
 from achse.plc.machine.module import ModuleNotes
 from achse.plc.machine.outside import decoded, encoded, maker_of, nodes_outside, reader_of
 from achse.plc.machine.signatures import PartKind, RoutineSignature, SignaturePart, signature_of
-from achse.plc.machine.support import AREA_WORDS, ENTRIES, FRAME_WORDS, INTERFACE
+from achse.plc.machine.support import AREA_WORDS, COUNT_WORDS, ENTRIES, FRAME_WORDS, INTERFACE
 from achse.plc.memory import Area, Memory
 from achse.st.typed.project import TypedProject
 
@@ -84,7 +85,7 @@ _PROGRAMS = _LoadedPrograms()
 class MachineProgram:
     """Machine code of a project, loaded: `function` gives a routine as plain code has it."""
 
-    def __init__(self, content: bytes, host: MachineHost) -> None:
+    def __init__(self, content: bytes, host: MachineHost, counters: int = 0) -> None:
         self._host = host
         self._routines = list(host.project.routines.values())
         self._held: list[BaseException] = []
@@ -92,9 +93,10 @@ class MachineProgram:
         self._makers: dict[int, Callable[[int, bytes], bytes]] = {}
         self._readers: dict[int, Callable[[bytes], int]] = {}
         _PROGRAMS.count()
+        counts = {COUNT_WORDS: counters} if counters else {}
         code = MachineCode(
             content,
-            INTERFACE,
+            replace(INTERFACE, words={**INTERFACE.words, **counts}),
             {
                 "plain": self._plain,
                 "clock": host.clock_ns,
@@ -114,6 +116,8 @@ class MachineProgram:
         """A view of one word: what is left of the budget."""
         self.frames = code.words(FRAME_WORDS)
         """A view of one word: bytes of frames in use."""
+        self.counts = code.words(COUNT_WORDS) if counters else None
+        """A view of the counters of statements and branches."""
         self._areas = code.words(AREA_WORDS)
         self._entries = code.table(ENTRIES, len(self.notes.doors_in))
         self._call = code.plain_function("call")

@@ -63,6 +63,8 @@ class StatementTranslator:
         self._leave = leave
         self._loops: list[_Loop] = []
         self._marks: list[_Marks] = []
+        self._counted_ends: list[list[tuple[Label, int, Label]]] = []
+        """By loop: ways out that count, their counter, and where they lead."""
         self._finals: list[tuple[Label | None, nodes.LoweredStatements]] = []
         """FINALLY parts that are around the statement."""
 
@@ -91,6 +93,8 @@ class StatementTranslator:
                 self._loop(statement)
             case nodes.Spend(cost):
                 b.spend(cost, of.site(FaultKind.BUDGET))
+            case nodes.Count(number):
+                of.count(number)
             case nodes.LoweredTry():
                 self._try(statement)
             case LoopExit():
@@ -199,16 +203,29 @@ class StatementTranslator:
         self._effects(statement.start)
         head, body, end = b.label(), b.label(), b.label()
         loop = _Loop(statement, head, end, len(self._finals))
+        self._counted_ends.append([])
         b.begin(head)
         if statement.before is not None:
-            self._branch(statement.before, body, end)
+            self._branch(statement.before, body, self._ends(statement, end))
         b.begin(body)
         b.spend(statement.cost, of.site(FaultKind.BUDGET))
         self._loops.append(loop)
         self.block(statement.body)
         self._loops.pop()
         self._advance(loop)
+        for label, number, target in self._counted_ends.pop():
+            b.begin(label)
+            of.count(number)
+            b.jump(target)
         b.begin(end)
+
+    def _ends(self, statement: nodes.Loop, end: Label) -> Label:
+        """Where the condition of a loop ends it: the counter of ends is on the way."""
+        if statement.ends is None:
+            return end
+        label = self._of.builder.label()
+        self._counted_ends[-1].append((label, statement.ends, end))
+        return label
 
     def _advance(self, loop: _Loop) -> None:
         """Write the step between a pass of a loop and the next."""
@@ -217,7 +234,7 @@ class StatementTranslator:
             return
         self._effects(statement.advance)
         if statement.after is not None:
-            self._branch(statement.after, loop.head, loop.end)
+            self._branch(statement.after, loop.head, self._ends(statement, loop.end))
         else:
             b.jump(loop.head)
 

@@ -22,12 +22,22 @@ from achse.native.backend import (
 )
 from achse.plc.memory import ADDRESS_BITS, Area
 
-__all__ = ["AREA_WORDS", "CALLBACKS", "ENTRIES", "FRAME_WORDS", "INTERFACE", "Support"]
+__all__ = [
+    "AREA_WORDS",
+    "CALLBACKS",
+    "COUNT_WORDS",
+    "ENTRIES",
+    "FRAME_WORDS",
+    "INTERFACE",
+    "Support",
+]
 
 AREA_WORDS = "areas"
 """Table of areas: address and length, by the number in addresses; number 0 is empty."""
 FRAME_WORDS = "frames"
 """Size of the frames in use."""
+COUNT_WORDS = "counts"
+"""Counters of statements and branches, in a module that has any."""
 ENTRIES = "entries"
 """Table of what Python calls."""
 

@@ -1,0 +1,150 @@
+"""Counters: how often statements begin and branches are taken, in as few counters as are exact.
+
+Statements behind each other share a counter as long as the first of them cannot leave: by a fault,
+an exit, a jump. What the counters of a list follow from needs none of its own: the ELSE that is left
+of an IF, say.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from achse.iec.strings import StringType
+from achse.plc.lowering import nodes
+from achse.st.typed.expressions import Known, Operator
+
+__all__ = ["BranchPoint", "RoutineCounters", "StatementPoint", "Tally", "can_leave", "is_straight"]
+
+
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """A number of times: the sum of some counters, less that of others."""
+
+    plus: tuple[int, ...] = ()
+    minus: tuple[int, ...] = ()
+
+    def __sub__(self, other: "Tally") -> "Tally":
+        plus = list(self.plus + other.minus)
+        minus = []
+        for counter in self.minus + other.plus:
+            if counter in plus:
+                plus.remove(counter)
+            else:
+                minus.append(counter)
+        return Tally(tuple(plus), tuple(minus))
+
+    def of(self, counts: Sequence[int]) -> int:
+        """The number, from the values of all counters."""
+        return sum(counts[one] for one in self.plus) - sum(counts[one] for one in self.minus)
+
+
+@dataclass(frozen=True, slots=True)
+class StatementPoint:
+    """A statement: `at` is its offset in the source."""
+
+    at: int
+    tally: Tally
+
+
+@dataclass(frozen=True, slots=True)
+class BranchPoint:
+    """One way out of the decision at an offset in the source."""
+
+    at: int
+    name: str
+    """`TRUE`, `FALSE`; of a CASE its labels, `ELSE`."""
+    tally: Tally
+
+
+@dataclass(slots=True)
+class RoutineCounters:
+    """Counters of a routine, from the number `first` on, and what follows from them."""
+
+    first: int = 0
+    size: int = 0
+    statements: list[StatementPoint] = field(default_factory=list)
+    branches: list[BranchPoint] = field(default_factory=list)
+
+    def new(self) -> int:
+        """The number of one more counter."""
+        self.size += 1
+        return self.first + self.size - 1
+
+    def statement(self, at: int, tally: Tally) -> None:
+        """Note how often a statement begins."""
+        self.statements.append(StatementPoint(at, tally))
+
+    def branch(self, at: int, name: str, tally: Tally) -> None:
+        """Note how often a decision goes one way."""
+        self.branches.append(BranchPoint(at, name, tally))
+
+
+# What cannot leave ------------------------------------------------------------------------------
+
+_STRAIGHT = frozenset(
+    {
+        *(Operator.ADD, Operator.SUB, Operator.MUL, Operator.NEG, Operator.ABS),
+        *(Operator.AND, Operator.OR, Operator.XOR, Operator.NOT),
+        *(Operator.EQ, Operator.NE, Operator.LT, Operator.LE, Operator.GT, Operator.GE),
+        *(Operator.MIN, Operator.MAX, Operator.SEL, Operator.SHL, Operator.SHR),
+        *(Operator.ROL, Operator.ROR, Operator.MOD),
+    }
+)
+"""Operators of numbers that always give one."""
+
+
+def can_leave(statements: nodes.LoweredStatements) -> bool:
+    """Return True if what follows a list may not be reached."""
+    for one in statements:
+        match one:
+            case nodes.Count():
+                pass
+            case nodes.Effects(values):
+                if not all(map(is_straight, values)):
+                    return True
+            case nodes.Branches(branches, otherwise):
+                if can_leave(otherwise) or not all(
+                    is_straight(each.condition) and not can_leave(each.body) for each in branches
+                ):
+                    return True
+            case nodes.LoweredSelection(selector, cases, otherwise):
+                bodies = (*(each.body for each in cases), otherwise)
+                if not is_straight(selector) or any(map(can_leave, bodies)):
+                    return True
+            case _:
+                return True
+    return False
+
+
+def is_straight(value: nodes.LoweredValue) -> bool:
+    """Return True if a value is evaluated to its end whatever its operands are."""
+    match value:
+        case Known() | nodes.Temporary() | nodes.Count():
+            return True
+        case nodes.Keep(_, inner) | nodes.Convert(inner) | nodes.Copy(inner):
+            return is_straight(inner)
+        case nodes.LoadValue(place, spends):
+            return not spends and _is_sure(place)
+        case nodes.PlaceAddress(place):
+            return _is_sure(place)
+        case nodes.Compute(operator, operands):
+            return operator in _STRAIGHT and all(map(_is_straight_number, operands))
+        case nodes.LazyChoice(condition, yes, no):
+            return is_straight(condition) and is_straight(yes) and is_straight(no)
+        case nodes.Sequence(effects, inner):
+            return all(map(is_straight, effects)) and is_straight(inner)
+        case nodes.StoreValue(place, inner):
+            return _is_sure(place) and is_straight(inner)
+    return False
+
+
+def _is_straight_number(value: nodes.LoweredValue) -> bool:
+    type: Any = value.type
+    return not isinstance(type, StringType) and is_straight(value)
+
+
+def _is_sure(place: nodes.ResolvedPlace) -> bool:
+    """Return True if a place is always there."""
+    if place.home is nodes.Home.ADDRESS or not place.is_bounded:
+        return False
+    return all(term.low is None and is_straight(term.index) for term in place.terms)
