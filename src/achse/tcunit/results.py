@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import NamedTuple
 
+from achse.plc.coverage.results import CoverageResult
+
 __all__ = ["CodePlace", "Failure", "Suite", "TestOutcome", "TestRun", "UnitTest"]
 
 
@@ -93,6 +95,8 @@ class TestRun:
     problem_place: CodePlace | None = None
     notes: Sequence[str] = field(default=())
     """Further notes for the user."""
+    coverage: CoverageResult | None = None
+    """Of the project without its suites, if it was asked for."""
 
     __test__ = False
 

@@ -2,11 +2,14 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from achse.iec import IecError, Record, StructType
 from achse.plc import PlcRuntime, PlcState
+from achse.plc.coverage.counters import CoverageCounters
+from achse.plc.coverage.results import CoverageResult, measured
 from achse.st.files.files import source_files
 from achse.st.lexis.source import SourceError
 from achse.station import ConfigError, Station, StationConfig
@@ -47,11 +50,12 @@ def run_tests(
     environ: Mapping[str, str] | None = None,
     confine: Confine | None = None,
     between: Callable[[float], None] | None = None,
+    coverage: bool = False,
 ) -> TestRun:
     """Run the tests of a folder of sources, a `.plcproj`, one source file or a station.toml.
 
     `libraries` are sources of further libraries; where TcUnit is: see `find_tcunit`. `limit` and
-    `timeout`: seconds of PLC time and of waiting, above 0. `confine` changes or refuses the
+    `timeout`: seconds of PLC time and of waiting, above 0. `coverage`: count what runs. `confine` changes or refuses the
     configuration before the station is made, `between` is called with the PLC time between two
     cycles: an exception ends the run. Raises `ProjectError`, and `TcUnitMissing` if TcUnit is
     nowhere.
@@ -60,12 +64,14 @@ def run_tests(
     if not path.exists():
         raise ProjectError(f"{path} does not exist")
     try:
-        bench = _Bench(path, [Path(item) for item in libraries], environ, confine)
+        places = [Path(item) for item in libraries]
+        bench = _Bench(path, places, environ, confine, coverage=coverage)
     except (ConfigError, SourceError) as fault:
         raise ProjectError(str(fault)) from None
     except OSError as failure:
         raise ProjectError(f"{failure.filename}: {failure.strerror}") from None
-    return bench.run(limit, timeout, between)
+    run = bench.run(limit, timeout, between)
+    return replace(run, coverage=bench.coverage()) if coverage else run
 
 
 class _Bench:
@@ -77,6 +83,8 @@ class _Bench:
         libraries: list[Path],
         environ: Mapping[str, str] | None,
         confine: Confine | None,
+        *,
+        coverage: bool,
     ) -> None:
         self._path = path
         if path.suffix.lower() == ".toml":
@@ -99,7 +107,11 @@ class _Bench:
         plcs = tuple(
             plc.model_copy(
                 # machine code would not tell which line calls an assertion
-                update={"libraries": (*plc.libraries, *added), "code": "plain"}
+                update={
+                    "libraries": (*plc.libraries, *added),
+                    "code": "plain",
+                    "coverage": coverage,
+                }
             )
             if plc.sources is not None
             else plc
@@ -130,6 +142,17 @@ class _Bench:
         if not any(suite.tests for suite in suites):
             problem = self._why_nothing() or problem
         return TestRun(suites, duration, problem)
+
+    def coverage(self) -> CoverageResult:
+        """What has run of the project; suites are not counted."""
+        counters = [found for tests in self._plcs if (found := tests.counters) is not None]
+        files = {name: path for tests in self._plcs for name, path in tests.files.items()}
+        suites = set().union(*(tests.suite_blocks for tests in self._plcs))
+        return measured(
+            counters,
+            path_of=lambda name: files.get(name, name),
+            wanted=lambda one: one.source.path in files and one.owner not in suites,
+        )
 
     def _until_the_end(
         self, limit: float, timeout: float, between: Callable[[float], None] | None
@@ -182,7 +205,7 @@ class _PlcTests:
         assert plc.bodies is not None
         self.plc = plc
         self._bodies = plc.bodies
-        self._files = files
+        self.files = files
         self.ended_ns = 0
         self.has_ended = False
         self._observer = Observer(plc.bodies, own)
@@ -197,7 +220,7 @@ class _PlcTests:
     def check(self) -> None:
         """Raise `ProjectError` for errors in the bodies of the project itself."""
         faults = [
-            fault for fault in self._bodies.project.faults if fault.location.path in self._files
+            fault for fault in self._bodies.project.faults if fault.location.path in self.files
         ]
         if faults:
             shown = "\n".join(str(fault) for fault in faults[:_SHOWN])
@@ -217,6 +240,25 @@ class _PlcTests:
             )
 
     @property
+    def counters(self) -> CoverageCounters | None:
+        """Counters of the PLC's code."""
+        execution = self._bodies.execution
+        return None if execution is None else execution.coverage
+
+    @property
+    def suite_blocks(self) -> set[str]:
+        """Keys of the blocks that EXTEND FB_TestSuite."""
+        blocks = self._bodies.project.blocks
+        found = {_SUITE}
+        for key in blocks:
+            chain, here = [key], key
+            while here in blocks and (here := blocks[here].base) and here not in chain:
+                chain.append(here)
+            if _SUITE in chain:
+                found.add(key)
+        return found
+
+    @property
     def suite_count(self) -> int:
         """Suites that FB_init has told TcUnit of."""
         return int(self._list["NumberOfInitializedTestSuites"])
@@ -228,7 +270,7 @@ class _PlcTests:
 
     def place(self, path: str, line: int) -> CodePlace | None:
         """A place of a fault, with a path that can be opened from here."""
-        return CodePlace(self._files.get(path, path), line) if path else None
+        return CodePlace(self.files.get(path, path), line) if path else None
 
     def suites(self) -> list[Suite]:
         """Results as they are now."""

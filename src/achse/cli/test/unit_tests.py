@@ -11,6 +11,7 @@ from achse.cli.logs import LogFormat, LogLevel, set_up_logs
 from achse.cli.options import Library
 
 if TYPE_CHECKING:
+    from achse.plc.coverage.results import CoverageResult
     from achse.tcunit import TestRun, UnitTest
 
 __all__ = ["register"]
@@ -42,6 +43,27 @@ def run_unit_tests(
         float,
         typer.Option(metavar="SECONDS", min=0.001, help="Real time that they may take."),
     ] = 600.0,
+    coverage: Annotated[
+        bool, typer.Option("--coverage", help="Print what the tests have run of the project.")
+    ] = False,
+    coverage_report: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write that as .html, .info (lcov), .xml (Cobertura) or .txt.",
+            show_default=False,
+        ),
+    ] = None,
+    fail_under: Annotated[
+        float | None,
+        typer.Option(
+            metavar="PERCENT",
+            min=0,
+            max=100,
+            help="End with 1 if less of statements and branches has run.",
+            show_default=False,
+        ),
+    ] = None,
     verbose: Annotated[
         bool, typer.Option("--verbose", "-v", help="Name the tests that pass, too.")
     ] = False,
@@ -55,9 +77,17 @@ def run_unit_tests(
     TcUnit is not part of achse: its sources are found by --library, the variable ACHSE_TCUNIT,
     `libraries` of the station.toml, or in a folder TcUnit beside the project. Ends with 1 if a
     test fails or does not end.
+
+    Coverage counts statements and branches of the project without its suites and libraries.
     """
+    from achse.plc.coverage.report import FORMS
     from achse.tcunit import ProjectError, TcUnitMissing, junit_xml, run_tests
 
+    for file in coverage_report or []:
+        if file.suffix.lower() not in FORMS:
+            expected = ", ".join(FORMS)
+            fail(f"--coverage-report: expected a file that ends in {expected}, got {file}")
+    measures = coverage or bool(coverage_report) or fail_under is not None
     if log_level is not None:
         set_up_logs(LogFormat.TEXT, log_level)
     logger = logging.getLogger("achse")
@@ -65,19 +95,50 @@ def run_unit_tests(
     try:
         if log_level is None:
             logger.setLevel(logging.CRITICAL + 1)
-        run = run_tests(project, libraries=library or [], limit=limit, timeout=timeout)
+        run = run_tests(
+            project,
+            libraries=library or [],
+            limit=limit,
+            timeout=timeout,
+            coverage=measures,
+        )
     except (ProjectError, TcUnitMissing) as refusal:
         fail(str(refusal))
     finally:
         logger.setLevel(before)
     _show(run, verbose)
     if junit is not None:
-        try:
-            junit.write_text(junit_xml(run), encoding="utf-8")
-        except OSError as failure:
-            fail(f"{junit}: {failure.strerror}")
-    if not run.is_good:
+        _write(junit, junit_xml(run))
+    is_enough = True
+    if run.coverage is not None:
+        is_enough = _tell_coverage(run.coverage, coverage, coverage_report or [], fail_under)
+    if not run.is_good or not is_enough:
         raise typer.Exit(1)
+
+
+def _write(file: Path, content: str) -> None:
+    try:
+        file.write_text(content, encoding="utf-8")
+    except OSError as failure:
+        fail(f"{file}: {failure.strerror}")
+
+
+def _tell_coverage(
+    result: "CoverageResult", shows: bool, files: list[Path], least: float | None
+) -> bool:
+    """Print and write coverage; return False if it is below the least."""
+    from achse.plc.coverage.report import report_of
+    from achse.plc.coverage.text import summary_of
+
+    if shows:
+        print(summary_of(result))
+    for file in files:
+        _write(file, report_of(result, file))
+    found = result.covered.percent
+    if least is None or found >= least:
+        return True
+    print(f"coverage: expected at least {least:g}%, got {found:.1f}%")
+    return False
 
 
 def _show(run: "TestRun", verbose: bool) -> None:

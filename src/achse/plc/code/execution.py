@@ -20,6 +20,7 @@ from achse.plc.code.pointers import pointer_operations
 from achse.plc.code.routines import compiled, emit_routine
 from achse.plc.code.texts import TEXTS
 from achse.plc.code.views import Views
+from achse.plc.coverage.counters import CoverageCounters
 from achse.plc.lowering.placement import MissingPlaceError, Placement
 from achse.plc.lowering.places import BYTES_A_PASS
 from achse.plc.lowering.project import LoweredProject
@@ -29,7 +30,6 @@ from achse.st.typed.project import Routine, TypedProject
 from achse.st.typed.statements import TypedStatement
 
 if TYPE_CHECKING:
-    from achse.plc.coverage.counters import CoverageCounters
     from achse.plc.machine.program import MachineProgram
 
 __all__ = ["Builtins", "CodeForm", "Execution", "Listener"]
@@ -132,8 +132,6 @@ class Execution:
         self.coverage: CoverageCounters | None = None
         """Counters of the routines that are covered; None if none is."""
         if covered is not None:
-            from achse.plc.coverage.counters import CoverageCounters
-
             self.coverage = CoverageCounters(self._linker.project, covered)
         self.namespace: dict[str, Any] = {
             **OPERATIONS,

@@ -1,8 +1,7 @@
 """Counters: how often statements begin and branches are taken, in as few counters as are exact.
 
-Statements behind each other share a counter as long as the first of them cannot leave: by a fault,
-an exit, a jump. What the counters of a list follow from needs none of its own: the ELSE that is left
-of an IF, say.
+Statements behind each other share a counter as long as the first of them cannot leave: by a
+fault, an exit, a jump. A number that follows from others needs no counter: that of an ELSE, say.
 """
 
 from collections.abc import Sequence

@@ -139,6 +139,7 @@ class PlcSource:
         from achse.native.backend import compiler_installed
         from achse.plc.bodies import Bodies
         from achse.plc.code.execution import CodeForm
+        from achse.plc.coverage.counters import is_own
         from achse.st.check import check  # as above
 
         if self.config.code == CodeForm.MACHINE.value and not compiler_installed():
@@ -161,6 +162,7 @@ class PlcSource:
             services=self.services,
             epoch=self.epoch,
             form=CodeForm(self.config.code),
+            covered=is_own if self.config.coverage else None,
         )
 
     def _log_faults(

@@ -1,0 +1,37 @@
+"""Coverage as a tracefile of lcov."""
+
+from collections.abc import Iterator
+
+from achse.plc.coverage.results import CoverageResult, FileCoverage
+
+__all__ = ["tracefile_of"]
+
+
+def tracefile_of(result: CoverageResult) -> str:
+    """The text of a tracefile."""
+    return "".join(f"{line}\n" for file in result for line in _record(file))
+
+
+def _record(file: FileCoverage) -> Iterator[str]:
+    yield "TN:"
+    yield f"SF:{file.path}"
+    for routine in file.routines:
+        yield f"FN:{routine.line},{routine.name}"
+    for routine in file.routines:
+        yield f"FNDA:{routine.calls},{routine.name}"
+    yield f"FNF:{len(file.routines)}"
+    yield f"FNH:{sum(routine.calls > 0 for routine in file.routines)}"
+    found = hit = 0
+    for line, branches in file.branches.items():
+        reached = {one.decision for one in branches if one.hits}
+        for number, one in enumerate(branches):
+            taken = one.hits if one.decision in reached else "-"
+            yield f"BRDA:{line},{one.decision},{number},{taken}"
+            found, hit = found + 1, hit + (one.hits > 0)
+    yield f"BRF:{found}"
+    yield f"BRH:{hit}"
+    for line, hits in file.lines.items():
+        yield f"DA:{line},{hits}"
+    yield f"LF:{len(file.lines)}"
+    yield f"LH:{sum(hits > 0 for hits in file.lines.values())}"
+    yield "end_of_record"

@@ -1,0 +1,232 @@
+"""Results of coverage: what has run, by file, routine and place."""
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from achse.plc.coverage.counters import CoverageCounters, CoveredRoutine
+from achse.st.lexis.source import Source
+from achse.st.typed.project import Routine
+
+__all__ = [
+    "BranchHits",
+    "CoverageResult",
+    "Covered",
+    "FileCoverage",
+    "RoutineCoverage",
+    "StatementHits",
+    "measured",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class StatementHits:
+    """A statement, and how often it has begun."""
+
+    line: int
+    """In the file."""
+    place: str
+    """Place in a drawing: `network 3, box 1`; empty in text."""
+    hits: int
+
+
+@dataclass(frozen=True, slots=True)
+class BranchHits:
+    """One way out of a decision, and how often it was taken."""
+
+    line: int
+    place: str
+    decision: int
+    """Number of the decision among those of its line, from 0."""
+    name: str
+    """`TRUE`, `FALSE`; of a loop `PASS` or `AGAIN`, `END`; of a CASE its labels, `ELSE`."""
+    hits: int
+
+
+class Covered:
+    """A number of statements and branches, and how many of them have run."""
+
+    def __init__(self, statements: Iterable[int], branches: Iterable[int]) -> None:
+        statements, branches = list(statements), list(branches)
+        self.statements, self.statements_hit = len(statements), sum(map(bool, statements))
+        self.branches, self.branches_hit = len(branches), sum(map(bool, branches))
+
+    @property
+    def percent(self) -> float:
+        """Per cent of statements and branches together; 100 if there are none."""
+        return percent(self.statements_hit + self.branches_hit, self.statements + self.branches)
+
+    @property
+    def statement_percent(self) -> float:
+        return percent(self.statements_hit, self.statements)
+
+    @property
+    def branch_percent(self) -> float:
+        return percent(self.branches_hit, self.branches)
+
+
+def percent(part: int, whole: int) -> float:
+    """A share in per cent; 100 of nothing."""
+    return 100.0 * part / whole if whole else 100.0
+
+
+@dataclass(frozen=True)
+class RoutineCoverage:
+    """A routine."""
+
+    name: str
+    """`FB_Press.Weigh`."""
+    line: int
+    statements: tuple[StatementHits, ...]
+    branches: tuple[BranchHits, ...]
+
+    @property
+    def calls(self) -> int:
+        """How often its first statement has begun."""
+        return self.statements[0].hits
+
+    @cached_property
+    def covered(self) -> Covered:
+        return Covered((one.hits for one in self.statements), (one.hits for one in self.branches))
+
+    @property
+    def missing(self) -> list[str]:
+        """What has not run: lines, places of drawings, branches."""
+        unseen = [one for one in self.statements if not one.hits]
+        lines = sorted({one.line for one in unseen if not one.place})
+        found = list(_ranges(lines))
+        found += dict.fromkeys(one.place for one in unseen if one.place)
+        for one in self.branches:
+            if not one.hits and (one.place or one.line not in lines):
+                found.append(f"{one.place or one.line} {one.name}")
+        return found
+
+
+@dataclass(frozen=True)
+class FileCoverage:
+    """A source file; `path` is how it can be opened from here."""
+
+    path: str
+    source: Source
+    routines: tuple[RoutineCoverage, ...]
+
+    @cached_property
+    def covered(self) -> Covered:
+        return _together(self.routines)
+
+    @cached_property
+    def lines(self) -> dict[int, int]:
+        """Hits of each line that has a statement: of several the least."""
+        found: dict[int, int] = {}
+        for routine in self.routines:
+            for one in routine.statements:
+                found[one.line] = min(found.get(one.line, one.hits), one.hits)
+        return dict(sorted(found.items()))
+
+    @cached_property
+    def branches(self) -> dict[int, list[BranchHits]]:
+        """Branches by line."""
+        found: dict[int, list[BranchHits]] = {}
+        for routine in self.routines:
+            for one in routine.branches:
+                found.setdefault(one.line, []).append(one)
+        return dict(sorted(found.items()))
+
+
+@dataclass(frozen=True)
+class CoverageResult:
+    """All files that have something to cover, by path."""
+
+    files: tuple[FileCoverage, ...]
+
+    @cached_property
+    def covered(self) -> Covered:
+        return _together(routine for file in self.files for routine in file.routines)
+
+    def __iter__(self) -> Iterator[FileCoverage]:
+        return iter(self.files)
+
+
+def _together(routines: Iterable[RoutineCoverage]) -> Covered:
+    routines = list(routines)
+    return Covered(
+        (one.hits for routine in routines for one in routine.statements),
+        (one.hits for routine in routines for one in routine.branches),
+    )
+
+
+def measured(
+    counters: Iterable[CoverageCounters],
+    *,
+    path_of: Callable[[str], str] = str,
+    wanted: Callable[[Routine], bool] = lambda _: True,
+) -> CoverageResult:
+    """The present numbers of one PLC or several: those of a file that they share are added.
+
+    `path_of` gives the path to open a source by, from its name in faults.
+    """
+    sources: dict[str, Source] = {}
+    found: dict[str, dict[str, RoutineCoverage]] = {}
+    for of_plc in counters:
+        for covered in of_plc:
+            source = covered.routine.source
+            if not wanted(covered.routine):
+                continue
+            path = path_of(source.path)
+            sources.setdefault(path, source)
+            rows = found.setdefault(path, {})
+            row = _routine(covered, of_plc)
+            known = rows.get(row.name)
+            rows[row.name] = row if known is None else _sum(known, row)
+    return CoverageResult(
+        tuple(
+            FileCoverage(
+                path, sources[path], tuple(sorted(rows.values(), key=lambda row: row.line))
+            )
+            for path, rows in sorted(found.items())
+        )
+    )
+
+
+def _routine(covered: CoveredRoutine, of: CoverageCounters) -> RoutineCoverage:
+    routine, counters = covered
+    source, counts = routine.source, of.counts
+    statements = tuple(
+        StatementHits(source.locate(one.at).line, source.place(one.at), one.tally.of(counts))
+        for one in counters.statements
+    )
+    numbers: dict[int, dict[int, int]] = {}
+    branches = []
+    for branch in sorted(counters.branches, key=lambda one: one.at):
+        line = source.locate(branch.at).line
+        of_line = numbers.setdefault(line, {})
+        decision = of_line.setdefault(branch.at, len(of_line))
+        hits = branch.tally.of(counts)
+        branches.append(BranchHits(line, source.place(branch.at), decision, branch.name, hits))
+    line = source.locate(routine.at).line
+    return RoutineCoverage(routine.name, line, statements, tuple(branches))
+
+
+def _sum(one: RoutineCoverage, other: RoutineCoverage) -> RoutineCoverage:
+    """The same routine in two PLCs."""
+    return RoutineCoverage(
+        one.name,
+        one.line,
+        tuple(
+            StatementHits(a.line, a.place, a.hits + b.hits)
+            for a, b in zip(one.statements, other.statements, strict=True)
+        ),
+        tuple(
+            BranchHits(a.line, a.place, a.decision, a.name, a.hits + b.hits)
+            for a, b in zip(one.branches, other.branches, strict=True)
+        ),
+    )
+
+
+def _ranges(lines: list[int]) -> Iterator[str]:
+    """Lines as `3, 7-9`."""
+    start = 0
+    for place, line in enumerate(lines):
+        if place + 1 == len(lines) or lines[place + 1] != line + 1:
+            yield str(line) if lines[start] == line else f"{lines[start]}-{line}"
+            start = place + 1

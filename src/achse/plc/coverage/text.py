@@ -1,0 +1,34 @@
+"""Coverage as a table of text: one row for each routine, what is missing behind it."""
+
+from collections.abc import Iterator
+
+from achse.plc.coverage.results import CoverageResult, Covered
+
+__all__ = ["summary_of"]
+
+_MOST_MISSING = 12
+"""Places that a row names."""
+
+
+def summary_of(result: CoverageResult) -> str:
+    """The table; its last row begins with TOTAL."""
+    rows = list(_rows(result))
+    width = max(len(name) for name, _, _ in rows)
+    lines = [f"{'':{width}}  {'all':>7}  {'statements':>10}  {'branches':>10}  not run"]
+    for name, covered, missing in rows:
+        statements = f"{covered.statements_hit}/{covered.statements}"
+        branches = f"{covered.branches_hit}/{covered.branches}" if covered.branches else ""
+        line = f"{name:{width}}  {covered.percent:6.1f}%  {statements:>10}  {branches:>10}"
+        lines.append(f"{line}  {missing}".rstrip())
+    return "\n".join(lines)
+
+
+def _rows(result: CoverageResult) -> Iterator[tuple[str, Covered, str]]:
+    for file in result:
+        yield file.path, file.covered, ""
+        for routine in file.routines:
+            missing = routine.missing
+            more = f", {len(missing) - _MOST_MISSING} more" if len(missing) > _MOST_MISSING else ""
+            shown = ", ".join(missing[:_MOST_MISSING]) + more
+            yield f"  {routine.name}", routine.covered, shown
+    yield "TOTAL", result.covered, ""
