@@ -102,7 +102,7 @@ def _runtime(client: InProcessClient) -> Any:
     from achse.plc.system_info import lists_of_runtime
 
     (workspace,) = client.server.editor.projects
-    return lists_of_runtime(task.name for task in workspace.tasks)
+    return lists_of_runtime(workspace.tasks)
 
 
 def _last_notes(client: InProcessClient) -> list[dict[str, Any]]:

@@ -67,7 +67,7 @@ def test_names_that_do_not_fit_are_cut() -> None:
 
 def test_a_check_declares_one_row_for_each_task_and_one_without_any() -> None:
     for names, rows in (((), 1), (("Fast", "Slow"), 2)):
-        (unit,) = lists_of_runtime(names)
+        (unit,) = lists_of_runtime(map(Task, names))
         assert unit.__iec__.name == "TwinCAT_SystemInfoVarList"
         assert unit.__iec__.size >= APP_INFO.size + rows * TASK_INFO.size
         assert unit.__iec__.size < APP_INFO.size + (rows + 1) * TASK_INFO.size

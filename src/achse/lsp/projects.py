@@ -93,7 +93,7 @@ class Projects:
                 place,
                 libraries=[*libraries, *self._libraries],
                 defines=self._defines,
-                given=lambda tasks: lists_of_runtime(task.name for task in tasks),
+                given=lists_of_runtime,
                 open_files=dict(self._contents.values()),
             )
             self._workspaces[key] = made

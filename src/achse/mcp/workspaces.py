@@ -3,9 +3,9 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from achse.lsp.projects import declared_by_runtime
 from achse.mcp.fence import Fence
 from achse.mcp.results import CheckReport, CodeFinding
+from achse.plc.system_info import lists_of_runtime
 from achse.st.lexis.source import SourceError
 from achse.st.workspace import Workspace
 from achse.station.configuration.station_file import load
@@ -49,7 +49,7 @@ class WarmProjects:
         stamps = self._stamps(path, listed)
         known = self._projects.pop(key, None)
         if known is None:
-            made = Workspace(path, libraries=libraries, given=declared_by_runtime)
+            made = Workspace(path, libraries=libraries, given=lists_of_runtime)
             known = _WarmProject(made, stamps)
         elif known.stamps.keys() != stamps.keys():
             known.workspace.load()

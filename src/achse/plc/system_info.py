@@ -2,7 +2,7 @@
 
 import struct
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 from achse.iec import ARRAY, UDINT, GlobalVariables, Variable
 from achse.iec.system_types import APP_INFO, TASK_INFO
@@ -31,9 +31,14 @@ _LIVE_OFFSET = 12
 _ONLINE_CHANGES_OFFSET = 8
 
 
-def lists_of_runtime(tasks: Iterable[str]) -> list[type[GlobalVariables]]:
-    """Return the lists that a PLC with tasks of these names declares by itself, for a check."""
-    made = [Task(name) for name in tasks] or [Task()]
+class _Named(Protocol):
+    @property
+    def name(self) -> str: ...
+
+
+def lists_of_runtime(tasks: Iterable[_Named]) -> list[type[GlobalVariables]]:
+    """Return the lists that a PLC with such tasks declares by itself, for a check."""
+    made = [Task(task.name) for task in tasks] or [Task()]
     return [system_info_list(made, app_name="", project_name="", port=0, timestamp=0)]
 
 

@@ -55,10 +55,10 @@ def run_tests(
     """Run the tests of a folder of sources, a `.plcproj`, one source file or a station.toml.
 
     `libraries` are sources of further libraries; where TcUnit is: see `find_tcunit`. `limit` and
-    `timeout`: seconds of PLC time and of waiting, above 0. `coverage`: count what runs. `confine` changes or refuses the
-    configuration before the station is made, `between` is called with the PLC time between two
-    cycles: an exception ends the run. Raises `ProjectError`, and `TcUnitMissing` if TcUnit is
-    nowhere.
+    `timeout`: seconds of PLC time and of waiting, above 0. `coverage`: count what runs. `confine`
+    changes or refuses the configuration before the station is made, `between` is called with the
+    PLC time between two cycles: an exception ends the run. Raises `ProjectError`, and
+    `TcUnitMissing` if TcUnit is nowhere.
     """
     path = Path(project)
     if not path.exists():

@@ -100,7 +100,7 @@ def _checked(
 ) -> _Checked:
     typed = check(
         project.declarations,
-        given=lists_of_runtime(task.name for task in project.tasks),
+        given=lists_of_runtime(project.tasks),
         reach=project.reach,
         unreached=project.unreached,
     )

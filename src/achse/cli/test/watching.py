@@ -34,7 +34,7 @@ def watch_project(
         path,
         libraries=libraries,
         defines=tuple(defines),
-        given=lambda tasks: lists_of_runtime(task.name for task in tasks),
+        given=lists_of_runtime,
         check_all=check_all,
     )
     folder = path if path.is_dir() else path.parent
