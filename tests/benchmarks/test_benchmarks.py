@@ -17,6 +17,7 @@ PARTS = {"as_c.py", "mutant_rooms.py", "planter.py", "processes.py"}
 NUMBER = r"[\d,]*\d\.?\d*"
 
 SHORT: dict[str, tuple[list[str], str]] = {
+    "agent_loop.py": (["12", "1"], rf"loop +p50 +{NUMBER} ms"),
     "bus_cycle.py": (["4", "20"], rf"achse, in memory, 4 drives +p50 +{NUMBER} µs"),
     "camshaft.py": (["2000"], rf"4 controllers of 128 cams at 1 ms: {NUMBER} s"),
     "cold_start.py": (["1"], rf"import achse +{NUMBER} ms"),

@@ -53,6 +53,7 @@ EVERYWHERE = (
 NAMED: dict[str, set[str]] = {
     "[docs]": {"mkdocs", "material", "mike"},
     "[lsp]": {"lsprotocol", "pygls"},
+    "[mcp]": {"jsonschema", "mcp", "mcp_types", "starlette", "uvicorn"},
     "[fmu]": {"fmpy", "numpy"},
     "[metrics]": {"prometheus_client"},
     "[mqtt]": {"aiomqtt", "paho"},

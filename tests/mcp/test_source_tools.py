@@ -26,12 +26,12 @@ def test_tests_without_an_end_are_cancelled(folder: Path) -> None:
         running = anyio.Event()
         ended = []
 
-        async def progress(done: float, total: float | None, message: str | None) -> None:
+        async def note(progress: float, total: float | None, message: str | None) -> None:
             running.set()
 
         async def test() -> None:
             arguments = {"project": "endless.toml", "limit_s": 3600}
-            await agent.client.call_tool("test", arguments, progress_callback=progress)
+            await agent.client.call_tool("test", arguments, progress_callback=note)
             ended.append(True)
 
         async with anyio.create_task_group() as tasks:

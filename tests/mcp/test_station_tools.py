@@ -131,15 +131,15 @@ def test_a_run_tells_its_progress_and_is_cancelled_between_slices(folder: Path) 
         seen: list[float] = []
         running = anyio.Event()
 
-        async def progress(done: float, total: float | None, message: str | None) -> None:
-            seen.append(done)
+        async def note(progress: float, total: float | None, message: str | None) -> None:
+            seen.append(progress)
             running.set()
 
         async with anyio.create_task_group() as tasks:
 
             async def run() -> None:
                 await agent.client.call_tool(
-                    "run", {"station": station, "seconds": 3600}, progress_callback=progress
+                    "run", {"station": station, "seconds": 3600}, progress_callback=note
                 )
 
             tasks.start_soon(run)

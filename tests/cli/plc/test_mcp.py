@@ -17,7 +17,7 @@ def test_the_server_answers_over_standard_streams(tmp_path: Path, mode: str) -> 
 
     async def run() -> None:
         server = StdioServerParameters(command=sys.executable, args=arguments)
-        async with Client(server, mode=mode) as client:  # type: ignore[arg-type]
+        async with Client(server, mode=mode) as client:
             assert len((await client.list_tools()).tools) == 15
             checked = await client.call_tool("check", {"project": "station.toml"})
             assert checked.structured_content is not None
