@@ -83,6 +83,7 @@ def test_what_an_encoding_does_not_have_is_escaped() -> None:
     utf_8 = io.TextIOWrapper(io.BytesIO(), encoding="utf-8")
     assert dumped({"unit": "µm"}, ascii) == '{"unit": "\\u00b5m"}'
     assert dumped({"unit": "µm"}, utf_8) == '{"unit": "µm"}'
+    assert dumped({"file": "µ\udcff"}, utf_8) == '{"file": "\\u00b5\\udcff"}'
 
 
 def test_an_error_without_a_code_of_ads_is_no_success(capsys: pytest.CaptureFixture[str]) -> None:

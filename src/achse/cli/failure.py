@@ -59,7 +59,12 @@ def tell(message: str, *, name: str = "FAILED", code: int | None = None) -> None
 def dumped(document: Any, stream: TextIO) -> str:
     """JSON on one line; what `stream` cannot write is escaped."""
     encoding = getattr(stream, "encoding", None) or "utf-8"
-    return json.dumps(document, ensure_ascii=not encoding.lower().startswith("utf"))
+    text = json.dumps(document, ensure_ascii=not encoding.lower().startswith("utf"))
+    try:
+        text.encode(encoding)
+    except UnicodeEncodeError:  # half a character, as in names of files that are not UTF-8
+        return json.dumps(document)
+    return text
 
 
 def fail(

@@ -1,5 +1,6 @@
 """Reports of `achse check` for other programs: SARIF, JUnit XML, annotations."""
 
+import io
 import json
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner, Result
 
 from achse.cli.app import app
+from achse.cli.failure import dumped
 from achse.cli.test.reports import Finding, Level, github_lines, junit_document, path_of, sarif_log
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Diagnostic, Location
@@ -200,7 +202,11 @@ def test_a_station_has_no_such_report(folder: Path) -> None:
     assert "--format sarif is for PLC projects: expected text or json" in result.stderr
 
 
-_WORDS = st.text(st.characters(codec="utf-8"), max_size=20)
+_WORDS = st.text(
+    st.characters(codec="utf-8") | st.characters(min_codepoint=0xDC80, max_codepoint=0xDCFF),
+    max_size=20,
+)
+"""Texts, and names of files that are not UTF-8."""
 _FINDINGS = st.lists(
     st.builds(
         Finding,
@@ -222,11 +228,16 @@ _FINDINGS = st.lists(
 def test_any_finding_makes_a_valid_report(findings: list[Finding], problem: str) -> None:
     project = Path("plant")
     jsonschema.validate(json.loads(json.dumps(sarif_log(project, findings, problem))), SARIF)
+    json.loads(
+        dumped(
+            sarif_log(project, findings, problem), io.TextIOWrapper(io.BytesIO(), encoding="utf-8")
+        ).encode()
+    )
     root = Tree.fromstring(junit_document([], findings, problem).encode())
     assert int(root.attrib["tests"]) == len(findings) + bool(problem)
     lines = github_lines(project, findings, problem)
     assert len(lines) == len(findings) + bool(problem)
-    assert all("\n" not in line and "\r" not in line for line in lines)
+    assert all(b"\n" not in line.encode() and "\r" not in line for line in lines)
 
 
 @given(name=_WORDS)

@@ -1,6 +1,10 @@
 """Places in sources, and how faults are shown."""
 
+from unicodedata import category
+
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from achse.iec.errors import DeclarationError
 from achse.st.lexis.codes import Code
@@ -36,6 +40,21 @@ def test_the_caret_stands_under_its_column() -> None:
         str(Source("\tx;", "a.st").fault(1, "no", Code.UNEXPECTED_TOKEN))
         == "a.st:1:2: no\n    \tx;\n    \t^"
     )
+
+
+@given(
+    path=st.text(st.characters(), max_size=9),
+    text=st.text(st.characters(exclude_characters="\n"), min_size=1, max_size=20),
+    column=st.integers(1, 21),
+)
+def test_a_finding_commands_no_terminal(path: str, text: str, column: int) -> None:
+    told = str(Diagnostic(Location(path, 1, column), f"got {text!r}", Code.UNEXPECTED_TOKEN, text))
+    head, line, caret = told.split("\n")
+    assert head.endswith(f":1:{column}: got {text!r}") or not repr(text).isprintable()
+    assert len(line) == len(text) + 4
+    assert caret.strip() == "^"
+    told.encode()
+    assert not any(category(sign) in ("Cc", "Cf") and sign not in "\n\t" for sign in told)
 
 
 def test_a_line_that_does_not_help_is_left_out() -> None:

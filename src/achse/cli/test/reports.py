@@ -107,7 +107,7 @@ def _result(finding: Finding, rule: int, project: Path) -> dict[str, Any]:
         "endLine": fault.end_line,
         "endColumn": fault.end_column,
     }
-    place = {"uri": quote(path_of(project, fault.location.path)), "uriBaseId": _ROOT}
+    place = {"uri": _uri(path_of(project, fault.location.path)), "uriBaseId": _ROOT}
     return {
         "ruleId": fault.code.value,
         "ruleIndex": rule,
@@ -115,6 +115,11 @@ def _result(finding: Finding, rule: int, project: Path) -> dict[str, Any]:
         "message": {"text": finding.message},
         "locations": [{"physicalLocation": {"artifactLocation": place, "region": region}}],
     }
+
+
+def _uri(path: str) -> str:
+    """Return a path as a relative reference: names of files are bytes, not UTF-8 always."""
+    return quote(path.encode("utf-8", "surrogateescape"))
 
 
 # JUnit ------------------------------------------------------------------------------------------
@@ -201,6 +206,7 @@ def github_lines(project: Path, findings: Sequence[Finding], problem: str = "") 
 
 
 def _data(text: str) -> str:
+    text = text.encode("utf-8", "replace").decode()
     return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
 
 

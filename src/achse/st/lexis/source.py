@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple, Protocol
-from unicodedata import combining, east_asian_width
+from unicodedata import category, combining, east_asian_width
 
 from achse.iec.errors import DeclarationError
 from achse.st.lexis.codes import Code
@@ -20,6 +20,7 @@ __all__ = [
     "Source",
     "SourceError",
     "SourceSegment",
+    "printable",
 ]
 
 _BREAK = re.compile("\n")
@@ -29,6 +30,9 @@ _WORD = re.compile(
 )
 """A word, literal or sign: what a finding at its first character underlines."""
 _LONGEST_LINE = 160
+_REPLACEMENT = "\ufffd"
+_UNPRINTABLE = ("Cc", "Cf", "Cs", "Zl", "Zp")
+"""General categories of Unicode: controls, formats (directions too), surrogates, separators."""
 _SHOWN_FAULTS = 20
 
 
@@ -64,11 +68,23 @@ class Diagnostic:
             object.__setattr__(self, "end_column", self.location.column)
 
     def __str__(self) -> str:
-        head = f"{self.location}: {self.message}"
+        place = printable(str(self.location)).replace("\n", _REPLACEMENT)
+        head = f"{place}: {printable(self.message)}"
         if not self.text:
             return head
-        indent = "".join(map(_blank, self.text[: self.location.column - 1]))
-        return f"{head}\n    {self.text}\n    {indent}^"
+        text = printable(self.text)
+        indent = "".join(map(_blank, text[: self.location.column - 1]))
+        return f"{head}\n    {text}\n    {indent}^"
+
+
+def printable(text: str) -> str:
+    """Return a text with U+FFFD for signs that command terminals or cannot be encoded."""
+    if text.isprintable():
+        return text
+    return "".join(
+        _REPLACEMENT if category(sign) in _UNPRINTABLE and sign not in "\t\n" else sign
+        for sign in text
+    )
 
 
 def _blank(sign: str) -> str:
