@@ -16,6 +16,7 @@ OURS = {
     "ams/errors.py": "our tree of errors",
     "codes/station.py": "the station's own service at port 26000",
     "codes/links.py": "how our documentation is ordered",
+    "iec/documents.py": "how JSON has values is our choice",
     "iec/errors.py": "our tree of errors",
     "iec/nearest.py": "what a name may be meant for is our choice",
     "st/declared/block_layouts.py": "how private state lies behind an interface is our choice",

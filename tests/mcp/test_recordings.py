@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.mcp.recordings import Recording, RecordingError, compared, table_of
+from achse.mcp.recordings import RecordingError, RunRecording, compared, table_of
 from achse.scope import ScopeChannel
 from achse.scope.data import ScopeBlock, ScopeData
 from achse.scope.types import SCOPE_TYPES
@@ -17,11 +17,11 @@ STEP = 10_000_000
 _values = st.lists(st.floats(width=64), min_size=1, max_size=40)
 
 
-def _recording(values: list[float], name: str = "MAIN.f") -> Recording:
+def _recording(values: list[float], name: str = "MAIN.f") -> RunRecording:
     rows = b"".join(struct.pack("<d", value) for value in values)
     channel = ScopeChannel(name, symbol=name)
     block = ScopeBlock(0, STEP, (channel,), (REAL,), (len(values),), rows)
-    return Recording(ScopeData("run", (block,)), "")
+    return RunRecording(ScopeData("run", (block,)), "")
 
 
 @given(values=_values, most=st.integers(1, 50))

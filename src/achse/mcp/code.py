@@ -7,7 +7,7 @@ from pathlib import Path
 
 from achse.iec.nearest import did_you_mean
 from achse.mcp.fence import Fence, FenceError
-from achse.mcp.results import CodeExcerpt, FoundSymbol, FoundSymbols
+from achse.mcp.results import CodeExcerpt, SymbolMatch, SymbolMatches
 from achse.st.files.files import content_of
 from achse.st.lexis.source import Source
 from achse.st.syntax.units import Action
@@ -42,20 +42,20 @@ def _named(prefix: str, outline: Outline) -> Iterator[tuple[str, DeclaredSymbol]
         yield from _named(name, child)
 
 
-def find_symbols(workspace: Workspace, fence: Fence, pattern: str, most: int) -> FoundSymbols:
+def find_symbols(workspace: Workspace, fence: Fence, pattern: str, most: int) -> SymbolMatches:
     """Return symbols whose whole name has a text in it, without case; units first."""
     wanted = pattern.lower()
-    found: list[tuple[int, FoundSymbol]] = []
+    found: list[tuple[int, SymbolMatch]] = []
     for source, outline in _outlines(workspace):
         for name, symbol in _named("", outline):
             if wanted in name.lower():
                 line = source.locate(symbol.place).line
                 file = fence.name(Path(source.file))
-                entry = FoundSymbol(name=name, kind=symbol.kind.value, file=file, line=line)
+                entry = SymbolMatch(name=name, kind=symbol.kind.value, file=file, line=line)
                 found.append((name.count("."), entry))
     found.sort(key=lambda one: one[0])
     symbols = [entry for _, entry in found[:most]]
-    return FoundSymbols(symbols=symbols, left_out=max(0, len(found) - most))
+    return SymbolMatches(symbols=symbols, left_out=max(0, len(found) - most))
 
 
 def read_unit(workspace: Workspace, fence: Fence, name: str, most: int) -> CodeExcerpt:

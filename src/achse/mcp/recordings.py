@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from achse.mcp.results import RunComparison, RunDifference, TraceColumn, TraceTable
 from achse.scope.data import ScopeData, ScopeTrack
 
-__all__ = ["Recording", "RecordingError", "compared", "table_of"]
+__all__ = ["RecordingError", "RunRecording", "compared", "table_of"]
 
 
 class RecordingError(ValueError):
@@ -16,7 +16,7 @@ class RecordingError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Recording:
+class RunRecording:
     """Samples of a run, and the digest of the station after it."""
 
     data: ScopeData
@@ -24,7 +24,7 @@ class Recording:
 
 
 def table_of(
-    run: str, recording: Recording, names: Sequence[str], begin: float, end: float, most: int
+    run: str, recording: RunRecording, names: Sequence[str], begin: float, end: float, most: int
 ) -> TraceTable:
     """Return channels from `begin` to `end` (s), thinned to `most` rows; all without names.
 
@@ -75,7 +75,9 @@ def _tracks(data: ScopeData, names: Sequence[str]) -> list[ScopeTrack]:
     return [data[name] for name in names] if names else list(data.tracks)
 
 
-def compared(a: Recording, b: Recording, names: Sequence[str], tolerance: float) -> RunComparison:
+def compared(
+    a: RunRecording, b: RunRecording, names: Sequence[str], tolerance: float
+) -> RunComparison:
     """Compare channels sample by sample; without names those of both. Raises RecordingError."""
     if names:
         _tracks(a.data, names)

@@ -14,13 +14,13 @@ __all__ = [
     "DriveReport",
     "EditReport",
     "FaultReports",
-    "FoundSymbol",
-    "FoundSymbols",
     "PlcReport",
     "RunComparison",
     "RunDifference",
     "RunReport",
     "StationReport",
+    "SymbolMatch",
+    "SymbolMatches",
     "TestFailure",
     "TestReport",
     "TestResult",
@@ -78,7 +78,7 @@ class CodeExplanation(_Result):
     right: dict[str, str]
 
 
-class FoundSymbol(_Result):
+class SymbolMatch(_Result):
     """A declared name: `name` is what read_code takes."""
 
     name: str
@@ -87,10 +87,10 @@ class FoundSymbol(_Result):
     line: int
 
 
-class FoundSymbols(_Result):
+class SymbolMatches(_Result):
     """Symbols that match."""
 
-    symbols: list[FoundSymbol]
+    symbols: list[SymbolMatch]
     left_out: int
 
 

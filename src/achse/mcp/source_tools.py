@@ -15,7 +15,7 @@ from achse.mcp.results import (
     CodeExcerpt,
     CodeExplanation,
     EditReport,
-    FoundSymbols,
+    SymbolMatches,
     TestReport,
 )
 from achse.mcp.testing import unit_test_report
@@ -72,12 +72,12 @@ class SourceTools:
         pattern: Annotated[str, Field(max_length=200)],
         project: ProjectPath = ".",
         limit: _Limit = 50,
-    ) -> FoundSymbols:
+    ) -> SymbolMatches:
         """Find units, parts, variables and types by a piece of their name, without case."""
         async with self._lock:
             return await to_thread.run_sync(self._find, project, pattern, limit)
 
-    def _find(self, project: str, pattern: str, limit: int) -> FoundSymbols:
+    def _find(self, project: str, pattern: str, limit: int) -> SymbolMatches:
         return find_symbols(self._projects.of(project), self._fence, pattern, limit)
 
     async def read_code(

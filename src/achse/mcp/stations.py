@@ -9,7 +9,7 @@ from anyio import Lock, to_thread
 
 from achse.client import Client, connect
 from achse.mcp.fence import Fence
-from achse.mcp.recordings import Recording
+from achse.mcp.recordings import RunRecording
 from achse.mcp.results import PlcReport, RunReport
 from achse.scope import ScopeChannel
 from achse.station import Station, StationConfig
@@ -62,7 +62,7 @@ class Bench:
         channels: Sequence[ScopeChannel],
         report: Progress,
         wall: float = WALL_S,
-    ) -> tuple[RunReport, Recording | None]:
+    ) -> tuple[RunReport, RunRecording | None]:
         """Let time pass, in slices; a PLC that stops ends it. Raises ScopeError, AdsError."""
         station = self.station
         before = station.time_ns
@@ -72,7 +72,7 @@ class Bench:
         with station.scope(channels, length=seconds + station.tick_ns / 1e9, name="mcp") as scope:
             reason = await self._pass(seconds, report, wall)
             scope.stop()
-            recording = Recording(scope.data(), station.digest())
+            recording = RunRecording(scope.data(), station.digest())
         return self._report(before, reason), recording
 
     async def _pass(self, seconds: float, report: Progress, wall: float) -> str:
@@ -125,7 +125,7 @@ class Shelf:
         self._fence = fence
         self._target = target
         self._benches: OrderedDict[str, Bench] = OrderedDict()
-        self._recordings: OrderedDict[str, Recording] = OrderedDict()
+        self._recordings: OrderedDict[str, RunRecording] = OrderedDict()
         self._connected: Bench | None = None
         self._stations = self._runs = 0
 
@@ -187,7 +187,7 @@ class Shelf:
         self._benches.move_to_end(handle)
         return self._benches[handle]
 
-    def keep(self, recording: Recording) -> str:
+    def keep(self, recording: RunRecording) -> str:
         """Keep a recording; return its handle."""
         self._runs += 1
         handle = f"r{self._runs}"
@@ -196,7 +196,7 @@ class Shelf:
             self._recordings.popitem(last=False)
         return handle
 
-    def recording(self, handle: str) -> Recording:
+    def recording(self, handle: str) -> RunRecording:
         """Return a recording. Raises HandleError."""
         if handle not in self._recordings:
             known = ", ".join(self._recordings) or "none; run with `record` gives one"
