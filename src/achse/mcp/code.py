@@ -129,8 +129,7 @@ def edit_file(
     Of an XML file only code is changed. Raises CodeError, FenceError, OSError.
     """
     path = fence.path(file)
-    own = {Path(parsed.source.file).resolve() for parsed in workspace.sources}
-    if path not in own or not fence.has(path):
+    if not workspace.has(path) or not path.is_file():
         raise FenceError(f"{file!r:.120} is not a source of the project")
     try:
         text = content_of(path, path.name).decode("utf-8")

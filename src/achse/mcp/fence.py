@@ -65,8 +65,15 @@ class Fence:
         return files
 
     def _check(self, files: Iterable[Path]) -> None:
+        folders: dict[Path, bool] = {}
         for file in files:
-            if not self.may_read(file):
+            if file.is_symlink():
+                allowed = self.may_read(file)
+            else:
+                if file.parent not in folders:
+                    folders[file.parent] = self.may_read(file.parent)
+                allowed = folders[file.parent]
+            if not allowed:
                 raise FenceError(f"{file.name} is outside of the project's folder")
 
     def confined(self, config: StationConfig, base: Path) -> StationConfig:
