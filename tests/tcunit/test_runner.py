@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from achse.station import StationConfig
 from achse.tcunit import CodePlace, ProjectError, TcUnitMissing, run_tests
 from achse.tcunit.results import TestOutcome
 
@@ -207,3 +208,28 @@ def test_type_classes_need_only_their_name_space(project: Write, standin: Path) 
         ).replace(" n : DINT;", " TYPE_INT : DINT;")
     )
     assert run_tests(path, libraries=[standin]).is_good
+
+
+def test_a_caller_sees_the_configuration_and_each_cycle(press: Path, standin: Path) -> None:
+    seen: list[float] = []
+    bases: list[Path] = []
+
+    def confine(config: StationConfig, base: Path) -> StationConfig:
+        bases.append(base)
+        return config.model_copy(update={"name": "confined"})
+
+    def stop(passed: float) -> None:
+        seen.append(passed)
+        if len(seen) == 3:
+            raise InterruptedError("enough")
+
+    with pytest.raises(InterruptedError):
+        run_tests(press, libraries=[standin], confine=confine, between=stop)
+    assert len(bases) == 1
+    assert seen == pytest.approx([0.01, 0.02, 0.03])
+
+    def refuse(config: StationConfig, base: Path) -> StationConfig:
+        raise ValueError("not here")
+
+    with pytest.raises(ValueError, match="not here"):
+        run_tests(press, libraries=[standin], confine=refuse)
