@@ -36,3 +36,14 @@ def test_the_line_of_a_fault_in_a_condition(run: Run) -> None:
         "END_PROGRAM"
     )
     assert ran.stopped.name == "DIVIDEBYZERO"
+
+
+def test_finally_comes_before_a_loop_goes_on(run: Run) -> None:
+    ran = run(
+        "PROGRAM MAIN VAR i, n, z, x : INT; END_VAR\n"
+        "REPEAT n := n + 1;\n__TRY CONTINUE;\n__FINALLY z := z + 1;\n__ENDTRY\n"
+        "UNTIL z >= 2 END_REPEAT\n"
+        "FOR i := 1 TO 3 DO __TRY CONTINUE; __FINALLY x := 10 * x + i; __ENDTRY END_FOR\n"
+        "END_PROGRAM"
+    )
+    assert (ran["n"], ran["z"], ran["x"]) == (2, 2, 123)

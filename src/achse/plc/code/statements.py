@@ -53,7 +53,7 @@ class StatementWriter:
         self._lines = lines
         self._base = lines.depth
         self._loops: list[tuple[str, nodes.Loop, int]] = []
-        """Meaning of EXIT and CONTINUE here: `plain` for Python's own, `raised` inside marks; and
+        """Meaning of EXIT and CONTINUE here: `plain` for Python's own, `raised` if not; and
         the function that contains the loop."""
         self._depth = 0
         self._function = 0
@@ -229,17 +229,18 @@ class StatementWriter:
                 self.block("else:", otherwise)
 
     def _loop(self, statement: nodes.Loop) -> None:
-        """A loop; with marks inside, EXIT and CONTINUE come as exceptions."""
+        """A loop; with marks inside, or CONTINUE in a __TRY, EXIT and CONTINUE are exceptions."""
         self.effects(statement.start)
         head = "True" if statement.before is None else self._of.condition(statement.before)
-        lines, raised = self._lines, _has_marks(statement.body)
+        lines, body = self._lines, statement.body
+        raised = _has_marks(body) or _goes_on_in_try(body)
         self._depth += 1
         with self._passing("LoopLeft" if raised else ""):
             with lines.within(f"while {head}:"):
                 self._spend(statement.cost)
                 self._loops.append(("raised" if raised else "plain", statement, self._function))
                 with self._passing("LoopGoesOn" if raised else ""):
-                    self.list_of(statement.body)
+                    self.list_of(body)
                 self._loops.pop()
                 self._advance(statement)
             if statement.ends is not None and statement.before is not None:
@@ -341,20 +342,32 @@ def _counting(number: int) -> str:
     return f"COUNTS[{number}] += 1"
 
 
+def _lists_in(statement: nodes.LoweredStatement) -> tuple[nodes.LoweredStatements, ...]:
+    """Lists of statements inside a statement; none of a loop."""
+    match statement:
+        case nodes.Branches(branches, otherwise):
+            return (*(each.body for each in branches), otherwise)
+        case nodes.LoweredSelection():
+            return (*(case.body for case in statement.cases), statement.otherwise)
+        case nodes.LoweredTry():
+            return (statement.body, statement.handler, statement.final)
+    return ()
+
+
 def _has_marks(statements: nodes.LoweredStatements) -> bool:
     """Return True if there are marks in the statements, outside of loops inside them."""
-    for one in statements:
-        match one:
-            case JumpMark():
-                return True
-            case nodes.Branches(branches, otherwise):
-                if _has_marks(otherwise) or any(_has_marks(each.body) for each in branches):
-                    return True
-            case nodes.LoweredSelection():
-                inner = (*(case.body for case in one.cases), one.otherwise)
-                if any(_has_marks(each) for each in inner):
-                    return True
-            case nodes.LoweredTry():
-                if any(_has_marks(each) for each in (one.body, one.handler, one.final)):
-                    return True
-    return False
+    return any(
+        isinstance(one, JumpMark) or any(map(_has_marks, _lists_in(one))) for one in statements
+    )
+
+
+def _goes_on_in_try(statements: nodes.LoweredStatements, *, is_inside: bool = False) -> bool:
+    """Return True if a CONTINUE of these statements is in a __TRY, whose FINALLY comes first."""
+    return any(
+        (is_inside and isinstance(one, LoopNext))
+        or any(
+            _goes_on_in_try(each, is_inside=is_inside or isinstance(one, nodes.LoweredTry))
+            for each in _lists_in(one)
+        )
+        for one in statements
+    )
