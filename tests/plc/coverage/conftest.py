@@ -13,7 +13,7 @@ from achse.plc.coverage.results import CoverageResult, measured
 from achse.st.check import check
 from achse.st.declare import Declarations, declare
 from achse.st.lexis.source import Source
-from achse.st.syntax.parser import parse
+from achse.st.syntax.parser import Parsed, parse
 
 FORMS = [CodeForm.PLAIN, *([CodeForm.MACHINE] if compiler_installed() else [])]
 
@@ -23,9 +23,9 @@ _CYCLE_NS = 10_000_000
 class Counting:
     """A PLC with the program MAIN; `result` is what has run."""
 
-    def __init__(self, text: str, form: CodeForm) -> None:
+    def __init__(self, text: str | Parsed, form: CodeForm) -> None:
         self._form = form
-        declared = declare([parse(Source(text, "a.st"))])
+        declared = declare([parse(Source(text, "a.st")) if isinstance(text, str) else text])
         task = Task("PlcTask", _CYCLE_NS, [declared.programs["main"]])
         self.plc = PlcRuntime([task], declared.units, bodies=self._bodies(declared))
         assert not self.plc.failure, self.plc.failure

@@ -1,4 +1,4 @@
-"""Reports: the table, the tracefile of lcov as a reader takes it, Cobertura by its grammar, HTML."""
+"""Reports: the table, the tracefile of lcov, Cobertura by its grammar, HTML."""
 
 import re
 from collections.abc import Callable

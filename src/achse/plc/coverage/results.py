@@ -1,7 +1,7 @@
 """Results of coverage: what has run, by file, routine and place."""
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from achse.plc.coverage.counters import CoverageCounters, CoveredRoutine
@@ -204,7 +204,29 @@ def _routine(covered: CoveredRoutine, of: CoverageCounters) -> RoutineCoverage:
         hits = branch.tally.of(counts)
         branches.append(BranchHits(line, source.place(branch.at), decision, branch.name, hits))
     line = source.locate(routine.at).line
-    return RoutineCoverage(routine.name, line, statements, tuple(branches))
+    return RoutineCoverage(routine.name, line, _by_place(statements), _ways(branches))
+
+
+def _by_place(statements: Iterable[StatementHits]) -> tuple[StatementHits, ...]:
+    """The statements; those that a place of a drawing has become are one, which has run as often
+    as the least of them."""
+    found: dict[object, StatementHits] = {}
+    for number, one in enumerate(statements):
+        key = one.place or number
+        known = found.get(key)
+        found[key] = one if known is None or one.hits < known.hits else known
+    return tuple(found.values())
+
+
+def _ways(branches: Iterable[BranchHits]) -> tuple[BranchHits, ...]:
+    """The branches; those of one name at a place of a drawing are one, the most taken of them."""
+    found: dict[object, BranchHits] = {}
+    for number, one in enumerate(branches):
+        key = (one.place, one.name) if one.place else number
+        known = found.get(key)
+        hits = one.hits if known is None else max(one.hits, known.hits)
+        found[key] = replace(one, hits=hits, decision=0 if one.place else one.decision)
+    return tuple(found.values())
 
 
 def _sum(one: RoutineCoverage, other: RoutineCoverage) -> RoutineCoverage:
