@@ -86,10 +86,14 @@ def seeds_one_by_one(
     project: str = "",
     invariants: str = "",
     clock: Callable[[], float] = time.process_time,
+    stopped: Callable[[], bool] = bool,
 ) -> Iterator[dict[str, Any]]:
-    """Yield the figures of seeds from `first` on: `runs` of them, or until `cpu_s` are used."""
+    """Yield the figures of seeds from `first` on: `runs` of them, or until `cpu_s` are used.
+
+    No further seed begins once `stopped()` is true.
+    """
     end = math.inf if cpu_s is None else clock() + cpu_s
     number = 0
-    while (runs is None or number < runs) and clock() < end:
+    while (runs is None or number < runs) and clock() < end and not stopped():
         yield run(first=first % SEEDS, project=project, invariants=invariants, seed=number)
         number += 1

@@ -1,6 +1,7 @@
 """`achse swarm`: seeds, a failure that is kept, invariants of a user, mistakes."""
 
 import json
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +56,24 @@ def test_violated_invariant_of_a_user_is_kept_as_a_small_test(tmp_path: Path) ->
     exec(compile(source, "kept", "exec"), found)
     with pytest.raises(AssertionError):
         found["test_check_never_enabled_holds"]()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("seeds", [1, 2])
+def test_a_signal_ends_a_campaign_with_its_sums(
+    monkeypatch: pytest.MonkeyPatch, number: signal.Signals, seeds: int
+) -> None:
+    """The seed that runs is counted; one after which nobody interrupts is followed by others."""
+
+    def interrupted(*, seed: int, **_: object) -> dict[str, Any]:
+        if seed + 1 == seeds:
+            signal.raise_signal(number)
+        return {"world": seed, "invariant": "", "what": "", "moves": 3}
+
+    monkeypatch.setattr("achse.swarm.campaign.run", interrupted)
+    told = run("--seed", "5", "--runs", "9", "--json", exit_code=128 + number).stdout
+    facts = json.loads(told)
+    assert (facts["seeds"], facts["moves"]) == (seeds, 3 * seeds)
 
 
 @pytest.mark.parametrize(

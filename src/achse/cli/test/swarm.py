@@ -1,12 +1,16 @@
 """`achse swarm` draws worlds from seeds, runs them in virtual time, and checks what must hold."""
 
+import os
 import sys
+from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from achse.cli.failure import fail
+from achse.cli.interrupts import ending
 from achse.cli.output import print_json
 from achse.cli.target import Json
 
@@ -61,7 +65,10 @@ def swarm(
     ] = None,
     in_json: Json = False,
 ) -> None:
-    """Run stations in random worlds, and check what must hold in each."""
+    """Run stations in random worlds, and check what must hold in each.
+
+    Ctrl-C ends it after the seed that runs, with the sums so far; a second one ends it at once.
+    """
     import secrets
 
     from achse.station import ConfigError
@@ -72,10 +79,20 @@ def swarm(
         "" if project is None else str(project.resolve()),
         "" if invariants is None else str(invariants.resolve()),
     )
+    signals: list[int] = []
+
+    def end(number: int) -> None:
+        if signals:
+            os._exit(128 + number)
+        signals.append(number)
+
     try:
         if replay:
             _replay(first, *names)
-        campaign = _campaign(first, runs, cpu, workers, names, quiet=in_json)
+        with ending(end) if not workers else nullcontext():
+            campaign = _campaign(
+                first, runs, cpu, workers, names, quiet=in_json, stopped=lambda: bool(signals)
+            )
     except (WorldError, ConfigError) as fault:
         fail(str(fault))
     except OSError as failure:
@@ -93,6 +110,8 @@ def swarm(
         if keep is not None:
             _keep(keep, campaign.failures[0], names)
         raise typer.Exit(1)
+    if signals:
+        raise typer.Exit(128 + signals[0])
 
 
 def _campaign(
@@ -103,6 +122,7 @@ def _campaign(
     names: tuple[str, str],
     *,
     quiet: bool,
+    stopped: Callable[[], bool],
 ) -> "Campaign":
     from achse.swarm.campaign import Campaign, seeds_one_by_one
 
@@ -115,11 +135,12 @@ def _campaign(
             fail("--workers needs --runs")
         rows = _played_by_workers(first, min(runs, _MOST_PLAYED), workers, names)
     else:
-        rows = seeds_one_by_one(first, runs, cpu, *names)
+        rows = seeds_one_by_one(first, runs, cpu, *names, stopped=stopped)
     for row in rows:
         failure = campaign.add(row)
         if failure is not None and not quiet:
             _tell(failure)
+            sys.stdout.flush()
     return campaign
 
 
