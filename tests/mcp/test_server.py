@@ -5,6 +5,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from tests.mcp.client import Agent, ToolRefused, in_session
 
@@ -210,3 +212,73 @@ def test_no_path_leads_out_of_the_folder(folder: Path, path: str) -> None:
 
     in_session(folder, script)
     assert (outside / "secret.st").read_bytes() == before
+
+
+KEYS = {
+    "check": ("project", "limit"),
+    "explain": ("code",),
+    "find_symbols": ("pattern", "project", "limit"),
+    "read_code": ("name", "project"),
+    "edit_code": ("file", "old", "new", "project"),
+    "open_station": ("project",),
+    "run": ("station", "seconds", "cycles", "record"),
+    "state": ("station",),
+    "read": ("station", "names"),
+    "write": ("station", "values"),
+    "axis": ("station", "axis", "action", "target", "velocity", "acceleration", "wait"),
+    "fault": ("station", "action", "fields", "number"),
+    "trace": ("run", "names", "begin", "end", "rows"),
+    "compare": ("a", "b", "names", "tolerance"),
+}
+_TEXTS = st.sampled_from(
+    [
+        "s1", "r1", "machine.st", "machine.toml", "press", "..", "/etc/passwd", "", "\0",
+        "x" * 5000,
+        "MAIN.nCount", "MAIN.aValues[9]", "MAIN", "500:Axes.X.ActPos", "99999:x", "851:", "-1:a",
+        "X", "move_to", "enable", "jog", "add", "drop", "error", "ST3001", "nCount", "T#1s",
+        "\ud7ff",
+        "MAIN.nCount@0s", "1e999",
+    ]
+)  # fmt: skip
+_NUMBERS = st.sampled_from([0, 1, -1, 7, 1e-9, 1e300, 2**63, -(2**70), 0.01, True])
+_PLAIN = _TEXTS | _NUMBERS | st.none()
+_ANY = _PLAIN | st.lists(_PLAIN, max_size=3) | st.dictionaries(_TEXTS, _PLAIN, max_size=3)
+_LIKELY = {
+    "station": st.just("s1"),
+    "run": st.just("r1"),
+    "seconds": st.floats(0, 0.1),
+    "cycles": st.integers(0, 20),
+    "record": st.lists(_TEXTS, max_size=3),
+    "names": st.lists(_TEXTS, max_size=3),
+    "values": st.dictionaries(_TEXTS, _PLAIN, max_size=3),
+    "fields": st.fixed_dictionaries({"kind": _TEXTS}, optional={"code": _NUMBERS, "by": _NUMBERS}),
+    "axis": st.sampled_from(["X", 1, 0, "Z", ""]),
+}
+
+
+@st.composite
+def _calls(draw: st.DrawFn) -> tuple[str, dict[str, Any]]:
+    tool = draw(st.sampled_from(sorted(KEYS)))
+    names = draw(st.lists(st.sampled_from(KEYS[tool]), unique=True))
+    values = {
+        name: draw(_LIKELY.get(name, _TEXTS) if draw(st.booleans()) else _ANY) for name in names
+    }
+    return tool, values
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(calls=st.lists(_calls(), min_size=20, max_size=40))
+def test_whatever_is_asked_the_answer_is_a_result_or_a_reason(
+    folder: Path, calls: list[tuple[str, dict[str, Any]]]
+) -> None:
+    async def script(agent: Agent) -> None:
+        await agent.call("open_station", project="machine.toml")
+        await agent.call("run", station="s1", cycles=3, record=["MAIN.nCount"])
+        for tool, arguments in calls:
+            result = await agent.client.call_tool(tool, arguments)
+            if result.is_error:
+                text = getattr(result.content[0], "text", "")
+                assert text.startswith(f"Error executing tool {tool}: "), (arguments, text)
+        assert (await agent.call("state", station="s1"))["station"] == "s1"
+
+    in_session(folder, script)
