@@ -57,7 +57,7 @@ class CodeFinding(_Result):
 
 
 class CheckReport(_Result):
-    """Findings of a project; `ok`: no error, the tasks' programs would run."""
+    """Findings of a project; `ok`: there is no error."""
 
     ok: bool
     sources: int
