@@ -61,3 +61,33 @@ def test_without_the_library_or_the_project_it_says_what_to_do(tmp_path: Path) -
         ).stderr
     )
     assert logging.getLogger("achse").level == level
+
+
+def test_coverage_is_printed_written_and_judged(tmp_path: Path) -> None:
+    source = tmp_path / "ours.st"
+    source.write_text(
+        "FUNCTION F_Sign : INT\nVAR_INPUT n : INT; END_VAR\n"
+        "IF n < 0 THEN\nF_Sign := -1;\nELSE\nF_Sign := 1;\nEND_IF\nEND_FUNCTION\n"
+        "FUNCTION_BLOCK FB_Ours EXTENDS FB_TestSuite\nVAR n : INT; END_VAR\nTEST('runs');\n"
+        "n := F_Sign(5);\nTEST_FINISHED();\nEND_FUNCTION_BLOCK\n"
+        "PROGRAM PRG_TEST\nVAR fbOurs : FB_Ours; END_VAR\nRUN();\nEND_PROGRAM\n"
+    )
+    files = [tmp_path / f"cover{ending}" for ending in (".info", ".xml", ".html", ".txt")]
+    asked = [word for file in files for word in ("--coverage-report", file)]
+    result = outcome_of(source, "--library", STANDIN, "--coverage", "--fail-under", 60, *asked)
+    assert result.exit_code == 0, result.output
+    rows = {line.split()[0]: line.split()[1:] for line in result.stdout.splitlines() if line}
+    assert rows["F_Sign"] == ["60.0%", "2/3", "1/2", "4,", "3", "TRUE"]
+    assert rows["TOTAL"] == ["66.7%", "3/4", "1/2"]
+    assert "FB_Ours" not in rows
+    texts = [file.read_text(encoding="utf-8") for file in files]
+    assert "BRDA:3,0,0,0\nBRDA:3,0,1,1\n" in texts[0]
+    assert Tree.fromstring(texts[1]).attrib["lines-valid"] == "4"
+    assert texts[2].startswith("<!doctype html>")
+    assert texts[3] in result.stdout
+    less = outcome_of(source, "--library", STANDIN, "--fail-under", 70)
+    assert less.exit_code == 1
+    assert less.stdout.splitlines()[-1] == "coverage: expected at least 70%, got 66.7%"
+    refused = outcome_of(source, "--coverage-report", tmp_path / "cover.pdf")
+    assert refused.exit_code == 1
+    assert "expected a file that ends in .html, .info" in refused.stderr
