@@ -144,7 +144,7 @@ class _Bench:
         return TestRun(suites, duration, problem)
 
     def coverage(self) -> CoverageResult:
-        """What has run of the project; suites are not counted."""
+        """Coverage of the project; suites are not counted."""
         counters = [found for tests in self._plcs if (found := tests.counters) is not None]
         files = {name: path for tests in self._plcs for name, path in tests.files.items()}
         suites = set().union(*(tests.suite_blocks for tests in self._plcs))

@@ -1,6 +1,7 @@
 """A PLC whose code counts, in both forms."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -16,6 +17,8 @@ from achse.st.lexis.source import Source
 from achse.st.syntax.parser import Parsed, parse
 
 FORMS = [CodeForm.PLAIN, *([CodeForm.MACHINE] if compiler_installed() else [])]
+
+COUNTED = Path(__file__).parents[2] / "data" / "coverage" / "counted.st"
 
 _CYCLE_NS = 10_000_000
 
@@ -73,3 +76,9 @@ def form(request: pytest.FixtureRequest) -> CodeForm:
 def count(form: CodeForm) -> Callable[[str], Counting]:
     """`count(text)`: a PLC whose code counts, before its first cycle."""
     return lambda text: Counting(text, form)
+
+
+@pytest.fixture
+def result(count: Callable[[str], Counting]) -> CoverageResult:
+    """Coverage of the routines that were counted by hand, after a cycle."""
+    return count(COUNTED.read_text(encoding="utf-8")).run().result

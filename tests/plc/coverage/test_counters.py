@@ -2,12 +2,9 @@
 
 import re
 from collections.abc import Callable
-from pathlib import Path
 
 from achse.plc.debug.build import DebugBuild
-from tests.plc.coverage.conftest import Counting
-
-COUNTED = Path(__file__).parents[2] / "data" / "coverage" / "counted.st"
+from tests.plc.coverage.conftest import COUNTED, Counting
 
 Count = Callable[[str], Counting]
 

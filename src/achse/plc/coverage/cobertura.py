@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from pathlib import PurePath
 from xml.etree import ElementTree
 
-from achse.plc.coverage.results import BranchHits, CoverageResult, Covered, FileCoverage
+from achse.plc.coverage.results import BranchHits, CoverageResult, CoveredShare, FileCoverage
 
 __all__ = ["cobertura_xml"]
 
@@ -80,12 +80,12 @@ def _lines(
         ElementTree.SubElement(element, "line", values)
 
 
-def _branches(files: Iterable[FileCoverage]) -> Covered:
+def _branches(files: Iterable[FileCoverage]) -> CoveredShare:
     routines = [routine for file in files for routine in file.routines]
-    return Covered((), (one.hits for routine in routines for one in routine.branches))
+    return CoveredShare((), (one.hits for routine in routines for one in routine.branches))
 
 
-def _rates(lines: list[int], covered: Covered) -> dict[str, str]:
+def _rates(lines: list[int], covered: CoveredShare) -> dict[str, str]:
     return {
         "line-rate": _rate(sum(map(bool, lines)), len(lines)),
         "branch-rate": _rate(covered.branches_hit, covered.branches),

@@ -47,7 +47,7 @@ class CoverageCounters:
             self.routines[key] = CoveredRoutine(routine, counters)
             self.size += counters.size
         self.counts: MutableSequence[int] = [0] * self.size
-        """What code adds to; machine code has a row of its own."""
+        """Row that code adds to; machine code has one of its own."""
 
     def count(self, number: int) -> None:
         """Add one."""

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from html import escape
 
-from achse.plc.coverage.results import BranchHits, CoverageResult, Covered, FileCoverage
+from achse.plc.coverage.results import BranchHits, CoverageResult, CoveredShare, FileCoverage
 
 __all__ = ["page_of"]
 
@@ -39,7 +39,7 @@ def page_of(result: CoverageResult, *, title: str = "Coverage") -> str:
     )
 
 
-def _row(name: str, covered: Covered) -> str:
+def _row(name: str, covered: CoveredShare) -> str:
     return (
         f"<tr><td>{name}</td><td>{covered.percent:.1f}%</td>"
         f"<td>{covered.statements_hit}/{covered.statements}</td>"

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from achse import __version__
 from achse.plc.coverage.cobertura import cobertura_xml
 from achse.plc.coverage.html import page_of
 from achse.plc.coverage.lcov import tracefile_of
@@ -18,7 +17,7 @@ def _summary(result: CoverageResult) -> str:
 
 
 def _cobertura(result: CoverageResult) -> str:
-    return cobertura_xml(result, version=f"achse {__version__}")
+    return cobertura_xml(result, version="achse")
 
 
 FORMS: Mapping[str, Callable[[CoverageResult], str]] = {

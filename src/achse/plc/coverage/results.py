@@ -11,7 +11,7 @@ from achse.st.typed.project import Routine
 __all__ = [
     "BranchHits",
     "CoverageResult",
-    "Covered",
+    "CoveredShare",
     "FileCoverage",
     "RoutineCoverage",
     "StatementHits",
@@ -43,7 +43,7 @@ class BranchHits:
     hits: int
 
 
-class Covered:
+class CoveredShare:
     """A number of statements and branches, and how many of them have run."""
 
     def __init__(self, statements: Iterable[int], branches: Iterable[int]) -> None:
@@ -54,18 +54,18 @@ class Covered:
     @property
     def percent(self) -> float:
         """Per cent of statements and branches together; 100 if there are none."""
-        return percent(self.statements_hit + self.branches_hit, self.statements + self.branches)
+        return _percent(self.statements_hit + self.branches_hit, self.statements + self.branches)
 
     @property
     def statement_percent(self) -> float:
-        return percent(self.statements_hit, self.statements)
+        return _percent(self.statements_hit, self.statements)
 
     @property
     def branch_percent(self) -> float:
-        return percent(self.branches_hit, self.branches)
+        return _percent(self.branches_hit, self.branches)
 
 
-def percent(part: int, whole: int) -> float:
+def _percent(part: int, whole: int) -> float:
     """A share in per cent; 100 of nothing."""
     return 100.0 * part / whole if whole else 100.0
 
@@ -82,16 +82,18 @@ class RoutineCoverage:
 
     @property
     def calls(self) -> int:
-        """How often its first statement has begun."""
+        """Number of times that its first statement has begun."""
         return self.statements[0].hits
 
     @cached_property
-    def covered(self) -> Covered:
-        return Covered((one.hits for one in self.statements), (one.hits for one in self.branches))
+    def covered(self) -> CoveredShare:
+        return CoveredShare(
+            (one.hits for one in self.statements), (one.hits for one in self.branches)
+        )
 
     @property
     def missing(self) -> list[str]:
-        """What has not run: lines, places of drawings, branches."""
+        """Gaps: lines, places of drawings, branches."""
         unseen = [one for one in self.statements if not one.hits]
         lines = sorted({one.line for one in unseen if not one.place})
         found = list(_ranges(lines))
@@ -111,7 +113,7 @@ class FileCoverage:
     routines: tuple[RoutineCoverage, ...]
 
     @cached_property
-    def covered(self) -> Covered:
+    def covered(self) -> CoveredShare:
         return _together(self.routines)
 
     @cached_property
@@ -140,16 +142,16 @@ class CoverageResult:
     files: tuple[FileCoverage, ...]
 
     @cached_property
-    def covered(self) -> Covered:
+    def covered(self) -> CoveredShare:
         return _together(routine for file in self.files for routine in file.routines)
 
     def __iter__(self) -> Iterator[FileCoverage]:
         return iter(self.files)
 
 
-def _together(routines: Iterable[RoutineCoverage]) -> Covered:
+def _together(routines: Iterable[RoutineCoverage]) -> CoveredShare:
     routines = list(routines)
-    return Covered(
+    return CoveredShare(
         (one.hits for routine in routines for one in routine.statements),
         (one.hits for routine in routines for one in routine.branches),
     )

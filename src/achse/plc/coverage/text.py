@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from achse.plc.coverage.results import CoverageResult, Covered
+from achse.plc.coverage.results import CoverageResult, CoveredShare
 
 __all__ = ["summary_of"]
 
@@ -23,7 +23,7 @@ def summary_of(result: CoverageResult) -> str:
     return "\n".join(lines)
 
 
-def _rows(result: CoverageResult) -> Iterator[tuple[str, Covered, str]]:
+def _rows(result: CoverageResult) -> Iterator[tuple[str, CoveredShare, str]]:
     for file in result:
         yield file.path, file.covered, ""
         for routine in file.routines:

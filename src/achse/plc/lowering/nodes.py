@@ -459,4 +459,4 @@ class LoweredRoutine:
     results: tuple[LoweredValue, ...]
     """The result, if there is one, and the outputs."""
     counters: "RoutineCounters | None" = None
-    """What its `Count`s say; None without any."""
+    """Meaning of its `Count`s; None without any."""

@@ -51,7 +51,7 @@ class StatementLowering(ValueLowering):
         super().__init__(project, routine, in_memory)
         self.counters = counters
         self._begins = Tally()
-        """How often the present statement begins."""
+        """Number of times that the present statement begins."""
 
     def block(
         self, statements: TypedStatements, entered: Tally | None = None

@@ -220,7 +220,7 @@ class StatementTranslator:
         b.begin(end)
 
     def _ends(self, statement: nodes.Loop, end: Label) -> Label:
-        """Where the condition of a loop ends it: the counter of ends is on the way."""
+        """Target of the condition of a loop that ends it: the counter of ends is on the way."""
         if statement.ends is None:
             return end
         label = self._of.builder.label()
