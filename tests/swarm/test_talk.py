@@ -120,6 +120,21 @@ def test_samples_under_way_after_a_deletion_are_no_fault(page: Page, reported: l
     assert not page.subscriptions
 
 
+@pytest.mark.parametrize("sent_ns", [999, 1000, 1001])
+@pytest.mark.parametrize("was_known", [True, False])
+def test_handle_that_is_deleted_while_it_is_given_again_may_have_ended(
+    page: Page, reported: list[str], sent_ns: int, was_known: bool
+) -> None:
+    """The client deletes a handle of before a restart at 1000 ns."""
+    if was_known:
+        page.subscriptions[851, 7] = Subscription(CYCLE, 0, 0)
+    page.delete((851, 7))
+    page.add((851, 7), Subscription(CYCLE, 0, 1000), sent_ns)
+    page.clock = lambda: 2_000_000_000
+    page.finish()
+    assert reported == ["samples-complete"] * (sent_ns > 1000)
+
+
 def test_what_waited_for_a_deaf_client_is_excused_by_faults_of_that_time(
     page: Page, calm: Calm, reported: list[str]
 ) -> None:

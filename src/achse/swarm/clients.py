@@ -231,7 +231,7 @@ class Client:
         delay_ns: int,
         what: str,
     ) -> None:
-        page = self._page
+        page, sent_ns = self._page, self._station.now_ns()
         data = _ADD.pack(group, offset, size, 3 if cyclic else 4, delay_ns // 100, cycle_ns // 100)
 
         def keep(code: int, data: bytes) -> None:
@@ -242,7 +242,7 @@ class Client:
                 return
             place = port, int.from_bytes(data, "little")
             now = self._station.now_ns()
-            page.subscriptions[place] = Subscription(cycle_ns if cyclic else 0, delay_ns, now)
+            page.add(place, Subscription(cycle_ns if cyclic else 0, delay_ns, now), sent_ns)
             self._subscribed.append(place)
 
         self._ask(Command.ADD_NOTIFICATION, data, port, f"subscribe to {what}", keep)

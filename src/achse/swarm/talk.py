@@ -121,10 +121,19 @@ class ConnectionLedger:
             code = frame.error or (int.from_bytes(data[:4], "little") if len(data) >= 4 else 0)
             request.done(code, data[4:])
 
+    def add(self, place: Place, subscription: Subscription, sent_ns: int) -> None:
+        """A subscription has begun, for which the client asked at `sent_ns`.
+
+        If the client has asked since then to delete that handle, as it had it before a restart, the
+        station may have deleted the new subscription.
+        """
+        if self._deleted.get(place, -1) < sent_ns:
+            self.subscriptions[place] = subscription
+
     def delete(self, place: Place) -> None:
         """The client asks for the end of a subscription: samples may still be under way."""
-        if self.subscriptions.pop(place, None) is not None:
-            self._deleted[place] = self.clock()
+        self.subscriptions.pop(place, None)
+        self._deleted[place] = self.clock()
 
     def _take_samples(self, frame: Frame) -> None:
         try:
