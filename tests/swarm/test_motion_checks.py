@@ -55,6 +55,22 @@ def test_each_kind_of_wrong_step_is_named(seed: int) -> None:
     assert "finite" in broken(made)
 
 
+@pytest.mark.parametrize("part", [0.0, 0.17, 0.83, 1.0])
+@pytest.mark.parametrize("change", [-0.577, 0.3])
+@pytest.mark.parametrize("coupled", [True, False])
+def test_slave_of_a_gear_changes_its_velocity_anywhere_in_the_cycle(
+    part: float, change: float, coupled: bool
+) -> None:
+    """Its master needs only a part of the cycle to accelerate."""
+    made = step(1)
+    made.coupled, made.law, made.a0, made.a1 = coupled, 1, 0.0, 0.0
+    made.p0, made.v0, made.v1 = 0.003, 0.0, change
+    made.p1 = made.p0 + part * change * DT
+    assert ("position" in broken(made)) is not coupled
+    made.p1 = made.p0 + 1.1 * change * DT
+    assert "position" in broken(made)
+
+
 def test_stop_that_accelerates_is_named() -> None:
     made = step(1)
     made.phase = made.phase0 = MotionPhase.STOPPING

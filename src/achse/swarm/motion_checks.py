@@ -123,6 +123,8 @@ class MotionStep:
             allowed = (abs(self.a0) + abs(self.a1) + self.rise + self.fall) * dt * dt
         else:
             allowed = self.jerk * dt * dt * dt / 12.0 * _MORE
+        if self.coupled:  # its master may have accelerated anywhere in the cycle (decision 0186)
+            allowed += 0.5 * abs(self.v1 - self.v0) * dt
         allowed += 1e-12 * (abs(self.p1) + abs(self.shift)) + 1e-9
         if way > allowed:
             return f"position {self.p0} -> {self.p1} at velocity {self.v0} -> {self.v1}"
