@@ -82,7 +82,7 @@ def test_each_extra_that_is_advised_exists() -> None:
             r"needs_extra\((?:[^()]|\([^()]*\))*?[\"'](\w+)[\"']\)", path.read_text("utf-8")
         )
     }
-    names = "docs fast fmu lsp metrics mqtt plot secure serial sweep tables web"
+    names = "docs fast fmu lsp mcp metrics mqtt plot secure serial sweep tables web"
     assert advised == set(names.split())
     assert advised <= extras.keys()
 
