@@ -243,3 +243,8 @@ def test_any_finding_makes_a_valid_report(findings: list[Finding], problem: str)
 @given(name=_WORDS)
 def test_a_file_that_is_not_here_keeps_its_name(name: str) -> None:
     assert path_of(Path("plant"), name) == name.replace("\\", "/")
+
+
+def test_annotations_carry_no_sign_that_commands_a_terminal() -> None:
+    (line,) = github_lines(Path("p"), [], "100 %\x1b[2J\r\nnext \ud800")
+    assert line == "::error::100 %25\ufffd[2J%0D%0Anext \ufffd"

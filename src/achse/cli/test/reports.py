@@ -17,7 +17,7 @@ from achse.codes.links import SITE, finding_link, on_site
 from achse.st.explanations.explanation import explanation_of
 from achse.st.files.files import project_file
 from achse.st.lexis.codes import Code
-from achse.st.lexis.source import Diagnostic
+from achse.st.lexis.source import Diagnostic, printable
 from achse.tcunit.junit import xml_text
 
 __all__ = ["Finding", "Level", "github_lines", "junit_document", "path_of", "sarif_log"]
@@ -206,8 +206,7 @@ def github_lines(project: Path, findings: Sequence[Finding], problem: str = "") 
 
 
 def _data(text: str) -> str:
-    text = text.encode("utf-8", "replace").decode()
-    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+    return printable(text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A"))
 
 
 def _property(text: str) -> str:

@@ -11,7 +11,6 @@ Source: 000 §3.2, the headers of AMS/TCP; answers of Read, Write and ReadWrite;
 import struct
 from collections import deque
 from functools import lru_cache
-from itertools import takewhile
 from operator import attrgetter
 from typing import TYPE_CHECKING, cast
 
@@ -24,6 +23,7 @@ from achse.transport.connections.known_requests import (
     MOST_HEADS,
     PORTION,
     RUN,
+    frames_alike,
 )
 
 if TYPE_CHECKING:
@@ -154,15 +154,11 @@ class KnownAnswers:
         exchange, _, head, length, _ = known
         requests = exchange.requests
         whole, fields = _run_of(length)
-        stop = position + (end - position) // length * length
-        prefixes, rests = zip(*whole.iter_unpack(data[position:stop]), strict=True)
-        first = data[position : position + HEAD_SIZE]
-        count = len(prefixes)
-        if prefixes.count(first) != count:
-            count = sum(1 for _ in takewhile(first.__eq__, prefixes))
-            if count < RUN:
-                return None
-            rests, stop = rests[:count], position + count * length
+        alike = frames_alike(data, position, end, whole)
+        if alike is None:
+            return None
+        rests, stop = alike
+        count = len(rests)
         invoke_ids, results = zip(*fields.iter_unpack(data[position:stop]), strict=True)
         if any(results) or len(set(invoke_ids)) != count:
             return None

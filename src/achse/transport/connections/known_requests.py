@@ -23,7 +23,15 @@ if TYPE_CHECKING:
     from achse.router.forwarding import Forwarding
     from achse.transport.connections.peer import Peer
 
-__all__ = ["HEADERS_SIZE", "HEAD_SIZE", "MOST_HEADS", "PORTION", "RUN", "KnownRequests"]
+__all__ = [
+    "HEADERS_SIZE",
+    "HEAD_SIZE",
+    "MOST_HEADS",
+    "PORTION",
+    "RUN",
+    "KnownRequests",
+    "frames_alike",
+]
 
 HEAD_SIZE = TCP_HEADER.size + AMS_HEADER.size - 4
 """Bytes of a frame before its invoke id."""
@@ -86,6 +94,24 @@ def _run_of(length: int) -> tuple[struct.Struct, struct.Struct]:
     """Layouts of frames of a length: head and the rest; invoke id and length to read."""
     rest = length - HEAD_SIZE
     return struct.Struct(f"<{HEAD_SIZE}s{rest}s"), struct.Struct(f"<{HEAD_SIZE}xI8xI{rest - 16}x")
+
+
+def frames_alike(
+    data: bytes, position: int, end: int, layout: struct.Struct
+) -> tuple[tuple[bytes, ...], int] | None:
+    """Return the rests of frames of one head that follow each other, and the place behind them.
+
+    `layout` is head and rest of one frame. None if a head differs before `RUN` frames.
+    """
+    stop = position + (end - position) // layout.size * layout.size
+    heads, rests = zip(*layout.iter_unpack(data[position:stop]), strict=True)
+    first = heads[0]
+    if heads.count(first) == len(heads):
+        return rests, stop
+    count = sum(1 for _ in takewhile(first.__eq__, heads))
+    if count < RUN:
+        return None
+    return rests[:count], position + count * layout.size
 
 
 class KnownRequests:
@@ -209,15 +235,11 @@ class KnownRequests:
         """
         way, head, length, command = known
         whole, fields = _run_of(length)
-        stop = position + (end - position) // length * length
-        prefixes, rests = zip(*whole.iter_unpack(data[position:stop]), strict=True)
-        first = data[position : position + HEAD_SIZE]
-        count = len(prefixes)
-        if prefixes.count(first) != count:
-            count = sum(1 for _ in takewhile(first.__eq__, prefixes))
-            if count < RUN:
-                return None
-            rests, stop = rests[:count], position + count * length
+        alike = frames_alike(data, position, end, whole)
+        if alike is None:
+            return None
+        rests, stop = alike
+        count = len(rests)
         invoke_ids, lengths = zip(*fields.iter_unpack(data[position:stop]), strict=True)
         weight = 12 + lengths[0]
         if lengths.count(lengths[0]) != count or weight * count > room:
