@@ -5,26 +5,49 @@ import socket
 import struct
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from achse.fmu.model import UnitFile
 from achse.fmu.protocol import VERSION, Reply, Request, UnitMessage, receive
+from achse.fmu.server import main
 from achse.fmu.variables import VariableChoice, chosen_variables
 from achse.station import Station
+
+
+def started(channel: socket.socket) -> Callable[[], int]:
+    """Start the server as a shim does; return what waits for its exit code."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "achse.fmu"], stdin=channel.fileno(), stdout=subprocess.DEVNULL
+    )
+    return lambda: process.wait(timeout=600)
+
+
+def forked(channel: socket.socket) -> Callable[[], int]:
+    """Run the server in a fork of this process, which has imported it."""
+    process = os.fork()
+    if process == 0:
+        os.dup2(channel.fileno(), 0)
+        os.closerange(3, 64_000)
+        try:
+            main()
+            os._exit(0)
+        finally:
+            os._exit(1)
+    return lambda: os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
 
 
 class Peer:
     """What a shim does, in Python."""
 
-    def __init__(self, resources: Path) -> None:
+    def __init__(
+        self, resources: Path, start: Callable[[socket.socket], Callable[[], int]]
+    ) -> None:
         ours, theirs = socket.socketpair()
         self.channel = ours
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "achse.fmu"], stdin=theirs.fileno(), stdout=subprocess.DEVNULL
-        )
+        self.exit_code = start(theirs)
         theirs.close()
         self.resources = resources
         self.lines: list[bytes] = []
@@ -56,14 +79,20 @@ class Peer:
 
 
 @pytest.fixture
-def peer(station_file: Path) -> Iterator[Peer]:
+def resources(station_file: Path) -> Path:
+    """The folder of a unit."""
     variables = chosen_variables(Station.load(station_file), VariableChoice(locals=["MAIN.nCount"]))
     unit = UnitFile("{t}", station_file.name, variables)
     (station_file.parent / "unit.json").write_text(unit.text(), encoding="utf-8")
-    peer = Peer(station_file.parent)
+    return station_file.parent
+
+
+@pytest.fixture
+def peer(resources: Path) -> Iterator[Peer]:
+    peer = Peer(resources, forked)
     yield peer
     peer.channel.close()
-    assert peer.process.wait(timeout=600) == 0
+    assert peer.exit_code() == 0
 
 
 def number(value: int) -> bytes:
@@ -113,33 +142,28 @@ def test_saved_state_is_restored_any_number_of_times(peer: Peer) -> None:
     replayed.close()
 
 
-@pytest.mark.parametrize(
-    ("token", "version", "complaint"),
-    [(b"{other}", VERSION, b"expected {t}, got b'{other}'"), (b"{t}", 99, b"expected 1; export")],
-)
-def test_wrong_unit_is_refused(peer: Peer, token: bytes, version: int, complaint: bytes) -> None:
-    refused = peer.open(token, version)
-    assert refused is not None
-    assert refused.kind == Reply.FAILED
-    assert complaint in refused.content
-
-
-@pytest.mark.parametrize(
-    ("kind", "content", "complaint"),
-    [
+def test_refused_requests_leave_the_server_ready(peer: Peer) -> None:
+    for kind, content, complaint in (
         (Request.STEP, number(1), b"expected the request to open first"),
         (Request.RESTORE, b"", b"unknown here"),
         (77, b"", b"unknown here"),
         (Request.OPEN, b"", b"requires a buffer"),
-    ],
-)
-def test_request_out_of_place_is_refused(
-    peer: Peer, kind: int, content: bytes, complaint: bytes
-) -> None:
-    refused = peer.call(kind, content)
-    assert refused is not None
-    assert refused.kind == Reply.FAILED
-    assert complaint in refused.content
+    ):
+        refused = peer.call(kind, content)
+        assert refused is not None
+        assert refused.kind == Reply.FAILED
+        assert complaint in refused.content
+    for token, version, complaint in (
+        (b"{other}", VERSION, b"expected {t}, got b'{other}'"),
+        (b"{t}", 99, b"expected 1; export"),
+    ):
+        refused = peer.open(token, version)
+        assert refused is not None
+        assert refused.kind == Reply.FAILED
+        assert complaint in refused.content
+    opened = peer.open()
+    assert opened is not None
+    assert opened.kind == Reply.DONE
 
 
 def test_damaged_state_is_refused(peer: Peer) -> None:
@@ -166,9 +190,10 @@ def test_exception_of_the_plc_is_a_line_of_the_log(peer: Peer) -> None:
     assert any(b"ivision" in line or b"DIVIDE" in line for line in peer.lines), peer.lines
 
 
-def test_process_ends_with_its_shim(peer: Peer) -> None:
+def test_process_ends_with_its_shim(resources: Path) -> None:
+    peer = Peer(resources, started)
     peer.open()
     _, state = peer.call_for_channel(Request.SAVE, struct.pack("<d", 0.0), peer.channel)
     peer.channel.close()
     state.close()
-    assert peer.process.wait(timeout=600) == 0
+    assert peer.exit_code() == 0
