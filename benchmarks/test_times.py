@@ -31,13 +31,18 @@ CPU_SECONDS = "cpu_seconds"
 def processor_s() -> float:
     """Processor time of this process, of its children that ended and of those that run."""
     times = os.times()
+    ended = times.children_user + times.children_system
+    return times.user + times.system + ended + _below(os.getpid()) / os.sysconf("SC_CLK_TCK")
+
+
+def _below(process: int | str) -> int:
+    """Ticks of the processes below one: of those that run, and of their children that ended."""
     ticks = 0
-    for children in Path("/proc/self/task").glob("*/children"):
+    for children in Path("/proc", str(process), "task").glob("*/children"):
         with contextlib.suppress(OSError):
             for child in children.read_text().split():
-                ticks += _ticks(child)
-    ended = times.children_user + times.children_system
-    return times.user + times.system + ended + (ticks / os.sysconf("SC_CLK_TCK") if ticks else 0.0)
+                ticks += _ticks(child) + _below(child)
+    return ticks
 
 
 def _ticks(process: str) -> int:
@@ -63,7 +68,7 @@ class Meter:
     def pytest_runtest_makereport(self) -> Generator[None, pytest.TestReport, pytest.TestReport]:
         report = yield
         now = processor_s()
-        report.user_properties.append((CPU_SECONDS, now - self.before))
+        report.user_properties.append((CPU_SECONDS, max(0.0, now - self.before)))
         self.before = now
         return report
 
