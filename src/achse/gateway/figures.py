@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 from achse.gateway.target import Target
 from achse.router import Router
-from achse.router.ledger import ResourceKind
+from achse.router.forwarding.ledger import ResourceKind
 from achse.server import RawGroup
 from achse.transport.tcp.listener import TcpListener
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, cast
 
 from achse.ams import Command, Flags
 from achse.ams.frame import AMS_HEADER, TCP_HEADER
-from achse.router.pending import PendingExchange, PendingRequest
+from achse.router.forwarding.pending import PendingExchange, PendingRequest
 from achse.transport.connections.known_requests import (
     HEAD_SIZE,
     HEADERS_SIZE,

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 from achse.ams import Command, Flags
 from achse.ams.commands import READ, READ_WRITE
 from achse.ams.frame import AMS_HEADER, TCP_HEADER
-from achse.router.ledger import RELEASING_WRITES, holds_nothing
-from achse.router.pending import PendingExchange, PendingRequest
+from achse.router.forwarding.ledger import RELEASING_WRITES, holds_nothing
+from achse.router.forwarding.pending import PendingExchange, PendingRequest
 
 if TYPE_CHECKING:
     from achse.router.forwarding import Forwarding

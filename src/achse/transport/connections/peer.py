@@ -21,9 +21,9 @@ from achse.ams import (
     Frame,
 )
 from achse.codes import ReturnCode
-from achse.router.forwarded_client import ForwardedClient
 from achse.router.forwarding import Forwarding
-from achse.router.restoring import LinkMemory
+from achse.router.forwarding.forwarded_client import ForwardedClient
+from achse.router.forwarding.restoring import LinkMemory
 from achse.router.rights import ALL_RIGHTS, Right
 from achse.router.routes import Admission, Route
 from achse.transport.connections.circles import CircleWarning

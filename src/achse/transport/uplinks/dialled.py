@@ -7,10 +7,10 @@ more by this than by coming itself.
 from typing import Protocol
 
 from achse.codes import ReturnCode
-from achse.router.forwarded_client import ForwardedClient
 from achse.router.forwarding import Forwarding
-from achse.router.ledger import Resource
-from achse.router.restoring import LinkMemory
+from achse.router.forwarding.forwarded_client import ForwardedClient
+from achse.router.forwarding.ledger import Resource
+from achse.router.forwarding.restoring import LinkMemory
 from achse.router.rights import Right
 from achse.router.routes import Admission, Route
 from achse.transport.connections.peer import Peer, PeerOwner

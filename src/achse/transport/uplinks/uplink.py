@@ -13,7 +13,7 @@ from achse.ams import AmsAddress, Command, Frame
 from achse.ams.connection import DEFAULT_MAX_LENGTH
 from achse.codes import ReturnCode
 from achse.router import Router
-from achse.router.restoring import LinkMemory
+from achse.router.forwarding.restoring import LinkMemory
 from achse.router.routes import Route
 from achse.transport.connections.fair_queue import FairQueue
 from achse.transport.connections.held import Held

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.router.latency import Latencies
+from achse.router.forwarding.latency import Latencies
 
 
 @given(st.lists(st.integers(0, 100_000_000_000), min_size=1, max_size=50), st.floats(0.01, 1.0))

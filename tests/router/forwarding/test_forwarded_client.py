@@ -2,8 +2,8 @@
 
 from achse.ams import AmsAddress, Command, Frame
 from achse.ams.notification import NotificationStream
-from achse.router.forwarded_client import ForwardedClient
-from achse.router.ledger import Resource, ResourceKind
+from achse.router.forwarding.forwarded_client import ForwardedClient
+from achse.router.forwarding.ledger import Resource, ResourceKind
 
 PLC = bytes(AmsAddress("5.0.0.9.1.1:851"))
 SOURCE = bytes(AmsAddress("192.168.0.9.1.1:30000"))

@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator
 
 from achse.ams import Endpoint, Frame
 from achse.codes import ReturnCode
-from achse.router.forwarded_client import ForwardedClient
-from achse.router.ledger import ResourceChange
+from achse.router.forwarding.forwarded_client import ForwardedClient
+from achse.router.forwarding.ledger import ResourceChange
 
 __all__ = ["PendingExchange", "PendingRequest", "PendingRequests"]
 

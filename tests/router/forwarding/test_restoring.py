@@ -5,10 +5,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.ams import Command
-from achse.router.restoring import LinkMemory
+from achse.router.forwarding.restoring import LinkMemory
 from tests.router import stations
+from tests.router.forwarding.test_forwarding import Chain
 from tests.router.stations import VARIABLES, Client, line_of
-from tests.router.test_forwarding import Chain
 
 
 def restoring(clients: int = 2, *, source_nat: bool = True) -> tuple[Chain, list[Client]]:

@@ -18,9 +18,9 @@ from typing import Protocol
 
 from achse.ams import AmsAddress, Command, Endpoint, Flags, Frame, NetId
 from achse.codes import ReturnCode
-from achse.router.forwarded_client import ForwardedClient
-from achse.router.latency import Latencies
-from achse.router.ledger import (
+from achse.router.forwarding.forwarded_client import ForwardedClient
+from achse.router.forwarding.latency import Latencies
+from achse.router.forwarding.ledger import (
     Resource,
     ResourceAction,
     ResourceChange,
@@ -28,8 +28,8 @@ from achse.router.ledger import (
     change_of,
     without,
 )
-from achse.router.pending import PendingExchange, PendingRequest, PendingRequests
-from achse.router.restoring import LinkMemory, Restoration, version_request
+from achse.router.forwarding.pending import PendingExchange, PendingRequest, PendingRequests
+from achse.router.forwarding.restoring import LinkMemory, Restoration, version_request
 
 __all__ = ["ClientPorts", "Forwarding"]
 

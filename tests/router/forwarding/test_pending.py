@@ -6,9 +6,9 @@ from hypothesis import strategies as st
 
 from achse.ams import AmsAddress, Command, Frame
 from achse.codes import ReturnCode
-from achse.router import pending
-from achse.router.forwarded_client import ForwardedClient
-from achse.router.pending import PendingRequest, PendingRequests
+from achse.router.forwarding import pending
+from achse.router.forwarding.forwarded_client import ForwardedClient
+from achse.router.forwarding.pending import PendingRequest, PendingRequests
 
 TARGETS = [AmsAddress(f"5.0.0.9.1.1:{port}") for port in (851, 852)]
 SECOND = 1_000_000_000

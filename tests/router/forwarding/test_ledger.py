@@ -8,7 +8,14 @@ from hypothesis import strategies as st
 
 from achse.ams import AmsAddress, Command, Frame
 from achse.ams.commands import ADD_NOTIFICATION_BODY
-from achse.router.ledger import Resource, ResourceKind, change_of, end_hints, holds_nothing, without
+from achse.router.forwarding.ledger import (
+    Resource,
+    ResourceKind,
+    change_of,
+    end_hints,
+    holds_nothing,
+    without,
+)
 
 PLC = AmsAddress("5.0.0.9.1.1:851")
 CLIENT = AmsAddress("192.168.0.9.1.1:30000")

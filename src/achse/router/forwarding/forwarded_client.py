@@ -4,11 +4,11 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from achse.ams import Endpoint, Frame
-from achse.router.ledger import Resource, end_hints
+from achse.router.forwarding.ledger import Resource, end_hints
 
 if TYPE_CHECKING:
-    from achse.router.handles import HandleMap
-    from achse.router.pending import PendingExchange
+    from achse.router.forwarding.handles import HandleMap
+    from achse.router.forwarding.pending import PendingExchange
 
 __all__ = ["ForwardedClient"]
 

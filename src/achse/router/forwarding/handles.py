@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from achse.ams import Command, Frame
 from achse.ams.commands import ADD_NOTIFICATION_BODY, READ, READ_WRITE, RESULT, RESULT_LENGTH
 from achse.codes import ReservedGroup
-from achse.router.ledger import Resource, ResourceChange, ResourceKind
+from achse.router.forwarding.ledger import Resource, ResourceChange, ResourceKind
 
 __all__ = ["HandleMap", "handle_places"]
 

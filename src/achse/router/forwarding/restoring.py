@@ -11,9 +11,9 @@ from functools import partial
 from achse.ams import Command, Endpoint, Frame
 from achse.ams.commands import RESULT, RESULT_LENGTH, ReadRequest, ReadWriteRequest
 from achse.codes import ReservedGroup
-from achse.router.forwarded_client import ForwardedClient
-from achse.router.handles import HandleMap
-from achse.router.ledger import Resource, ResourceKind
+from achse.router.forwarding.forwarded_client import ForwardedClient
+from achse.router.forwarding.handles import HandleMap
+from achse.router.forwarding.ledger import Resource, ResourceKind
 
 __all__ = ["LinkMemory", "Restoration", "version_request"]
 

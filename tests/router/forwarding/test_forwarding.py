@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from achse.ams import AmsAddress, Command, Flags, Frame, NetId
 from achse.ams.commands import AddNotificationRequest, ReadWriteRequest
 from achse.codes import ReturnCode
-from achse.router import forwarding, pending
+from achse.router.forwarding import forwarding, pending
 from achse.router.routes import Route
 from achse.transport.connections.senders import MOST_SENDERS
 from tests.router.stations import VARIABLES, Client, Host, Loop, Target, line_of

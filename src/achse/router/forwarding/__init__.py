@@ -1,0 +1,9 @@
+"""Forwarding: many clients over one connection to a router with targets.
+
+Read `forwarding` first, then `pending` (requests under way) and `ledger` (what clients hold);
+`restoring` and `handles` make that again behind a connection that was lost.
+"""
+
+from achse.router.forwarding.forwarding import ClientPorts, Forwarding
+
+__all__ = ["ClientPorts", "Forwarding"]
