@@ -27,7 +27,7 @@ def elsewhere(sentence: str, *tests: str) -> None:
 # what tests elsewhere prove
 
 NETWORK = "tests/station/routes/test_network.py"
-FORWARDING = "tests/router/test_forwarding.py"
+FORWARDING = "tests/router/forwarding/test_forwarding.py"
 FOLDER = "tests/devices/system/test_folder.py"
 TCP = "tests/transport/tcp/test_listener.py"
 OPENSSL = "tests/interop/test_openssl.py"

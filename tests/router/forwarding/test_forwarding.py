@@ -9,49 +9,11 @@ from hypothesis import strategies as st
 from achse.ams import AmsAddress, Command, Flags, Frame, NetId
 from achse.ams.commands import AddNotificationRequest, ReadWriteRequest
 from achse.codes import ReturnCode
-from achse.router.forwarding import forwarding, pending
+from achse.router.forwarding import Forwarding, pending
 from achse.router.routes import Route
 from achse.transport.connections.senders import MOST_SENDERS
-from tests.router.stations import VARIABLES, Client, Host, Loop, Target, line_of
-
-TARGET = NetId("5.0.0.9.1.1")
-PLC = AmsAddress.of(TARGET, 851)
-PYADS = AmsAddress("192.168.0.9.1.1:30000")
-
-
-class Chain:
-    """A target behind a chain of routers: `hosts[0]` is the farthest from it."""
-
-    def __init__(self, routers: int, *, source_nat: bool = False) -> None:
-        self.loop = Loop()
-        self.target = Target(self.loop, TARGET)
-        self.reachable = True
-        own = [NetId(f"5.0.0.{n}.1.1") for n in range(1, routers + 1)]
-        self.hosts = [Host(self.loop, net_id, source_nat) for net_id in own]
-        for here, there in zip(self.hosts, self.hosts[1:], strict=False):
-            here.leads(TARGET, lambda there=there: there)  # type: ignore[misc]
-        self.hosts[-1].leads(TARGET, lambda: self.target if self.reachable else None)
-        self.count = 0
-
-    def client(self, host: int = 0, address: AmsAddress = PYADS) -> Client:
-        self.count += 1
-        return Client(self.hosts[host % len(self.hosts)], self.count - 1, address, PLC)
-
-    def tick(self, times: int = 1) -> None:
-        for _ in range(times):
-            self.target.tick()
-            self.loop.run(0.02)
-
-    def restart_target(self) -> None:
-        """It ends with all its connections, and starts with nothing."""
-        for peer in list(self.target.peers):
-            line_of(peer).abort()
-        self.target = Target(self.loop, TARGET)
-        self.loop.run(20.0)
-
-    @property
-    def forwarded(self) -> int:
-        return sum(host.forwarded for host in self.hosts)
+from tests.router.chains import PLC, PYADS, TARGET, Chain
+from tests.router.stations import VARIABLES, Client, Host, Loop, line_of
 
 
 @pytest.mark.parametrize("routers", [1, 2, 3])
@@ -185,35 +147,6 @@ def test_subscription_of_another_client_is_not_deleted() -> None:
     assert chain.target.held_by_clients[0] == 0
 
 
-def test_alias_keeps_the_net_id_and_no_two_clients_share_it() -> None:
-    chain = Chain(1)
-    clients = [chain.client() for _ in range(5)]
-    for client in clients:
-        client.fetch()
-    [peer] = chain.target.peers
-    assert PYADS in peer.senders
-    assert len(list(peer.senders)) == 5
-    assert {source[:6] for source in peer.senders} == {PYADS[:6]}
-    # one that is alone keeps its address
-    other = chain.client(address=AmsAddress("192.168.0.9.1.1:30001"))
-    other.fetch()
-    assert other.address in peer.senders
-
-
-@pytest.mark.parametrize("address", [PYADS, AmsAddress("127.0.0.1.1.1:30000")])
-def test_source_nat_shows_each_client_under_the_net_id_of_the_router(address: AmsAddress) -> None:
-    chain = Chain(1, source_nat=True)
-    own = AmsAddress("5.0.0.1.1.1:30000")
-    clients = [chain.client(address=each) for each in (own, address, address)]
-    handles = [client.subscribe(client.fetch()) for client in clients]
-    chain.tick(2)
-    assert [len(c.samples[n]) for c, n in zip(clients, handles, strict=True)] == [3] * 3
-    [peer] = chain.target.peers
-    assert own in peer.senders
-    assert {source[:6] for source in peer.senders} == {own[:6]}
-    assert len(list(peer.senders)) == 3
-
-
 def test_request_in_a_ring_of_routers_with_source_nat_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     """It never looks the same twice there: what one connection has under way ends it."""
     monkeypatch.setattr(pending, "_CLIENT_PENDING", 50)
@@ -238,17 +171,6 @@ def test_request_under_way_is_answered_when_the_connection_ends() -> None:
         line_of(uplink._connection).abort()
     chain.loop.run()
     assert client.answers[number].error == ReturnCode.HOST_UNREACHABLE.number
-
-
-def test_address_is_reused_once_nothing_more_comes_for_it() -> None:
-    chain = Chain(1)
-    for _ in range(50):
-        client = chain.client()
-        client.subscribe(client.fetch())
-        client.wire.close()
-        chain.loop.run(1.1)
-    [peer] = chain.target.peers
-    assert list(peer.senders) == [PYADS]
 
 
 def test_restart_of_the_target_ends_connections_with_subscriptions_or_handles() -> None:
@@ -344,7 +266,7 @@ def test_client_that_waits_for_little_is_forwarded_beside_one_that_asks_for_much
     chain = Chain(1)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pending, "_CLIENT_PENDING", most)
-        table = forwarding.Forwarding(chain.hosts[0].router, lambda frame: None, lambda call: None)
+        table = Forwarding(chain.hosts[0].router, lambda frame: None, lambda call: None)
         clients = [Quiet() for _ in range(3)]
         under_way: list[tuple[int, int, Frame]] = []
         now, invoke_id = 0, 0
@@ -378,7 +300,7 @@ def test_client_that_waits_for_little_is_forwarded_beside_one_that_asks_for_much
 
 def test_load_of_a_client_ends_with_answers_that_are_lost() -> None:
     chain = Chain(1)
-    table = forwarding.Forwarding(chain.hosts[0].router, lambda frame: None, lambda call: None)
+    table = Forwarding(chain.hosts[0].router, lambda frame: None, lambda call: None)
     head = (PLC, PYADS, Command.READ, 4, 0)
     client, large = Quiet(), bytes(8) + (1 << 21).to_bytes(4, "little")
     second = 1_000_000_000
@@ -427,21 +349,6 @@ def test_port_that_is_closed_leaves_nothing_though_its_connection_stays() -> Non
         router.unregister(address.port)
         chain.loop.run()
         assert chain.target.held_by_clients == (0, 0)
-
-
-def test_releases_go_on_when_the_target_answers_none_of_them(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    chain = Chain(1)
-    client = chain.client()
-    handles = client.fetch_many(200)
-    assert len(handles) == 200
-    monkeypatch.setattr(chain.target.device, "_reply", lambda response: None)
-    client.wire.close()
-    chain.loop.run()
-    assert chain.target.held_by_clients[1] == 200 - forwarding._RELEASES_AT_ONCE
-    chain.loop.run(4.0)
-    assert chain.target.held_by_clients == (0, 0)
 
 
 def test_request_in_a_ring_ends_whatever_others_ask_there() -> None:

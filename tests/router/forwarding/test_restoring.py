@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from achse.ams import Command
 from achse.router.forwarding.restoring import LinkMemory
 from tests.router import stations
-from tests.router.forwarding.test_forwarding import Chain
+from tests.router.chains import Chain
 from tests.router.stations import VARIABLES, Client, line_of
 
 

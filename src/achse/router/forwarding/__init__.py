@@ -4,6 +4,6 @@ Read `forwarding` first, then `pending` (requests under way) and `ledger` (what 
 `restoring` and `handles` make that again behind a connection that was lost.
 """
 
-from achse.router.forwarding.forwarding import ClientPorts, Forwarding
+from achse.router.forwarding.forwarding import Forwarding
 
-__all__ = ["ClientPorts", "Forwarding"]
+__all__ = ["Forwarding"]

@@ -11,12 +11,9 @@ Source: the router of the vendor gives each of its local programs a port of its 
 traffic, port connect 0x1000); a subscription belongs to an AMS address.
 """
 
-import zlib
-from collections import deque
 from collections.abc import Callable, Iterator
-from typing import Protocol
 
-from achse.ams import AmsAddress, Command, Endpoint, Flags, Frame, NetId
+from achse.ams import AmsAddress, Command, Endpoint, Flags, Frame
 from achse.codes import ReturnCode
 from achse.router.forwarding.forwarded_client import ForwardedClient
 from achse.router.forwarding.latency import Latencies
@@ -28,19 +25,12 @@ from achse.router.forwarding.ledger import (
     change_of,
     without,
 )
+from achse.router.forwarding.own_requests import OwnRequests
 from achse.router.forwarding.pending import PendingExchange, PendingRequest, PendingRequests
 from achse.router.forwarding.restoring import LinkMemory, Restoration, version_request
+from achse.router.forwarding.sessions import ClientPorts, Sessions
 
-__all__ = ["ClientPorts", "Forwarding"]
-
-_IDLE = 1 << 14
-"""Sessions without requests and resources that are remembered; beyond, the oldest is forgotten."""
-
-_RELEASES_AT_ONCE = 64
-"""Releases of resources that are sent without waiting for an answer."""
-
-_ALIASES = range(32_768, 65_280)
-"""Ports of aliases, as routers give them to clients."""
+__all__ = ["Forwarding"]
 
 _NO_RESPONSE = int(Flags.NO_RESPONSE)
 
@@ -54,30 +44,6 @@ _RESTORED_WITHIN = 5
 
 _UNKNOWN = b"?"
 """Symbol version that is queried, and no answer has come yet."""
-
-_RELEASE_ID = 0x8000_0000
-"""Invoke ids of releases begin here."""
-
-
-class ClientPorts(Protocol):
-    """The part of the router that forwarding uses."""
-
-    net_id: NetId
-    source_nat: bool
-
-    def local_endpoint(self, address: bytes) -> Endpoint | None: ...
-
-    def local_aliases(self, address: bytes) -> tuple[bytes, ...]: ...
-
-    def on_port_closed(self, listener: Callable[[AmsAddress], None]) -> None: ...
-
-    def ignore_port_closed(self, listener: Callable[[AmsAddress], None]) -> None: ...
-
-    def on_way_closed(
-        self, listener: Callable[[Endpoint], None], uses: Callable[[Endpoint], bool] | None = None
-    ) -> None: ...
-
-    def ignore_way_closed(self, listener: Callable[[Endpoint], None]) -> None: ...
 
 
 class Forwarding:
@@ -102,27 +68,18 @@ class Forwarding:
         """Devices whose symbol version was queried on this connection."""
         self._router = router
         self._clock = clock
-        self._send = send
         self._later = later
-        self._sessions: dict[bytes, dict[Endpoint, ForwardedClient]] = {}
-        """Sessions that are not gone, by source and client."""
-        self._by_client: dict[Endpoint, dict[ForwardedClient, None]] = {}
-        self._by_alias: dict[bytes, ForwardedClient] = {}
-        """All sessions for which something may come."""
-        self._idle: dict[ForwardedClient, None] = {}
-        self.requests = PendingRequests(self._rest)
+        self._sessions = Sessions(router, later, lambda session: self.requests.drop(session))
+        self.requests = PendingRequests(self._sessions.rest)
         self._subscribers: dict[Resource, ForwardedClient] = {}
         """Client of each subscription."""
-        self._to_release: deque[tuple[ForwardedClient, Resource]] = deque()
-        self._own: dict[tuple[bytes, bytes, int], Callable[[Frame], object]] = {}
-        """Receivers of answers to requests of the router, by alias, target and invoke id."""
+        self._own = OwnRequests(
+            *(send, later),
+            is_used=self.requests.__contains__,
+            is_held=self._subscribers.__contains__,
+            rest=self._sessions.rest,
+        )
         self._restorations: list[Restoration] = []
-        self._unanswered = 0
-        """Releases of the last second without an answer."""
-        self._waiting = False
-        """True while `later` is to call back."""
-        self._next_port = _ALIASES[zlib.crc32(router.net_id) % len(_ALIASES)]
-        self._next_release = _RELEASE_ID
         self._listening = False
         self.returned = 0
         """Answers and notifications that came so far."""
@@ -133,7 +90,7 @@ class Forwarding:
 
     def __len__(self) -> int:
         """Sessions for which something may come."""
-        return len(self._by_alias)
+        return len(self._sessions)
 
     @property
     def pending(self) -> int:
@@ -143,14 +100,14 @@ class Forwarding:
     @property
     def clients(self) -> Iterator[ForwardedClient]:
         """Sessions of clients that are there."""
-        return (each for each in self._by_alias.values() if not each.gone)
+        return (each for each in self._sessions if not each.gone)
 
     @property
     def resources(self) -> Iterator[tuple[ForwardedClient, Resource]]:
         """All resources that clients hold, those of clients that are gone included."""
-        for session in self._by_alias.values():
+        for session in self._sessions:
             yield from ((session, resource) for resource in session.resources)
-        yield from self._to_release
+        yield from self._own.to_release
 
     # requests --------------------------------------------------------------------------------
 
@@ -203,7 +160,7 @@ class Forwarding:
             refusal = self.requests.add(session, frame, request, circles)
             if refusal is not None:
                 return refusal
-            self._idle.pop(session, None)
+            self._sessions.busy(session)
         if session.alias == frame.source and data is frame.data:
             return frame
         forwarded = _with(frame, data)
@@ -212,43 +169,15 @@ class Forwarding:
 
     def _session(self, client: Endpoint, frame: Frame) -> ForwardedClient | ReturnCode:
         source = frame.source
-        session = self._sessions.get(source, _NOBODY).get(client)
+        session = self._sessions.find(client, source)
         if session is not None:
             return session
-        holder = self._by_alias.get(source)
+        holder = self._sessions.at(source)
         key = (source, frame.target, frame.invoke_id)
         if holder is not None and holder.alias != holder.source and key in self.requests:
             return ReturnCode.TARGET_MACHINE_NOT_FOUND  # our own request has come back
-        net_id = self._router.net_id if self._router.source_nat else source[:6]
-        free = source[:6] == net_id and self._is_free(source, client)
-        alias = bytes(source) if free else self._new_alias(net_id)
-        if alias is None:
-            return ReturnCode.ROUTER_NO_MORE_QUEUES
-        return self._begin_session(client, source, alias)
-
-    def _begin_session(self, client: Endpoint, source: bytes, alias: bytes) -> ForwardedClient:
         self._listen()
-        registered = self._router.local_endpoint(source) is client
-        session = ForwardedClient(client, bytes(source), alias, registered)
-        self._sessions.setdefault(session.source, {})[client] = session
-        self._by_client.setdefault(client, {})[session] = None
-        self._by_alias[alias] = session
-        self._rest(session)
-        return session
-
-    def _is_free(self, address: bytes, client: Endpoint) -> bool:
-        """True if `client` may use `address` at the targets: no other client does."""
-        local = self._router.local_endpoint(address)
-        return address not in self._by_alias and (local is None or local is client)
-
-    def _new_alias(self, net_id: bytes) -> bytes | None:
-        for _ in _ALIASES:
-            port = self._next_port
-            self._next_port = port + 1 if port + 1 in _ALIASES else _ALIASES[0]
-            alias = bytes(AmsAddress.of(net_id, port))
-            if alias not in self._by_alias and self._router.local_endpoint(alias) is None:
-                return alias
-        return None
+        return self._sessions.begin(client, source) or ReturnCode.ROUTER_NO_MORE_QUEUES
 
     def _is_foreign(
         self, session: ForwardedClient, change: ResourceChange, action: ResourceAction
@@ -261,7 +190,7 @@ class Forwarding:
 
     def exchange(self, client: Endpoint, source: bytes, target: bytes) -> PendingExchange | None:
         """Return the exchange of a client that has asked this target before."""
-        session = self._sessions.get(source, _NOBODY).get(client)
+        session = self._sessions.find(client, source)
         if session is None or session.handles is not None:
             return None
         return session.exchanges.get(target)
@@ -270,7 +199,7 @@ class Forwarding:
         """So many requests were entered into an exchange: they are under way now."""
         self.requests.added(count)
         self.requests.sent(session, count, size, now)
-        self._idle.pop(session, None)
+        self._sessions.busy(session)
 
     def answered(self, request: PendingRequest, count: int, size: int) -> None:
         """So many requests like this one were removed from an exchange: they are answered."""
@@ -281,7 +210,7 @@ class Forwarding:
             self.latencies.add(int(self._clock() * 1e9) - request.time, measured)
         self.requests.added(-count)
         self.requests.answered(request, count, size)
-        self._rest(request.session)
+        self._sessions.rest(request.session)
 
     # answers and notifications ---------------------------------------------------------------
 
@@ -292,7 +221,7 @@ class Forwarding:
         for an address that is not an alias stays as it is.
         """
         self.returned += 1
-        session = self._by_alias.get(frame.target)
+        session = self._sessions.at(frame.target)
         if session is None:
             return True
         if frame.flags & 1 and self._settle(session, frame):
@@ -307,12 +236,7 @@ class Forwarding:
 
     def _settle(self, session: ForwardedClient, answer: Frame) -> bool:
         """Take note of an answer; True if it is one to a request of ours."""
-        key = (session.alias, bytes(answer.source), answer.invoke_id)
-        answered = self._own.pop(key, None)
-        if answered is not None:
-            session.releasing -= 1
-            answered(answer)
-            self._rest(session)
+        if self._own.settle(session, answer):
             return True
         exchange = session.exchanges.get(answer.source)
         request = None if exchange is None else self.requests.pop(exchange, answer.invoke_id)
@@ -323,7 +247,7 @@ class Forwarding:
                     answer.data = session.handles.answer(request.change, answer.data)
             if self._clock is not None and self.returned % _MEASURED == 0:
                 self.latencies.add(int(self._clock() * 1e9) - request.time)
-            self._rest(session)
+            self._sessions.rest(session)
         return False
 
     def _apply(self, session: ForwardedClient, change: ResourceChange, answer: bytes) -> None:
@@ -340,7 +264,7 @@ class Forwarding:
             before = self._subscribers.get(resource)
             if before is not None:  # the target has forgotten it, and gives the number again
                 before.resources.pop(resource, None)
-                self._rest(before)
+                self._sessions.rest(before)
             self._subscribers[resource] = session
             session.subscribed = True
         count = session.resources.get(resource, 0)
@@ -369,7 +293,7 @@ class Forwarding:
         if resource not in session.resources:
             if resource.kind is not ResourceKind.SYMBOL_HANDLE:
                 return
-            others = (each for each in self._by_alias.values() if resource in each.resources)
+            others = (each for each in self._sessions if resource in each.resources)
             holder = next(others, None)
             if holder is None:
                 return
@@ -381,42 +305,7 @@ class Forwarding:
             if session.handles is not None:
                 session.handles.forget(resource)
             self._subscribers.pop(resource, None)
-            self._rest(session)
-
-    def _rest(self, session: ForwardedClient) -> None:
-        """Keep a session that is idle for a while; its alias is free once it is gone."""
-        if not session.idle:
-            return
-        if session.gone:
-            if session.subscribed:
-                self._later(lambda: self._free(session))
-            else:
-                self._free(session)
-            return
-        self._idle.pop(session, None)
-        self._idle[session] = None
-        if len(self._idle) > _IDLE:
-            oldest = next(iter(self._idle))
-            self._forget(oldest)
-            self._free(oldest)
-
-    def _free(self, session: ForwardedClient) -> None:
-        """Let others have the alias of a session that is gone."""
-        if self._by_alias.get(session.alias) is session:
-            del self._by_alias[session.alias]
-        self.requests.drop(session)
-
-    def _forget(self, session: ForwardedClient) -> None:
-        """The client asks no more by this session."""
-        self._idle.pop(session, None)
-        sources = self._sessions[session.source]
-        del sources[session.client]
-        if not sources:
-            del self._sessions[session.source]
-        sessions = self._by_client[session.client]
-        del sessions[session]
-        if not sessions:
-            del self._by_client[session.client]
+            self._sessions.rest(session)
 
     # clients that go -------------------------------------------------------------------------
 
@@ -428,63 +317,31 @@ class Forwarding:
 
     def _uses(self, client: Endpoint) -> bool:
         """True if a client waits for answers of the targets, or holds something there."""
-        return any(not session.idle for session in self._by_client.get(client, ()))
+        return any(not session.idle for session in self._sessions.of_client(client))
 
     def _way_closed(self, client: Endpoint) -> None:
-        for session in list(self._by_client.get(client, ())):
+        for session in self._sessions.of_client(client):
             self._leave(session)
 
     def _port_closed(self, address: AmsAddress) -> None:
         for source in self._router.local_aliases(address):
-            for session in list(self._sessions.get(source, _NOBODY).values()):
+            for session in self._sessions.of_source(source):
                 if session.registered:
                     self._leave(session)
 
     def _leave(self, session: ForwardedClient) -> None:
-        self._forget(session)
+        self._sessions.forget(session)
         session.gone = True
         for exchange in session.exchanges.values():
             exchange.live = False
         self._give_back(session)
-        self._rest(session)
+        self._sessions.rest(session)
 
     def _give_back(self, session: ForwardedClient) -> None:
         """Release all that a client left."""
-        for resource, count in session.resources.items():
+        for resource in session.resources:
             self._subscribers.pop(resource, None)
-            self._to_release.extend([(session, resource)] * count)
-            session.releasing += count
-        session.resources.clear()
-        self._release()
-
-    def _release(self) -> None:
-        """Send the next releases."""
-        while self._to_release and self._unanswered < _RELEASES_AT_ONCE:
-            session, resource = self._to_release.popleft()
-            if resource in self._subscribers:  # the target has given the number to another client
-                session.releasing -= 1
-                self._rest(session)
-                continue
-            invoke_id = self._free_id(session, resource.target)
-            self._own[session.alias, resource.target, invoke_id] = self._released
-            self._unanswered += 1
-            self._send(resource.release(session.alias, invoke_id))
-        if self._to_release and not self._waiting:
-            self._waiting = True
-            self._later(self._go_on)
-
-    def _released(self, answer: Frame) -> None:
-        self._unanswered = max(self._unanswered - 1, 0)
-        self._release()
-
-    def _free_id(self, session: ForwardedClient, target: bytes) -> int:
-        """Return an invoke id that no request of this alias has."""
-        while True:
-            invoke_id = self._next_release
-            self._next_release = invoke_id + 1 if invoke_id < 0xFFFF_FFFF else _RELEASE_ID
-            key = (session.alias, target, invoke_id)
-            if key not in self.requests and key not in self._own:
-                return invoke_id
+        self._own.release_all(session)
 
     def _ask(
         self,
@@ -495,11 +352,8 @@ class Forwarding:
         answered: Callable[[Frame], None],
     ) -> None:
         """Send a request of the router as a client."""
-        invoke_id = self._free_id(session, target)
-        self._own[session.alias, bytes(target), invoke_id] = answered
-        session.releasing += 1
-        self._idle.pop(session, None)
-        self._send(Frame(target, session.alias, command, 4, 0, invoke_id, data))
+        self._sessions.busy(session)
+        self._own.ask(session, target, command, data, answered)
 
     # a new connection ------------------------------------------------------------------------
 
@@ -517,11 +371,12 @@ class Forwarding:
         gone = old.registered and self._router.local_endpoint(source) is not client
         if memory is None or gone or not getattr(client, "connected", True):
             return False
-        free = old.registered or self._is_free(old.alias, client)
-        alias = old.alias if free else self._new_alias(old.alias[:6])
-        if alias is None or client in self._sessions.get(source, _NOBODY):
+        if self._sessions.find(client, source) is not None:
             return False
-        new = self._begin_session(client, source, alias)
+        self._listen()
+        new = self._sessions.begin(client, source, old.alias)
+        if new is None:
+            return False
 
         def ended(success: bool) -> None:
             self._restorations.remove(work)
@@ -541,12 +396,6 @@ class Forwarding:
         else:
             work.give_up()
 
-    def _go_on(self) -> None:
-        """Wait no longer for the answers of the last second."""
-        self._waiting = False
-        self._unanswered = 0
-        self._release()
-
     # the end of the connection ---------------------------------------------------------------
 
     def end(self, code: ReturnCode | None) -> tuple[list[ForwardedClient], list[Frame]]:
@@ -555,26 +404,19 @@ class Forwarding:
         Return the sessions that had resources at its far end, and the answer `code`, if there is
         one, to each request that is unanswered.
         """
-        lost = [each for each in self._by_alias.values() if each.holds and not each.gone]
+        lost = [each for each in self._sessions if each.holds and not each.gone]
         answers = self.requests.end(code)
-        for table in (
-            self._sessions, self._by_client, self._by_alias, self._idle,
-            self._subscribers, self._own,
-        ):  # fmt: skip
-            table.clear()
+        self._sessions.clear()
+        self._subscribers.clear()
+        self._own.clear()
         for work in self._restorations:
             work.cancel()
         self._restorations.clear()
-        self._to_release.clear()
-        self._unanswered = 0
         if self._listening:
             self._listening = False
             self._router.ignore_way_closed(self._way_closed)
             self._router.ignore_port_closed(self._port_closed)
         return lost, answers
-
-
-_NOBODY: dict[Endpoint, ForwardedClient] = {}
 
 
 def _size_with_answer(request: Frame) -> int:

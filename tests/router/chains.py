@@ -1,0 +1,43 @@
+"""A target in memory behind a chain of routers."""
+
+from achse.ams import AmsAddress, NetId
+from tests.router.stations import Client, Host, Loop, Target, line_of
+
+TARGET = NetId("5.0.0.9.1.1")
+PLC = AmsAddress.of(TARGET, 851)
+PYADS = AmsAddress("192.168.0.9.1.1:30000")
+
+
+class Chain:
+    """A target behind a chain of routers: `hosts[0]` is the farthest from it."""
+
+    def __init__(self, routers: int, *, source_nat: bool = False) -> None:
+        self.loop = Loop()
+        self.target = Target(self.loop, TARGET)
+        self.reachable = True
+        own = [NetId(f"5.0.0.{n}.1.1") for n in range(1, routers + 1)]
+        self.hosts = [Host(self.loop, net_id, source_nat) for net_id in own]
+        for here, there in zip(self.hosts, self.hosts[1:], strict=False):
+            here.leads(TARGET, lambda there=there: there)  # type: ignore[misc]
+        self.hosts[-1].leads(TARGET, lambda: self.target if self.reachable else None)
+        self.count = 0
+
+    def client(self, host: int = 0, address: AmsAddress = PYADS) -> Client:
+        self.count += 1
+        return Client(self.hosts[host % len(self.hosts)], self.count - 1, address, PLC)
+
+    def tick(self, times: int = 1) -> None:
+        for _ in range(times):
+            self.target.tick()
+            self.loop.run(0.02)
+
+    def restart_target(self) -> None:
+        """It ends with all its connections, and starts with nothing."""
+        for peer in list(self.target.peers):
+            line_of(peer).abort()
+        self.target = Target(self.loop, TARGET)
+        self.loop.run(20.0)
+
+    @property
+    def forwarded(self) -> int:
+        return sum(host.forwarded for host in self.hosts)
