@@ -36,7 +36,7 @@ from achse.transport.secure.tls import ServerTls
 from achse.transport.tcp.listener import TcpListener
 from achse.transport.uplinks.uplink import Uplink
 from tests.transport.certificates import identity
-from tests.transport.connections.test_peer import Loop
+from tests.transport.connections.peers import Loop
 
 OURS = NetId("5.1.2.3.1.1")
 HOST = "10.0.0.1"

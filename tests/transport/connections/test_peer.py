@@ -1,158 +1,28 @@
 """Peers in virtual time, on wires that tests drain: what is kept for them is within limits."""
 
 import asyncio
-import heapq
-from collections.abc import Callable
 from typing import Any
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from achse.ams import AmsAddress, Command, Flags, Frame, NetId, TcpCommand, TcpMessage
+from achse.ams import AmsAddress, Command, Flags, Frame, NetId
 from achse.router import FIRST_CLIENT_PORT, LOOPBACK_NET_ID, Router
-from achse.transport.connections import peer as peer_module
 from achse.transport.connections.fair_queue import FairQueue
-from achse.transport.connections.held import Held
 from achse.transport.connections.peer import Peer
 from achse.transport.tcp.listener import TcpListener
-
-OURS = NetId("5.1.2.3.1.1")
-PLC = AmsAddress.of(OURS, 851)
-KB = 1024
-
-
-class Loop:
-    """The calls of a loop that connections make; time passes in `run`."""
-
-    def __init__(self) -> None:
-        self.now = 0.0
-        self._number = 0
-        self._calls: list[tuple[float, int, Callable[..., Any], tuple[Any, ...]]] = []
-
-    def time(self) -> float:
-        return self.now
-
-    def call_soon(self, callback: Callable[..., Any], *arguments: Any) -> None:
-        self.call_at(self.now, callback, *arguments)
-
-    def call_later(self, delay: float, callback: Callable[..., Any], *arguments: Any) -> Any:
-        return self.call_at(self.now + delay, callback, *arguments)
-
-    def call_at(self, when: float, callback: Callable[..., Any], *arguments: Any) -> Any:
-        self._number += 1
-        heapq.heappush(self._calls, (when, self._number, callback, arguments))
-        return self
-
-    def cancel(self) -> None:
-        """Timers of refusals: they end what has ended."""
-
-    def run(self, seconds: float = 0.0) -> None:
-        end = self.now + seconds
-        while self._calls and self._calls[0][0] <= end:
-            when, _, callback, arguments = heapq.heappop(self._calls)
-            self.now = max(self.now, when)
-            callback(*arguments)
-        self.now = max(self.now, end)
-
-
-class Wire:
-    """Keeps what is written until the peer reads; a peer that reads leaves nothing."""
-
-    def __init__(self, loop: Loop) -> None:
-        self.loop = loop
-        self.reads = True
-        self.waiting = 0
-        self.came = 0
-        self.gone = False
-        self.paused = False
-        self.peer: Peer
-
-    def write(self, data: bytes | bytearray | memoryview) -> None:
-        self.came += len(data)
-        if not self.reads and not self.gone:
-            before, self.waiting = self.waiting, self.waiting + len(data)
-            if not before:
-                self.peer.count()
-
-    def read(self, size: int) -> None:
-        """The peer takes so many bytes."""
-        if 0 < self.waiting <= size:
-            self.waiting = 0
-            if not self.gone:
-                self.peer.count()
-        else:
-            self.waiting = max(self.waiting - size, 0)
-
-    def get_write_buffer_size(self) -> int:
-        return self.waiting
-
-    def pause_reading(self) -> None:
-        self.paused = True
-
-    def resume_reading(self) -> None:
-        self.paused = False
-
-    def abort(self) -> None:
-        self.waiting = 0
-        self._end()
-
-    def close(self) -> None:
-        self._end()
-
-    def _end(self) -> None:
-        if not self.gone:
-            self.gone = True
-            self.loop.call_soon(self._lost)
-
-    def _lost(self) -> None:
-        if self.waiting:  # a closed transport stays until its peer has read
-            self.loop.call_later(0.01, self._lost)
-        else:
-            self.peer.ended()
-
-
-class Device:
-    """Answers with as many bytes as the request asks for."""
-
-    def __init__(self, router: Router) -> None:
-        self.router = router
-
-    def deliver(self, frame: Frame) -> bool:
-        self.router.deliver(frame.reply(bytes(int.from_bytes(frame.data[:4], "little"))))
-        return True
-
-
-class Refused:
-    """Peers that are turned away: their wires are cut."""
-
-    def add(self, wire: Any, loop: object) -> None:
-        wire.abort()
-
-
-def listener(loop: Loop, **settings: Any) -> TcpListener:
-    found: Any = TcpListener(Router(OURS), **settings)
-    found.begin(loop)
-    found._refusals = Refused()
-    found.router.register(851, Device(found.router))
-    return found  # type: ignore[no-any-return]
-
-
-def dial(station: TcpListener, host: str = "10.0.0.1", port: int = 1) -> tuple[Peer, Wire]:
-    wire = Wire(station.loop)  # type: ignore[arg-type]
-    wire.peer = Peer(station)
-    wire.peer.begin(wire, host, port)
-    return wire.peer, wire
-
-
-def request(size: int, source: AmsAddress, data: bytes = b"") -> bytes:
-    return Frame(PLC, source, 2, 4, 0, 1, size.to_bytes(4, "little") + data).encode_tcp()
-
-
-def connect_port(port: int = 0) -> bytes:
-    return TcpMessage(TcpCommand.PORT_CONNECT, port.to_bytes(2, "little")).encode_tcp()
-
-
-CLIENT = AmsAddress("10.0.0.1.1.1:30000")
+from tests.transport.connections.peers import (
+    CLIENT,
+    OURS,
+    PLC,
+    Device,
+    Loop,
+    Wire,
+    connect_port,
+    dial,
+    listener,
+    request,
+)
 
 
 class Slow(Device):
@@ -226,34 +96,6 @@ def test_a_peer_that_leaves_takes_what_waits_with_it() -> None:
     assert (len(slow.served), len(station.fair_queue), station.held.total) == (served, 0, 0)
 
 
-def test_a_thousand_small_debts_count_together() -> None:
-    """Each below a megabyte, which nobody looked at once: 1.5 GB where 256 MB were the limit."""
-    loop = Loop()
-    station = listener(loop, held=Held(4096 * KB))
-    wires = []
-    for number in range(100):
-        connection, wire = dial(station, port=number)
-        wire.reads = False
-        wires.append(wire)
-        connection.receive(request(100 * KB, CLIENT))
-        assert sum(each.waiting for each in wires) <= 4096 * KB
-    loop.run(1)
-    assert station.cut_off > 50
-
-
-def test_what_a_closed_peer_does_not_read_counts_until_it_is_gone() -> None:
-    loop = Loop()
-    station = listener(loop, held=Held(1000 * KB))
-    connection, wire = dial(station)
-    wire.reads = False
-    connection.receive(request(300 * KB, CLIENT))
-    connection.close()
-    assert connection.held == station.held.total > 300 * KB
-    loop.run(peer_module._LINGER + 1)
-    assert station.held.total == 0
-    assert not station.connections
-
-
 def test_connections_of_one_host_leave_room_for_others(caplog: Any) -> None:
     loop = Loop()
     station = listener(loop, max_connections=10, max_per_host=4)
@@ -290,80 +132,6 @@ def test_a_connection_holds_so_many_ports_and_every_client_gets_its_first() -> N
         connection.receive(connect_port())
     assert all(len(connection.registered) == 1 for connection in late)
     assert all(each.registered[0].port >= FIRST_CLIENT_PORT for each in late)
-
-
-STEPS = st.lists(
-    st.tuples(
-        st.sampled_from(
-            ("dial", "ask", "half", "rest", "sample", "add", "deaf", "read", "eof", "abort", "wait")
-        ),
-        st.integers(0, 11),
-        st.sampled_from((0, 1, 100, 5 * KB, 30 * KB, 60 * KB, 120 * KB)),
-    ),
-    max_size=100,
-)
-
-
-@settings(max_examples=38)
-@given(st.integers(100 * KB, 300 * KB), st.integers(50 * KB, 400 * KB), STEPS)
-def test_whatever_connections_do_what_is_kept_stays_within_the_limits(
-    limit: int, backlog: int, steps: list[tuple[str, int, int]]
-) -> None:
-    """Requests, halves of packets, samples, readers that stop, ends of all kinds."""
-    loop = Loop()
-    station = listener(
-        loop, held=Held(limit), max_backlog=backlog, max_connections=8, max_per_host=5
-    )
-    made: list[tuple[Peer, Wire, AmsAddress]] = []
-    good, good_wire = dial(station, "10.9.9.9")
-    for number, (what, which, size) in enumerate(steps, 1):
-        if what == "dial":
-            host = f"10.0.0.{which % 3}"
-            address = AmsAddress(f"{host}.1.1:3000{which % 5}")
-            made.append((*dial(station, host, number), address))
-            made[-1][1].reads = which % 4 == 3
-        elif made:
-            connection, wire, address = made[which % len(made)]
-            if what == "ask" and not wire.gone:
-                connection.receive(request(size, address))
-            elif what == "half" and not wire.gone:
-                connection.receive(request(0, address, bytes(size))[: size // 2 + 7])
-            elif what == "rest" and not wire.gone:
-                connection.receive(bytes(size))
-            elif what in ("sample", "add"):
-                command, flags = (8, 4) if what == "sample" else (6, 5)
-                frame = Frame(address, PLC, command, flags, 0, 1, bytes(size))
-                frame.via = connection
-                station.router.deliver(frame)
-            elif what in ("deaf", "read"):
-                wire.reads = what == "read"
-                wire.read(size)
-            elif what == "eof" and not wire.gone:
-                connection.close()
-            elif what == "abort":
-                connection.abort()
-        if what == "wait":
-            loop.run(size / KB / 1000)
-        good.receive(request(10, AmsAddress("10.9.9.9.1.1:30000")))
-        assert good_wire.came == number * (38 + 10)
-        every = [(good, good_wire), *((each, wire) for each, wire, _ in made)]
-        kept = [
-            each._out.size + each._out.held_size + each._stream.pending + wire.waiting
-            for each, wire in every
-        ]
-        assert sum(kept) <= limit + len(every) * peer_module._SMALL
-        assert station.held.total <= limit
-        assert max(wire.waiting for _, wire in every) <= backlog + peer_module._FLUSH_SIZE
-        assert len(station.connections) <= 8
-        assert max(station._per_host.values()) <= 5
-        assert sum(station._per_host.values()) == len(station.connections)
-    for each, wire, _ in made:
-        each.abort()
-        wire.abort()
-    loop.run(10)
-    assert station.held.total == 0
-    assert station.connections == {good}
-    assert dict(station._per_host) == {"10.9.9.9": 1}
 
 
 @given(

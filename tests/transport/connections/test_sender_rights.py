@@ -8,7 +8,7 @@ from achse.ams import AmsAddress, Command, Frame
 from achse.router.rights import ALL_RIGHTS, NO_RIGHTS, Right
 from achse.router.routes import Route
 from achse.transport.connections.sender_rights import SenderRights
-from tests.transport.connections.test_peer import CLIENT, PLC, Loop, dial, listener, request
+from tests.transport.connections.peers import CLIENT, PLC, Loop, dial, listener, request
 
 READ_ALONE = request(4, CLIENT)
 

@@ -25,9 +25,9 @@ from achse.router.forwarding.ledger import (
     change_of,
     without,
 )
-from achse.router.forwarding.own_requests import OwnRequests
 from achse.router.forwarding.pending import PendingExchange, PendingRequest, PendingRequests
 from achse.router.forwarding.restoring import LinkMemory, Restoration, version_request
+from achse.router.forwarding.router_requests import RouterRequests
 from achse.router.forwarding.sessions import ClientPorts, Sessions
 
 __all__ = ["Forwarding"]
@@ -73,7 +73,7 @@ class Forwarding:
         self.requests = PendingRequests(self._sessions.rest)
         self._subscribers: dict[Resource, ForwardedClient] = {}
         """Client of each subscription."""
-        self._own = OwnRequests(
+        self._own = RouterRequests(
             *(send, later),
             is_used=self.requests.__contains__,
             is_held=self._subscribers.__contains__,

@@ -1,8 +1,8 @@
 """Connections without a socket: bytes in, frames out, and back.
 
-Read `peer` first: it parts a stream into frames, passes them to the router, and gathers answers
-in its `outbox`. Requests of others that are known go by `known_requests` and come back by
-`known_answers`, without decoding; `known_frames` decides, `port_service` serves programs that want
+Read `peer` first: it parts a stream into frames and passes them to the router. `writer` gathers
+answers in its `outbox`. Requests of others that are known go by `known.requests` and come back by
+`known.answers`, without decoding; `known.frames` decides, `port_service` serves programs that want
 a port. `line` has what a peer needs of its surroundings, `connection` gives it those of
 asyncio. `fair_queue` serves peers in turns, `held` bounds what all of them buffer, `repeated`
 answers reads that come again and again. `senders` and `sender_rights` note who speaks on one

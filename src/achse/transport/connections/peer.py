@@ -27,27 +27,18 @@ from achse.router.forwarding.restoring import LinkMemory
 from achse.router.rights import ALL_RIGHTS, Right
 from achse.router.routes import Admission, Route
 from achse.transport.connections.circles import CircleWarning
-from achse.transport.connections.known_frames import KnownFrames
+from achse.transport.connections.known.frames import KnownFrames
 from achse.transport.connections.line import Line, PeerOwner, Timer, Turns
-from achse.transport.connections.outbox import Outbox
 from achse.transport.connections.port_service import serve_ports
 from achse.transport.connections.repeated import REQUEST_SIZE, RepeatedReads
 from achse.transport.connections.sender_rights import SenderRights, missing_route
 from achse.transport.connections.senders import Senders
+from achse.transport.connections.writer import CONGESTED, PeerWriter
 
 __all__ = ["Line", "Peer", "PeerOwner", "Timer", "Turns"]
 
 log = logging.getLogger("achse.tcp")
 
-
-_CONGESTED = 1024 * 1024
-"""Bytes waiting for a peer at which devices keep notifications back."""
-
-_FLUSH_SIZE = 256 * 1024
-"""Answers are written once per turn of the loop, or when this many bytes have gathered."""
-
-_SMALL = 4096
-"""Gathered bytes below this are not counted until they are written, with the same turn."""
 
 _QUICK = 8192
 """Bytes whose requests are done without a look at the time."""
@@ -60,7 +51,7 @@ _LINGER = 5.0
 """Seconds a closed connection has to take the rest of what was sent to it."""
 
 
-class Peer:
+class Peer(PeerWriter):
     """The far end of one connection; for the router it is an endpoint.
 
     The one who has the line calls `begin` when it is there, `receive` with what came, `count` when
@@ -79,7 +70,7 @@ class Peer:
     """True if frames are passed on without changes to their addresses."""
 
     def __init__(self, owner: PeerOwner) -> None:
-        self.owner = owner
+        super().__init__(owner)
         self.router = owner.router
         self._stream = Connection(owner.max_length)
         self.senders = Senders()
@@ -94,21 +85,13 @@ class Peer:
         self._known: KnownFrames | None = None
         """Frames that are not decoded, from the first forwarded request on."""
         self._circles = CircleWarning()
-        self._out = Outbox()
-        self._counted = 0
-        """Bytes that `owner.held` counts for this peer."""
-        self._flush_due = self._receiving = False
         self._events: Iterator[Event | None] = iter(())
         """Received events that are not processed yet."""
         self._undone = 0
         """Bytes of that at most."""
         self._late: list[bytes] = []
         """Chunks that the line delivers after it was paused."""
-        self._paused = self._open = False
-        self.cut_off = False
-        """True once the peer was closed because it took too much room."""
-        self._congested = _CONGESTED
-        self._line: Line | None = None
+        self._paused = False
         self.registered: list[AmsAddress] = []
         """Local ports that the peer holds."""
         self.peer, self.peer_host = "?", ""
@@ -118,7 +101,7 @@ class Peer:
     # the line ----------------------------------------------------------------------------------
 
     def begin(
-        self, line: Line, host: str = "", port: int = 0, *, congested: int = _CONGESTED
+        self, line: Line, host: str = "", port: int = 0, *, congested: int = CONGESTED
     ) -> None:
         """Bytes go by `line` from now on; its far end is at `host`:`port`, if that is known.
 
@@ -458,100 +441,16 @@ class Peer:
         self._put(packet)
         return True
 
+    @property
+    def unprocessed(self) -> int:
+        """Bytes of packets that lack their end, and of events that wait."""
+        return self._stream.pending + self._undone
+
     def break_off(self, frame: Frame) -> None:
         """Send the first half of `frame`, then end the connection: a cable pulled in between."""
         packet = frame.encode_tcp()
         self._out.put(packet[: len(packet) // 2])
         self.close()
-
-    def put_notification(self, packet: bytes) -> None:
-        """Send a notification, encoded."""
-        if not self._hold(packet):
-            self._put(packet)
-
-    def _put(self, packet: bytes) -> None:
-        self.put((packet,), len(packet))
-
-    def put(self, packets: Iterable[bytes], size: int) -> None:
-        """Send encoded frames, all in all `size` bytes."""
-        out = self._out
-        out.gathered += packets
-        out.size += size
-        if out.size > _FLUSH_SIZE:
-            self._flush()
-        elif not self._receiving:
-            if not self._flush_due:
-                self._flush_due = True
-                self.owner.loop.call_soon(self._flush)
-            if out.size > _SMALL:
-                self.count()
-
-    def _hold(self, packet: bytes) -> bool:
-        """Keep a notification back if it must not come yet."""
-        out, loop = self._out, self.owner.loop
-        waited = out.due is not None
-        if not out.hold(packet, loop.time()):
-            return False
-        if not waited:
-            self._release_at(out.due)
-        self.count()
-        return True
-
-    def _release_at(self, due: float | None) -> None:
-        if due is not None:
-            self.owner.loop.call_at(due, self._release)
-
-    def _release(self) -> None:
-        """Send the notifications that have waited long enough, in order."""
-        out, due = self._out, self._out.due
-        if self._open and due is not None:
-            out.release(max(self.owner.loop.time(), due))  # timers may be early by their resolution
-            self._release_at(out.due)
-            self._flush()
-
-    @property
-    def congested(self) -> bool:
-        """True while the peer leaves so much unread that notifications had better wait."""
-        line = self._line
-        return line is not None and line.get_write_buffer_size() > self._congested
-
-    @property
-    def backlog(self) -> int:
-        """Bytes that the peer has not taken yet."""
-        line = self._line
-        return self._out.size + (0 if line is None else line.get_write_buffer_size())
-
-    @property
-    def held(self) -> int:
-        """Bytes it has not taken, also after the end, and packets that lack their end."""
-        if self.cut_off:
-            return 0
-        return self.backlog + self._out.held_size + self._stream.pending + self._undone
-
-    def count(self) -> None:
-        """Update the send-buffer budget after a change of the buffered bytes."""
-        held = self.held
-        if held != self._counted:
-            self._counted = held
-            self.owner.held.count(self, held)
-
-    def cut(self, reason: str, *details: object) -> None:
-        """Close at once because the peer takes too much room."""
-        self.warn(reason, *details)
-        self.cut_off = True
-        self.abort()
-
-    def _flush(self) -> None:
-        self._flush_due = False
-        out, line = self._out, self._line
-        if not out.size or line is None:
-            return
-        line.write(out.take())
-        unread = line.get_write_buffer_size()
-        if unread > self.owner.max_backlog:
-            self.cut("it does not read what it asked for")
-        elif unread or self._counted:
-            self.count()
 
     @property
     def client(self) -> str:

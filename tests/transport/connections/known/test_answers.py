@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.ams import Command, Frame
-from tests.transport.connections.test_known_frames import World
-from tests.transport.connections.test_known_requests import read
+from tests.transport.connections.known.test_frames import World
+from tests.transport.connections.known.test_requests import read
 
 KINDS = st.sampled_from(("answer", "answer", "failed", "error", "unknown", "sample"))
 

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 from achse.ams import Connection, Event
 from achse.ams.frame import TCP_HEADER
-from achse.transport.connections.known_answers import KnownAnswers
-from achse.transport.connections.known_requests import KnownRequests
+from achse.transport.connections.known.answers import KnownAnswers
+from achse.transport.connections.known.requests import KnownRequests
 
 if TYPE_CHECKING:
     from achse.transport.connections.peer import Peer

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from achse.ams import AmsAddress, Command, Connection, Frame, NetId
 from achse.ams.commands import AddNotificationRequest, ReadRequest, ReadWriteRequest, WriteRequest
 from achse.router.routes import Route
-from achse.transport.connections.known_frames import KnownFrames
+from achse.transport.connections.known.frames import KnownFrames
 from achse.transport.connections.peer import Peer
 from achse.transport.uplinks.uplink import Uplink
 from tests.router.stations import Host, Loop, Wire, wires

@@ -8,7 +8,7 @@ from achse.ams import AmsAddress, Command, Frame, NetId
 from achse.ams.commands import ReadRequest, WriteRequest
 from achse.router.rights import Right
 from achse.router.routes import Route
-from tests.transport.connections.test_known_frames import DEVICES, SOURCES, World
+from tests.transport.connections.known.test_frames import DEVICES, SOURCES, World
 
 
 def world() -> World:

@@ -11,7 +11,7 @@ from achse.ams import Frame
 from achse.router.forwarding.forwarded_client import ForwardedClient
 from achse.router.forwarding.ledger import Resource
 
-__all__ = ["OwnRequests"]
+__all__ = ["RouterRequests"]
 
 _RELEASES_AT_ONCE = 64
 """Releases of resources that are sent without waiting for an answer."""
@@ -23,7 +23,7 @@ Key = tuple[bytes, bytes, int]
 """Alias, target and invoke id."""
 
 
-class OwnRequests:
+class RouterRequests:
     """Requests of the router on one connection, and the resources that wait to be released.
 
     `send` sends a request. `later` calls back after a second: releases that are unanswered by then

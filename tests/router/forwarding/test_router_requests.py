@@ -2,7 +2,7 @@
 
 import pytest
 
-from achse.router.forwarding import own_requests
+from achse.router.forwarding import router_requests
 from tests.router.chains import Chain
 
 
@@ -16,6 +16,6 @@ def test_releases_go_on_when_the_target_answers_none_of_them(
     monkeypatch.setattr(chain.target.device, "_reply", lambda response: None)
     client.wire.close()
     chain.loop.run()
-    assert chain.target.held_by_clients[1] == 200 - own_requests._RELEASES_AT_ONCE
+    assert chain.target.held_by_clients[1] == 200 - router_requests._RELEASES_AT_ONCE
     chain.loop.run(4.0)
     assert chain.target.held_by_clients == (0, 0)

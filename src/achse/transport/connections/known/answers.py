@@ -1,6 +1,6 @@
 """Answers and notifications for known clients: passed on without decoding.
 
-They are the counterpart of `known_requests`: the first 34 bytes of an answer are the same for all
+They are the counterpart of `requests`: the first 34 bytes of an answer are the same for all
 answers of one target to one client with the same command and length. Answers that give out or
 release what a client holds, errors of the AMS header, and what comes for a client that is gone are
 left for decoding.
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, cast
 from achse.ams import Command, Flags
 from achse.ams.frame import AMS_HEADER, TCP_HEADER
 from achse.router.forwarding.pending import PendingExchange, PendingRequest
-from achse.transport.connections.known_requests import (
+from achse.transport.connections.known.requests import (
     HEAD_SIZE,
     HEADERS_SIZE,
     MOST_HEADS,

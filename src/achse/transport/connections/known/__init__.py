@@ -1,0 +1,1 @@
+"""Known frames: forwarded by their first bytes, without decoding."""

@@ -1,0 +1,137 @@
+"""The outgoing half of a peer: frames are gathered, and written once per turn of the loop."""
+
+from collections.abc import Iterable
+
+from achse.transport.connections.line import Line, PeerOwner
+from achse.transport.connections.outbox import Outbox
+
+__all__ = ["CONGESTED", "PeerWriter"]
+
+CONGESTED = 1024 * 1024
+"""Bytes waiting for a peer at which devices keep notifications back."""
+
+_FLUSH_SIZE = 256 * 1024
+"""Answers are written once per turn of the loop, or when this many bytes have gathered."""
+
+_SMALL = 4096
+"""Gathered bytes below this are not counted until they are written, with the same turn."""
+
+
+class PeerWriter:
+    """Frames for a peer until the line takes them, and how many bytes that are."""
+
+    def __init__(self, owner: PeerOwner) -> None:
+        self.owner = owner
+        self._out = Outbox()
+        self._counted = 0
+        """Bytes that `owner.held` counts for this peer."""
+        self._flush_due = False
+        self._receiving = False
+        """True while events are processed: what they gather is written behind the last one."""
+        self._congested = CONGESTED
+        self._line: Line | None = None
+        self._open = False
+        self.cut_off = False
+        """True once the peer was closed because it took too much room."""
+
+    @property
+    def unprocessed(self) -> int:
+        """Received bytes that are kept."""
+        raise NotImplementedError
+
+    def warn(self, reason: str, *details: object) -> None:
+        """Log why the connection ends."""
+        raise NotImplementedError
+
+    def abort(self) -> None:
+        """Close at once; what waits for the peer is lost."""
+        raise NotImplementedError
+
+    def put_notification(self, packet: bytes) -> None:
+        """Send a notification, encoded."""
+        if not self._hold(packet):
+            self._put(packet)
+
+    def _put(self, packet: bytes) -> None:
+        self.put((packet,), len(packet))
+
+    def put(self, packets: Iterable[bytes], size: int) -> None:
+        """Send encoded frames, all in all `size` bytes."""
+        out = self._out
+        out.gathered += packets
+        out.size += size
+        if out.size > _FLUSH_SIZE:
+            self._flush()
+        elif not self._receiving:
+            if not self._flush_due:
+                self._flush_due = True
+                self.owner.loop.call_soon(self._flush)
+            if out.size > _SMALL:
+                self.count()
+
+    def _hold(self, packet: bytes) -> bool:
+        """Keep a notification back if it must not come yet."""
+        out, loop = self._out, self.owner.loop
+        waited = out.due is not None
+        if not out.hold(packet, loop.time()):
+            return False
+        if not waited:
+            self._release_at(out.due)
+        self.count()
+        return True
+
+    def _release_at(self, due: float | None) -> None:
+        if due is not None:
+            self.owner.loop.call_at(due, self._release)
+
+    def _release(self) -> None:
+        """Send the notifications that have waited long enough, in order."""
+        out, due = self._out, self._out.due
+        if self._open and due is not None:
+            out.release(max(self.owner.loop.time(), due))  # timers may be early by their resolution
+            self._release_at(out.due)
+            self._flush()
+
+    @property
+    def congested(self) -> bool:
+        """True while the peer leaves so much unread that notifications had better wait."""
+        line = self._line
+        return line is not None and line.get_write_buffer_size() > self._congested
+
+    @property
+    def backlog(self) -> int:
+        """Bytes that the peer has not taken yet."""
+        line = self._line
+        return self._out.size + (0 if line is None else line.get_write_buffer_size())
+
+    @property
+    def held(self) -> int:
+        """Bytes it has not taken, also after the end, and packets that lack their end."""
+        if self.cut_off:
+            return 0
+        return self.backlog + self._out.held_size + self.unprocessed
+
+    def count(self) -> None:
+        """Update the send-buffer budget after a change of the buffered bytes."""
+        held = self.held
+        if held != self._counted:
+            self._counted = held
+            self.owner.held.count(self, held)
+
+    def cut(self, reason: str, *details: object) -> None:
+        """Close at once because the peer takes too much room."""
+        self.warn(reason, *details)
+        self.cut_off = True
+        self.abort()
+
+    def _flush(self) -> None:
+        self._flush_due = False
+        out, line = self._out, self._line
+        if not out.size or line is None:
+            return
+        line.write(out.take())
+        unread = line.get_write_buffer_size()
+        if unread > self.owner.max_backlog:
+            self.cut("it does not read what it asked for")
+        elif unread or self._counted:
+            self.count()
