@@ -28,43 +28,44 @@ class Clients:
     """The clients of a router by their AMS addresses, in the order in which they came."""
 
     def __init__(self) -> None:
-        self._known: dict[bytes, ClientFigures] = {}
+        self.known: dict[bytes, ClientFigures] = {}
+        """Figures by address."""
 
     def __len__(self) -> int:
-        return len(self._known)
+        return len(self.known)
 
     def __iter__(self) -> Iterator[bytes]:
-        return iter(self._known)
+        return iter(self.known)
 
     def __contains__(self, source: object) -> bool:
-        return source in self._known
+        return source in self.known
 
     def get(self, source: bytes) -> ClientFigures | None:
         """Return the figures of a client; None if it is unknown."""
-        return self._known.get(source)
+        return self.known.get(source)
 
     def __getitem__(self, source: bytes) -> ClientFigures:
-        return self._known[source]
+        return self.known[source]
 
     def busiest(self, most: int = LISTED_CLIENTS) -> list[bytes]:
         """Return the clients with the most requests, those first."""
-        return heapq.nlargest(most, self._known, key=lambda each: self._known[each].requests)
+        return heapq.nlargest(most, self.known, key=lambda each: self.known[each].requests)
 
     def asked(self, source: bytes, count: int = 1) -> None:
         """So many requests came from `source`."""
-        known = self._known.get(source)
+        known = self.known.get(source)
         if known is None:
-            known = self._known[source] = ClientFigures()
-            if len(self._known) > MOST_CLIENTS:
-                del self._known[next(iter(self._known))]
+            known = self.known[source] = ClientFigures()
+            if len(self.known) > MOST_CLIENTS:
+                del self.known[next(iter(self.known))]
         known.requests += count
 
     def refused(self, source: bytes) -> None:
         """`source` got an error for an answer. Unknown is not an error."""
-        known = self._known.get(source)
+        known = self.known.get(source)
         if known is not None:
             known.errors += 1
 
     def forget(self, source: bytes) -> None:
         """`source` has gone. Unknown is not an error."""
-        self._known.pop(source, None)
+        self.known.pop(source, None)

@@ -295,7 +295,10 @@ def test_client_that_waits_for_little_is_forwarded_beside_one_that_asks_for_much
                 assert own or weight > 1 << 12
         for *_, request in under_way:
             table.come_back(request.reply(bytes(8)))
-        assert (table.requests._loads, table.requests.size, len(table.requests)) == ({}, 0, 0)
+        assert (table.requests.size, len(table.requests)) == (0, 0)
+        assert [(each.load.count, each.load.size) for each in table.clients] == [(0, 0)] * len(
+            table
+        )
 
 
 def test_load_of_a_client_ends_with_answers_that_are_lost() -> None:

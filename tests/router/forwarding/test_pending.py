@@ -101,9 +101,9 @@ def test_exchanges_of_a_client_are_bounded() -> None:
 def test_room_is_that_of_the_client_and_of_all() -> None:
     table = PendingRequests(lambda session: None)
     one, other = session(0), session(1)
-    assert table.room(one.client, 0, 1) == 1 << 22
+    assert table.room(one, 0, 1) == 1 << 22
     table.sent(one, 1, 1 << 21, 0)
-    assert table.room(one.client, 0, 1) == 1 << 21
-    assert table.room(one.client, 0, 1 << 12) == 0
-    assert table.room(other.client, 0, 1) == 1 << 22
-    assert table.room(one.client, 10 * SECOND, 1) == 1 << 22
+    assert table.room(one, 0, 1) == 1 << 21
+    assert table.room(one, 0, 1 << 12) == 0
+    assert table.room(other, 0, 1) == 1 << 22
+    assert table.room(one, 10 * SECOND, 1) == 1 << 22

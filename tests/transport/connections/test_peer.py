@@ -124,7 +124,7 @@ def test_a_connection_holds_so_many_ports_and_every_client_gets_its_first() -> N
     many = [dial(station, "127.0.0.1", number)[0] for number in range(200)]
     for connection in many:
         for _ in range(255):
-            if connection._open:
+            if connection.connected:
                 connection.receive(connect_port())
     assert station.router.free_ports >= 8192
     late = [dial(station, "127.0.0.1", number)[0] for number in range(4000)]

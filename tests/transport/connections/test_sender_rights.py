@@ -93,8 +93,8 @@ def test_a_peer_has_what_its_route_gives_now(
         loop.run()
         if not wire.gone:
             assert not new_wire.gone
-            assert new._rights._limited == peer._rights._limited
-            assert new._rights.missing(Frame(PLC, CLIENT, 3, 4, 0, 1, b"")) == peer._rights.missing(
+            assert new.rights.limited == peer.rights.limited
+            assert new.rights.missing(Frame(PLC, CLIENT, 3, 4, 0, 1, b"")) == peer.rights.missing(
                 Frame(PLC, CLIENT, 3, 4, 0, 1, b"")
             )
             if reads:

@@ -10,21 +10,40 @@ if TYPE_CHECKING:
     from achse.router.forwarding.handles import HandleMap
     from achse.router.forwarding.pending import PendingExchange
 
-__all__ = ["ForwardedClient"]
+__all__ = ["ClientLoad", "ForwardedClient"]
 
 _UNKNOWN_TIME = 0
 """Stamp of samples without data: the target is gone, and the router does not know its time."""
+
+
+class ClientLoad:
+    """Requests of one connection that are under way, and bytes of them and their answers."""
+
+    __slots__ = ("count", "size", "time")
+
+    def __init__(self) -> None:
+        self.count = self.size = 0
+        self.time = 0
+        """Time of the last request, ns."""
 
 
 class ForwardedClient:
     """A client: its connection, its source address, and what it holds at the targets."""
 
     __slots__ = (
-        "alias", "client", "exchanges", "gone", "handles", "pending", "recipes", "registered",
-        "releasing", "resources", "restored_from", "source", "subscribed",
+        "alias", "client", "exchanges", "gone", "handles", "listed", "load", "pending",
+        "recipes", "registered", "releasing", "resources", "restored_from", "source", "subscribed",
     )  # fmt: skip
 
-    def __init__(self, client: Endpoint, source: bytes, alias: bytes, registered: bool) -> None:
+    def __init__(
+        self,
+        client: Endpoint,
+        source: bytes,
+        alias: bytes,
+        registered: bool,
+        load: ClientLoad | None = None,
+    ) -> None:
+        """`load` is that of the other sessions of this connection, if there are any."""
         self.client = client
         """Destination of its answers: a connection, or an endpoint in this process."""
         self.source = source
@@ -43,12 +62,15 @@ class ForwardedClient:
         """Handles that the client knows by other numbers: they were made again."""
         self.restored_from: ForwardedClient | None = None
         """Session of before, while its resources are made again."""
+        self.load = load or ClientLoad()
         self.pending = 0
         """Requests without an answer."""
         self.releasing = 0
         """Releases of its resources without an answer, those that are not sent yet included."""
         self.subscribed = False
         """True once it had a subscription: samples may come after the answer to its end."""
+        self.listed = False
+        """True while it is in the list of those that may be forgotten when they are idle."""
         self.gone = False
         """True once its connection or its port is closed."""
 

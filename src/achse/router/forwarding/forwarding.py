@@ -153,14 +153,13 @@ class Forwarding:
                     self._discard(session, Resource(action.kind, change.target, action.handle))
         else:
             size = _size_with_answer(frame)
-            if self.requests.is_too_much(client, size, now, congested):
+            if self.requests.is_too_much(session, size, now, congested):
                 self.refused += 1
                 return ReturnCode.ROUTER_MAILBOX_FULL
             request = PendingRequest(session, frame.command, frame.flags, change, now, size)
             refusal = self.requests.add(session, frame, request, circles)
             if refusal is not None:
                 return refusal
-            self._sessions.busy(session)
         if session.alias == frame.source and data is frame.data:
             return frame
         forwarded = _with(frame, data)
@@ -199,7 +198,6 @@ class Forwarding:
         """So many requests were entered into an exchange: they are under way now."""
         self.requests.added(count)
         self.requests.sent(session, count, size, now)
-        self._sessions.busy(session)
 
     def answered(self, request: PendingRequest, count: int, size: int) -> None:
         """So many requests like this one were removed from an exchange: they are answered."""
@@ -211,6 +209,15 @@ class Forwarding:
         self.requests.added(-count)
         self.requests.answered(request, count, size)
         self._sessions.rest(request.session)
+
+    def returned_one(self, request: PendingRequest) -> None:
+        """The answer to this request, which `requests` has settled, goes to its client."""
+        self.returned += 1
+        if self.returned % _MEASURED == 0 and self._clock is not None:
+            self.latencies.add(int(self._clock() * 1e9) - request.time)
+        session = request.session
+        if session.gone or not session.listed:
+            self._sessions.rest(session)
 
     # answers and notifications ---------------------------------------------------------------
 
@@ -352,7 +359,6 @@ class Forwarding:
         answered: Callable[[Frame], None],
     ) -> None:
         """Send a request of the router as a client."""
-        self._sessions.busy(session)
         self._own.ask(session, target, command, data, answered)
 
     # a new connection ------------------------------------------------------------------------

@@ -9,9 +9,9 @@ AMS has no hop count: a request that comes back while it is unanswered goes in c
 from collections import deque
 from collections.abc import Callable, Iterator
 
-from achse.ams import Endpoint, Frame
+from achse.ams import Flags, Frame
 from achse.codes import ReturnCode
-from achse.router.forwarding.forwarded_client import ForwardedClient
+from achse.router.forwarding.forwarded_client import ClientLoad, ForwardedClient
 from achse.router.forwarding.ledger import ResourceChange
 
 __all__ = ["PendingExchange", "PendingRequest", "PendingRequests"]
@@ -40,6 +40,8 @@ _ROUNDS = 2
 
 _ROUND_NS = 1_000_000_000
 """A client that sends the same again after this time has given up waiting; a circle is faster."""
+
+_REQUEST = int(Flags.ADS_COMMAND)
 
 _EXCHANGES = 256
 """Exchanges of one client; with one more those without pending requests are dropped."""
@@ -81,7 +83,7 @@ class PendingRequest:
 class PendingExchange:
     """The requests of one client to one target that are unanswered."""
 
-    __slots__ = ("further", "live", "requests", "session", "target")
+    __slots__ = ("further", "live", "requests", "session", "spare", "target")
 
     def __init__(self, session: ForwardedClient, target: bytes) -> None:
         self.session = session
@@ -90,6 +92,8 @@ class PendingExchange:
         """By invoke id."""
         self.further: dict[int, deque[PendingRequest]] = {}
         """Requests with the invoke id of one that is unanswered."""
+        self.spare: PendingRequest | None = None
+        """Request that is used again while no other is pending."""
         self.live = True
         """False once its client is gone or the connection has ended."""
 
@@ -109,15 +113,6 @@ class PendingExchange:
             yield from ((invoke_id, request) for request in requests)
 
 
-class _Load:
-    """Requests of a client that are under way, and bytes of them and their answers."""
-
-    __slots__ = ("count", "size", "time")
-
-    def __init__(self) -> None:
-        self.count = self.size = self.time = 0
-
-
 class PendingRequests:
     """All requests over one connection that are unanswered.
 
@@ -128,16 +123,15 @@ class PendingRequests:
         self._forgot = forgot
         self.exchanges: dict[bytes, PendingExchange] = {}
         """By alias and target, as answers are addressed."""
-        self._loads: dict[Endpoint, _Load] = {}
         self._size = 0
         """Bytes of all loads."""
-        self._count = 0
+        self.different = 0
         """Pending requests with different addresses or invoke ids."""
         self._full_until = 0
         """Time until which no request may be forgotten, ns."""
 
     def __len__(self) -> int:
-        return self._count + sum(
+        return self.different + sum(
             sum(map(len, each.further.values())) for each in self.exchanges.values() if each.further
         )
 
@@ -174,33 +168,59 @@ class PendingRequests:
         for exchange in list(session.exchanges.values()):
             self._drop(exchange)
 
-    def is_too_much(self, client: Endpoint, size: int, now: int, congested: bool) -> bool:
+    def is_too_much(self, session: ForwardedClient, size: int, now: int, congested: bool) -> bool:
         """True if a request of this size has to be refused, for what is under way."""
-        load = self._load(client, now)
+        load = self._load(session, now)
         if size > _SMALL and (congested or (self._size and self._size + size > _ALL_BYTES)):
             return True
-        return load is not None and (
+        return bool(load.count) and (
             congested or load.count >= _CLIENT_PENDING or load.size + size > _CLIENT_BYTES
         )
 
-    def _load(self, client: Endpoint, now: int) -> _Load | None:
-        load = self._loads.get(client)
-        if load is not None and now - load.time >= _LOST_NS:
-            del self._loads[client]
+    def _load(self, session: ForwardedClient, now: int) -> ClientLoad:
+        load = session.load
+        if load.count and now - load.time >= _LOST_NS:
             self._size -= load.size
-            return None
+            load.count = load.size = 0
         return load
 
-    def room(self, client: Endpoint, now: int, count: int) -> int:
-        """Return bytes that so many further requests of `client` may have, with their answers."""
-        load = self._load(client, now)
-        if self._count + count > _PENDING:
-            return 0
-        if load is None:
-            return min(_CLIENT_BYTES, _ALL_BYTES - self._size) if count <= _CLIENT_PENDING else 0
-        if load.count + count > _CLIENT_PENDING:
+    def room(self, session: ForwardedClient, now: int, count: int) -> int:
+        """Return bytes that so many further requests of a client may have, with their answers."""
+        load = self._load(session, now)
+        if self.different + count > _PENDING or load.count + count > _CLIENT_PENDING:
             return 0
         return min(_CLIENT_BYTES - load.size, _ALL_BYTES - self._size)
+
+    def enter(
+        self, exchange: PendingExchange, invoke_id: int, command: int, size: int, now: int
+    ) -> bool:
+        """Remember one request that changes nothing; False if that is left to `add`."""
+        session, requests = exchange.session, exchange.requests
+        load = session.load
+        count = load.count
+        if (
+            invoke_id in requests
+            or count >= _CLIENT_PENDING
+            or (count and now - load.time >= _LOST_NS)
+            or load.size + size > _CLIENT_BYTES
+            or self._size + size > _ALL_BYTES
+            or self.different >= _PENDING
+        ):
+            return False
+        record = exchange.spare
+        if requests or record is None or record.command != command:
+            record = PendingRequest(session, command, _REQUEST, None, now, size)
+            exchange.spare = record
+        else:
+            record.time, record.size = now, size
+        requests[invoke_id] = record
+        self.different += 1
+        self._size += size
+        load.time = now
+        load.count = count + 1
+        load.size += size
+        session.pending += 1
+        return True
 
     def add(
         self, session: ForwardedClient, frame: Frame, request: PendingRequest, circles: bool
@@ -210,10 +230,10 @@ class PendingRequests:
         invoke_id = frame.invoke_id
         first = exchange.requests.get(invoke_id)
         if first is None:
-            if self._count >= _PENDING and not self._forget_oldest(now, circles):
+            if self.different >= _PENDING and not self._forget_oldest(now, circles):
                 return ReturnCode.ROUTER_MAILBOX_FULL
             exchange.requests[invoke_id] = request
-            self._count += 1
+            self.different += 1
         else:
             further = exchange.further.get(invoke_id, _NONE)
             if (
@@ -240,7 +260,7 @@ class PendingRequests:
             self._full_until = oldest.time + _ROUND_NS
             return False
         del exchange.requests[invoke_id]
-        self._count -= 1
+        self.different -= 1
         for request in (oldest, *exchange.further.pop(invoke_id, ())):
             self.answered(request, 1, request.size)
         self._forgot(exchange.session)
@@ -248,9 +268,7 @@ class PendingRequests:
 
     def sent(self, session: ForwardedClient, count: int, size: int, now: int) -> None:
         """So many requests of a client are under way now, of `size` bytes with their answers."""
-        load = self._loads.get(session.client)
-        if load is None:
-            load = self._loads[session.client] = _Load()
+        load = session.load
         load.time = now
         load.count += count
         load.size += size
@@ -262,27 +280,38 @@ class PendingRequests:
         request = exchange.pop(invoke_id)
         if request is not None:
             if invoke_id not in exchange.requests:
-                self._count -= 1
+                self.different -= 1
             self.answered(request, 1, request.size)
+        return request
+
+    def settle(self, exchange: PendingExchange, invoke_id: int) -> PendingRequest | None:
+        """Remove the request with this invoke id; None if there is more to do for its answer."""
+        requests = exchange.requests
+        request = requests.get(invoke_id)
+        if request is None or request.change is not None or exchange.further:
+            return None
+        del requests[invoke_id]
+        self.different -= 1
+        self.answered(request, 1, request.size)
         return request
 
     def added(self, count: int) -> None:
         """So many requests were entered into exchanges; negative: removed."""
-        self._count += count
+        self.different += count
 
     def answered(self, request: PendingRequest, count: int, size: int) -> None:
         """So many requests like `request` are under way no longer."""
         session = request.session
         session.pending -= count
-        load = self._loads.get(session.client)
-        if load is not None:
+        load = session.load
+        if load.count > count:
             size = min(size, load.size)
             load.count -= count
             load.size -= size
             self._size -= size
-            if load.count <= 0:
-                self._size -= load.size
-                del self._loads[session.client]
+        elif load.count:
+            self._size -= load.size
+            load.count = load.size = 0
 
     def end(self, code: ReturnCode | None) -> list[Frame]:
         """Forget all; return the answer `code`, if there is one, to each request."""
@@ -296,8 +325,7 @@ class PendingRequests:
         for exchange in self.exchanges.values():
             exchange.live = False
         self.exchanges.clear()
-        self._loads.clear()
-        self._size = self._count = self._full_until = 0
+        self._size = self.different = self._full_until = 0
         return answers
 
 

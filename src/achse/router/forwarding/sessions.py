@@ -59,6 +59,7 @@ class Sessions:
         self._by_alias: dict[bytes, ForwardedClient] = {}
         """All sessions for which something may come."""
         self._idle: dict[ForwardedClient, None] = {}
+        """Sessions that were idle at some time, the latest last."""
         self._next_port = _ALIASES[zlib.crc32(router.net_id) % len(_ALIASES)]
 
     def __len__(self) -> int:
@@ -93,7 +94,9 @@ class Sessions:
         if alias is None:
             return None
         registered = self._router.local_endpoint(source) is client
-        session = ForwardedClient(client, bytes(source), alias, registered)
+        others = self._by_client.get(client)
+        load = next(iter(others)).load if others else None
+        session = ForwardedClient(client, bytes(source), alias, registered, load)
         self._by_source.setdefault(session.source, {})[client] = session
         self._by_client.setdefault(client, {})[session] = None
         self._by_alias[alias] = session
@@ -117,13 +120,9 @@ class Sessions:
                 return other
         return None
 
-    def busy(self, session: ForwardedClient) -> None:
-        """Something will come for this session."""
-        self._idle.pop(session, None)
-
     def rest(self, session: ForwardedClient) -> None:
         """Keep a session that is idle for a while; its alias is free once it is gone."""
-        if not session.idle:
+        if session.pending or session.releasing or session.resources:
             return
         if session.gone:
             if session.subscribed:
@@ -133,10 +132,15 @@ class Sessions:
             return
         self._idle.pop(session, None)
         self._idle[session] = None
+        session.listed = True
         if len(self._idle) > _IDLE:
             oldest = next(iter(self._idle))
-            self.forget(oldest)
-            self._free(oldest)
+            if oldest.idle:
+                self.forget(oldest)
+                self._free(oldest)
+            else:
+                del self._idle[oldest]
+                oldest.listed = False
 
     def _free(self, session: ForwardedClient) -> None:
         """Let others have the alias of a session that is gone."""

@@ -28,6 +28,7 @@ from achse.router.rights import ALL_RIGHTS, Right
 from achse.router.routes import Admission, Route
 from achse.transport.connections.circles import CircleWarning
 from achse.transport.connections.known.frames import KnownFrames
+from achse.transport.connections.known.single import HEAD_SIZE, SMALL_PORTION
 from achse.transport.connections.line import Line, PeerOwner, Timer, Turns
 from achse.transport.connections.port_service import serve_ports
 from achse.transport.connections.repeated import REQUEST_SIZE, RepeatedReads
@@ -39,9 +40,6 @@ __all__ = ["Line", "Peer", "PeerOwner", "Timer", "Turns"]
 
 log = logging.getLogger("achse.tcp")
 
-
-_QUICK = 8192
-"""Bytes whose requests are done without a look at the time."""
 
 _NO_RESPONSE = int(Flags.NO_RESPONSE)
 
@@ -74,21 +72,25 @@ class Peer(PeerWriter):
         self.router = owner.router
         self._stream = Connection(owner.max_length)
         self.senders = Senders()
-        self._last_source = b""
-        self._rights = SenderRights()
+        self.last_source = b""
+        self.rights = SenderRights()
         self._comes_from_router = False
-        self._lies = False
+        self.lies = False
         """True if the last sender gave an address that belongs to a port of another endpoint."""
         self._forwarding: Forwarding | None = None
         """Requests of other clients, from the first one until the line ends."""
         self._repeated = RepeatedReads(owner.router)
         self._known: KnownFrames | None = None
         """Frames that are not decoded, from the first forwarded request on."""
+        self._singles: dict[bytes, Callable[[bytes], bool]] = {}
+        """Functions that pass on a known frame that comes alone, as `KnownFrames.singles`."""
         self._circles = CircleWarning()
         self._events: Iterator[Event | None] = iter(())
         """Received events that are not processed yet."""
         self._undone = 0
         """Bytes of that at most."""
+        self._partial = False
+        """True while a packet lacks its end."""
         self._late: list[bytes] = []
         """Chunks that the line delivers after it was paused."""
         self._paused = False
@@ -109,7 +111,7 @@ class Peer(PeerWriter):
         """
         self._line = line
         self._congested = congested
-        self._open = True
+        self.connected = True
         if host:
             self.peer_host = host
             self.peer = f"{host}:{port}"
@@ -131,22 +133,27 @@ class Peer(PeerWriter):
 
     def receive(self, data: bytes) -> None:
         """Take bytes as they come."""
-        if not self._open:
+        if not self.connected:
             return
         if self._undone:
             self._late.append(data)
             self._undone += len(data)
             return
-        if len(data) <= _QUICK:
-            if self._known is not None and (done := self._known.pass_on(data)):
+        if len(data) <= SMALL_PORTION:
+            if self._known is not None and not self._partial:
+                single = self._singles.get(data[:HEAD_SIZE])
+                if single is not None and single(data):
+                    return
+                done = self._known.pass_on_portion(data)
                 if done == len(data):
                     return
-                data = data[done:]
-            whole = len(data) >= REQUEST_SIZE and not self._stream.pending
-            if whole and self._unchanged and not self._rights:
-                answers, done = self._repeated.answer(data, self._last_source)
                 if done:
-                    self.router.asking.asked(self._last_source, done // REQUEST_SIZE)
+                    data = data[done:]
+            whole = len(data) >= REQUEST_SIZE and not self._stream.pending
+            if whole and self._unchanged and not self.rights:
+                answers, done = self._repeated.answer(data, self.last_source)
+                if done:
+                    self.router.asking.asked(self.last_source, done // REQUEST_SIZE)
                     self._out.put(answers)
                     if done == len(data):
                         self._flush()
@@ -173,7 +180,7 @@ class Peer(PeerWriter):
             if self._paused and self._line is not None:
                 self._line.resume_reading()
             self._paused = False
-        return done or not self._open
+        return done or not self.connected
 
     def _events_of(self, data: bytes) -> Iterator[Event | None]:
         known = self._known
@@ -187,9 +194,9 @@ class Peer(PeerWriter):
             for event in events:
                 if isinstance(event, Frame):
                     event.origin = self
-                    if event.source != self._last_source and not self._learn(event.source):
+                    if event.source != self.last_source and not self._learn(event.source):
                         return False
-                    if (self._rights or self._lies) and self._refuse(event):
+                    if (self.rights or self.lies) and self._refuse(event):
                         continue
                     backwards = event.is_response or event.command == Command.NOTIFICATION
                     if backwards and not self._comes_back(event):
@@ -200,7 +207,7 @@ class Peer(PeerWriter):
                         self._apologize(event)
                 elif event is not None:
                     serve_ports(self, event)
-                if not self._open:
+                if not self.connected:
                     return False
                 if until is not None and self.owner.fair_queue.clock() >= until:
                     return False
@@ -211,7 +218,8 @@ class Peer(PeerWriter):
         finally:
             self._receiving = False
             self._flush()
-            if self._counted or self._stream.pending:
+            self._partial = bool(self._stream.pending)
+            if self._counted or self._partial:
                 self.count()
 
     def _comes_back(self, frame: Frame) -> bool:
@@ -240,8 +248,8 @@ class Peer(PeerWriter):
 
     def _leave(self) -> None:
         """From here on the peer is unreachable and holds nothing."""
-        was_open = self._open
-        self._open = False
+        was_open = self.connected
+        self.connected = False
         self._out.clear()
         self._events, self._undone = iter(()), 0
         self._late.clear()
@@ -258,32 +266,27 @@ class Peer(PeerWriter):
         if was_open:
             self.router.close_way(self)
 
-    @property
-    def connected(self) -> bool:
-        """False once nothing more comes from the peer or goes to it."""
-        return self._open
-
     # addresses -------------------------------------------------------------------------------
 
     def _learn(self, source: bytes) -> bool:
         """Note where `source` is; False if it may not come here and the connection ends."""
         router = self.router
-        self._last_source = source
-        self._lies = (router.local_endpoint(source) or self) is not self
+        self.last_source = source
+        self.lies = (router.local_endpoint(source) or self) is not self
         ours = router.is_local(source[:6]) and self.owner.serves_ports(self.peer_host)
         if not self.senders and log.isEnabledFor(logging.INFO):
             facts = {"client": self.client, "peer": self.peer}
             log.info("%s has come, client %s", self.peer, facts["client"], extra=facts)
         if source not in self.senders and not ours:
             admission = self._effective_admission(source[:6])
-            self._rights.assign(source, self._rights_of(source[:6], admission))
+            self.rights.assign(source, self._rights_of(source[:6], admission))
             if admission is Admission.UNKNOWN and self.owner.routes_required:
                 self.turn_out("%s", missing_route(source[:6], self.peer_host))
                 return False
         self.router.learn(source, self)
         oldest = self.senders.add(source)
         if oldest is not None:
-            self._rights.forget(oldest)
+            self.rights.forget(oldest)
             self.router.crowd_out(oldest, self)
         return True
 
@@ -318,24 +321,24 @@ class Peer(PeerWriter):
         for source in [each for each in self.senders if all_of_them or each[:6] == route.net_id]:
             net_id, client = source[:6], AmsAddress(source).net_id
             admission = self._effective_admission(net_id)
-            lost = self._rights.assign(source, self._rights_of(net_id, admission))
+            lost = self.rights.assign(source, self._rights_of(net_id, admission))
             if lost or (admission is Admission.UNKNOWN and self.owner.routes_required):
                 self.turn_out("%s may less than before: the route has changed", client)
                 return
 
     def _refuse(self, frame: Frame) -> bool:
         """Refuse a request for which its sender has no right."""
-        lies = self._lies and self.router.is_local(frame.target[:6])
-        missing = ALL_RIGHTS if lies else self._rights.missing(frame)
+        lies = self.lies and self.router.is_local(frame.target[:6])
+        missing = ALL_RIGHTS if lies else self.rights.missing(frame)
         if not missing:
             return False
         self.router.denied += 1
         self.router.asking.asked(frame.source)
         self.router.asking.refused(frame.source)
         if lies:
-            self._rights.tell_lie(frame.source, self.peer)
+            self.rights.tell_lie(frame.source, self.peer)
         else:
-            self._rights.tell(frame.source, missing, self.peer)
+            self.rights.tell(frame.source, missing, self.peer)
         if not frame.flags & _UNANSWERED and frame.command != Command.NOTIFICATION:
             self.deliver(frame.reply(error=ReturnCode.DEVICE_ACCESS_DENIED.number))
         return True
@@ -383,25 +386,26 @@ class Peer(PeerWriter):
         """From now on `peer` passes known frames on without decoding."""
         if isinstance(peer, Peer) and peer._known is None and peer._unchanged:
             peer._known = KnownFrames(peer, peer._stream)
+            peer._singles = peer._known.singles
 
     def takes_known(self) -> bool:
         """True if frames may be put here as they leave."""
-        return self._open and self._unchanged
+        return self.connected and self._unchanged
 
     def comes_from(self, source: bytes) -> bool:
         """Note the sender of known frames; False if they have to be decoded."""
-        if source != self._last_source and not self._learn(source):
+        if source != self.last_source and not self._learn(source):
             return False
-        return not self._lies
+        return not self.lies
 
     @property
     def limited(self) -> bool:
         """True if a sender of this connection may not everything."""
-        return bool(self._rights)
+        return bool(self.rights)
 
     def _send_own(self, frame: Frame) -> None:
         """Send a request of the router itself."""
-        if self._open:
+        if self.connected:
             self._put(frame.encode_tcp())
 
     def _after_a_second(self, callback: Callable[[], object]) -> None:
@@ -416,7 +420,7 @@ class Peer(PeerWriter):
 
     def drop_client(self, target: str) -> None:
         """End the connection: the target has lost the subscriptions and handles of its client."""
-        if self._open:
+        if self.connected:
             self.warn("its subscriptions and handles at %s ended with the connection there", target)
             self.close()
 
@@ -427,7 +431,7 @@ class Peer(PeerWriter):
 
         A request for a peer that leaves too much unread is answered with 0x502 instead.
         """
-        if not self._open:
+        if not self.connected:
             return False
         if not frame.flags & 1 and frame.command != Command.NOTIFICATION:
             if (forwarded := self._forward(frame)) is None:
@@ -455,7 +459,7 @@ class Peer(PeerWriter):
     @property
     def client(self) -> str:
         """The AMS address that the peer last sent from, or else registered; "" if neither."""
-        address = self._last_source or next(iter(self.registered), b"")
+        address = self.last_source or next(iter(self.registered), b"")
         return str(AmsAddress(address)) if address else ""
 
     def warn(self, reason: str, *details: object) -> None:
@@ -486,7 +490,7 @@ class Peer(PeerWriter):
     def close(self) -> None:
         """Send what is due and close; a peer that does not take it in time is cut off."""
         self._flush()
-        if self._open and self._line is not None:
+        if self.connected and self._line is not None:
             self._leave()
             self._line.close()
             if self._line.get_write_buffer_size():

@@ -14,29 +14,30 @@ class SenderRights:
     """The rights of the senders of a connection; false while each of them may everything."""
 
     def __init__(self) -> None:
-        self._limited: dict[bytes, Right] = {}
+        self.limited: dict[bytes, Right] = {}
+        """Rights of those that may not everything."""
         self._told = NO_RIGHTS
         self._lie_reported = False
 
     def __bool__(self) -> bool:
-        return bool(self._limited)
+        return bool(self.limited)
 
     def assign(self, source: bytes, rights: Right) -> Right:
         """From now on `source` has these rights; what it had before and has no longer."""
-        before = self._limited.pop(source, ALL_RIGHTS)
+        before = self.limited.pop(source, ALL_RIGHTS)
         if rights != ALL_RIGHTS:
-            self._limited[source] = rights
+            self.limited[source] = rights
         return before & ~rights
 
     def forget(self, source: bytes) -> None:
         """It sends no more."""
-        self._limited.pop(source, None)
+        self.limited.pop(source, None)
 
     def missing(self, frame: Frame) -> Right:
         """The rights that the sender of a request needs and does not have."""
         if frame.is_response or frame.command == Command.NOTIFICATION:
             return NO_RIGHTS
-        return needed_rights(frame) & ~self._limited.get(frame.source, ALL_RIGHTS)
+        return needed_rights(frame) & ~self.limited.get(frame.source, ALL_RIGHTS)
 
     def tell(self, source: bytes, missing: Right, peer: str) -> None:
         """Log that the sender has not this right, once for each right."""

@@ -29,8 +29,11 @@ class PeerWriter:
         self._receiving = False
         """True while events are processed: what they gather is written behind the last one."""
         self._congested = CONGESTED
+        self.unread = 0
+        """Bytes that waited on the line behind the last write."""
         self._line: Line | None = None
-        self._open = False
+        self.connected = False
+        """True while something comes from the peer and goes to it."""
         self.cut_off = False
         """True once the peer was closed because it took too much room."""
 
@@ -47,27 +50,57 @@ class PeerWriter:
         """Close at once; what waits for the peer is lost."""
         raise NotImplementedError
 
-    def put_notification(self, packet: bytes) -> None:
-        """Send a notification, encoded."""
+    def write(self, packet: bytes) -> None:
+        """Send an encoded frame at once, unless others are gathered before it."""
+        out, line = self._out, self._line
+        if out.size or self._receiving or line is None:
+            self.put((packet,), len(packet))
+            return
+        line.write(packet)
+        self.unread = line.get_write_buffer_size()
+        if self.unread or self._counted:
+            self._check_unread()
+
+    def gather_notification(self, packet: bytes) -> None:
+        """Keep a notification until `flush` or `flush_soon`, or longer if it must not come yet."""
         if not self._hold(packet):
-            self._put(packet)
+            self.gather((packet,), len(packet))
+
+    def write_notification(self, packet: bytes) -> None:
+        """Send a notification at once, if it may come now and nothing is gathered before it."""
+        if not self._hold(packet):
+            self.write(packet)
 
     def _put(self, packet: bytes) -> None:
         self.put((packet,), len(packet))
 
     def put(self, packets: Iterable[bytes], size: int) -> None:
         """Send encoded frames, all in all `size` bytes."""
+        self.gather(packets, size)
+        self.flush_soon()
+
+    def gather(self, packets: Iterable[bytes], size: int) -> None:
+        """Keep encoded frames until `flush` or `flush_soon`."""
         out = self._out
         out.gathered += packets
         out.size += size
         if out.size > _FLUSH_SIZE:
             self._flush()
-        elif not self._receiving:
+
+    def flush_soon(self) -> None:
+        """Write what is gathered at the end of this turn."""
+        size = self._out.size
+        if size and not self._receiving:
             if not self._flush_due:
                 self._flush_due = True
                 self.owner.loop.call_soon(self._flush)
-            if out.size > _SMALL:
+            if size > _SMALL:
                 self.count()
+
+    def flush(self) -> None:
+        """Write what is gathered now, or behind the last event that is processed."""
+        if not self._receiving:
+            self._flush()
 
     def _hold(self, packet: bytes) -> bool:
         """Keep a notification back if it must not come yet."""
@@ -87,7 +120,7 @@ class PeerWriter:
     def _release(self) -> None:
         """Send the notifications that have waited long enough, in order."""
         out, due = self._out, self._out.due
-        if self._open and due is not None:
+        if self.connected and due is not None:
             out.release(max(self.owner.loop.time(), due))  # timers may be early by their resolution
             self._release_at(out.due)
             self._flush()
@@ -130,8 +163,12 @@ class PeerWriter:
         if not out.size or line is None:
             return
         line.write(out.take())
-        unread = line.get_write_buffer_size()
-        if unread > self.owner.max_backlog:
+        self.unread = line.get_write_buffer_size()
+        self._check_unread()
+
+    def _check_unread(self) -> None:
+        """End a connection whose peer leaves too much unread."""
+        if self.unread > self.owner.max_backlog:
             self.cut("it does not read what it asked for")
-        elif unread or self._counted:
+        elif self.unread or self._counted:
             self.count()

@@ -105,7 +105,8 @@ class Uplink:
         self._pause = 0.0
         self._not_before = 0.0
         self._opened_at = 0.0
-        self._last_request = 0.0
+        self.last_request = 0.0
+        """Time of the last request that went or wanted to go here, s."""
         self._closed = False
 
     # endpoint ----------------------------------------------------------------------------------
@@ -135,7 +136,7 @@ class Uplink:
             return self.refuse(frame, ReturnCode.INVALID_AMS_FRAGMENT)
         if connection is not None:
             if not frame.flags & _NO_ANSWER:
-                self._last_request = self.loop.time()
+                self.last_request = self.loop.time()
                 if connection.congested and size > _SMALL:
                     return self.refuse(frame, ReturnCode.ROUTER_MAILBOX_FULL)
             return connection.deliver(frame)
@@ -145,7 +146,7 @@ class Uplink:
         if len(queue.frames) >= self.queue_frames or queue.held + size > self.queue_bytes:
             return self.refuse(frame, ReturnCode.ROUTER_MAILBOX_FULL)
         queue.put(frame, size)
-        self._last_request = self.loop.time()
+        self.last_request = self.loop.time()
         self._connect()
         return True
 
@@ -158,15 +159,11 @@ class Uplink:
 
     def remembered(self) -> None:
         """Dial again: resources of a client are to be made again."""
-        self.used()
+        self.last_request = self.loop.time()
         if self._retry is not None:
             self._retry.cancel()
         if not (self._dialling or self._closed or self.connected):
             self._retry = self.loop.call_at(self._not_before, self._connect)
-
-    def used(self) -> None:
-        """A request has gone by this way."""
-        self._last_request = self.loop.time()
 
     def refuse(self, frame: Frame, code: ReturnCode) -> bool:
         """Answer `code` to a request that cannot go; True, as `deliver` says it."""
@@ -214,7 +211,7 @@ class Uplink:
         self._pause = min(self._pause * 2 or _FIRST_PAUSE, _LONGEST_PAUSE)
         self._not_before = now + self._pause
         remembers = self.memory is not None and self.memory.wanted
-        if not self._closed and (remembers or now - self._last_request < _IDLE):
+        if not self._closed and (remembers or now - self.last_request < _IDLE):
             self._retry = self.loop.call_at(self._not_before, self._connect)
 
     # owner of the peer -------------------------------------------------------------------------

@@ -229,6 +229,10 @@ STEP = st.one_of(
         st.just("harm"), st.integers(0, 3), st.lists(REQUEST, max_size=9), st.integers(0, 999),
         st.integers(0, 7), CUTS,
     ),
+    st.tuples(
+        *(st.just("poll"), st.integers(0, 3), REQUEST, st.integers(1, 5)),
+        *(st.lists(st.tuples(st.integers(0, 9), st.integers(0, 2)), max_size=5), st.booleans()),
+    ),
     st.tuples(st.just("harm answers"), st.integers(0, 999), st.integers(0, 7), CUTS),
     st.tuples(st.just("answer all"), st.integers(0, 9), st.integers(0, 3), CUTS),
     st.tuples(st.just("notify"), st.integers(0, 9), st.integers(0, 60), st.integers(1, 9), CUTS),
@@ -257,6 +261,17 @@ def _do(world: World, step: tuple[Any, ...]) -> None:
                       for n in range(count)]  # fmt: skip
             data = b"".join(each.encode_tcp() for each in frames)
             world.take(living[which % len(living)][0], data, cuts)
+        case ("poll", which, request, count, answers, harm) if living:
+            kind, source, device, first, *others = request
+            peer = living[which % len(living)][0]
+            for number in range(count):
+                portion = _frame((kind, source, device, first + number, *others)).encode_tcp()
+                world.take(peer, _harmed(portion, 7 * count, 1) if harm else portion, ())
+                answered, extra = answers[number % len(answers)] if answers else (9, 1)
+                asked = world.requests()
+                if world.far is not None and world.far.connected and asked and extra:
+                    answer = _answer(asked.pop(-extra % len(asked)), answered, 4, 1).encode_tcp()
+                    world.take(world.far, answer, ())
         case ("harm", which, requests, place, bit, cuts) if living and requests:
             data = b"".join(_frame(each).encode_tcp() for each in requests)
             world.take(living[which % len(living)][0], _harmed(data, place, bit), cuts)

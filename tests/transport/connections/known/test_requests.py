@@ -70,7 +70,7 @@ def test_requests_with_a_repeated_invoke_id_are_left() -> None:
 def test_requests_of_a_limited_sender_are_left() -> None:
     made = world()
     peer = made.clients[0][0]
-    peer._rights.assign(SOURCES[0], Right.READ)
+    peer.rights.assign(SOURCES[0], Right.READ)
     assert forwarded(made, read(9)) == 0
 
 

@@ -17,14 +17,15 @@ from typing import TYPE_CHECKING, cast
 from achse.ams import Command, Flags
 from achse.ams.frame import AMS_HEADER, TCP_HEADER
 from achse.router.forwarding.pending import PendingExchange, PendingRequest
-from achse.transport.connections.known.requests import (
+from achse.transport.connections.known.requests import RUN, frames_alike
+from achse.transport.connections.known.single import (
     HEAD_SIZE,
     HEADERS_SIZE,
     MOST_HEADS,
     PORTION,
-    RUN,
-    frames_alike,
-)
+    SMALL_PORTION,
+    SingleAnswer,
+)  # fmt: skip
 
 if TYPE_CHECKING:
     from achse.router.forwarding import Forwarding
@@ -68,6 +69,7 @@ class KnownAnswers:
         """
         size = len(data)
         end = min(size, position + PORTION)
+        gathered: dict[Peer, None] = {}
         while position < end:
             known = self._known(data, position)
             if known is None or position + known[3] > size:
@@ -83,12 +85,27 @@ class KnownAnswers:
                 _, _, head, length, _ = known
                 position += length
                 self._forwarding.returned += 1
-                near.put_notification(head + data[begin + HEAD_SIZE : position])
+                near.gather_notification(head + data[begin + HEAD_SIZE : position])
+                gathered[near] = None
                 continue
             position = self._pass_on_to(exchange, near, data, position, end)
             if position == begin:
                 break
+            gathered[near] = None
+        for near in gathered:
+            near.flush() if size <= SMALL_PORTION else near.flush_soon()
         return position
+
+    def single(self, data: bytes) -> SingleAnswer | None:
+        """Return the handler of frames like `data`; None if `data` is not one whole frame.
+
+        `data` was passed on.
+        """
+        known = self._heads.get(data[:HEAD_SIZE])
+        if known is None or known[3] != len(data):
+            return None
+        exchange, near, head, length, notification = known
+        return SingleAnswer(self._far, near, exchange, head, length, notification)
 
     def _pass_on_to(
         self, exchange: PendingExchange, near: "Peer", data: bytes, position: int, end: int
@@ -140,7 +157,7 @@ class KnownAnswers:
             self._forwarding.answered(last, count, load)
             for _ in range(failed):
                 self._far.router.asking.refused(exchange.session.source)
-            near.put(parts, position - begin)
+            near.gather(parts, position - begin)
         return position
 
     def _run(

@@ -1,12 +1,18 @@
 """Frames of a connection that are passed on without decoding, and events of the others."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 from achse.ams import Connection, Event
 from achse.ams.frame import TCP_HEADER
 from achse.transport.connections.known.answers import KnownAnswers
 from achse.transport.connections.known.requests import KnownRequests
+from achse.transport.connections.known.single import (
+    HEAD_SIZE,
+    MOST_HEADS,
+    SingleAnswer,
+    SingleRequest,
+)
 
 if TYPE_CHECKING:
     from achse.transport.connections.peer import Peer
@@ -25,6 +31,25 @@ class KnownFrames:
         self._stream = stream
         self._requests = KnownRequests(peer)
         self._answers: KnownAnswers | None = None
+        self.singles: dict[bytes, Callable[[bytes], bool]] = {}
+        """Functions that pass on a portion that is one frame, by its first bytes."""
+
+    def pass_on_portion(self, data: bytes) -> int:
+        """Pass on what is known of a portion; return the position of what is left."""
+        position = self.pass_on(data)
+        if position == len(data):
+            self._note_single(data)
+        return position
+
+    def _note_single(self, data: bytes) -> None:
+        """Remember how a portion was passed on, if it was one frame."""
+        known: SingleAnswer | SingleRequest | None
+        known = None if self._answers is None else self._answers.single(data)
+        known = known or self._requests.single(data)
+        if known is not None:
+            if len(self.singles) >= MOST_HEADS:
+                self.singles.clear()
+            self.singles[data[:HEAD_SIZE]] = known.pass_on
 
     def pass_on(self, data: bytes, position: int = 0) -> int:
         """Pass on the known frames at `position`; return the position of what is left."""
@@ -61,6 +86,7 @@ class KnownFrames:
 
     def clear(self) -> None:
         """Forget all: the peer is gone."""
+        self.singles.clear()
         self._requests.clear()
         if self._answers is not None:
             self._answers.clear()

@@ -18,31 +18,25 @@ from achse.ams.commands import READ, READ_WRITE
 from achse.ams.frame import AMS_HEADER, TCP_HEADER
 from achse.router.forwarding.ledger import RELEASING_WRITES, holds_nothing
 from achse.router.forwarding.pending import PendingExchange, PendingRequest
+from achse.transport.connections.known.single import (
+    HEAD_SIZE,
+    HEADERS_SIZE,
+    MOST_HEADS,
+    PORTION,
+    SMALL_PORTION,
+    SingleRequest,
+)  # fmt: skip
 
 if TYPE_CHECKING:
     from achse.router.forwarding import Forwarding
     from achse.transport.connections.peer import Peer
 
 __all__ = [
-    "HEADERS_SIZE",
-    "HEAD_SIZE",
-    "MOST_HEADS",
-    "PORTION",
     "RUN",
     "KnownRequests",
+    "KnownWay",
     "frames_alike",
 ]
-
-HEAD_SIZE = TCP_HEADER.size + AMS_HEADER.size - 4
-"""Bytes of a frame before its invoke id."""
-
-HEADERS_SIZE = TCP_HEADER.size + AMS_HEADER.size
-
-MOST_HEADS = 1024
-"""Different heads of one connection that are noted; then it begins again."""
-
-PORTION = 1 << 14
-"""Bytes that are forwarded before others have their turn."""
 
 RUN = 4
 """Frames of one head that are worth to be taken apart together."""
@@ -72,11 +66,11 @@ class _Uplink(Protocol):
         """The far end of its connection if any request of `client` may go there now."""
         ...
 
-    def used(self) -> None:
-        """A request has gone by this way."""
+    last_request: float
+    """Time at which a request has gone by this way, s."""
 
 
-class _Way(NamedTuple):
+class KnownWay(NamedTuple):
     """Destination of the requests of one client to one target."""
 
     exchange: PendingExchange
@@ -85,8 +79,8 @@ class _Way(NamedTuple):
     forwarding: "Forwarding"
 
 
-_Known = tuple[_Way, bytes, int, int]
-"""Way, head with the alias, length of the frame and command."""
+_Known = tuple[KnownWay, bytes, int, int]
+"""KnownWay, head with the alias, length of the frame and command."""
 
 
 @lru_cache(256)
@@ -120,7 +114,7 @@ class KnownRequests:
     def __init__(self, near: "Peer") -> None:
         self._near = near
         self._heads: dict[bytes, _Known] = {}
-        self._ways: dict[bytes, _Way] = {}
+        self._ways: dict[bytes, KnownWay] = {}
         """By target and source."""
         self._changes = -1
 
@@ -136,6 +130,7 @@ class KnownRequests:
             self._changes = changes
         size = len(data)
         end = min(size, position + PORTION)
+        gathered: dict[Peer, None] = {}
         while position < end:
             known = self._known(data, position)
             if known is None or position + known[2] > size:
@@ -151,13 +146,27 @@ class KnownRequests:
             position = self._forward_to(way, data, position, end)
             if position == begin:
                 break
+            gathered[way.far] = None
+        for far in gathered:
+            far.flush() if size <= SMALL_PORTION else far.flush_soon()
         return position
 
-    def _forward_to(self, way: _Way, data: bytes, position: int, end: int) -> int:
+    def single(self, data: bytes) -> SingleRequest | None:
+        """Return the handler of requests like `data`; None if `data` is not one whole request.
+
+        `data` was forwarded.
+        """
+        known = self._heads.get(data[:HEAD_SIZE])
+        if known is None or known[2] != len(data):
+            return None
+        way, head, length, command = known
+        return SingleRequest(self._near, way, head, length, command)
+
+    def _forward_to(self, way: KnownWay, data: bytes, position: int, end: int) -> int:
         """Forward requests at `position` as long as all go the same way."""
         heads, exchange, size = self._heads, way.exchange, len(data)
         now = int(self._near.owner.loop.time() * 1e9)
-        room = way.forwarding.requests.room(self._near, now, _MOST_IN_PORTION)
+        room = way.forwarding.requests.room(way.exchange.session, now, _MOST_IN_PORTION)
         requests, session = exchange.requests, exchange.session
         parts: list[bytes] = []
         begin, count, load, record_size = position, 0, 0, -1
@@ -215,8 +224,8 @@ class KnownRequests:
         if count:
             way.forwarding.sent(session, count, load, now)
             self._near.router.asking.asked(session.source, count)
-            way.uplink.used()
-            way.far.put(parts, position - begin)
+            way.uplink.last_request = now / 1e9
+            way.far.gather(parts, position - begin)
         return position
 
     def _run(
@@ -279,7 +288,7 @@ class KnownRequests:
         self._heads[data[position : position + HEAD_SIZE]] = known
         return known
 
-    def _way(self, source: bytes, target: bytes) -> _Way | None:
+    def _way(self, source: bytes, target: bytes) -> KnownWay | None:
         """Return the way from a client to a target; None before its first request was decoded."""
         near = self._near
         endpoint: Any = near.router.beyond(target)
@@ -289,7 +298,7 @@ class KnownRequests:
         if far is None or forwarding is None:
             return None
         exchange = forwarding.exchange(near, source, target)
-        return None if exchange is None else _Way(exchange, endpoint, far, forwarding)
+        return None if exchange is None else KnownWay(exchange, endpoint, far, forwarding)
 
     def clear(self) -> None:
         """Forget all: the peer is gone."""
