@@ -22,7 +22,7 @@ def life(tmp_path: Path) -> StationLife:
 def test_configuration_has_what_was_drawn(seed: int) -> None:
     world: World = draw_world(seed)
     config = configuration(world, "interpreted")
-    assert [axis.name for axis in config.axis] == [part.name for part in world.axes]
+    assert [axis.name for axis in config.axis] == [part.name for part in world.all_axes]
     assert len(config.table) == len(world.cams)
     assert config.nc.cycle == world.cycle_ns
 

@@ -34,6 +34,9 @@ PLC_PORT = 851
 _ADD = struct.Struct("<6I16x")
 """Group, offset, length, mode, largest delay, cycle in 100 ns; 16 bytes unused (000 §3.2.3.6)."""
 
+_PLC_TO_CHANNEL = struct.Struct("<HHH122x")
+"""Skip mask, operation mode, granted M function: the begin of a PLCTONC_NCICHANNEL_REF."""
+
 _GARBAGE = bytes(range(64))
 
 _MOST_KEPT = 64
@@ -175,6 +178,13 @@ class Client:
             self._ask(Command.READ_WRITE, place + sizes + data, NC_PORT, name)
         else:
             self._ask(Command.WRITE, place + struct.pack("<I", len(data)) + data, NC_PORT, name)
+
+    def channel(self, group: int, id: int, name: str, value: str | Sequence[float]) -> None:
+        """Write a service of a channel or group: a text or numbers."""
+        row = named_rows(group)[name]
+        data = encode_service(group, name, value)
+        where = struct.pack("<3I", group + id, row.offset, len(data))
+        self._ask(Command.WRITE, where + data, NC_PORT, name)
 
     def handle(self, name: int) -> None:
         """Request a handle of the variable with this number."""
@@ -342,8 +352,15 @@ class Client:
             self._road.send(data)
 
 
-def encode_service(group: int, name: str, numbers: Sequence[float]) -> bytes:
-    """Return the data of a request to a service of an axis. Raises ValueError."""
+def encode_service(group: int, name: str, numbers: str | Sequence[float]) -> bytes:
+    """Return the data of a request to a service: a text or numbers. Raises ValueError."""
+    if isinstance(numbers, str):
+        return numbers.encode() + b"\0"
+    text = named_rows(group)[name].layout
+    if text == "UINT32[n]":
+        return struct.pack(f"<{len(numbers)}I", *map(int, numbers))
+    if name == "plc_to_nc_written":
+        return _PLC_TO_CHANNEL.pack(0, 0, int(numbers[0]))
     layout, kinds = _layout(group, name, len(numbers))
     return layout.encode(*(kind(value) for kind, value in zip(kinds, numbers, strict=True)))
 
@@ -377,6 +394,7 @@ CLIENT_ACTS: Mapping[str, Callable[..., None]] = {
     "vanish": Client.vanish,
     "listen": Client.listen,
     "nc": Client.nc,
+    "channel": Client.channel,
     "handle": Client.handle,
     "use": Client.use,
     "release": Client.release,

@@ -78,6 +78,17 @@ INVARIANTS = (
         MotionStep.gear_law,
     ),
     Invariant(
+        "channel-states", "A channel changes its state by drawn transitions, commanded or its own.",
+        "achse.motion.channels.states: TRANSITIONS", "cycles with a request, active faults",
+        where="channel_watch",
+    ),
+    Invariant(
+        "path-tolerance", "A path keeps to its contour, and to the radius of smoothing in corners.",
+        "docs: life of a path; paramVertexSmoothing",
+        "programs that begin by a block search; an axis that brakes by itself",
+        where="channel_watch",
+    ),
+    Invariant(
         "answered-once", "Every request is answered once, to the connection that asked.",
         "000 §3.2; life of a request",
         "requests under way while a fault of frames is active; connections that ended",

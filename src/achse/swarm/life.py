@@ -16,8 +16,9 @@ from achse.swarm.disk import MemoryDisk
 from achse.swarm.motion_watch import MotionCheck, MotionWatch
 from achse.swarm.road import Road, StationTurns
 from achse.swarm.talk import ConnectionLedger
+from achse.swarm.worlds.channels import CHANNEL, GROUP, HANDSHAKE, program_file
 from achse.swarm.worlds.program import SAVED, TASK_NS, source_of
-from achse.swarm.worlds.world import World
+from achse.swarm.worlds.world import DrawnChannel, World
 from achse.transport.connections.fair_queue import FairQueue
 from achse.transport.tcp.listener import TcpListener
 
@@ -49,7 +50,7 @@ def configuration(world: World, kernel: str) -> StationConfig:
                 "modulo": part.modulo,
                 **part.values,
             }
-            for number, part in enumerate(world.axes, 1)
+            for number, part in enumerate(world.all_axes, 1)
         ],
         "table": [
             {"id": number, "kind": "cam", "points": [list(point) for point in points]}
@@ -65,7 +66,28 @@ def configuration(world: World, kernel: str) -> StationConfig:
                 "task": [{"cycle": f"{TASK_NS}ns", "programs": ["MAIN"]}],
             }
         ]
+    if world.channel is not None:
+        document |= _channel(world.channel, len(world.axes) + 1)
     return parse(document, "world")
+
+
+def _channel(channel: DrawnChannel, first: int) -> dict[str, Any]:
+    """Return the tables of a channel whose axes have the ids from `first` on."""
+    return {
+        "channel": [
+            {"id": CHANNEL, "programs": "nc", "m": [{"number": HANDSHAKE, "handshake": "before"}]}
+        ],
+        "group": [
+            {
+                "id": GROUP,
+                "channel": CHANNEL,
+                "axes": list(range(first, first + len(channel.axes))),
+                "keep_jerk": channel.keep_jerk,
+                "segments_per_cycle": channel.segments_per_cycle,
+                "table_size": channel.table_size,
+            }
+        ],
+    }
 
 
 class StationLife:
@@ -92,6 +114,7 @@ class StationLife:
         self._program = 0
         if world.programs:
             self.write_program()
+        self._write_part_programs()
         self.station = Station(
             config or configuration(world, kernel),
             base=folder,
@@ -105,7 +128,7 @@ class StationLife:
         )
         self.listener.begin(self._turns)
         self.station.admit(self.listener)
-        self.watch = MotionWatch(self.station, world.axes, checks, report)
+        self.watch = MotionWatch(self.station, world.all_axes, checks, report, world.channel)
         self.station.cycle.add(self.watch)
         self._port = _FIRST_PORT
         self._frames_ns = self._samples_ns = -1
@@ -216,6 +239,14 @@ class StationLife:
         folder.mkdir(exist_ok=True)
         source = source_of(self.world.programs[self._program])
         (folder / "main.st").write_text(source, encoding="utf-8")
+
+    def _write_part_programs(self) -> None:
+        channel = self.world.channel
+        if channel is not None:
+            folder = self._folder / "nc"
+            folder.mkdir(exist_ok=True)
+            for number, text in enumerate(channel.programs):
+                (folder / program_file(number)).write_text(text, encoding="utf-8")
 
     def inject(self, axis: int, name: str, value: int) -> None:
         """Let something of the machine of an axis fail, or work again."""

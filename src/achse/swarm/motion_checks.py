@@ -12,6 +12,9 @@ __all__ = ["MotionStep"]
 _MORE = 1.0 + 1e-6
 """Rounding of the planner and of the bound."""
 
+_MORE_ON_A_PATH = 1.0 + 1e-4
+"""Rounding of a path: that of `tests/motion/path/test_random_paths.py`."""
+
 _LEAST = 1e-9
 """Rounding of a velocity or acceleration near 0, in axis units."""
 
@@ -33,7 +36,9 @@ class MotionStep:
         "fall",
         "gear",
         "gear0",
+        "grouped",
         "jerk",
+        "keep_jerk",
         "law",
         "master",
         "p0",
@@ -72,6 +77,8 @@ class MotionStep:
         self.smooth = self.bent = self.beyond = self.coupled = False
         self.bumpy = False
         """True for a slave of a slave whose velocity may jump: that of a cam or of a new ratio."""
+        self.grouped = self.keep_jerk = False
+        """On the path of a group, which keeps the jerk of axes everywhere."""
         self.commanded = False
         """True if a command came: a small move may be done within the cycle."""
         self.abrupt = False
@@ -86,7 +93,8 @@ class MotionStep:
     def velocity(self) -> str | None:
         if not self.smooth or self.beyond or self.coupled:
             return None
-        limit = (self.top + self.swing) * _MORE
+        more = _MORE_ON_A_PATH if self.grouped else _MORE
+        limit = (self.top + self.swing) * more
         return None if -limit <= self.v1 <= limit else f"velocity {self.v1}, limit {limit}"
 
     def acceleration(self) -> str | None:
@@ -94,6 +102,9 @@ class MotionStep:
         if not self.smooth or self.beyond or self.coupled or self.bent:
             return None
         a1 = self.a1
+        if self.grouped:
+            strongest = max(self.rise, self.fall) * _MORE_ON_A_PATH
+            return None if abs(a1) <= strongest else f"acceleration {a1}, limit {strongest}"
         if abs(self.v1) <= 1e-6 * self.top or abs(a1) < abs(self.a0):
             return None
         limit = self.rise if a1 * self.v1 > 0.0 else self.fall
@@ -102,6 +113,8 @@ class MotionStep:
     def jerk_limit(self) -> str | None:
         if not self.smooth or self.bent or self.abrupt:
             return None
+        if self.grouped:
+            return self._jerk_on_path()
         change = abs(self.a1 - self.a0)
         limit = self.jerk * self.dt * _MORE + _LEAST
         if change > limit:
@@ -109,6 +122,15 @@ class MotionStep:
         bend = abs(self.v1 - self.v0 - 0.5 * (self.a0 + self.a1) * self.dt)
         if bend > self.jerk * self.dt * self.dt / 4.0 * _MORE + _LEAST:
             return f"velocity {self.v0} -> {self.v1} with acceleration {self.a0} -> {self.a1}"
+        return None
+
+    def _jerk_on_path(self) -> str | None:
+        """Where the curvature jumps, only a group that keeps the jerk has a limit (0123)."""
+        if not self.keep_jerk or self.phase != self.phase0:
+            return None
+        limit = self.jerk * self.dt * _MORE_ON_A_PATH + 1e-6
+        if abs(self.a1 - self.a0) > limit:
+            return f"acceleration {self.a0} -> {self.a1}, jerk limit {self.jerk}, on a path"
         return None
 
     def position(self) -> str | None:
@@ -119,7 +141,7 @@ class MotionStep:
             return None
         dt = self.dt
         way = abs(self.p1 - self.p0 - self.shift - 0.5 * (self.v0 + self.v1) * dt)
-        if self.bent or self.abrupt:
+        if self.bent or self.abrupt or self.grouped:
             allowed = (abs(self.a0) + abs(self.a1) + self.rise + self.fall) * dt * dt
         else:
             allowed = self.jerk * dt * dt * dt / 12.0 * _MORE

@@ -13,8 +13,9 @@ from achse.motion import Axis, Nc
 from achse.motion.states import MotionPhase
 from achse.station import Station
 from achse.station.clocks.cycle import Phase, PhasePlace
+from achse.swarm.channel_watch import ChannelWatch
 from achse.swarm.motion_checks import MotionStep
-from achse.swarm.worlds.world import DrawnAxis
+from achse.swarm.worlds.world import DrawnAxis, DrawnChannel
 
 __all__ = ["MotionCheck", "MotionWatch"]
 
@@ -73,6 +74,8 @@ class _AxisWatch:
             axis.reset_command_counter,
             axis.loop_closed,
         )
+        grouped = MotionPhase.GROUPED
+        step.grouped = step.phase == grouped or step.phase0 == grouped
         step.shift, self.zero = zero - self.zero, zero
         rough = step.phase in _ROUGH or step.phase0 in _ROUGH
         step.smooth = bool(
@@ -117,8 +120,12 @@ class MotionWatch(Phase):
         parts: Sequence[DrawnAxis],
         checks: Sequence[MotionCheck],
         report: Report,
+        channel: DrawnChannel | None = None,
     ) -> None:
         self._station = station
+        self._channel = None if channel is None else ChannelWatch(channel, report)
+        self._keep_jerk = channel is not None and channel.keep_jerk
+        self._requested = False
         self._parts = {part.name: part for part in parts}
         self._checks = checks
         self._report = report
@@ -137,6 +144,7 @@ class MotionWatch(Phase):
 
     def wake(self) -> None:
         """Look at the cycles to come: something may move."""
+        self._requested = True
         now = self._station.time_ns
         self._until_ns = now + _AWAKE_NS
         if self.due_ns == math.inf:
@@ -172,6 +180,11 @@ class MotionWatch(Phase):
                     if reason is not None:
                         self._tell(name, each, reason)
         self.cycles += len(self._axes)
+        if self._channel is not None:
+            requested = self._requested or bool(len(self._station.faults))
+            when = f"{self._station.time_ns / 1e9:.6f} s"
+            active = self._channel.look(when, requested=requested) or active
+        self._requested = False
         if len(self._station.faults):  # frames that a fault delays arrive unseen
             self._until_ns = now_ns + _AWAKE_NS
         elif not active and now_ns >= self._until_ns:
@@ -202,6 +215,8 @@ class MotionWatch(Phase):
     def _bind(self, nc: Nc | None) -> None:
         self._moves = self.moves
         self._nc, self._axes, self._rows = nc, [], ()
+        if self._channel is not None:
+            self._channel.bind(nc)
         if nc is None:
             return
         dt = nc.cycle_ns / 1e9
@@ -210,6 +225,7 @@ class MotionWatch(Phase):
             _AxisWatch(axis, self._parts.get(axis.name) or _unknown(axis.name), dt) for axis in nc
         ]
         for each in self._axes:
+            each.step.keep_jerk = self._keep_jerk
             each.look(self._rows)
             each.step.smooth = each.closed = False
 

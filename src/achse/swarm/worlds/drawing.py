@@ -5,9 +5,10 @@ draws more than before.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from achse.motion.states import OverrideType
+from achse.swarm.worlds.channels import draw_channel, draw_channel_acts
 from achse.swarm.worlds.draws import Stream
 from achse.swarm.worlds.operators import draw_motion
 from achse.swarm.worlds.program import draw_programs
@@ -80,7 +81,20 @@ def draw_world(seed: int) -> World:
     draws = Stream(seed, "world")
     axes = [_axis(Stream(seed, "axis", n), n) for n in range(draws.randrange(1, 5))]
     cams = [_cam(Stream(seed, "cam", n)) for n in range(draws.randrange(3))]
-    return draw_surroundings(seed, draws, axes, cams, draw_programs(Stream(seed, "programs")))
+    world = draw_surroundings(seed, draws, axes, cams, draw_programs(Stream(seed, "programs")))
+    return _with_channel(world)
+
+
+def _with_channel(world: World) -> World:
+    """Add a channel to some worlds, and what clients want of it."""
+    channel = draw_channel(Stream(world.seed, "channel"))
+    if channel is None:
+        return world
+    draws = Stream(world.seed, "channel acts")
+    moments = list(_moments(draws, draws.decades(-0.5, 0.5), world.length_ns))
+    acts = draw_channel_acts(draws, channel, len(world.axes) + 1, len(world.clients), moments)
+    acts = sorted([*world.acts, *acts], key=lambda act: act.at_ns)
+    return replace(world, channel=channel, acts=acts)
 
 
 def draw_surroundings(

@@ -9,7 +9,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, Self
 
-__all__ = ["STATION", "Act", "DrawnAxis", "DrawnClient", "Program", "World", "WorldError"]
+__all__ = [
+    "STATION",
+    "Act",
+    "DrawnAxis",
+    "DrawnChannel",
+    "DrawnClient",
+    "Program",
+    "World",
+    "WorldError",
+]
 
 STATION = -1
 """Actor of what happens to the station itself; others are the numbers of clients."""
@@ -28,6 +37,17 @@ class DrawnAxis:
     modulo: bool
     values: Mapping[str, float]
     gentlest: float = 1.0
+
+
+@dataclass(frozen=True)
+class DrawnChannel:
+    """A channel with a 3D group: its axes X, Y, Z, and its part programs."""
+
+    axes: Sequence[DrawnAxis]
+    programs: Sequence[str]
+    keep_jerk: bool = False
+    segments_per_cycle: int = 1
+    table_size: int = 128
 
 
 @dataclass(frozen=True)
@@ -80,6 +100,12 @@ class World:
     acts: Sequence[Act] = ()
     project: str = ""
     """A station.toml of a user, which then says what the station is."""
+    channel: DrawnChannel | None = None
+
+    @property
+    def all_axes(self) -> Sequence[DrawnAxis]:
+        """All axes in the order of their ids: those of the channel come last."""
+        return [*self.axes, *(self.channel.axes if self.channel else ())]
 
     def encode(self) -> str:
         """Return the world as JSON."""
@@ -97,7 +123,14 @@ class World:
                     "programs": [Program(**each) for each in document["programs"]],
                     "clients": [DrawnClient(**each) for each in document["clients"]],
                     "acts": [Act(**each) for each in document["acts"]],
+                    "channel": _channel(document.get("channel")),
                 }
             )
         except (ValueError, TypeError, KeyError) as fault:
             raise WorldError(f"expected a world as JSON, got {text!r:.60}: {fault}") from None
+
+
+def _channel(document: Mapping[str, Any] | None) -> DrawnChannel | None:
+    if document is None:
+        return None
+    return DrawnChannel(**{**document, "axes": [DrawnAxis(**each) for each in document["axes"]]})
