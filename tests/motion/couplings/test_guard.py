@@ -1,6 +1,7 @@
 """Guard of slaves: which set points are refused, and what a slave does that cannot follow."""
 
 from collections.abc import Callable
+from random import Random
 
 import pytest
 
@@ -8,7 +9,7 @@ from achse.codes import NcError
 from achse.motion import Axis, Nc, commands
 from achse.motion.commands import CamDemand
 from achse.motion.couplings.guard import check_step
-from achse.motion.states import CamActivation, StateBit, TableSubType, TableType
+from achse.motion.states import CamActivation, StartType, StateBit, TableSubType, TableType
 from achse.motion.tables import TableError
 
 DT = 0.002
@@ -149,3 +150,39 @@ def test_cam_beyond_a_soft_limit_is_refused(make_axes: Callable[..., Nc]) -> Non
     nc = make_axes(2, encoder_soft_limit_max_enable=1, encoder_soft_limit_max=2.0)
     code = follow(nc, [0.0, 3.0, 100.0, 9.0])
     assert code == NcError.SLAVE_TARGET_BEYOND_SOFT_LIMITS
+
+
+@pytest.mark.parametrize("law", [1, 2, 5, 16])
+@pytest.mark.parametrize("compiled", [False, True])
+def test_new_ratio_is_refused_where_its_velocity_is_beyond_the_limit(
+    make_axes: Callable[..., Nc], law: int, compiled: bool
+) -> None:
+    """Gear, saws that run with their master, and bi-linear slaves jump to a new ratio."""
+    dice = Random(law)
+    most = dice.uniform(100.0, 500.0)
+    nc = make_axes(3, compiled=compiled, max_velocity=most)
+    master, slave, _ = nc
+    speed, ratio = most * dice.uniform(0.3, 0.9), dice.uniform(0.2, 0.9)
+
+    def parameters(gear: float) -> tuple[float, ...]:
+        return {2: (0.0, 0.0, 90.0, gear), 16: (gear, 0.5, 3.0, 0.0)}.get(
+            law, (gear, 0.0, 0.0, 0.0)
+        )
+
+    if law != 5:
+        assert commands.couple(slave, law, 1, 0, 0, *parameters(ratio)) == 0
+    assert commands.universal_start(master, StartType.ENDLESS_POSITIVE, 0.0, speed) == 0
+    nc.cycle(1000)
+    if law == 5:
+        assert commands.synchronise(slave, 5, 1, 0, 0, ratio) == 0
+        nc.cycle(1000)
+    assert slave.set_velocity == pytest.approx(ratio * speed)
+    for sign in (1.0, -1.0):
+        for share, code in ((1.01, NcError.SLAVE_COUPLING_PARAMETER), (0.99, 0)):
+            before = slave.set_velocity
+            gear = sign * share * most / speed
+            assert commands.change_coupling(slave, *parameters(gear)) == code
+            nc.cycle()
+            expected = before if code else gear * speed
+            assert slave.set_velocity == pytest.approx(expected)
+            assert slave.error_code == 0

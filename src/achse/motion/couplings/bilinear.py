@@ -9,6 +9,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from collections.abc import Sequence
 
 from achse.codes import NcError
+from achse.motion.couplings.guard import check_ratio
 from achse.motion.couplings.masters import (
     leading_acceleration,
     leading_jerk,
@@ -19,7 +20,7 @@ from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 from achse.motion.states import MotionPhase
 
-__all__ = ["base", "check", "others", "step"]
+__all__ = ["base", "check", "check_change", "others", "step"]
 
 
 def base(ax: AxisFields, rows: NcRows) -> None:
@@ -70,6 +71,17 @@ def check(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[fl
     if parameters[0] == 0.0 or parameters[1] == 0.0:
         return NcError.GEAR_FACTOR_ZERO
     return NcError.SLAVE_COUPLING_PARAMETER if masters[0] == masters[1] else 0
+
+
+def check_change(ax: AxisFields, rows: NcRows, parameters: Sequence[float], dt: float) -> int:
+    """Return the code that refuses the velocity of the next cycle with new ratios, or 0."""
+    if _moves(ax, rows) == 0:
+        return 0
+    first, second = parameters[0], parameters[1]
+    velocity = first * leading_velocity(ax, rows, 0) + second * leading_velocity(ax, rows, 1)
+    acceleration = first * leading_acceleration(ax, rows, 0)
+    acceleration += second * leading_acceleration(ax, rows, 1)
+    return check_ratio(ax, velocity, acceleration, dt)
 
 
 def others(parameters: Sequence[float]) -> tuple[float, ...]:

@@ -12,7 +12,7 @@ from achse.motion.record import AxisFields
 from achse.motion.setpoints.dynamics import fastest
 from achse.motion.setpoints.limits import TOLERANCE, limit_ahead
 
-__all__ = ["ROUNDING", "check_step"]
+__all__ = ["ROUNDING", "check_ratio", "check_step"]
 
 ROUNDING = 1e-9
 """Part of a velocity, and way in axis units, that may be too much: rounding only."""
@@ -38,3 +38,18 @@ def check_step(
         if where < 0 or (way < 0.0 and position < ax.limits.low - TOLERANCE - rounding):
             return NcError.SOFT_LIMIT_MIN_PASSED
     return 0
+
+
+def check_ratio(ax: AxisFields, velocity: float, acceleration: float, dt: float) -> int:
+    """Return the code that refuses a new ratio to whose velocity the slave jumps, or 0.
+
+    0x425B if the slave may not be that fast, 0x4229 for no rest before a soft limit. A ratio that
+    makes the slave slower is not refused.
+    """
+    if abs(velocity) <= abs(ax.set.velocity) and velocity * ax.set.velocity >= 0.0:
+        return 0
+    way = velocity * dt
+    code = check_step(ax, way, ax.set.position + way, velocity, acceleration, dt)
+    if code == NcError.SET_VELOCITY_TOO_HIGH:
+        return NcError.SLAVE_COUPLING_PARAMETER
+    return NcError.SLAVE_TARGET_BEYOND_SOFT_LIMITS if code else 0

@@ -9,7 +9,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from collections.abc import Sequence
 
 from achse.codes import NcError
-from achse.motion.couplings.guard import check_step
+from achse.motion.couplings.guard import check_ratio
 from achse.motion.couplings.masters import (
     leading_acceleration,
     leading_jerk,
@@ -46,16 +46,6 @@ def check(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[fl
 
 
 def check_change(ax: AxisFields, rows: NcRows, parameters: Sequence[float], dt: float) -> int:
-    """Return the code that refuses the velocity of the next cycle with a new ratio, or 0.
-
-    0x4229: no rest before a soft limit. A ratio that makes the slave slower is not refused.
-    """
+    """Return the code that refuses the velocity of the next cycle with a new ratio, or 0."""
     velocity = parameters[0] * leading_velocity(ax, rows, 0)
-    if abs(velocity) <= abs(ax.set.velocity) and velocity * ax.set.velocity >= 0.0:
-        return 0
-    acceleration = parameters[0] * leading_acceleration(ax, rows, 0)
-    way = velocity * dt
-    code = check_step(ax, way, ax.set.position + way, velocity, acceleration, dt)
-    if code == NcError.SET_VELOCITY_TOO_HIGH:
-        return NcError.SLAVE_COUPLING_PARAMETER
-    return NcError.SLAVE_TARGET_BEYOND_SOFT_LIMITS if code else 0
+    return check_ratio(ax, velocity, parameters[0] * leading_acceleration(ax, rows, 0), dt)

@@ -158,6 +158,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         bilinear.base,
         check=bilinear.check,
         others=bilinear.others,
+        check_change=bilinear.check_change,
     ),
     Coupling(
         "constant surface speed",
@@ -184,6 +185,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         check=flying_saw.check_velocity,
         moving=True,
         change=flying_saw.change,
+        check_change=flying_saw.check_change,
         stops=True,
     ),
     Coupling(
@@ -194,6 +196,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         check=flying_saw.check_position,
         moving=True,
         change=flying_saw.change,
+        check_change=flying_saw.check_change,
         stops=True,
     ),
     Coupling(
@@ -204,6 +207,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         by_parameters=False,
         check=synchronising.check,
         change=synchronising.change,
+        check_change=synchronising.check_change,
         stops=True,
     ),
     Coupling(
@@ -214,6 +218,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         by_parameters=False,
         check=synchronising.check,
         change=synchronising.change,
+        check_change=synchronising.check_change,
         stops=True,
     ),
     Coupling(

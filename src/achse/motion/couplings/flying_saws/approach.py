@@ -13,8 +13,11 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from collections.abc import MutableSequence, Sequence
 
 from achse.motion.couplings.flying_saws.chase import approach_velocity, settle
+from achse.motion.couplings.guard import check_ratio
+from achse.motion.couplings.masters import leading_acceleration, leading_velocity
 from achse.motion.fields.synchronising import SYNC_TERMS
 from achse.motion.record import AxisFields
+from achse.motion.rows import NcRows
 from achse.motion.states import AxisType, MotionState, SynchronisingBit
 
 __all__ = [
@@ -27,6 +30,7 @@ __all__ = [
     "SETTLING",
     "STOPPING",
     "begin_approach",
+    "check_gear",
     "follow_approach",
     "heading_of",
     "line",
@@ -202,6 +206,17 @@ def run_with(ax: AxisFields, slave: float, master: float, gear: float) -> None:
     ax.set_gear_ratio = gear
     ax.sync.method = LINEAR
     ax.sync.state = MotionState.SLAVE_SYNCHRONOUS
+
+
+def check_gear(ax: AxisFields, rows: NcRows, gear: float, dt: float) -> int:
+    """Return the code that refuses another gear of a slave that runs with its master, or 0.
+
+    On the way in time the slave comes to another gear by its limits.
+    """
+    if ax.sync.method != LINEAR:
+        return 0
+    velocity = gear * leading_velocity(ax, rows, 0)
+    return check_ratio(ax, velocity, gear * leading_acceleration(ax, rows, 0), dt)
 
 
 def set_gear(ax: AxisFields, velocity: float, acceleration: float, gear: float) -> None:

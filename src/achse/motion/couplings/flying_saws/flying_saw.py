@@ -21,6 +21,7 @@ from achse.motion.couplings.flying_saws.approach import (
     NO_WAY,
     SETTLING,
     begin_approach,
+    check_gear,
     follow_approach,
     heading_of,
     run_with,
@@ -37,7 +38,7 @@ from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 from achse.motion.states import MotionState, SlaveType
 
-__all__ = ["base", "change", "check_position", "check_velocity", "step"]
+__all__ = ["base", "change", "check_change", "check_position", "check_velocity", "step"]
 
 _DEGREE = 0.017453292519943295
 _ALONG = 90.0
@@ -149,6 +150,11 @@ def check_position(
 ) -> int:
     """Type 3, see `_check`."""
     return _check(SlaveType.FLYING_SAW_POSITION, ax, masters, parameters)
+
+
+def check_change(ax: AxisFields, rows: NcRows, parameters: Sequence[float], dt: float) -> int:
+    """Return the code that refuses another gear of a saw that runs with its master, or 0."""
+    return check_gear(ax, rows, _gear(parameters), dt)
 
 
 def change(ax: AxisFields, rows: NcRows) -> None:

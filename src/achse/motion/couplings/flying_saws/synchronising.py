@@ -18,6 +18,7 @@ from achse.motion.couplings.flying_saws.approach import (
     NO_WAY,
     SETTLING,
     begin_approach,
+    check_gear,
     follow_approach,
     meet,
     run_with,
@@ -28,7 +29,7 @@ from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 from achse.motion.states import MotionState, SlaveType
 
-__all__ = ["base", "change", "check", "step"]
+__all__ = ["base", "change", "check", "check_change", "step"]
 
 
 def base(ax: AxisFields, rows: NcRows) -> None:
@@ -70,6 +71,11 @@ def check(ax: AxisFields, masters: Sequence[AxisFields], parameters: Sequence[fl
     if parameters[0] == 0.0:
         return NcError.GEAR_FACTOR_ZERO
     return NcError.SYNCHRONISING_CONDITIONS if ax.sync.method == BY_POSITION else 0
+
+
+def check_change(ax: AxisFields, rows: NcRows, parameters: Sequence[float], dt: float) -> int:
+    """Return the code that refuses another gear of a slave that runs with its master, or 0."""
+    return check_gear(ax, rows, parameters[0], dt)
 
 
 def change(ax: AxisFields, rows: NcRows) -> None:
