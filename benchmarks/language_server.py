@@ -175,6 +175,7 @@ async def _measure(root: Path, files: list[Path], edits: int) -> None:
     print(f"loaded and checked in {time.perf_counter() - start:.2f} s, processor {used:.2f} s")
     generator = random.Random(31)
     shown, body, declared, hovered, completed = [], [], [], [], []
+    spent = 0.0
     for _ in range(edits):
         text = typist.open(generator.choice(files))
         code = generator.choice(list(_CODE.finditer(text)))
@@ -194,13 +195,17 @@ async def _measure(root: Path, files: list[Path], edits: int) -> None:
         found = list(_TYPE.finditer(text))
         if found:
             one = generator.choice(found)
+            before, _ = _usage(server)
             typist.replace(one.start(1), one.end(1), "LINT")
             declared.append(await typist.asked())
             typist.replace(one.start(1), one.start(1) + 4, one[1])
             declared.append(await typist.asked())
+            spent += _usage(server)[0] - before
     _row("edit of a body, until shown", shown)
     _row("edit of a body, asked", body)
     _row("edit of a declaration, asked", declared)
+    if declared:
+        print(f"{'  of it processor':<34} mean {spent / len(declared) * 1e3:>6.1f} ms")
     _row("hover", hovered)
     _row("completion", completed)
     now, size = _usage(server)

@@ -10,7 +10,7 @@ of their variables: the PLC works them out when it lays out its memory.
 Source: IEC 61131-3 (2013) tables 11, 13, 40 and 47.
 """
 
-from collections.abc import Container, Iterable, Mapping
+from collections.abc import Collection, Container, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
@@ -44,7 +44,7 @@ from achse.st.syntax.units import (
 from achse.st.syntax.units import Program as ProgramTree
 from achse.st.values.values import NotConstant
 
-__all__ = ["Declarations", "declare", "examine", "faults_of", "named_sources"]
+__all__ = ["Declarations", "declare", "declare_again", "examine", "faults_of", "named_sources"]
 
 _HINT = (
     "types of libraries come from `libraries`: their sources, or declarations that stand in for"
@@ -130,6 +130,28 @@ def examine(
     return found, SourceError(faults, _hint(names.unknown_types))
 
 
+@collection_paused()
+def declare_again(
+    names: Resolver,
+    sources: Iterable[Parsed],
+    libraries: Iterable[Parsed],
+    units: Collection[str],
+    words: Collection[str],
+) -> Declarations:
+    """Return the declarations of changed sources, in which units keep their types that are not
+    among `units`, keys in lower case.
+
+    `units` has all that an edit touches: what changed sources declare and declared, and what names
+    one of `words` in its declarations; `words` are the names of these units and of their contents.
+    """
+    with names.scopes.declared_again(units):
+        names.forget(units, words)
+        names.scopes.add(sources)
+        names.scopes.add(libraries, is_library=True)
+        names.scopes.add_files(library_files())
+    return _Declarer(names).declare(units)
+
+
 def named_sources(names: Resolver) -> frozenset[Source]:
     """Return the sources of which a type was declared."""
     entries = names.scopes.entries.values()
@@ -166,8 +188,10 @@ class _Declarer:
         self._names = names
         self._scopes = names.scopes
 
-    def declare(self) -> Declarations:
-        own = [entry for entry in self._scopes.entries.values() if not entry.is_library]
+    def declare(self, among: Container[str] | None = None) -> Declarations:
+        """Declare all units, or those among some, keys in lower case."""
+        every = [entry for entry in self._scopes.entries.values() if not entry.is_library]
+        own = [one for one in every if among is None or one.name.lower() in among]
         for entry in own:
             self._collect_addresses(entry)
         for entry in own:
@@ -182,7 +206,7 @@ class _Declarer:
                 continue
         self._names.check_pointers()
         if self._names.unknown_types:
-            self._tell_all_missing()
+            self._tell_all_missing(own)
         for name, (address, source) in self._names.config_addresses.items():
             self._scopes.report(
                 source, address.at, f"no variable '{name}' waits for an address", Code.BAD_ADDRESS
@@ -195,16 +219,16 @@ class _Declarer:
                 if issubclass(unit, GlobalVariables)
             },
             {key: unit for key, unit in self._names.units.items() if issubclass(unit, Program)},
-            {entry.name.lower(): entry.tree for entry in own},
+            {entry.name.lower(): entry.tree for entry in every},
             self._names,
         )
 
-    def _tell_all_missing(self) -> None:
+    def _tell_all_missing(self, own: Sequence[DeclaredUnit]) -> None:
         """Missing types in what could not be declared because of others, so that one look at the
         faults finds them all."""
         from achse.st.unknown import MissingNames  # few need it
 
-        for scope, spec in MissingNames(self._names).places:
+        for scope, spec in MissingNames(self._names, own).places:
             with suppress(Failed), self._scopes.inside(scope.source):
                 self._names.named(spec, scope)
 

@@ -9,7 +9,7 @@ For each record that needs one the checker makes `create` (blocks inside, start 
 - reinit: blocks inside, then FB_reinit of the most derived block (it calls its base's itself).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from achse.iec.arrays import ArrayType
@@ -59,6 +59,16 @@ class Life:
         self._needs: dict[tuple[int, LifeEvent], bool] = {}
         self._making: dict[int, bool] = {}
         self._signatures: dict[str, Signature | None] = {}
+
+    def forget(self, is_touched: Callable[[str], bool]) -> None:
+        """Forget the routines of records that were declared again, by their keys."""
+        self._needs.clear()
+        self._making.clear()
+        self._signatures = {
+            key: one
+            for key, one in self._signatures.items()
+            if one is not None and not is_touched(key)
+        }
 
     # what is needed --------------------------------------------------------------------------
 

@@ -1,6 +1,6 @@
 """Signatures: what a routine is called with and keeps, without its body."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
@@ -201,6 +201,14 @@ class Routines:
         made = self.of_accessor(entry, owner, get=known.kind is RoutineKind.GET)
         assert made is not None
         return made
+
+    def forget(self, is_touched: Callable[[DeclaredUnit], bool]) -> None:
+        """Forget the signatures in units that were declared again, and those that failed."""
+        self._known = {
+            key: one
+            for key, one in self._known.items()
+            if one is not None and not is_touched(one.entry)
+        }
 
     @property
     def made(self) -> list[Signature]:

@@ -4,18 +4,19 @@ Each routine, record and unit is a node. It has its own findings and names the n
 findings count while their node is needed, in the end by something that the project declares.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 from achse.iec.structs import StaticRecord, StructType
+from achse.st.check.blocks import Blocks
 from achse.st.check.body import RoutineBody
 from achse.st.check.checking import Checking, NameUse
 from achse.st.check.contracts import Contracts
 from achse.st.check.reached import FAULTY
 from achse.st.check.signatures import Signature
 from achse.st.declared.resolve import Resolver
-from achse.st.declared.scopes import DeclaredUnit, Failed
+from achse.st.declared.scopes import DeclaredUnit, Failed, parts_of_instance
 from achse.st.lexis.codes import Code
 from achse.st.lexis.collection import collection_paused
 from achse.st.lexis.source import Diagnostic, Source
@@ -25,6 +26,9 @@ from achse.st.typed.statements import LifeEvent, TypedStatement
 __all__ = ["CheckNode", "WarmChecking"]
 
 _ROOT = ""
+_INTERFACES = "interfaces"
+_KINDS = ("declared", "unit", "record")
+"""First words in the keys of nodes that are not routines."""
 
 
 class CheckNode:
@@ -75,16 +79,30 @@ class WarmChecking(Checking):
     @collection_paused()
     def start(self) -> None:
         """Check everything that the project declares, and what it needs of libraries."""
-        own = [entry for entry in self.names.scopes.entries.values() if not entry.is_library]
+        self._check_units(
+            entry for entry in self.names.scopes.entries.values() if not entry.is_library
+        )
+
+    def _check_units(self, units: Iterable[DeclaredUnit]) -> None:
+        """Check units of the project, and what they need."""
+        own = list(units)
         for entry in own:
-            self._guarded(entry, self._begin)
+            with self._inside(_unit_node(entry.name)):
+                self._guarded(entry, self._begin)
+            self.nodes[_ROOT].needs.add(_unit_node(entry.name))
         self._work()
-        self._interfaces()
+        self.nodes.pop(_INTERFACES, None)
+        self.nodes[_ROOT].needs.add(_INTERFACES)
+        with self._inside(_INTERFACES):
+            self._interfaces()
         self._late_faults = list(self.names.scopes.faults)[self._known_faults :]
         self.is_exact = not self._late_faults
-        contracts = Contracts(self.names, self.blocks, self.routines, self.fault)
-        for entry in own:
-            contracts.check(entry)
+        with self.names.scopes.without_new_faults() as failed:
+            contracts = Contracts(self.names, self.blocks, self.routines, self.fault)
+            for entry in own:
+                with self._inside(_unit_node(entry.name)):
+                    contracts.check(entry)
+        self.routines.forget(lambda entry: entry in failed)
         self._known_faults = len(self.names.scopes.faults)
 
     @collection_paused()
@@ -102,6 +120,71 @@ class WarmChecking(Checking):
                 self._needed = None
         self._work()
         self.is_exact &= len(self.names.scopes.faults) == self._known_faults
+
+    @collection_paused()
+    def check_touched(
+        self,
+        units: Collection[str],
+        words: Collection[str],
+        routines: Iterable[Signature],
+    ) -> None:
+        """Check units that were declared again, keys in lower case, with all that they need, and
+        routines of others. `words` are the names of these units and of their contents."""
+        dropped = self._forget(units, words)
+        self._needed = None
+        for known in routines:
+            self.nodes.pop(known.key)
+            self._left_out.pop(known.key, None)
+            try:
+                self._check_routine(self.routines.made_again(known))
+            except (Failed, Unexpected):  # its declaration was in order
+                self.is_exact = False
+                return
+        entries = self.names.scopes.entries.items()
+        self._check_units(entry for key, entry in entries if key in units and not entry.is_library)
+        lost = dropped - self.nodes.keys()
+        self.is_exact &= lost.isdisjoint(self._reachable())
+
+    def _forget(self, units: Collection[str], words: Collection[str]) -> set[str]:
+        """Forget all about units; return their nodes."""
+        self._known_faults = len(self.names.scopes.faults)
+        dropped = {key for key in self.nodes if _is_among(self._owner_of(key), units)}
+        for key in dropped:
+            del self.nodes[key]
+            self._asked.discard(key)
+            self._left_out.pop(key, None)
+            self._notes.pop(key, None)
+        for key in units:
+            self._left_out.pop(key, None)
+        self.nodes[_ROOT].needs -= dropped
+        tables: tuple[dict[str, Any], ...] = (self._units, self._records, self._blocks)
+        for table in tables:
+            for key in [key for key in table if _is_among(key, units)]:
+                del table[key]
+        self._asked_records = {key for key in self._asked_records if not _is_among(key, units)}
+        self._functions = {
+            k: found for k, found in self._functions.items() if _last(k) not in words
+        }
+        self.plain_names = {
+            key: found for key, found in self.plain_names.items() if _last(key[1]) not in words
+        }
+        self._pointers.clear()
+        self.blocks = Blocks(self.names)
+        self.routines.forget(lambda entry: _is_among(entry.name.lower(), units))
+        self.life.forget(lambda key: _is_among(key.rpartition(".")[0], units))
+        return dropped
+
+    def _owner_of(self, key: str) -> str:
+        """Return the key of the block, program, list or function that a node belongs to."""
+        kind, blank, name = key.partition(" ")
+        if blank and kind in _KINDS:
+            return name
+        routine = self.routines.known(key)
+        return key.rpartition(".")[0] if routine is None else routine.entry.name.lower()
+
+    def unit_of(self, key: str) -> str:
+        """Return the key of the unit that a node belongs to."""
+        return self._owner_of(key).partition("<")[0]
 
     def uses_of(self, routine: Signature) -> list[NameUse]:
         """Return the meanings of the names in a routine; its findings stay the same."""
@@ -211,3 +294,18 @@ class WarmChecking(Checking):
         super()._finish(body, opening, statements, builtin)
         self._checked.clear()  # no typed form is made
         self._statics.clear()
+
+
+def _unit_node(name: str) -> str:
+    """Return the key of the node for what a unit declares itself."""
+    return f"declared {name.lower()}"
+
+
+def _is_among(key: str, units: Collection[str]) -> bool:
+    """Return True if one of these units, or a generic one with its constants, has a key."""
+    return any(part in units for part in parts_of_instance(key))
+
+
+def _last(key: str) -> str:
+    """Return a name without the name space in front."""
+    return key.rpartition(".")[2]

@@ -217,6 +217,7 @@ class NamedConstants:
         initial = declaration.initial
         key = keys[0]
         if len(keys) == 1 and (known := scope.constants.get(key)) is not None:
+            self._scopes.rest_on(scope.heights.get(key, 0))
             return known
         # What a constant structure or array holds is left to run time, like a variable.
         if "CONSTANT" not in block.qualifiers or len(keys) > 1:
@@ -229,7 +230,10 @@ class NamedConstants:
             self._scopes.check_depth(at)
             scope.constants[key] = None
             try:
-                with self._scopes.inside(scope.source):
+                with (
+                    self._scopes.measured(scope.heights, key),
+                    self._scopes.inside(scope.source),
+                ):
                     scope.constants[key] = self._worked_out(declaration, initial, scope)
             except Failed:
                 scope.failed.add(key)

@@ -1,6 +1,7 @@
 """Declared types: from the syntax tree to the type objects that Python declarations give."""
 
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from difflib import get_close_matches
 from enum import IntEnum
@@ -35,6 +36,7 @@ from achse.st.declared.scopes import (
     Scope,
     Scopes,
     attributes_of,
+    parts_of_instance,
 )
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Source
@@ -70,6 +72,7 @@ from achse.st.values.values import Constant
 __all__ = ["Resolver", "generics_of"]
 
 _RESERVED = ("mro",)
+_WORD = re.compile(r"\w+")
 
 
 class Resolver:
@@ -332,7 +335,9 @@ class Resolver:
     # declared types ------------------------------------------------------------------------
 
     def entry_type(self, entry: DeclaredUnit, at: int) -> IecType[Any]:
+        heights = self.scopes.scope(entry).heights
         if entry.type is not None:
+            self.scopes.rest_on(heights.get("", 0))
             return entry.type
         if entry.failed:
             raise Failed
@@ -341,7 +346,7 @@ class Resolver:
         self.scopes.check_depth(at)
         entry.building = True
         try:
-            with self.scopes.inside(entry.source):
+            with self.scopes.measured(heights, ""), self.scopes.inside(entry.source):
                 entry.type = self._built(entry)
         except Failed:
             entry.failed = True
@@ -466,6 +471,29 @@ class Resolver:
             comments={item.name: item.note.comment for item in spec.values if item.note.comment},
             initial=start,
         )
+
+    # declarations again ----------------------------------------------------------------------
+
+    def forget(self, units: Collection[str], words: Collection[str]) -> None:
+        """Forget all findings, and the types of units and of what has one of these words in its
+        name, all in lower case."""
+        self.unknown_types.clear()
+        self.config_addresses.clear()
+        self._pointers.clear()
+        self._dangling.clear()
+
+        def is_kept(name: str) -> bool:
+            return all(word not in words for word in _WORD.findall(name.lower()))
+
+        self._known = {key: type for key, type in self._known.items() if is_kept(key[0])}
+        self._instances = {
+            key: one
+            for key, one in self._instances.items()
+            if not any(part in units for part in parts_of_instance(key))
+        }
+        self._arrays = {key: type for key, type in self._arrays.items() if is_kept(type.name)}
+        self._inner = {key: type for key, type in self._inner.items() if is_kept(key[1])}
+        self.units = {key: unit for key, unit in self.units.items() if key not in units}
 
     # where variables are ---------------------------------------------------------------------
 

@@ -3,7 +3,8 @@
 Source: IEC 61131-3 (2013) tables 11 and 13.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, TypeAlias, TypeVar
@@ -51,6 +52,7 @@ __all__ = [
     "Scopes",
     "attributes_of",
     "blocks_of",
+    "parts_of_instance",
     "with_bases",
 ]
 
@@ -97,6 +99,16 @@ class DeclaredUnit:
         """True if its syntax tree was needed; always True for units of the user."""
         return not isinstance(self._tree, LibraryUnit)
 
+    def declare_again(self, tree: Unit | LibraryUnit, source: Source) -> None:
+        """Forget the type, which is made again of a tree."""
+        if not isinstance(tree, LibraryUnit):
+            self._tree, self.source = tree, source
+        self.building, self.failed, self.type = False, False, None
+
+    def is_declared_by(self, tree: Unit | LibraryUnit, source: Source) -> bool:
+        """Return True if this tree of this source declares the unit."""
+        return self.source is source and (self._tree is tree or isinstance(tree, LibraryUnit))
+
     @property
     def is_interface(self) -> bool:
         """True if the unit is an interface, even in a library that is not parsed."""
@@ -132,6 +144,8 @@ class Scope:
     variables: dict[str, Declared] = field(default_factory=dict)
     values: dict[str, Constant] = field(default_factory=dict)
     """Values of enumerations declared inside."""
+    heights: dict[str, int] = field(default_factory=dict)
+    """Levels that its constants rest on, and its type, of which the name is empty."""
     constants: dict[str, Constant | None] = field(default_factory=dict)
     """Constants already computed; None while one is being computed."""
     failed: set[str] = field(default_factory=set)
@@ -157,6 +171,12 @@ def with_bases(scope: Scope) -> Iterator[Scope]:
         yield here
         seen.add(id(here))
         here = here.base
+
+
+def parts_of_instance(key: str) -> list[str]:
+    """Return the names in the key of a block: of a generic one with its constants, of a base with
+    the block that it is laid out for."""
+    return [key] if "<" not in key else re.split("[<>,]", key)
 
 
 def blocks_of(unit: Unit) -> Sequence[VarBlock]:
@@ -203,10 +223,33 @@ class Scopes:
         self._of_libraries: dict[str, dict[str, DeclaredUnit]] = {}
         """Units of libraries, by library and by name, in lower case: they do not see units of the
         project with the same name."""
-        self._scopes: dict[int, Scope] = {}
+        self._scopes: dict[DeclaredUnit, Scope] = {}
         self._depth = 0
+        self.height = 0
+        """Deepest level so far on which something was declared."""
+        self._earlier: dict[str, DeclaredUnit] = {}
+        """Units before `declare_again`, which stay the same objects."""
 
     # what is declared ----------------------------------------------------------------------
+
+    @contextmanager
+    def declared_again(self, units: Container[str]) -> Iterator[None]:
+        """Let all sources be added again meanwhile; units that are not among `units`, keys in
+        lower case, keep their types."""
+        earlier = self._earlier = self.entries
+        self._scopes = {
+            entry: scope
+            for entry, scope in self._scopes.items()
+            if not any(part in units for part in parts_of_instance(entry.name.lower()))
+        }
+        self.faults, self.entries, self.height = {}, {}, 0
+        self.globals, self.loose_values, self.list_properties = {}, {}, {}
+        self._of_libraries = {}
+        yield
+        for key, entry in earlier.items():
+            if key in units and self.entries.get(key) is entry:
+                entry.declare_again(entry.tree, entry.source)
+        self._earlier = {}
 
     def add(self, sources: Iterable[Parsed], *, is_library: bool = False) -> None:
         """Take in the units of sources. What a library declares gives way to the user's own."""
@@ -268,7 +311,11 @@ class Scopes:
                 Code.RESERVED_NAME,
             )
             return
-        entry = DeclaredUnit(name, tree, source, space or library, is_library)
+        entry = self._earlier.get(name.lower())
+        if entry is None or entry.is_library != is_library or entry.space != (space or library):
+            entry = DeclaredUnit(name, tree, source, space or library, is_library)
+        elif not entry.is_declared_by(tree, source):
+            entry.declare_again(tree, source)
         self.entries[name.lower()] = entry
         if library:
             own = self._of_libraries.setdefault(library.lower(), {})
@@ -321,6 +368,15 @@ class Scopes:
         """The units of the library that a name space or title means, seen from a name space."""
         spaces = self._spaces.get(space if space in self._of_libraries else "", {})
         return self._of_libraries.get(spaces.get(name, name), {})
+
+    def is_of_library(self, key: str) -> bool:
+        """Return True if a library has a unit of that name, or is called so, in lower case."""
+        known = self.entries.get(key)
+        return (
+            (known is not None and known.is_library)
+            or key in self._of_libraries
+            or any(key in units for units in self._of_libraries.values())
+        )
 
     def library_named(self, name: str) -> str:
         """The name space of a library, as it is written before names; empty if there is none."""
@@ -380,10 +436,10 @@ class Scopes:
 
     def scope(self, entry: DeclaredUnit) -> Scope:
         """Return the scope inside a unit."""
-        found = self._scopes.get(id(entry))
+        found = self._scopes.get(entry)
         if found is None:
             found = Scope(entry.source, entry.name, entry.space)
-            self._scopes[id(entry)] = found
+            self._scopes[entry] = found
             tree = entry.tree
             if isinstance(tree, FunctionBlock | TypeDeclaration) and tree.extends is not None:
                 base = self.find(tree.extends.name, entry.space)
@@ -406,7 +462,7 @@ class Scopes:
     @contextmanager
     def inside(self, source: Source) -> Iterator[None]:
         """Report what goes wrong inside as a fault of this source, and raise `Failed`."""
-        self._depth += 1
+        self._go_deeper()
         try:
             yield
         except Unexpected as fault:
@@ -418,11 +474,46 @@ class Scopes:
     @contextmanager
     def deeper(self) -> Iterator[None]:
         """One level deeper, without another source."""
-        self._depth += 1
+        self._go_deeper()
         try:
             yield
         finally:
             self._depth -= 1
+
+    def _go_deeper(self) -> None:
+        self._depth += 1
+        self.height = max(self.height, self._depth)
+
+    @contextmanager
+    def measured(self, heights: dict[str, int], key: str) -> Iterator[None]:
+        """Note the levels that a type or constant rests on."""
+        outside, self.height = self.height, self._depth
+        try:
+            yield
+        finally:
+            heights[key] = self.height - self._depth
+            self.height = max(outside, self.height)
+
+    def rest_on(self, height: int) -> None:
+        """Note the levels of a type or constant that is known already."""
+        self.height = max(self.height, self._depth + height)
+
+    @contextmanager
+    def without_new_faults(self) -> Iterator[set[DeclaredUnit]]:
+        """Forget the faults that are reported meanwhile, and that units failed: who asks for them
+        later is told. The yielded set has these units then."""
+        known, before = len(self.faults), self._failed()
+        failed: set[DeclaredUnit] = set()
+        yield failed
+        for fault in list(self.faults)[known:]:
+            del self.faults[fault]
+        failed |= self._failed() - before
+        for entry in failed:
+            entry.failed = False
+            self._scopes.pop(entry, None)
+
+    def _failed(self) -> set[DeclaredUnit]:
+        return {entry for entry in self.entries.values() if entry.failed}
 
     def check_depth(self, at: int) -> None:
         """Raise `Unexpected` if declarations rest on each other too deep."""

@@ -64,16 +64,18 @@ _NO_BLOCK = VarBlock("VAR", (), (), NO_NOTE)
 
 
 class MissingNames:
-    """Walks all of a project's own units once.
+    """Walks all of a project's own units once, or those given.
 
     `meanings` have what is missing; `places` are where missing types are named.
     """
 
-    def __init__(self, names: Resolver) -> None:
+    def __init__(self, names: Resolver, units: Iterable[DeclaredUnit] | None = None) -> None:
         self._scopes = names.scopes
         self.meanings = Meanings(names)
         self.places: list[tuple[Scope, NamedType]] = []
-        own = [entry for entry in self._scopes.entries.values() if not entry.is_library]
+        if units is None:
+            units = self._scopes.entries.values()
+        own = [entry for entry in units if not entry.is_library]
         for entry in own:
             self._in_types(entry)
         for entry in own:

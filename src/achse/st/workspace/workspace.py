@@ -1,7 +1,8 @@
 """The workspace: a project that is checked once, and after each edit as far as the edit reaches.
 
-An edit of bodies alone checks the changed routines again, on the same declarations. Everything
-else declares and checks all again; files that did not change are not parsed again. What files the
+An edit of bodies alone checks the changed routines again, on the same declarations. An edit of
+declarations declares and checks again what names the changed units, directly or not. Files that did
+not change are not parsed again. What files the
 project has is read again if one is added or taken away, or if a `.plcproj`, a task or a library
 changes.
 """
@@ -16,8 +17,8 @@ from weakref import WeakValueDictionary
 from achse.iec.structs import StaticRecord
 from achse.st.check.reached import faults_by_reach
 from achse.st.check.warm import WarmChecking
-from achse.st.declare import Declarations, faults_of, named_sources
-from achse.st.declared.scopes import DeclaredUnit
+from achse.st.declare import Declarations, declare_again, faults_of, named_sources
+from achse.st.declared.scopes import DEEPEST, DeclaredUnit
 from achse.st.files.envelope import TaskDeclaration
 from achse.st.files.files import (
     PROJECT,
@@ -37,6 +38,7 @@ from achse.st.reach import Reach
 from achse.st.syntax.parser import Parsed
 from achse.st.workspace.edits import BodyEdit, body_edit
 from achse.st.workspace.findings import ProjectFindings, sorted_findings
+from achse.st.workspace.touched import WordIndex, first_touched, routines_again
 from achse.st.workspace.uses import SymbolUse, uses_in
 
 __all__ = ["Extent", "Workspace"]
@@ -52,6 +54,8 @@ class Extent(Enum):
 
     NOTHING = "nothing"
     BODIES = "bodies"
+    DECLARATIONS = "declarations"
+    """Units with changed declarations, and those that name them."""
     PROJECT = "project"
     FILES = "files"
     """The project, after its files were read again."""
@@ -99,6 +103,7 @@ class Workspace:
         self._mentions: dict[DeclaredUnit, Mentions] = {}
         self._named: frozenset[Source] = frozenset()
         self._declared_faults: tuple[Diagnostic, ...] = ()
+        self._words = WordIndex()
         self.declarations: Declarations | None = None
         """The declarations of the project; None if nothing can be read."""
         self.checking: WarmChecking | None = None
@@ -220,6 +225,9 @@ class Workspace:
         if edit is not None and self._edit_bodies(key, edit, edited):
             return Extent.BODIES
         self._sources[key] = edited
+        self._files = replace(self._files, sources=self.sources)
+        if self._edit_declarations(known, edited):
+            return Extent.DECLARATIONS
         self._examine()
         return Extent.PROJECT
 
@@ -315,6 +323,52 @@ class Workspace:
         if None in moved:
             return None
         return dict.fromkeys(one for one in moved if one is not None)
+
+    # an edit of declarations -----------------------------------------------------------------
+
+    def _edit_declarations(self, known: Parsed, edited: Parsed) -> bool:
+        """Declare and check again what an edit touches; False if findings would be wrong.
+
+        Everything is to be checked then.
+        """
+        files, checking = self._files, self.checking
+        assert files is not None
+        if checking is None or not checking.is_exact:
+            return False
+        if any(parsed.faults for parsed in files.libraries):
+            return False  # they count if the project names something of the file
+        names = checking.names
+        first = first_touched(checking, known, edited, self._declared_faults)
+        if first is None or any("var_config" in self._words.of_file(s) for s in self._own_sources):
+            return False
+        sources = tuple(self.all_sources)
+        readable = {parsed.source for parsed in sources}
+        entries = [one for one in names.scopes.entries.values() if one.source in readable]
+        self._words.keep(sources, entries)
+        touched = self._words.touched(sources, entries, first)
+        named = {
+            parsed.source
+            for parsed in sources
+            if not touched.words.isdisjoint(self._words.of_file(parsed.source, parsed.units))
+        }
+        routines = routines_again(checking, touched, named)
+        self.declarations = declare_again(
+            names, self.sources, files.libraries, touched.units, touched.words
+        )
+        self._named = named_sources(names)
+        self._declared_faults = tuple(names.scopes.faults)
+        self._uses = {}
+        for entry in [one for one in self._mentions if one.source in named]:
+            del self._mentions[entry]
+        checking.check_touched(touched.units, touched.words, routines)
+        if not checking.is_exact or names.scopes.height > DEEPEST:
+            return False
+        self.judge()
+        return True
+
+    @property
+    def _own_sources(self) -> Iterable[Source]:
+        return (parsed.source for parsed in self._sources.values())
 
     # everything ------------------------------------------------------------------------------
 

@@ -1,0 +1,202 @@
+"""Touched units: what the check of a changed declaration may find otherwise.
+
+Whatever a routine or a declaration looks up is a word in its text. So a unit is touched if its
+declarations have the name of a touched unit, or that of a variable, value or property of one that
+needs no prefix; a routine is checked again if its file has such a name. Words that mean something
+else there cost time and change nothing.
+"""
+
+import re
+from collections.abc import Container, Iterable, Iterator
+from typing import Any, NamedTuple
+
+from achse.st.check.signatures import Signature
+from achse.st.check.warm import WarmChecking
+from achse.st.declared.scopes import DeclaredUnit
+from achse.st.graphical.body import GraphicalBody
+from achse.st.lexis.source import Diagnostic, Source
+from achse.st.syntax.outlines import outline_of
+from achse.st.syntax.parser import Parsed
+from achse.st.syntax.tree import Note
+from achse.st.syntax.units import Namespace, Unit
+
+__all__ = ["Touched", "WordIndex", "first_touched", "routines_again"]
+
+_WITHOUT_UNIT = ("", "interfaces")
+"""Nodes that are checked again after each edit."""
+_WORD = re.compile(r"\w+")
+
+
+class Touched(NamedTuple):
+    """Reach of an edit: all names in lower case."""
+
+    units: set[str]
+    """Keys of the units to declare again."""
+    words: set[str]
+    """Their names, and those of their contents that need no prefix."""
+
+
+class WordIndex:
+    """Words of files and of declarations, kept while their texts and trees are."""
+
+    def __init__(self) -> None:
+        self._files: dict[Source, tuple[str, frozenset[str]]] = {}
+        self._declared: dict[DeclaredUnit, tuple[Unit, frozenset[str]]] = {}
+
+    def of_file(self, source: Source, units: Iterable[Unit] = ()) -> frozenset[str]:
+        """Return the words in a file, its drawn bodies included."""
+        known = self._files.get(source)
+        if known is None or known[0] is not source.text:
+            words = set(_WORD.findall(source.text.lower()))
+            if source.drawings:
+                for text in _drawn(units):
+                    words.update(_WORD.findall(text.lower()))
+            known = self._files[source] = (source.text, frozenset(words))
+        return known[1]
+
+    def declared(self, entry: DeclaredUnit) -> frozenset[str]:
+        """Return the words in the declarations of a unit, its parts included."""
+        tree = entry.tree
+        known = self._declared.get(entry)
+        if known is None or known[0] is not tree:
+            known = self._declared[entry] = (tree, frozenset(_words_in(tree)))
+        return known[1]
+
+    def keep(self, sources: Iterable[Parsed], entries: Iterable[DeclaredUnit]) -> None:
+        """Forget the words of all other files and units."""
+        files, units = {parsed.source for parsed in sources}, set(entries)
+        self._files = {key: words for key, words in self._files.items() if key in files}
+        self._declared = {key: words for key, words in self._declared.items() if key in units}
+
+    def touched(
+        self,
+        sources: Iterable[Parsed],
+        entries: Iterable[DeclaredUnit],
+        first: Touched,
+    ) -> Touched:
+        """Return all that an edit touches, of which it touches `first` itself.
+
+        `entries` are the units of `sources`.
+        """
+        units, words = set(first.units), set(first.words)
+        trees = {parsed.source: parsed.units for parsed in sources}
+        waiting = [one for one in entries if one.name.lower() not in units]
+        grows = True
+        while grows:
+            further = [
+                entry
+                for entry in waiting
+                if not words.isdisjoint(self.of_file(entry.source, trees[entry.source]))
+                and not words.isdisjoint(self.declared(entry))
+            ]
+            for entry in further:
+                units.add(entry.name.lower())
+                words.update(_names_of(entry.tree))
+            waiting = [one for one in waiting if one.name.lower() not in units]
+            grows = bool(further)
+        return Touched(units, words)
+
+
+def first_touched(
+    checking: WarmChecking, known: Parsed, edited: Parsed, declared: Iterable[Diagnostic]
+) -> Touched | None:
+    """Return what two versions of a file declare, and units with findings that may depend on all
+    names; None if everything is to be checked. `declared` are the faults of declarations."""
+    scopes = checking.names.scopes
+    before, after = dict(_units_of(known)), dict(_units_of(edited))
+    for key in before.keys() ^ after.keys():
+        if scopes.is_of_library(key) or scopes.is_of_library(key.rpartition(".")[2]):
+            return None
+    units, words = {*before, *after}, set[str]()
+    for unit in (*before.values(), *after.values()):
+        words.update(_names_of(unit))
+    faulty = {one.origin.source if one.origin is not None else None for one in declared}
+    if None in faulty:
+        return None
+    quoted = f"{known.source.path}:"  # a place there may have moved
+    for node in checking.nodes.values():
+        if any(quoted in one.message for one in node.warnings):
+            return None
+    quoted = f"{known.source.path}:"  # a place there may have moved
+    for node in checking.nodes.values():
+        if any(quoted in one.message for one in node.warnings):
+            return None
+    tainted = [one for one in scopes.entries.values() if one.source in faulty]
+    for key, node in checking.nodes.items():
+        if node.faults and checking.routines.known(key) is None:
+            owner = scopes.entries.get(checking.unit_of(key))
+            if owner is not None:
+                tainted.append(owner)
+            elif key not in _WITHOUT_UNIT:
+                return None
+    for entry in tainted:
+        if entry.source is not known.source:
+            units.add(entry.name.lower())
+            words.update(_names_of(entry.tree))
+    return Touched(units, words)
+
+
+def routines_again(
+    checking: WarmChecking, touched: Touched, named: Container[Source]
+) -> list[Signature]:
+    """Return the routines to check again in units that are not declared again.
+
+    `named` are the files that have a touched name. Faults say what has a similar name, anywhere.
+    """
+    found = []
+    for routine in checking.routines.made:
+        node = checking.nodes.get(routine.key)
+        if node is None or checking.unit_of(routine.key) in touched.units:
+            continue
+        if node.faults or routine.source in named:
+            found.append(routine)
+    return found
+
+
+def _names_of(unit: Unit) -> Iterator[str]:
+    """The names by which others reach a unit and its contents, in lower case."""
+    outline = outline_of(unit)
+    yield outline.name.lower()
+    yield from outline.variables
+    yield from outline.properties
+    yield from outline.values
+
+
+def _units_of(parsed: Parsed) -> Iterator[tuple[str, Unit]]:
+    """The units of a file with their keys; those in name spaces too."""
+    waiting: list[tuple[str, Unit]] = [("", unit) for unit in parsed.units]
+    while waiting:
+        space, unit = waiting.pop()
+        name = f"{space}{unit.name.lower()}"
+        if isinstance(unit, Namespace):
+            waiting += [(f"{name}.", inner) for inner in unit.units]
+        else:
+            yield name, unit
+
+
+def _drawn(units: Iterable[Unit]) -> Iterator[str]:
+    """Texts of the drawn bodies in some units."""
+    waiting: list[Any] = list(units)
+    while waiting:
+        tree = waiting.pop()
+        for name in ("units", "parts"):
+            waiting += getattr(tree, name, ())
+        waiting += [one for one in (getattr(tree, "get", None), getattr(tree, "set", None)) if one]
+        body = getattr(tree, "body", None)
+        if isinstance(body, GraphicalBody):
+            yield body.text
+
+
+def _words_in(unit: Unit) -> Iterator[str]:
+    """Words of a syntax tree, without bodies and comments."""
+    waiting: list[Any] = [unit]
+    while waiting:
+        tree = waiting.pop()
+        if isinstance(tree, str):
+            yield from _WORD.findall(tree.lower())
+        elif isinstance(tree, Note):
+            waiting.append(tree.attributes)
+        elif isinstance(tree, tuple):
+            waiting += tree
+        elif hasattr(tree, "__match_args__"):
+            waiting += [getattr(tree, name) for name in tree.__match_args__ if name != "body"]
