@@ -1,5 +1,8 @@
 """Findings after edits, compared with those of a check from nothing."""
 
+import random
+from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -7,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.st.workspace import Extent, Workspace
+from tests.st.workspace.declared_edits import EditedProject
 from tests.st.workspace.sample import (
     FILES,
     Edit,
@@ -39,6 +43,68 @@ def test_any_edits_have_the_findings_of_a_cold_check(
     assert workspace.findings == cold_findings(folder, {}, check_all=check_all)
 
 
+def test_edits_of_declarations_have_the_findings_of_a_cold_check(
+    tmp_path: Path, many: Callable[[int], int]
+) -> None:
+    generator = random.Random(31)
+    count = 36 if many(1) == 1 else 1_000
+    project, workspace, extents = None, None, Counter[Extent]()
+    for number in range(count):
+        if project is None or workspace is None or number % 100 == 0:
+            project = EditedProject(tmp_path / str(number), generator)
+            workspace = Workspace(project.folder)
+        if generator.random() < 0.05:
+            for file in project.move_a_file():
+                extents[workspace.reread(file)] += 1
+                if file in project.texts:
+                    workspace.edit(file, project.texts[file].encode())
+                else:
+                    workspace.close(file)
+        else:
+            file = project.edit()
+            extents[workspace.edit(file, project.texts[file].encode())] += 1
+        assert workspace.findings == cold_findings(project.folder, project.texts), number
+    assert extents[Extent.DECLARATIONS] > count / 3
+    assert extents[Extent.PROJECT] < count / 6
+
+
+def test_an_edit_checks_what_names_the_changed_unit(tmp_path: Path) -> None:
+    texts = {
+        "Base.st": "TYPE ST_Base : STRUCT n : INT; END_STRUCT END_TYPE",
+        "Holder.st": "TYPE ST_Holder : STRUCT inner : ST_Base; END_STRUCT END_TYPE",
+        "Main.st": "PROGRAM MAIN\nVAR held : ST_Holder; s : STRING; END_VAR\n"
+        "s := held.inner.n;\nEND_PROGRAM\n",
+        "Other.st": "PROGRAM OTHER\nVAR n : INT; END_VAR\nn := 'text';\nEND_PROGRAM\n",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    workspace = Workspace(tmp_path)
+    assert len(workspace.findings.errors) == 2
+    content = texts["Base.st"].replace("INT", "STRING").encode()
+    assert workspace.edit(tmp_path / "Base.st", content) is Extent.DECLARATIONS
+    assert [one.location.path for one in workspace.findings.errors] == ["Other.st"]
+    assert workspace.close(tmp_path / "Base.st") is Extent.DECLARATIONS
+    assert len(workspace.findings.errors) == 2
+
+
+def test_a_chain_of_declarations_that_becomes_too_deep_is_found(tmp_path: Path) -> None:
+    for number in range(63):
+        following = f"T{number + 1}" if number < 62 else "INT"
+        (tmp_path / f"T{number}.st").write_text(f"TYPE T{number} : {following}; END_TYPE")
+    workspace = Workspace(tmp_path)
+    assert not workspace.findings.errors
+    last = tmp_path / "T62.st"
+    text = "TYPE T62 : A; END_TYPE TYPE A : B; END_TYPE TYPE B : C; END_TYPE TYPE C : INT; END_TYPE"
+    workspace.edit(last, text.encode())
+    assert workspace.findings == cold_findings(tmp_path, {last: text})
+    assert workspace.findings.errors
+    new = tmp_path / "T0.st"
+    workspace.edit(new, b"TYPE T0 : INT; END_TYPE")
+    assert workspace.findings == cold_findings(
+        tmp_path, {last: text, new: "TYPE T0 : INT; END_TYPE"}
+    )
+
+
 def _changed(name: str, before: str, after: str) -> bytes:
     assert before in FILES[name]
     return FILES[name].replace(before, after).encode()
@@ -51,8 +117,9 @@ def _changed(name: str, before: str, after: str) -> bytes:
         ("POUs/MAIN.TcPOU", "nSum := 0;", "nSum := 0; (* new *)", Extent.BODIES),
         ("POUs/FB_Drive.TcPOU", "Position := nPosition;", "", Extent.BODIES),
         ("Functions.st", "F_Add := a + b;", "\nF_Add := a + c;", Extent.BODIES),
-        ("POUs/MAIN.TcPOU", "nSum : DINT;", "nSum : LREAL;", Extent.PROJECT),
-        ("DUTs/E_State.TcDUT", "Moving", "Running", Extent.PROJECT),
+        ("POUs/MAIN.TcPOU", "nSum : DINT;", "nSum : LREAL;", Extent.DECLARATIONS),
+        ("DUTs/E_State.TcDUT", "Moving", "Running", Extent.DECLARATIONS),
+        ("Functions.st", "FB_Spare", "TON", Extent.PROJECT),
         ("GVLs/GVL.TcGVL", "]]>", "", Extent.FILES),
         ("GVLs/GVL.TcGVL", "nCount", "nCount", Extent.NOTHING),
         ("Task.TcTTO", "MAIN", "OTHER", Extent.FILES),
