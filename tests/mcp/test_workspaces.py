@@ -7,6 +7,7 @@ import pytest
 
 from achse.mcp.fence import Fence, FenceError
 from achse.mcp.workspaces import WarmProjects
+from achse.st.lint.options import LintOptionsError
 
 
 def test_what_is_warm_equals_what_is_cold(folder: Path) -> None:
@@ -41,6 +42,21 @@ def test_a_project_in_memory_is_the_same_until_others_push_it_out(folder: Path) 
         (folder / f"p{number}.st").write_text(f"PROGRAM P{number}\nEND_PROGRAM\n")
         warm.of(f"p{number}.st")
     assert warm.of("machine.st") is not first
+
+
+def test_rules_of_the_linter_count_as_the_project_has_them_on(folder: Path) -> None:
+    (folder / "own").mkdir()
+    (folder / "own" / "a.st").write_text("PROGRAM A\nVAR nUnused : INT; END_VAR\nEND_PROGRAM\n")
+    (folder.parent / "achse.toml").write_text('[lint]\nselect = ["LT"]\n')  # outside
+    warm = WarmProjects(Fence(folder))
+    assert warm.check("own", 9).findings == []
+    (folder / "achse.toml").write_text('[lint]\nselect = ["LT1"]\n')
+    report = warm.check("own", 9)
+    assert (report.ok, report.warnings, report.lint) == (True, 0, 1)
+    assert (report.findings[0].severity, report.findings[0].code) == ("lint", "LT1001")
+    (folder / "achse.toml").write_text("[lint]\nselect = 3\n")
+    with pytest.raises(LintOptionsError, match="expected a list of codes"):
+        warm.check("own", 9)
 
 
 def test_findings_are_cut_and_counted(folder: Path) -> None:

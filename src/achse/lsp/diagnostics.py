@@ -7,6 +7,7 @@ from lsprotocol import types
 from achse.codes.links import SITE, finding_link, on_site
 from achse.lsp.documents import Document
 from achse.lsp.editor import Editor
+from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Diagnostic
 
 __all__ = ["Published", "lsp_diagnostic"]
@@ -15,6 +16,8 @@ _SEVERITY = {
     "errors": types.DiagnosticSeverity.Error,
     "warnings": types.DiagnosticSeverity.Warning,
     "unreached": types.DiagnosticSeverity.Information,
+    "failing": types.DiagnosticSeverity.Warning,
+    "lint": types.DiagnosticSeverity.Information,
 }
 
 
@@ -32,8 +35,12 @@ def lsp_diagnostic(finding: Diagnostic, kind: str, document: Document) -> types.
         severity=_SEVERITY[kind],
         code=str(finding.code),
         source="achse",
+        tags=[types.DiagnosticTag.Unnecessary] if finding.code in _UNNECESSARY else None,
         code_description=types.CodeDescription(page) if page else None,
     )
+
+
+_UNNECESSARY = (Code.UNUSED_VARIABLE, Code.UNREACHABLE)
 
 
 class Published:

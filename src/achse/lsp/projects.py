@@ -13,6 +13,7 @@ from achse.plc.system_info import lists_of_runtime
 from achse.st.files.files import PROJECT, SUFFIXES
 from achse.st.files.reading import file_key
 from achse.st.lexis.source import Diagnostic
+from achse.st.lint.options import lint_options
 from achse.st.workspace import Workspace
 
 __all__ = ["Projects"]
@@ -94,6 +95,7 @@ class Projects:
                 libraries=[*libraries, *self._libraries],
                 defines=self._defines,
                 given=lists_of_runtime,
+                lint_rules=lint_options,
                 open_files=dict(self._contents.values()),
             )
             self._workspaces[key] = made
@@ -117,14 +119,25 @@ class Projects:
         for workspace in self:
             workspace.reread(file)
 
+    def lint(self) -> bool:
+        """Run the linter where a project has rules on; return True if there are new findings."""
+        outdated = [one for one in self if not one.is_linted]
+        for workspace in outdated:
+            workspace.lint()
+        return bool(outdated)
+
     def findings(self) -> Mapping[Path, dict[tuple[Diagnostic, str], None]]:
-        """Return all findings by file, each with its kind: error, warning or unreached."""
+        """Return all findings by file, each with its kind: errors, warnings, unreached, and of the
+        linter, as far as it ran since the last edit, failing or lint."""
         found: dict[Path, dict[tuple[Diagnostic, str], None]] = {}
         for workspace in self:
             for kind, findings in workspace.findings._asdict().items():
                 for one in findings:
                     file = workspace.file_of(one)
                     found.setdefault(file, {})[one, kind] = None
+            for one in workspace.lint() if workspace.is_linted else ():
+                kind = "failing" if workspace.lint_options.fails(one.code) else "lint"
+                found.setdefault(workspace.file_of(one), {})[one, kind] = None
         return found
 
 

@@ -40,10 +40,13 @@ __all__ = ["LspServer", "new_server"]
 
 _PAUSE_S = 0.03
 """Time without a change after which findings are sent."""
+_LINT_PAUSE_S = 0.3
+"""Further time after which those of the linter are sent, which looks at the whole project."""
 
 _WATCHED = (
     "**/*.{st,TcPOU,TcGVL,TcDUT,TcIO,TcTLEO,TcTTO}",
     "**/*.{plcproj,tsproj,sln,tmc}",
+    "**/achse.toml",
 )
 
 
@@ -76,6 +79,8 @@ class LspServer(LanguageServer):
         self.editor = Editor()
         self.published = Published(self.editor)
         self._timer: asyncio.TimerHandle | None = None
+        self._reported: set[str] = set()
+        """Faults in files of options that the user knows."""
 
     def check_soon(self) -> None:
         """Check and send findings once the client pauses."""
@@ -90,10 +95,25 @@ class LspServer(LanguageServer):
             self.editor.update()
             for params in self.published.changes():
                 self.text_document_publish_diagnostics(params)
+            self._report_lint_options()
+            if any(not workspace.is_linted for workspace in self.editor.projects):
+                loop = asyncio.get_running_loop()
+                self._timer = loop.call_later(_LINT_PAUSE_S, self.lint_now)
         except Exception as fault:  # one document must not end the server for all
             self.window_log_message(
                 types.LogMessageParams(types.MessageType.Error, f"check failed: {fault!r}")
             )
+
+    def _report_lint_options(self) -> None:
+        failures = {one.lint_failure for one in self.editor.projects if one.lint_failure}
+        for failure in sorted(failures - self._reported):
+            self.window_show_message(types.ShowMessageParams(types.MessageType.Warning, failure))
+        self._reported = failures
+
+    def lint_now(self) -> None:
+        """Run the linter where it is on, and send the findings that are new."""
+        self.editor.projects.lint()
+        self.check_now()
 
     def report_server_error(self, error: Exception, source: Any) -> None:
         """Log what went wrong: the request has its answer, and no window need open."""

@@ -63,6 +63,7 @@ class CheckReport(_Result):
     sources: int
     errors: int
     warnings: int
+    lint: int
     findings: list[CodeFinding]
     left_out: int
 

@@ -1,12 +1,14 @@
 """Projects that stay in memory between calls, as their files are on disk now."""
 
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 
 from achse.mcp.fence import Fence
 from achse.mcp.results import CheckReport, CodeFinding
 from achse.plc.system_info import lists_of_runtime
 from achse.st.lexis.source import SourceError
+from achse.st.lint.options import FILE, LintOptionsError, lint_options
 from achse.st.workspace import Workspace
 from achse.station.configuration.station_file import load
 
@@ -15,7 +17,7 @@ __all__ = ["WarmProjects"]
 _MOST = 4
 """Projects in memory; the one not used for longest goes first."""
 
-_SEVERITY = {"errors": "error", "warnings": "warning", "unreached": "unreached"}
+_SEVERITY = {"errors": "error", "warnings": "warning", "unreached": "unreached", "lint": "lint"}
 
 _Stamp = tuple[int, int, int]
 
@@ -49,7 +51,12 @@ class WarmProjects:
         stamps = self._stamps(path, listed)
         known = self._projects.pop(key, None)
         if known is None:
-            made = Workspace(path, libraries=libraries, given=lists_of_runtime)
+            made = Workspace(
+                path,
+                libraries=libraries,
+                given=lists_of_runtime,
+                lint_rules=partial(lint_options, top=self._fence.root),
+            )
             known = _WarmProject(made, stamps)
         elif known.stamps.keys() != stamps.keys():
             known.workspace.load()
@@ -74,19 +81,25 @@ class WarmProjects:
         named = tuple((path.parent / name).resolve() for name in plc.libraries)
         return (path.parent / plc.sources).resolve(), (*named, *self._fence.libraries)
 
-    @staticmethod
-    def _stamps(path: Path, files: Iterable[Path]) -> dict[Path, _Stamp]:
-        """Return what tells an edited file: its times and size, of the project's file too."""
+    def _stamps(self, path: Path, files: Iterable[Path]) -> dict[Path, _Stamp]:
+        """Return what tells an edited file: its times and size, of the project's file and of
+        achse.toml too."""
         found: dict[Path, _Stamp] = {}
         beside = [path] if path.is_file() else sorted(path.glob("*.plcproj"))
+        options = (folder / FILE for folder in (path, *path.parents))
+        beside += [one for one in options if one.is_file() and self._fence.has(one)]
         for file in (*files, *beside):
             stat = file.stat()
             found[file] = stat.st_mtime_ns, stat.st_ctime_ns, stat.st_size
         return found
 
     def check(self, project: str, most: int) -> CheckReport:
-        """Return the findings of a project, errors first."""
+        """Return the findings of a project, errors first. Raises what `of` does, and
+        LintOptionsError."""
         workspace = self.of(project)
+        if workspace.lint_failure:
+            raise LintOptionsError(workspace.lint_failure)
+        found_by_kind = {**workspace.findings._asdict(), "lint": workspace.lint()}
         found = [
             CodeFinding(
                 severity=_SEVERITY[kind],
@@ -98,7 +111,7 @@ class WarmProjects:
                 end_column=one.end_column,
                 message=one.message,
             )
-            for kind, findings in workspace.findings._asdict().items()
+            for kind, findings in found_by_kind.items()
             for one in findings
         ]
         errors = len(workspace.findings.errors)
@@ -106,7 +119,8 @@ class WarmProjects:
             ok=not errors,
             sources=len(workspace.sources),
             errors=errors,
-            warnings=len(found) - errors,
+            warnings=len(found) - errors - len(found_by_kind["lint"]),
+            lint=len(found_by_kind["lint"]),
             findings=found[:most],
             left_out=max(0, len(found) - most),
         )

@@ -8,12 +8,14 @@ from hypothesis import strategies as st
 
 from achse.st.check import check
 from achse.st.files.reading import file_key, reading
-from achse.st.lexis.source import SourceError
+from achse.st.lexis.source import Diagnostic, SourceError
+from achse.st.lint.linting import lint
+from achse.st.lint.options import LintOptions
 from achse.st.project import examine_project
 from achse.st.workspace import ProjectFindings, findings_of
 from achse.st.workspace.findings import sorted_findings
 
-__all__ = ["FILES", "Edit", "cold_findings", "edited", "edits", "write_project"]
+__all__ = ["FILES", "Edit", "cold_findings", "cold_lint", "edited", "edits", "write_project"]
 
 FILES = {
     "POUs/MAIN.TcPOU": """<?xml version="1.0" encoding="utf-8"?>
@@ -214,3 +216,13 @@ def cold_findings(
         project.declarations, given=given, reach=project.reach, unreached=project.unreached
     )
     return findings_of(project, error, typed, check_all=check_all)
+
+
+def cold_lint(folder: Path, texts: dict[Path, str]) -> list[Diagnostic]:
+    """Return what all rules of the linter find in a check that begins with nothing."""
+    contents = {file_key(file): text.encode() for file, text in texts.items()}
+    with reading(contents, WeakValueDictionary()):
+        project, _ = examine_project(folder)
+    declarations = project.declarations
+    typed = check(declarations, reach=project.reach, unreached=project.unreached)
+    return list(lint(project.sources, declarations, typed, LintOptions().with_all()))

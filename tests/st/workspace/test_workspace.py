@@ -9,12 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from achse.st.lint.options import LintOptions
 from achse.st.workspace import Extent, Workspace
 from tests.st.workspace.declared_edits import EditedProject
 from tests.st.workspace.sample import (
     FILES,
     Edit,
     cold_findings,
+    cold_lint,
     edited,
     edits,
     write_project,
@@ -43,6 +45,10 @@ def test_any_edits_have_the_findings_of_a_cold_check(
     assert workspace.findings == cold_findings(folder, {}, check_all=check_all)
 
 
+def _all_rules(project: Path) -> LintOptions:
+    return LintOptions().with_all()
+
+
 def test_edits_of_declarations_have_the_findings_of_a_cold_check(
     tmp_path: Path, many: Callable[[int], int]
 ) -> None:
@@ -52,7 +58,7 @@ def test_edits_of_declarations_have_the_findings_of_a_cold_check(
     for number in range(count):
         if project is None or workspace is None or number % 100 == 0:
             project = EditedProject(tmp_path / str(number), generator)
-            workspace = Workspace(project.folder)
+            workspace = Workspace(project.folder, lint_rules=_all_rules)
         if generator.random() < 0.05:
             for file in project.move_a_file():
                 extents[workspace.reread(file)] += 1
@@ -64,6 +70,8 @@ def test_edits_of_declarations_have_the_findings_of_a_cold_check(
             file = project.edit()
             extents[workspace.edit(file, project.texts[file].encode())] += 1
         assert workspace.findings == cold_findings(project.folder, project.texts), number
+        if number % 6 == 0:
+            assert list(workspace.lint()) == cold_lint(project.folder, project.texts), number
     assert extents[Extent.DECLARATIONS] > count / 3
     assert extents[Extent.PROJECT] < count / 6
 

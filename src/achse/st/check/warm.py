@@ -6,7 +6,7 @@ findings count while their node is needed, in the end by something that the proj
 
 from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeAlias
 
 from achse.iec.structs import StaticRecord, StructType
 from achse.st.check.blocks import Blocks
@@ -21,9 +21,14 @@ from achse.st.lexis.codes import Code
 from achse.st.lexis.collection import collection_paused
 from achse.st.lexis.source import Diagnostic, Source
 from achse.st.syntax.cursor import Unexpected
+from achse.st.typed.project import RoutineKind
 from achse.st.typed.statements import LifeEvent, TypedStatement
 
-__all__ = ["CheckNode", "WarmChecking"]
+__all__ = ["CheckNode", "Inspection", "WarmChecking"]
+
+Inspection: TypeAlias = Callable[[object], Iterable[tuple[Code, int, str]]]
+"""Function that finds something in the typed statements of a body without faults: code, offset and
+message."""
 
 _ROOT = ""
 _INTERFACES = "interfaces"
@@ -34,11 +39,13 @@ _KINDS = ("declared", "unit", "record")
 class CheckNode:
     """Findings of one routine, record or unit, and the nodes that it needs."""
 
-    __slots__ = ("faults", "needs", "warnings")
+    __slots__ = ("faults", "needs", "remarks", "warnings")
 
     def __init__(self) -> None:
         self.faults: dict[Diagnostic, None] = {}
         self.warnings: dict[Diagnostic, None] = {}
+        self.remarks: dict[Diagnostic, None] = {}
+        """Findings of the inspection of a body."""
         self.needs: set[str] = set()
 
 
@@ -55,8 +62,10 @@ class WarmChecking(Checking):
         given: Iterable[type[StaticRecord]] = (),
         *,
         check_bounds: bool = True,
+        inspect: Inspection | None = None,
     ) -> None:
         super().__init__(names, given, check_bounds=check_bounds)
+        self._inspect = inspect
         self.nodes: dict[str, CheckNode] = {_ROOT: CheckNode()}
         self.is_exact = True
         self._key = _ROOT
@@ -221,6 +230,16 @@ class WarmChecking(Checking):
         """Warnings of the nodes that are needed."""
         return [one for node in self._live_nodes() for one in node.warnings]
 
+    def remarks(self, gone: Collection[str]) -> list[Diagnostic]:
+        """Findings of the inspection in bodies that are needed, but for those of some units."""
+        needed = self._reachable()
+        return [
+            one
+            for key, node in self.nodes.items()
+            if node.remarks and key in needed and self.unit_of(key) not in gone
+            for one in node.remarks
+        ]
+
     @property
     def faulty_routines(self) -> dict[str, str]:
         """Routines with faults that are needed, as the typed form leaves them out."""
@@ -292,6 +311,11 @@ class WarmChecking(Checking):
         builtin: bool,
     ) -> None:
         super()._finish(body, opening, statements, builtin)
+        if self._inspect is not None and body.signature.kind is not RoutineKind.LIFE:
+            source = body.signature.source
+            for checked in self._checked:
+                for code, at, message in self._inspect(checked.statements):
+                    self._node.remarks.setdefault(source.fault(at, message, code))
         self._checked.clear()  # no typed form is made
         self._statics.clear()
 

@@ -1,7 +1,7 @@
 """Rules about comparisons: equality of floating point numbers, unsigned numbers below zero."""
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Iterator
+from typing import Any, NamedTuple
 
 from achse.iec.elementary import IntegerType, RealType
 from achse.st.lexis.codes import Code
@@ -11,7 +11,7 @@ from achse.st.syntax.nodes import field_names
 from achse.st.typed.expressions import Computed, Conversion, Converted, Known, Operator, TypedValue
 from achse.st.typed.project import Routine, RoutineKind
 
-__all__ = ["check_comparisons"]
+__all__ = ["FoundComparison", "check_comparisons", "comparisons_in"]
 
 RULES = (Code.FLOAT_EQUALITY, Code.DEAD_COMPARISON)
 
@@ -28,6 +28,14 @@ _DEAD = {
 _TYPED = "achse.st.typed."
 
 
+class FoundComparison(NamedTuple):
+    """A comparison that a rule finds, by its offset in the source."""
+
+    code: Code
+    at: int
+    message: str
+
+
 def check_comparisons(
     routines: Iterable[Routine], sources: frozenset[Source], report: LintReport
 ) -> None:
@@ -36,12 +44,14 @@ def check_comparisons(
         return
     for routine in routines:
         if routine.source in sources and routine.kind is not RoutineKind.LIFE:
-            _check(routine, report)
+            for found in comparisons_in(routine.body):
+                report.add(found.code, routine.source, found.at, found.message)
 
 
-def _check(routine: Routine, report: LintReport) -> None:
+def comparisons_in(statements: object) -> Iterator[FoundComparison]:
+    """Return what the rules find in statements of the typed form, in no order."""
     seen: set[int] = set()
-    stack: list[Any] = [routine.body]
+    stack: list[Any] = [statements]
     while stack:
         node = stack.pop()
         if isinstance(node, tuple):
@@ -49,17 +59,17 @@ def _check(routine: Routine, report: LintReport) -> None:
         elif node.__class__.__module__.startswith(_TYPED) and id(node) not in seen:
             seen.add(id(node))
             if isinstance(node, Computed):
-                _check_comparison(node, routine.source, report)
+                yield from _check_comparison(node)
             stack += [getattr(node, name) for name in field_names(node.__class__)]
 
 
-def _check_comparison(node: Computed, source: Source, report: LintReport) -> None:
+def _check_comparison(node: Computed) -> Iterator[FoundComparison]:
     if len(node.operands) != 2:
         return
     sign = _SIGNS.get(node.operator)
     if sign is not None and isinstance(node.operands[0].type, RealType):
         message = f"'{sign}' compares floating point numbers, which are seldom equal"
-        report.add(Code.FLOAT_EQUALITY, source, node.at, message)
+        yield FoundComparison(Code.FLOAT_EQUALITY, node.at, message)
     for side in (0, 1):
         result = _DEAD.get((node.operator, side))
         zero, other = node.operands[side], node.operands[1 - side]
@@ -67,7 +77,7 @@ def _check_comparison(node: Computed, source: Source, report: LintReport) -> Non
             type = _unsigned(other)
             if type is not None:
                 message = f"a {type.name} is never below 0: this is always {result}"
-                report.add(Code.DEAD_COMPARISON, source, node.at, message)
+                yield FoundComparison(Code.DEAD_COMPARISON, node.at, message)
 
 
 def _unsigned(value: TypedValue) -> IntegerType | None:

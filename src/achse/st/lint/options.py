@@ -52,8 +52,9 @@ class LintOptions:
         return frozenset(code for code in Code if code.startswith(FAMILY) and self.is_on(code))
 
 
-def lint_options(project: Path) -> LintOptions:
-    """Return the options of a project: of the nearest achse.toml, up to the top of its repository.
+def lint_options(project: Path, top: Path | None = None) -> LintOptions:
+    """Return the options of a project: of the nearest achse.toml, up to the top of its repository,
+    or up to a folder.
 
     Without a file, or without a table `[lint]`, no rule is on. Raises `LintOptionsError`.
     """
@@ -62,7 +63,7 @@ def lint_options(project: Path) -> LintOptions:
         file = place / FILE
         if os.path.isfile(file):  # False where a folder may not be read
             return _read(file)
-        if os.path.exists(place / ".git"):
+        if os.path.exists(place / ".git") or place == top:
             break
     return LintOptions()
 

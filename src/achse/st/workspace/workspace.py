@@ -7,16 +7,17 @@ project has is read again if one is added or taken away, or if a `.plcproj`, a t
 changes.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from enum import Enum
+from functools import partial
 from pathlib import Path
 from typing import Any
 from weakref import WeakValueDictionary
 
 from achse.iec.structs import StaticRecord
 from achse.st.check.reached import faults_by_reach
-from achse.st.check.warm import WarmChecking
+from achse.st.check.warm import Inspection, WarmChecking
 from achse.st.declare import Declarations, declare_again, faults_of, named_sources
 from achse.st.declared.scopes import DEEPEST, DeclaredUnit
 from achse.st.files.envelope import TaskDeclaration
@@ -32,6 +33,7 @@ from achse.st.files.reading import file_key, reading
 from achse.st.lexis.lexer import Defines
 from achse.st.lexis.pragmas import asks_for_declarations
 from achse.st.lexis.source import Diagnostic, Source, SourceError
+from achse.st.lint.options import FILE, LintOptions, LintOptionsError
 from achse.st.mentions import Mentions
 from achse.st.project import ProjectFiles, read_files
 from achse.st.reach import Reach
@@ -47,6 +49,7 @@ _BESIDE = (PROJECT, SYMBOL_FILE, ".tsproj", ".sln", ".tspproj")
 """Endings of further files that say something about a project."""
 
 Given = Callable[[Sequence[TaskDeclaration]], Iterable[type[StaticRecord]]]
+LintRules = Callable[[Path], LintOptions]
 
 
 class Extent(Enum):
@@ -69,6 +72,7 @@ class Workspace:
     """A project in memory. `findings` are those that a check of the same texts would have.
 
     `given` returns the variable lists that a runtime declares for the tasks of a project.
+    `lint_rules` returns the rules of the linter that are on, without it there are none.
     """
 
     def __init__(
@@ -79,6 +83,7 @@ class Workspace:
         defines: Defines = (),
         given: Given = _nothing_given,
         check_all: bool = False,
+        lint_rules: LintRules | None = None,
         open_files: Mapping[Path, bytes] | None = None,
     ) -> None:
         self.path = Path(path)
@@ -108,12 +113,20 @@ class Workspace:
         """The declarations of the project; None if nothing can be read."""
         self.checking: WarmChecking | None = None
         self.findings = ProjectFindings()
+        self._lint_rules = lint_rules
+        self.lint_options = LintOptions()
+        self.lint_failure = ""
+        """Fault in achse.toml, which switches all rules off."""
+        self._linted: Sequence[Diagnostic] | None = None
+        self._gone: Callable[[], Collection[str]] = frozenset
+        """Units left out because of faults that no task reaches."""
         self.load()
 
     # files -----------------------------------------------------------------------------------
 
     def load(self) -> None:
         """Read all files and check everything."""
+        self._read_lint_options()
         try:
             with reading(self._contents, self._trees):
                 self._files = read_files(self.path, libraries=self.libraries, defines=self._defines)
@@ -179,6 +192,31 @@ class Workspace:
             self._uses[source] = uses_in(self.checking, source)
         return self._uses[source]
 
+    def lint(self) -> Sequence[Diagnostic]:
+        """Return the findings of the linter, kept until an edit; none if no rule is on."""
+        checking, declarations = self.checking, self.declarations
+        if checking is None or declarations is None or not self.lint_options.codes:
+            return ()
+        if self._linted is None:
+            from achse.st.lint.linting import lint_warm  # off by default
+
+            compared = checking.remarks(() if self._check_all else self._gone())
+            self._linted = lint_warm(self.sources, declarations, compared, self.lint_options)
+        return self._linted
+
+    @property
+    def is_linted(self) -> bool:
+        """True if `lint` has nothing to do."""
+        return self._linted is not None or not self.lint_options.codes
+
+    def _read_lint_options(self) -> None:
+        if self._lint_rules is None:
+            return
+        try:
+            self.lint_options, self.lint_failure = self._lint_rules(self.path), ""
+        except LintOptionsError as failure:
+            self.lint_options, self.lint_failure = LintOptions(), str(failure)
+
     # edits -----------------------------------------------------------------------------------
 
     def edit(self, file: Path, content: bytes) -> Extent:
@@ -233,6 +271,8 @@ class Workspace:
 
     def _may_read(self, key: str, file: Path) -> bool:
         """Return True if the project may have a file, or reads it besides its sources."""
+        if file.name == FILE:
+            return self._lint_rules is not None
         if file.suffix.lower() not in SUFFIXES or key in self._listed:
             return file.suffix.lower() in (*_BESIDE, *SUFFIXES)
         folders = [*self.libraries, *(() if self._is_listing else (self.path,))]
@@ -289,11 +329,12 @@ class Workspace:
                 again.append(signature)
         keys = {signature.key for signature in again}
         for name, node in checking.nodes.items():
-            if name in keys or not (node.faults or node.warnings):
+            found = (node.faults, node.warnings, node.remarks)
+            if name in keys or not any(found):
                 continue
-            moved = self._followed(edit, node.faults), self._followed(edit, node.warnings)
+            moved = [self._followed(edit, findings) for findings in found]
             if None not in moved:
-                node.faults, node.warnings = moved  # type: ignore[assignment]
+                node.faults, node.warnings, node.remarks = moved  # type: ignore[assignment]
                 continue
             routine = checking.checked(name)
             if routine is None:
@@ -381,7 +422,12 @@ class Workspace:
         self._named = named_sources(names)
         self._declared_faults = tuple(names.scopes.faults)
         self._mentions, self._uses = {}, {}
-        self.checking = WarmChecking(names, self._given(self.tasks))
+        inspect: Inspection | None = None
+        if self.lint_options.codes:
+            from achse.st.lint.comparisons import comparisons_in  # off by default
+
+            inspect = comparisons_in
+        self.checking = WarmChecking(names, self._given(self.tasks), inspect=inspect)
         self.checking.start()
         self.judge()
 
@@ -390,6 +436,7 @@ class Workspace:
         files, checking = self._files, self.checking
         assert files is not None
         assert checking is not None
+        self._linted = None
         declared = faults_of(self.sources, files.libraries, self._declared_faults, self._named)
         faults = [*files.faults, *SourceError(declared).faults]
         checked = tuple(sorted(dict.fromkeys(checking.faults), key=lambda one: one.location))
@@ -406,6 +453,7 @@ class Workspace:
         further, all_unreached = faults_by_reach(
             checked, checking.faulty_routines, reach, tuple(unreached)
         )
+        self._gone = partial(reach.dependent_on, all_unreached)
         self.findings = sorted_findings(
             [*errors, *further], checking.warnings, [*unreached, *all_unreached]
         )
