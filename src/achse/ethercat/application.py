@@ -15,6 +15,7 @@ from achse.codes import AlState, AlStatus
 
 __all__ = [
     "Application",
+    "BufferedApplication",
     "FileApplication",
     "Identity",
     "MessagingApplication",
@@ -171,6 +172,26 @@ class Application(Protocol):
 
     def take_emergency(self) -> bytes | None:
         """The oldest emergency message not yet taken, 8 bytes; None if there is none."""
+        ...
+
+
+@runtime_checkable
+class BufferedApplication(Protocol):
+    """An application with process data in several SyncManagers of one direction.
+
+    These take the place of `output_size`, `input_size`, `write_outputs` and `read_inputs`.
+    """
+
+    def buffer_size(self, number: int) -> int:
+        """Bytes of process data in SyncManager `number`; constant outside PreOp."""
+        ...
+
+    def write_buffer(self, number: int, data: bytes) -> None:
+        """Outputs of SyncManager `number` came; called in Op only."""
+        ...
+
+    def read_buffer(self, number: int) -> bytes:
+        """The newest inputs of SyncManager `number`; called in SafeOp and Op."""
         ...
 
 

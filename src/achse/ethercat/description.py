@@ -5,7 +5,7 @@ Source: 001 §2.2; ETG.2000 and ETG.2010 for the content of a description.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from enum import IntFlag
+from enum import IntEnum, IntFlag
 
 from achse.codes import SdoAbort
 from achse.ethercat.application import (
@@ -23,7 +23,9 @@ __all__ = [
     "OperationMode",
     "Pdo",
     "PdoEntry",
+    "SiiUse",
     "SlaveDescription",
+    "SlaveMemory",
     "SyncManagerArea",
     "SyncManagerLayout",
     "describe",
@@ -74,6 +76,33 @@ class SyncManagerArea:
     control: int
 
 
+class SiiUse(IntEnum):
+    """Use of a SyncManager."""
+
+    NONE = 0
+    MAILBOX_OUT = 1
+    MAILBOX_IN = 2
+    OUTPUTS = 3
+    INPUTS = 4
+
+
+@dataclass(frozen=True)
+class SlaveMemory:
+    """SyncManagers of a slave in their order, with their use; the mailboxes of Bootstrap."""
+
+    managers: tuple[tuple[SiiUse, SyncManagerArea], ...]
+    boot_out: SyncManagerArea
+    boot_in: SyncManagerArea
+
+    def mailbox(self) -> tuple[tuple[int, SyncManagerArea], tuple[int, SyncManagerArea]] | None:
+        """Number and area of the mailboxes from and to the master, None without a mailbox."""
+        uses = [use for use, _ in self.managers]
+        if not {SiiUse.MAILBOX_OUT, SiiUse.MAILBOX_IN} <= set(uses):
+            return None
+        out, into = uses.index(SiiUse.MAILBOX_OUT), uses.index(SiiUse.MAILBOX_IN)
+        return (out, self.managers[out][1]), (into, self.managers[into][1])
+
+
 @dataclass(frozen=True)
 class SyncManagerLayout:
     """Memory of the four SyncManagers: mailboxes from and to the master, outputs, inputs."""
@@ -85,6 +114,13 @@ class SyncManagerLayout:
     boot_out: SyncManagerArea = SyncManagerArea(0x1000, 512, 0x26)
     """The mailboxes of Bootstrap, where a slave has that state."""
     boot_in: SyncManagerArea = SyncManagerArea(0x1200, 512, 0x22)
+
+    @property
+    def memory(self) -> SlaveMemory:
+        """The SyncManagers in their order."""
+        uses = (SiiUse.MAILBOX_OUT, SiiUse.MAILBOX_IN, SiiUse.OUTPUTS, SiiUse.INPUTS)
+        areas = (self.mailbox_out, self.mailbox_in, self.outputs, self.inputs)
+        return SlaveMemory(tuple(zip(uses, areas, strict=True)), self.boot_out, self.boot_in)
 
 
 LAYOUT = SyncManagerLayout(

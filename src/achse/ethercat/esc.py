@@ -17,12 +17,12 @@ from achse.ethercat.eeprom import COMMAND, Eeprom
 from achse.ethercat.fmmu import Fmmu
 from achse.ethercat.pdi import AlEvent, Pdi, PdiAccess
 from achse.ethercat.registers import (
+    DIGITAL_OUTPUTS,
     FMMU_BASE,
-    FMMUS,
     RAM_BASE,
-    RAM_KIB,
+    RESOURCES,
     SM_BASE,
-    SYNC_MANAGERS,
+    ControllerResources,
     Register,
 )
 from achse.ethercat.syncmanager import SyncManager
@@ -39,9 +39,6 @@ _PDI = 0x03
 """DL status: the PDI is operational, its watchdog has not expired."""
 
 _PDI_WATCHDOG = 0x02
-
-_PORTS = 0b00_00_11_11
-"""Port descriptor: ports 0 and 1 are MII."""
 
 _DL_CONTROL, _STATION, _SYSTEM_TIME = (
     int(each) for each in (Register.DL_CONTROL, Register.STATION_ADDRESS, Register.SYSTEM_TIME)
@@ -84,9 +81,7 @@ class Esc:
         pdi: Pdi,
         sii: bytes,
         *,
-        fmmus: int = FMMUS,
-        sync_managers: int = SYNC_MANAGERS,
-        ram_kib: int = RAM_KIB,
+        resources: ControllerResources = RESOURCES,
         alias: int = 0,
     ) -> None:
         self.pdi = pdi
@@ -98,19 +93,24 @@ class Esc:
         """Called when DL control was written: ports may open or close."""
         self.irq_changed: Callable[[], None] = _nothing
         """Called when `irq`, the pending events that the master's mask lets through, changes."""
-        self.fmmus = [Fmmu.decode(bytes(16))] * fmmus
+        self.fmmus = [Fmmu.decode(bytes(16))] * resources.fmmus
         self.watchdog_ns = 0
         """Process data watchdog time, 0 = off."""
         self.pdi_watchdog_ns = 0
         """Longest time without an access of the device, ns; 0 = unlimited."""
         self.pdi_access = PdiAccess(self)
         self._alias = alias
-        self.ram_end = RAM_BASE + 1024 * ram_kib
+        self._resources = resources
+        self.ram_end = RAM_BASE + 1024 * resources.ram_kib
+        self._ram_base = RAM_BASE
+        """First byte that SyncManagers guard."""
         self._reset_progress = 0
         self._loop_control = 0
         self.eeprom = Eeprom(sii, self.memory)
         self.clock = DistributedClock(self.memory, self.time, pdi.timing_changed)
-        self.sync_managers = [self._sync_manager(number) for number in range(sync_managers)]
+        self.sync_managers = [
+            self._sync_manager(number) for number in range(resources.sync_managers)
+        ]
         self._guarded: list[SyncManager] = []
         self._writers = self._rows()
         self._starts = [first for first, _, _ in self._writers]
@@ -133,16 +133,14 @@ class Esc:
         memory[:] = bytes(_MEMORY_SIZE)
         for register in Register:
             register.set(memory, register.default)
-        Register.FMMU_COUNT.set(memory, len(self.fmmus))
-        Register.SYNC_MANAGER_COUNT.set(memory, len(self.sync_managers))
-        Register.RAM_SIZE.set(memory, (self.ram_end - RAM_BASE) // 1024)
-        Register.PORT_DESCRIPTOR.set(memory, _PORTS)
+        self._resources.show(memory)
         self.fmmus = [Fmmu.decode(bytes(16))] * len(self.fmmus)
         for sync_manager in self.sync_managers:
             sync_manager.locked = True
             sync_manager.repeat_acknowledge = False
             sync_manager.configure(bytes(8))
         self._guarded = []
+        self._ram_base = RAM_BASE
         self.events = 0
         self.irq = 0
         self.al_events = AlEvent(0)
@@ -171,10 +169,11 @@ class Esc:
     def read(self, address: int, length: int) -> bytes | None:
         """`length` bytes from `address`, or None if the access is refused."""
         end = address + length
-        if address >= RAM_BASE:
+        base = self._ram_base
+        if address >= base:
             return self._read_ram(address, end)
-        if end > RAM_BASE:
-            registers, ram = self.read(address, RAM_BASE - address), self._read_ram(RAM_BASE, end)
+        if end > base:
+            registers, ram = self.read(address, base - address), self._read_ram(base, end)
             return None if registers is None or ram is None else registers + ram
         data = self.look(address, length)
         if self.events:
@@ -206,9 +205,10 @@ class Esc:
             self.clock.feed(data[:8])
             return True
         end = address + len(data)
-        if address >= RAM_BASE:
+        base = self._ram_base
+        if address >= base:
             return self._write_ram(address, end, data)
-        if end > RAM_BASE and not self._may_write_ram(RAM_BASE, end):
+        if end > base and not self._may_write_ram(base, end):
             return False
         memory = self.memory
         done = False
@@ -223,8 +223,8 @@ class Esc:
                 memory[low:high] = data[low - address : high - address]
                 act(low, high)
                 done = True
-        if end > RAM_BASE:
-            done |= self._write_ram(RAM_BASE, end, data[RAM_BASE - address :])
+        if end > base:
+            done |= self._write_ram(base, end, data[base - address :])
         return done
 
     def _pieces(self, address: int, end: int) -> list[tuple[SyncManager | None, int, int]]:
@@ -398,6 +398,8 @@ class Esc:
         else:
             sync_manager.configure(registers)
             self._guarded = [each for each in self.sync_managers if each.guards]
+            first = min((each.start for each in self._guarded), default=RAM_BASE)
+            self._ram_base = DIGITAL_OUTPUTS if DIGITAL_OUTPUTS <= first < RAM_BASE else RAM_BASE
             self.remapped()
             self.al_events |= AlEvent.SYNC_MANAGERS
         self.pdi.sync_manager_changed(number)

@@ -6,16 +6,20 @@ read-only. What a write does is bound to the register in `achse.ethercat.esc`.
 Source: ETG.1000.4 §6; each register has its clause.
 """
 
+from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
 
 __all__ = [
+    "DIGITAL_OUTPUTS",
     "FMMUS",
     "FMMU_BASE",
     "RAM_BASE",
     "RAM_KIB",
+    "RESOURCES",
     "SM_BASE",
     "SYNC_MANAGERS",
+    "ControllerResources",
     "Register",
 ]
 
@@ -25,9 +29,44 @@ SM_BASE = 0x0800
 """Of the first SyncManager, 8 bytes each (§6.7, table 59)."""
 RAM_BASE = 0x1000
 """Below are registers, from here process data memory."""
+DIGITAL_OUTPUTS = 0x0F00
+"""Output data of controllers that are digital terminals by themselves; a SyncManager may begin
+here."""
 
 FMMUS, SYNC_MANAGERS, RAM_KIB = 3, 4, 8
 """Resources of the drive's controller (001 §2.2); the manual does not state its memory."""
+
+_PORTS_MII = 0b00_00_11_11
+_FEATURES = 0x01FC
+
+
+@dataclass(frozen=True)
+class ControllerResources:
+    """Resources of a slave controller; `ports` and `features` are the content of their registers.
+
+    By default those of the drive's controller: ports 0 and 1 are MII, with a clock of 64 bits.
+    """
+
+    fmmus: int = FMMUS
+    sync_managers: int = SYNC_MANAGERS
+    ram_kib: int = RAM_KIB
+    ports: int = _PORTS_MII
+    features: int = _FEATURES
+
+    def show(self, memory: bytearray) -> None:
+        """Write the resources to the registers that tell them."""
+        for register, value in (
+            (Register.FMMU_COUNT, self.fmmus),
+            (Register.SYNC_MANAGER_COUNT, self.sync_managers),
+            (Register.RAM_SIZE, self.ram_kib),
+            (Register.PORT_DESCRIPTOR, self.ports),
+            (Register.FEATURES, self.features),
+        ):
+            register.set(memory, value)
+
+
+RESOURCES = ControllerResources()
+"""Resources of the drive's controller."""
 
 
 class Register(IntEnum):
@@ -85,7 +124,7 @@ class Register(IntEnum):
     """Process data memory in KiB (§6.1.1)."""
     PORT_DESCRIPTOR = (0x0007, 1, "port descriptor")
     """Two bits for each port: none, not configured, EBUS, MII (§6.1.1)."""
-    FEATURES = (0x0008, 2, "features", False, 0x01FC)
+    FEATURES = (0x0008, 2, "features", False, _FEATURES)
     """Distributed clocks with 64 bits, enhanced link detection; LRW works (§6.1.1)."""
     STATION_ADDRESS = (0x0010, 2, "configured station address", True)
     """Station address that FPRD and FPWR use; the master sets it (§6.1.2)."""
@@ -191,5 +230,7 @@ class Register(IntEnum):
     """A byte each: which edges were seen (§6.8, table 61)."""
     LATCH_TIMES = (0x09B0, 32, "latch times")
     """Eight bytes each: latch 0 rising, falling, latch 1 rising, falling (§6.8, table 61)."""
+    DIGITAL_OUTPUT_DATA = (DIGITAL_OUTPUTS, 4, "digital output data", True)
+    """Outputs of a controller that is a digital terminal by itself."""
     USER_RAM = (0x0F80, 128, "user RAM", True)
     """Free for the master."""

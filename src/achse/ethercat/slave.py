@@ -4,30 +4,48 @@ Source: 001 §2.4, §2.5, table 2.10.1.
 """
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from achse.codes import AlState, AlStatus, ErrorLight
 from achse.ethercat.application import Application, FileApplication, MessagingApplication
 from achse.ethercat.clock import Instant
 from achse.ethercat.coe import CoeServer
-from achse.ethercat.description import LAYOUT, SyncManagerArea, SyncManagerLayout, describe
+from achse.ethercat.description import (
+    LAYOUT,
+    SlaveMemory,
+    SyncManagerArea,
+    SyncManagerLayout,
+    describe,
+)
 from achse.ethercat.esc import Esc
 from achse.ethercat.foe import FoeServer
 from achse.ethercat.mailbox import MailboxProtocol, MailboxServer
 from achse.ethercat.pdi import AlEvent
-from achse.ethercat.registers import RAM_BASE
+from achse.ethercat.process_buffers import ProcessBuffer, process_buffers
+from achse.ethercat.registers import (
+    DIGITAL_OUTPUTS,
+    RAM_BASE,
+    RESOURCES,
+    ControllerResources,
+    Register,
+)
 from achse.ethercat.sii import build_sii
 from achse.ethercat.statemachine import Light, Transition, request
 from achse.ethercat.syncmanager import SyncManager
 
 __all__ = ["Slave"]
 
-_MAILBOX_OUT, _MAILBOX_IN, _OUTPUTS, _INPUTS = range(4)
+_NONE = -1
+"""Number of a SyncManager that a slave does not have."""
 
 _STATE = 0x0F
 _ACKNOWLEDGE = 0x10
 _IDENTIFICATION = 0x20
 
 _MODE_AND_DIRECTION = 0x0F
+_EMULATION = 0x01
+"""Bit of the ESC configuration: no program behind the controller, which takes over each state."""
+_STATES = {int(state): state for state in AlState}
 _LEAST_MAILBOX = 34
 """Shortest mailbox in which the services work."""
 
@@ -43,8 +61,9 @@ class Slave:
     """One slave of a segment.
 
     `alias` is the setting of the rotary switches, 0 for the alias in the EEPROM. `sii` is the
-    EEPROM's content if it is not to be made from the application. `mailbox_delay_ns` lets the
-    application take its time for each message.
+    EEPROM's content if it is not to be made from the application; `memory` its SyncManagers if they
+    are others than those of `layout`. Without `coe` the mailbox refuses that protocol.
+    `mailbox_delay_ns` lets the application take its time for each message.
     """
 
     def __init__(
@@ -54,9 +73,20 @@ class Slave:
         alias: int = 0,
         sii: bytes | None = None,
         layout: SyncManagerLayout = LAYOUT,
+        memory: SlaveMemory | None = None,
+        resources: ControllerResources = RESOURCES,
+        coe: bool = True,
     ) -> None:
         self.application = application
-        self.layout = layout
+        self.memory = layout.memory if memory is None else memory
+        mailbox = self.memory.mailbox()
+        self._has_mailbox = mailbox is not None
+        self._mailbox_out, self._mailbox_in = (
+            (_NONE, _NONE) if mailbox is None else (mailbox[0][0], mailbox[1][0])
+        )
+        self._buffers = process_buffers(application, self.memory)
+        self._output_buffers = tuple(each for each in self._buffers if each.output)
+        self._places = {each.number for each in self._buffers}
         self.mailbox_delay_ns = 0
         self.state = AlState.INIT
         self.error = _NO_ERROR
@@ -67,14 +97,15 @@ class Slave:
         self._coe = CoeServer(application)
         self._messaging = application if isinstance(application, MessagingApplication) else None
         own = {} if self._messaging is None else self._messaging.services
-        services = {**own, MailboxProtocol.COE: self._coe.answer}
+        services = {**own, MailboxProtocol.COE: self._coe.answer} if coe else dict(own)
         self._foe = FoeServer(application) if isinstance(application, FileApplication) else None
         if self._foe is not None:
             services[MailboxProtocol.FOE] = self._foe.answer
         self._mailbox = MailboxServer(services)
         self._message: bytes | None = None
         self._message_due = 0
-        self._outputs: bytes | None = None
+        self._outputs: dict[int, bytes] = {}
+        """Outputs that came before Op, by SyncManager."""
         self._opening = False
         self._fed_ns = 0
         self._local_cycle_ns = application.local_cycle_ns
@@ -83,7 +114,9 @@ class Slave:
         self._sync0_due = _NEVER
         self.due_ns = self._timer_due
         """Time at which `advance` has something to do."""
-        self.esc = Esc(self, sii or build_sii(describe(application, layout)), alias=alias)
+        image = sii or build_sii(describe(application, layout))
+        self.esc = Esc(self, image, resources=resources, alias=alias)
+        self._sinks = {each.number: self._operating(each) for each in self._output_buffers}
         self._time = self.esc.time
         self.esc.power_up()
 
@@ -119,6 +152,12 @@ class Slave:
                 return
             self.error = _NO_ERROR
         self._opening = False
+        if self._emulated:
+            state = _STATES.get(request_word & _STATE, self.state)
+            if state is not self.state:
+                self.application.enter(state, self.esc.clock.cycle_ns, _NO_ERROR)
+            self._settle(state, _NO_ERROR)
+            return
         meaning = request(self.state, request_word & _STATE)
         if isinstance(meaning, AlStatus):
             # of Op the manual's table has no error state: what is refused there ends in SafeOp
@@ -130,6 +169,11 @@ class Slave:
             self._change(meaning)
         if request_word & _IDENTIFICATION:
             self.esc.set_al_status(self.state, self.error, self.esc.alias)
+
+    @property
+    def _emulated(self) -> bool:
+        """True if the controller has no program behind it."""
+        return bool(self.esc.memory[Register.ESC_CONFIGURATION] & _EMULATION)
 
     def _change(self, transition: Transition) -> None:
         if transition is Transition.SO and not self._outputs_valid:
@@ -173,69 +217,82 @@ class Slave:
             if mailbox and before is AlState.INIT:
                 self._mailbox.reset()
                 self._message = None
-                lengths = [esc.sync_managers[each].length for each in (_MAILBOX_OUT, _MAILBOX_IN)]
-                self._coe.reset(lengths[1])
-                if self._foe is not None:
-                    self._foe.reset(*lengths)
+                self._reset_services()
                 self._mailbox.only = _BOOT_SERVICES if state is AlState.BOOT else None
-            esc.lock(_MAILBOX_OUT, not mailbox)
-            esc.lock(_MAILBOX_IN, not mailbox)
+            if self._has_mailbox:
+                esc.lock(self._mailbox_out, not mailbox)
+                esc.lock(self._mailbox_in, not mailbox)
             self._open_process_data()
             if state is AlState.OP:
                 self._fed_ns = self._time.now_ns
                 esc.set_watchdog(expired=False)
-                if self._outputs is not None:
-                    self.application.write_outputs(self._outputs)
+                for buffer in self._output_buffers:
+                    if buffer.number in self._outputs:
+                        buffer.write(self._outputs[buffer.number])
         self._plan_steps()
         esc.set_al_status(state, code)
+
+    def _reset_services(self) -> None:
+        """The mailbox opens: its lengths are known now."""
+        if not self._has_mailbox:
+            return
+        sync_managers = self.esc.sync_managers
+        lengths = [sync_managers[each].length for each in (self._mailbox_out, self._mailbox_in)]
+        self._coe.reset(lengths[1])
+        if self._foe is not None:
+            self._foe.reset(*lengths)
 
     def _open_process_data(self) -> None:
         """Connect the process data SyncManagers to the application as the state has it."""
         esc = self.esc
-        outputs, inputs = esc.sync_managers[_OUTPUTS], esc.sync_managers[_INPUTS]
         closed = self.state < AlState.SAFEOP
-        if self.state is not AlState.OP:
-            self._outputs = None
-        outputs.sink = self._operate if self.state is AlState.OP else self._preview
-        inputs.source = self.application.read_inputs
-        esc.lock(_OUTPUTS, closed)
-        esc.lock(_INPUTS, closed)
+        operating = self.state is AlState.OP
+        if not operating:
+            self._outputs = {}
+        for buffer in self._buffers:
+            number = buffer.number
+            sync_manager = esc.sync_managers[number]
+            if buffer.output:
+                preview = partial(self._preview, number)
+                sync_manager.sink = self._sinks[number] if operating else preview
+            else:
+                sync_manager.source = buffer.read
+            esc.lock(number, closed)
         esc.remapped()
 
     # checks of a request
 
     def _check_mailbox(self) -> AlStatus:
-        return self._check_mailboxes(self.layout.mailbox_out, self.layout.mailbox_in)
+        mailbox = self.memory.mailbox()
+        if mailbox is None:
+            return _NO_ERROR
+        return self._check_mailboxes(mailbox[0][1], mailbox[1][1])
 
     def _check_bootstrap(self) -> AlStatus:
         """There is that state, and the mailboxes are those of it."""
         files = self.application
         if not (isinstance(files, FileApplication) and files.bootstrap):
             return AlStatus.NO_BOOTSTRAP
-        return self._check_mailboxes(self.layout.boot_out, self.layout.boot_in)
+        return self._check_mailboxes(self.memory.boot_out, self.memory.boot_in)
 
     def _check_mailboxes(self, out: SyncManagerArea, into: SyncManagerArea) -> AlStatus:
-        for number, area in ((_MAILBOX_OUT, out), (_MAILBOX_IN, into)):
+        for number, area in ((self._mailbox_out, out), (self._mailbox_in, into)):
             sync_manager = self.esc.sync_managers[number]
             if not (
                 _fits(sync_manager, area)
                 and sync_manager.enabled
                 and sync_manager.start == area.start
-                and _LEAST_MAILBOX <= sync_manager.length <= area.length
+                and min(_LEAST_MAILBOX, area.length) <= sync_manager.length <= area.length
             ):
                 return AlStatus.MAILBOX_CONFIGURATION
         return _NO_ERROR
 
     def _check_process_data(self) -> AlStatus:
-        application, layout, ram = self.application, self.layout, self.esc.sync_managers
-        for number, area, size, code in (
-            (_OUTPUTS, layout.outputs, application.output_size, AlStatus.OUTPUT_CONFIGURATION),
-            (_INPUTS, layout.inputs, application.input_size, AlStatus.INPUT_CONFIGURATION),
-        ):
-            sync_manager = ram[number]
+        for buffer in self._buffers:
+            sync_manager, size = self.esc.sync_managers[buffer.number], buffer.size()
             length = sync_manager.length if sync_manager.enabled else 0
-            if length != size or (size and not self._placed(sync_manager, area)):
-                return code
+            if length != size or (size and not self._placed(sync_manager, buffer.area)):
+                return buffer.fault
         return _NO_ERROR
 
     def _check_safe_op(self) -> AlStatus:
@@ -257,7 +314,8 @@ class Slave:
         overlaid."""
         return (
             _fits(sync_manager, area)
-            and sync_manager.start >= RAM_BASE
+            and sync_manager.start >= min(area.start, RAM_BASE)
+            and sync_manager.start >= DIGITAL_OUTPUTS
             and sync_manager.start + 3 * sync_manager.length <= self.esc.ram_end
             and all(
                 other is sync_manager
@@ -272,57 +330,68 @@ class Slave:
     def _outputs_valid(self) -> bool:
         """True if the master sends outputs, and the watchdog has not expired since the last
         ones."""
-        if self._outputs is None:
-            return not self.application.output_size
+        if any(each.size() and each.number not in self._outputs for each in self._output_buffers):
+            return False
+        if not self._outputs:
+            return True
         return not self._watched or self._time.now_ns - self._fed_ns < self.esc.watchdog_ns
 
     @property
     def _watched(self) -> bool:
         """True if outputs have to come within the watchdog time."""
-        return self.esc.watchdog_ns > 0 and self.esc.sync_managers[_OUTPUTS].triggers_watchdog
+        sync_managers = self.esc.sync_managers
+        return self.esc.watchdog_ns > 0 and any(
+            sync_managers[each.number].triggers_watchdog for each in self._output_buffers
+        )
 
     # process data
 
-    def _preview(self, data: bytes) -> None:
+    def _preview(self, number: int, data: bytes) -> None:
         """Outputs came in SafeOp: they are kept, and the application does not see them."""
-        self._outputs = data
+        self._outputs[number] = data
         self._fed_ns = self._time.now_ns
-        if self._opening:
+        if self._opening and self._outputs_valid:
             self._opening = False
             self._change(Transition.SO)
 
-    def _operate(self, data: bytes) -> None:
-        self._fed_ns = self._time.now_ns
-        self.application.write_outputs(data)
+    def _operating(self, buffer: ProcessBuffer) -> Callable[[bytes], None]:
+        """The receiver of outputs in Op."""
+        write = buffer.write
+
+        def operate(data: bytes) -> None:
+            self._fed_ns = self._time.now_ns
+            write(data)
+
+        return operate
 
     # mailbox and registers (Pdi)
 
     def written(self, number: int, data: bytes) -> None:
         """The master completed a message or outputs (`Pdi`)."""
         sync_manager = self.esc.sync_managers[number]
-        if number == _OUTPUTS and sync_manager.sink:
+        if sync_manager.sink is not None:
             sync_manager.sink(data)
-        elif number == _MAILBOX_OUT:
+        elif number == self._mailbox_out:
             self._message = data
             self._message_due = self._time.now_ns + self.mailbox_delay_ns
             self._serve()
 
     def taken(self, number: int) -> None:
         """The master read a message: the next takes its place (`Pdi`)."""
-        if number == _MAILBOX_IN:
+        if number == self._mailbox_in:
             self._serve()
 
     def looked_at(self, number: int) -> None:
         """The master looks for a message: an emergency may have come up (`Pdi`)."""
-        if number == _MAILBOX_IN:
+        if number == self._mailbox_in:
             self._serve()
 
     def _serve(self) -> None:
         """Answer the message that waits, once all before it has been read; fill the mailbox."""
-        if self.state is AlState.INIT or self._hung:
+        if self.state is AlState.INIT or self._hung or not self._has_mailbox:
             return
         esc, mailbox = self.esc, self._mailbox
-        outgoing = esc.sync_managers[_MAILBOX_IN]
+        outgoing = esc.sync_managers[self._mailbox_in]
         if self.state is not AlState.BOOT and not mailbox.waiting:
             self._send_own()
         if (
@@ -332,9 +401,9 @@ class Slave:
         ):
             received, self._message = self._message, None
             mailbox.receive(received)
-            esc.sync_managers[_MAILBOX_OUT].release()
+            esc.sync_managers[self._mailbox_out].release()
         if outgoing.works and not outgoing.full and (next_message := mailbox.fetch()) is not None:
-            esc.put(_MAILBOX_IN, next_message)
+            esc.put(self._mailbox_in, next_message)
 
     def _send_own(self) -> None:
         """Emergencies, else a message of the application, wait for the master."""
@@ -352,13 +421,14 @@ class Slave:
             return
         self.esc.acknowledge(AlEvent.SYNC_MANAGERS)
         sync_manager = self.esc.sync_managers[number]
-        if number == _OUTPUTS:
+        if number in self._sinks:
             self._plan_steps()
-        if number == _MAILBOX_IN and sync_manager.repeat_request != sync_manager.repeat_acknowledge:
+        repeated = sync_manager.repeat_request != sync_manager.repeat_acknowledge
+        if number == self._mailbox_in and repeated:
             sync_manager.repeat_acknowledge = sync_manager.repeat_request
             if self._mailbox.last is not None and sync_manager.works:
-                self.esc.put(_MAILBOX_IN, self._mailbox.last)
-        if number in (_OUTPUTS, _INPUTS) and self.state >= AlState.SAFEOP:
+                self.esc.put(number, self._mailbox.last)
+        if number in self._places and self.state >= AlState.SAFEOP and not self._emulated:
             code = self._check_process_data()
             if code is not _NO_ERROR:
                 self._fall(code)
@@ -441,10 +511,11 @@ class Slave:
 
     def steps_by(self, cycle_ns: int) -> bool:
         """Return True if only process data each `cycle_ns` and the step of SYNC0 happen now."""
-        clock, mailbox_in = self.esc.clock, self.esc.sync_managers[_MAILBOX_IN]
+        clock = self.esc.clock
+        full = self._has_mailbox and self.esc.sync_managers[self._mailbox_in].full
         return (
             *(self.state, self.error, self._hung, self._message),
-            *(self._mailbox.waiting, mailbox_in.full, clock.cycle_ns, clock.steady),
+            *(self._mailbox.waiting, full, clock.cycle_ns, clock.steady),
             self.due_ns == self._sync0_due,
         ) == (AlState.OP, _NO_ERROR, False, None, False, False, cycle_ns, True, True)
 
@@ -472,11 +543,28 @@ class Slave:
         elif self.state is AlState.OP and self._watched:
             self._patience_ns = self.esc.watchdog_ns
 
+    def _switch_off(self) -> None:
+        """The watchdog of a controller without a program: outputs are off until the next ones."""
+        for buffer in self._output_buffers:
+            buffer.write(bytes(buffer.size()))
+            self.esc.sync_managers[buffer.number].sink = partial(self._switch_on, buffer.number)
+        self._patience_ns = _NEVER
+        self.esc.remapped()
+
+    def _switch_on(self, number: int, data: bytes) -> None:
+        """Outputs come again."""
+        self.esc.set_watchdog(expired=False)
+        self._open_process_data()
+        self._sinks[number](data)
+        self._plan_steps()
+
     def _outputs_missing(self) -> None:
         """No outputs came in time: in Op the watchdog expires, on the way to Op it is refused."""
         if self.state is AlState.OP:
             self.esc.set_watchdog(expired=True)
-            if not self._hung:
+            if self._emulated:
+                self._switch_off()
+            elif not self._hung:
                 self.esc.acknowledge(AlEvent.WATCHDOG)
                 self._fall(AlStatus.WATCHDOG)
         else:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import IntEnum
 
-from achse.ethercat.description import MailboxBit, Pdo, PdoEntry, SyncManagerArea
+from achse.ethercat.description import MailboxBit, Pdo, PdoEntry, SiiUse, SyncManagerArea
 from achse.ethercat.eeprom import checksum
 
 __all__ = ["SiiCategory", "SiiContent", "SiiMode", "SiiSyncManager", "SiiUse", "read_sii"]
@@ -40,16 +40,6 @@ class SiiCategory(IntEnum):
 
 
 _KNOWN = frozenset(SiiCategory)
-
-
-class SiiUse(IntEnum):
-    """Use of a SyncManager."""
-
-    NONE = 0
-    MAILBOX_OUT = 1
-    MAILBOX_IN = 2
-    OUTPUTS = 3
-    INPUTS = 4
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,57 @@
+"""Process data of a slave by SyncManager: size, reader and writer of each buffer.
+
+Source: ETG.1000.4 §6.7; ETG.2000 for devices with several SyncManagers of one direction.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+from achse.codes import AlStatus
+from achse.ethercat.application import Application, BufferedApplication
+from achse.ethercat.description import SiiUse, SlaveMemory, SyncManagerArea
+
+__all__ = ["ProcessBuffer", "process_buffers"]
+
+
+class ProcessBuffer(NamedTuple):
+    """A SyncManager for process data and the application's end of it."""
+
+    number: int
+    area: SyncManagerArea
+    output: bool
+    size: Callable[[], int]
+    write: Callable[[bytes], None]
+    read: Callable[[], bytes]
+
+    @property
+    def fault(self) -> AlStatus:
+        """The code for a SyncManager that is set up otherwise than the mapping needs."""
+        return AlStatus.OUTPUT_CONFIGURATION if self.output else AlStatus.INPUT_CONFIGURATION
+
+
+def process_buffers(application: Application, memory: SlaveMemory) -> tuple[ProcessBuffer, ...]:
+    """The buffers of an application in the order of their SyncManagers.
+
+    One without buffers of its own has its process data in the first SyncManager of each direction.
+    """
+    made: list[ProcessBuffer] = []
+    for number, (use, area) in enumerate(memory.managers):
+        if use not in (SiiUse.OUTPUTS, SiiUse.INPUTS):
+            continue
+        output = use is SiiUse.OUTPUTS
+        if isinstance(application, BufferedApplication):
+            size: Callable[[], int] = partial(application.buffer_size, number)
+            write: Callable[[bytes], None] = partial(application.write_buffer, number)
+            read: Callable[[], bytes] = partial(application.read_buffer, number)
+        elif any(each.output == output for each in made):
+            continue
+        else:
+            size = partial(_size, application, output)
+            write, read = application.write_outputs, application.read_inputs
+        made.append(ProcessBuffer(number, area, output, size, write, read))
+    return tuple(made)
+
+
+def _size(application: Application, output: bool) -> int:
+    return application.output_size if output else application.input_size
