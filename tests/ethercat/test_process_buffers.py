@@ -92,7 +92,8 @@ def test_slave_without_mailbox_goes_to_op_with_all_outputs() -> None:
     assert made.state is AlState.SAFEOP, "outputs of the second SyncManager are missing"
     assert made.esc.write(0x1100, b"\x01\x02")
     assert made.state is AlState.OP
-    assert made.application.images == {0: b"\x07", 1: b"\x01\x02"}  # type: ignore[attr-defined]
+    assert isinstance(made.application, Outputs)
+    assert made.application.images == {0: b"\x07", 1: b"\x01\x02"}
     assert made.esc.read(0x1000, 3) == b"\x02\xaa\x55"
     request(made, AlState.INIT)
     assert made.esc.write(0x1100, b"\x01\x02") is False
@@ -128,7 +129,8 @@ def test_outputs_of_a_controller_without_a_program_are_off_once_they_stop() -> N
     request(made, AlState.OP)
     fmmu = (0).to_bytes(4, "little") + (2).to_bytes(2, "little") + b"\0\x07\0\x11\0\x02\x01\0\0\0"
     made.esc.write(FMMU_BASE, fmmu)
-    images = made.application.images  # type: ignore[attr-defined]
+    assert isinstance(made.application, Outputs)
+    images = made.application.images
     for value in (b"\x01\x02", b"\x03\x04"):
         frame = EthercatFrame((Datagram(DatagramCommand.LWR, 0, value),)).encode()
         assert segment.process(frame) is not None

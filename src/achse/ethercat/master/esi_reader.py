@@ -1,7 +1,7 @@
 """ESI files of vendors, read: devices with their PDOs, SyncManagers, mailboxes, clock modes.
 
 `read_esi` gives the devices of a file, `from_esi` a slave's configuration from one of them.
-Modules of modular devices, dictionaries and pictures are not read.
+Dictionaries, and modules of modular devices, stay in `EsiDevice.element`.
 
 Source: ETG.2000; published ESI files of drives and terminals.
 """
@@ -31,6 +31,7 @@ __all__ = [
     "described",
     "from_esi",
     "read_esi",
+    "read_pdo",
 ]
 
 _MS = 1_000_000
@@ -136,6 +137,10 @@ class EsiDevice:
     eeprom_head: bytes = b""
     """The first words of the EEPROM (ConfigData)."""
     bootstrap: bytes = b""
+    element: Element | None = field(default=None, repr=False, compare=False)
+    """The device's element, with its dictionary and slots."""
+    modules: Element | None = field(default=None, repr=False, compare=False)
+    """The element of the modules in the same file."""
 
     def mode(self, name: str = "") -> EsiMode | None:
         """The mode of that name, by default the first one; None if there are no modes.
@@ -176,7 +181,8 @@ def read_esi(
             revision = number_of(kind.get("RevisionNo", "0"), "RevisionNo")
             if product_code not in (0, product) or revision_number not in (0, revision):
                 continue
-            found.append(_device(element, name, (vendor, product, revision)))
+            made = _device(element, name, (vendor, product, revision))
+            found.append(replace(made, modules=root.find("Descriptions/Modules")))
         except ValueError as fault:
             raise EsiError(f"{name}: {fault}") from None
     return found
@@ -193,8 +199,8 @@ def _device(element: Element, type_name: str, identity: tuple[int, int, int]) ->
         physics=element.get("Physics", ""),
         fmmus=tuple((each.text or "").strip() for each in element.findall("Fmmu")),
         sync_managers=tuple(_sync_manager(each) for each in element.findall("Sm")),
-        outputs=tuple(map(_pdo, element.findall("RxPdo"))),
-        inputs=tuple(map(_pdo, element.findall("TxPdo"))),
+        outputs=tuple(map(read_pdo, element.findall("RxPdo"))),
+        inputs=tuple(map(read_pdo, element.findall("TxPdo"))),
         protocols=frozenset(
             each for each in _PROTOCOLS if mailbox is not None and mailbox.find(each) is not None
         ),
@@ -209,6 +215,7 @@ def _device(element: Element, type_name: str, identity: tuple[int, int, int]) ->
         eeprom_size=number(element, "Eeprom/ByteSize"),
         eeprom_head=bytes.fromhex(element.findtext("Eeprom/ConfigData", "")),
         bootstrap=bytes.fromhex(element.findtext("Eeprom/BootStrap", "")),
+        element=element,
     )
 
 
@@ -243,7 +250,8 @@ def _within(value: int, most: int, name: str) -> int:
     return value
 
 
-def _pdo(element: Element) -> EsiPdo:
+def read_pdo(element: Element) -> EsiPdo:
+    """A PDO from its element, RxPdo or TxPdo; ValueError for a number that is none."""
     manager = element.get("Sm")
     index = _within(number(element, "Index"), 0xFFFF, "PDO Index")
     entries = tuple(

@@ -1,0 +1,1 @@
+"""Virtual slaves made from ESI files: EEPROM, objects, process data, mailbox, behaviour."""
