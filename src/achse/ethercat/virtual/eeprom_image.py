@@ -1,0 +1,165 @@
+"""The EEPROM of a virtual slave, made from its ESI file.
+
+Source: ETG.2000, Eeprom; ETG.2010 for the categories.
+"""
+
+import struct
+from collections.abc import Iterable
+
+from achse.ethercat.description import MailboxBit, Pdo, SiiUse, SyncManagerArea
+from achse.ethercat.master.esi_reader import EsiDevice, EsiMode
+from achse.ethercat.master.xml_document import number
+from achse.ethercat.sii import SiiClockMode, SiiSource, encode_sii
+
+__all__ = ["image_of"]
+
+_CONFIGURATION = 14
+_USUAL = struct.pack("<4H6x", 0x0C05, 0x0003, 100, 0)
+"""Configuration where a file gives none: SPI, clock units on."""
+_LEAST, _MOST = 128, 1 << 19
+_OP_ONLY, _ENABLED = 0x08, 0x01
+_FMMUS = {"outputs": 1, "inputs": 2, "mboxstate": 3}
+_USES = {
+    "MBoxOut": SiiUse.MAILBOX_OUT, "MBoxIn": SiiUse.MAILBOX_IN,
+    "Outputs": SiiUse.OUTPUTS, "Inputs": SiiUse.INPUTS,
+}  # fmt: skip
+_PORTS = {"Y": 1, "H": 1, "K": 3}
+"""Physical layer of a port by its letter in `Physics`: MII, EBUS."""
+_DATA_LINK, _ID_BY_STATUS, _ID_IN_MEMORY = 0x04, 0x08, 0x10
+_SIGNED_16 = 0x7FFF
+
+
+def image_of(
+    device: EsiDevice,
+    sizes: dict[int, int],
+    assigned: Iterable[Pdo],
+    *,
+    alias: int = 0,
+    serial_number: int = 0,
+) -> bytes:
+    """The image. `sizes` are the bytes of process data in each SyncManager, `assigned` the PDOs
+    that a device assigns by itself, with their SyncManagers."""
+    head = (device.eeprom_head or _USUAL)[:_CONFIGURATION].ljust(_CONFIGURATION, b"\0")
+    head = head[:8] + (alias.to_bytes(2, "little") if alias else head[8:10]) + head[10:]
+    mailbox = [0, 0, 0, 0]
+    managers = []
+    for place, each in enumerate(device.sync_managers):
+        use, area = _USES[each.use], each.area
+        if use in (SiiUse.MAILBOX_OUT, SiiUse.MAILBOX_IN):
+            at = 0 if use is SiiUse.MAILBOX_OUT else 2
+            mailbox[at : at + 2] = [area.start, area.length]
+        length = sizes.get(place, area.length)
+        enable = _ENABLED * each.enabled | _OP_ONLY * each.op_only
+        managers.append((SyncManagerArea(area.start, length, area.control), enable, use))
+    by_index = {each.index: each for each in assigned}
+    return encode_sii(
+        SiiSource(
+            configuration=head,
+            identity=(
+                device.vendor_id, device.product_code, device.revision_number, serial_number,
+            ),
+            boot=_boot(device.bootstrap),
+            mailbox=(mailbox[0], mailbox[1], mailbox[2], mailbox[3]),
+            protocols=int(MailboxBit.of(device.protocols)),
+            name=device.name,
+            fmmus=_fmmus(device),
+            sync_managers=tuple(managers),
+            tx_pdos=tuple(_as_assigned(each.pdo, by_index) for each in device.inputs),
+            rx_pdos=tuple(_as_assigned(each.pdo, by_index) for each in device.outputs),
+            modes=tuple(_mode(each) for each in device.modes),
+            size=min(max(device.eeprom_size, _LEAST), _MOST),
+            group=device.group,
+            order=device.type_name,
+            coe_details=_coe(device),
+            foe="FoE" in device.protocols,
+            eoe="EoE" in device.protocols,
+            flags=_flags(device),
+            current_ma=_current(device),
+            ports=_ports(device.physics),
+            identification_at=_identification(device),
+            stretches=True,
+        )
+    )  # fmt: skip
+
+
+def _boot(data: bytes) -> tuple[int, int, int, int]:
+    if len(data) < 8:
+        return 0, 0, 0, 0
+    first, length, back, size = struct.unpack_from("<4H", data)
+    return first, length, back, size
+
+
+def _fmmus(device: EsiDevice) -> bytes:
+    """The use of each FMMU, an even number of bytes."""
+    uses = bytes(_FMMUS.get(each.lower(), 0xFF) for each in device.fmmus)
+    if not uses:
+        kinds = dict.fromkeys(each.use.lower() for each in device.sync_managers)
+        uses = bytes(_FMMUS[each] for each in kinds if each in _FMMUS)
+    return uses + b"\xff" * (len(uses) & 1)
+
+
+def _as_assigned(pdo: Pdo, assigned: dict[int, Pdo]) -> Pdo:
+    """A PDO with its SyncManager, none if the device does not assign it by itself."""
+    found = assigned.get(pdo.index)
+    manager = None if found is None else found.sync_manager
+    return Pdo(pdo.index, pdo.name, manager, pdo.fixed, pdo.entries)
+
+
+def _mode(mode: EsiMode) -> SiiClockMode:
+    return SiiClockMode(
+        mode.name,
+        mode.description,
+        mode.assign_activate,
+        _limited(mode.cycle0.factor),
+        _limited(mode.cycle1.factor),
+        mode.cycle0.ns & 0xFFFF_FFFF,
+        mode.shift0_ns,
+        mode.shift1_ns,
+    )
+
+
+def _limited(factor: int) -> int:
+    return max(-_SIGNED_16, min(_SIGNED_16, factor))
+
+
+def _coe(device: EsiDevice) -> int:
+    if "CoE" not in device.protocols:
+        return 0
+    return (
+        0x01
+        | 0x02 * device.sdo_information
+        | 0x04 * device.pdo_assign
+        | 0x08 * device.pdo_configure
+        | 0x20 * device.complete_access
+    )
+
+
+def _flags(device: EsiDevice) -> int:
+    element = device.element
+    info = None if element is None else element.find("Info")
+    by_status = info is not None and (info.findtext("IdentificationReg134") or "").strip() in (
+        "1",
+        "true",
+    )
+    return (
+        _DATA_LINK * device.mailbox_repeat
+        | _ID_BY_STATUS * by_status
+        | _ID_IN_MEMORY * bool(_identification(device))
+    )
+
+
+def _identification(device: EsiDevice) -> int:
+    if device.element is None:
+        return 0
+    return number(device.element, "Info/IdentificationAdo") & 0xFFFF
+
+
+def _current(device: EsiDevice) -> int:
+    if device.element is None:
+        return 0
+    current = number(device.element, "Info/Electrical/EBusCurrent")
+    return _limited(current)
+
+
+def _ports(physics: str) -> int:
+    return sum(_PORTS.get(letter, 0) << 4 * port for port, letter in enumerate(physics[:4]))
