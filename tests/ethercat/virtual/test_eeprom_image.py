@@ -1,0 +1,35 @@
+"""The EEPROM of a device: read again it is what the file says."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.ethercat.master.esi_reader import read_esi
+from achse.ethercat.master.sii_reader import read_sii
+from achse.ethercat.virtual import make_slave
+from tests.ethercat.virtual.esi_text import VENDOR, drawn_devices, esi
+
+
+@given(text=drawn_devices(), alias=st.integers(0, 0xFFFF), serial=st.integers(0, 0xFFFF_FFFF))
+def test_image_is_read_as_it_was_made(text: str, alias: int, serial: int) -> None:
+    device = read_esi(esi(text))[0]
+    slave = make_slave(device, alias=alias, serial_number=serial)
+    content = read_sii(bytes(slave.esc.eeprom.image))
+    assert content.valid
+    assert not content.damage
+    assert (content.vendor_id, content.product_code, content.revision_number) == (
+        VENDOR, device.product_code, device.revision_number,
+    )  # fmt: skip
+    assert (content.alias, content.serial_number) == (alias, serial)
+    assert content.order == device.type_name.encode("ascii", "replace").decode()
+    assert [each.area.start for each in content.sync_managers] == [
+        each.area.start for each in device.sync_managers
+    ]
+    assert [each.index for each in content.rx_pdos] == [e.pdo.index for e in device.outputs]
+    for found, wanted in zip(content.tx_pdos, device.inputs, strict=True):
+        assert [(e.index, e.subindex, e.bits) for e in found.entries] == [
+            (e.index, e.subindex, e.bits) for e in wanted.pdo.entries
+        ]
+    assert [(each.name, each.assign_activate) for each in content.modes] == [
+        (each.name, each.assign_activate) for each in device.modes
+    ]
+    assert len(slave.esc.eeprom.image) >= device.eeprom_size
