@@ -1,10 +1,7 @@
 """`achse drive` serves virtual drives to EtherCAT masters, and writes what configurators read."""
 
-import math
-import signal
 import sys
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
@@ -14,31 +11,34 @@ import typer
 
 from achse.cli.failure import fail
 from achse.cli.fieldbus import drive_control, objects
+from achse.cli.fieldbus.serving import (
+    CONTROL,
+    ControlOption,
+    FaultsOption,
+    FrameClockOption,
+    InterfacesOption,
+    RealTimeOption,
+    UdpOption,
+    control_place,
+    serve_slaves,
+)
 from achse.cli.files import write_file
-from achse.cli.interrupts import ending_signals
 from achse.cli.options import Duration
-from achse.cli.output import print_json, tell_event
-from achse.cli.target import DRIVES, Json
+from achse.cli.output import print_json
+from achse.cli.target import Json
 from achse.extras import needs_extra
 
 if TYPE_CHECKING:
     from achse.drive import Drive
     from achse.drive.compiled import Bank
     from achse.ethercat import Segment
-    from achse.station.slaves.drive_control import DriveControl
-    from achse.transport.ethernet import Link
 
 __all__ = ["drive"]
 
 _MOST = 1000
 """Drives on one segment; beyond that station addresses and frames get short."""
 
-_PORT = 34980
-
 _HIGHEST_ALIAS = 0xFFFF
-
-_ENDS = 2
-"""A line has so many."""
 
 drive = typer.Typer(no_args_is_help=True, help="Virtual CiA 402 servo drives on EtherCAT.")
 
@@ -72,18 +72,8 @@ KindOption = Annotated[str, typer.Option("--type", help=f"What it moves: {_TYPES
 @drive.command()
 def serve(
     place: Annotated[str | None, typer.Argument(hidden=True, show_default=False)] = None,
-    interface: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="IF",
-            help="Network interface for raw Ethernet; a second one is the other end of the line.",
-            show_default=False,
-        ),
-    ] = None,
-    udp: Annotated[
-        str | None,
-        typer.Option(metavar="HOST:PORT", help="EtherCAT over UDP instead.", show_default=False),
-    ] = None,
+    interface: InterfacesOption = None,
+    udp: UdpOption = None,
     count: Annotated[
         int | None,
         typer.Option(
@@ -136,30 +126,9 @@ def serve(
             metavar="FILE", help="Keep here what masters store by 1010h.", show_default=False
         ),
     ] = None,
-    faults: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="TOML of fault tables: what goes wrong, and when.",
-            show_default=False,
-        ),
-    ] = None,
-    frame_clock: Annotated[
-        float,
-        typer.Option(
-            metavar="MS",
-            min=0.0,
-            max=1000.0,
-            help="Time passes with frames only: each with process data is so many milliseconds.",
-            show_default="the wall clock",
-        ),
-    ] = 0.0,
-    control: Annotated[
-        str,
-        typer.Option(
-            metavar="HOST:PORT", help="Where get, set, watch and fault come in; none: nowhere."
-        ),
-    ] = f"127.0.0.1:{DRIVES[1]}",
+    faults: FaultsOption = None,
+    frame_clock: FrameClockOption = 0.0,
+    control: ControlOption = CONTROL,
     compiled: Annotated[
         bool | None,
         typer.Option(
@@ -168,44 +137,20 @@ def serve(
             show_default="compiled where achse[fast] is installed",
         ),
     ] = None,
-    real_time: Annotated[
-        bool,
-        typer.Option(
-            "--real-time/--ordinary",
-            help="Run before other programs, where the system allows it and they still run.",
-        ),
-    ] = True,
+    real_time: RealTimeOption = True,
     as_json: Json = False,
 ) -> None:
     """Put drives on a network interface and answer EtherCAT masters until interrupted.
 
     Raw Ethernet needs the privilege CAP_NET_RAW; other interfaces are not touched.
     """
-    from achse.ethercat import Segment, Slave
-    from achse.ethercat.ring_segment import RingSegment
+    from achse.ethercat import Slave
     from achse.native.compiled import compiler_installed
-    from achse.station.clocks.priority import (
-        DRIVE_PRIORITY,
-        OrdinaryProcess,
-        StarvationGuard,
-        answer_promptly,
-    )
-    from achse.station.slaves.serving import serve_segment
-    from achse.transport.ethernet import LinkError
 
     if place is not None:
         option = "--udp" if ":" in place else "--interface"
         raise typer.BadParameter(f"an option says where: {option} {place}", param_hint=place)
-    stopped = ready = False
-
-    def stop(*_: object) -> None:
-        nonlocal stopped
-        stopped = True
-        if not ready:
-            sys.exit(0)
-
-    open_link = _link(interface or (), udp)
-    where_controlled = _control(control)
+    where_controlled = control_place(control)
     types = _types(kinds, count)
     if alias + len(types) - 1 > _HIGHEST_ALIAS:
         raise typer.BadParameter(f"0..65535 for each drive, got {alias} for the first")
@@ -215,49 +160,27 @@ def serve(
         compiled = KERNEL.available
     elif compiled and not compiler_installed():
         fail(needs_extra("--compiled", "fast"))
-    segment = RingSegment() if len(interface or ()) > 1 else Segment()
-    try:
-        link, where = open_link(segment)
-    except LinkError as missing:
-        fail(str(missing))
-    for number in ending_signals():
-        signal.signal(number, stop)
-    service: DriveControl | None = None
-    guard: StarvationGuard | None = None
-    try:
-        drives = _drives(types, store, compiled, machine, preset, identity, strict=not lenient)
-        segment.cycle_ns = round(frame_clock * 1e6)
+    in_machine_code = compiled
+
+    def fill(segment: "Segment") -> dict[str, str]:
+        drives = _drives(
+            types, store, in_machine_code, machine, preset, identity, strict=not lenient
+        )
         for order, each in enumerate(drives):
             segment.attach(Slave(each, alias=alias + order if alias else 0))
-        service, at = _service(where_controlled, segment, faults)
-        turns = [service.turn] if service else []
-        if real_time and answer_promptly():
-            guard = StarvationGuard(DRIVE_PRIORITY, "frames", OrdinaryProcess())
-            turns.append(guard.look)
+        return {"drives": str(len(types)), "type": kinds}
 
-        def between() -> None:
-            for turn in turns:
-                turn()
-
-        ready = True
-        link_name, _, link_at = where.partition("=")
-        facts = {link_name: link_at, "drives": str(len(types)), "type": kinds, "control": at}
-        tell_event("ready", what="achse drive", **facts)
-        end = math.inf if duration is None else time.monotonic() + duration
-        serve_segment(
-            segment,
-            link,
-            lambda: not stopped and time.monotonic() < end,
-            between,
-        )
-    except OSError as failure:
-        fail(f"{where}: {failure.strerror}")
-    finally:
-        if guard:
-            guard.close()
-        if service:
-            service.close()
-        link.close()
+    serve_slaves(
+        "achse drive",
+        fill,
+        interfaces=interface or (),
+        udp=udp,
+        control=where_controlled,
+        faults=faults,
+        frame_clock=frame_clock,
+        real_time=real_time,
+        duration=duration,
+    )
 
 
 @drive.command()
@@ -302,117 +225,6 @@ def export(
 
 objects.register(drive)
 drive_control.register(drive)
-
-
-def _link(interfaces: Sequence[str], udp: str | None) -> Callable[["Segment"], tuple["Link", str]]:
-    """Return the function that opens the link of the options, and returns the link and its
-    place."""
-    from achse.transport.ethernet import EthernetLink, UdpLink
-
-    if bool(interfaces) == (udp is not None):
-        raise typer.BadParameter(
-            "say where: either --interface IF or --udp HOST:PORT",
-            param_hint="--interface / --udp",
-        )
-    if len(interfaces) > _ENDS or len(set(interfaces)) < len(interfaces):
-        raise typer.BadParameter(
-            f"one interface, or two for both ends of a line; got {', '.join(interfaces)}",
-            param_hint="--interface",
-        )
-    if len(interfaces) == _ENDS:
-        return lambda segment: (_ends(segment, interfaces), f"interface={','.join(interfaces)}")
-    if interfaces:
-        (interface,) = interfaces
-        return lambda _: (EthernetLink(interface, alone=True), f"interface={interface}")
-    assert udp is not None
-    host, port = _address(udp, "--udp", _PORT)
-
-    def open_udp(_: "Segment") -> tuple["Link", str]:
-        link = UdpLink(host or "0.0.0.0", port)
-        return link, "udp={}:{}".format(*link.address)
-
-    return open_udp
-
-
-def _ends(segment: "Segment", interfaces: Sequence[str]) -> "Link":
-    """Both ends of a line; LinkError if one cannot be opened."""
-    from achse.ethercat.ring_segment import RingSegment
-    from achse.station.slaves.ring_ends import RingEnds
-    from achse.transport.ethernet import EthernetLink, LinkError
-    from achse.transport.link_state import LinkState
-
-    assert isinstance(segment, RingSegment)
-    first = EthernetLink(interfaces[0], alone=True)
-    try:
-        second = EthernetLink(interfaces[1], alone=True)
-    except LinkError:
-        first.close()
-        raise
-    states = [LinkState(interface) for interface in interfaces]
-    return RingEnds(segment, (first, second), states)
-
-
-def _address(text: str, option: str, default: int) -> tuple[str, int]:
-    host, _, digits = text.rpartition(":") if ":" in text else (text, "", str(default))
-    if not digits.isdecimal() or int(digits) > 0xFFFF:
-        raise typer.BadParameter(
-            f"HOST:PORT with a port up to 65535, got {text!r}", param_hint=option
-        )
-    return host, int(digits)
-
-
-def _control(text: str) -> tuple[str, int] | None:
-    """Return host and port of the control service, None without one."""
-    if text == "none":
-        return None
-    host, port = _address(text, "--control", 0)
-    return host or "127.0.0.1", port
-
-
-def _service(
-    where: tuple[str, int] | None, segment: "Segment", script: Path | None
-) -> tuple["DriveControl | None", str]:
-    """The service that begins the faults of a file and takes commands, and where it listens."""
-    if where is None and script is None:
-        return None, "none"
-    from achse.station.slaves.drive_control import DriveControl
-
-    service = DriveControl(segment)
-    try:
-        if script is not None:
-            _begin(service, script)
-    except typer.Exit:
-        service.close()
-        raise
-    if where is None:
-        return service, "none"
-    try:
-        return service, "{}:{}".format(*service.open(*where))
-    except OSError as taken:
-        print(
-            "no control at {}:{}: {}; --control chooses another".format(*where, taken.strerror),
-            file=sys.stderr,
-        )
-        return service, "none"
-
-
-def _begin(service: "DriveControl", script: Path) -> None:
-    """Add the faults of a file."""
-    from achse.faults.drives import DRIVE_FAULTS
-    from achse.faults.fault import FaultError
-    from achse.station.configuration.documents import parse_toml
-
-    try:
-        document = parse_toml(script.read_text(encoding="utf-8"))
-        tables = document.get("fault", [])
-        if document.keys() - {"fault"} or not isinstance(tables, list):
-            fail(f"{script}: expected [[fault]] tables")
-        for table in tables:
-            service.faults.add(DRIVE_FAULTS.of_table(table))
-    except (FaultError, ValueError) as fault:
-        fail(f"{script}: {fault}")
-    except OSError as failure:
-        fail(f"{script}: {failure.strerror}")
 
 
 def _types(text: str, count: int | None) -> list[str]:
