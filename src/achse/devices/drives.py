@@ -8,6 +8,7 @@ import json
 from typing import Any
 
 from achse.codes import SdoAbort
+from achse.devices.channels import channels_group
 from achse.devices.station import FaultList, faults_group
 from achse.drive import Alarm, Drive, Mode
 from achse.drive.objects import find
@@ -53,6 +54,7 @@ class DriveService(Device):
                     description="Reads or writes an entry of a drive's dictionary.",
                     source="achse",
                 ),
+                channels_group(lambda: segment),
             ),
             clock=lambda: segment.time.now_ns,
         )

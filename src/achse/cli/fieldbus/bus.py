@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 import typer
 
 from achse.cli.failure import fail, in_json
+from achse.cli.fieldbus import bus_serve
 from achse.cli.options import Count, CycleTime, SaveTo, Watch
 from achse.cli.output import hex_dump, print_json, print_table
 from achse.cli.target import IO_PORT, Json, client_command
@@ -539,3 +540,6 @@ def eeprom(
         print_json({**facts, "image": image.hex()})
     else:
         print_table(list(facts.items()))
+
+
+bus_serve.register(bus)

@@ -1,0 +1,148 @@
+"""Virtual slaves as people write them down: types of ESI files, modules, counts, behaviours."""
+
+import importlib.util
+import re
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from pathlib import Path
+
+from achse.ethercat.master.esi_reader import EsiDevice, EsiError
+from achse.ethercat.virtual import (
+    Behaviour,
+    EsiFolder,
+    LoopBack,
+    RecordedSignals,
+    VirtualSlave,
+    make_slave,
+)
+
+__all__ = ["EsiLine", "esi_devices", "make_behaviour"]
+
+_MOST = 1000
+"""Slaves of one line; beyond that station addresses and frames get short."""
+_SPEC = re.compile(r"(?P<type>[^=*]+)(?:=(?P<modules>[^*]+))?(?:\*(?P<count>[0-9]{1,4}))?")
+_HIGHEST_ALIAS = 0xFFFF
+_LOOP_BACK = "loop-back"
+
+
+@lru_cache(maxsize=8)
+def esi_devices(*places: Path) -> EsiFolder:
+    """The devices of files and folders, read once; raises `EsiError`."""
+    return EsiFolder(places)
+
+
+def make_behaviour(text: str, beside: Path = Path()) -> Behaviour:
+    """A behaviour: `loop-back`, a .csv file of recorded inputs, FILE.py:CLASS; raises `EsiError`.
+
+    Files are looked for from the folder `beside` on.
+    """
+    if text == _LOOP_BACK:
+        return LoopBack()
+    if text.lower().endswith(".csv"):
+        file = beside / text
+        try:
+            with file.open(encoding="utf-8", newline="") as lines:
+                return RecordedSignals.from_csv(lines, repeat=True)
+        except OSError as fault:
+            raise EsiError(f"{file}: {fault.strerror}") from None
+        except ValueError as fault:
+            raise EsiError(f"{file}: {fault}") from None
+    name, _, class_name = text.rpartition(":")
+    if not name.endswith(".py"):
+        raise EsiError(f"behaviour: expected {_LOOP_BACK}, FILE.csv or FILE.py:CLASS, got {text!r}")
+    return _own(beside / name, class_name)
+
+
+def _own(file: Path, class_name: str) -> Behaviour:
+    """A behaviour of the user's own."""
+    spec = importlib.util.spec_from_file_location(f"achse_behaviour_{file.stem}", file)
+    if spec is None or spec.loader is None or not file.is_file():
+        raise EsiError(f"{file}: No such file")
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+        made = getattr(module, class_name)()
+    except Exception as fault:
+        raise EsiError(f"{file}:{class_name}: {type(fault).__name__}: {fault}") from fault
+    if not isinstance(made, Behaviour):
+        raise EsiError(f"{file}:{class_name}: expected a subclass of Behaviour")
+    return made
+
+
+class EsiLine:
+    """The slaves of a line: `specs` are TYPE[@REVISION][=MODULE,…][*COUNT], or ESI files.
+
+    `places` are ESI files and folders, `behaviours` PLACE=WHAT with a place from 1 on, or `all`.
+    Raises `EsiError`.
+    """
+
+    def __init__(
+        self,
+        specs: Sequence[str],
+        places: Sequence[Path] = (),
+        behaviours: Sequence[str] = (),
+        *,
+        alias: int = 0,
+    ) -> None:
+        chosen: list[tuple[EsiDevice, tuple[str, ...]]] = []
+        folder = esi_devices(*places)
+        for spec in specs:
+            chosen += _chosen(spec, folder)
+            if len(chosen) > _MOST:
+                raise EsiError(f"{_MOST} slaves at most, got {len(chosen)} with {spec}")
+        if alias and alias + len(chosen) - 1 > _HIGHEST_ALIAS:
+            raise EsiError(f"alias: 0..65535 for each slave, got {alias} for the first")
+        acts = _acts(behaviours, len(chosen))
+        self.slaves: list[VirtualSlave] = []
+        for place, (device, modules) in enumerate(chosen):
+            act = acts.get(place, acts.get(None))
+            try:
+                made = make_slave(
+                    device,
+                    modules=modules,
+                    behaviour=None if act is None else act(),
+                    alias=alias + place if alias else 0,
+                    serial_number=place + 1,
+                )
+            except (KeyError, ValueError) as fault:
+                told = fault.args[0] if fault.args else fault
+                raise EsiError(f"slave {place + 1} ({device.type_name}): {told}") from None
+            self.slaves.append(made)
+
+
+def _chosen(spec: str, folder: EsiFolder) -> list[tuple[EsiDevice, tuple[str, ...]]]:
+    """The devices of a spec, with the modules in their slots."""
+    if spec.lower().endswith(".xml"):
+        found = esi_devices(Path(spec))
+        names = list(dict.fromkeys(each.type_name for each in found.devices))
+        if len(names) != 1:
+            there = ", ".join(names[:10]) or "none"
+            raise EsiError(f"{spec}: expected a file of one type, got {there}; use --esi {spec}")
+        return [(found.find(names[0]), ())]
+    match = _SPEC.fullmatch(spec)
+    if match is None:
+        raise EsiError(f"expected TYPE[@REVISION][=MODULE,…][*COUNT], got {spec!r}")
+    modules = tuple(each.strip() for each in (match["modules"] or "").split(",") if each.strip())
+    count = 1 if match["count"] is None else int(match["count"])
+    if not 1 <= count <= _MOST:
+        raise EsiError(f"{spec}: expected 1 to {_MOST} slaves, got {count}")
+    return [(folder.find(match["type"].strip()), modules)] * count
+
+
+def _acts(texts: Sequence[str], count: int) -> dict[int | None, Callable[[], Behaviour]]:
+    """What makes the behaviour of each place, None for all others."""
+    acts: dict[int | None, Callable[[], Behaviour]] = {}
+    for text in texts:
+        place, _, what = text.partition("=")
+
+        def make(what: str = what) -> Behaviour:
+            return make_behaviour(what)
+
+        make()  # a wrong one is told before anything is made
+        if place == "all":
+            acts[None] = make
+        elif place.isdecimal() and 1 <= int(place) <= count:
+            acts[int(place) - 1] = make
+        else:
+            raise EsiError(f"behaviour: expected 1 to {count} or all before =, got {text!r}")
+    return acts
