@@ -60,6 +60,14 @@ OUTPUTS = '<Sm StartAddress="#x1100" ControlByte="#x64" Enable="1">Outputs</Sm>'
 INPUTS = '<Sm StartAddress="#x1800" ControlByte="#x20" Enable="1">Inputs</Sm>'
 COE = '<Mailbox DataLinkLayer="1"><CoE SdoInfo="1" PdoAssign="1" PdoConfig="1" CompleteAccess="1"/>'
 
+COUPLER = device(
+    "<Eeprom><ByteSize>2048</ByteSize><ConfigData>040D000000000000</ConfigData></Eeprom>",
+    name="EK",
+    product=0x1100,
+    physics="YKY",
+)
+"""Neither process data nor a mailbox."""
+
 DIGITAL_IN = device(
     "<Fmmu>Inputs</Fmmu>"
     '<Sm DefaultSize="1" StartAddress="#x1000" ControlByte="0" Enable="1">Inputs</Sm>'
