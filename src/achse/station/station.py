@@ -46,11 +46,11 @@ from achse.station.running.statistics import statistics
 from achse.transport.tcp.listener import TcpListener
 
 if TYPE_CHECKING:
-    from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal
     from achse.faults.drive_list import DriveFaults
     from achse.station.buses.axis_bus import AxisBus
     from achse.station.buses.ethercat_bus import EthercatBus
     from achse.station.buses.interface_bus import InterfaceBus
+    from achse.station.buses.plan import TerminalDevice
     from achse.station.plants.plant import Plant
 
 __all__ = ["Station"]
@@ -212,7 +212,7 @@ class Station:
         return self._states.parts.fieldbuses
 
     @property
-    def terminals(self) -> "Mapping[str, DigitalTerminal | AnalogTerminal]":
+    def terminals(self) -> "Mapping[str, TerminalDevice]":
         """Virtual terminals by name: what is at their inputs, what their outputs do."""
         return self._states.parts.terminals
 

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from achse.ethercat.master.esi_reader import EsiError
 from achse.ethercat.virtual import LoopBack, RecordedSignals
-from achse.station.slaves.esi_line import EsiLine, esi_devices, make_behaviour
+from achse.station.buses.esi_terminals import esi_devices, make_behaviour
+from achse.station.slaves.esi_line import EsiLine
 from tests.ethercat.virtual.esi_text import ANALOG, DIGITAL_IN, DIGITAL_OUT, esi
 
 OWN = """
@@ -93,7 +94,7 @@ def test_line_that_cannot_be_is_told(
 
 
 def test_places_and_classes_are_checked(folder: Path) -> None:
-    with pytest.raises(EsiError, match="0..65535 for each slave"):
+    with pytest.raises(EsiError, match=r"0..65535 for each slave"):
         EsiLine(["DI8*2"], [folder], alias=0xFFFF)
     with pytest.raises(EsiError, match="expected a file of one type, got DI8, DO8"):
         EsiLine([str(folder / "digital.xml")])

@@ -24,10 +24,10 @@ from achse.station.configuration.station_file import ConfigError, StationConfig
 from achse.station.plcs.sources import PlcSource
 
 if TYPE_CHECKING:
-    from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal
     from achse.station.buses.axis_bus import AxisBus
     from achse.station.buses.ethercat_bus import EthercatBus
     from achse.station.buses.interface_bus import InterfaceBus
+    from achse.station.buses.plan import TerminalDevice
     from achse.station.plants.plant import Plant
 
 __all__ = ["Building", "Ground", "NcExchange", "Parts"]
@@ -102,7 +102,7 @@ class Parts(NamedTuple):
     tick_ns: int
     digests: Sequence[Callable[[], bytes]]
     buses: "Sequence[AxisBus]" = ()
-    terminals: "Mapping[str, DigitalTerminal | AnalogTerminal]" = MappingProxyType({})
+    terminals: "Mapping[str, TerminalDevice]" = MappingProxyType({})
     ends: Sequence[Callable[[], None]] = ()
     """Functions to call when the station drops these parts."""
     fieldbuses: "Mapping[str, EthercatBus | InterfaceBus]" = MappingProxyType({})
@@ -122,7 +122,7 @@ class Building:
         self.buses: list[AxisBus] = []
         """Buses that have drives of axes."""
         self.fieldbuses: dict[str, EthercatBus | InterfaceBus] = {}
-        self.terminals: dict[str, DigitalTerminal | AnalogTerminal] = {}
+        self.terminals: dict[str, TerminalDevice] = {}
         self.plcs: dict[int, PlcRuntime] = {}
         self.plc_devices: dict[int, PlcDevice] = {}
         self.sources: dict[int, PlcSource] = {}

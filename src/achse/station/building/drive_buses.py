@@ -27,7 +27,13 @@ def make_buses(building: Building) -> None:
             continue
         net_id = default_net_id(ground.router.net_id, number)
         try:
-            plan = BusPlan(bus, list(own.values()), terminals_on(config, bus), nc.cycle_ns)
+            plan = BusPlan(
+                bus,
+                list(own.values()),
+                terminals_on(config, bus),
+                nc.cycle_ns,
+                building.ground.base,
+            )
             made = make_bus(building, plan, compiled=nc.compiled)
             joined = AxisBus(nc, made, own, net_id)
         except (ServoError, ValueError) as fault:

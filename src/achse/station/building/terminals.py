@@ -119,7 +119,7 @@ def make_terminals(building: Building) -> None:
         shared = made is not None
         if made is None:
             try:
-                made = make_bus(building, BusPlan(bus, (), own, bus.cycle))
+                made = make_bus(building, BusPlan(bus, (), own, bus.cycle, building.ground.base))
             except ValueError as fault:
                 raise ConfigError(f"bus[{number}]: {fault}") from None
             building.fieldbuses[bus.name] = made
@@ -152,7 +152,8 @@ def _join(
         phase = CyclicPhase(place, f"{what} of {name}", bus.cycle_ns, run)
         building.add_phase(phase, bus.cycle_ns)
     if isinstance(bus, EthercatBus):
-        building.terminals.update({each.name: each for each in bus.terminals})
+        devices = zip(found, bus.terminals, strict=True)
+        building.terminals.update({each.name: device for (_, each), device in devices})
 
 
 def _plc(building: Building, key: str, terminal: TerminalConfig) -> PlcRuntime | None:

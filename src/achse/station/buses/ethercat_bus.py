@@ -14,10 +14,15 @@ from achse.drive.compiled import Bank
 from achse.ethercat import Segment, Slave, describe
 from achse.ethercat.master import BusEvent, BusEventKind, BusSlave, Master, Ring, from_description
 from achse.ethercat.ring_segment import RingSegment
-from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal
+from achse.ethercat.virtual import VirtualDevice, VirtualSlave
 from achse.faults.drive_list import DriveFaults
 from achse.station.buses.frame_link import RoundTrips
-from achse.station.buses.plan import BusPlan, make_terminal
+from achse.station.buses.plan import (
+    BusPlan,
+    TerminalDevice,
+    described_terminal,
+    make_terminal,
+)
 from achse.station.buses.virtual_drives import digest_of, make_drives, torque_per_acceleration
 from achse.station.configuration.bus import DriveConfig
 from achse.station.configuration.terminal import TerminalConfig
@@ -57,16 +62,23 @@ class EthercatBus:
         """The memory of the drives, where they run as machine code."""
         drives = make_drives(configs, self.bank)
         self.drives: Sequence[Drive] = drives
-        self.terminals: Sequence[DigitalTerminal | AnalogTerminal] = [
-            make_terminal(each.device)
+        self.terminals: Sequence[TerminalDevice] = [
+            make_terminal(each.device, each.folder)
             for each in plan.slots
             if isinstance(each.device, TerminalConfig)
         ]
         places = [slot.place for slot in plan.slots]
-        devices = dict(zip(places, (*drives, *self.terminals), strict=True))
-        line = [Slave(devices[place]) for place in sorted(places)]
+        devices: dict[int, Drive | TerminalDevice] = dict(
+            zip(places, (*drives, *self.terminals), strict=True)
+        )
+        line = [_slave(devices[place]) for place in sorted(places)]
         self.segment = RingSegment(line) if plan.bus.redundant else Segment(line)
-        known = {place: from_description(describe(each)) for place, each in devices.items()}
+        known = {
+            place: from_description(describe(each))
+            if isinstance(each, Drive)
+            else described_terminal(each)
+            for place, each in devices.items()
+        }
         self.master = Master(plan.in_process(known))
         self.master.on_event = tell_event
         self.faults = DriveFaults(self.segment)
@@ -108,6 +120,10 @@ class EthercatBus:
         for drive in self.drives:
             state.update(digest_of(drive))
         return state.digest()
+
+
+def _slave(device: Drive | TerminalDevice) -> Slave:
+    return VirtualSlave(device) if isinstance(device, VirtualDevice) else Slave(device)
 
 
 def slaves_digest(slaves: Sequence[BusSlave]) -> bytes:

@@ -6,6 +6,8 @@ slaves that a search found on a network interface.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TypeAlias
 
 from achse.ethercat import describe
 from achse.ethercat.master import (
@@ -18,8 +20,10 @@ from achse.ethercat.master import (
 from achse.ethercat.master.configuration import FIRST_STATION
 from achse.ethercat.master.scanning import FoundSlave
 from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal
+from achse.ethercat.virtual import VirtualDevice
 from achse.motion.servo import INPUT_OBJECTS, OUTPUT_OBJECTS
 from achse.motion.servo.optional import INTERPOLATION_TIME, MODE_DISPLAY
+from achse.station.buses.esi_terminals import make_esi_terminal
 from achse.station.buses.virtual_drives import make_drives
 from achse.station.configuration.bus import BusConfig, DriveConfig
 from achse.station.configuration.terminal import TerminalConfig
@@ -29,6 +33,8 @@ __all__ = [
     "DEFAULT_OUTPUTS",
     "BusPlan",
     "BusSlot",
+    "TerminalDevice",
+    "described_terminal",
     "make_terminal",
     "slave_configuration",
 ]
@@ -36,6 +42,9 @@ __all__ = [
 DEFAULT_OUTPUTS = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B8, 0x60FF)
 DEFAULT_INPUTS = (0x6041, 0x6061, 0x6064, 0x6077, 0x60B9, 0x60BA, 0x60BB, 0x60FD)
 """Process data by which an axis has all modes, both edges of touch probe 1 and the inputs."""
+
+TerminalDevice: TypeAlias = DigitalTerminal | AnalogTerminal | VirtualDevice
+"""The device of a [[terminal]]."""
 
 _NOBODY = 0xFFFF_FFFF
 """A vendor id that no slave has."""
@@ -50,13 +59,15 @@ class BusSlot:
     place: int
     name: str
     device: DriveConfig | TerminalConfig
+    folder: Path = Path()
+    """Folder of the station.toml, in which ESI files are looked for."""
 
 
 class BusPlan:
     """The slots of a bus: those of `drives`, then those of `terminals`, each in their order.
 
-    Without a position the next free place is taken. `cycle_ns` is that of the bus. ValueError for
-    a position that two have.
+    Without a position the next free place is taken. `cycle_ns` is that of the bus. Files are
+    relative to `folder`. ValueError for a position that two have.
     """
 
     def __init__(
@@ -65,6 +76,7 @@ class BusPlan:
         drives: Sequence[DriveConfig],
         terminals: Sequence[TerminalConfig],
         cycle_ns: int,
+        folder: Path = Path(),
     ) -> None:
         self.bus = bus
         self.cycle_ns = cycle_ns
@@ -74,7 +86,7 @@ class BusPlan:
         ]
         places = _places([(name, device.position) for name, device in devices])
         self.slots = tuple(
-            BusSlot(place, name, device)
+            BusSlot(place, name, device, folder)
             for place, (name, device) in zip(places, devices, strict=True)
         )
         self.own_mapping = any(drive.own_mapping for drive in drives)
@@ -176,11 +188,20 @@ def _virtual(slot: BusSlot) -> SlaveConfiguration:
     if isinstance(slot.device, DriveConfig):
         (drive,) = make_drives([slot.device])
         return from_description(describe(drive))
-    return from_description(describe(make_terminal(slot.device)))
+    return described_terminal(make_terminal(slot.device, slot.folder))
 
 
-def make_terminal(config: TerminalConfig) -> DigitalTerminal | AnalogTerminal:
-    """The virtual terminal that a table says."""
+def described_terminal(terminal: TerminalDevice) -> SlaveConfiguration:
+    """A terminal as a master knows it."""
+    if isinstance(terminal, VirtualDevice):
+        return terminal.configuration
+    return from_description(describe(terminal))
+
+
+def make_terminal(config: TerminalConfig, folder: Path = Path()) -> TerminalDevice:
+    """The virtual terminal that a table says; EsiError for a device of a file that cannot be."""
+    if config.esi is not None:
+        return make_esi_terminal(config, folder)
     made = DigitalTerminal if config.is_digital else AnalogTerminal
     return made(config.input_count, config.output_count, config.name)
 
@@ -192,7 +213,7 @@ def _misfit(slot: BusSlot, slave: SlaveConfiguration) -> str:
         for output in (False, True)
     ]
     if isinstance(slot.device, TerminalConfig):
-        virtual = make_terminal(slot.device)
+        virtual = make_terminal(slot.device, slot.folder)
         wanted = [virtual.input_size, virtual.output_size]
         told = "expected {} bytes of inputs and {} of outputs".format(*wanted)
         return "" if sizes == wanted else told + ", it has {} and {}".format(*sizes)

@@ -1,4 +1,7 @@
-"""[[terminal]] of station.toml: virtual terminals on a bus, and the bytes of a PLC they are at."""
+"""[[terminal]] of station.toml: virtual terminals on a bus, and the bytes of a PLC they are at.
+
+A terminal is digital or analog, or with `esi` any device of a vendor's ESI file.
+"""
 
 from typing import Literal
 
@@ -25,6 +28,16 @@ class TerminalConfig(ConfigTable):
     """Channels; 16 digital or 4 analog unless given."""
     outputs: int | None = Field(default=None, ge=0, le=_DIGITAL)
     """Channels; 16 digital or 4 analog unless given."""
+    esi: str | None = Field(default=None, min_length=1)
+    """An ESI file, or a folder of them (relative to the station.toml): the terminal is the device
+    named `type` of them."""
+    type: str | None = Field(default=None, min_length=1)
+    """Type of the device in the ESI file, TYPE or TYPE@REVISION."""
+    modules: list[str] = Field(default_factory=list, max_length=255)
+    """Modules in the slots of the device, by their names in the ESI file."""
+    behaviour: str | None = Field(default=None, min_length=1)
+    """Behaviour of the device: `loop-back`, a .csv file of recorded inputs, or FILE.py:CLASS
+    (relative to the station.toml); without it inputs stay as they were set."""
     plc: int | None = Field(default=None, ge=1, le=65535)
     """Port of the PLC; the first one unless given."""
     input_address: int | None = Field(default=None, ge=0, le=_LAST_ADDRESS)
@@ -34,6 +47,16 @@ class TerminalConfig(ConfigTable):
 
     @model_validator(mode="after")
     def _is_whole(self) -> "TerminalConfig":
+        if self.esi is not None:
+            besides = {"kind", "inputs", "outputs"} & self.model_fields_set
+            if besides:
+                raise ValueError(f"{min(besides)}: expected none beside esi, the file says it")
+            if self.type is None:
+                raise ValueError("type: expected the type of a device of the ESI file")
+            return self
+        for key in ("type", "modules", "behaviour"):
+            if getattr(self, key):
+                raise ValueError(f"{key}: expected beside esi")
         most = _DIGITAL if self.is_digital else _ANALOG
         for what, number in (("inputs", self.input_count), ("outputs", self.output_count)):
             if number > most:

@@ -1,72 +1,19 @@
 """Virtual slaves as people write them down: types of ESI files, modules, counts, behaviours."""
 
-import importlib.util
 import re
 from collections.abc import Callable, Sequence
-from functools import lru_cache
 from pathlib import Path
 
 from achse.ethercat.master.esi_reader import EsiDevice, EsiError
-from achse.ethercat.virtual import (
-    Behaviour,
-    EsiFolder,
-    LoopBack,
-    RecordedSignals,
-    VirtualSlave,
-    make_slave,
-)
+from achse.ethercat.virtual import Behaviour, EsiFolder, VirtualSlave, make_slave
+from achse.station.buses.esi_terminals import esi_devices, make_behaviour
 
-__all__ = ["EsiLine", "esi_devices", "make_behaviour"]
+__all__ = ["EsiLine"]
 
 _MOST = 1000
 """Slaves of one line; beyond that station addresses and frames get short."""
 _SPEC = re.compile(r"(?P<type>[^=*]+)(?:=(?P<modules>[^*]+))?(?:\*(?P<count>[0-9]{1,4}))?")
 _HIGHEST_ALIAS = 0xFFFF
-_LOOP_BACK = "loop-back"
-
-
-@lru_cache(maxsize=8)
-def esi_devices(*places: Path) -> EsiFolder:
-    """The devices of files and folders, read once; raises `EsiError`."""
-    return EsiFolder(places)
-
-
-def make_behaviour(text: str, beside: Path = Path()) -> Behaviour:
-    """A behaviour: `loop-back`, a .csv file of recorded inputs, FILE.py:CLASS; raises `EsiError`.
-
-    Files are looked for from the folder `beside` on.
-    """
-    if text == _LOOP_BACK:
-        return LoopBack()
-    if text.lower().endswith(".csv"):
-        file = beside / text
-        try:
-            with file.open(encoding="utf-8", newline="") as lines:
-                return RecordedSignals.from_csv(lines, repeat=True)
-        except OSError as fault:
-            raise EsiError(f"{file}: {fault.strerror}") from None
-        except ValueError as fault:
-            raise EsiError(f"{file}: {fault}") from None
-    name, _, class_name = text.rpartition(":")
-    if not name.endswith(".py"):
-        raise EsiError(f"behaviour: expected {_LOOP_BACK}, FILE.csv or FILE.py:CLASS, got {text!r}")
-    return _own(beside / name, class_name)
-
-
-def _own(file: Path, class_name: str) -> Behaviour:
-    """A behaviour of the user's own."""
-    spec = importlib.util.spec_from_file_location(f"achse_behaviour_{file.stem}", file)
-    if spec is None or spec.loader is None or not file.is_file():
-        raise EsiError(f"{file}: No such file")
-    module = importlib.util.module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-        made = getattr(module, class_name)()
-    except Exception as fault:
-        raise EsiError(f"{file}:{class_name}: {type(fault).__name__}: {fault}") from fault
-    if not isinstance(made, Behaviour):
-        raise EsiError(f"{file}:{class_name}: expected a subclass of Behaviour")
-    return made
 
 
 class EsiLine:
