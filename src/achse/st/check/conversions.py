@@ -37,7 +37,8 @@ def converted(value: TypedValue, target: IecType[Any], at: int) -> TypedValue:
     rule = _rule(source, target)
     if rule is None:
         return Known(value.value, target, value.at) if isinstance(value, Known) else value
-    return folded(Converted(value, target, rule, at))
+    # A constant stays where it is written.
+    return folded(Converted(value, target, rule, value.at if isinstance(value, Known) else at))
 
 
 def _rule(source: IecType[Any], target: IecType[Any]) -> Conversion | None:

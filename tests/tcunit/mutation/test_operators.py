@@ -1,0 +1,84 @@
+"""Faults of a text: all that there are by hand, and each does what the changed text does."""
+
+import re
+from collections import defaultdict
+from functools import cache
+from random import Random
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.st.typed.text import lines_of
+from achse.tcunit.mutation.operators import Fault, Mutant, mutants_of
+from tests.tcunit.mutation.conftest import PLANTED, Routines, routines_of
+
+
+def test_faults_by_hand(routines: Routines, planted: str) -> None:
+    found = defaultdict(list)
+    for routine in routines(planted).values():
+        for mutant in mutants_of(routine):
+            found[routine.locate(mutant.at).line].append(mutant.change)
+    wanted = {
+        number: note[1].split("; ")
+        for number, line in enumerate(planted.splitlines(), 1)
+        if (note := re.search(r"//= (.*)$", line))
+    }
+    assert {line: sorted(changes) for line, changes in found.items()} == wanted
+
+
+@cache
+def _mutants(text: str) -> list[Mutant]:
+    """Mutants that the text can show."""
+    found = [one for routine in routines_of(text).values() for one in mutants_of(routine)]
+    return [mutant for mutant in found if mutant.edit is not None]
+
+
+@given(st.randoms(use_true_random=False))
+def test_a_mutant_is_what_the_changed_text_is(random: Random) -> None:
+    text = PLANTED.read_text(encoding="utf-8")
+    mutant = random.choice(_mutants(text))
+    assert mutant.edit is not None
+    start, end, new = mutant.edit
+    changed = routines_of(text[:start] + new + text[end:])[mutant.routine.key]
+    assert changed.body is not None
+    assert list(lines_of(changed.body)) == list(lines_of(mutant.body)), mutant.change
+
+
+def test_a_mutant_knows_its_statement_and_its_elsif(routines: Routines) -> None:
+    text = """FUNCTION F : INT
+VAR_INPUT n : INT; END_VAR
+IF n = 1 THEN
+    F := 1;
+ELSIF n > 2 THEN
+    F := 3;
+END_IF
+END_FUNCTION
+"""
+    routine = routines(text)["f"]
+    rows = {
+        (mutant.change, routine.locate(mutant.statement).line): mutant.branch
+        for mutant in mutants_of(routine)
+        if mutant.fault in (Fault.BOUNDARY, Fault.STATEMENT)
+    }
+    branch = rows["> becomes >=", 3]
+    assert branch is not None
+    assert routine.locate(branch).line == 5
+    assert set(rows) == {("> becomes >=", 3), ("statement removed", 4), ("statement removed", 6)}
+
+
+def test_what_has_no_text_of_its_own_stays(routines: Routines) -> None:
+    text = """FUNCTION F : INT
+VAR i : INT; END_VAR
+FOR i := i TO i BY i DO
+    ;
+END_FOR
+RETURN(i = i);
+END_FUNCTION
+"""
+    found = [mutant.change for mutant in mutants_of(routines(text)["f"])]
+    assert found == [
+        "condition becomes TRUE",
+        "condition becomes FALSE",
+        "= becomes <>",
+        "RETURN removed",
+    ]
