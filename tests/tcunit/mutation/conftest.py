@@ -13,6 +13,8 @@ from achse.st.typed.project import Routine
 
 PLANTED = Path(__file__).parents[2] / "data" / "mutation" / "planted.st"
 
+CLAMP = PLANTED.with_name("clamp.st")
+
 Routines = Callable[[str], dict[str, Routine]]
 
 

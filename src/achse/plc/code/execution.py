@@ -27,7 +27,7 @@ from achse.plc.lowering.project import LoweredProject
 from achse.plc.memory import Memory
 from achse.plc.program import PlacedVariable
 from achse.st.typed.project import Routine, TypedProject
-from achse.st.typed.statements import TypedStatement
+from achse.st.typed.statements import TypedStatement, TypedStatements
 
 if TYPE_CHECKING:
     from achse.plc.machine.program import MachineProgram
@@ -322,6 +322,31 @@ class Execution:
             self._linker.probe = None
         self.namespace.update(self._linker.constants)
         return made
+
+    def variant(
+        self, key: str, body: TypedStatements
+    ) -> tuple[str, Callable[[], Callable[..., Any]]]:
+        """A routine with another body, which does not count: its Python source, and what makes the
+        function. It is not in use until `replace`. Raises `MissingPlaceError`."""
+        routine = replace(self.project.routines[key], body=body)
+        counted = self._linker.project.counted
+        first = counted.pop(key, None)
+        try:
+            lines = emit_routine(routine, self._linker)
+        finally:
+            if first is not None:
+                counted[key] = first
+
+        def make() -> Callable[..., Any]:
+            self.namespace.update(self._linker.constants)
+            return compiled(routine, lines, self.namespace, self._linker.names)
+
+        return "\n".join(line.text for line in lines), make
+
+    @property
+    def spent(self) -> int:
+        """Loop passes and calls of the present cycle, or of the last one."""
+        return self.budget - int(self._fuel[0])
 
     def part(self, key: str, wanted: Callable[[TypedStatement], bool]) -> Callable[..., Any] | None:
         """A routine of a unit with the wanted ones of its statements; None without any."""

@@ -1,14 +1,14 @@
 """Options of the linter: the table `[lint]` of the file achse.toml of a project."""
 
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 from achse.st.lexis.codes import Code
 
-__all__ = ["FAMILY", "FILE", "LintOptions", "LintOptionsError", "lint_options"]
+__all__ = ["FAMILY", "FILE", "LintOptions", "LintOptionsError", "lint_options", "options_table"]
 
 FILE = "achse.toml"
 """Name of the file, in the folder of the project or one above it."""
@@ -52,23 +52,43 @@ class LintOptions:
         return frozenset(code for code in Code if code.startswith(FAMILY) and self.is_on(code))
 
 
+TABLES = ("lint", "mutate")
+"""Tables that the file may have."""
+
+
 def lint_options(project: Path, top: Path | None = None) -> LintOptions:
     """Return the options of a project: of the nearest achse.toml, up to the top of its repository,
     or up to a folder.
 
     Without a file, or without a table `[lint]`, no rule is on. Raises `LintOptionsError`.
     """
+    names = [item.name for item in fields(LintOptions)]
+    return LintOptions(**options_table(project, "lint", names, _rules, top))
+
+
+def options_table(
+    project: Path,
+    name: str,
+    keys: Iterable[str],
+    value_of: Callable[[Path, str, object], tuple[str, ...]],
+    top: Path | None = None,
+) -> dict[str, tuple[str, ...]]:
+    """Return a table of the nearest achse.toml up to a folder; empty without one.
+
+    `value_of` gets the file, the key and the value, and raises `LintOptionsError` if it is none.
+    """
     folder = project.absolute()
     for place in (folder, *folder.parents):
         file = place / FILE
         if os.path.isfile(file):  # False where a folder may not be read
-            return _read(file)
+            table = _read(file, name, keys)
+            return {key: value_of(file, key, value) for key, value in table.items()}
         if os.path.exists(place / ".git") or place == top:
             break
-    return LintOptions()
+    return {}
 
 
-def _read(file: Path) -> LintOptions:
+def _read(file: Path, name: str, keys: Iterable[str]) -> dict[str, object]:
     import tomllib  # most projects have no such file
 
     try:
@@ -77,15 +97,16 @@ def _read(file: Path) -> LintOptions:
         document = tomllib.loads(file.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as failure:
         raise LintOptionsError(f"{file}: {failure}") from None
-    _known(file, "key", document, ("lint",))
-    table = document.get("lint", {})
+    _known(file, "key", document, TABLES)
+    table = document.get(name, {})
     if not isinstance(table, dict):
-        raise LintOptionsError(f"{file}: expected a table [lint], got {table!r:.40}")
-    _known(file, "key of [lint]", table, [item.name for item in fields(LintOptions)])
-    return LintOptions(**{key: _rules(file, key, value) for key, value in table.items()})
+        raise LintOptionsError(f"{file}: expected a table [{name}], got {table!r:.40}")
+    _known(file, f"key of [{name}]", table, keys)
+    return table
 
 
 def _known(file: Path, what: str, table: dict[str, Any], names: Iterable[str]) -> None:
+    names = tuple(names)
     for key in table:
         if key not in names:
             raise LintOptionsError(f"{file}: expected {what} {' or '.join(names)}, got {key!r:.40}")

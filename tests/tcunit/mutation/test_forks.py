@@ -1,0 +1,59 @@
+"""Work in copies of this process: results, failures, limits, and nothing left behind."""
+
+import os
+import signal
+
+import pytest
+
+from achse.tcunit.mutation.forks import CAN_FORK, in_copies
+
+pytestmark = pytest.mark.skipif(not CAN_FORK, reason="a process cannot be copied here")
+
+
+def _fails() -> None:
+    raise ValueError("no")
+
+
+def _is_killed() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def _endless() -> None:
+    while True:
+        pass
+
+
+@pytest.mark.parametrize("jobs", [1, 3])
+def test_each_copy_has_its_own_memory(jobs: int) -> None:
+    seen: list[int] = []
+
+    def work(number: int) -> list[int]:
+        seen.append(number)
+        return seen * 20_000  # more than a pipe holds
+
+    works = [lambda number=number: work(number) for number in range(7)]
+    found = dict(in_copies(works, jobs, 10.0))
+    assert sorted(found) == list(range(7))
+    assert all(one.value == [number] * 20_000 for number, one in found.items())
+    assert seen == []
+
+
+def test_what_does_not_return() -> None:
+    found = dict(in_copies([_fails, _is_killed, lambda: os._exit(3)], 1, 10.0))
+    assert found[0].problem == "ValueError: no"
+    assert found[1].problem == "ended by signal 9"
+    assert found[2].problem == "ended with code 3"
+    assert not any(one.is_out_of_time for one in found.values())
+
+
+def test_what_takes_too_long_is_ended() -> None:
+    ((_, found),) = in_copies([_endless], 1, 0.01)
+    assert found.is_out_of_time
+
+
+def test_no_copy_outlives_its_caller() -> None:
+    results = in_copies([lambda: 1, signal.pause], 2, 10.0)
+    assert next(results)[1].value == 1
+    results.close()  # type: ignore[attr-defined]
+    with pytest.raises(ChildProcessError):
+        os.waitpid(-1, 0)
