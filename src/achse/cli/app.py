@@ -9,7 +9,7 @@ from achse.cli.programs import channel, gcode
 from achse.cli.record import monitor, record, scope
 from achse.cli.root import in_panels, new_root
 from achse.cli.start import demo, detached, fleet, fmu, new, run, web
-from achse.cli.test import check, explain, fault, swarm, sweep, unit_tests
+from achse.cli.test import check, explain, fault, mutate, swarm, sweep, unit_tests
 
 __all__ = ["app"]
 
@@ -24,6 +24,7 @@ docs.register(app)
 check.register(app)
 explain.register(app)
 unit_tests.register(app)
+mutate.register(app)
 app.add_typer(ads.ads, name="ads")
 app.add_typer(router.router, name="router")
 app.add_typer(axis.axis, name="axis")

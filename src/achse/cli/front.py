@@ -19,7 +19,7 @@ PANELS = {
     "Fieldbus": ("bus", "drive"),
     "PLC": ("plc", "symbols", "lsp", "mcp"),
     "Record": ("scope", "monitor", "record", "replay", "diff"),
-    "Test": ("check", "explain", "test", "fault", "sweep", "swarm"),
+    "Test": ("check", "explain", "test", "mutate", "fault", "sweep", "swarm"),
     "Install": ("docs", "warmup", "certificate", "hash-password"),
 }
 """Panels of `achse --help`, by purpose, with their commands; each is a room of `achse.cli`."""

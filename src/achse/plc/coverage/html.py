@@ -4,10 +4,11 @@ from collections.abc import Iterator
 from html import escape
 
 from achse.plc.coverage.results import BranchHits, CoverageResult, CoveredShare, FileCoverage
+from achse.st.lexis.source import Source
 
-__all__ = ["page_of"]
+__all__ = ["STYLE", "code_lines", "page_of"]
 
-_STYLE = """
+STYLE = """
 body { font: 14px system-ui, sans-serif; margin: 2em; color: #222; background: #fff; }
 table { border-collapse: collapse; } td, th { padding: 1px 8px; text-align: right; }
 td:first-child, th:first-child { text-align: left; }
@@ -17,6 +18,7 @@ table.code td.text { text-align: left; width: 100%; color: #222; }
 tr.run td.text { background: #e3f6e3; } tr.part td.text { background: #fff3c9; }
 tr.missed td.text { background: #fbdcdc; } summary { cursor: pointer; margin-top: 1em; }
 """
+"""Style sheet of pages that show code."""
 
 
 def page_of(result: CoverageResult, *, title: str = "Coverage") -> str:
@@ -27,7 +29,7 @@ def page_of(result: CoverageResult, *, title: str = "Coverage") -> str:
     return "\n".join(
         [
             f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{escape(title)}'
-            f"</title><style>{_STYLE}</style></head><body>",
+            f"</title><style>{STYLE}</style></head><body>",
             f"<h1>{escape(title)}: {total}</h1>",
             "<table><tr><th>File</th><th>all</th><th>statements</th><th>branches</th></tr>",
             *rows,
@@ -56,7 +58,7 @@ def _file(number: int, file: FileCoverage) -> Iterator[str]:
     yield '</table><table class="code">'
     branches = file.branches
     drawn = {one.line for routine in file.routines for one in routine.statements if one.place}
-    for line, text in _text_of(file):
+    for line, text in code_lines(file.source):
         if line not in drawn:
             yield _line(str(line), text, file.lines.get(line), branches.get(line, []))
     for routine in file.routines:
@@ -79,9 +81,8 @@ def _line(number: str, text: str, hits: int | None, branches: list[BranchHits]) 
     )
 
 
-def _text_of(file: FileCoverage) -> Iterator[tuple[int, str]]:
-    """Lines of the code with their numbers in the file, without the XML around it."""
-    source = file.source
+def code_lines(source: Source) -> Iterator[tuple[int, str]]:
+    """Yield lines of the code with their numbers in the file, without the XML around it."""
     starts = [piece.start for piece in source.pieces]
     for piece, end in zip(source.pieces, [*starts[1:], len(source.text)], strict=True):
         lines = source.text[piece.start : end].split("\n")
