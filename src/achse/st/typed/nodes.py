@@ -25,4 +25,5 @@ def nodes_in(node: Any) -> Iterator[Any]:
             waiting += one
         elif is_node(one):
             yield one
-            waiting += [getattr(one, name) for name in field_names(type(one))]
+            kind: type = type(one)
+            waiting += [getattr(one, name) for name in field_names(kind)]
