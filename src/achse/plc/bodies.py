@@ -27,7 +27,7 @@ class Bodies:
     routines of libraries do that have no Structured Text, by key; `services` has more of them,
     those that need the station. `epoch()` is the Unix time at time 0, ns. `form` is what routines
     become: plain Python or machine code. Statements and branches of routines that are `covered`
-    count.
+    count, with `conditions` their decisions, too.
     """
 
     def __init__(
@@ -42,10 +42,12 @@ class Bodies:
         epoch: Callable[[], int] = int,
         form: CodeForm = CodeForm.AUTO,
         covered: Callable[[Routine], bool] | None = None,
+        conditions: bool = False,
     ) -> None:
         self.project = project
         self.form = form
         self.covered = covered
+        self.conditions = conditions
         self.budget = budget
         self.exceptions = exceptions
         of_station = {} if services is None else services.functions
@@ -143,6 +145,7 @@ class Bodies:
             form=self.form,
             cached=True,
             covered=self.covered,
+            conditions=self.conditions,
         )
         counters = self.execution.coverage
         if counters is not None and replaced is not None and replaced.coverage is not None:

@@ -91,7 +91,8 @@ class Execution:
     what `__NEW` made stays, and with `keeps_statics` so do VAR_STAT variables of functions.
     `form` says what routines become; both forms leave the same bytes.
     `cached`: machine code comes from the user's cache if it is there; that is for projects that
-    come from sources, which are what the cache knows them by. Routines that are `covered` count.
+    come from sources, which are what the cache knows them by. Routines that are `covered` count,
+    with `conditions` their decisions, too.
     """
 
     def __init__(
@@ -110,6 +111,7 @@ class Execution:
         form: CodeForm = CodeForm.PLAIN,
         cached: bool = False,
         covered: Callable[[Routine], bool] | None = None,
+        conditions: bool = False,
     ) -> None:
         self.project = project
         self.memory = memory
@@ -128,7 +130,9 @@ class Execution:
         self.views = Views(memory)
         self.frames = Frames(memory, self.views)
         self.heap: Heap = Heap(memory) if after is None else after.heap
-        self._linker = Linker(LoweredProject(project, placement, exceptions=exceptions))
+        self._linker = Linker(
+            LoweredProject(project, placement, exceptions=exceptions, conditions=conditions)
+        )
         self.coverage: CoverageCounters | None = None
         """Counters of the routines that are covered; None if none is."""
         if covered is not None:
@@ -206,6 +210,7 @@ class Execution:
             cached=cached,
             counted=self._linker.project.counted,
             counters=counters,
+            conditions=self._linker.project.conditions,
         )
         host = MachineHost(
             self.project,

@@ -193,6 +193,17 @@ class ExpressionWriter:
         text = f"({', '.join([*texts, piece.text])})[-1]"
         return piece._replace(text=text, level=ATOM)
 
+    def condition_bit(self, value: nodes.ConditionBit) -> CodeExpression:
+        """A condition, which is a bit of a vector, too."""
+        name, text = self.kept[value.vector.number].text, self.value(value.value).text
+        return CodeExpression(f"(({name} := {name} | {1 << value.bit}) > 0 if {text} else False)")
+
+    def count_vector(self, value: nodes.CountVector) -> CodeExpression:
+        """A decision, and one more in the counter of its vector."""
+        name = self.keep(value.vector)
+        text = self.value(value.value).text
+        return CodeExpression(f"({name} := 0, {text}, count({value.first} + {name}))[1]")
+
     def record(self, value: nodes.RecordValue) -> CodeExpression:
         """A record made on the spot."""
         places = []
@@ -483,5 +494,7 @@ _WRITERS: dict[type[Any], Callable[[ExpressionWriter, Any], CodeExpression]] = {
     nodes.RecordValue: ExpressionWriter.record,
     nodes.Creation: ExpressionWriter.creation,
     nodes.RuntimeCall: ExpressionWriter.service,
+    nodes.ConditionBit: ExpressionWriter.condition_bit,
+    nodes.CountVector: ExpressionWriter.count_vector,
     nodes.Count: lambda of, value: CodeExpression(f"count({value.number})"),
 }

@@ -10,9 +10,18 @@ from typing import Any
 
 from achse.iec.strings import StringType
 from achse.plc.lowering import nodes
+from achse.plc.lowering.decisions import DecisionShape
 from achse.st.typed.expressions import Known, Operator
 
-__all__ = ["BranchPoint", "RoutineCounters", "StatementPoint", "Tally", "can_leave", "is_straight"]
+__all__ = [
+    "BranchPoint",
+    "DecisionPoint",
+    "RoutineCounters",
+    "StatementPoint",
+    "Tally",
+    "can_leave",
+    "is_straight",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +64,17 @@ class BranchPoint:
     tally: Tally
 
 
+@dataclass(frozen=True, slots=True)
+class DecisionPoint:
+    """A decision of a statement or ELSIF at an offset: vector n is the counter `first` + n."""
+
+    at: int
+    shape: DecisionShape
+    conditions: tuple[int, ...]
+    """Offsets of the conditions."""
+    first: int
+
+
 @dataclass(slots=True)
 class RoutineCounters:
     """Counters of a routine, from the number `first` on, and what follows from them."""
@@ -63,11 +83,13 @@ class RoutineCounters:
     size: int = 0
     statements: list[StatementPoint] = field(default_factory=list)
     branches: list[BranchPoint] = field(default_factory=list)
+    decisions: list[DecisionPoint] = field(default_factory=list)
+    """Decisions of two conditions or more, if conditions count."""
 
-    def new(self) -> int:
-        """The number of one more counter."""
-        self.size += 1
-        return self.first + self.size - 1
+    def new(self, count: int = 1) -> int:
+        """The number of one more counter, or the first of several."""
+        self.size += count
+        return self.first + self.size - count
 
     def statement(self, at: int, tally: Tally) -> None:
         """Note how often a statement begins."""
@@ -120,6 +142,8 @@ def is_straight(value: nodes.LoweredValue) -> bool:
     match value:
         case Known() | nodes.Temporary() | nodes.Count():
             return True
+        case nodes.ConditionBit(_, _, inner) | nodes.CountVector(_, _, inner):
+            return is_straight(inner)
         case nodes.Keep(_, inner) | nodes.Convert(inner) | nodes.Copy(inner):
             return is_straight(inner)
         case nodes.LoadValue(place, spends):

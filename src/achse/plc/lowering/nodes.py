@@ -302,8 +302,36 @@ class Count:
         return None
 
 
+@node
+class ConditionBit:
+    """A condition of a decision: its value, which is a bit of the decision's vector, too."""
+
+    vector: Temporary
+    bit: int
+    value: "LoweredValue"
+
+    @property
+    def type(self) -> IecType[Any] | None:
+        return self.value.type
+
+
+@node
+class CountVector:
+    """A decision: its value; then one more in the counter of its vector, from `first` on."""
+
+    vector: Temporary
+    first: int
+    value: "LoweredValue"
+
+    @property
+    def type(self) -> IecType[Any] | None:
+        return self.value.type
+
+
 LoweredValue: TypeAlias = (
     Known
+    | ConditionBit
+    | CountVector
     | Temporary
     | Keep
     | LoadValue

@@ -15,7 +15,7 @@ class LoweredProject:
     """A typed project in the memory of a PLC.
 
     `exceptions` is the task option "floating point exceptions". `counted` has the number of the
-    first counter of each routine whose statements count.
+    first counter of each routine whose statements count; with `conditions` its decisions do, too.
     """
 
     def __init__(
@@ -25,11 +25,13 @@ class LoweredProject:
         *,
         exceptions: bool = True,
         counted: Mapping[str, int] | None = None,
+        conditions: bool = False,
     ) -> None:
         self.typed = project
         self.placement = placement
         self.exceptions = exceptions
         self.counted = dict(counted or {})
+        self.conditions = conditions
         records = (*project.blocks.values(), *project.records.values())
         self._records = {record.type.name.lower(): record for record in records}
         self._spots: dict[int, Spot] = {}

@@ -4,13 +4,30 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from achse.iec.elementary import LINT
 from achse.plc.lowering import nodes
-from achse.plc.lowering.counters import RoutineCounters, Tally, can_leave, is_straight
+from achse.plc.lowering.counters import (
+    DecisionPoint,
+    RoutineCounters,
+    Tally,
+    can_leave,
+    is_straight,
+)
+from achse.plc.lowering.decisions import MOST_CONDITIONS, shape_of
 from achse.plc.lowering.places import ADDRESS_TYPE
 from achse.plc.lowering.project import LoweredProject
 from achse.plc.lowering.values import ValueLowering
 from achse.st.check.kinds import counted
-from achse.st.typed.expressions import Invocation, Known, Latched, Operator, Stored, TypedValue
+from achse.st.typed.expressions import (
+    Computed,
+    Invocation,
+    Known,
+    Latched,
+    Operator,
+    Shortcut,
+    Stored,
+    TypedValue,
+)
 from achse.st.typed.project import Routine
 from achse.st.typed.statements import (
     CaseSelection,
@@ -52,6 +69,32 @@ class StatementLowering(ValueLowering):
         self.counters = counters
         self._begins = Tally()
         """Number of times that the present statement begins."""
+        self._decides_at: int | None = None
+        """Offset of the statement or ELSIF whose decisions count; None if they do not."""
+        self._conditions: dict[int, tuple[nodes.Temporary, int]] = {}
+        """Conditions of decisions, by their identity: vector and bit."""
+
+    def value(self, value: TypedValue) -> nodes.LoweredValue:
+        """A value; decisions and their conditions count."""
+        condition = self._conditions.get(id(value))
+        if condition is not None:
+            return nodes.ConditionBit(*condition, super().value(value))
+        at, counters = self._decides_at, self.counters
+        if at is None or counters is None or not isinstance(value, Computed | Shortcut):
+            return super().value(value)
+        found = shape_of(value)
+        if found is None or found[0].count > MOST_CONDITIONS:
+            return super().value(value)
+        shape, conditions = found
+        vector, first = self.temporary(LINT), counters.new(1 << shape.count)
+        places = tuple(one.at for one in conditions)
+        counters.decisions.append(DecisionPoint(at, shape, places, first))
+        for bit, one in enumerate(conditions):
+            self._conditions[id(one)] = vector, bit
+        self._decides_at = None  # its operators are no decisions of their own
+        lowered = super().value(value)
+        self._decides_at = at
+        return nodes.CountVector(vector, first, lowered)
 
     def block(
         self, statements: TypedStatements, entered: Tally | None = None
@@ -95,6 +138,8 @@ class StatementLowering(ValueLowering):
                         entered = Tally((number,))
                     self._begins = entered
                     counters.statement(one.at, entered)
+                is_counted = self.project.conditions and place >= uncounted
+                self._decides_at = one.at if is_counted else None
                 each = [*_LOWERINGS[type(one)](self, one)]
                 if has_marks and (cost := count()):
                     lowered.append(nodes.Spend(cost, one.at))
@@ -141,6 +186,8 @@ class StatementLowering(ValueLowering):
         for one in statement.branches:
             at, before = one.at or statement.at, waiting
             waiting = None
+            if self.project.conditions and counters is not None:
+                self._decides_at = at
             condition = self.value(one.condition)
             body, taken = self._counted(one.body)
             if counters is not None:
@@ -197,11 +244,13 @@ class StatementLowering(ValueLowering):
     def counted_loop(self, statement: CountedLoop) -> Iterator[nodes.LoweredStatement]:
         """FOR."""
         start = self.effects(statement.start)
+        decides_at = self._decides_at
         with self._counting() as count:
             beyond = self.value(statement.beyond)
             assert beyond.type is not None
             before = nodes.Compute(Operator.NOT, (beyond,), beyond.type)
             body, cost, passes, ends = self._loop_body(statement.body)
+            self._decides_at = decides_at
             advance = self.effects(statement.advance)
             cost += 1 + count()
         if self.counters is not None and ends is not None:

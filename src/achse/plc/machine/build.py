@@ -31,12 +31,13 @@ def machine_code(
     cached: bool,
     counted: Mapping[str, int] | None = None,
     counters: int = 0,
+    conditions: bool = False,
 ) -> bytes:
     """The object file of a project. `cached`: what is in the cache will do. `counted` has the
     number of the first of all `counters` for each routine whose statements count."""
     kept: ObjectCache | None = None
     if cached:
-        options = f"{exceptions} {sorted((counted or {}).items())}"
+        options = f"{exceptions} {conditions} {sorted((counted or {}).items())}"
         kept = ObjectCache(_NAME, _digest(project, placement, variables, by_python, options))
         content = kept.load()
         if content is not None:
@@ -48,6 +49,7 @@ def machine_code(
         exceptions=exceptions,
         counted=counted,
         counters=counters,
+        conditions=conditions,
     )
     content = compile_module(module.translated(), Effort.FAST)
     if kept is not None:

@@ -92,6 +92,8 @@ class ExpressionTranslator:
         self._texts = TextTranslator(self)
         self.kept: dict[int, MachineValue] = {}
         """Values of temporaries."""
+        self._vectors: dict[int, LocalVariable] = {}
+        """Vectors of decisions, by their temporaries."""
         self._buffers: dict[int, list[Operand]] = {}
         self._lent: list[tuple[int, Operand]] = []
 
@@ -229,6 +231,25 @@ class ExpressionTranslator:
         one = b.add(b.load(I64, counts, number * 8), b.constant(I64, 1))
         b.store(one, counts, number * 8)
         return one
+
+    def condition_bit(self, value: nodes.ConditionBit) -> Operand:
+        """A condition, which is a bit of a vector, too."""
+        b, vector = self.builder, self._vectors[value.vector.number]
+        found = self.number(value.value)
+        bit = b.multiply(b.convert(found, I64), b.constant(I64, 1 << value.bit))
+        b.set(vector, b.add(b.get(vector), bit))
+        return found
+
+    def count_vector(self, value: nodes.CountVector) -> Operand:
+        """A decision, and one more in the counter of its vector."""
+        b, counts = self.builder, self.module.counts
+        assert counts is not None
+        vector = self._vectors[value.vector.number] = b.variable(I64)
+        b.set(vector, b.constant(I64, 0))
+        found = self.number(value.value)
+        place = b.address(counts, b.get(vector), 8, within=8 * value.first)
+        b.store(b.add(b.load(I64, place), b.constant(I64, 1)), place)
+        return found
 
     def choice(self, value: nodes.LazyChoice) -> MachineValue:
         """One of two values; nothing of the other is evaluated."""
@@ -481,5 +502,7 @@ _TRANSLATIONS: dict[type[Any], Callable[[ExpressionTranslator, Any], MachineValu
     nodes.RecordValue: ExpressionTranslator.record,
     nodes.Creation: lambda of, _: of.refuse("__NEW is done by Python"),
     nodes.RuntimeCall: lambda of, value: of.refuse(value.why),
+    nodes.ConditionBit: ExpressionTranslator.condition_bit,
+    nodes.CountVector: ExpressionTranslator.count_vector,
     nodes.Count: lambda of, value: of.count(value.number),
 }

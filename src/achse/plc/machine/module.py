@@ -67,6 +67,7 @@ class ProjectTranslator:
         exceptions: bool,
         counted: Mapping[str, int] | None = None,
         counters: int = 0,
+        conditions: bool = False,
     ) -> None:
         self.placement = placement
         self.exceptions = exceptions
@@ -74,7 +75,9 @@ class ProjectTranslator:
         self.support = Support(self.module)
         self.notes = ModuleNotes(FaultPlaces())
         self.project = project
-        self.lowered = LoweredProject(project, placement, exceptions=exceptions, counted=counted)
+        self.lowered = LoweredProject(
+            project, placement, exceptions=exceptions, counted=counted, conditions=conditions
+        )
         self.counts = self.module.words(COUNT_WORDS, counters) if counters else None
         self._by_python = by_python
         self._numbers = {key: number for number, key in enumerate(project.routines)}
