@@ -18,6 +18,8 @@ from achse.st.syntax.parser import Parsed, parse
 
 FORMS = [CodeForm.PLAIN, *([CodeForm.MACHINE] if compiler_installed() else [])]
 
+DECISIONS = Path(__file__).parents[2] / "data" / "coverage" / "decisions.st"
+
 COUNTED = Path(__file__).parents[2] / "data" / "coverage" / "counted.st"
 
 _CYCLE_NS = 10_000_000
@@ -26,8 +28,8 @@ _CYCLE_NS = 10_000_000
 class Counting:
     """A PLC with the program MAIN; `result` is what has run."""
 
-    def __init__(self, text: str | Parsed, form: CodeForm) -> None:
-        self._form = form
+    def __init__(self, text: str | Parsed, form: CodeForm, *, conditions: bool = False) -> None:
+        self._form, self._conditions = form, conditions
         declared = declare([parse(Source(text, "a.st")) if isinstance(text, str) else text])
         task = Task("PlcTask", _CYCLE_NS, [declared.programs["main"]])
         self.plc = PlcRuntime([task], declared.units, bodies=self._bodies(declared))
@@ -36,7 +38,7 @@ class Counting:
     def _bodies(self, declared: Declarations) -> Bodies:
         project = check(declared)
         assert not project.faults, project.faults
-        return Bodies(project, form=self._form, covered=is_own)
+        return Bodies(project, form=self._form, covered=is_own, conditions=self._conditions)
 
     def run(self, cycles: int = 1) -> "Counting":
         for _ in range(cycles):

@@ -1,10 +1,12 @@
 """Programs drawn at random: written as text, each statement on a line of its own, and walked here
-by rules of their own, which count what begins and what is taken."""
+by rules of their own, which count what begins, what is taken, and how conditions come out."""
 
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from random import Random
+
+from achse.plc.lowering.decisions import MOST_CONDITIONS
 
 __all__ = ["DrawnProgram"]
 
@@ -41,6 +43,54 @@ class _Condition:
         return left < values[self.right] + self.number
 
 
+_SIGNS = {"AND": all, "OR": any, "XOR": lambda values: values.count(True) % 2 == 1}
+
+
+@dataclass
+class _Decision:
+    """Conditions under an operator, NOT before some; `vectors` counts how all of them came out."""
+
+    operator: str
+    parts: "list[_Condition | _Decision]"
+    negated: list[bool]
+    vectors: Counter[tuple[bool | None, ...]] = field(default_factory=Counter)
+
+    @property
+    def text(self) -> str:
+        texts = [
+            f"{'NOT ' * no}({one.text})" for one, no in zip(self.parts, self.negated, strict=True)
+        ]
+        return f" {self.operator} ".join(texts)
+
+    @property
+    def size(self) -> int:
+        return sum(one.size if isinstance(one, _Decision) else 1 for one in self.parts)
+
+    def holds(self, values: dict[str, int]) -> bool:
+        found, seen = self._walked(values)
+        self.vectors[tuple(seen)] += 1
+        return found
+
+    def _walked(self, values: dict[str, int]) -> tuple[bool, list[bool | None]]:
+        found: list[bool] = []
+        seen: list[bool | None] = []
+        deciding = {"AND_THEN": False, "OR_ELSE": True}.get(self.operator)
+        for one, no in zip(self.parts, self.negated, strict=True):
+            if deciding is not None and deciding in found:
+                seen += [None] * (one.size if isinstance(one, _Decision) else 1)
+                continue
+            if isinstance(one, _Decision):
+                value, inside = one._walked(values)
+            else:
+                value = one.holds(values)
+                inside = [value]
+            seen += inside
+            found.append(value is not no)
+        if deciding is not None:
+            return deciding in found if deciding else deciding not in found, seen
+        return bool(_SIGNS[self.operator](found)), seen
+
+
 def _divided(left: int, right: int) -> int:
     if right == 0:
         raise _FailedError
@@ -54,7 +104,7 @@ class _Step:
     kind: str
     name: str = "a"
     number: int = 0
-    conditions: list[_Condition] = field(default_factory=list)
+    conditions: "list[_Condition | _Decision]" = field(default_factory=list)
     labels: list[int] = field(default_factory=list)
     bodies: list[list["_Step"]] = field(default_factory=list)
     otherwise: list["_Step"] | None = None
@@ -77,6 +127,8 @@ class DrawnProgram:
         self._lines += ["PROGRAM MAIN", f"VAR {' '.join([*starts, *loops])} END_VAR"]
         self.hits: Counter[int] = Counter(dict.fromkeys((3, 4, 5), 0))
         self.taken: Counter[tuple[int, str]] = Counter()
+        self.vectors: dict[int, Counter[tuple[bool | None, ...]]] = {}
+        """How the conditions of decisions came out, by line; None of those that were left out."""
         self._write(self._steps, 0)
         self._lines.append("END_PROGRAM")
         self.text = "\n".join(self._lines) + "\n"
@@ -93,6 +145,16 @@ class DrawnProgram:
             for _ in range(self._random.randint(0, 4))
         ]
 
+    def _decision(self, depth: int) -> _Condition | _Decision:
+        random = self._random
+        if depth == 0 or random.random() < 0.4:
+            return self._condition()
+        operator = random.choice(("AND", "OR", "XOR", "AND_THEN", "OR_ELSE"))
+        parts = [self._decision(depth - 1) for _ in range(2 if operator != "AND" else 3)]
+        if "_" in operator:
+            parts = parts[:2]
+        return _Decision(operator, parts, [random.random() < 0.2 for _ in parts])
+
     def _condition(self) -> _Condition:
         random = self._random
         left, right = random.choice(_NAMES), random.choice(_NAMES)
@@ -103,7 +165,7 @@ class DrawnProgram:
         step = _Step(kind, random.choice(_NAMES), random.randint(-2, 3))
         if kind in ("if", "case"):
             count = random.randint(1, 3)
-            step.conditions = [self._condition() for _ in range(count)]
+            step.conditions = [self._decision(2) for _ in range(count)]
             step.labels = random.sample(range(-3, 5), count)
             step.bodies = [self._drawn(depth, loops) for _ in range(count)]
             step.otherwise = self._drawn(depth, loops) if random.random() < 0.5 else None
@@ -146,6 +208,8 @@ class DrawnProgram:
                 for condition, body in zip(step.conditions, step.bodies, strict=True):
                     text = f"{word} {condition.text} THEN"
                     step.lines.append(self._line(text, "TRUE", "FALSE", counts=word == "IF"))
+                    if isinstance(condition, _Decision) and condition.size <= MOST_CONDITIONS:
+                        self.vectors[step.lines[-1]] = condition.vectors
                     self._write(body, loops)
                     word = "ELSIF"
                 self._write_else(step, loops, "END_IF")
@@ -165,11 +229,13 @@ class DrawnProgram:
                 first = self._line(f"w{loops} := 0;")
                 head = f"WHILE w{loops} < {number} AND {step.conditions[0].text} DO"
                 step.lines = [first, self._line(head, "PASS", "END")]
+                self.vectors[step.lines[-1]] = Counter()
                 step.lines.append(self._line(f"w{loops} := w{loops} + 1;"))
                 self._write(step.bodies[0], loops + 1)
                 self._line("END_WHILE", counts=False)
             case "repeat":
                 step.lines = [self._line(f"w{loops} := 0;"), self._line("REPEAT", "AGAIN", "END")]
+                self.vectors[step.lines[-1]] = Counter()
                 step.lines.append(self._line(f"w{loops} := w{loops} + 1;"))
                 self._write(step.bodies[0], loops + 1)
                 text = f"UNTIL w{loops} >= {number} OR {step.conditions[0].text} END_REPEAT"
@@ -255,7 +321,9 @@ class DrawnProgram:
             if step.kind != "repeat":
                 goes_on = passes < step.number
                 if step.kind == "while":
-                    goes_on &= step.conditions[0].holds(self.values)
+                    other = step.conditions[0].holds(self.values)
+                    self.vectors[line][goes_on, other] += 1
+                    goes_on &= other
                 self.taken[line, "PASS" if goes_on else "END"] += 1
                 if not goes_on:
                     return
@@ -271,7 +339,9 @@ class DrawnProgram:
                     raise
             if step.kind == "repeat":
                 ends = passes >= step.number
-                ends |= step.conditions[0].holds(self.values)
+                other = step.conditions[0].holds(self.values)
+                self.vectors[line][ends, other] += 1
+                ends |= other
                 self.taken[line, "END" if ends else "AGAIN"] += 1
                 if ends:
                     return

@@ -1,9 +1,11 @@
 """Coverage as XML of Cobertura: what GitLab and others show beside the lines of a change."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import PurePath
+from types import MappingProxyType
 from xml.etree import ElementTree
 
+from achse.plc.coverage.conditions import DecisionHits
 from achse.plc.coverage.results import BranchHits, CoverageResult, CoveredShare, FileCoverage
 
 __all__ = ["cobertura_xml"]
@@ -62,11 +64,14 @@ def _class(parent: ElementTree.Element, file: FileCoverage) -> None:
         for one in routine.statements:
             of_routine[one.line] = min(of_routine.get(one.line, one.hits), one.hits)
         _lines(method, of_routine, {})
-    _lines(element, file.lines, file.branches)
+    _lines(element, file.lines, file.branches, file.decisions)
 
 
 def _lines(
-    parent: ElementTree.Element, lines: dict[int, int], branches: dict[int, list[BranchHits]]
+    parent: ElementTree.Element,
+    lines: dict[int, int],
+    branches: dict[int, list[BranchHits]],
+    decisions: Mapping[int, list[DecisionHits]] = MappingProxyType({}),
 ) -> None:
     element = ElementTree.SubElement(parent, "lines")
     for number, hits in lines.items():
@@ -77,7 +82,14 @@ def _lines(
             share = 100 * taken // len(of_line)
             values["branch"] = "true"
             values["condition-coverage"] = f"{share}% ({taken}/{len(of_line)})"
-        ElementTree.SubElement(element, "line", values)
+        row = ElementTree.SubElement(element, "line", values)
+        conditions = [each for one in decisions.get(number, ()) for each in one.conditions]
+        if conditions:
+            group = ElementTree.SubElement(row, "conditions")
+            for index, each in enumerate(conditions):
+                seen = f"{50 * (bool(each.true) + bool(each.false))}%"
+                of_one = {"number": str(index), "type": "jump", "coverage": seen}
+                ElementTree.SubElement(group, "condition", of_one)
 
 
 def _branches(files: Iterable[FileCoverage]) -> CoveredShare:

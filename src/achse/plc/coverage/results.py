@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from achse.plc.coverage.conditions import ConditionTexts, DecisionHits
 from achse.plc.coverage.counters import CoverageCounters, CoveredRoutine
 from achse.st.lexis.source import Source
 from achse.st.typed.project import Routine
@@ -44,17 +45,22 @@ class BranchHits:
 
 
 class CoveredShare:
-    """A number of statements and branches, and how many of them have run."""
+    """A number of statements, branches and conditions, and how many of them have run or, for
+    conditions, were shown to decide alone."""
 
-    def __init__(self, statements: Iterable[int], branches: Iterable[int]) -> None:
-        statements, branches = list(statements), list(branches)
+    def __init__(
+        self, statements: Iterable[int], branches: Iterable[int], conditions: Iterable[bool] = ()
+    ) -> None:
+        statements, branches, conditions = list(statements), list(branches), list(conditions)
         self.statements, self.statements_hit = len(statements), sum(map(bool, statements))
         self.branches, self.branches_hit = len(branches), sum(map(bool, branches))
+        self.conditions, self.conditions_hit = len(conditions), sum(conditions)
 
     @property
     def percent(self) -> float:
-        """Per cent of statements and branches together; 100 if there are none."""
-        return _percent(self.statements_hit + self.branches_hit, self.statements + self.branches)
+        """Per cent of all together; 100 if there is nothing."""
+        hit = self.statements_hit + self.branches_hit + self.conditions_hit
+        return _percent(hit, self.statements + self.branches + self.conditions)
 
     @property
     def statement_percent(self) -> float:
@@ -79,6 +85,8 @@ class RoutineCoverage:
     line: int
     statements: tuple[StatementHits, ...]
     branches: tuple[BranchHits, ...]
+    decisions: tuple[DecisionHits, ...] = ()
+    """Decisions of two conditions or more, if conditions count."""
 
     @property
     def calls(self) -> int:
@@ -87,9 +95,7 @@ class RoutineCoverage:
 
     @cached_property
     def covered(self) -> CoveredShare:
-        return CoveredShare(
-            (one.hits for one in self.statements), (one.hits for one in self.branches)
-        )
+        return _together([self])
 
     @property
     def missing(self) -> list[str]:
@@ -101,6 +107,10 @@ class RoutineCoverage:
         for one in self.branches:
             if not one.hits and (one.place or one.line not in lines):
                 found.append(f"{one.place or one.line} {one.name}")
+        for decision in self.decisions:
+            if decision.seen:  # else its statement is named
+                where = decision.place or decision.line
+                found += [f"{where} {one.gap}" for one in decision.conditions if one.gap]
         return found
 
 
@@ -134,6 +144,15 @@ class FileCoverage:
                 found.setdefault(one.line, []).append(one)
         return dict(sorted(found.items()))
 
+    @cached_property
+    def decisions(self) -> dict[int, list[DecisionHits]]:
+        """Decisions of two conditions or more, by line."""
+        found: dict[int, list[DecisionHits]] = {}
+        for routine in self.routines:
+            for one in routine.decisions:
+                found.setdefault(one.line, []).append(one)
+        return dict(sorted(found.items()))
+
 
 @dataclass(frozen=True)
 class CoverageResult:
@@ -154,6 +173,12 @@ def _together(routines: Iterable[RoutineCoverage]) -> CoveredShare:
     return CoveredShare(
         (one.hits for routine in routines for one in routine.statements),
         (one.hits for routine in routines for one in routine.branches),
+        (
+            one.is_shown
+            for routine in routines
+            for decision in routine.decisions
+            for one in decision.conditions
+        ),
     )
 
 
@@ -168,6 +193,7 @@ def measured(
     `path_of` gives the path to open a source by, from its name in faults.
     """
     sources: dict[str, Source] = {}
+    texts: dict[Source, ConditionTexts] = {}
     found: dict[str, dict[str, RoutineCoverage]] = {}
     for of_plc in counters:
         for covered in of_plc:
@@ -177,7 +203,9 @@ def measured(
             path = path_of(source.path)
             sources.setdefault(path, source)
             rows = found.setdefault(path, {})
-            row = _routine(covered, of_plc)
+            if source not in texts:
+                texts[source] = ConditionTexts(source)
+            row = _routine(covered, of_plc, texts[source])
             known = rows.get(row.name)
             rows[row.name] = row if known is None else _sum(known, row)
     return CoverageResult(
@@ -190,7 +218,9 @@ def measured(
     )
 
 
-def _routine(covered: CoveredRoutine, of: CoverageCounters) -> RoutineCoverage:
+def _routine(
+    covered: CoveredRoutine, of: CoverageCounters, texts: ConditionTexts
+) -> RoutineCoverage:
     routine, counters = covered
     source, counts = routine.source, of.counts
     statements = tuple(
@@ -205,8 +235,18 @@ def _routine(covered: CoveredRoutine, of: CoverageCounters) -> RoutineCoverage:
         decision = of_line.setdefault(branch.at, len(of_line))
         hits = branch.tally.of(counts)
         branches.append(BranchHits(line, source.place(branch.at), decision, branch.name, hits))
+    decisions = tuple(
+        DecisionHits(
+            source.locate(one.at).line,
+            source.place(one.at),
+            one.shape,
+            tuple(texts.of(at, number) for number, at in enumerate(one.conditions)),
+            tuple(counts[one.first : one.first + (1 << one.shape.count)]),
+        )
+        for one in sorted(counters.decisions, key=lambda one: (one.at, one.first))
+    )
     line = source.locate(routine.at).line
-    return RoutineCoverage(routine.name, line, _by_place(statements), _ways(branches))
+    return RoutineCoverage(routine.name, line, _by_place(statements), _ways(branches), decisions)
 
 
 def _by_place(statements: Iterable[StatementHits]) -> tuple[StatementHits, ...]:
@@ -243,6 +283,10 @@ def _sum(one: RoutineCoverage, other: RoutineCoverage) -> RoutineCoverage:
         tuple(
             BranchHits(a.line, a.place, a.decision, a.name, a.hits + b.hits)
             for a, b in zip(one.branches, other.branches, strict=True)
+        ),
+        tuple(
+            replace(a, hits=tuple(map(sum, zip(a.hits, b.hits, strict=True))))
+            for a, b in zip(one.decisions, other.decisions, strict=True)
         ),
     )
 

@@ -14,11 +14,16 @@ def summary_of(result: CoverageResult) -> str:
     """The table; its last row begins with TOTAL."""
     rows = list(_rows(result))
     width = max(len(name) for name, _, _ in rows)
-    lines = [f"{'':{width}}  {'all':>7}  {'statements':>10}  {'branches':>10}  not run"]
+    has_conditions = bool(result.covered.conditions)
+    head = f"  {'conditions':>10}" if has_conditions else ""
+    lines = [f"{'':{width}}  {'all':>7}  {'statements':>10}  {'branches':>10}{head}  not run"]
     for name, covered, missing in rows:
         statements = f"{covered.statements_hit}/{covered.statements}"
         branches = f"{covered.branches_hit}/{covered.branches}" if covered.branches else ""
         line = f"{name:{width}}  {covered.percent:6.1f}%  {statements:>10}  {branches:>10}"
+        if has_conditions:
+            shown = f"{covered.conditions_hit}/{covered.conditions}" if covered.conditions else ""
+            line += f"  {shown:>10}"
         lines.append(f"{line}  {missing}".rstrip())
     return "\n".join(lines)
 
