@@ -18,7 +18,8 @@ from achse.st.check.meanings import (
     UnitName,
 )
 from achse.st.check.operands import TypedOperand, constant_operand, read
-from achse.st.declared.scopes import Declared, DeclaredUnit, Scope
+from achse.st.declared.scopes import Declared, DeclaredUnit, Scope, blocks_of
+from achse.st.graphical.body import UnitPins
 from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.nodes import changed
@@ -388,6 +389,24 @@ class NameResolver:
             and found.entry is not None
             and isinstance(found.entry.tree, Program)
         )
+
+    def pins(self, name: str) -> UnitPins | None:
+        """Return the pins of a block, function or program, those of its bases first."""
+        entry = self._unit(name, self._body.scope.space)
+        tree = None if entry is None else entry.tree
+        if entry is None or not isinstance(tree, FunctionBlock | Function | Program):
+            return None
+        chain = self._body.checking.blocks.chain(entry)
+        names: dict[str, list[str]] = {"VAR_INPUT": [], "VAR_IN_OUT": [], "VAR_OUTPUT": []}
+        for owner in reversed(chain):
+            for block in blocks_of(owner.tree):
+                for declaration in block.variables if block.section in names else ():
+                    names[block.section] += [item.name for item in declaration.names]
+        outputs = tuple(names["VAR_OUTPUT"])
+        if isinstance(tree, Function) and tree.returns is not None:
+            outputs = (tree.name, *outputs)
+        inputs = (*names["VAR_INPUT"], *names["VAR_IN_OUT"])
+        return UnitPins(type(tree).__name__, inputs, outputs)
 
     def routine(self, name: str, at: int) -> Meaning | None:
         """A function, method or built-in of that name, though a variable has it, too."""

@@ -8,6 +8,7 @@ Faults are told by their place in the file.
 from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple, TypeVar
 
+from achse.st.files.owners import with_drawn_bodies
 from achse.st.graphical.body import GraphicalBody
 from achse.st.lexis.codes import Code
 from achse.st.lexis.lexer import Defines
@@ -31,11 +32,9 @@ from achse.st.syntax.units import (
     Unit,
 )
 
-__all__ = ["WITHOUT_TEXT", "TaskDeclaration", "parse_envelope", "read_task"]
+__all__ = ["WITHOUT_TEXT", "TaskDeclaration", "head_of", "parse_envelope", "read_task"]
 
 P = TypeVar("P")
-
-_PARTS = frozenset(("Action", "Method", "Property", "Transition"))
 
 _TEXTS = ("Declaration", "ST")
 
@@ -174,52 +173,17 @@ class _Envelope:
         parser = self._parser(element)
         if parser is None:
             return
-        unit = self._attempt(parser, lambda: _head(parser))
+        unit = self._attempt(parser, lambda: head_of(parser))
         body, parts = self._body(element), self._parts(element)
         if unit is None:
             return
-        drawn = [item for item in (body, *_bodies_of(parts)) if isinstance(item, GraphicalBody)]
-        if drawn:
-            self._adopt(unit, element, drawn)
-        if isinstance(unit, Function):
-            yield changed(unit, body=body)
-            return
-        blocks = (*unit.blocks, *(block for one in drawn for block in one.implicit_variables))
-        yield changed(unit, body=body, parts=parts, blocks=blocks)
-
-    def _adopt(
-        self, unit: Program | FunctionBlock | Function, element: Element, drawn: list[GraphicalBody]
-    ) -> None:
-        """Tell bodies the unit and the part that they belong to."""
-        actions = {
-            name.lower(): name
-            for child in element.all("Action")
-            if (name := child.attributes.get("Name", ""))
-        }
+        unit = changed(unit, body=body)
+        if not isinstance(unit, Function):
+            unit = changed(unit, parts=parts)
         transitions = frozenset(
             child.attributes.get("Name", "").lower() for child in element.all("Transition")
         )
-        variables = {
-            item.name.lower(): declaration.type
-            for block in unit.blocks
-            for declaration in block.variables
-            for item in declaration.names
-        }
-        for child in element.walk():
-            body = self._drawings.get(child)
-            if body in drawn and body is not None:
-                body.owner.unit = unit.name
-                body.owner.actions = actions
-                body.owner.variables = variables
-                body.owner.transitions = transitions
-                body.owner.keeps_memory = not isinstance(unit, Function)
-        for child in element.children:
-            for inner in child.walk() if child.tag in _PARTS else ():
-                body = self._drawings.get(inner)
-                if body is not None:
-                    body.owner.part = child.attributes.get("Name", "")
-                    body.owner.keeps_memory = child.tag == "Action"
-                    body.owner.result = body.owner.part if child.tag == "Transition" else ""
+        yield with_drawn_bodies(unit, transitions)
 
     def _interface(self, element: Element) -> Iterator[Interface]:
         parser = self._parser(element)
@@ -316,17 +280,8 @@ class _Envelope:
         return None if accessor is None else changed(accessor, body=body)
 
 
-def _bodies_of(parts: tuple[Part, ...]) -> Iterator[Body]:
-    for part in parts:
-        if isinstance(part, Property):
-            for accessor in (part.get, part.set):
-                if accessor is not None:
-                    yield accessor.body
-        else:
-            yield part.body
-
-
-def _head(parser: Parser) -> Program | FunctionBlock | Function:
+def head_of(parser: Parser) -> Program | FunctionBlock | Function:
+    """The head and the variables of a unit."""
     kind = parser.cursor.kinds[parser.cursor.position]
     if kind == "FUNCTION_BLOCK":
         return parser.function_block(whole=False)

@@ -11,13 +11,13 @@ from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import Statements, TypeSpec, VarBlock
 
-__all__ = ["BodyOwner", "BodyScope", "GraphicalBody", "Refused"]
+__all__ = ["BodyOwner", "BodyScope", "GraphicalBody", "Refused", "UnitPins"]
 
 
 class Refused(Exception):
@@ -49,11 +49,25 @@ class BodyOwner:
     """Transition objects of the unit, in lower case."""
 
 
+class UnitPins(NamedTuple):
+    """Pins of a unit in the order of their declarations."""
+
+    kind: str
+    """`FunctionBlock`, `Function` or `Program`."""
+    inputs: tuple[str, ...]
+    """VAR_INPUT, then VAR_IN_OUT."""
+    outputs: tuple[str, ...]
+    """The result of a function first, with its name; then VAR_OUTPUT."""
+
+
 class BodyScope(Protocol):
     """Names around a body, as far as its lowering depends on them."""
 
     def is_callable(self, name: str) -> bool:
         """Return True if a name means an action, method, function or program."""
+
+    def pins(self, name: str) -> UnitPins | None:
+        """Return the pins of a unit; None for any other name."""
 
 
 class _NoScope:
@@ -61,6 +75,9 @@ class _NoScope:
 
     def is_callable(self, name: str) -> bool:
         return False
+
+    def pins(self, name: str) -> UnitPins | None:
+        return None
 
 
 class GraphicalBody:

@@ -3,12 +3,15 @@
 Source: IEC 61131-3 (2013) §8.1.6 for EN and ENO; bodies of public TwinCAT 3 projects.
 """
 
+import re
+from collections.abc import Sequence
 from itertools import pairwise
 
 from achse.st.graphical.body import GraphicalBody, Refused
 from achse.st.graphical.networks import Box, BoxInput, BoxOutput, Modifier, NetworkOperand
 from achse.st.graphical.writer import BodyStatements, call_of
 from achse.st.lexis.codes import Code
+from achse.st.syntax.nodes import changed
 from achse.st.syntax.tree import (
     Binary,
     Branch,
@@ -30,6 +33,7 @@ __all__ = [
     "UNFINISHED",
     "BoxWriter",
     "both",
+    "call_of_operator",
     "memory_of",
     "sign_of",
     "sign_of_operator",
@@ -55,6 +59,12 @@ _SIGNS = {
     "lt": "<",
     "le": "<=",
 }
+_POSITIONAL = frozenset(
+    ["not", "move", "sel", "mux", "limit", "min", "max", "shl", "shr", "rol", "ror", "abs", "sqrt",
+     "ln", "log", "exp", "sin", "cos", "tan", "asin", "acos", "atan", "expt", "trunc", "len",
+     "left", "right", "mid", "concat", "insert", "delete", "replace", "find", "sizeof", "adr"]
+)  # fmt: skip
+_CONVERSION = re.compile(r"(?:[a-z]+\w*_)?to_[a-z]+\w*|trunc_\w+")
 _ALL_SIGNS = frozenset(_SIGNS.values())
 COMPARISONS = frozenset(("=", "<>", ">", ">=", "<", "<="))
 _FALSE = Literal("boolean", "FALSE")
@@ -69,6 +79,15 @@ def memory_of(body: GraphicalBody, key: str) -> str:
 def sign_of_operator(name: str) -> str:
     """The sign of an operator in Structured Text; empty for what is called like a function."""
     return name if name in _ALL_SIGNS else _SIGNS.get(name.lower(), "")
+
+
+def call_of_operator(name: str) -> str:
+    """Return the kind of call of a box that is an operator or a function of the language, whose
+    inputs have an order and no names; empty for the name of a unit."""
+    key = name.lower()
+    if sign_of_operator(name) or key in _POSITIONAL or _CONVERSION.fullmatch(key):
+        return name.title()
+    return ""
 
 
 def sign_of(node: Box) -> str:
@@ -89,10 +108,10 @@ class BoxWriter(BodyStatements):
         modifiers = target.modifiers
         if modifiers & Modifier.JUMP:
             at = self.at(target.at, f"jump to {target.text}")
-            self._leave(Jump(target.text, at), value, at)
+            self.leave(Jump(target.text, at), value, at)
         elif modifiers & Modifier.RETURN:
             at = self.at(target.at, "return")
-            self._leave(Return(at), value, at)
+            self.leave(Return(at), value, at)
         elif modifiers & EDGES:
             at = self.at(target.at)
             raise Refused(
@@ -109,7 +128,8 @@ class BoxWriter(BodyStatements):
                     value = Unary("NOT", value, at)
                 self.assign(place, value, at)
 
-    def _leave(self, statement: Statement, value: Expression, at: int) -> None:
+    def leave(self, statement: Statement, value: Expression, at: int) -> None:
+        """Write a jump or return under a condition."""
         if isinstance(value, Literal) and value.text.upper() == "TRUE":
             self.out.append(statement)
         else:
@@ -199,18 +219,43 @@ class BoxWriter(BodyStatements):
         if node.instance in ("", UNFINISHED):
             raise Refused(at, f"the box {node.type} has no instance", Code.INCOMPLETE_DRAWING)
         instance = self.expression(node.instance, at)
-        arguments = [(pin.name, value, False) for pin, value in inputs]
+        pins = self.scope.pins(node.type) if self._lacks_names(node) else None
+        if self._lacks_names(node) and pins is None:
+            raise Refused(
+                at,
+                f"the pins of {node.type} are not known: it is not declared",
+                Code.INCOMPLETE_DRAWING,
+            )
+        names = [pin.name for pin, _ in inputs]
+        outputs = node.outputs
+        if pins is not None:
+            places = {id(pin): number for number, pin in enumerate(node.inputs)}
+            names = [_named(pins.inputs, places[id(pin)], node, at) for pin, _ in inputs]
+            outputs = tuple(
+                changed(output, name=_named(pins.outputs, number, node, at))
+                if output.target is not None or output.is_read
+                else output
+                for number, output in enumerate(outputs)
+            )
+        arguments = [(name, value, False) for name, (_, value) in zip(names, inputs, strict=True)]
         self.out.append(call_of(instance, arguments, at))
         base = instance
         if node.instance.upper().replace(" ", "") == "SUPER^":
             base = self.expression("THIS^", at)
-        for output in node.outputs:
+        for output in outputs:
             if output.target is not None and not output.is_read:
                 self.store(output.target, Member(base, output.name, at))
-        read = next((output for output in node.outputs if output.is_read), None)
+        read = next((output for output in outputs if output.is_read), None)
         if not is_read or read is None:
             return None
         return Member(base, read.name, at)
+
+    def _lacks_names(self, node: Box) -> bool:
+        """True for a box whose pins have only an order."""
+        return any(not pin.name for pin in node.inputs) or any(
+            not output.name and (output.target is not None or output.is_read)
+            for output in node.outputs
+        )
 
     def _routine(
         self, node: Box, inputs: list[tuple[BoxInput, Expression]], at: int, *, is_read: bool
@@ -284,3 +329,13 @@ class BoxWriter(BodyStatements):
                 value = Binary(sign, value, right, at)
             return value
         return call_of(self.expression(node.type, at), [("", one, False) for one in values], at)
+
+
+def _named(names: Sequence[str], number: int, node: Box, at: int) -> str:
+    if number >= len(names):
+        raise Refused(
+            at,
+            f"{node.type} has {len(names)} such pins, expected {number + 1}",
+            Code.INCOMPLETE_DRAWING,
+        )
+    return names[number]

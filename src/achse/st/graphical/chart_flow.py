@@ -3,7 +3,7 @@
 Source: IEC 61131-3 (2013) §6.7.5, rules of evolution.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
@@ -20,7 +20,7 @@ from achse.st.graphical.charts import (
 from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 
-__all__ = ["ChartFlow", "Firing", "steps_of"]
+__all__ = ["ChartFlow", "Firing", "StepFlow", "steps_of"]
 
 
 @dataclass(slots=True)
@@ -37,18 +37,16 @@ _Exit = Firing | tuple[ChartStep, ...]
 """An open end: a transition that leads on, or steps that are left together."""
 
 
-class ChartFlow:
-    """Steps and transitions of a chart, from top to bottom and left to right.
+class StepFlow:
+    """Steps of a chart in their order, and its transitions.
 
-    Raises `Unexpected` for a chart that does not connect.
+    Raises `Unexpected` for two steps of one name, and if there is not one initial step.
     """
 
-    def __init__(self, chart: Chart) -> None:
-        self.steps = tuple(steps_of(chart.elements))
+    def __init__(self, steps: Iterable[ChartStep]) -> None:
+        self.steps = tuple(steps)
         self.firings: list[Firing] = []
         self._by_name = {step.name.lower(): step for step in self.steps}
-        self._labels: dict[str, list[ChartStep]] = {}
-        self._jumps: list[tuple[Firing, ChartJump]] = []
         if len(self._by_name) < len(self.steps):
             taken: set[str] = set()
             for step in self.steps:
@@ -64,6 +62,25 @@ class ChartFlow:
                 at, f"expected one initial step, got {len(initial)}", Code.BAD_CHART_FLOW
             )
         self.initial = initial[0]
+
+    def step(self, name: str, at: int) -> ChartStep:
+        """The step of a name. Raises `Unexpected`."""
+        found = self._by_name.get(name.lower())
+        if found is None:
+            raise Unexpected(at, f"expected a step, got '{name[:80]}'", Code.BAD_CHART_FLOW)
+        return found
+
+
+class ChartFlow(StepFlow):
+    """Flow of a chart that is drawn as a tree, from top to bottom and left to right.
+
+    Raises `Unexpected` for a chart that does not connect.
+    """
+
+    def __init__(self, chart: Chart) -> None:
+        super().__init__(steps_of(chart.elements))
+        self._labels: dict[str, list[ChartStep]] = {}
+        self._jumps: list[tuple[Firing, ChartJump]] = []
         exits = self._segment(chart.elements, [])
         for firing, jump in self._jumps:
             firing.activated += self._target(jump)

@@ -9,12 +9,13 @@ CODESYS; IEC 61131-3 (2013) 6.7.4 for the control of actions.
 """
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from achse.st.graphical.body import BodyScope, GraphicalBody, Refused
-from achse.st.graphical.chart_flow import ChartFlow, Firing, steps_of
-from achse.st.graphical.charts import ActionAssociation, Chart, ChartStep, read_chart, read_flags
+from achse.st.graphical.chart_flow import ChartFlow, Firing, StepFlow, steps_of
+from achse.st.graphical.charts import ActionAssociation, ChartStep, read_chart, read_flags
 from achse.st.graphical.writer import BodyStatements, call_of, implicit_block
 from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
@@ -37,7 +38,7 @@ from achse.st.syntax.tree import (
     VarBlock,
 )
 
-__all__ = ["implicit_variables_of_chart", "lowered_chart"]
+__all__ = ["ARCHIVED_CHARTS", "ChartForm", "implicit_variables_of_chart", "lowered_chart"]
 
 _TEXT = StringOf("STRING", None)
 _FLAGS: dict[str, TypeSpec | str] = {
@@ -75,17 +76,31 @@ _TRUE, _FALSE = Literal("boolean", "TRUE"), Literal("boolean", "FALSE")
 _IDENTIFIER = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 
-def implicit_variables_of_chart(body: GraphicalBody) -> tuple[VarBlock, ...]:
+class ChartForm(NamedTuple):
+    """Readers of a form in which files have charts. They raise `Unexpected`."""
+
+    steps: Callable[[str], Sequence[ChartStep]]
+    flow: Callable[[str], StepFlow]
+
+
+ARCHIVED_CHARTS = ChartForm(
+    lambda text: tuple(steps_of(read_chart(text).elements)),
+    lambda text: ChartFlow(read_chart(text)),
+)
+"""Charts of `.TcPOU` files."""
+
+
+def implicit_variables_of_chart(
+    body: GraphicalBody, form: ChartForm = ARCHIVED_CHARTS
+) -> tuple[VarBlock, ...]:
     """Return the variables that a chart brings: its steps, actions and flags."""
     try:
-        chart = read_chart(body.text)
+        drawn = form.steps(body.text)
     except Unexpected:
         return ()
-    steps = implicit_block(
-        [(step.name, "SFCStepType") for step in steps_of(chart.elements)], has_symbols=True
-    )
+    steps = implicit_block([(step.name, "SFCStepType") for step in drawn], has_symbols=True)
     active = StructInitial((MemberInitial("_x", _TRUE),))
-    initial = {step.name for step in steps_of(chart.elements) if step.is_initial}
+    initial = {step.name for step in drawn if step.is_initial}
     steps = replace(
         steps,
         variables=tuple(
@@ -93,9 +108,10 @@ def implicit_variables_of_chart(body: GraphicalBody) -> tuple[VarBlock, ...]:
             for item in steps.variables
         ),
     )
+    controlled = _controlled(drawn)
     actions = [
         (f"_{body.owner.actions[one.key]}", "SFCActionType")
-        for one in _controlled(chart)
+        for one in controlled
         if one.key in body.owner.actions
     ]
     flags = [
@@ -104,7 +120,7 @@ def implicit_variables_of_chart(body: GraphicalBody) -> tuple[VarBlock, ...]:
         if is_declared and key in _FLAGS
     ]
     hidden: list[tuple[str, str]] = []
-    for number, action in enumerate(_controlled(chart)):
+    for number, action in enumerate(controlled):
         if action.key not in body.owner.actions:
             hidden.append((_state(body, number), "SFCActionType"))
         if not action.is_plain:
@@ -115,19 +131,21 @@ def implicit_variables_of_chart(body: GraphicalBody) -> tuple[VarBlock, ...]:
     return tuple(block for block in found if block.variables)
 
 
-def lowered_chart(body: GraphicalBody, scope: BodyScope) -> Statements:
+def lowered_chart(
+    body: GraphicalBody, scope: BodyScope, form: ChartForm = ARCHIVED_CHARTS
+) -> Statements:
     """Return the statements of a chart. Raises `Refused` and `Unexpected`."""
     try:
-        chart = read_chart(body.text)
+        form.steps(body.text)
     except Unexpected as fault:
         raise Refused(body.name_place(fault.at, "the chart"), fault.message, fault.code) from None
     try:
-        flow = ChartFlow(chart)
+        flow = form.flow(body.text)
     except Unexpected as fault:
         raise Unexpected(
             body.name_place(fault.at, "the chart"), fault.message, fault.code
         ) from None
-    return _Lowering(body, scope, chart, flow).statements()
+    return _Lowering(body, scope, flow).statements()
 
 
 _Chosen = tuple[Name, int, Firing, int]
@@ -148,10 +166,10 @@ class _Controlled:
         return all(one.qualifier == "N" for _, one in self.associations)
 
 
-def _controlled(chart: Chart) -> list[_Controlled]:
+def _controlled(steps: Iterable[ChartStep]) -> list[_Controlled]:
     """The controlled actions in alphabetical order."""
     found: dict[str, _Controlled] = {}
-    for step in steps_of(chart.elements):
+    for step in steps:
         for one in step.associations:
             key = one.name.lower()
             found.setdefault(key, _Controlled(one.name, key)).associations.append((step, one))
@@ -180,13 +198,11 @@ def _or(values: Iterable[Expression], at: int) -> Expression:
 class _Lowering(BodyStatements):
     """Writes the statements of one chart."""
 
-    def __init__(
-        self, body: GraphicalBody, scope: BodyScope, chart: Chart, flow: ChartFlow
-    ) -> None:
+    def __init__(self, body: GraphicalBody, scope: BodyScope, flow: StepFlow) -> None:
         super().__init__(body, scope)
         self._flow = flow
         self._flags = set(read_flags(body.settings))
-        self._actions = _controlled(chart)
+        self._actions = _controlled(flow.steps)
         self._start = self.at_step(flow.initial)
 
     def statements(self) -> Statements:

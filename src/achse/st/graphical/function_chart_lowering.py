@@ -8,15 +8,18 @@ Source: CFC bodies of public TwinCAT 3 projects; when values are kept is our cho
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from typing import TypeAlias
 
 from achse.st.graphical.body import BodyScope, GraphicalBody, Refused
-from achse.st.graphical.boxes import COMPARISONS, BoxWriter, sign_of_operator
+from achse.st.graphical.boxes import COMPARISONS, BoxWriter, memory_of, sign_of_operator
 from achse.st.graphical.execution_order import execution_order
 from achse.st.graphical.function_charts import (
     ChartBox,
     ChartComposer,
     ChartInput,
+    ChartLabel,
+    ChartLeave,
     ChartOutput,
     ChartPin,
     ChartSelector,
@@ -25,16 +28,21 @@ from achse.st.graphical.function_charts import (
     read_explicit_order,
     read_function_chart,
 )
-from achse.st.graphical.networks import Box, BoxInput, NetworkOperand
+from achse.st.graphical.networks import Box, BoxInput, Modifier, NetworkOperand
 from achse.st.graphical.writer import call_of, implicit_block
 from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
+from achse.st.syntax.nodes import changed
 from achse.st.syntax.tree import (
     Call,
     Expression,
+    Jump,
+    Label,
+    Literal,
     Member,
     Name,
     NamedType,
+    Return,
     Statements,
     TypeSpec,
     Unary,
@@ -43,15 +51,20 @@ from achse.st.syntax.tree import (
 
 __all__ = ["implicit_variables_of_function_chart", "lowered_function_chart"]
 
+ChartReader: TypeAlias = Callable[[str], FunctionChart]
+"""Reads the chart of a body. Raises `Unexpected` for what its form does not have."""
+
 _BITS = frozenset(("AND", "OR", "XOR", "NOT"))
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 _BOOL = NamedType("BOOL")
 
 
-def implicit_variables_of_function_chart(body: GraphicalBody) -> tuple[VarBlock, ...]:
-    """Return what a unit keeps for a chart: structures of composers, results that go back."""
+def implicit_variables_of_function_chart(
+    body: GraphicalBody, read: ChartReader = read_function_chart
+) -> tuple[VarBlock, ...]:
+    """Return what a unit keeps for a chart: structures, results that go back, edges."""
     try:
-        chart = read_function_chart(body.text)
+        chart = read(body.text)
     except Unexpected:
         return ()
     if not body.owner.keeps_memory:
@@ -66,16 +79,45 @@ def implicit_variables_of_function_chart(body: GraphicalBody) -> tuple[VarBlock,
         type = connections.type_of(element)
         if type is not None:
             found.append((_kept(body, element.outputs[0].id), type))
+    found += [
+        (memory_of(body, f"pin{pin.id}"), "BOOL")
+        for element in chart.ordered
+        for pin in _inputs_of(element)
+        if pin.edge
+    ]
     return (implicit_block(found),) if found else ()
 
 
-def lowered_function_chart(body: GraphicalBody, scope: BodyScope) -> Statements:
+def lowered_function_chart(
+    body: GraphicalBody, scope: BodyScope, read: ChartReader = read_function_chart
+) -> Statements:
     """Return the statements of a chart. Raises `Refused` and `Unexpected`."""
     try:
-        chart = read_function_chart(body.text)
+        chart = read(body.text)
     except Unexpected as fault:
         raise Refused(body.name_place(fault.at, "the chart"), fault.message, fault.code) from None
+    ordered = tuple(
+        _with_names(element, scope) if isinstance(element, ChartBox) else element
+        for element in chart.ordered
+    )
+    chart = changed(chart, ordered=ordered)
     return _Lowering(body, scope, _Connections(body, chart)).statements()
+
+
+def _with_names(element: ChartBox, scope: BodyScope) -> ChartBox:
+    """A box of a unit whose pins have only an order gets their names, and the kind of the unit."""
+    if element.call == "Operator":
+        return element
+    pins = scope.pins(element.type)
+    if pins is None:
+        return element
+    if element.call == "Function" and pins.kind == "Program":
+        element = changed(element, call="Program")
+    if any(pin.name for pin in (*element.inputs, *element.outputs)):
+        return element
+    inputs = [changed(pin, name=name) for pin, name in zip(element.inputs, pins.inputs)]  # noqa: B905
+    outputs = [changed(pin, name=name) for pin, name in zip(element.outputs, pins.outputs)]  # noqa: B905
+    return changed(element, inputs=tuple(inputs), outputs=tuple(outputs))
 
 
 def _kept(body: GraphicalBody, id: int) -> str:
@@ -83,15 +125,27 @@ def _kept(body: GraphicalBody, id: int) -> str:
 
 
 def _inputs_of(element: Ordered) -> Sequence[ChartPin]:
-    """The input pins of an element."""
-    return (element.input,) if isinstance(element, ChartOutput | ChartSelector) else element.inputs
+    """The input pins of an element, EN first."""
+    match element:
+        case ChartOutput() | ChartSelector() | ChartLeave():
+            return (element.input,)
+        case ChartLabel():
+            return ()
+        case ChartBox(enable=ChartPin() as enable):
+            return (enable, *element.inputs)
+    return element.inputs
 
 
 def _outputs_of(element: Ordered) -> Sequence[ChartPin]:
-    """The output pins of an element."""
-    if isinstance(element, ChartOutput):
-        return ()
-    return (element.output,) if isinstance(element, ChartComposer) else element.outputs
+    """The output pins of an element, ENO first."""
+    match element:
+        case ChartOutput() | ChartLeave() | ChartLabel():
+            return ()
+        case ChartComposer():
+            return (element.output,)
+        case ChartBox(enable_output=ChartPin() as enable):
+            return (enable, *element.outputs)
+    return element.outputs
 
 
 class _Connections:
@@ -132,14 +186,28 @@ class _Connections:
         for element in self.order:
             for pin in _inputs_of(element):
                 producer = self.producers.get(self.source.get(pin.id, -1))
-                if producer is None or not self.is_back(producer[0], element):
+                if producer is None or not (
+                    self.is_back(producer[0], element) or self._may_be_old(producer, element)
+                ):
                     continue
                 box = producer[0]
                 if not isinstance(box, ChartBox) or box.call not in _WITH_RESULT:
                     continue
+                if producer[1] is not box.outputs[0]:
+                    continue
                 if not self._is_stored(box, element, pin):
                     found[id(box)] = box
         return list(found.values())
+
+    def _may_be_old(self, producer: tuple[Ordered, ChartPin], consumer: Ordered) -> bool:
+        """Return True if a box reads the result of one that its EN may have left out."""
+        box, pin = producer
+        return (
+            isinstance(box, ChartBox)
+            and box.enable is not None
+            and pin is not box.enable_output
+            and not isinstance(consumer, ChartOutput)
+        )
 
     def is_back(self, producer: Ordered, consumer: Ordered) -> bool:
         """Return True if a consumer runs before its producer."""
@@ -201,6 +269,8 @@ class _Lowering(BoxWriter):
         self._of = connections
         self._results: dict[int, Expression] = {}
         """Results so far, by the pin."""
+        self._enables: dict[int, Expression] = {}
+        """Values of EN so far, by the box."""
         self._kept = {
             box.outputs[0].id: box
             for box in connections.looking_back
@@ -222,6 +292,12 @@ class _Lowering(BoxWriter):
                 case ChartSelector():
                     self.where = f"selector {element.type} ({number})"
                     self.at(element.at)
+                case ChartLabel():
+                    self.where = f"label {element.name}"
+                    self.out.append(Label(element.name, self.at(element.at)))
+                case ChartLeave():
+                    self.where = f"jump {element.label} ({number})" if element.label else "return"
+                    self._write_leave(element)
         return tuple(self.out)
 
     # values ------------------------------------------------------------------------------------
@@ -232,7 +308,8 @@ class _Lowering(BoxWriter):
         found = None if source is None else self._source(source, consumer, at)
         if found is None:
             return None
-        return Unary("NOT", found, at) if pin.is_negated else found
+        modifiers = pin.edge | (Modifier.NEGATED if pin.is_negated else 0)
+        return self.modified(found, modifiers, f"pin{pin.id}", at)
 
     def _source(self, id: int, consumer: Ordered, at: int) -> Expression | None:
         """Return the value of a pin; None if the pin is gone."""
@@ -260,7 +337,9 @@ class _Lowering(BoxWriter):
         if isinstance(element, ChartComposer) or pin.id in self._kept:
             return Name(_kept(self.body, pin.id), at)
         assert isinstance(element, ChartBox)
-        if element.call == "FunctionBlock":
+        if pin is element.enable_output and pin.id in self._results:
+            return self._results[pin.id]
+        if element.call == "FunctionBlock" and pin is not element.enable_output:
             return Member(self._instance(element, at), pin.name, at)
         if element.call == "Program":
             return Member(self.expression(element.type, at), pin.name, at)
@@ -293,7 +372,19 @@ class _Lowering(BoxWriter):
                 Code.INCOMPLETE_DRAWING,
             )
         operator = {"Set": "S=", "Reset": "R="}.get(element.storing, ":=")
-        self.assign(self.expression(element.text, at), value, at, operator)
+        target = self.expression(element.text, at)
+        producer = self._of.producers.get(self._of.source.get(element.input.id, -1))
+        enable = None
+        if producer is not None and isinstance(producer[0], ChartBox):
+            enable = self._enables.get(id(producer[0]))
+            if producer[1] is producer[0].enable_output:
+                enable = None
+        self.when(enable, lambda: self.assign(target, value, at, operator), at)
+
+    def _write_leave(self, element: ChartLeave) -> None:
+        at = self.at(element.at)
+        value = self._input(element.input, element, at) or Literal("boolean", "TRUE", at)
+        self.leave(Jump(element.label, at) if element.label else Return(at), value, at)
 
     def _write_composer(self, element: ChartComposer) -> None:
         at = self.at(element.at)
@@ -332,6 +423,17 @@ class _Lowering(BoxWriter):
 
     def _write_box(self, element: ChartBox) -> None:
         at = self.at(element.at)
+        enable: Expression | None = None
+        if element.enable is not None:
+            enable = self._input(element.enable, element, at)
+        if enable is not None:
+            enable = self._enables[id(element)] = self.let(self.hidden("en"), enable, at)
+        if element.enable_output is not None:
+            eno = enable or Literal("boolean", "TRUE", at)
+            self._results[element.enable_output.id] = eno
+        self.when(enable, lambda: self._execute(element, at), at)
+
+    def _execute(self, element: ChartBox, at: int) -> None:
         match element.call:
             case "FunctionBlock":
                 instance = self._instance(element, at)

@@ -14,6 +14,8 @@ __all__ = [
     "ChartBox",
     "ChartComposer",
     "ChartInput",
+    "ChartLabel",
+    "ChartLeave",
     "ChartOutput",
     "ChartPin",
     "ChartSelector",
@@ -33,6 +35,8 @@ class ChartPin:
     """Empty for operators, inputs and outputs."""
     is_negated: bool
     is_in_out: bool = False
+    edge: int = 0
+    """`Modifier.RISING` or `FALLING`: an edge of the value, negated first."""
 
 
 @node
@@ -70,6 +74,10 @@ class ChartBox:
     bounds: tuple[int, int]
     """Left and top on the canvas, in grid units."""
     at: int = place()
+    enable: ChartPin | None = None
+    """EN, if it is shown."""
+    enable_output: ChartPin | None = None
+    """ENO, if it is shown."""
 
 
 @node
@@ -94,7 +102,28 @@ class ChartSelector:
     at: int = place()
 
 
-Ordered: TypeAlias = ChartOutput | ChartBox | ChartComposer | ChartSelector
+@node
+class ChartLeave:
+    """A jump to a label if its input is TRUE; a return if it has no label."""
+
+    label: str
+    input: ChartPin
+    bounds: tuple[int, int]
+    at: int = place()
+
+
+@node
+class ChartLabel:
+    """A place that jumps lead to."""
+
+    name: str
+    bounds: tuple[int, int]
+    at: int = place()
+
+
+Ordered: TypeAlias = (
+    ChartOutput | ChartBox | ChartComposer | ChartSelector | ChartLeave | ChartLabel
+)
 """Elements that have a place in the order of execution."""
 
 
