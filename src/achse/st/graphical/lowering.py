@@ -1,52 +1,92 @@
-"""Bodies of all graphical languages lowered to statements, each by its language."""
+"""Bodies of all graphical languages lowered to statements, each by the form of its file."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
 
 from achse.st.graphical.body import BodyScope, GraphicalBody, Refused
-from achse.st.graphical.chart_lowering import implicit_variables_of_chart, lowered_chart
+from achse.st.graphical.chart_lowering import ChartForm, implicit_variables_of_chart, lowered_chart
+from achse.st.graphical.exports.charts import read_exported_flow, read_exported_steps
+from achse.st.graphical.exports.function_charts import read_exported_function_chart
+from achse.st.graphical.exports.networks import read_exported_networks
 from achse.st.graphical.function_chart_lowering import (
+    ChartReader,
     implicit_variables_of_function_chart,
     lowered_function_chart,
 )
+from achse.st.graphical.function_charts import read_function_chart
+from achse.st.graphical.instruction_text import read_instruction_text
 from achse.st.graphical.ladder_model import read_ladder
 from achse.st.graphical.network_lowering import lowered_networks, memories_of_networks
+from achse.st.graphical.networks import NetworkList, read_networks
 from achse.st.lexis.codes import Code
 from achse.st.syntax.tree import Statements, VarBlock
 
 __all__ = ["implicit_variables", "lowered"]
 
 
+class _Form(NamedTuple):
+    """What a body in one form means, and the variables that it brings."""
+
+    statements: Callable[[GraphicalBody, BodyScope], Statements]
+    variables: Callable[[GraphicalBody], tuple[VarBlock, ...]]
+
+
+def _none(body: GraphicalBody) -> tuple[VarBlock, ...]:
+    return ()
+
+
+def _networks(read: Callable[[str], NetworkList], *, has_edges: bool = False) -> _Form:
+    variables = memories_of_networks if has_edges else _none
+    return _Form(partial(lowered_networks, read=read), variables)
+
+
+def _function_chart(read: ChartReader) -> _Form:
+    return _Form(
+        partial(lowered_function_chart, read=read),
+        partial(implicit_variables_of_function_chart, read=read),
+    )
+
+
+def _chart(form: ChartForm) -> _Form:
+    return _Form(partial(lowered_chart, form=form), partial(implicit_variables_of_chart, form=form))
+
+
+_FORMS = {
+    "NWL": _networks(read_networks, has_edges=True),
+    "LADDER": _networks(read_ladder),
+    "SFC": _Form(lowered_chart, implicit_variables_of_chart),
+    "CFC": _function_chart(read_function_chart),
+    "EXP_LD": _networks(read_exported_networks),
+    "EXP_FBD": _networks(read_exported_networks),
+    "EXP_IL": _networks(read_instruction_text),
+    "EXP_SFC": _chart(ChartForm(read_exported_steps, read_exported_flow)),
+    "EXP_CFC": _function_chart(read_exported_function_chart),
+}
+"""Forms of bodies, by their languages."""
+
+
 def implicit_variables(body: GraphicalBody) -> tuple[VarBlock, ...]:
     """Return the variables that a unit keeps for a body. What cannot be read has none."""
+    form = _FORMS.get(body.language)
     try:
-        match body.language:
-            case "NWL":
-                return memories_of_networks(body)
-            case "SFC":
-                return implicit_variables_of_chart(body)
-            case "CFC":
-                return implicit_variables_of_function_chart(body)
+        return () if form is None else form.variables(body)
     except RecursionError:
-        pass
-    return ()
+        return ()
 
 
 def lowered(body: GraphicalBody, scope: BodyScope) -> Statements:
     """Return the statements of a body. Raises `Refused` and `Unexpected`."""
+    form = _FORMS.get(body.language)
+    if form is None:
+        raise Refused(
+            body.name_place(0, "the body"),
+            "a UML state chart is not supported",
+            Code.UNSUPPORTED_DRAWING,
+        )
     try:
-        match body.language:
-            case "NWL":
-                return lowered_networks(body, scope)
-            case "LADDER":
-                return lowered_networks(body, scope, read_ladder)
-            case "SFC":
-                return lowered_chart(body, scope)
-            case "CFC":
-                return lowered_function_chart(body, scope)
+        return form.statements(body, scope)
     except RecursionError:
         raise Refused(
             body.name_place(0, "the body"), "elements nest too deep", Code.TOO_DEEP
         ) from None
-    raise Refused(
-        body.name_place(0, "the body"),
-        "a UML state chart is not supported",
-        Code.UNSUPPORTED_DRAWING,
-    )
