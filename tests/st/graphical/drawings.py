@@ -198,8 +198,9 @@ def read(text: str, path: str = "MAIN.TcPOU") -> Parsed:
 class Drawn:
     """A program MAIN that is drawn, run in virtual time by cycles of 10 ms."""
 
-    def __init__(self, text: str, *others: str, form: CodeForm = CodeForm.PLAIN) -> None:
-        self.sources = [read(text), *(parse(other, name="GVL") for other in others)]
+    def __init__(self, text: str | Parsed, *others: str, form: CodeForm = CodeForm.PLAIN) -> None:
+        first = read(text) if isinstance(text, str) else text
+        self.sources = [first, *(parse(other, name="GVL") for other in others)]
         project = declare(self.sources)
         system = system_info_list([Task()], app_name="", project_name="", port=0, timestamp=0)
         self.typed = check(project, given=[system])

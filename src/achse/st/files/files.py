@@ -1,9 +1,9 @@
 """Files of PLC sources: which of them a folder or a `.plcproj` has, and what is in one.
 
-Read are `.st` (Structured Text in UTF-8, UTF-16 or cp1252) and the XML files of TwinCAT 3:
-`.TcPOU`, `.TcGVL`, `.TcDUT`, `.TcTLEO`, `.TcIO` and, for tasks, `.TcTTO`. In a folder with a
-`.plcproj` that file says which of them count; without one all below the folder do. It may name
-files of its solution only.
+Read are `.st` (Structured Text in UTF-8, UTF-16 or cp1252), the XML files of TwinCAT 3: `.TcPOU`,
+`.TcGVL`, `.TcDUT`, `.TcTLEO`, `.TcIO` and, for tasks, `.TcTTO`; and `.EXP` of TwinCAT 2. In a
+folder with a `.plcproj` that file says which of them count; without one all below the folder do,
+exports only where there is nothing else. It may name files of its solution only.
 
 Source: files of TwinCAT 3 projects, seen in public projects.
 """
@@ -19,6 +19,7 @@ from urllib.parse import unquote
 from weakref import WeakValueDictionary
 
 from achse.st.files.envelope import WITHOUT_TEXT, TaskDeclaration, parse_envelope, read_task
+from achse.st.files.exports import parse_export, tasks_of_export
 from achse.st.files.facts import DeclaredFacts
 from achse.st.files.reading import kept_trees, open_content
 from achse.st.lexis.codes import Code
@@ -43,7 +44,10 @@ __all__ = [
     "symbol_files",
 ]
 
-SUFFIXES = (".st", ".tcpou", ".tcgvl", ".tcdut", ".tctleo", ".tcio", ".tctto")
+EXPORT = ".exp"
+"""Ending of exports of TwinCAT 2, in lower case."""
+
+SUFFIXES = (".st", ".tcpou", ".tcgvl", ".tcdut", ".tctleo", ".tcio", ".tctto", EXPORT)
 """Endings of the files that are read, in lower case."""
 
 SYMBOL_FILE = ".tmc"
@@ -78,6 +82,8 @@ def read_sources(
             if file.suffix.lower() == TASK:
                 tasks.append(read_task(parse_xml(content_of(file, name), name)))
                 continue
+            if file.suffix.lower() == EXPORT:
+                tasks += tasks_of_export(_text(content_of(file, name)))
             parsed = parse_file(file, name, defines=defines)
         except SourceError as error:
             faults += error.faults
@@ -129,11 +135,9 @@ def source_files(path: Path) -> list[tuple[Path, str]]:
         raise _refused(str(path), f"several projects: name one of {names}")
     if projects:
         return _listed(projects[0])
-    files = [
-        (item, item.relative_to(path).as_posix())
-        for item in below
-        if item.suffix.lower() in SUFFIXES and item.is_file()
-    ]
+    found = [item for item in below if item.suffix.lower() in SUFFIXES and item.is_file()]
+    own = [item for item in found if item.suffix.lower() != EXPORT]
+    files = [(item, item.relative_to(path).as_posix()) for item in own or found]
     if not files:
         raise _refused(str(path), f"expected files like {', '.join(SUFFIXES)}")
     return files
@@ -313,6 +317,8 @@ _held: WeakValueDictionary[tuple[object, ...], _Content] = WeakValueDictionary()
 def _parsed(file: Path, name: str, data: bytes, defines: Defines) -> Parsed:
     if file.suffix.lower() == ".st":
         return parse(Source(_text(data), name), name=file.stem, defines=defines)
+    if file.suffix.lower() == EXPORT:
+        return parse_export(_text(data), name, file.stem, defines)
     if not data.startswith((*_UTF_16, ENCRYPTED)) and _BINARY.search(data):
         raise _refused(name, "the source is encrypted or damaged: expected XML, got binary data")
     return parse_envelope(parse_xml(data, name, skip=WITHOUT_TEXT), name, defines)
