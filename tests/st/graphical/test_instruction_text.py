@@ -35,3 +35,9 @@ def test_lines_have_their_offsets() -> None:
     first, second = read_instruction_text(text).networks
     assert [text[line.at :][:4] for line in (*first.lines, *second.lines)] == ["LD a", "ST b"]
     assert second.label == "end"
+
+
+def test_label_goes_on_with_the_accumulator() -> None:
+    body = "LD a\nJMPC on\nLD n\nADD 1\nJMP out\non:\nLD 5\nout:\nST n\n"
+    plc = program("a : BOOL; n : INT;", body)
+    plc.rows("a", "n", ["0 | 1", "0 | 2", "1 | 5", "0 | 6"])

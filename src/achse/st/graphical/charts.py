@@ -3,6 +3,7 @@
 Source: IEC 61131-3 (2013) §6.7; charts of public TwinCAT 3 projects.
 """
 
+from enum import StrEnum
 from typing import TypeAlias
 
 from achse.st.graphical.archive import ArchiveObject, read_archive
@@ -11,8 +12,11 @@ from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.nodes import node, place
 
 __all__ = [
+    "QUALIFIERS",
+    "TIMED",
     "ActionAssociation",
     "Alternative",
+    "AttributeId",
     "Chart",
     "ChartElement",
     "ChartJump",
@@ -24,15 +28,27 @@ __all__ = [
     "read_flags",
 ]
 
-_NAME = "38391c6d"
-_EXCLUDE = "01580b27"
-_INITIAL = "6844a48e"
-_MAIN, _ENTRY, _EXIT = "700a583f", "a6b08bd8", "a2621e18"
-_MINIMUM, _MAXIMUM = "cacf1a68", "b693554c"
-_PARALLEL = "23bdaa98"
-_QUALIFIER = "e174fc0d"
-_QUALIFIERS = frozenset(["N", "R", "S", "L", "D", "P", "P0", "P1", "SD", "DS", "SL"])
-_TIMED = frozenset(["L", "D", "SD", "DS", "SL"])
+
+class AttributeId(StrEnum):
+    """First digits of the GUIDs of attributes of elements."""
+
+    NAME = "38391c6d"
+    EXCLUDE = "01580b27"
+    INITIAL = "6844a48e"
+    MAIN = "700a583f"
+    ENTRY = "a6b08bd8"
+    EXIT = "a2621e18"
+    MINIMUM = "cacf1a68"
+    MAXIMUM = "b693554c"
+    PARALLEL = "23bdaa98"
+    QUALIFIER = "e174fc0d"
+
+
+QUALIFIERS = frozenset(["N", "R", "S", "L", "D", "P", "P0", "P1", "SD", "DS", "SL"])
+"""Qualifiers of actions."""
+
+TIMED = frozenset(["L", "D", "SD", "DS", "SL"])
+"""Qualifiers that have a time."""
 
 
 @node
@@ -189,8 +205,8 @@ def _attributes(found: ArchiveObject) -> dict[str, str]:
 
 def _element(found: ArchiveObject) -> ChartElement:
     values = _attributes(found)
-    name = values.get(_NAME, "")
-    is_excluded = values.get(_EXCLUDE, "").upper() == "TRUE"
+    name = values.get(AttributeId.NAME, "")
+    is_excluded = values.get(AttributeId.EXCLUDE, "").upper() == "TRUE"
     match found.type:
         case "SFCStep":
             return _step(found, values, is_excluded)
@@ -206,7 +222,7 @@ def _element(found: ArchiveObject) -> ChartElement:
             return ChartJump(name, found.at)
         case "SFCBranch":
             segments = tuple(_segment(item) for item in _elements(found))
-            if values.get(_PARALLEL, "").upper() == "TRUE":
+            if values.get(AttributeId.PARALLEL, "").upper() == "TRUE":
                 return Simultaneous(name, segments, found.at)
             return Alternative(segments, found.at)
         case "SFCMacro":
@@ -219,17 +235,16 @@ def _element(found: ArchiveObject) -> ChartElement:
 
 def _step(found: ArchiveObject, values: dict[str, str], is_excluded: bool) -> ChartStep:
     associations = () if is_excluded else tuple(_association(item) for item in _elements(found))
-    entry, main, exit = (
-        "" if is_excluded else values.get(key, "") for key in (_ENTRY, _MAIN, _EXIT)
-    )
+    names = (AttributeId.ENTRY, AttributeId.MAIN, AttributeId.EXIT)
+    entry, main, exit = ("" if is_excluded else values.get(key, "") for key in names)
     return ChartStep(
-        values.get(_NAME, ""),
-        values.get(_INITIAL, "").upper() == "TRUE",
+        values.get(AttributeId.NAME, ""),
+        values.get(AttributeId.INITIAL, "").upper() == "TRUE",
         entry,
         main,
         exit,
-        values.get(_MINIMUM, ""),
-        values.get(_MAXIMUM, ""),
+        values.get(AttributeId.MINIMUM, ""),
+        values.get(AttributeId.MAXIMUM, ""),
         tuple(item for item in associations if item is not None),
         found.at,
     )
@@ -237,19 +252,19 @@ def _step(found: ArchiveObject, values: dict[str, str], is_excluded: bool) -> Ch
 
 def _association(found: ArchiveObject) -> ActionAssociation | None:
     values = _attributes(found)
-    if values.get(_EXCLUDE, "").upper() == "TRUE":
+    if values.get(AttributeId.EXCLUDE, "").upper() == "TRUE":
         return None
-    name = values.get(_NAME, "")
+    name = values.get(AttributeId.NAME, "")
     if not name:
         return None
-    text = values.get(_QUALIFIER, "").replace(",", " ").split(None, 1)
+    text = values.get(AttributeId.QUALIFIER, "").replace(",", " ").split(None, 1)
     qualifier = text[0].upper() if text else "N"
     time = text[1].strip() if len(text) > 1 else ""
-    if qualifier not in _QUALIFIERS:
+    if qualifier not in QUALIFIERS:
         raise Unexpected(
             found.at, f"{name}: '{qualifier[:20]}' is not a qualifier", Code.INCOMPLETE_DRAWING
         )
-    if qualifier in _TIMED and not time:
+    if qualifier in TIMED and not time:
         raise Unexpected(
             found.at, f"{name}: qualifier {qualifier} has no time", Code.INCOMPLETE_DRAWING
         )

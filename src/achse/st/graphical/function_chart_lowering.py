@@ -54,6 +54,20 @@ __all__ = ["implicit_variables_of_function_chart", "lowered_function_chart"]
 ChartReader: TypeAlias = Callable[[str], FunctionChart]
 """Reads the chart of a body. Raises `Unexpected` for what its form does not have."""
 
+_STANDARD_PINS = {
+    ("SR", "S1"): "SET1",
+    ("SR", "R"): "RESET",
+    ("RS", "S"): "SET",
+    ("RS", "R1"): "RESET1",
+    ("CTU", "R"): "RESET",
+    ("CTD", "LD"): "LOAD",
+    ("CTUD", "R"): "RESET",
+    ("CTUD", "LD"): "LOAD",
+}
+"""Pins that the standard's blocks and the vendor's name differently.
+
+Source: IEC 61131-3 (2013) tables 43 and 45."""
+
 _BITS = frozenset(("AND", "OR", "XOR", "NOT"))
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 _BOOL = NamedType("BOOL")
@@ -113,11 +127,32 @@ def _with_names(element: ChartBox, scope: BodyScope) -> ChartBox:
         return element
     if element.call == "Function" and pins.kind == "Program":
         element = changed(element, call="Program")
-    if any(pin.name for pin in (*element.inputs, *element.outputs)):
-        return element
-    inputs = [changed(pin, name=name) for pin, name in zip(element.inputs, pins.inputs)]  # noqa: B905
-    outputs = [changed(pin, name=name) for pin, name in zip(element.outputs, pins.outputs)]  # noqa: B905
-    return changed(element, inputs=tuple(inputs), outputs=tuple(outputs))
+    if not any(pin.name for pin in (*element.inputs, *element.outputs)):
+        inputs = _in_order(element.inputs, pins.inputs)
+        return changed(element, inputs=inputs, outputs=_in_order(element.outputs, pins.outputs))
+    if element.call == "Function" and pins.outputs:
+        known = {name.lower() for name in pins.outputs}
+        outputs = (  # files name the result as they like
+            pin if pin.name.lower() in known else changed(pin, name=pins.outputs[0])
+            for pin in element.outputs
+        )
+        element = changed(element, outputs=tuple(outputs))
+    return changed(
+        element,
+        inputs=tuple(_renamed(pin, element.type, pins.inputs) for pin in element.inputs),
+    )
+
+
+def _renamed(pin: ChartPin, type: str, names: Sequence[str]) -> ChartPin:
+    """A pin with the standard's name gets the vendor's."""
+    other = _STANDARD_PINS.get((type.upper(), pin.name.upper()))
+    if other is None or pin.name.lower() in (name.lower() for name in names):
+        return pin
+    return changed(pin, name=other)
+
+
+def _in_order(pins: Sequence[ChartPin], names: Sequence[str]) -> tuple[ChartPin, ...]:
+    return tuple(changed(pin, name=name) for pin, name in zip(pins, names, strict=False))
 
 
 def _kept(body: GraphicalBody, id: int) -> str:

@@ -1,12 +1,12 @@
 """Instruction lists lowered to statements: an accumulator and what each line does with it.
 
-The accumulator has the type of its last load and ends with the network. A function call does not
-change it, a load ends it.
+The accumulator has the type of its last load and ends with the network, unless the list at a label
+goes on with it. A function call does not change it, a load ends it.
 
 Source: IEC 61131-3 (2013) table 68, and the list of operators in the vendor's manual.
 """
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING
 
 from achse.st.graphical.body import Refused
@@ -31,7 +31,7 @@ from achse.st.syntax.tree import (
 if TYPE_CHECKING:
     from achse.st.graphical.writer import BodyStatements
 
-__all__ = ["InstructionList"]
+__all__ = ["InstructionList", "needs_accumulator"]
 
 _SIGNS = {
     "AND": "AND",
@@ -54,12 +54,31 @@ _NEGATED = {"ANDN": "AND", "&N": "AND", "ORN": "OR", "XORN": "XOR"}
 _CONDITIONS = {"": None, "C": True, "CN": False}
 
 
-class InstructionList:
-    """Writes the lines of one network."""
+def needs_accumulator(network: DrawnNetwork) -> bool:
+    """Return True if a list goes on with the accumulator of the list before its label."""
+    for line in network.lines:
+        operator = line.operator.upper()
+        if operator or line.operand.text:
+            return operator[:2] != "LD" and operator not in ("CAL", "JMP", "RET")
+    return False
 
-    def __init__(self, writer: "BodyStatements", network: DrawnNetwork) -> None:
+
+class InstructionList:
+    """Writes the lines of one network. Lists at labels in `carrying` go on with the accumulator
+    of the jumps to them; with `leads_on` the next one does."""
+
+    def __init__(
+        self,
+        writer: "BodyStatements",
+        network: DrawnNetwork,
+        carrying: Collection[str] = (),
+        *,
+        leads_on: bool = False,
+    ) -> None:
         self._writer = writer
         self._network = network
+        self._carrying = carrying
+        self._leads_on = leads_on
         self._value: Expression | None = None
         self._stack: list[tuple[str, bool, Expression]] = []
         """Operators with an open bracket: sign, whether it negates, the accumulator before."""
@@ -68,7 +87,8 @@ class InstructionList:
         """Write all lines. Raises `Refused` and `Unexpected`."""
         writer = self._writer
         lines = iter(self._network.lines)
-        number = 0
+        if self._network.label.lower() in self._carrying:
+            self._value = writer.carried
         for number, line in enumerate(lines, 1):
             writer.where = f"network {self._network.number}, line {number}"
             at = writer.at(line.at)
@@ -92,6 +112,8 @@ class InstructionList:
             raise Refused(
                 writer.at(self._network.at), "a bracket is not closed", Code.INCOMPLETE_DRAWING
             )
+        if self._leads_on:
+            self._carry(writer.at(self._network.at))
         result = writer.body.owner.result
         if result and self._value is not None:
             at = writer.at(self._network.at)
@@ -126,6 +148,8 @@ class InstructionList:
         elif operator == "NOT":
             self._value = Unary("NOT", self._kept(at), at)
         elif operator[:3] == "JMP" and operator[3:] in _CONDITIONS:
+            if line.operand.text.lower() in self._carrying:
+                self._carry(at)
             self._leave(Jump(line.operand.text, at), _CONDITIONS[operator[3:]], at)
         elif operator[:3] == "RET" and operator[3:] in _CONDITIONS:
             self._leave(Return(at), _CONDITIONS[operator[3:]], at)
@@ -168,6 +192,16 @@ class InstructionList:
         ):
             value = self._value = self._writer.let(self._writer.hidden("acc"), value, at)
         return value
+
+    def _carry(self, at: int) -> None:
+        """Keep the accumulator for the label that goes on with it."""
+        writer = self._writer
+        if self._value is None:
+            return
+        if writer.carried is None:
+            writer.carried = writer.let(writer.hidden("carried"), self._value, at)
+        elif self._value is not writer.carried:
+            writer.assign(writer.carried, self._value, at)
 
     # calls -------------------------------------------------------------------------------------
 

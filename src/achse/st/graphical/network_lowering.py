@@ -20,7 +20,7 @@ from achse.st.graphical.boxes import (
     memory_of,
     sign_of,
 )
-from achse.st.graphical.instructions import InstructionList
+from achse.st.graphical.instructions import InstructionList, needs_accumulator
 from achse.st.graphical.networks import (
     Assignment,
     Box,
@@ -136,6 +136,9 @@ class _Lowering(BoxWriter):
         super().__init__(body, scope)
         self._networks = networks.networks
         self._is_ladder = networks.view.lower() == "ld"
+        self._carrying = {
+            one.label.lower() for one in self._networks if one.label and needs_accumulator(one)
+        }
         self._wires: set[int] = set()
         self._number = 0
 
@@ -165,7 +168,9 @@ class _Lowering(BoxWriter):
         if network.label:
             self.out.append(Label(network.label, self.at(network.at)))
         if network.lines:
-            InstructionList(self, network).write()
+            following = self._networks[network.number : network.number + 1]
+            leads_on = any(one.label and one.label.lower() in self._carrying for one in following)
+            InstructionList(self, network, self._carrying, leads_on=leads_on).write()
         for number, item in enumerate(network.items, 1):
             self.where = f"network {network.number}, rung {number}"
             self._item(item)

@@ -70,6 +70,8 @@ class BodyStatements:
         self.out: list[Statement] = []
         self.where = ""
         """Place of what is being written, as messages name it."""
+        self.carried: Name | None = None
+        """Accumulator that an instruction list hands on to a label."""
         self._hidden = 0
 
     # places ------------------------------------------------------------------------------------
