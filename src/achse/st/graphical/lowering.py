@@ -19,6 +19,8 @@ from achse.st.graphical.instruction_text import read_instruction_text
 from achse.st.graphical.ladder_model import read_ladder
 from achse.st.graphical.network_lowering import lowered_networks, memories_of_networks
 from achse.st.graphical.networks import NetworkList, read_networks
+from achse.st.graphical.plcopen.charts import read_drawn_flow, read_drawn_steps
+from achse.st.graphical.plcopen.diagrams import read_diagram
 from achse.st.lexis.codes import Code
 from achse.st.syntax.tree import Statements, VarBlock
 
@@ -62,6 +64,10 @@ _FORMS = {
     "EXP_IL": _networks(read_instruction_text),
     "EXP_SFC": _chart(ChartForm(read_exported_steps, read_exported_flow)),
     "EXP_CFC": _function_chart(read_exported_function_chart),
+    "PLCOPEN_LD": _function_chart(read_diagram),
+    "PLCOPEN_FBD": _function_chart(read_diagram),
+    "PLCOPEN_CFC": _function_chart(read_diagram),
+    "PLCOPEN_SFC": _chart(ChartForm(read_drawn_steps, read_drawn_flow)),
 }
 """Forms of bodies, by their languages."""
 

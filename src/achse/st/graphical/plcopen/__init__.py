@@ -1,0 +1,1 @@
+"""Drawn bodies in PLCopen XML (TC6)."""
