@@ -248,3 +248,29 @@ def test_file_that_the_vendors_tools_encrypted_is_called_so(tmp_path: Path) -> N
         read_sources(project, (), [])
     with pytest.raises(SourceError, match=r"A\.TcPOU:1:1: the file is encrypted: expected XML"):
         parse_file(source)
+
+
+def test_exports_count_where_there_is_nothing_else(tmp_path: Path) -> None:
+    head = '<project xmlns="http://www.plcopen.org/xml/tc6_0201"/>'
+    for name, text in (("a.EXP", ""), ("plc.xml", head), ("other.xml", "<a/>")):
+        (tmp_path / name).write_text(text)
+    assert [name for _, name in source_files(tmp_path)] == ["a.EXP", "plc.xml"]
+    (tmp_path / "b.st").touch()
+    assert [name for _, name in source_files(tmp_path)] == ["b.st"]
+    with pytest.raises(SourceError, match=r"expected a file like \.st"):
+        source_files(tmp_path / "other.xml")
+
+
+def test_exports_bring_their_tasks(tmp_path: Path) -> None:
+    (tmp_path / "a.EXP").write_text(
+        "PROGRAM P\nEND_PROGRAM\nRESOURCE\nTASK T (INTERVAL := T#5ms);\nP();\nEND_TASK\n"
+        "END_RESOURCE\n"
+    )
+    (tmp_path / "plc.xml").write_text(
+        '<project xmlns="http://www.plcopen.org/xml/tc6_0201"><task name="U" interval="T#7ms"/>'
+        "</project>"
+    )
+    sources, tasks = read_sources(tmp_path, (), [])
+    assert [unit.name for parsed in sources for unit in parsed.units] == ["P"]
+    found = [(task.name, task.cycle_ns, task.programs) for task in tasks]
+    assert found == [("T", 5_000_000, ("P",)), ("U", 7_000_000, ())]

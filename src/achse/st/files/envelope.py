@@ -38,8 +38,9 @@ P = TypeVar("P")
 
 _TEXTS = ("Declaration", "ST")
 
-_LANGUAGES = frozenset(("NWL", "CFC", "SFC", "LADDER", "StateChart"))
-WITHOUT_TEXT = _LANGUAGES | {"ObjectProperties", "LineIds"}
+_EDITORS = frozenset(("NWL", "CFC", "SFC", "LADDER", "StateChart"))
+_LANGUAGES = _EDITORS | {"PLCOPEN_LD", "PLCOPEN_FBD", "PLCOPEN_CFC", "PLCOPEN_SFC", "EXP_IL"}
+WITHOUT_TEXT = _EDITORS | {"ObjectProperties", "LineIds"}
 """Elements without Structured Text: bodies in other languages, options of the editor. The network
 of a ladder body has thousands of elements."""
 

@@ -1,9 +1,9 @@
 """Files of PLC sources: which of them a folder or a `.plcproj` has, and what is in one.
 
 Read are `.st` (Structured Text in UTF-8, UTF-16 or cp1252), the XML files of TwinCAT 3: `.TcPOU`,
-`.TcGVL`, `.TcDUT`, `.TcTLEO`, `.TcIO` and, for tasks, `.TcTTO`; and `.EXP` of TwinCAT 2. In a
-folder with a `.plcproj` that file says which of them count; without one all below the folder do,
-exports only where there is nothing else. It may name files of its solution only.
+`.TcGVL`, `.TcDUT`, `.TcTLEO`, `.TcIO` and, for tasks, `.TcTTO`; `.EXP` of TwinCAT 2, PLCopen XML.
+In a folder with a `.plcproj` that file says which of them count; without one all below the folder
+do, exports only where there is nothing else. It may name files of its solution only.
 
 Source: files of TwinCAT 3 projects, seen in public projects.
 """
@@ -21,6 +21,12 @@ from weakref import WeakValueDictionary
 from achse.st.files.envelope import WITHOUT_TEXT, TaskDeclaration, parse_envelope, read_task
 from achse.st.files.exports import parse_export, tasks_of_export
 from achse.st.files.facts import DeclaredFacts
+from achse.st.files.plcopen.documents import (
+    PLCOPEN_HEAD,
+    is_plcopen,
+    parse_plcopen,
+    tasks_of_plcopen,
+)
 from achse.st.files.reading import kept_trees, open_content
 from achse.st.lexis.codes import Code
 from achse.st.lexis.lexer import Defines
@@ -46,6 +52,9 @@ __all__ = [
 
 EXPORT = ".exp"
 """Ending of exports of TwinCAT 2, in lower case."""
+
+PLCOPEN = ".xml"
+"""Ending of PLCopen XML, and of much else, in lower case."""
 
 SUFFIXES = (".st", ".tcpou", ".tcgvl", ".tcdut", ".tctleo", ".tcio", ".tctto", EXPORT)
 """Endings of the files that are read, in lower case."""
@@ -84,6 +93,8 @@ def read_sources(
                 continue
             if file.suffix.lower() == EXPORT:
                 tasks += tasks_of_export(_text(content_of(file, name)))
+            elif file.suffix.lower() == PLCOPEN:
+                tasks += tasks_of_plcopen(content_of(file, name), name)
             parsed = parse_file(file, name, defines=defines)
         except SourceError as error:
             faults += error.faults
@@ -123,7 +134,7 @@ def source_files(path: Path) -> list[tuple[Path, str]]:
     if path.is_file():
         if path.suffix.lower() == PROJECT:
             return _listed(path)
-        if path.suffix.lower() not in SUFFIXES:
+        if path.suffix.lower() not in SUFFIXES and not _is_plcopen(path):
             raise _refused(path.name, f"expected a file like {', '.join(SUFFIXES)}")
         return [(path, path.name)]
     if not path.is_dir():
@@ -135,12 +146,27 @@ def source_files(path: Path) -> list[tuple[Path, str]]:
         raise _refused(str(path), f"several projects: name one of {names}")
     if projects:
         return _listed(projects[0])
-    found = [item for item in below if item.suffix.lower() in SUFFIXES and item.is_file()]
-    own = [item for item in found if item.suffix.lower() != EXPORT]
+    found = [
+        item
+        for item in below
+        if (item.suffix.lower() in SUFFIXES and item.is_file()) or _is_plcopen(item)
+    ]
+    own = [item for item in found if item.suffix.lower() not in (EXPORT, PLCOPEN)]
     files = [(item, item.relative_to(path).as_posix()) for item in own or found]
     if not files:
         raise _refused(str(path), f"expected files like {', '.join(SUFFIXES)}")
     return files
+
+
+def _is_plcopen(path: Path) -> bool:
+    """Return True for a file in PLCopen XML."""
+    if path.suffix.lower() != PLCOPEN:
+        return False
+    try:
+        with path.open("rb") as file:
+            return is_plcopen(file.read(PLCOPEN_HEAD))
+    except OSError:
+        return False
 
 
 def files_below(folder: Path) -> list[Path]:
@@ -317,6 +343,8 @@ _held: WeakValueDictionary[tuple[object, ...], _Content] = WeakValueDictionary()
 def _parsed(file: Path, name: str, data: bytes, defines: Defines) -> Parsed:
     if file.suffix.lower() == ".st":
         return parse(Source(_text(data), name), name=file.stem, defines=defines)
+    if file.suffix.lower() == PLCOPEN:
+        return parse_plcopen(data, name, file.stem, defines)
     if file.suffix.lower() == EXPORT:
         return parse_export(_text(data), name, file.stem, defines)
     if not data.startswith((*_UTF_16, ENCRYPTED)) and _BINARY.search(data):

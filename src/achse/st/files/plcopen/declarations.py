@@ -1,0 +1,222 @@
+"""Interfaces in PLCopen XML as the text of declarations.
+
+Each variable is on the line of its element: what is wrong with it has its place in the file.
+
+Source: PLCopen TC6 XML schema 2.01 as public projects use it.
+"""
+
+from collections.abc import Iterable, Iterator
+
+from achse.st.lexis.source import Location
+from achse.st.lexis.xml import Element
+
+__all__ = ["DeclarationText", "data_of", "plain_text", "type_text", "value_text"]
+
+_SECTIONS = {
+    "inputVars": "VAR_INPUT",
+    "outputVars": "VAR_OUTPUT",
+    "inOutVars": "VAR_IN_OUT",
+    "localVars": "VAR",
+    "tempVars": "VAR_TEMP",
+    "externalVars": "VAR_EXTERNAL",
+    "globalVars": "VAR_GLOBAL",
+}
+_QUALIFIERS = {"constant": "CONSTANT", "retain": "RETAIN", "persistent": "PERSISTENT"}
+_HEADS = {"program": "PROGRAM", "functionBlock": "FUNCTION_BLOCK", "function": "FUNCTION"}
+_MODIFIERS = ("Private", "Protected", "Internal", "Public", "Abstract", "Final")
+
+
+def data_of(element: Element, tag: str) -> Iterator[Element]:
+    """Elements of a tag in the `addData` of an element."""
+    for added in element.all("addData"):
+        for data in added.all("data"):
+            yield from data.all(tag)
+
+
+def plain_text(element: Element) -> Element | None:
+    """The element with the whole declaration as text, as some vendors add it."""
+    for found in (element.find("InterfaceAsPlainText"), *data_of(element, "InterfaceAsPlainText")):
+        if found is not None:
+            return found.find("xhtml") or found
+    return None
+
+
+def type_text(element: Element | None) -> str:
+    """Return the type in a `type` or `baseType` element as Structured Text."""
+    for found in element.children if element is not None else ():
+        match found.tag:
+            case "derived":
+                return found.attributes.get("name", "")
+            case "string" | "wstring":
+                length = found.attributes.get("length")
+                return found.tag.upper() + (f"({length})" if length else "")
+            case "array":
+                bounds = ", ".join(_bounds(one) for one in found.all("dimension"))
+                return f"ARRAY[{bounds}] OF {type_text(found.find('baseType'))}"
+            case "pointer":
+                return f"POINTER TO {type_text(found.find('baseType'))}"
+            case "reference":
+                return f"REFERENCE TO {type_text(found.find('baseType'))}"
+            case "subrangeSigned" | "subrangeUnsigned":
+                return f"{type_text(found.find('baseType'))} ({_bounds(found.find('range'))})"
+            case "enum":
+                return f"({', '.join(_values(found))})"
+            case "addData":
+                continue
+            case tag:
+                return tag.upper()
+    return ""
+
+
+def _bounds(found: Element | None) -> str:
+    facts = {} if found is None else found.attributes
+    return f"{facts.get('lower', '')}..{facts.get('upper', '')}"
+
+
+def _values(found: Element) -> Iterator[str]:
+    for one in (value for values in found.all("values") for value in values.all("value")):
+        number = one.attributes.get("value")
+        yield one.attributes.get("name", "") + (f" := {number}" if number else "")
+
+
+def value_text(element: Element) -> str:
+    """Return the value in an `initialValue` or `value` element as Structured Text."""
+    for found in element.children:
+        if found.tag == "simpleValue":
+            return found.attributes.get("value", "")
+        if found.tag == "arrayValue":
+            return f"[{', '.join(map(_repeated, found.all('value')))}]"
+        if found.tag == "structValue":
+            items = (
+                f"{one.attributes.get('member', '')} := {value_text(one)}"
+                for one in found.all("value")
+            )
+            return f"({', '.join(items)})"
+    return ""
+
+
+def _repeated(found: Element) -> str:
+    count = found.attributes.get("repetitionValue", "1")
+    return value_text(found) if count in ("", "1") else f"{count}({value_text(found)})"
+
+
+class DeclarationText:
+    """Text that grows; `element` is it as the declaration of a unit at a place in the file."""
+
+    def __init__(self, at: Location) -> None:
+        self._at = at
+        self._line = at.line
+        self._pieces: list[str] = []
+
+    def put(self, text: str, at: Location | None = None) -> None:
+        """Add text, on the line of a place if that is further down."""
+        if at is not None and at.line > self._line:
+            self._pieces.append("\n" * (at.line - self._line))
+            self._line = at.line
+        self._pieces.append(text + " ")
+
+    @property
+    def element(self) -> Element:
+        """The text as an element."""
+        found = Element("Declaration", {}, self._at)
+        found.text = "".join(self._pieces)
+        return found
+
+    # declarations ------------------------------------------------------------------------------
+
+    def unit(self, element: Element, interface: Element | None) -> None:
+        """The head and the variables of a program, function block or function."""
+        head = _HEADS.get(element.attributes.get("pouType", ""), "FUNCTION_BLOCK")
+        self._attributes((element, interface))
+        self.put(" ".join([head, *_modifiers(interface), element.attributes.get("name", "")]))
+        self._bases(interface)
+        self.returns(interface)
+        self.variables(interface)
+
+    def method(self, element: Element, interface: Element | None) -> None:
+        """The head and the variables of a method."""
+        self._attributes((element, interface))
+        words = ["METHOD", *_modifiers(interface), element.attributes.get("name", "")]
+        self.put(" ".join(words), element.location)
+        self.returns(interface)
+        self.variables(interface)
+
+    def property(self, element: Element, interface: Element | None) -> None:
+        """The head of a property."""
+        words = ["PROPERTY", *_modifiers(interface), element.attributes.get("name", "")]
+        self.put(" ".join(words), element.location)
+        self.returns(interface)
+
+    def returns(self, interface: Element | None) -> None:
+        """The type of a result."""
+        found = None if interface is None else interface.find("returnType")
+        if found is not None:
+            self.put(f": {type_text(found)}", found.location)
+
+    def variables(self, interface: Element | None) -> None:
+        """The blocks of variables."""
+        for block in interface.children if interface is not None else ():
+            if block.tag in _SECTIONS:
+                self.block(block)
+
+    def block(self, block: Element) -> None:
+        """One block of variables."""
+        if block.tag == "globalVars":
+            self._attributes((block,))
+        words = [word for key, word in _QUALIFIERS.items() if block.attributes.get(key) == "true"]
+        self.put(" ".join([_SECTIONS[block.tag], *words]), block.location)
+        for variable in block.all("variable"):
+            self._variable(variable)
+        self.put("END_VAR")
+
+    def _variable(self, element: Element) -> None:
+        self._attributes((element,), element.location)
+        address = element.attributes.get("address")
+        placed = f" AT {address}" if address else ""
+        initial = element.find("initialValue")
+        value = "" if initial is None else value_text(initial)
+        assigned = f" := {value}" if value else ""
+        name, type = element.attributes.get("name", ""), type_text(element.find("type"))
+        self.put(f"{name}{placed} : {type}{assigned};", element.location)
+
+    def data_type(self, element: Element) -> None:
+        """A whole TYPE."""
+        self._attributes((element,))
+        name = element.attributes.get("name", "")
+        base = element.find("baseType")
+        struct = None if base is None else base.find("struct")
+        self.put(f"TYPE {name}")
+        self._bases(element)
+        self.put(":")
+        if struct is not None:
+            self.put("STRUCT")
+            for variable in struct.all("variable"):
+                self._variable(variable)
+            self.put("END_STRUCT")
+        else:
+            initial = element.find("initialValue")
+            value = "" if initial is None else value_text(initial)
+            self.put(type_text(base) + (f" := {value}" if value else "") + ";")
+        self.put("END_TYPE")
+
+    def _bases(self, element: Element | None) -> None:
+        for found in data_of(element, "Inheritance") if element is not None else ():
+            for tag in ("Extends", "Implements"):
+                names = [one.text.strip() for one in found.all(tag)]
+                if names:
+                    self.put(f"{tag.upper()} {', '.join(names)}")
+
+    def _attributes(self, owners: Iterable[Element | None], at: Location | None = None) -> None:
+        for owner in owners:
+            for found in data_of(owner, "Attributes") if owner is not None else ():
+                for one in found.all("Attribute"):
+                    value = one.attributes.get("Value", "").replace("'", "$'")
+                    assigned = f" := '{value}'" if value else ""
+                    self.put(f"{{attribute '{one.attributes.get('Name', '')}'{assigned}}}", at)
+
+
+def _modifiers(interface: Element | None) -> Iterator[str]:
+    for found in data_of(interface, "AccessModifiers") if interface is not None else ():
+        for word in _MODIFIERS:
+            if found.attributes.get(word) == "true":
+                yield word.upper()
