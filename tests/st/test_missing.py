@@ -63,7 +63,7 @@ def test_the_hint_of_a_project_names_it(tmp_path: Path) -> None:
     (tmp_path / "a.plcproj").write_text(
         '<P><Compile Include="a.st"/><LibraryReference Include="Tc3_Vision,*,v"/></P>'
     )
-    project, error = examine_project(tmp_path)
+    project, error = examine_project(tmp_path, unknown="refuse")
     assert [item.reference.title for item in project.missing] == ["Tc3_Vision"]
     assert error is not None
     needed = "not here, but needed by a.st (FB_VN_WriteImage)"
@@ -82,7 +82,10 @@ def test_findings_of_a_missing_library_are_one_line_of_the_stations_refusal(
         '<P><Compile Include="a.st"/><LibraryReference Include="Tc3_Vision,*,v"/></P>'
     )
     with pytest.raises(ConfigError) as refusal:
-        Station(parse_station({"plc": [{"sources": "a.plcproj"}]}, "a.toml"), base=tmp_path)
+        Station(
+            parse_station({"plc": [{"sources": "a.plcproj", "unknown_types": "refuse"}]}, "a.toml"),
+            base=tmp_path,
+        )
     text = str(refusal.value)
     assert "library Tc3_Vision is not known: 3 findings follow from it" in text
     assert text.count("no type is named") == 1

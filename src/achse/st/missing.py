@@ -11,7 +11,14 @@ from achse.st.files.references import LibraryReference
 from achse.st.lexis.source import Diagnostic
 from achse.st.syntax.parser import Parsed
 
-__all__ = ["MissingLibrary", "findings_by_library", "line_of_library", "missing_libraries"]
+__all__ = [
+    "MissingLibrary",
+    "findings_by_library",
+    "is_known",
+    "line_of_library",
+    "missing_libraries",
+    "name_pattern",
+]
 
 _SHOWN_FILES = 3
 _SHOWN_NAMES = 4
@@ -122,9 +129,9 @@ def missing_libraries(
     if not references:
         return ()
     doubtful = {name.lower() for name in unknown}
-    strangers = [item for item in references if item.title.lower() not in _NAMES]
+    strangers = [item for item in references if not is_known(item)]
     uses: dict[str, dict[str, dict[str, None]]] = {item.title: {} for item in references}
-    patterns = [(item.title, _pattern(item)) for item in references]
+    patterns = [(item.title, name_pattern(item)) for item in references]
     for parsed in sources:
         text = _code(parsed.source.text)
         words: dict[str, None] = dict.fromkeys(_WORD.findall(text))
@@ -150,7 +157,13 @@ def missing_libraries(
     )
 
 
-def _pattern(reference: LibraryReference) -> re.Pattern[str]:
+def is_known(reference: LibraryReference) -> bool:
+    """Return True if names of the library are known by their form."""
+    return reference.title.lower() in _NAMES
+
+
+def name_pattern(reference: LibraryReference) -> re.Pattern[str]:
+    """Return a pattern of the library's name space and of its known names."""
     known = _NAMES.get(reference.title.lower())
     parts = [re.escape(reference.namespace), *([known] if known else [])]
     return re.compile("|".join(f"(?:{part})" for part in parts), re.IGNORECASE)

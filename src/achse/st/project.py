@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
+from typing import Literal, TypeAlias
 
 from achse.iec.declare import Typelike
 from achse.iec.layout import TC3_X64, TC3_X86, LayoutRules
@@ -25,14 +26,27 @@ from achse.st.lexis.source import Diagnostic, Source, SourceError
 from achse.st.missing import (
     MissingLibrary,
     findings_by_library,
+    is_known,
     line_of_library,
     missing_libraries,
+    name_pattern,
 )
 from achse.st.reach import Reach
 from achse.st.symbolfiles.library import LibraryTypes
 from achse.st.syntax.parser import Parsed, parse
 
-__all__ = ["Project", "ProjectFiles", "examine_project", "load_project", "read_files"]
+__all__ = [
+    "Project",
+    "ProjectFiles",
+    "UnknownNames",
+    "examine_project",
+    "load_project",
+    "read_files",
+]
+
+UnknownNames: TypeAlias = Literal["refuse", "libraries", "opaque"]
+"""Undeclared names that get stand-ins, which do nothing: none, those of libraries that a project
+references and that are not here, all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +75,7 @@ def load_project(
     constants: Mapping[str, object] | None = None,
     rules: LayoutRules | None = None,
     defines: Defines = (),
-    opaque: bool = False,
+    unknown: UnknownNames = "libraries",
     programs: Iterable[str] | None = None,
     check_all: bool = False,
 ) -> Project:
@@ -73,7 +87,7 @@ def load_project(
     sources, by name. Types that are in none of these are taken from `.tmc` files: those in
     `libraries`, and those in the folders of the project and of its libraries (of a single source
     the one with its name). `rules` are those of the platform that a `.tmc` is for, else of 64
-    bits. `defines` are what `{IF defined (…)}` finds. With `opaque`, undeclared names get
+    bits. `defines` are what `{IF defined (…)}` finds. `unknown` says which undeclared names get
     stand-ins. `programs` are those that tasks call, by default the tasks of the project: units
     that they do not reach may have faults, unless `check_all`. Raises `SourceError` with every
     other fault.
@@ -85,7 +99,7 @@ def load_project(
         constants=constants,
         rules=rules,
         defines=defines,
-        opaque=opaque,
+        unknown=unknown,
         programs=programs,
         check_all=check_all,
     )
@@ -104,7 +118,7 @@ def examine_project(
     constants: Mapping[str, object] | None = None,
     rules: LayoutRules | None = None,
     defines: Defines = (),
-    opaque: bool = False,
+    unknown: UnknownNames = "libraries",
     programs: Iterable[str] | None = None,
     check_all: bool = False,
 ) -> tuple[Project, SourceError | None]:
@@ -112,7 +126,7 @@ def examine_project(
     `load_project`, for callers that continue with the rest. Raises `SourceError` if nothing can be
     read."""
     files = read_files(path, libraries=libraries, defines=defines, rules=rules)
-    return files.examined(types, constants, opaque, programs, check_all)
+    return files.examined(types, constants, unknown, programs, check_all)
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +175,7 @@ class ProjectFiles:
         self,
         types: Mapping[str, Typelike] | None,
         constants: Mapping[str, object] | None,
-        opaque: bool,
+        unknown: UnknownNames,
         programs: Iterable[str] | None,
         check_all: bool,
     ) -> tuple[Project, SourceError | None]:
@@ -177,10 +191,8 @@ class ProjectFiles:
             lambda word: names.scopes.find(word) is not None,
         )
         made: dict[str, str] = {}
-        if opaque:
-            from achse.st.unknown import MissingNames, stand_ins  # few need it
-
-            made = stand_ins(MissingNames(declared.names))
+        if unknown == "opaque" or (unknown == "libraries" and missing):
+            made = _stand_ins(declared, missing if unknown == "libraries" else None)
             again = [parse(Source(text, name), name=Path(name).stem) for name, text in made.items()]
             if made:
                 found_again = self.declared(types, constants, again)
@@ -215,6 +227,25 @@ class ProjectFiles:
         libraries, _ = findings_by_library(missing, faults)
         following = {line_of_library(one, findings): findings for one, findings in libraries}
         return project, SourceError(faults, "\n".join(hints), following)
+
+
+def _stand_ins(
+    declared: Declarations, libraries: tuple[MissingLibrary, ...] | None
+) -> dict[str, str]:
+    """Stand-ins for the undeclared names of missing libraries, or for all."""
+    from achse.st.unknown import MissingNames, keep_names_of, stand_ins  # few need it
+
+    names = MissingNames(declared.names)
+    if libraries is not None:
+        own = [name for name, unit in declared.names.scopes.entries.items() if not unit.is_library]
+        references = [item.reference for item in libraries]
+        keep_names_of(
+            [name_pattern(item) for item in references],
+            names.meanings,
+            own,
+            is_any=not all(map(is_known, references)),
+        )
+    return stand_ins(names)
 
 
 @collection_paused()

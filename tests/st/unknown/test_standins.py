@@ -99,13 +99,13 @@ def test_opaque_projects(tmp_path: Path) -> None:
     (tmp_path / "x.st").write_text(PROJECT)
     _, error = examine_project(tmp_path)
     assert error is not None
-    project = load_project(tmp_path, opaque=True)
+    project = load_project(tmp_path, unknown="opaque")
     assert sorted(project.stand_ins) == ["Lib.st", "types.st"]
     (tmp_path / "x.st").write_text("PROGRAM MAIN END_PROGRAM")
-    assert load_project(tmp_path, opaque=True).stand_ins == {}
+    assert load_project(tmp_path, unknown="opaque").stand_ins == {}
 
 
 def test_real_faults_stay_faults(tmp_path: Path) -> None:
     (tmp_path / "x.st").write_text("PROGRAM MAIN VAR a : ST_A; b : ARRAY [5..1] OF INT; END_VAR")
     with pytest.raises(SourceError, match="run backwards"):
-        load_project(tmp_path, opaque=True)
+        load_project(tmp_path, unknown="opaque")

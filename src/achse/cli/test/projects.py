@@ -62,7 +62,11 @@ def check_project(
     options = _options(path, with_lint)
     try:
         project, error = examine_project(
-            path, libraries=libraries, defines=defines, check_all=check_all
+            path,
+            libraries=libraries,
+            defines=defines,
+            check_all=check_all,
+            unknown="refuse" if check_all else "libraries",
         )
     except SourceError as nothing:
         if report in (ReportFormat.TEXT, ReportFormat.JSON):
@@ -160,6 +164,9 @@ def _print_text(found: _Checked, warnings: bool, check_all: bool) -> None:
         print(found.hint)
     for library in project.missing:
         print(library)
+    if project.stand_ins:
+        lines = sum(text.count("\n") for text in project.stand_ins.values())
+        print(f"{lines} lines of stand-ins, which do nothing (--stand-ins FOLDER writes them)")
     unreached = len(found.findings.unreached)
     count = len(found.findings.warnings) + unreached
     apart = f", {unreached} of them in units that no task reaches" if unreached else ""

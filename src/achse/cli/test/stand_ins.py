@@ -14,7 +14,7 @@ __all__ = ["write_stand_ins"]
 def write_stand_ins(sources: Path, to: Path, libraries: list[Path], in_json: bool) -> None:
     """Write the declarations to a folder, over no file that is there."""
     try:
-        project, _ = examine_project(sources, libraries=libraries)
+        project, _ = examine_project(sources, libraries=libraries, unknown="refuse")
     except SourceError as fault:
         fail(str(fault))
     missing = MissingNames(project.declarations.names)

@@ -213,6 +213,11 @@ def is_one_type_twice(have: IecType[Any], want: IecType[Any]) -> bool:
     """Return True if a library of ours and a symbol file both have this type: `AXIS_REF` and
     `Tc2_MC2.AXIS_REF`. The variable must be at least as long as the type that the block expects."""
     have, want = resolved(have), resolved(want)
+    if isinstance(have, ArrayType) and isinstance(want, ArrayType):
+        is_of_file = "." in have.element.name or "." in want.element.name
+        return (
+            is_of_file and have.size >= want.size and is_one_type_twice(have.element, want.element)
+        )
     return (
         isinstance(have, StructType)
         and isinstance(want, StructType)

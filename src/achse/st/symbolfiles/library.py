@@ -80,6 +80,11 @@ class LibraryTypes:
         for types in self._files:
             names = types.named(name)
             if len(names) > 1:
+                # `Lib.FB` and `Other.Lib.FB` are one block, as two libraries reach it.
+                shortest = min(names, key=len)
+                if all(one == shortest or one.endswith(f".{shortest}") for one in names):
+                    names = [shortest]
+            if len(names) > 1:
                 raise DeclarationError(f"which type is meant: {' or '.join(sorted(names))}?")
             if not names:
                 continue

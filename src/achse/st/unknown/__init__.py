@@ -5,7 +5,8 @@ and uses are known of: `fbSend.bBusy` is a member, `fbSend(bExecute := TRUE)` ha
 `E_Mode.Auto` is a value, `ARRAY [1..Lib.cMost]` takes a whole number.
 """
 
+from achse.st.unknown.libraries import keep_names_of
 from achse.st.unknown.standins import stand_ins
 from achse.st.unknown.walk import MissingNames
 
-__all__ = ["MissingNames", "stand_ins"]
+__all__ = ["MissingNames", "keep_names_of", "stand_ins"]

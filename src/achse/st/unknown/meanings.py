@@ -5,9 +5,10 @@ Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a decl
 
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from achse.iec.errors import IecError
+from achse.iec.structs import RecordKind, StructType
 from achse.iec.times import TimeType
 from achse.st.declared.resolve import Resolver
 from achse.st.declared.scopes import DeclaredUnit, Failed, Scope
@@ -83,23 +84,40 @@ class Meanings:
         self.this: DeclaredUnit | None = None
         """The unit whose body is looked at."""
         self._known: dict[tuple[str, str], bool] = {}
+        self._blocks: dict[str, StructType[Any]] = {}
+        """Blocks of symbol files, whose bodies and methods nothing declares."""
 
     def is_missing(self, spec: NamedType, scope: Scope) -> bool:
-        """Return True if nothing declares the type of a name."""
+        """Return True if nothing declares the type of a name, or only the variables of a block."""
         key = (spec.name.lower(), scope.space)
         if key not in self._known:
             try:
-                self._known[key] = (
-                    self._scopes.find(spec.name, scope.space) is None
-                    and self._names.given.find(spec.name, spec.at) is None
-                )
+                self._known[key] = self._scopes.find(
+                    spec.name, scope.space
+                ) is None and self._is_without_source(spec)
             except (Unexpected, Failed, IecError):
                 self._known[key] = False
         return self._known[key]
 
+    def _is_without_source(self, spec: NamedType) -> bool:
+        given = self._names.given
+        found = given.find(spec.name, spec.at)
+        if (
+            isinstance(found, StructType)
+            and found.kind is RecordKind.FUNCTION_BLOCK
+            and spec.name not in given
+            and spec.name.rpartition(".")[2] not in given
+        ):
+            self._blocks[spec.name.rpartition(".")[2].lower()] = found
+            return True
+        return found is None
+
     def use(self, spec: NamedType) -> MissingUse:
-        name = spec.name.rpartition(".")[2]
-        return self.types.setdefault(name.lower(), MissingUse(name))
+        space, _, name = spec.name.rpartition(".")
+        key = name.lower()
+        use = self.types.setdefault(key, MissingUse(name, block=self._blocks.get(key)))
+        use.is_qualified |= bool(space)
+        return use
 
     # what an expression means ------------------------------------------------------------------
 
@@ -201,7 +219,7 @@ class Meanings:
                     return False, None
                 if is_space:
                     return False, None
-                return True, self.use(base).member(name)
+                return True, self._missing_member(base, name)
             entry = self._scopes.find(base.name, scope.space)
             if entry is None:  # of a symbol file
                 return True, None
@@ -253,7 +271,7 @@ class Meanings:
         if not isinstance(spec, NamedType):
             return None
         if self.is_missing(spec, scope):
-            return self.use(spec).member(name)
+            return self._missing_member(spec, name)
         entry = self._scopes.find(spec.name, scope.space)
         seen: set[int] = set()
         while entry is not None and id(entry) not in seen:
@@ -273,9 +291,14 @@ class Meanings:
             if base is None:
                 return None
             if self.is_missing(base, inside):
-                return self.use(base).member(name)
+                return self._missing_member(base, name)
             entry = self._scopes.find(base.name, inside.space)
         return None
+
+    def _missing_member(self, spec: NamedType, name: str) -> MissingUse | None:
+        """A part of a missing type; None if a symbol file has it."""
+        use = self.use(spec)
+        return None if use.block is not None and _has(use.block, name) else use.member(name)
 
     def _index(self, whole: Sense, indices: Sequence[Expression]) -> Sense:
         if isinstance(whole, tuple):
@@ -372,6 +395,12 @@ def bases_of(unit: Unit) -> tuple[NamedType, ...]:
         return unit.extends
     base = getattr(unit, "extends", None)
     return (base,) if isinstance(base, NamedType) else ()
+
+
+def _has(block: StructType[Any], name: str) -> bool:
+    key = name.lower()
+    names = [one.name for one in block.members] + [one.name for one in block.properties]
+    return any(each.lower() == key for each in names)
 
 
 def _part_type(part: Part, scope: Scope) -> tuple[TypeSpec, Scope] | None:

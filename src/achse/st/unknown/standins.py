@@ -9,8 +9,12 @@ Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a decl
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from itertools import groupby
+from typing import Any
 
 from achse.iec.names import ELEMENTARY
+from achse.iec.structs import StructType
+from achse.iec.variables import Section
 from achse.st.lexis.words import KEYWORDS
 from achse.st.unknown.uses import MissingUse
 from achse.st.unknown.walk import MissingNames
@@ -69,6 +73,7 @@ _WORDS = {
 _PREFIX = re.compile(r"([a-z]{1,3})[A-Z0-9_]")
 _LIST = re.compile(r"GVL|Global|Const|Param|Lib|^Tc\d|^G_", re.IGNORECASE)
 """Names that are those of lists and libraries, and not of enumerations."""
+_QUALIFIED = re.compile(r"(?:[^\W\d]\w*\.)+([^\W\d]\w*)", re.ASCII)
 _NAME = re.compile(r"[^\W\d]\w*", re.ASCII)
 
 
@@ -233,6 +238,9 @@ class _Writer:
                 one.type = use.members[key].type
         passed = [one for one in inputs if self._is_passed(one)]
         yield f"FUNCTION_BLOCK {name}"
+        if use.block is not None:
+            yield from self._of_symbol_file(use.block)
+            inputs, passed, outputs = [], [], []
         if use.generics:
             numbers = ", ".join(f"nGeneric{number + 1}" for number in range(use.generics))
             yield f"VAR_GENERIC CONSTANT {numbers} : DINT := 1; END_VAR"
@@ -247,6 +255,29 @@ class _Writer:
         for one in methods:
             yield from self._method(one, name)
         yield "END_FUNCTION_BLOCK"
+
+    def _of_symbol_file(self, block: StructType[Any]) -> Iterator[str]:
+        """The variables and properties of a block, in the order in which memory has them."""
+        members = [one for one in block.members if _is_name(one.name)]
+        for section, variables in groupby(members, lambda one: one.section):
+            yield section.value
+            for one in variables:
+                type = self._own_names(one.type.name)
+                if section is Section.IN_OUT:
+                    type = type.removeprefix("REFERENCE TO ")
+                yield f"{_STEP}{one.name} : {type};"
+            yield "END_VAR"
+        for item in block.properties:
+            accessors = ["GET END_GET"] * item.readable + ["SET END_SET"] * item.writable
+            yield f"PROPERTY {item.name} : {self._own_names(item.type.name)}"
+            yield " ".join(accessors)
+            yield "END_PROPERTY"
+
+    def _own_names(self, type: str) -> str:
+        """The text of a type, where other stand-ins bear no library in front."""
+        return _QUALIFIED.sub(
+            lambda found: found[1] if found[1].lower() in self._types else found[0], type
+        )
 
     def _is_passed(self, use: MissingUse) -> bool:
         """Return True if an input is a block, which is not copied."""
@@ -307,7 +338,7 @@ def _is_name(name: str) -> bool:
 
 def _is_block(use: MissingUse) -> bool:
     called = any(_is_method(one) for one in use.members.values())
-    told = use.is_block or use.is_called or use.inputs or use.outputs or use.generics
+    told = use.block or use.is_block or use.is_called or use.inputs or use.outputs or use.generics
     return bool(told or called)
 
 

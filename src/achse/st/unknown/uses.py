@@ -4,6 +4,9 @@ Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a decl
 """
 
 from dataclasses import dataclass, field
+from typing import Any
+
+from achse.iec.structs import StructType
 
 __all__ = ["LONG_TEXT", "MissingUse"]
 
@@ -54,6 +57,16 @@ class MissingUse:
     highest: int = 0
     target: "MissingUse | None" = None
     """Target of the pointer, if it is one."""
+    is_qualified: bool = False
+    """True if a use names a library in front of it."""
+    block: StructType[Any] | None = None
+    """The block of a symbol file, of which only the variables are known."""
+
+    @property
+    def is_needed(self) -> bool:
+        """Return True if uses need more than the variables that a symbol file has of a block."""
+        called = self.is_called or self.inputs or self.outputs or self.arguments
+        return self.block is None or bool(called or self.members or self.initials)
 
     def told(self, type: str) -> None:
         """Take in what a use tells of the type. Literals tell least: 1 may be a REAL, too."""

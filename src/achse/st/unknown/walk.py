@@ -84,6 +84,9 @@ class MissingNames:
         found = self.meanings.names
         for key in [key for key, use in found.items() if use.is_space and not use.members]:
             del found[key]
+        types = self.meanings.types
+        for key in [key for key, use in types.items() if not use.is_needed]:
+            del types[key]
 
     # types -----------------------------------------------------------------------------------
 
@@ -113,7 +116,8 @@ class MissingNames:
             return False
         use = self.meanings.use(spec)
         use.generics = max(use.generics, len(spec.generics))
-        self.places.append((scope, spec))
+        if use.block is None:
+            self.places.append((scope, spec))
         return True
 
     def _in_spec(self, spec: TypeSpec, scope: Scope) -> None:
@@ -206,13 +210,14 @@ class MissingNames:
         arguments = declaration.arguments
         if isinstance(arguments, ArrayInitial):
             return
-        for argument in arguments:
+        for number, argument in enumerate(arguments, 1):
             if argument.value is None:
                 continue
             self._in_expression(argument.value, scope)
-            if use is not None and argument.name:
+            if use is not None:
                 use.is_block = True
-                one = use.initials.setdefault(argument.name.lower(), MissingUse(argument.name))
+                name = argument.name or f"argument{number}"
+                one = use.initials.setdefault(name.lower(), MissingUse(name))
                 one.told(self.meanings.text(argument.value, scope))
 
     def _in_initial(self, tree: Any, at: tuple[TypeSpec, Scope] | None, scope: Scope) -> None:

@@ -38,9 +38,10 @@ class PlcConfig(ConfigTable):
     """Sources of libraries, folders or files like `sources`, or `.tmc` files with their types; of
     them only what is named counts. Of a folder with several projects those are taken that the
     `.plcproj` references by title."""
-    unknown_types: Literal["refuse", "opaque"] = "refuse"
-    """Handling of types, constants and functions that `sources` name and nothing declares: `opaque`
-    makes stubs with the members that the sources use, which do nothing."""
+    unknown_types: Literal["refuse", "libraries", "opaque"] = "libraries"
+    """Handling of types, constants and functions that `sources` name and nothing declares:
+    `libraries` makes stubs of those of libraries that the `.plcproj` references and that are not
+    here, `opaque` of all, with the members that the sources use; stubs do nothing."""
     execute: bool = True
     """True if the programs of `sources` run; if not, they are declared only."""
     floating_point_exceptions: bool = True
@@ -72,7 +73,7 @@ class PlcConfig(ConfigTable):
             raise ValueError("either sources or symbols, not both")
         if self.libraries and self.sources is None:
             raise ValueError("libraries go with sources")
-        if self.unknown_types != "refuse" and self.sources is None:
+        if "unknown_types" in self.model_fields_set and self.sources is None:
             raise ValueError("unknown_types goes with sources")
         return self
 

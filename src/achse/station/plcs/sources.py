@@ -309,12 +309,14 @@ class PlcSource:
             if not root.exists():
                 raise ConfigError(f"{self.key}.sources: {root} does not exist")
             libraries = [self.base / name for name in config.libraries]
-            opaque = config.unknown_types == "opaque"
             called = [name for task in config.task for name in task.programs]
             project = self._checked(
                 ".sources",
                 lambda: load_project(
-                    root, libraries=libraries, opaque=opaque, programs=called or None
+                    root,
+                    libraries=libraries,
+                    unknown=config.unknown_types,
+                    programs=called or None,
                 ),
             )
             if project.stand_ins:

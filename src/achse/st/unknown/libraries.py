@@ -1,0 +1,51 @@
+"""Missing names that belong to libraries a project references and that are not here.
+
+A name belongs to such a library if the library stands in front of it, or if it is like the names
+that the library is known to have. Of libraries that nothing is known of, it may be any type, any
+function that is called, and any list or enumeration; a name close to one that is declared is a
+misspelling rather.
+"""
+
+import re
+from collections.abc import Callable, Iterable, Sequence
+from difflib import get_close_matches
+
+from achse.st.unknown.meanings import Meanings
+from achse.st.unknown.uses import MissingUse
+
+__all__ = ["keep_names_of"]
+
+_CLOSE = 0.9
+
+
+def keep_names_of(
+    patterns: Sequence[re.Pattern[str]],
+    meanings: Meanings,
+    declared: Iterable[str],
+    *,
+    is_any: bool,
+) -> None:
+    """Leave out every missing name that belongs to none of the libraries.
+
+    `patterns` are those of their names; with `is_any`, nothing is known of one of them.
+    """
+    own = [name.lower() for name in declared]
+
+    def belongs(key: str, *, is_free: bool) -> bool:
+        if any(pattern.fullmatch(key) for pattern in patterns):
+            return True
+        return is_any and is_free and not get_close_matches(key, own, 1, _CLOSE)
+
+    def is_free(key: str, use: MissingUse) -> bool:
+        return use.is_called or key in meanings.lists
+
+    _keep(
+        meanings.types,
+        lambda key, use: use.block is not None or use.is_qualified or belongs(key, is_free=True),
+    )
+    _keep(meanings.names, lambda key, use: belongs(key, is_free=is_free(key, use)))
+
+
+def _keep(uses: dict[str, MissingUse], is_kept: Callable[[str, MissingUse], bool]) -> None:
+    for key in [key for key, use in uses.items() if not is_kept(key, use)]:
+        del uses[key]

@@ -1,0 +1,81 @@
+"""Stand-ins of libraries that a project references and that are not here."""
+
+from pathlib import Path
+
+import pytest
+
+from achse.st.project import Project, examine_project, load_project
+
+BLOCK = """<TcModuleClass><DataTypes>
+<DataType><Name Namespace="Lib">FB_Lamp</Name><BitSize>192</BitSize>
+<SubItem><Name>bOn</Name><Type>BOOL</Type><BitSize>8</BitSize><BitOffs>64</BitOffs>
+<Properties><Property><Name>ItemType</Name><Value>Input</Value></Property></Properties></SubItem>
+<SubItem><Name>nCount</Name><Type>DINT</Type><BitSize>32</BitSize><BitOffs>96</BitOffs>
+<Properties><Property><Name>ItemType</Name><Value>Output</Value></Property></Properties></SubItem>
+<Properties><Property><Name>PouType</Name><Value>FunctionBlock</Value></Property></Properties>
+</DataType></DataTypes><Modules><Module/></Modules></TcModuleClass>"""
+
+
+def _examined(folder: Path, text: str, library: str = "Lib") -> tuple[Project, list[str]]:
+    (folder / "a.st").write_text(text)
+    (folder / "a.plcproj").write_text(
+        f'<P><Compile Include="a.st"/><LibraryReference Include="{library},*,v"/></P>'
+    )
+    project, error = examine_project(folder)
+    return project, [] if error is None else [fault.message for fault in error.faults]
+
+
+@pytest.mark.parametrize(
+    "uses",
+    [
+        "VAR a : FB_Any; END_VAR a(bExecute := TRUE); a.Stop(3);",
+        "VAR a : Lib.FB_Any; END_VAR a.sName := 'x';",
+        "VAR a : DINT; END_VAR a := F_Sum(1, 2) + Lib.F_Other();",
+        "VAR a : E_Any := E_Any.Auto; END_VAR",
+    ],
+)
+def test_names_of_a_missing_library_get_stand_ins(tmp_path: Path, uses: str) -> None:
+    project, faults = _examined(tmp_path, f"PROGRAM P {uses} END_PROGRAM")
+    assert faults == []
+    assert project.stand_ins
+
+
+def test_names_of_a_known_library_are_known_by_their_form(tmp_path: Path) -> None:
+    text = "PROGRAM P VAR a : FB_VN_Image; b : FB_Other; END_VAR END_PROGRAM"
+    project, faults = _examined(tmp_path, text, "Tc3_Vision")
+    assert faults == ["no type is named 'FB_Other'"]
+    assert "FB_VN_Image" in project.stand_ins["types.st"]
+
+
+def test_misspelled_name_of_an_own_type_stays_a_fault(tmp_path: Path) -> None:
+    text = "TYPE ST_Position : STRUCT x : REAL; END_STRUCT END_TYPE\n"
+    text += "PROGRAM P VAR a : ST_Positoin; END_VAR END_PROGRAM"
+    project, faults = _examined(tmp_path, text)
+    assert faults == ["no type is named 'ST_Positoin'; near: ST_Position"]
+    assert project.stand_ins == {}
+
+
+def test_nothing_is_made_up_if_no_library_is_missing(tmp_path: Path) -> None:
+    (tmp_path / "a.st").write_text("PROGRAM P VAR a : FB_Any; END_VAR END_PROGRAM")
+    _, error = examine_project(tmp_path)
+    assert error is not None
+
+
+def test_block_of_a_symbol_file_gets_the_methods_that_are_called(tmp_path: Path) -> None:
+    (tmp_path / "a.tmc").write_text(BLOCK)
+    text = "PROGRAM P VAR a : FB_Lamp; n : DINT; END_VAR"
+    text += " a(bOn := TRUE, nCount => n); a.Blink(3); END_PROGRAM"
+    _, faults = _examined(tmp_path, text)
+    assert faults == []
+    lines = load_project(tmp_path).stand_ins["types.st"].splitlines()
+    assert [line.strip() for line in lines[:9]] == [
+        "FUNCTION_BLOCK FB_Lamp",
+        "VAR_INPUT",
+        "bOn : BOOL;",
+        "END_VAR",
+        "VAR_OUTPUT",
+        "nCount : DINT;",
+        "END_VAR",
+        "METHOD Blink : BOOL",
+        "VAR_INPUT",
+    ]
