@@ -11,12 +11,12 @@ from typer.testing import CliRunner
 
 from achse.cli.app import app
 from achse.cli.start.new import GITHUB, GITLAB
+from tests.json_schemas import complaints
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "how-to" / "run-in-ci.md"
 LINT = ROOT / "docs" / "how-to" / "lint-your-plc-code.md"
 HOOKS = ROOT / ".pre-commit-hooks.yaml"
-SCHEMA = ("check-jsonschema", "--regex-variant", "python", "--builtin-schema")
 
 
 def test_each_recipe_is_yaml(fences: Any) -> None:
@@ -36,17 +36,19 @@ def test_linters_find_nothing(fences: Any, tmp_path: Path) -> None:
         block.body for block in fences(PAGE.read_text(encoding="utf-8"))
     )
     job = "tests:\n" + "".join(f"  {line}\n" for line in script.splitlines())
-    for number, (text, *command) in enumerate(
-        (
-            (github, *SCHEMA, "vendor.github-workflows"),
-            (gitlab, *SCHEMA, "vendor.gitlab-ci"),
-            (job, *SCHEMA, "vendor.gitlab-ci"),
-            (commits, "pre-commit", "validate-config"),
-        )
-    ):
-        file = tmp_path / f"{number}.yaml"
+    recipes = (github, "vendor.github-workflows"), (gitlab, "vendor.gitlab-ci")
+    _valid(tmp_path, *recipes, (job, "vendor.gitlab-ci"))
+    hook = tmp_path / "hook.yaml"
+    hook.write_text(commits, encoding="utf-8")
+    _accepted(hook, "pre-commit", "validate-config")
+
+
+def _valid(folder: Path, *recipes: tuple[str, str]) -> None:
+    """Check texts by their schemas."""
+    for number, (text, schema) in enumerate(recipes):
+        file = folder / f"{number}.yaml"
         file.write_text(text, encoding="utf-8")
-        _accepted(file, *command)
+        assert not complaints(schema, file)
 
 
 def _accepted(file: Path, *command: str) -> None:
@@ -59,19 +61,14 @@ def _accepted(file: Path, *command: str) -> None:
 
 
 def test_linters_find_nothing_in_reports_of_findings(fences: Any, tmp_path: Path) -> None:
-    recipes = [
+    *servers, commits = (
         block.body for block in fences(LINT.read_text(encoding="utf-8")) if block.language == "yaml"
-    ]
-    commands = (
-        (*SCHEMA, "vendor.github-workflows"),
-        (*SCHEMA, "vendor.gitlab-ci"),
-        (*SCHEMA, "vendor.azure-pipelines"),
-        ("pre-commit", "validate-config"),
     )
-    for number, (text, command) in enumerate(zip(recipes, commands, strict=True)):
-        file = tmp_path / f"{number}.yaml"
-        file.write_text(text, encoding="utf-8")
-        _accepted(file, *command)
+    schemas = ("vendor.github-workflows", "vendor.gitlab-ci", "vendor.azure-pipelines")
+    _valid(tmp_path, *zip(servers, schemas, strict=True))
+    hook = tmp_path / "hook.yaml"
+    hook.write_text(commits, encoding="utf-8")
+    _accepted(hook, "pre-commit", "validate-config")
 
 
 def test_the_hook_is_valid_and_checks_a_project(tmp_path: Path) -> None:

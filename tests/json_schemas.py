@@ -1,0 +1,16 @@
+"""Files against the JSON schemas that check-jsonschema brings, without a process for each."""
+
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+__all__ = ["complaints"]
+
+
+def complaints(schema: str, *files: str | Path) -> str:
+    """Return what `check-jsonschema --builtin-schema` prints of files; empty if it is content."""
+    main = pytest.importorskip("check_jsonschema", reason="the group `dev` has it").main
+    words = ["--regex-variant", "python", "--builtin-schema", schema, *map(str, files)]
+    result = CliRunner().invoke(main, words)
+    return result.output if result.exit_code else ""
