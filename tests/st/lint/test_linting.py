@@ -2,7 +2,7 @@
 
 from random import Random
 
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.st.lexis.codes import Code
@@ -35,11 +35,13 @@ def _check_places(text: str) -> None:
         assert each.code.startswith("LT")
 
 
+@settings(max_examples=8)
 @given(st.randoms(use_true_random=False))
 def test_findings_of_random_projects_lie_in_the_source(rng: Random) -> None:
     _check_places(Project(rng, False).text)
 
 
+@settings(max_examples=8)
 @given(st.randoms(use_true_random=False))
 def test_findings_of_damaged_projects_lie_in_the_source(rng: Random) -> None:
     sign = rng.choice((" ", "\n", ";"))  # whole lines and statements often leave sound programs
