@@ -1,5 +1,6 @@
 """A client of a forwarding router, as the targets on one connection see it."""
 
+from collections import deque
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -19,12 +20,17 @@ _UNKNOWN_TIME = 0
 class ClientLoad:
     """Requests of one connection that are under way, and bytes of them and their answers."""
 
-    __slots__ = ("count", "size", "time")
+    __slots__ = ("count", "released", "size", "time", "waiting", "waiting_size")
 
     def __init__(self) -> None:
         self.count = self.size = 0
         self.time = 0
         """Time of the last request, ns."""
+        self.waiting: deque[tuple[bytes, int]] = deque()
+        """Requests that wait for others to be answered, each with its bytes; they count as well."""
+        self.waiting_size = 0
+        self.released = 0
+        """Requests that waited and went."""
 
 
 class ForwardedClient:

@@ -29,6 +29,7 @@ from achse.router.forwarding.pending import PendingExchange, PendingRequest, Pen
 from achse.router.forwarding.restoring import LinkMemory, Restoration, version_request
 from achse.router.forwarding.router_requests import RouterRequests
 from achse.router.forwarding.sessions import ClientPorts, Sessions
+from achse.router.forwarding.windows import Windows
 
 __all__ = ["Forwarding"]
 
@@ -60,8 +61,10 @@ class Forwarding:
         later: Callable[[Callable[[], object]], object],
         clock: Callable[[], float] | None = None,
         memory: LinkMemory | None = None,
+        write: Callable[[list[bytes]], object] | None = None,
     ) -> None:
-        """With `clock` (seconds, as the times of requests) latencies are counted; with `memory`
+        """With `write`, which sends packets, what is beyond the window of a client waits. With
+        `clock` (seconds, as the times of requests) latencies are counted; with `memory`
         resources are remembered so that they can be made again."""
         self._memory = memory
         self._versions: set[bytes] = set()
@@ -70,7 +73,8 @@ class Forwarding:
         self._clock = clock
         self._later = later
         self._sessions = Sessions(router, later, lambda session: self.requests.drop(session))
-        self.requests = PendingRequests(self._sessions.rest)
+        self.windows = Windows(write or _nowhere, later)
+        self.requests = PendingRequests(self._sessions.rest, self.windows.go_on)
         self._subscribers: dict[Resource, ForwardedClient] = {}
         """Client of each subscription."""
         self._own = RouterRequests(
@@ -186,6 +190,15 @@ class Forwarding:
             return False
         resource = Resource(action.kind, change.target, action.handle)
         return self._subscribers.get(resource, session) is not session
+
+    def waits(self, frame: Frame, packet: bytes) -> bool:
+        """True if a request, which is `packet` on the wire, is kept until others are answered."""
+        session = self._sessions.at(frame.source)
+        if session is None or self.windows.is_open(session.load):
+            return False
+        count = 0 if frame.flags & _NO_RESPONSE else 1
+        size = _size_with_answer(frame) if count else 0
+        return not self.windows.admit(session.load, packet, count, size)
 
     def exchange(self, client: Endpoint, source: bytes, target: bytes) -> PendingExchange | None:
         """Return the exchange of a client that has asked this target before."""
@@ -412,6 +425,7 @@ class Forwarding:
         """
         lost = [each for each in self._sessions if each.holds and not each.gone]
         answers = self.requests.end(code)
+        self.windows.clear()
         self._sessions.clear()
         self._subscribers.clear()
         self._own.clear()
@@ -423,6 +437,10 @@ class Forwarding:
             self._router.ignore_way_closed(self._way_closed)
             self._router.ignore_port_closed(self._port_closed)
         return lost, answers
+
+
+def _nowhere(packets: list[bytes]) -> None:
+    """Send nothing: this table forwards nothing itself."""
 
 
 def _size_with_answer(request: Frame) -> int:

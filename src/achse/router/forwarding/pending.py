@@ -13,6 +13,7 @@ from achse.ams import Flags, Frame
 from achse.codes import ReturnCode
 from achse.router.forwarding.forwarded_client import ClientLoad, ForwardedClient
 from achse.router.forwarding.ledger import ResourceChange
+from achse.router.forwarding.windows import WINDOW, WINDOW_BYTES
 
 __all__ = ["PendingExchange", "PendingRequest", "PendingRequests"]
 
@@ -116,11 +117,17 @@ class PendingExchange:
 class PendingRequests:
     """All requests over one connection that are unanswered.
 
-    `forgot` is called with the client of each request that is forgotten for want of room.
+    `forgot` is called with the client of each request that is forgotten for want of room,
+    `answered` with a load of which requests wait and one more is answered.
     """
 
-    def __init__(self, forgot: Callable[[ForwardedClient], object]) -> None:
+    def __init__(
+        self,
+        forgot: Callable[[ForwardedClient], object],
+        answered: Callable[[ClientLoad], object] = lambda load: None,
+    ) -> None:
         self._forgot = forgot
+        self._answered = answered
         self.exchanges: dict[bytes, PendingExchange] = {}
         """By alias and target, as answers are addressed."""
         self._size = 0
@@ -180,8 +187,8 @@ class PendingRequests:
     def _load(self, session: ForwardedClient, now: int) -> ClientLoad:
         load = session.load
         if load.count and now - load.time >= _LOST_NS:
-            self._size -= load.size
-            load.count = load.size = 0
+            self._size -= load.size - load.waiting_size
+            load.count, load.size = len(load.waiting), load.waiting_size
         return load
 
     def room(self, session: ForwardedClient, now: int, count: int) -> int:
@@ -200,7 +207,9 @@ class PendingRequests:
         count = load.count
         if (
             invoke_id in requests
-            or count >= _CLIENT_PENDING
+            or count >= WINDOW
+            or (count and load.size + size > WINDOW_BYTES)
+            or load.waiting
             or (count and now - load.time >= _LOST_NS)
             or load.size + size > _CLIENT_BYTES
             or self._size + size > _ALL_BYTES
@@ -310,8 +319,10 @@ class PendingRequests:
             load.size -= size
             self._size -= size
         elif load.count:
-            self._size -= load.size
-            load.count = load.size = 0
+            self._size -= load.size - load.waiting_size
+            load.count, load.size = len(load.waiting), load.waiting_size
+        if load.waiting:
+            self._answered(load)
 
     def end(self, code: ReturnCode | None) -> list[Frame]:
         """Forget all; return the answer `code`, if there is one, to each request."""

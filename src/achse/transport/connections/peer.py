@@ -380,7 +380,7 @@ class Peer(PeerWriter):
     def _make_forwarding(self) -> Forwarding:
         clock = self.owner.loop.time if self.router.source_nat else None
         calls = self._send_own, self._after_a_second
-        return Forwarding(self.router, *calls, clock, self._memory)
+        return Forwarding(self.router, *calls, clock, self._memory, self._put_all)
 
     def _may_know(self, peer: object) -> None:
         """From now on `peer` passes known frames on without decoding."""
@@ -407,6 +407,10 @@ class Peer(PeerWriter):
         """Send a request of the router itself."""
         if self.connected:
             self._put(frame.encode_tcp())
+
+    def _put_all(self, packets: list[bytes]) -> None:
+        for packet in packets:
+            self._put(packet)
 
     def _after_a_second(self, callback: Callable[[], object]) -> None:
         self.owner.loop.call_at(self.owner.loop.time() + 1.0, callback)
@@ -437,6 +441,10 @@ class Peer(PeerWriter):
             if (forwarded := self._forward(frame)) is None:
                 return True
             frame = forwarded
+            packet = frame.encode_tcp()
+            if self._forwarding is None or not self._forwarding.waits(frame, packet):
+                self._put(packet)
+            return True
         packet = frame.encode_tcp()
         if frame.command == Command.ADD_NOTIFICATION and frame.is_response:
             self._out.added(self.owner.loop.time())

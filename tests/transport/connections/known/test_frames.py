@@ -355,7 +355,7 @@ def test_known_reads_are_not_decoded(monkeypatch: pytest.MonkeyPatch) -> None:
     """From the second portion on; one that ends within a frame too."""
     world = World(known=True, source_nat=True)
     world.come()
-    reads = ("reads", 0, 100, 0, (0, 0, 0, 0, 4, 0, False), (1001,))
+    reads = ("reads", 0, 60, 0, (0, 0, 0, 0, 4, 0, False), (1001,))
     answers = ("answer all", 5, 1, (777,))
     for _ in range(2):
         _do(world, reads)
@@ -371,4 +371,4 @@ def test_known_reads_are_not_decoded(monkeypatch: pytest.MonkeyPatch) -> None:
     _do(world, reads)
     _do(world, answers)
     assert len(decoded) == 2  # those that were torn
-    assert world.state()[0][0][0].count(b"\x05\x00\x0c") == 300
+    assert world.state()[0][0][0].count(b"\x05\x00\x0c") == 180

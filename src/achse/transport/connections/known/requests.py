@@ -225,7 +225,11 @@ class KnownRequests:
             way.forwarding.sent(session, count, load, now)
             self._near.router.asking.asked(session.source, count)
             way.uplink.last_request = now / 1e9
-            way.far.gather(parts, position - begin)
+            windows, size = way.forwarding.windows, position - begin
+            if not windows.is_open(session.load):
+                parts = windows.admit(session.load, b"".join(parts), count, load)
+                size = sum(map(len, parts))
+            way.far.gather(parts, size)
         return position
 
     def _run(
