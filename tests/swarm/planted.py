@@ -14,6 +14,7 @@ from achse.ams import Command
 from achse.motion.commands import stops
 from achse.motion.couplings import cam_checks, cams, linear
 from achse.motion.couplings import table as coupling_table
+from achse.motion.couplings.flying_saws import flying_saw, synchronising
 from achse.motion.setpoints import planning
 from achse.router import Router
 from achse.server.handles import HandleTable
@@ -79,6 +80,11 @@ def gear_with_another_ratio(patch: Patch) -> None:
 
 def gear_with_another_velocity(patch: Patch) -> None:
     _around(patch, linear, "leading_velocity", lambda find, *given: 1.2 * find(*given))
+
+
+def saw_with_any_gear(patch: Patch) -> None:
+    for law in (flying_saw, synchronising):
+        patch.setattr(law, "check_gear", lambda *given: 0)
 
 
 def cam_exchange_that_jumps(patch: Patch) -> None:
@@ -212,6 +218,7 @@ PLANTED: dict[str, Callable[[Patch], None]] = {
         deceleration_too_strong,
         jerk_too_strong,
         gear_with_another_ratio,
+        saw_with_any_gear,
         gear_with_another_velocity,
         cam_exchange_that_jumps,
         notification_lost,

@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable
 from functools import cache
 
-from achse.motion import Nc
+from achse.motion import Axis, Nc
 from achse.motion.channels.program_channel import ProgramChannel
 from achse.motion.channels.states import (
     ACTIVE_STATES,
@@ -108,6 +108,8 @@ class ChannelWatch:
         radii = [float(each) for text in part.programs for each in _SMOOTHING.findall(text)]
         self._tolerance = max(radii, default=0.0) + _NEAR
         """Smoothing holds for the programs to come too."""
+        self._names = [axis.name for axis in part.axes]
+        self._axes: list[Axis] = []
         self._report = report
         self._channel: ProgramChannel | None = None
         self._group: PathGroup | None = None
@@ -127,8 +129,9 @@ class ChannelWatch:
         channel, group = nc.channels.channel(CHANNEL), nc.groups.group(GROUP)
         if isinstance(channel, ProgramChannel) and isinstance(group, PathGroup):
             self._channel, self._group = channel, group
+            self._axes = [axis for axis in nc if axis.name in self._names]
             self._state, self._moved = channel.state, group.moving
-            self._place = self._position(group)
+            self._place = self._position()
 
     def look(self, when: str, *, requested: bool) -> bool:
         """Take the values of this cycle in; return True while the channel is at work."""
@@ -143,7 +146,7 @@ class ChannelWatch:
                     f"channel at {when}: {self._state.name} -> {state.name} without a request",
                 )
             self._state = state
-        place = self._position(group)
+        place = self._position()
         if group.moving:
             if not self._moved:
                 self._contour = self._contour_of(channel)
@@ -174,7 +177,7 @@ class ChannelWatch:
                 f" {self._tolerance} mm at most",
             )
 
-    @staticmethod
-    def _position(group: PathGroup) -> Point:
-        x, y, z, *_ = group.positions
+    def _position(self) -> Point:
+        """Return where the axes are, in the group or not."""
+        x, y, z, *_ = (*(axis.set_position for axis in self._axes), 0.0)
         return x, y, z

@@ -78,6 +78,20 @@ INVARIANTS = (
         MotionStep.gear_law,
     ),
     Invariant(
+        "coupled-way",
+        "A slave of a saw or cyclic gear goes by its velocity, that by its acceleration.",
+        "decisions 0035, 0037",
+        f"{_ABRUPT}; gears and cams, see gear-law and slave-step; the first cycle of a law and of"
+        " its parameters (0037: a saw takes another gear at once); saws on a curve over their"
+        " master; slaves of slaves that may jump",
+        MotionStep.coupled_way,
+    ),
+    Invariant(
+        "new-ratio", "A new ratio makes no slave faster than axis and drive may be.",
+        "decisions 0037, 0186", f"{_ABRUPT}; a master that becomes faster later (0186)",
+        MotionStep.new_ratio,
+    ),
+    Invariant(
         "channel-states", "A channel changes its state by drawn transitions, commanded or its own.",
         "achse.motion.channels.states: TRANSITIONS", "cycles with a request, active faults",
         where="channel_watch",

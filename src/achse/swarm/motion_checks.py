@@ -19,6 +19,14 @@ _LEAST = 1e-9
 """Rounding of a velocity or acceleration near 0, in axis units."""
 
 
+_PLACED = frozenset((0, 1, 10, 11, 13))
+"""Laws that have invariants of their own: none, gear, and cams."""
+
+
+_JUMPING = frozenset((1, 2, 3, 5, 6, 16))
+"""Laws whose velocity jumps to that of a new ratio: gear, saws, bi-linear."""
+
+
 class MotionStep:
     """Set point of an axis in a cycle and the one before, with the limits that hold."""
 
@@ -41,10 +49,12 @@ class MotionStep:
         "keep_jerk",
         "law",
         "master",
+        "over_master",
         "p0",
         "p1",
         "phase",
         "phase0",
+        "pull",
         "rise",
         "shift",
         "smooth",
@@ -72,8 +82,10 @@ class MotionStep:
         self.gear = self.gear0 = 0.0
         self.speed = 0.0
         """Largest velocity of axis and drive."""
-        self.master = 0.0
-        """Way of the master in this cycle."""
+        self.master = self.pull = 0.0
+        """Way of the master in this cycle, and the velocity by which masters change the slave's."""
+        self.over_master = False
+        """True for a slave on a curve over its master, which has no limit of its own (0037)."""
         self.smooth = self.bent = self.beyond = self.coupled = False
         self.bumpy = False
         """True for a slave of a slave whose velocity may jump: that of a cam or of a new ratio."""
@@ -151,6 +163,34 @@ class MotionStep:
         if way > allowed:
             return f"position {self.p0} -> {self.p1} at velocity {self.v0} -> {self.v1}"
         return None
+
+    def coupled_way(self) -> str | None:
+        """A slave of another law goes by its velocity, and its velocity by its acceleration."""
+        if not self.coupled or self.law in _PLACED or not self.smooth or self.bumpy:
+            return None
+        if self.gear != self.gear0:  # the first cycle of a law, or of its parameters
+            return None
+        if self.over_master:
+            return None
+        dt = self.dt
+        strength = abs(self.a0) + abs(self.a1) + self.rise + self.fall
+        bend = abs(self.v1 - self.v0)
+        if bend > strength * dt * _MORE + self.pull + _LEAST:
+            return f"velocity {self.v0} -> {self.v1}, acceleration {self.a0} -> {self.a1}"
+        way = abs(self.p1 - self.p0 - self.shift - 0.5 * (self.v0 + self.v1) * dt)
+        allowed = 0.5 * bend * dt + strength * dt * dt + 1e-12 * abs(self.p1) + 1e-9
+        if way > allowed:
+            return f"position {self.p0} -> {self.p1} at velocity {self.v0} -> {self.v1}"
+        return None
+
+    def new_ratio(self) -> str | None:
+        """A new ratio makes no slave faster than axis and drive may be."""
+        if not self.coupled or self.law not in _JUMPING or not self.smooth or self.bent:
+            return None
+        if self.gear0 != self.gear0 or self.gear == self.gear0 or self.gear != self.gear:
+            return None
+        limit = max(abs(self.v0), self.speed) * _MORE + 2.0 * abs(self.a1) * self.dt + _LEAST
+        return None if abs(self.v1) <= limit else f"velocity {self.v1}, limit {limit}"
 
     def stop(self) -> str | None:
         """A stop takes the acceleration away, it adds none."""

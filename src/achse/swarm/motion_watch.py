@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from achse.motion import Axis, Nc
+from achse.motion.couplings.flying_saws.approach import BY_POSITION
 from achse.motion.states import MotionPhase
 from achse.station import Station
 from achse.station.clocks.cycle import Phase, PhasePlace
@@ -55,8 +56,10 @@ class _AxisWatch:
         self.closed = self.bent = False
         self.resets = axis.reset_command_counter
         self.zero = axis.encoder.set_position_offset
+        self.superposed = (0.0, 0.0, 0.0)
         self.law = self.master = 0
         self.led = axis.leading_value.position
+        self.speeds: list[float] = []
         self.active = False
         self.moves = 0
         self._number = axis.command_counter
@@ -82,18 +85,30 @@ class _AxisWatch:
             closed and self.closed and resets == self.resets and not step.shift and not rough
         )
         self.closed, self.resets = bool(closed), resets
-        bent = bool(axis.compensating)
+        superposed = axis.superposed
+        plan = superposed.distance, superposed.end, superposed.acceleration
+        bent = bool(axis.compensating or plan != self.superposed)  # it may end within the cycle
+        self.superposed = plan
         step.bent, self.bent = bent or self.bent, bent
         coupling = axis.coupling
         law = coupling.law
         step.law, step.coupled = law, bool(law or self.law)
         step.gear0 = step.gear
-        step.gear = coupling.gear if law == self.law else math.nan
+        gear = coupling.gear if law == 1 else sum(coupling.parameters)
+        step.gear = gear if law == self.law else math.nan
         self.law = law
         if law:
             self.master = coupling.masters[0]
-            master = masters[self.master].leading_value.position
+            shift = axis.phasing.position  # of what the slave sees of its master
+            master = masters[self.master].leading_value.position + shift
             step.master, self.led = master - self.led, master
+            leaders = coupling.masters[: coupling.master_count]
+            speeds = [masters[each].leading_value.velocity for each in leaders]
+            speeds.append(axis.phasing.velocity)
+            changes = (abs(a - b) for a, b in zip(speeds, self.speeds, strict=False))
+            ratios = (abs(coupling.gear), *map(abs, coupling.parameters[:2]))
+            step.pull, self.speeds = max(ratios) * sum(changes), speeds
+            step.over_master = axis.sync.method == BY_POSITION
         moving = bool(step.phase != 0 or step.v1 != 0.0 or step.v0 != 0.0 or law)
         step.abrupt = moving and (step.abrupt or step.coupled)
         step.beyond = moving and (

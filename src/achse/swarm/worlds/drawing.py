@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from achse.motion.states import OverrideType
 from achse.swarm.worlds.channels import draw_channel, draw_channel_acts
+from achse.swarm.worlds.couplings import draw_rare_motion
 from achse.swarm.worlds.draws import Stream
 from achse.swarm.worlds.operators import draw_motion
 from achse.swarm.worlds.program import draw_programs
@@ -82,7 +83,7 @@ def draw_world(seed: int) -> World:
     axes = [_axis(Stream(seed, "axis", n), n) for n in range(draws.randrange(1, 5))]
     cams = [_cam(Stream(seed, "cam", n)) for n in range(draws.randrange(3))]
     world = draw_surroundings(seed, draws, axes, cams, draw_programs(Stream(seed, "programs")))
-    return _with_channel(world)
+    return _with_rare_motion(_with_channel(world))
 
 
 def _with_channel(world: World) -> World:
@@ -95,6 +96,16 @@ def _with_channel(world: World) -> World:
     acts = draw_channel_acts(draws, channel, len(world.axes) + 1, len(world.clients), moments)
     acts = sorted([*world.acts, *acts], key=lambda act: act.at_ns)
     return replace(world, channel=channel, acts=acts)
+
+
+def _with_rare_motion(world: World) -> World:
+    """Add rare commands to some worlds with two axes or more."""
+    draws = Stream(world.seed, "rare motion")
+    if len(world.axes) < 2 or not draws.chance(0.5):
+        return world
+    moments = list(_moments(draws, draws.decades(-1.0, 0.0), world.length_ns))
+    acts = draw_rare_motion(draws, world.axes, len(world.clients), moments)
+    return replace(world, acts=sorted([*world.acts, *acts], key=lambda act: act.at_ns))
 
 
 def draw_surroundings(
