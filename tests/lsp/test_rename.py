@@ -8,7 +8,10 @@ from lsprotocol import types
 from achse.lsp.documents import Document
 from achse.st.workspace import Workspace
 from tests.lsp.client import InProcessClient, ServerRefused, opened
+from tests.st.graphical.drawings import assign, contact, fb, network, networks, unit
 from tests.st.workspace.sample import FILES, write_project
+from tests.st.workspace.test_drawn_uses import FILES as DRAWN
+from tests.st.workspace.test_drawn_uses import drawn_project
 
 MAIN, DRIVE, FAST = "POUs/MAIN.TcPOU", "POUs/FB_Drive.TcPOU", "POUs/FB_Fast.TcPOU"
 
@@ -103,3 +106,32 @@ def test_what_can_be_renamed_is_told_before(reader: InProcessClient) -> None:
     with pytest.raises(ServerRefused, match="declared in a library"):
         reader.request(types.TEXT_DOCUMENT_PREPARE_RENAME, reader.at(MAIN, "TON;"))
     assert reader.request(types.TEXT_DOCUMENT_PREPARE_RENAME, reader.at(MAIN, "END_VAR")) is None
+
+
+def test_names_in_drawn_bodies_are_renamed(tmp_path: Path) -> None:
+    drawn_project(tmp_path)
+    with opened(tmp_path) as client:
+        text = DRAWN["More.st"]
+        client.open("More.st", text)
+        params = {**client.at("More.st", "bReady", text), "newName": "bFit"}
+        changes = client.request(types.TEXT_DOCUMENT_RENAME, params)["changes"]
+        (edit,) = changes[client.uri("MAIN.TcPOU")]
+        line = DRAWN["MAIN.TcPOU"].split("\n")[edit["range"]["start"]["line"]]
+        first, last = (edit["range"][key]["character"] for key in ("start", "end"))
+        assert (line[first:last], line.count("stData.bReady")) == ("bReady", 1)
+
+
+def test_a_pin_that_means_several_things_is_not_renamed(tmp_path: Path) -> None:
+    block = "FUNCTION_BLOCK {0}\nVAR_INPUT IN : BOOL; END_VAR\nVAR_OUTPUT Q : BOOL; END_VAR\n"
+    text = "".join(f"{block.format(name)}END_FUNCTION_BLOCK\n" for name in ("FB_A", "FB_B"))
+    body = networks(
+        network(assign(fb("FB_A", "a", [("IN", contact("x"))]), "x")),
+        network(assign(fb("FB_B", "b", [("IN", contact("x"))]), "x")),
+    )
+    (tmp_path / "Blocks.st").write_text(text)
+    main = unit("PROGRAM MAIN\nVAR a : FB_A; b : FB_B; x : BOOL; END_VAR", body)
+    (tmp_path / "MAIN.TcPOU").write_text(main)
+    with opened(tmp_path) as client:
+        params = {**client.at("Blocks.st", "IN : BOOL", text), "newName": "bInput"}
+        with pytest.raises(ServerRefused, match="several things"):
+            client.request(types.TEXT_DOCUMENT_RENAME, params)

@@ -122,8 +122,11 @@ class Editor:
                 found.append((workspace, workspace.checking, source))
         return found
 
-    def place_at(self, uri: str, position: types.Position) -> CursorPlace | None:
-        """Return the code at a position; None outside of code."""
+    def place_at(
+        self, uri: str, position: types.Position, *, is_drawn: bool = False
+    ) -> CursorPlace | None:
+        """Return the code at a position, that of a drawing too with `is_drawn`; None outside of
+        code."""
         document = self.document_of(self.file_of(uri))
         if document is None:
             raise JsonRpcInvalidParams(f"expected a file that can be read, got {uri[:200]!r}")
@@ -133,7 +136,10 @@ class Editor:
                 f"expected a position in lines 0 to {document.line_count - 1}, got {got}"
             )
         for workspace, checking, source in self.sources_of(uri):
-            offset = source.offset_at(*document.place_of(position))
+            place = document.place_of(position)
+            offset = source.offset_at(*place)
+            if offset is None and is_drawn:
+                offset = source.drawn_offset_at(*place)
             if offset is not None:
                 return CursorPlace(workspace, checking, source, offset)
         return None

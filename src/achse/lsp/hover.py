@@ -24,7 +24,7 @@ __all__ = ["declaration_text", "documentation", "hover", "signature_text"]
 
 def hover(editor: Editor, params: types.HoverParams) -> types.Hover | None:
     """Return what is known about the name at a position."""
-    place = editor.place_at(params.text_document.uri, params.position)
+    place = editor.place_at(params.text_document.uri, params.position, is_drawn=True)
     use = None if place is None else editor.use_at(place)
     if place is None or use is None:
         return None

@@ -55,7 +55,7 @@ _MOST_SYMBOLS = 500
 
 
 def _use_at(editor: Editor, params: Any) -> tuple[CursorPlace, SymbolUse] | None:
-    place = editor.place_at(params.text_document.uri, params.position)
+    place = editor.place_at(params.text_document.uri, params.position, is_drawn=True)
     use = None if place is None else editor.use_at(place)
     return None if place is None or use is None else (place, use)
 
@@ -87,7 +87,7 @@ def uses_of(workspace: Workspace, symbol: DeclaredSymbol) -> Iterator[tuple[Sour
     """Return all uses of a symbol in a project and in the user's libraries."""
     name = symbol.name.lower()
     for parsed in workspace.all_sources:
-        if name in parsed.source.text.lower():
+        if parsed.source.drawings or name in parsed.source.text.lower():
             for use in workspace.uses_of(parsed.source):
                 if use.symbol == symbol:
                     yield parsed.source, use

@@ -15,8 +15,10 @@ from achse.lsp.editor import CursorPlace, Editor
 from achse.lsp.navigation import uses_of
 from achse.st.check.builtins import is_builtin
 from achse.st.check.warm import WarmChecking
+from achse.st.graphical.body import GraphicalBody
 from achse.st.lexis.words import KEYWORDS
 from achse.st.syntax.units import Action, FunctionBlock, GlobalList, Interface, Method, Property
+from achse.st.workspace.drawn_uses import ambiguous_names
 from achse.st.workspace.symbols import DeclaredSymbol, SymbolKind
 
 __all__ = ["RenameRefused", "prepare_rename", "rename"]
@@ -38,7 +40,7 @@ def prepare_rename(
     editor: Editor, params: types.PrepareRenameParams
 ) -> types.PrepareRenamePlaceholder | None:
     """Return the name at a position. Raises `RenameRefused` if it cannot be renamed."""
-    place = editor.place_at(params.text_document.uri, params.position)
+    place = editor.place_at(params.text_document.uri, params.position, is_drawn=True)
     use = None if place is None else editor.use_at(place)
     if place is None or use is None:
         return None
@@ -46,7 +48,7 @@ def prepare_rename(
     where = editor.range_of(place.source, use.at, use.end)
     if where is None:
         return None
-    return types.PrepareRenamePlaceholder(where, place.source.text[use.at : use.end])
+    return types.PrepareRenamePlaceholder(where, use.symbol.name)
 
 
 def _check_symbol(symbol: DeclaredSymbol) -> None:
@@ -64,7 +66,7 @@ def _check_symbol(symbol: DeclaredSymbol) -> None:
 
 def rename(editor: Editor, params: types.RenameParams) -> types.WorkspaceEdit | None:
     """Return the edits that give a name another one. Raises `RenameRefused`."""
-    place = editor.place_at(params.text_document.uri, params.position)
+    place = editor.place_at(params.text_document.uri, params.position, is_drawn=True)
     use = None if place is None else editor.use_at(place)
     if place is None or use is None:
         return None
@@ -79,6 +81,7 @@ def rename(editor: Editor, params: types.RenameParams) -> types.WorkspaceEdit | 
     }
     if new.lower() != use.symbol.name.lower():
         _check_unused(place, group, new)
+    _check_drawings(place, group)
     edits: dict[str, list[types.TextEdit]] = {}
     for source, found in uses.values():
         location = editor.location_of(source, found.at, found.end)
@@ -163,6 +166,19 @@ def _check_unused(place: CursorPlace, group: list[DeclaredSymbol], new: str) -> 
         for other in known:
             if other.symbol.name.lower() == key and is_near and _may_meet(other.symbol, group):
                 raise RenameRefused(f"'{new}' means something in {parsed.source.path} already")
+
+
+def _check_drawings(place: CursorPlace, group: list[DeclaredSymbol]) -> None:
+    """Raise `RenameRefused` if a drawn body may use the name where its place is not known."""
+    checking, key = place.checking, group[0].name.lower()
+    for routine in checking.routines.made:
+        body = routine.body
+        if not isinstance(body, GraphicalBody) or checking.checked(routine.key) is None:
+            continue
+        if key in body.text.lower() and key in ambiguous_names(body, checking.uses_of(routine)):
+            raise RenameRefused(
+                f"'{group[0].name}' means several things in a drawn body of {routine.name}"
+            )
 
 
 def _may_meet(other: DeclaredSymbol, group: list[DeclaredSymbol]) -> bool:

@@ -54,7 +54,7 @@ def semantic_tokens(editor: Editor, params: types.SemanticTokensParams) -> types
                 kind = types.SemanticTokenTypes.Parameter
             flags = use.is_declaration | (symbol.kind is SymbolKind.CONSTANT) << 1
             flags |= (symbol.source is None or not symbol.source.file) << 2
-            length = document.encoding.units(source.text[use.at : use.end])
+            length = use.end - use.at  # names have a unit for each character
             rows.append((start.line, start.character, length, _LISTED.index(kind), flags))
     rows.sort()
     data: list[int] = []

@@ -160,6 +160,15 @@ class GraphicalBody:
         column = at - (self._breaks[before - 1] if before else -1)
         return self.line + before, max(1, column)
 
+    def offset_at(self, line: int, column: int) -> int | None:
+        """The offset of a line and column of the file; None outside of the drawing."""
+        breaks, below = self._breaks, line - self.line
+        if not 0 < below <= len(breaks):  # the first line begins with the element's tag
+            return None
+        at = breaks[below - 1] + column
+        end = breaks[below] if below < len(breaks) else len(self.text)
+        return None if at > end else self.start + at
+
     @cached_property
     def _breaks(self) -> list[int]:
         text = self.text

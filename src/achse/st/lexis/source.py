@@ -150,6 +150,9 @@ class Drawing(Protocol):
     def locate(self, offset: int) -> tuple[int, int]:
         """Line and column of an offset in the file."""
 
+    def offset_at(self, line: int, column: int) -> int | None:
+        """The offset of a line and column of the file; None outside of the drawing."""
+
     def place(self, offset: int) -> str:
         """The place of an offset in the drawing: `network 3, rung 1`."""
 
@@ -210,6 +213,11 @@ class Source:
                 continue  # behind a CDATA part
             return min(offset, end)
         return None
+
+    def drawn_offset_at(self, line: int, column: int) -> int | None:
+        """The offset of a line and column in a drawing of the file; None outside of them."""
+        offsets = (drawing.offset_at(line, column) for drawing in self.drawings)
+        return next((offset for offset in offsets if offset is not None), None)
 
     def locate(self, offset: int) -> Location:
         """The place of an offset."""

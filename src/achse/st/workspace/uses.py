@@ -11,10 +11,12 @@ from typing import Any
 from achse.st.check.signatures import Signature
 from achse.st.check.warm import WarmChecking
 from achse.st.declared.scopes import DeclaredUnit, Scope
+from achse.st.graphical.body import GraphicalBody
 from achse.st.lexis.source import Source
 from achse.st.syntax.tree import Declaration, EnumOf, Expression, NamedType, Note
 from achse.st.syntax.units import Accessor, Method, TypeDeclaration
 from achse.st.values.constants import path_of
+from achse.st.workspace.drawn_uses import drawn_names
 from achse.st.workspace.symbols import (
     DeclaredSymbol,
     Outline,
@@ -73,6 +75,10 @@ def _flat(outline: Outline) -> Iterator[DeclaredSymbol]:
 
 
 def _in_body(checking: WarmChecking, routine: Signature) -> Iterator[SymbolUse]:
+    if isinstance(routine.body, GraphicalBody):
+        for drawn in drawn_names(routine.body, checking.uses_of(routine)):
+            yield SymbolUse(drawn.at, drawn.end, drawn.symbol)
+        return
     for one in checking.uses_of(routine):
         if one.body.signature.source is not routine.source:
             continue
