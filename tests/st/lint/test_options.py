@@ -40,7 +40,7 @@ def test_the_nearest_file_counts_up_to_the_repository(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("[lint", "Expected"),
-        ("[lynt]", "expected key lint or mutate, got 'lynt'"),
+        ("[lynt]", "expected key lint or format or mutate, got 'lynt'"),
         ("lint = 3", r"expected a table \[lint\], got 3"),
         ("[lint]\nrules = []", r"expected key of \[lint\] select or ignore or fail, got 'rules'"),
         ('[lint]\nselect = "LT1"', "select: expected a list of codes, got 'LT1'"),

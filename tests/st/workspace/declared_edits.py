@@ -173,11 +173,12 @@ class EditedProject:
             self.texts[file] = self._firsts.get(file, _SPARE)
             return file
         file = draw.choice([one for one in self.texts if one.suffix != ".TcTTO"])
-        self.texts[file] = self._edited(self.texts[file])
+        self.texts[file] = self.damaged(self.texts[file], draw)
         return file
 
-    def _edited(self, text: str) -> str:
-        draw = self._generator
+    @staticmethod
+    def damaged(text: str, draw: random.Random) -> str:
+        """Return a text with one word, line or pair of lines other than before."""
         begin, end = 0, len(text)
         if parts := list(re.finditer(r"CDATA\[(.*?)\]\]>", text, re.DOTALL)):
             begin, end = draw.choice(parts).span(1)

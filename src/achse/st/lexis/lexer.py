@@ -15,7 +15,19 @@ from achse.st.lexis.literals import malformed
 from achse.st.lexis.pragmas import Conditions, ProjectDefines
 from achse.st.lexis.words import BLOCK_WORDS, KEYWORDS, QUALIFIERS, SIGNS
 
-__all__ = ["ADDRESS", "END", "LITERALS", "NAME", "Defines", "Tokens", "scan"]
+__all__ = [
+    "ADDRESS",
+    "BLANK",
+    "COMMENT",
+    "END",
+    "LITERALS",
+    "NAME",
+    "PRAGMA",
+    "Defines",
+    "Tokens",
+    "raw_words",
+    "scan",
+]
 
 Defines = Mapping[str, str] | Iterable[str] | ProjectDefines
 
@@ -31,8 +43,9 @@ END = "end"
 LITERALS = frozenset((INTEGER, REAL, BOOLEAN, STRING, TYPED))
 
 _BLANK = ""
-_COMMENT = "comment"
-_PRAGMA = "pragma"
+BLANK = "blank"
+COMMENT = _COMMENT = "comment"
+PRAGMA = _PRAGMA = "pragma"
 _OPEN = "open"
 _FAULTY = "faulty"
 
@@ -212,6 +225,23 @@ def scan(text: str, start: int = 0, end: int | None = None, defines: Defines = (
     tokens.words.append("")
     tokens.kinds.append(END)
     return tokens
+
+
+def raw_words(text: str) -> list[tuple[str, str]] | None:
+    """Return all of a text as kinds and words, blanks, comments and pragmas too; None if something
+    in it is not Structured Text. The words one after the other are the text."""
+    _KINDS.limit()
+    words = _TOKEN.findall(text)
+    if _OPEN in map(_KINDS.__getitem__, words):
+        words = _TOKEN.findall(_flattened(text, 0, len(text)))
+    found, at = [], 0
+    for word in words:
+        kind = _KINDS[word]
+        if kind in (_FAULTY, _OPEN):
+            return None
+        found.append((BLANK if word.isspace() else kind, text[at : at + len(word)]))
+        at += len(word)
+    return found
 
 
 def _set_aside(

@@ -1,7 +1,7 @@
 """Options of the linter: the table `[lint]` of the file achse.toml of a project."""
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,8 @@ __all__ = ["FAMILY", "FILE", "LintOptions", "LintOptionsError", "lint_options", 
 
 FILE = "achse.toml"
 """Name of the file, in the folder of the project or one above it."""
+
+_TABLES = ("lint", "format", "mutate")
 
 FAMILY = "LT"
 """Beginning of the codes of the linter."""
@@ -52,43 +54,34 @@ class LintOptions:
         return frozenset(code for code in Code if code.startswith(FAMILY) and self.is_on(code))
 
 
-TABLES = ("lint", "mutate")
-"""Tables that the file may have."""
-
-
 def lint_options(project: Path, top: Path | None = None) -> LintOptions:
     """Return the options of a project: of the nearest achse.toml, up to the top of its repository,
     or up to a folder.
 
     Without a file, or without a table `[lint]`, no rule is on. Raises `LintOptionsError`.
     """
-    names = [item.name for item in fields(LintOptions)]
-    return LintOptions(**options_table(project, "lint", names, _rules, top))
+    file, table = options_table(project, "lint", [item.name for item in fields(LintOptions)], top)
+    return LintOptions(**{key: _rules(file, key, value) for key, value in table.items()})
 
 
 def options_table(
-    project: Path,
-    name: str,
-    keys: Iterable[str],
-    value_of: Callable[[Path, str, object], tuple[str, ...]],
-    top: Path | None = None,
-) -> dict[str, tuple[str, ...]]:
-    """Return a table of the nearest achse.toml up to a folder; empty without one.
+    project: Path, name: str, keys: Sequence[str], top: Path | None = None
+) -> tuple[Path, dict[str, Any]]:
+    """Return the nearest achse.toml and a table of it, empty without one.
 
-    `value_of` gets the file, the key and the value, and raises `LintOptionsError` if it is none.
+    Raises `LintOptionsError`, also for keys that are not among `keys`.
     """
     folder = project.absolute()
     for place in (folder, *folder.parents):
         file = place / FILE
         if os.path.isfile(file):  # False where a folder may not be read
-            table = _read(file, name, keys)
-            return {key: value_of(file, key, value) for key, value in table.items()}
+            return file, _read(file, name, keys)
         if os.path.exists(place / ".git") or place == top:
             break
-    return {}
+    return project, {}
 
 
-def _read(file: Path, name: str, keys: Iterable[str]) -> dict[str, object]:
+def _read(file: Path, name: str, keys: Sequence[str]) -> dict[str, Any]:
     import tomllib  # most projects have no such file
 
     try:
@@ -97,7 +90,7 @@ def _read(file: Path, name: str, keys: Iterable[str]) -> dict[str, object]:
         document = tomllib.loads(file.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as failure:
         raise LintOptionsError(f"{file}: {failure}") from None
-    _known(file, "key", document, TABLES)
+    _known(file, "key", document, _TABLES)
     table = document.get(name, {})
     if not isinstance(table, dict):
         raise LintOptionsError(f"{file}: expected a table [{name}], got {table!r:.40}")
@@ -106,7 +99,6 @@ def _read(file: Path, name: str, keys: Iterable[str]) -> dict[str, object]:
 
 
 def _known(file: Path, what: str, table: dict[str, Any], names: Iterable[str]) -> None:
-    names = tuple(names)
     for key in table:
         if key not in names:
             raise LintOptionsError(f"{file}: expected {what} {' or '.join(names)}, got {key!r:.40}")

@@ -33,7 +33,8 @@ class MutationOptions:
 def mutation_options(project: Path) -> MutationOptions:
     """Return the options of a project. Raises `LintOptionsError`."""
     names = [item.name for item in fields(MutationOptions)]
-    return MutationOptions(**options_table(project, "mutate", names, _texts))
+    file, table = options_table(project, "mutate", names)
+    return MutationOptions(**{key: _texts(file, key, value) for key, value in table.items()})
 
 
 def _texts(file: Path, key: str, value: object) -> tuple[str, ...]:
