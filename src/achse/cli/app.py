@@ -4,7 +4,7 @@ from achse.cli.ads import ads, route, router, scan, stats
 from achse.cli.axes import axis, camshaft, excite, gear, parameters, table
 from achse.cli.fieldbus import bus, drive
 from achse.cli.install import certificate, docs, warmup
-from achse.cli.plc import lsp, mcp, plc, symbols
+from achse.cli.plc import format, lsp, mcp, plc, symbols
 from achse.cli.programs import channel, gcode
 from achse.cli.record import monitor, record, scope
 from achse.cli.root import in_panels, new_root
@@ -48,6 +48,7 @@ scan.register(ads.ads)
 route.register(app, ads.ads)
 symbols.register(app)
 lsp.register(app)
+format.register(app)
 mcp.register(app)
 record.register(app)
 sweep.register(app)

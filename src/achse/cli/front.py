@@ -17,7 +17,7 @@ PANELS = {
     "Axes": ("axis", "table", "camshaft"),
     "Programs": ("channel", "gcode"),
     "Fieldbus": ("bus", "drive"),
-    "PLC": ("plc", "symbols", "lsp", "mcp"),
+    "PLC": ("plc", "symbols", "format", "lsp", "mcp"),
     "Record": ("scope", "monitor", "record", "replay", "diff"),
     "Test": ("check", "explain", "test", "mutate", "fault", "sweep", "swarm"),
     "Install": ("docs", "warmup", "certificate", "hash-password"),

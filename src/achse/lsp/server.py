@@ -20,6 +20,7 @@ from achse.lsp.completion import complete, signature_help
 from achse.lsp.diagnostics import Published
 from achse.lsp.documents import Encoding
 from achse.lsp.editor import Editor
+from achse.lsp.formatting import format_document, format_range
 from achse.lsp.hover import hover
 from achse.lsp.navigation import (
     call_items,
@@ -149,6 +150,8 @@ _REQUESTS: tuple[tuple[str, _Handler, Any], ...] = (
         code_actions,
         types.CodeActionOptions(code_action_kinds=[types.CodeActionKind.QuickFix]),
     ),
+    (types.TEXT_DOCUMENT_FORMATTING, format_document, None),
+    (types.TEXT_DOCUMENT_RANGE_FORMATTING, format_range, None),
     (types.TEXT_DOCUMENT_PREPARE_RENAME, prepare_rename, None),
     (types.TEXT_DOCUMENT_RENAME, rename, types.RenameOptions(prepare_provider=True)),
 )

@@ -1,0 +1,36 @@
+"""`achse format` over files and folders."""
+
+from pathlib import Path
+
+from typer.testing import CliRunner
+
+from achse.cli.app import app
+from tests.st.workspace.sample import write_project
+
+MAIN = "POUs/MAIN.TcPOU"
+
+
+def test_sources_of_a_folder_are_formatted_once(tmp_path: Path) -> None:
+    write_project(tmp_path)
+    before = (tmp_path / MAIN).read_bytes()
+    (tmp_path / MAIN).write_bytes(before.replace(b"    E_State.", b"  E_State."))
+    runner = CliRunner()
+    paths = [str(tmp_path / "POUs"), str(tmp_path / "DUTs")]
+    asked = runner.invoke(app, ["format", "--check", *paths])
+    assert (asked.exit_code, asked.output) == (1, f"would format {tmp_path / MAIN}\n")
+    done = runner.invoke(app, ["format", str(tmp_path / "POUs")])
+    assert (done.exit_code, done.output) == (0, f"formatted {tmp_path / MAIN}\n")
+    assert (tmp_path / MAIN).read_bytes() == before
+    again = runner.invoke(app, ["format", "--check", str(tmp_path / "POUs")])
+    assert (again.exit_code, again.output) == (0, "")
+
+
+def test_faults_are_said(tmp_path: Path) -> None:
+    runner = CliRunner()
+    gone = runner.invoke(app, ["format", str(tmp_path / "gone.st")])
+    assert gone.exit_code == 1
+    (tmp_path / "achse.toml").write_text("[format]\nindent = 'x'\n")
+    (tmp_path / "a.st").write_text("a;")
+    wrong = runner.invoke(app, ["format", str(tmp_path)])
+    assert wrong.exit_code == 1
+    assert "blanks of one level" in wrong.stderr
