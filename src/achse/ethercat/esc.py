@@ -88,7 +88,9 @@ class Esc:
         self.memory = bytearray(_MEMORY_SIZE)
         self.time = Instant()
         self.remapped: Callable[[], None] = _nothing
-        """Called when station address, FMMUs or SyncManagers have changed."""
+        """Called when FMMUs or SyncManagers have changed."""
+        self.readdressed: Callable[[], None] = _nothing
+        """Called when station address or alias have changed, or whether the alias counts."""
         self.rerouted: Callable[[], None] = _nothing
         """Called when DL control was written: ports may open or close."""
         self.irq_changed: Callable[[], None] = _nothing
@@ -162,6 +164,7 @@ class Esc:
             memory[Register.PDI_CONFIGURATION.place] = words[2:4] + words[6:8]
             memory[Register.PULSE_LENGTH.place] = words[4:6]
             memory[Register.STATION_ALIAS.place] = alias
+            self.readdressed()
             memory[Register.DL_STATUS] |= _PDI
 
     # the master's side
@@ -339,11 +342,11 @@ class Esc:
 
     @_when_written(Register.STATION_ADDRESS)
     def _mapping_written(self, first: int, end: int) -> None:
-        self.remapped()
+        self.readdressed()
 
     @_when_written(Register.DL_CONTROL)
     def _dl_control_written(self, first: int, end: int) -> None:
-        self.remapped()
+        self.readdressed()
         if self.memory[_LOOP_CONTROL] != self._loop_control:
             self._loop_control = self.memory[_LOOP_CONTROL]
             self.rerouted()
@@ -565,11 +568,10 @@ class Esc:
         """Configured station alias."""
         return Register.STATION_ALIAS.get(self.memory)
 
-    def answers_to(self, station: int) -> bool:
-        """Return True if a configured address means this slave: its own, or its alias if in use."""
-        return self.station == station or bool(
-            self.memory[_ALIAS_USE] & 1 and self.alias == station
-        )
+    @property
+    def addresses(self) -> set[int]:
+        """Configured addresses that mean this slave: its own, and its alias if in use."""
+        return {self.station, self.alias} if self.memory[_ALIAS_USE] & 1 else {self.station}
 
     def set_watchdog(self, expired: bool) -> None:
         """Show the state of the process data watchdog; expiries are counted."""

@@ -144,5 +144,6 @@ class PdiAccess:
         for register in _OWN:
             if register <= address and end <= register.end:
                 esc.memory[address:end] = data
+                esc.readdressed()
                 return True
         return False

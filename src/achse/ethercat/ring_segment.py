@@ -133,7 +133,10 @@ class RingSegment(Segment):
         super()._remapped()
         self._far_plans.clear()
         self._far_frame_plans.clear()
+
+    def _readdressed(self) -> None:
         self._far_stations.clear()
+        super()._readdressed()
 
     def _route(self) -> None:
         """Update which slaves each adapter reaches, and when frames pass them."""
@@ -164,7 +167,7 @@ class RingSegment(Segment):
                 slave.esc.clock.arrival_ns = arrival
                 slave.esc.clock.port_delays = (arrival, back if behind else None, None, None)
             begin = (len(self._far) + 1) * hop
-        self._remapped()
+        self._readdressed()
         self._collect_irq()
 
     def _collect_irq(self) -> None:

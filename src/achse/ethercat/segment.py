@@ -7,7 +7,7 @@ Source: 001 §2.3; ETG.1000.4 §6.1.4 for ports and their order.
 """
 
 import struct
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -119,8 +119,7 @@ class Segment:
         self._stations: dict[int, list[Slave]] = {}
         self._irq = 0
         self._endless = False
-        for slave in slaves:
-            self.attach(slave)
+        self.extend(slaves)
 
     # topology
 
@@ -149,6 +148,23 @@ class Segment:
         parent = self._place(upstream) if upstream else self._places[-1] if self._places else None
         if parent is not None and (port not in _PORT_ORDER or port in parent.children):
             raise ValueError(f"port {port} is not a free port (1, 2 or 3)")
+        self._join(slave, parent, port)
+        self._route()
+
+    def extend(self, slaves: Iterable[Slave]) -> None:
+        """Connect slaves in a line behind the last one. ValueError as with `attach`."""
+        present = set(map(id, self._slaves))
+        for slave in slaves:
+            if id(slave) in present:
+                raise ValueError("a slave can be attached once")
+            present.add(id(slave))
+            parent = self._places[-1] if self._places else None
+            if parent is not None and _FIRST_PORT in parent.children:
+                raise ValueError(f"port {_FIRST_PORT} is not a free port (1, 2 or 3)")
+            self._join(slave, parent, _FIRST_PORT)
+        self._route()
+
+    def _join(self, slave: Slave, parent: "_Place | None", port: int) -> None:
         place = _Place(slave, parent, port)
         if parent is not None:
             parent.children[port] = place
@@ -156,9 +172,9 @@ class Segment:
         self._slaves.append(slave)
         slave.join(self.time)
         slave.esc.remapped = self._remapped
+        slave.esc.readdressed = self._readdressed
         slave.esc.rerouted = self._route
         slave.esc.irq_changed = self._collect_irq
-        self._route()
 
     def break_link(self, slave: Slave) -> None:
         """Cut the cable at port 0 of `slave`: it and all behind it are out of reach."""
@@ -207,28 +223,42 @@ class Segment:
         for place in self._places:
             if id(place.slave) not in reached:
                 self._show_links(place)
-        self._remapped()
+        self._readdressed()
         self._collect_irq()
 
-    def _visit(self, place: _Place, delay_ns: int) -> int:
-        """Go through a slave and all behind it; when the frame is back at its port 0."""
-        delays: list[int | None] = [delay_ns, None, None, None]
-        self._order.append(place.slave)
-        open_ports = self._show_links(place)
-        for port in _PORT_ORDER:
-            if self._endless:
-                break
-            if open_ports[port]:
-                child = place.children.get(port)
-                if child is None or not child.whole:
-                    self._endless = True  # a port held open without link: frames leave for good
+    def _visit(self, first: _Place, delay_ns: int) -> None:
+        """Go through a slave and all behind it, as a frame does that reaches it after `delay_ns`.
+
+        Lines are longer than Python's stack is deep: the way back is kept in a list.
+        """
+        way: list[tuple[list[int | None], list[bool], Iterator[int], _Place]] = []
+        ports: list[int] = []
+        place: _Place | None = first
+        while place is not None or way:
+            if place is not None:
+                self._order.append(place.slave)
+                delays: list[int | None] = [delay_ns, None, None, None]
+                way.append((delays, self._show_links(place), iter(_PORT_ORDER), place))
+            place = None
+            delays, open_ports, left, here = way[-1]
+            for port in () if self._endless else left:
+                if open_ports[port]:
+                    child = here.children.get(port)
+                    if child is None or not child.whole:
+                        self._endless = True  # a port held open without link: frames are lost
+                        break
+                    delay_ns += self.hop_ns
+                    ports.append(port)
+                    place = child
                     break
-                delay_ns = self._visit(child, delay_ns + self.hop_ns) + self.hop_ns
-                delays[port] = delay_ns
-        clock = place.slave.esc.clock
-        clock.port_delays = tuple(delays)
-        clock.arrival_ns = delays[0] or 0
-        return delay_ns
+            if place is None:
+                way.pop()
+                clock = here.slave.esc.clock
+                clock.port_delays = tuple(delays)
+                clock.arrival_ns = delays[0] or 0
+                if ports:
+                    delay_ns += self.hop_ns
+                    way[-1][0][ports.pop()] = delay_ns
 
     def _show_links(self, place: _Place) -> list[bool]:
         linked = [place.whole, False, False, False]
@@ -239,8 +269,18 @@ class Segment:
     def _remapped(self) -> None:
         self._plans.clear()
         self._frame_plans.clear()
-        self._stations.clear()
         self._remaps += 1
+
+    def _readdressed(self) -> None:
+        self._stations.clear()
+        self._remapped()
+
+    def _index_stations(self) -> dict[int, list[Slave]]:
+        """Find the slaves of each address, in processing order."""
+        for slave in self._order:
+            for station in slave.esc.addresses:
+                self._stations.setdefault(station, []).append(slave)
+        return self._stations
 
     def _collect_irq(self) -> None:
         self._irq = 0
@@ -445,13 +485,7 @@ class Segment:
         order = self._order
         addressed: Sequence[Slave]
         if command.addressing is Addressing.STATION:
-            found = self._stations.get(adp)
-            if found is None:
-                if len(self._stations) >= _MAX_PLANS:
-                    self._stations.clear()
-                found = [slave for slave in order if slave.esc.answers_to(adp)]
-                self._stations[adp] = found
-            addressed = found
+            addressed = (self._stations or self._index_stations()).get(adp, ())
         else:
             _U16.pack_into(buffer, offset + 2, adp + len(order) & 0xFFFF)
             if command.addressing is Addressing.BROADCAST:

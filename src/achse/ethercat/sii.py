@@ -140,8 +140,8 @@ def build_sii(description: SlaveDescription, alias: int = 0) -> bytes:
 def encode_sii(source: SiiSource) -> bytes:
     """The image of what is in `source`; ValueError if it does not fit its size."""
     strings = _Strings()
-    name = strings.number(source.name)  # masters take string 1 for the slave's name
-    group, order = strings.number(source.group), strings.number(source.order)
+    order = strings.number(source.order)  # masters take string 1 for the slave's name
+    name, group = strings.number(source.name), strings.number(source.group)
     head = struct.pack(
         "<14sH4I8x4H4HH",
         source.configuration,

@@ -88,8 +88,7 @@ def register(bus: typer.Typer) -> None:
             fail(str(fault))
 
         def fill(segment: "Segment") -> dict[str, str]:
-            for each in line.slaves:
-                segment.attach(each)
+            segment.extend(line.slaves)
             return {"slaves": str(len(line.slaves))}
 
         serve_slaves(

@@ -166,8 +166,9 @@ def serve(
         drives = _drives(
             types, store, in_machine_code, machine, preset, identity, strict=not lenient
         )
-        for order, each in enumerate(drives):
-            segment.attach(Slave(each, alias=alias + order if alias else 0))
+        segment.extend(
+            Slave(each, alias=alias + order if alias else 0) for order, each in enumerate(drives)
+        )
         return {"drives": str(len(types)), "type": kinds}
 
     serve_slaves(

@@ -38,7 +38,7 @@ __all__ = [
     "set_station",
 ]
 
-MAX_SLAVES = 512
+MAX_SLAVES = 2048
 """Slaves that are addressed; more than any frame reaches in its time."""
 
 _IDENTITY_WORD = 8

@@ -32,6 +32,12 @@ class Behaviour:
     def enter(self, device: "VirtualDevice", state: AlState) -> None:
         """Called before the device enters a state."""
 
+    def write(self, device: "VirtualDevice", index: int, subindex: int, data: bytes) -> None:
+        """Called before an SDO writes an entry; `SdoAbort` refuses it."""
+
+    def begin_file(self, device: "VirtualDevice", name: str, password: int) -> None:
+        """Called before a file is written by FoE; `FileRefusal` refuses it."""
+
 
 class LoopBack(Behaviour):
     """Outputs come back as inputs: the first bit as the first, as many as there are."""

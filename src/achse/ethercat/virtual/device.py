@@ -245,6 +245,8 @@ class VirtualDevice:
     def write_object(self, index: int, subindex: int, data: bytes) -> None:
         """Take a value over; raises `SdoAbort`."""
         entry = self._entry(index, subindex)
+        if self.behaviour is not None:
+            self.behaviour.write(self, index, subindex, data)
         allowed = entry.access >> _WRITE_SHIFT & _READ
         if not allowed:
             raise SdoAbort(AbortCode.READ_ONLY)
@@ -402,7 +404,9 @@ class VirtualFileDevice(VirtualDevice):
         return self.files[name]
 
     def begin_file(self, name: str, password: int) -> None:
-        """Any name is accepted, as long as there is room."""
+        """Any name is accepted, as long as there is room and the behaviour agrees."""
+        if self.behaviour is not None:
+            self.behaviour.begin_file(self, name, password)
         if name not in self.files and len(self.files) >= _MOST_FILES:
             raise FileRefusal(FoeError.DISK_FULL, f"{_MOST_FILES} files at most")
 

@@ -4,9 +4,10 @@ Source: ETG.2000, Eeprom; ETG.2010 for the categories.
 """
 
 import struct
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 
-from achse.ethercat.description import MailboxBit, Pdo, SiiUse, SyncManagerArea
+from achse.ethercat.description import MailboxBit, Pdo, PdoEntry, SiiUse, SyncManagerArea
 from achse.ethercat.master.esi_reader import EsiDevice, EsiMode
 from achse.ethercat.master.xml_document import number
 from achse.ethercat.sii import SiiClockMode, SiiSource, encode_sii
@@ -52,7 +53,7 @@ def image_of(
         enable = _ENABLED * each.enabled | _OP_ONLY * each.op_only
         managers.append((SyncManagerArea(area.start, length, area.control), enable, use))
     by_index = {each.index: each for each in assigned}
-    return encode_sii(
+    return _fitting(
         SiiSource(
             configuration=head,
             identity=(
@@ -77,9 +78,50 @@ def image_of(
             current_ma=_current(device),
             ports=_ports(device.physics),
             identification_at=_identification(device),
-            stretches=True,
-        )
+        ),
+        objects="CoE" in device.protocols,
     )  # fmt: skip
+
+
+def _fitting(source: SiiSource, *, objects: bool) -> bytes:
+    """The image with as much of the PDOs as there is room for.
+
+    Left out are first the names of entries, then those of PDOs, then PDOs that are not assigned.
+    A slave whose `objects` tell its PDOs may have none at all; others get a larger EEPROM.
+    """
+    variants = [
+        source,
+        _with_pdos(source, lambda pdo: replace(pdo, entries=_unnamed(pdo))),
+        _with_pdos(source, lambda pdo: replace(pdo, name="", entries=_unnamed(pdo))),
+        _with_pdos(source, _assigned_only),
+    ]
+    if objects:
+        variants.append(replace(source, tx_pdos=(), rx_pdos=()))
+    for variant in variants:
+        try:
+            return encode_sii(variant)
+        except ValueError:
+            continue
+    return encode_sii(replace(variants[-1], stretches=True))
+
+
+def _with_pdos(source: SiiSource, change: Callable[[Pdo], Pdo | None]) -> SiiSource:
+    """The same with other PDOs; None leaves one out."""
+    made = [
+        tuple(new for pdo in pdos if (new := change(pdo)) is not None)
+        for pdos in (source.tx_pdos, source.rx_pdos)
+    ]
+    return replace(source, tx_pdos=made[0], rx_pdos=made[1])
+
+
+def _unnamed(pdo: Pdo) -> tuple[PdoEntry, ...]:
+    return tuple(replace(entry, name="") for entry in pdo.entries)
+
+
+def _assigned_only(pdo: Pdo) -> Pdo | None:
+    if pdo.sync_manager is None:
+        return None
+    return replace(pdo, name="", entries=_unnamed(pdo))
 
 
 def _boot(data: bytes) -> tuple[int, int, int, int]:
