@@ -93,6 +93,7 @@ WITNESSES: dict[str, Callable[[], object]] = {
     "tshark": lambda: shutil.which("tshark"),
     "socat": lambda: shutil.which("socat"),
     "openssl": lambda: shutil.which("openssl"),
+    "genhtml": lambda: shutil.which("genhtml"),
     "rs274": lambda: shutil.which("rs274"),
     "mosquitto": lambda: shutil.which("mosquitto"),
     "pysoem": lambda: sys.platform == "linux" and importlib.util.find_spec("pysoem"),

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Mapping, Sequence, Set
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 from achse.iec import IecError, Record, StructType
 from achse.plc import PlcRuntime, PlcState
@@ -54,7 +54,7 @@ class TestBench:
         environ: Mapping[str, str] | None = None,
         confine: Confine | None = None,
         *,
-        coverage: bool = False,
+        coverage: bool | Literal["conditions"] = False,
     ) -> Self:
         """Load a project, see `run_tests`. Raises `ProjectError`, and `TcUnitMissing`."""
         path = Path(project)
@@ -75,7 +75,7 @@ class TestBench:
         environ: Mapping[str, str] | None,
         confine: Confine | None,
         *,
-        coverage: bool,
+        coverage: bool | Literal["conditions"],
     ) -> None:
         self._path = path
         if path.suffix.lower() == ".toml":

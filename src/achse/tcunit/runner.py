@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 from achse.tcunit.bench import Confine, ProjectError, TestBench
 from achse.tcunit.results import TestRun
@@ -25,15 +26,15 @@ def run_tests(
     environ: Mapping[str, str] | None = None,
     confine: Confine | None = None,
     between: Callable[[float], None] | None = None,
-    coverage: bool = False,
+    coverage: bool | Literal["conditions"] = False,
 ) -> TestRun:
     """Run the tests of a folder of sources, a `.plcproj`, one source file or a station.toml.
 
     `libraries` are sources of further libraries; where TcUnit is: see `find_tcunit`. `limit` and
-    `timeout`: seconds of PLC time and of waiting, above 0. `coverage`: count what runs. `confine`
-    changes or refuses the configuration before the station is made, `between` is called with the
-    PLC time between two cycles: an exception ends the run. Raises `ProjectError`, and
-    `TcUnitMissing` if TcUnit is nowhere.
+    `timeout`: seconds of PLC time and of waiting, above 0. `coverage`: count what runs, with
+    `conditions` decisions, too. `confine` changes or refuses the configuration before the station
+    is made, `between` is called with the PLC time between two cycles: an exception ends the run.
+    Raises `ProjectError`, and `TcUnitMissing` if TcUnit is nowhere.
     """
     bench = TestBench.of(project, libraries, environ, confine, coverage=coverage)
     run = bench.run(limit, timeout, between)

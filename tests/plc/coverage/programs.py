@@ -43,7 +43,10 @@ class _Condition:
         return left < values[self.right] + self.number
 
 
-_SIGNS = {"AND": all, "OR": any, "XOR": lambda values: values.count(True) % 2 == 1}
+def _joined(operator: str, values: list[bool]) -> bool:
+    if operator == "XOR":
+        return values.count(True) % 2 == 1
+    return all(values) if operator == "AND" else any(values)
 
 
 @dataclass
@@ -88,7 +91,7 @@ class _Decision:
             found.append(value is not no)
         if deciding is not None:
             return deciding in found if deciding else deciding not in found, seen
-        return bool(_SIGNS[self.operator](found)), seen
+        return _joined(self.operator, found), seen
 
 
 def _divided(left: int, right: int) -> int:

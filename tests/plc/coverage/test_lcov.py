@@ -1,7 +1,9 @@
 """The tracefile of lcov, as a reader takes it."""
 
+from achse.plc.code.execution import CodeForm
 from achse.plc.coverage.lcov import tracefile_of
 from achse.plc.coverage.results import CoverageResult
+from tests.plc.coverage.conftest import DECISIONS, Counting
 
 
 def test_the_tracefile_sums_up_what_it_lists(result: CoverageResult) -> None:
@@ -44,3 +46,25 @@ def test_the_tracefile_sums_up_what_it_lists(result: CoverageResult) -> None:
     assert len(never) == 2  # the third condition of F_ElsifFault
     covered = result.covered
     assert (found["BRF"], found["BRH"]) == (covered.branches, covered.branches_hit)
+
+
+def test_conditions_are_groups_by_their_number() -> None:
+    text = DECISIONS.read_text(encoding="utf-8")
+    result = Counting(text, CodeForm.PLAIN, conditions=True).run().result
+    lines = tracefile_of(result).splitlines()
+    assert [line for line in lines if line.startswith("MCDC:6,")] == [
+        "MCDC:6,2,t,1,0,a",
+        "MCDC:6,2,f,1,0,a",
+        "MCDC:6,2,t,1,1,b",
+        "MCDC:6,2,f,1,1,b",
+    ]
+    rows = [line.removeprefix("MCDC:").split(",", 5) for line in lines if line[:5] == "MCDC:"]
+    keys = [tuple(row[:3] + row[4:5]) for row in rows]
+    assert len(set(keys)) == len(keys)
+    for line, size, *_ in rows:
+        indices = {int(row[4]) for row in rows if row[:2] == [line, size]}
+        assert indices == set(range(int(size)))
+    assert f"MCF:{len(rows)}" in lines
+    assert f"MCH:{sum(row[3] != '0' for row in rows)}" in lines
+    hit = {line.split(",")[0][3:] for line in lines if line.startswith("DA:")}
+    assert {row[0] for row in rows} <= hit

@@ -46,6 +46,10 @@ def run_unit_tests(
     coverage: Annotated[
         bool, typer.Option("--coverage", help="Print what the tests have run of the project.")
     ] = False,
+    mcdc: Annotated[
+        bool,
+        typer.Option("--mcdc", help="The same with the conditions that were shown to decide."),
+    ] = False,
     coverage_report: Annotated[
         list[Path] | None,
         typer.Option(
@@ -78,7 +82,8 @@ def run_unit_tests(
     `libraries` of the station.toml, or in a folder TcUnit beside the project. Ends with 1 if a
     test fails or does not end.
 
-    Coverage counts statements and branches of the project without its suites and libraries.
+    Coverage counts statements and branches of the project without its suites and libraries. With
+    --mcdc it also counts conditions of decisions (masking MC/DC).
     """
     from achse.plc.coverage.report import FORMS
     from achse.tcunit import ProjectError, TcUnitMissing, junit_xml, run_tests
@@ -87,6 +92,7 @@ def run_unit_tests(
         if file.suffix.lower() not in FORMS:
             expected = ", ".join(FORMS)
             fail(f"--coverage-report: expected a file that ends in {expected}, got {file}")
+    coverage = coverage or mcdc
     measures = coverage or bool(coverage_report) or fail_under is not None
     if log_level is not None:
         set_up_logs(LogFormat.TEXT, log_level)
@@ -100,7 +106,7 @@ def run_unit_tests(
             libraries=library or [],
             limit=limit,
             timeout=timeout,
-            coverage=measures,
+            coverage="conditions" if mcdc else measures,
         )
     except (ProjectError, TcUnitMissing) as refusal:
         fail(str(refusal))

@@ -16,7 +16,9 @@ def _record(file: FileCoverage) -> Iterator[str]:
     yield "TN:"
     yield f"SF:{file.path}"
     for routine in file.routines:
-        yield f"FN:{routine.line},{routine.name}"
+        # genhtml refuses a line that has no hits
+        first = min(one.line for one in routine.statements)
+        yield f"FN:{first},{routine.name}"
     for routine in file.routines:
         yield f"FNDA:{routine.calls},{routine.name}"
     yield f"FNF:{len(file.routines)}"
@@ -50,10 +52,9 @@ def _conditions(file: FileCoverage) -> Iterator[str]:
             if first:
                 continue
             for index, one in enumerate(decision.conditions):
-                name = one.name.replace(",", ";")
                 for sense, times in (("t", one.alone_true), ("f", one.alone_false)):
                     taken = times if one.is_shown or not (one.alone_true and one.alone_false) else 0
-                    yield f"MCDC:{line},{size},{sense},{taken},{index},{name}"
+                    yield f"MCDC:{line},{size},{sense},{taken},{index},{one.name}"
                     found, hit = found + 1, hit + (taken > 0)
     if found:
         yield f"MCF:{found}"

@@ -128,11 +128,15 @@ class FileCoverage:
 
     @cached_property
     def lines(self) -> dict[int, int]:
-        """Hits of each line that has a statement: of several the least."""
+        """Hits of each line that has a statement, of several the least; of one that has only an
+        ELSIF the number of times that it was evaluated."""
         found: dict[int, int] = {}
         for routine in self.routines:
             for one in routine.statements:
                 found[one.line] = min(found.get(one.line, one.hits), one.hits)
+        for line, branches in self.branches.items():
+            if line not in found:
+                found[line] = sum(one.hits for one in branches if one.decision == 0)
         return dict(sorted(found.items()))
 
     @cached_property

@@ -53,8 +53,9 @@ class PlcConfig(ConfigTable):
     code: Literal["auto", "machine", "plain"] = "auto"
     """`machine` needs llvmlite (achse[fast]); `auto` takes it where it is there. What programs do
     is the same."""
-    coverage: bool = False
-    """True if statements and branches of `sources` count: `achse.plc.coverage` reports them."""
+    coverage: bool | Literal["conditions"] = False
+    """True if statements and branches of `sources` count: `achse.plc.coverage` reports them; with
+    `conditions` those of its decisions, too (MC/DC)."""
     budget: int = Field(default=5_000_000, ge=1000, le=1_000_000_000)
     """Loop passes and calls that one cycle of `sources` may take; then it is an endless loop, and
     exception CYCLE_TIME_EXCEED stops the PLC."""

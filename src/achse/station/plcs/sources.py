@@ -163,6 +163,7 @@ class PlcSource:
             epoch=self.epoch,
             form=CodeForm(self.config.code),
             covered=is_own if self.config.coverage else None,
+            conditions=self.config.coverage == "conditions",
         )
 
     def _log_faults(
