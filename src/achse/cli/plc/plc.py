@@ -10,6 +10,7 @@ import typer
 from achse.cli.failure import fail
 from achse.cli.options import LetEverybodyIn
 from achse.cli.output import print_json, print_table
+from achse.cli.plc.export import export
 from achse.cli.target import STATION_PORT, Json, client_command
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ __all__ = ["plc"]
 
 plc = typer.Typer(
     no_args_is_help=True,
-    help="Debug the Structured Text of a running station: breakpoints, steps, variables.",
+    help="Debug the PLC programs of a running station; export the sources of one.",
 )
 
 Plc = Annotated[
@@ -291,6 +292,9 @@ async def reload(
         return
     for port, count in chosen.items():
         print(f"{port}: {count} online changes")
+
+
+plc.command()(export)
 
 
 # editors -------------------------------------------------------------------------------------

@@ -70,3 +70,12 @@ def test_variables_are_on_the_lines_of_their_elements() -> None:
     assert [line.strip() for line in lines] == [
         "PROGRAM MAIN", "", "", "VAR RETAIN", "a AT %IX0.1 : BOOL;", "", "b : INT := 3; END_VAR",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("address", "text"), [("%QD0.2", "%Q*"), ("%MW3", "%MW3")])
+def test_address_with_two_numbers_is_left_to_the_station(address: str, text: str) -> None:
+    variable = f"<variable name='a' address='{address}'><type><DINT/></type></variable>"
+    block = element(f"<localVars>{variable}</localVars>")
+    found = DeclarationText(block.location)
+    found.block(block)
+    assert f"a AT {text} : DINT;" in found.element.text
