@@ -64,6 +64,8 @@ _POSITIONAL = frozenset(
      "ln", "log", "exp", "sin", "cos", "tan", "asin", "acos", "atan", "expt", "trunc", "len",
      "left", "right", "mid", "concat", "insert", "delete", "replace", "find", "sizeof", "adr"]
 )  # fmt: skip
+_EXTENSIBLE = frozenset(["concat"])
+"""Functions of two inputs in text whose boxes may have more."""
 _CONVERSION = re.compile(r"(?:[a-z]+\w*_)?to_[a-z]+\w*|trunc_\w+")
 _ALL_SIGNS = frozenset(_SIGNS.values())
 COMPARISONS = frozenset(("=", "<>", ">", ">=", "<", "<="))
@@ -328,7 +330,11 @@ class BoxWriter(BodyStatements):
             for right in values[1:]:
                 value = Binary(sign, value, right, at)
             return value
-        return call_of(self.expression(node.type, at), [("", one, False) for one in values], at)
+        of = self.expression(node.type, at)
+        while node.call.lower() in _EXTENSIBLE and len(values) > 2:
+            first = call_of(of, [("", one, False) for one in values[:2]], at)
+            values = [first, *values[2:]]
+        return call_of(of, [("", one, False) for one in values], at)
 
 
 def _named(names: Sequence[str], number: int, node: Box, at: int) -> str:

@@ -72,7 +72,10 @@ def test_variables_are_on_the_lines_of_their_elements() -> None:
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("address", "text"), [("%QD0.2", "%Q*"), ("%MW3", "%MW3")])
+@pytest.mark.parametrize(
+    ("address", "text"),
+    [("%QD0.2", "%Q*"), ("%IX0.16", "%I*"), ("%MW3", "%MW3"), ("%IX0.7", "%IX0.7")],
+)
 def test_address_with_two_numbers_is_left_to_the_station(address: str, text: str) -> None:
     variable = f"<variable name='a' address='{address}'><type><DINT/></type></variable>"
     block = element(f"<localVars>{variable}</localVars>")

@@ -119,6 +119,15 @@ def test_function_of_the_user_may_name_its_result_as_it_likes() -> None:
     program(body, more, a="INT", q="INT").rows("a", "q", ["3 | 6"])
 
 
+def test_concat_may_have_more_inputs() -> None:
+    pins = (pin("IN1", 1), pin("IN2", 2), pin("IN3", 1))
+    body = diagram(
+        "FBD", value(1, "'a'"), value(2, "'b'"), block(3, "CONCAT", *pins), written(4, "s", 3),
+        value(5, "s"), block(6, "LEN", pin("IN", 5)), written(7, "n", 6),
+    )  # fmt: skip
+    program(body, s="string", n="INT").rows("", "n", [" | 3"])
+
+
 def test_connectors_are_lines() -> None:
     body = diagram(
         "FBD", value(1, "a"), element("connector", 2, leads(1), name="line"),

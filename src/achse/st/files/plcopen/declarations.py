@@ -24,8 +24,10 @@ _SECTIONS = {
 }
 _QUALIFIERS = {"constant": "CONSTANT", "retain": "RETAIN", "persistent": "PERSISTENT"}
 _HEADS = {"program": "PROGRAM", "functionBlock": "FUNCTION_BLOCK", "function": "FUNCTION"}
-_OF_HARDWARE = re.compile(r"(%[IQM])[BWDL]\d+\.\d+", re.ASCII | re.IGNORECASE)
-"""A place in a configuration of hardware: other editors have two numbers there."""
+_OF_HARDWARE = re.compile(
+    r"(%[IQM])(?:[BWDL]\d+\.\d+|X?\d+\.(?:[89]|\d\d+))", re.ASCII | re.IGNORECASE
+)
+"""A place in a configuration of hardware: other editors have two numbers there, or bits over 7."""
 _MODIFIERS = ("Private", "Protected", "Internal", "Public", "Abstract", "Final")
 
 
