@@ -65,8 +65,8 @@ own(eMode := 5, sName := 'Cleaning', bDisableHeld := TRUE, bDisableStarting := T
     bDisableIdle := TRUE, bDisableStopping := TRUE, bDisableCompleting := TRUE,
     bEnableUnitModeChangeExecute := TRUE);
 ref.pArray := ADR(units);
-ref.nArraySize := SIZEOF(units);
-ref.nNoOfSubUnits := count;
+ref.ArraySize := SIZEOF(units);
+ref.NoOfSubUnits := count;
 IF done THEN m.M_StateComplete(); END_IF
 m(eMode := mode, eCommand := command, stSubUnitInfoRef := ref);
 END_PROGRAM

@@ -20,6 +20,8 @@ E = TypeVar("E", bound=IntEnum)
 class EnumType(IecType[E | int], Generic[E]):
     """The members of an `IntEnum` in a base type.
 
+    `names` are those of members whose Python names differ: `_` and the like cannot name one.
+
     Decodes to the member; a number that is not a member stays an int, as a PLC allows any. Takes
     members, numbers in range of the base, and member names (without case).
     """
@@ -34,10 +36,13 @@ class EnumType(IecType[E | int], Generic[E]):
         attributes: Mapping[str, str] = no_attributes,
         comments: Mapping[str, str] = no_attributes,
         initial: int | None = None,
+        names: Mapping[str, str] = no_attributes,
     ) -> None:
         name = name or members.__name__
         # `__members__` keeps aliases: two names of one number are two rows of the type table.
-        self.numbers = {member: int(value) for member, value in members.__members__.items()}
+        self.numbers = {
+            names.get(member, member): int(value) for member, value in members.__members__.items()
+        }
         for member, number in self.numbers.items():
             if not base.low <= number <= base.high:
                 raise DeclarationError(f"{name}.{member} = {number} is not a {base.name}")

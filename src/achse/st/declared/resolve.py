@@ -437,12 +437,6 @@ class Resolver:
                 raise Unexpected(
                     item.at, f"{name} has two values named {item.name}", Code.DUPLICATE_NAME
                 )
-            if key in _RESERVED or (item.name.startswith("_") and item.name.endswith("_")):
-                raise Unexpected(
-                    item.at,
-                    f"'{item.name}' cannot name a value: Python keeps it",
-                    Code.RESERVED_NAME,
-                )
             if item.value is not None:
                 following = self.constants.integer(
                     item.value, inside, "the value of an enumeration"
@@ -461,7 +455,8 @@ class Resolver:
             raise Unexpected(initial.at, f"{name} takes one of its values", Code.BAD_ENUMERATION)
         if initial is not None:
             start = self.constants.integer(initial, inside, "the initial value")
-        members: Any = IntEnum(name, numbers)  # type: ignore[misc]
+        names = {_python_name(each): each for each in numbers}
+        members: Any = IntEnum(name, {key: numbers[each] for key, each in names.items()})  # type: ignore[misc]
         return EnumType(
             members,
             base,
@@ -470,6 +465,7 @@ class Resolver:
             attributes=attributes_of(note),
             comments={item.name: item.note.comment for item in spec.values if item.note.comment},
             initial=start,
+            names=names,
         )
 
     # declarations again ----------------------------------------------------------------------
@@ -511,6 +507,12 @@ class Resolver:
 
     def _parsed(self, address: DirectAddress) -> Place:
         return self.scopes.made(lambda: Place.parse(address.text), address.at)
+
+
+def _python_name(name: str) -> str:
+    """The name of an enumeration's member in Python, which keeps `_x_` and `mro` for itself."""
+    is_kept = name.lower() in _RESERVED or (name.startswith("_") and name.endswith("_"))
+    return f"value{name}" if is_kept else name
 
 
 def generics_of(entry: DeclaredUnit) -> list[str]:

@@ -37,7 +37,7 @@ _DIGITS = {
 }
 _REAL = re.compile(r"[0-9]+(?:_+[0-9]+)*(?:\.[0-9]+(?:_+[0-9]+)*)?(?:[eE][+-]?[0-9]+)?")
 _NAME = re.compile(r"[^\W\d]\w*")
-_QUOTED = re.compile(r"'(?:[^'$\n]|\$.)*'|\"(?:[^\"$\n]|\$.)*\"", re.DOTALL)
+_QUOTED = re.compile(r"'(?:[^'$]|\$.)*'|\"(?:[^\"$\n]|\$.)*\"", re.DOTALL)
 _LONGEST_NUMBER = 100
 
 
