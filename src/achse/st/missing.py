@@ -31,7 +31,7 @@ _NAMES: Mapping[str, str] = {
     "tc2_modbusrtu": r"Modbus\w+",
     "tc2_controllertoolbox": r"(?:FB|ST|E)_CTRL_\w+",
     "tc2_dataexchange": r"FB_(?:Read|Write)AdsSym\w+",
-    "tc2_sups": r"\w+_S_UPS_\w+",
+    "tc2_sups": r"\w+_S_UPS_\w+|eSUPS_\w+",
     "tc3_vision": r"(?:FB_VN|F_VN|ST_VN|E_VN|ITcVn)\w+",
     "tc3_dynamicmemory": r"FB_DynMem\w+",
     "tc2_mdp": r"\w+_MDP_\w+",

@@ -314,7 +314,7 @@ def test_addresses_are_read_or_a_fault() -> None:
     assert place is not None
     assert str(place) == "%MB4"
     with pytest.raises(Unexpected) as caught:
-        types.address_of("MAIN.a", DirectAddress("%MB4.1.2", 9))
+        types.address_of("MAIN.a", DirectAddress("%ZB4", 9))
     assert caught.value.at == 9
 
 

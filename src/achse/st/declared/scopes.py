@@ -85,6 +85,8 @@ class DeclaredUnit:
     building: bool = False
     failed: bool = False
     type: IecType[Any] | None = None
+    is_built_in: bool = field(init=False)
+    """True if the unit is of a library that achse has."""
 
     @property
     def tree(self) -> Unit:
@@ -98,6 +100,9 @@ class DeclaredUnit:
     def is_used(self) -> bool:
         """True if its syntax tree was needed; always True for units of the user."""
         return not isinstance(self._tree, LibraryUnit)
+
+    def __post_init__(self) -> None:
+        self.is_built_in = isinstance(self._tree, LibraryUnit)
 
     def declare_again(self, tree: Unit | LibraryUnit, source: Source) -> None:
         """Forget the type, which is made again of a tree."""

@@ -28,6 +28,8 @@ __all__ = ["LibraryFile", "library_files", "standard_libraries"]
 _READERS = (cursor, declarations, lexer, outlines, parser, pragmas, tree, units)
 """Modules that decide what is listed of a file."""
 
+_NAMED_LIST = ".gvl.st"
+
 
 class LibraryFile:
     """A file of a library: what it declares, and its syntax trees once they are needed."""
@@ -40,9 +42,14 @@ class LibraryFile:
     def parsed(self) -> Parsed:
         """Its syntax trees. Raises `SourceError` for a faulty file.
 
-        The variables of a file without a list around them are in a list of its name and library.
+        The variables of a file without a list around them are in a list of its name and library;
+        those of `NAME.gvl.st` are in the list that projects know by that name.
         """
-        name = self.source.path.replace("/", "_").removesuffix(".st")
+        path = self.source.path
+        if path.endswith(_NAMED_LIST):
+            name = path.rpartition("/")[2].removesuffix(_NAMED_LIST)
+        else:
+            name = path.replace("/", "_").removesuffix(".st")
         return parse(self.source, name=name).check()
 
     @cached_property

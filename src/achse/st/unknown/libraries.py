@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from difflib import get_close_matches
 
 from achse.st.unknown.meanings import Meanings
+from achse.st.unknown.standins import is_list
 from achse.st.unknown.uses import MissingUse
 
 __all__ = ["keep_names_of"]
@@ -37,7 +38,9 @@ def keep_names_of(
         return is_any and is_free and not get_close_matches(key, own, 1, _CLOSE)
 
     def is_free(key: str, use: MissingUse) -> bool:
-        return use.is_called or key in meanings.lists
+        if key in meanings.lists and not use.is_called:
+            return is_list(use)  # and no instance that is not declared
+        return use.is_called
 
     _keep(
         meanings.types,

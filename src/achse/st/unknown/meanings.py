@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any, TypeAlias
 
+from achse.iec.derived import OpaqueType, resolved
 from achse.iec.errors import IecError
 from achse.iec.structs import RecordKind, StructType
 from achse.iec.times import TimeType
@@ -51,7 +52,7 @@ from achse.st.syntax.units import (
 from achse.st.unknown.uses import LONG_TEXT, MissingUse
 from achse.st.values.functions import is_standard
 
-__all__ = ["TRUTHS", "Meanings", "Sense", "bases_of"]
+__all__ = ["TRUTHS", "Meanings", "Sense", "bases_of", "part_of"]
 
 TRUTHS = ("AND", "OR", "XOR", "AND_THEN", "OR_ELSE", "&")
 _COMPARING = ("=", "<>", "<", "<=", ">", ">=")
@@ -86,6 +87,8 @@ class Meanings:
         self._known: dict[tuple[str, str], bool] = {}
         self._blocks: dict[str, StructType[Any]] = {}
         """Blocks of symbol files, whose bodies and methods nothing declares."""
+        self._opaque: set[str] = set()
+        """Types of symbol files that have a size alone."""
 
     def is_missing(self, spec: NamedType, scope: Scope) -> bool:
         """Return True if nothing declares the type of a name, or only the variables of a block."""
@@ -102,20 +105,24 @@ class Meanings:
     def _is_without_source(self, spec: NamedType) -> bool:
         given = self._names.given
         found = given.find(spec.name, spec.at)
-        if (
-            isinstance(found, StructType)
-            and found.kind is RecordKind.FUNCTION_BLOCK
-            and spec.name not in given
-            and spec.name.rpartition(".")[2] not in given
-        ):
-            self._blocks[spec.name.rpartition(".")[2].lower()] = found
+        name = spec.name.rpartition(".")[2]
+        if spec.name in given or name in given:
+            return False
+        if isinstance(found, StructType) and found.kind is RecordKind.FUNCTION_BLOCK:
+            self._blocks[name.lower()] = found
+            return True
+        if isinstance(found, OpaqueType):
+            self._opaque.add(name.lower())
             return True
         return found is None
 
     def use(self, spec: NamedType) -> MissingUse:
         space, _, name = spec.name.rpartition(".")
         key = name.lower()
-        use = self.types.setdefault(key, MissingUse(name, block=self._blocks.get(key)))
+        if key not in self.types:
+            is_opaque = key in self._opaque
+            self.types[key] = MissingUse(name, block=self._blocks.get(key), is_opaque=is_opaque)
+        use = self.types[key]
         use.is_qualified |= bool(space)
         return use
 
@@ -239,6 +246,8 @@ class Meanings:
         return None
 
     def _member(self, of: Expression, name: str, scope: Scope, whole: Sense) -> Sense:
+        if isinstance(whole, MissingUse) and whole.is_part:
+            return None if whole.block is None else part_of(whole.block, name)
         if isinstance(whole, MissingUse):
             if self.types.get(whole.name.lower()) is whole:
                 whole.values.setdefault(name.lower(), name)
@@ -295,10 +304,11 @@ class Meanings:
             entry = self._scopes.find(base.name, inside.space)
         return None
 
-    def _missing_member(self, spec: NamedType, name: str) -> MissingUse | None:
-        """A part of a missing type; None if a symbol file has it."""
+    def _missing_member(self, spec: NamedType, name: str) -> MissingUse:
+        """A part of a missing type; one that a symbol file has is known by its type alone."""
         use = self.use(spec)
-        return None if use.block is not None and _has(use.block, name) else use.member(name)
+        found = None if use.block is None else part_of(use.block, name)
+        return use.member(name) if found is None else found
 
     def _index(self, whole: Sense, indices: Sequence[Expression]) -> Sense:
         if isinstance(whole, tuple):
@@ -397,10 +407,17 @@ def bases_of(unit: Unit) -> tuple[NamedType, ...]:
     return (base,) if isinstance(base, NamedType) else ()
 
 
-def _has(block: StructType[Any], name: str) -> bool:
+def part_of(type: StructType[Any], name: str) -> MissingUse | None:
+    """Return a part of a type of a symbol file, None if there is no such part."""
     key = name.lower()
-    names = [one.name for one in block.members] + [one.name for one in block.properties]
-    return any(each.lower() == key for each in names)
+    members = [(one.name, one.type) for one in type.members]
+    members += [(one.name, one.type) for one in type.properties]
+    for each, part in members:
+        if each.lower() == key:
+            inner = resolved(part)
+            block = inner if isinstance(inner, StructType) else None
+            return MissingUse(each, part.name, block=block, is_part=True)
+    return None
 
 
 def _part_type(part: Part, scope: Scope) -> tuple[TypeSpec, Scope] | None:

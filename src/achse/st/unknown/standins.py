@@ -19,7 +19,7 @@ from achse.st.lexis.words import KEYWORDS
 from achse.st.unknown.uses import MissingUse
 from achse.st.unknown.walk import MissingNames
 
-__all__ = ["LISTS_FILE", "TYPES_FILE", "stand_ins"]
+__all__ = ["LISTS_FILE", "TYPES_FILE", "is_list", "stand_ins"]
 
 TYPES_FILE = "types.st"
 LISTS_FILE = "constants.st"
@@ -73,6 +73,7 @@ _WORDS = {
 _PREFIX = re.compile(r"([a-z]{1,3})[A-Z0-9_]")
 _LIST = re.compile(r"GVL|Global|Const|Param|Lib|^Tc\d|^G_", re.IGNORECASE)
 """Names that are those of lists and libraries, and not of enumerations."""
+_INTERFACE = re.compile(r"I_?[A-Z][a-z]|ITc[A-Z]|I_")
 _QUALIFIED = re.compile(r"(?:[^\W\d]\w*\.)+([^\W\d]\w*)", re.ASCII)
 _NAME = re.compile(r"[^\W\d]\w*", re.ASCII)
 
@@ -196,9 +197,10 @@ class _Writer:
         if name.lower() in self._texts or not _is_name(name):
             return
         self._texts[name.lower()] = []  # A type may point to its own kind.
-        if use.is_interface:
+        is_called = any(_is_method(one) for one in use.members.values())
+        if use.is_interface or (use.block is None and is_called and _INTERFACE.match(name)):
             lines = list(self._interface(name, use))
-        elif use.values and not use.is_structure:
+        elif use.values and not use.is_structure and not use.members and not _is_block(use):
             self._enumeration(name, use.values.values())
             return
         elif _is_block(use):
@@ -357,6 +359,15 @@ def _is_enumeration(use: MissingUse) -> bool:
         one.members or one.is_called or one.is_written or one.is_bound or one.element
         for one in use.members.values()
     )
+
+
+def is_list(use: MissingUse) -> bool:
+    """Return True if a name with parts is an enumeration, a library or a list of variables by its
+    name, and no instance."""
+    if use.is_space or _LIST.search(use.name):
+        return True
+    parts = use.members.values()
+    return not any(one.is_written or one.inputs or one.outputs or one.element for one in parts)
 
 
 def _is_constant(use: MissingUse) -> bool:

@@ -61,12 +61,17 @@ class MissingUse:
     """True if a use names a library in front of it."""
     block: StructType[Any] | None = None
     """The block of a symbol file, of which only the variables are known."""
+    is_opaque: bool = False
+    """True if a symbol file has the size of the type alone."""
+    is_part: bool = False
+    """True if it is a part of a type of a symbol file, and needs no declaration."""
 
     @property
     def is_needed(self) -> bool:
         """Return True if uses need more than the variables that a symbol file has of a block."""
         called = self.is_called or self.inputs or self.outputs or self.arguments
-        return self.block is None or bool(called or self.members or self.initials)
+        is_known = self.block is not None or self.is_opaque
+        return not is_known or bool(called or self.members or self.initials)
 
     def told(self, type: str) -> None:
         """Take in what a use tells of the type. Literals tell least: 1 may be a REAL, too."""

@@ -53,7 +53,7 @@ from achse.st.syntax.units import (
     TypeDeclaration,
     Unit,
 )
-from achse.st.unknown.meanings import TRUTHS, Meanings, Sense, bases_of
+from achse.st.unknown.meanings import TRUTHS, Meanings, Sense, bases_of, part_of
 from achse.st.unknown.uses import MissingUse
 
 __all__ = ["MissingNames"]
@@ -64,7 +64,7 @@ _NO_BLOCK = VarBlock("VAR", (), (), NO_NOTE)
 
 
 class MissingNames:
-    """Walks all of a project's own units once, or those given.
+    """Walks all units of a project and of the libraries in its folders once, or those given.
 
     `meanings` have what is missing; `places` are where missing types are named.
     """
@@ -75,7 +75,7 @@ class MissingNames:
         self.places: list[tuple[Scope, NamedType]] = []
         if units is None:
             units = self._scopes.entries.values()
-        own = [entry for entry in units if not entry.is_library]
+        own = [entry for entry in units if not entry.is_built_in]
         for entry in own:
             self._in_types(entry)
         for entry in own:
@@ -116,7 +116,7 @@ class MissingNames:
             return False
         use = self.meanings.use(spec)
         use.generics = max(use.generics, len(spec.generics))
-        if use.block is None:
+        if use.block is None and not use.is_opaque:
             self.places.append((scope, spec))
         return True
 
@@ -369,6 +369,10 @@ class MissingNames:
                 use.is_block = True
             for place, argument in enumerate(tree.arguments):
                 self._argument(use, place, argument, scope)
+                if use.block is not None and argument.value is not None and argument.name:
+                    part = part_of(use.block, argument.name)
+                    text = "" if part is None else part.type
+                    self._told(self.meanings.of(argument.value, scope), text)
             return
         callee = self._callee(found)
         if callee is None:
