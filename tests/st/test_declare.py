@@ -473,7 +473,6 @@ def test_what_is_wrong_with_variables(text: str, expected: list[str]) -> None:
         ("TYPE A : (x := 300) BYTE; END_TYPE", ["1:11 x = 300 is not a BYTE"]),
         ("TYPE A : (x) LREAL; END_TYPE",
          ["1:14 an enumeration counts in a type of integers, not in LREAL"]),
-        ("TYPE A : (mro); END_TYPE", ["1:11 'mro' cannot name a value: Python keeps it"]),
         ("TYPE A : (x := y); END_TYPE", ["1:16 no constant or variable is named 'y'"]),
         ("{attribute 'pack_mode' := '9'} TYPE A : STRUCT END_STRUCT END_TYPE",
          ["1:41 pack_mode is 0 … 8, got '9'"]),
@@ -592,3 +591,12 @@ def test_missing_types_are_listed_in_one_order_whatever_their_case() -> None:
     with pytest.raises(SourceError) as refusal:
         declare([parse(text)])
     assert refusal.value.hint.splitlines()[0] == "missing types: st_a, ST_b, St_B"
+
+
+@pytest.mark.parametrize("name", ["mro", "_", "_x_", "__"])
+def test_values_may_have_names_that_python_keeps(name: str) -> None:
+    declared = declare([parse(Source(f"TYPE A : (x, {name} := 7); END_TYPE", "a.st"))])
+    type = declared.types["a"]
+    assert isinstance(type, EnumType)
+    assert type.numbers == {"x": 0, name: 7}
+    assert type.encode(name) == type.encode(7)

@@ -140,3 +140,9 @@ def test_inputs_of_any_type_are_descriptions_of_what_is_passed() -> None:
     assert isinstance(block, StructType)
     assert block.size == 8 + 2 * 24
     declare([parse("FUNCTION F : INT VAR_INPUT a : ANY; END_VAR END_FUNCTION")])
+
+
+def test_lists_of_libraries_may_bear_the_name_that_projects_know() -> None:
+    text = "PROGRAM P VAR a : BOOL; n : DWORD; END_VAR a := Constants.bLittleEndian;"
+    text += " n := __SYSTEM.Constants.CompilerVersionNumeric; END_PROGRAM"
+    assert check(declare([parse(Source(text, "P.st"))])).faults == ()

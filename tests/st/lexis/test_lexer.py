@@ -222,3 +222,10 @@ def test_numbers_need_no_blank_before_then(number: str) -> None:
     tokens = scan(f"IF w = {number}THEN")
     assert tokens.faults == []
     assert tokens.words[3:] == [number, "THEN", ""]
+
+
+def test_text_may_go_over_lines_if_it_ends_before_a_sign() -> None:
+    assert words("s := 'a\n(*b';")[2] == ("string", "'a\n(*b'")
+    tokens = scan("s := 'a;\nb := 'c';")
+    assert len(tokens.faults) == 1
+    assert "'c'" in tokens.words

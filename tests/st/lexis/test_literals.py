@@ -48,6 +48,7 @@ from achse.st.lexis.literals import literal_value, malformed
         ("STRING#'x'", "STRING(80)", "x"),
         ("WSTRING#\"x\"", "WSTRING(80)", "x"),
         ("''", "STRING(80)", ""),
+        ("'a\nb'", "STRING(80)", "a\nb"),
         ("'ä€Ω'", "STRING(80)", "ä€Ω"),
     ],
 )  # fmt: skip

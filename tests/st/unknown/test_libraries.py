@@ -32,6 +32,7 @@ def _examined(folder: Path, text: str, library: str = "Lib") -> tuple[Project, l
         "VAR a : Lib.FB_Any; END_VAR a.sName := 'x';",
         "VAR a : DINT; END_VAR a := F_Sum(1, 2) + Lib.F_Other();",
         "VAR a : E_Any := E_Any.Auto; END_VAR",
+        "VAR a : FB_Any(3); b : I_Any; END_VAR b.Run();",
     ],
 )
 def test_names_of_a_missing_library_get_stand_ins(tmp_path: Path, uses: str) -> None:
@@ -53,6 +54,12 @@ def test_misspelled_name_of_an_own_type_stays_a_fault(tmp_path: Path) -> None:
     project, faults = _examined(tmp_path, text)
     assert faults == ["no type is named 'ST_Positoin'; near: ST_Position"]
     assert project.stand_ins == {}
+
+
+def test_instance_that_is_not_declared_stays_a_fault(tmp_path: Path) -> None:
+    project, faults = _examined(tmp_path, "PROGRAM P fbMove.Execute := TRUE; END_PROGRAM")
+    assert project.stand_ins == {}
+    assert faults == []  # the check of bodies finds it
 
 
 def test_nothing_is_made_up_if_no_library_is_missing(tmp_path: Path) -> None:
