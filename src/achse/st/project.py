@@ -200,6 +200,7 @@ class ProjectFiles:
                     declared, error = found_again
                 else:  # only bodies miss something, and its stand-ins are wrong
                     made = {}
+        declared.names.blocks_do_nothing = unknown != "refuse"
         if error is not None:
             faults += error.faults
         reach = None

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from achse.plc import PlcRuntime, Task
+from achse.st.check import check
 from achse.st.project import Project, examine_project, load_project
 
 BLOCK = """<TcModuleClass><DataTypes>
@@ -86,3 +88,25 @@ def test_block_of_a_symbol_file_gets_the_methods_that_are_called(tmp_path: Path)
         "METHOD Blink : BOOL",
         "VAR_INPUT",
     ]
+
+
+def test_call_of_a_block_inside_a_type_of_a_symbol_file_does_nothing(tmp_path: Path) -> None:
+    outer = """<DataType><Name Namespace="Lib">ST_Outer</Name><BitSize>192</BitSize><SubItem>
+<Name>fbLamp</Name><Type Namespace="Lib">FB_Lamp</Type><BitSize>192</BitSize><BitOffs>0</BitOffs>
+</SubItem></DataType></DataTypes>"""
+    (tmp_path / "a.tmc").write_text(BLOCK.replace("</DataTypes>", outer))
+    (tmp_path / "a.st").write_text(
+        "PROGRAM P VAR s : ST_Outer; n : DINT; END_VAR"
+        " s.fbLamp(bOn := TRUE, nCount => n); n := n + 5; END_PROGRAM"
+    )
+    project = load_project(tmp_path)
+    typed = check(project.declarations)
+    assert typed.inert == {"lib.fb_lamp"}
+    assert [warning.message for warning in typed.warnings] == [
+        "no source of Lib.FB_Lamp is here: its calls do nothing"
+    ]
+    plc = PlcRuntime([Task()], project.declarations.units)
+    plc.instance("P")
+    assert plc.failure == ""
+    refused = check(load_project(tmp_path, unknown="refuse").declarations)
+    assert refused.left_out == {"lib.fb_lamp": "no source of Lib.FB_Lamp is here"}

@@ -50,6 +50,8 @@ class CallLowering(PlaceLowering):
         else:
             routine, entry = self.project.routine(target.declared), target.name
         if isinstance(routine, str):
+            if isinstance(target, DirectTarget) and target.routine in self.project.typed.inert:
+                return [], None
             return [_missing(routine, call.type)], None
         if routine.kind in WITH_PARAMETERS:
             return self._function(call, routine, entry)

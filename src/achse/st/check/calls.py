@@ -238,6 +238,9 @@ class CallChecker:
             if member.section in _SECTIONS
         ]
         self._body.checking.without_source(type.name)
+        if self._body.checking.names.blocks_do_nothing:
+            text = f"no source of {type.name} is here: its calls do nothing"
+            self._body.warn(at, text, Code.SOURCE_MISSING)
         inputs, outputs = self.bound(None, parameters, CalleeBase(), arguments, at)
         key = type.name.lower()
         value = Invocation(DirectTarget(key), address, inputs, outputs, None, None, at)

@@ -141,6 +141,7 @@ class Checking:
         self._checked: list[_Checked] = []
         self._done: dict[str, Routine] = {}
         self._left_out: dict[str, str] = {}
+        self._inert: set[str] = set()
         self._records: dict[str, TypedRecord] = {}
         self._blocks: dict[str, TypedBlock] = {}
         self._units: dict[str, TypedUnit] = {}
@@ -206,6 +207,9 @@ class Checking:
 
     def without_source(self, name: str) -> None:
         """Note a block of which only the variables are known."""
+        if self.names.blocks_do_nothing:
+            self._inert.add(name.lower())
+            return
         self._left_out.setdefault(name.lower(), f"no source of {name} is here")
 
     # the project -----------------------------------------------------------------------------
@@ -240,6 +244,7 @@ class Checking:
             tuple(sorted(self._warnings, key=lambda one: one.location)),
             self._left_out,
             origin_of(self.names, self.given_units.values(), check_bounds=self.check_bounds),
+            inert=frozenset(self._inert),
         )
 
     def _statics_of_blocks(self) -> Iterator[StaticBase]:

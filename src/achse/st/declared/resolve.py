@@ -98,6 +98,8 @@ class Resolver:
         """Addresses that VAR_CONFIG gives, by `main.nspeed`, until their variable takes them."""
         self._pointers: list[tuple[PointerType, Scope, int]] = []
         self._dangling: list[PointerType] = []
+        self.blocks_do_nothing = False
+        """True if calls of blocks do nothing of which only the variables are known."""
         self._instances: dict[str, DeclaredUnit] = {}
         self.unknown_types: set[str] = set()
         self._known: dict[tuple[str, str], IecType[Any]] = {}

@@ -1,6 +1,6 @@
 """The typed form: routines, and the blocks, units and interfaces they belong to."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
@@ -192,6 +192,8 @@ class TypedProject:
     """Digest of all it follows from."""
     unreached: Sequence[Diagnostic] = ()
     """Faults in units that no program of a task reaches; these units are left out."""
+    inert: Set[str] = frozenset()
+    """Blocks of which only the variables are known, and whose calls do nothing, in lower case."""
 
     def numbered_after(self, earlier: "TypedProject") -> "TypedProject":
         """The same with the block numbers of an earlier project, whose instances are in memory."""

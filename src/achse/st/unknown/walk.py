@@ -227,6 +227,8 @@ class MissingNames:
                 self._in_member(item, use, at, scope)
         elif isinstance(tree, ArrayInitial):
             element = at and self.meanings.element(at)
+            if use is not None:
+                self._elements_told(use, tree, scope)
             for value in tree.values:
                 for inner in getattr(value, "values", (value,)):
                     self._in_initial(inner, element, scope)
