@@ -1,5 +1,7 @@
 """Records in memory."""
 
+import struct
+from types import SimpleNamespace
 from typing import Any
 from unittest.mock import patch
 
@@ -8,6 +10,7 @@ from hypothesis import strategies as st
 
 from achse.native.declare import Slot, lay_out, reference, within
 from achse.native.memory import (
+    AttributeCell,
     MemoryCell,
     Rows,
     RowView,
@@ -108,11 +111,30 @@ PLACES = st.builds(
 )  # fmt: skip
 CALLS = st.integers().map(lambda value: lambda: value)
 
+PLAIN = [SimpleNamespace(angle=0.5, turns=-7, wheel=SimpleNamespace(turns=1 << 40))] * 2 + [
+    SimpleNamespace(angle=-2.5, turns=9, wheel=SimpleNamespace(turns=-1))
+]
 
-@given(st.lists(PLACES | CALLS))
+ATTRIBUTES = st.builds(
+    lambda record, name, size: AttributeCell(record, name, size, is_real=name == "angle"),
+    st.sampled_from(PLAIN), st.sampled_from(["angle", "turns", "wheel.turns"]), st.integers(0, 8),
+)  # fmt: skip
+
+
+def test_attributes_of_plain_records_are_packed_as_words() -> None:
+    record = SimpleNamespace(angle=2.5, wheel=SimpleNamespace(turns=-2))
+    assert AttributeCell(record, "angle", 8, is_real=True)() == struct.pack("<d", 2.5)
+    turns = AttributeCell(record, "wheel.turns", 2, is_real=False)
+    assert turns() == b"\xfe\xff"
+    record.wheel.turns = 0x10203
+    assert turns() == b"\x03\x02"
+
+
+@given(st.lists(PLACES | CALLS | ATTRIBUTES))
 def test_a_gather_gives_what_each_reader_gives(readers: list[Any]) -> None:
     take = gather(readers)
     assert take() == tuple(read() for read in readers)
+    PLAIN[0].turns += 1
     for memory in MEMORIES:
         memory[::3] = bytes(255 - byte for byte in memory[::3])
     assert take() == tuple(read() for read in readers)

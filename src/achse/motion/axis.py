@@ -39,7 +39,7 @@ from achse.motion.rows import NcRows
 from achse.motion.states import MotionPhase
 from achse.motion.tables import Tables
 from achse.motion.views import InnerView, View, property_within, views_of
-from achse.native.memory import ComputedCell, MemoryCell
+from achse.native.memory import Cell
 
 __all__ = ["Axis", "ObjectAxis", "WordsAxis"]
 
@@ -330,11 +330,15 @@ class Axis(View, _Fields):
                 return self.encoder.set_position_offset
         return 0.0
 
-    def place(self, field: Field, size: int) -> MemoryCell | None:
-        """Return the place of the first `size` bytes of a field, None without a place in memory."""
+    @classmethod
+    def path_of(cls, field: Field) -> str:
+        return _PATHS.get(field.name, field.name)
+
+    def place(self, field: Field, size: int) -> Cell | None:
+        """Return the place of the first `size` bytes of a field, None without a place."""
         return None
 
-    def place_of(self, name: str, size: int) -> MemoryCell | ComputedCell | None:
+    def place_of(self, name: str, size: int) -> Cell | None:
         """The same of any value by its name; None where another part may take over."""
         part, field = PART_OF[name]
         own: list[Any] = self.parts()[part] if part else [self]
@@ -342,12 +346,15 @@ class Axis(View, _Fields):
             return None
         if isinstance(field, ShownField):
             return shown_cell(self, name, size)
-        place: MemoryCell | None = own[0].place(field, size)
+        place: Cell | None = own[0].place(field, size)
         return place
 
     def __repr__(self) -> str:
         return f"<Axis {self.axis_id} {self.name!r} at {self.actual_position:g} {self.unit}>"
 
+
+_PATHS = {name: f"{part}.{field.name}" for name, part, field in SHOWN_FIELDS}
+"""Fields of the records within an axis that are values of the axis, by their names there."""
 
 ObjectAxis, WordsAxis = views_of(Axis, LAYOUT)
 """An axis whose record is a `SlotsRecord`, and one whose record is in memory."""

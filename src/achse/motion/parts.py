@@ -20,7 +20,7 @@ from achse.motion.record import (
     EncoderFields,
 )
 from achse.motion.views import View, views_of
-from achse.native.memory import ComputedCell, MemoryCell
+from achse.native.memory import Cell
 
 if TYPE_CHECKING:
     from achse.motion.axis import Axis
@@ -69,11 +69,11 @@ class AxisPart(View):
                 self.owner.features |= field.feature
             self.owner.wake(adapts=field.role is Role.PARAMETER)
 
-    def place(self, field: Field, size: int) -> MemoryCell | None:
-        """Return the place of the first `size` bytes of a field, None without a place in memory."""
+    def place(self, field: Field, size: int) -> Cell | None:
+        """Return the place of the first `size` bytes of a field, None without a place."""
         return None
 
-    def place_of(self, name: str, size: int) -> MemoryCell | ComputedCell | None:
+    def place_of(self, name: str, size: int) -> Cell | None:
         """The same of a value by the name it has at the axis."""
         field = PART_OF[name][1]
         if isinstance(field, ShownField):

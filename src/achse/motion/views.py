@@ -11,9 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 from achse.motion.fields.declare import Field
 from achse.native.declare import RecordLayout, pack
-from achse.native.memory import Rows, RowView, reader, structure_of
+from achse.native.memory import AttributeCell, Rows, RowView, reader, structure_of
 
 __all__ = ["InnerView", "Store", "View", "property_within", "views_of"]
+
+_WORD = 8
+"""Bytes of a value in a record."""
 
 
 class View:
@@ -34,6 +37,11 @@ class View:
     def after_change(cls, field: Field) -> str:
         """Return the statement that a write runs after a change: of `view`, `record`, `field`."""
         return "view.changed(field)"
+
+    @classmethod
+    def path_of(cls, field: Field) -> str:
+        """Return the names that lead from a record to a field of it or of a record within."""
+        return field.name
 
     @property
     def record(self) -> Any:
@@ -100,6 +108,12 @@ class _OfObject(_Holder):
     def link(self, name: str, view: View) -> None:
         setattr(self, f"_{name}", view)
         setattr(self._record, name, view._record)
+
+    def place(self, field: Field, size: int) -> AttributeCell | None:
+        """Return the first `size` bytes of a field, None if these are more than one value."""
+        if size > _WORD or field.length:
+            return None
+        return AttributeCell(self._record, self.path_of(field), size, is_real=field.is_real)
 
     def pack(self) -> bytes:
         return pack(self.layout, self._record)

@@ -7,12 +7,14 @@ from array import array
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache, lru_cache, partial
 from itertools import groupby
-from operator import itemgetter
+from operator import attrgetter, itemgetter
 from typing import Any, Protocol
 
 from achse.native.declare import LINE_WORDS, RecordLayout, Slot
 
 __all__ = [
+    "AttributeCell",
+    "Cell",
     "ComputedCell",
     "ComputedFields",
     "MemoryCell",
@@ -150,6 +152,26 @@ class MemoryCell:
         return value
 
 
+class AttributeCell:
+    """Place of a value that is an attribute of a plain record; called, it packs `size` bytes of it.
+
+    The value is a whole word like that of a `MemoryCell`: a float, or an integer of 64 bits.
+    """
+
+    __slots__ = ("_get", "_pack", "code", "name", "record", "size")
+
+    def __init__(self, record: Any, name: str, size: int, *, is_real: bool) -> None:
+        self.record = record
+        self.name = name
+        self.size = size
+        self.code = "d" if is_real else "q"
+        self._get = attrgetter(name)
+        self._pack = struct.Struct(f"<{self.code}").pack
+
+    def __call__(self) -> bytes:
+        return self._pack(self._get(self.record))[: self.size]
+
+
 class ComputedFields:
     """Fields that machine code computes from a record when somebody reads them.
 
@@ -205,10 +227,15 @@ def _taker(size: int) -> Callable[[bytearray | memoryview, int], tuple[bytes]]:
     return struct.Struct(f"{size}s").unpack_from
 
 
+Cell = MemoryCell | AttributeCell | ComputedCell
+"""Place of a value."""
+
+
 def gather(readers: Iterable[Callable[[], Any]]) -> Callable[[], tuple[Any, ...]]:
     """A function that gives what all `readers` give, in their order; places are read at once.
 
-    A place that overlaps others is read for itself, unless it is the same.
+    A place that overlaps others is read for itself, unless it is the same. Attributes of a plain
+    record are read at once too.
     """
     readers = list(readers)
     spots = [read.spot if isinstance(read, MemoryCell) else None for read in readers]
@@ -224,12 +251,22 @@ def gather(readers: Iterable[Callable[[], Any]]) -> Callable[[], tuple[Any, ...]
                 end = offset + size
                 indexes[spot] = len(indexes)
         unpacks.append(partial(struct.Struct(form).unpack_from, memories[key]))
+    of_records: dict[int, list[int]] = {}
+    for n, read in enumerate(readers):
+        if isinstance(read, AttributeCell):
+            of_records.setdefault(id(read.record), []).append(n)
+    numbers: dict[int, int] = {}
+    for members in of_records.values():
+        if len(members) > 1:
+            for n in members:
+                numbers[n] = len(indexes) + len(numbers)
+            unpacks.append(_attributes_at_once([readers[n] for n in members]))
     calls: list[Callable[[], Any]] = []
     order = []
-    for read, place in zip(readers, spots, strict=True):
-        index = indexes.get(place)
+    for n, (read, place) in enumerate(zip(readers, spots, strict=True)):
+        index = numbers.get(n, indexes.get(place))
         if index is None:
-            index = len(indexes) + len(calls)
+            index = len(indexes) + len(numbers) + len(calls)
             calls.append(read)
         order.append(index)
     in_order = order == list(range(len(order)))
@@ -243,6 +280,14 @@ def gather(readers: Iterable[Callable[[], Any]]) -> Callable[[], tuple[Any, ...]
         return pick(values)
 
     return take
+
+
+def _attributes_at_once(cells: Sequence[Any]) -> Callable[[], tuple[bytes, ...]]:
+    """Return a function that reads two or more attributes of one record."""
+    get, record = attrgetter(*(cell.name for cell in cells)), cells[0].record
+    pack = struct.Struct("<" + "".join(cell.code for cell in cells)).pack
+    unpack = struct.Struct("".join(f"{cell.size}s{8 - cell.size}x" for cell in cells)).unpack
+    return lambda: unpack(pack(*get(record)))
 
 
 def reader(slot: Slot) -> Callable[[Any], Any]:

@@ -17,7 +17,7 @@ from itertools import chain
 from typing import Any
 
 from achse.ams import AmsAddress, Command, DeviceError, Endpoint, Frame
-from achse.native.memory import ComputedCell, MemoryCell, gather
+from achse.native.memory import Cell, ComputedCell, MemoryCell, gather
 from achse.native.sampling import Sampler, is_fixed
 from achse.server.table import Reader
 
@@ -73,7 +73,7 @@ class NotificationHandle:
     def reader(self) -> Callable[[], bytes | None]:
         """Takes a sample: a place of the asked length itself, else `take`."""
         read = self.read
-        if isinstance(read, MemoryCell | ComputedCell) and read.size == self.length:
+        if isinstance(read, Cell) and read.size == self.length:
             return read
         return self.take
 
@@ -339,11 +339,14 @@ class Series:
             batch.count += len(values)
             batch.parts.extend(chain.from_iterable(zip(self._headers, values, strict=True)))
         elif always or values != last:
-            for subscription, value, before in zip(self._members, values, last, strict=True):
-                if value != before or always:
-                    if value is not None:
-                        batch.take(subscription.header, value)
-                    elif before is not None:
+            parts, before = batch.parts, len(batch.parts)
+            for header, value, earlier in zip(self._headers, values, last, strict=True):
+                if value is not None and (always or value != earlier):
+                    parts += (header, value)
+            batch.count += (len(parts) - before) // 2
+            if None in values:
+                for subscription, value, earlier in zip(self._members, values, last, strict=True):
+                    if value is None and earlier is not None:
                         hint(subscription)
 
 

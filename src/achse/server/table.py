@@ -96,7 +96,12 @@ _shared_index = lru_cache(maxsize=256)(_index_rows)
 
 
 class _RowGroup(IndexGroup):
-    """Service rows over a target object found by the index group."""
+    """Service rows over a target object found by the index group.
+
+    `permanent`: an object that was found is there as long as the group.
+    """
+
+    permanent = False
 
     def __init__(self, index: _RowIndex) -> None:
         self.rows, self._by_access, self._ranges = index
@@ -156,6 +161,11 @@ class _RowGroup(IndexGroup):
         if row.sample is not None and (sample := row.sample(arguments[0], length)) is not None:
             return sample
         encode, get, target, element = row.encoder(length), row.get, self.target, row.element
+        if self.permanent:
+            argument = arguments[0]
+            if row.count > 1:
+                return lambda: encode(get(argument, number))[:length]
+            return lambda: encode(get(argument))[:length]
         # the target is looked up for each sample: objects come and go
         if element is not None:
             return lambda: encode(get(element(target(group), number)))[:length]
@@ -225,12 +235,14 @@ class ObjectGroup(_RowGroup):
         rows: Iterable[Service],
         *,
         kind: type[Any] | None = None,
+        permanent: bool = False,
     ) -> None:
         if not 0 < last_id <= 0xFFF:
             raise ValueError(f"the last id is 1..4095, got {last_id}")
         self.base = base
         self.last_id = last_id
         self._find_object = find
+        self.permanent = permanent
         super().__init__(_shared_index(tuple(rows), kind))  # type: ignore[arg-type]  # mypy: a class has no hash
 
     def index_groups(self) -> Iterable[int]:

@@ -20,7 +20,7 @@ from achse.devices.nc.tables.services import TABLE_GROUPS
 from achse.motion import AxisParameters, Nc
 from achse.motion.axis import Axis
 from achse.motion.record import FIELDS
-from achse.native.memory import ComputedCell, MemoryCell
+from achse.native.memory import AttributeCell, ComputedCell, MemoryCell
 from achse.router import Router
 from achse.server import READ, WRITE, Service
 
@@ -146,9 +146,19 @@ def test_values_that_lie_in_memory_as_they_are_shown_have_a_place() -> None:
     assert read["axis_online_structure"] is None
 
 
-def test_plain_records_have_no_places() -> None:
+def test_values_of_plain_records_are_attributes() -> None:
     axis = Nc(2 * MS, [AxisParameters(1)], compiled=False).axis(1)
-    assert all(row.sample(_subject(row, axis), 8) is None for row in ROWS if row.sample)
+    axis.encoder.hardware_increments = -3
+    read = {row.name: row.sample(_subject(row, axis), 8) for row in ROWS if row.sample}
+    count = read["encoder_hardware_increments"]
+    assert isinstance(count, AttributeCell)
+    assert count() == INT32.encode(-3)
+    assert read["set_velocity_override"] is None
+    assert {type(cell) for cell in read.values()} == {AttributeCell, type(None)}
+    for row in ROWS:
+        if row.sample and (cell := read[row.name]) is not None and row.count == 1:
+            subject = _subject(row, axis)
+            assert cell() == row.encoder(8)(row.get(subject))[:8], row.name
 
 
 def _subject(row: Any, axis: Axis) -> Any:

@@ -92,7 +92,7 @@ def _groups(nc: Nc) -> Iterator[IndexGroup]:
     for base, rows, unknown in AXIS_GROUPS:
         part = _KINDS.get(unknown)
         kind = VIEWS[part][0] if part else ObjectAxis
-        yield ObjectGroup(base, _HIGHEST_ID, _finder(nc, unknown), rows, kind=kind)
+        yield ObjectGroup(base, _HIGHEST_ID, _finder(nc, unknown), rows, kind=kind, permanent=True)
     yield from table_groups(nc)
     yield from interface_groups(nc, _FROM_PLC)
 

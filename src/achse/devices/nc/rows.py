@@ -19,7 +19,7 @@ from achse.motion import Axis
 from achse.motion.parts import AxisPart
 from achse.motion.record import FIELDS, PART_OF
 from achse.motion.states import ControlBit
-from achse.native.memory import ComputedCell, MemoryCell
+from achse.native.memory import Cell
 from achse.server import READ, READ_WRITE, WRITE, Codec, Service
 
 __all__ = [
@@ -83,7 +83,7 @@ def shown(row: NcRow, field: str = "", *, prefix: str = "") -> Service:
     return bound(row, field=field, sample=_sample(field, codec_of(row.layout)))
 
 
-Place = Callable[[Axis | AxisPart, int], MemoryCell | ComputedCell | None]
+Place = Callable[[Axis | AxisPart, int], Cell | None]
 """Finds where so many bytes of a value lie; None where only a function reads it."""
 
 
