@@ -1,6 +1,6 @@
 """One routine while it is being checked: what its parts share."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from achse.iec.elementary import BOOL, INT, BoolType
 from achse.iec.structs import StructType
@@ -23,11 +23,13 @@ from achse.st.lexis.source import Source
 from achse.st.syntax.cursor import Unexpected
 from achse.st.typed.expressions import TypedValue
 from achse.st.typed.places import FrameBase, Storage
+from achse.st.typed.project import Routine, RoutineKind
+from achse.st.typed.statements import TypedStatement
 
 if TYPE_CHECKING:
     from achse.st.check.checking import Checking
 
-__all__ = ["RoutineBody"]
+__all__ = ["CheckedRoutine", "RoutineBody"]
 
 
 class RoutineBody:
@@ -119,3 +121,43 @@ class RoutineBody:
         """Note that a variable of the frame needs memory."""
         if isinstance(storage.base, FrameBase):
             self.frame.addressed.add(storage.name.partition(".")[0].partition("[")[0].lower())
+
+
+class CheckedRoutine(NamedTuple):
+    """A body after it was checked."""
+
+    body: RoutineBody
+    opening: tuple[TypedStatement, ...]
+    statements: tuple[TypedStatement, ...] | None
+    builtin: bool
+
+    def routine(self) -> Routine:
+        """Return the typed form. Its frame is complete only when all callers are, too."""
+        body, signature = self.body, self.body.signature
+        owner = "" if signature.kind is RoutineKind.FUNCTION else signature.entry.name.lower()
+        parameters = []
+        if signature.kind not in (RoutineKind.BODY, RoutineKind.PROGRAM):  # those have a frame
+            for parameter in signature.parameters:
+                parameters += [parameter.variable, *parameter.bounds]
+        addressed = set(body.frame.addressed)
+        addressed |= {
+            variable.name.lower()
+            for variable in body.frame.variables
+            if variable.type.is_view or variable.type.size > 8
+        }
+        return Routine(
+            signature.key,
+            signature.name,
+            signature.kind,
+            owner,
+            signature.source,
+            signature.tree.at,
+            signature.this,
+            tuple(parameters),
+            signature.result or signature.nothing,
+            body.frame.structure(),
+            self.opening,
+            self.statements,
+            self.builtin,
+            frozenset(addressed),
+        )

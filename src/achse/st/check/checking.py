@@ -8,7 +8,7 @@ from achse.iec.derived import PointerType
 from achse.iec.structs import RecordKind, StaticRecord, StructType
 from achse.iec.types import IecType
 from achse.st.check.blocks import Blocks
-from achse.st.check.body import RoutineBody
+from achse.st.check.body import CheckedRoutine, RoutineBody
 from achse.st.check.contracts import Contracts
 from achse.st.check.life import Life, element_of
 from achse.st.check.meanings import Meaning
@@ -92,15 +92,6 @@ class NameUse(NamedTuple):
     meaning: Meaning | None
 
 
-class _Checked(NamedTuple):
-    """A body after it was checked."""
-
-    body: RoutineBody
-    opening: tuple[TypedStatement, ...]
-    statements: tuple[TypedStatement, ...] | None
-    builtin: bool
-
-
 class Checking:
     """State that all routines of a project share while they are checked."""
 
@@ -138,7 +129,7 @@ class Checking:
         self._waiting: deque[Signature] = deque()
         self._asked: set[str] = set()
         self._notes: dict[str, dict[str, str]] = {}
-        self._checked: list[_Checked] = []
+        self._checked: list[CheckedRoutine] = []
         self._done: dict[str, Routine] = {}
         self._left_out: dict[str, str] = {}
         self._inert: set[str] = set()
@@ -220,9 +211,7 @@ class Checking:
         for entry in own:
             self._guarded(entry, self._begin)
         self._work()
-        self._done = {
-            checked.body.signature.key: self._routine(checked) for checked in self._checked
-        }
+        self._done = {checked.body.signature.key: checked.routine() for checked in self._checked}
         interfaces = self._interfaces()
         faults = [*list(self.names.scopes.faults)[self._known_faults :], *self._faults]
         contracts = Contracts(self.names, self.blocks, self.routines, self.fault)
@@ -565,37 +554,4 @@ class Checking:
             inner = element_of(variable.type)
             if inner is not None:  # passed by value, or a result: calls through its address find it
                 self.require_record(inner)
-        self._checked.append(_Checked(body, opening, statements, builtin))
-
-    def _routine(self, checked: "_Checked") -> Routine:
-        """A routine that is checked. Its frame is complete only when all callers are, too."""
-        body = checked.body
-        signature = body.signature
-        owner = "" if signature.kind is RoutineKind.FUNCTION else signature.entry.name.lower()
-        in_frame = signature.kind not in (RoutineKind.BODY, RoutineKind.PROGRAM)
-        parameters = []
-        if in_frame:
-            for parameter in signature.parameters:
-                parameters += [parameter.variable, *parameter.bounds]
-        addressed = set(body.frame.addressed)
-        addressed |= {
-            variable.name.lower()
-            for variable in body.frame.variables
-            if variable.type.is_view or variable.type.size > 8
-        }
-        return Routine(
-            signature.key,
-            signature.name,
-            signature.kind,
-            owner,
-            signature.source,
-            signature.tree.at,
-            signature.this,
-            tuple(parameters),
-            signature.result or signature.nothing,
-            body.frame.structure(),
-            checked.opening,
-            checked.statements,
-            checked.builtin,
-            frozenset(addressed),
-        )
+        self._checked.append(CheckedRoutine(body, opening, statements, builtin))
