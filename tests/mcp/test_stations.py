@@ -7,8 +7,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from achse.mcp.fence import Fence
-from achse.mcp.stations import HandleError, Shelf
+from achse.mcp.folder import ProjectFolder
+from achse.mcp.stations import HandleError, OpenStations
 from achse.station import Station
 
 
@@ -20,12 +20,12 @@ async def _nothing(passed: float) -> None:
 @given(parts=st.lists(st.floats(0, 0.2), min_size=1, max_size=4))
 def test_slices_give_the_state_that_one_piece_gives(folder: Path, parts: list[float]) -> None:
     async def run() -> str:
-        async with Shelf(Fence(folder)) as shelf:
-            bench = await shelf.open(folder / "machine.toml")
+        async with OpenStations(ProjectFolder(folder)) as stations:
+            opened = await stations.start(folder / "machine.toml")
             for part in parts:
-                report, _ = await bench.run(part, (), _nothing)
+                report, _ = await opened.run(part, (), _nothing)
                 assert report.reason == "done"
-            station = bench.station
+            station = opened.station
             whole = Station(station.config, base=folder)
             whole.advance(station.time_ns / 1e9)
             assert whole.time_ns == station.time_ns
@@ -36,9 +36,9 @@ def test_slices_give_the_state_that_one_piece_gives(folder: Path, parts: list[fl
 
 def test_a_call_ends_at_its_time_limit(folder: Path) -> None:
     async def run() -> None:
-        async with Shelf(Fence(folder)) as shelf:
-            bench = await shelf.open(folder / "machine.toml")
-            report, _ = await bench.run(3600.0, (), _nothing, wall=0.0)
+        async with OpenStations(ProjectFolder(folder)) as stations:
+            opened = await stations.start(folder / "machine.toml")
+            report, _ = await opened.run(3600.0, (), _nothing, wall=0.0)
             assert report.reason == "time limit"
             assert 0 < report.passed_s < 3600
 
@@ -47,17 +47,17 @@ def test_a_call_ends_at_its_time_limit(folder: Path) -> None:
 
 def test_only_the_newest_recordings_are_kept(folder: Path) -> None:
     async def run() -> None:
-        async with Shelf(Fence(folder)) as shelf:
-            bench = await shelf.open(folder / "machine.st")
+        async with OpenStations(ProjectFolder(folder)) as stations:
+            opened = await stations.start(folder / "machine.st")
             from achse.scope.channel import channel_of
 
             channel = channel_of("MAIN.nCount")
             for _ in range(17):
-                _, recording = await bench.run(0.02, (channel,), _nothing)
+                _, recording = await opened.run(0.02, (channel,), _nothing)
                 assert recording is not None
-                shelf.keep(recording)
-            assert shelf.runs == [f"r{number}" for number in range(2, 18)]
+                stations.keep(recording)
+            assert stations.runs == [f"r{number}" for number in range(2, 18)]
             with pytest.raises(HandleError):
-                shelf.recording("r1")
+                stations.recording("r1")
 
     asyncio.run(run())

@@ -4,14 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from achse.mcp.fence import Fence, FenceError
+from achse.mcp.folder import FolderError, ProjectFolder
 from achse.mcp.results import TestReport
 from achse.mcp.testing import unit_test_report
 
 
 def _run(folder: Path, project: str, *, everything: bool = False, most: int = 99) -> TestReport:
     return unit_test_report(
-        Fence(folder),
+        ProjectFolder(folder),
         folder / project,
         limit=10.0,
         timeout=60.0,
@@ -35,5 +35,5 @@ def test_failures_have_values_and_a_place_in_the_folder(folder: Path) -> None:
 
 def test_tcunit_outside_of_the_folder_is_not_read(folder: Path) -> None:
     (folder / "TcUnit").rename(folder.parent / "TcUnit")
-    with pytest.raises(FenceError, match="outside"):
+    with pytest.raises(FolderError, match="outside"):
         _run(folder, "press")

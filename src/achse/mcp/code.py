@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from achse.iec.nearest import did_you_mean
-from achse.mcp.fence import Fence, FenceError
+from achse.mcp.folder import FolderError, ProjectFolder
 from achse.mcp.results import CodeExcerpt, SymbolMatch, SymbolMatches
 from achse.st.files.files import content_of
 from achse.st.lexis.source import Source
@@ -42,7 +42,9 @@ def _named(prefix: str, outline: Outline) -> Iterator[tuple[str, DeclaredSymbol]
         yield from _named(name, child)
 
 
-def find_symbols(workspace: Workspace, fence: Fence, pattern: str, most: int) -> SymbolMatches:
+def find_symbols(
+    workspace: Workspace, folder: ProjectFolder, pattern: str, most: int
+) -> SymbolMatches:
     """Return symbols whose whole name has a text in it, without case; units first."""
     wanted = pattern.lower()
     found: list[tuple[int, SymbolMatch]] = []
@@ -50,7 +52,7 @@ def find_symbols(workspace: Workspace, fence: Fence, pattern: str, most: int) ->
         for name, symbol in _named("", outline):
             if wanted in name.lower():
                 line = source.locate(symbol.place).line
-                file = fence.name(Path(source.file))
+                file = folder.name(Path(source.file))
                 entry = SymbolMatch(name=name, kind=symbol.kind.value, file=file, line=line)
                 found.append((name.count("."), entry))
     found.sort(key=lambda one: one[0])
@@ -58,7 +60,7 @@ def find_symbols(workspace: Workspace, fence: Fence, pattern: str, most: int) ->
     return SymbolMatches(symbols=symbols, left_out=max(0, len(found) - most))
 
 
-def read_unit(workspace: Workspace, fence: Fence, name: str, most: int) -> CodeExcerpt:
+def read_unit(workspace: Workspace, folder: ProjectFolder, name: str, most: int) -> CodeExcerpt:
     """Return the code of a unit or of a part of it, `FB_Press` or `FB_Press.Close`.
 
     A unit's code is without that of its parts, which are named. Raises CodeError.
@@ -78,7 +80,7 @@ def read_unit(workspace: Workspace, fence: Fence, name: str, most: int) -> CodeE
                 return CodeExcerpt(
                     name=full,
                     kind=symbol.kind.value,
-                    file=fence.name(Path(source.file)),
+                    file=folder.name(Path(source.file)),
                     line=source.locate(start).line,
                     text=text[:most],
                     parts=[f"{full}.{each}" for each in names],
@@ -122,15 +124,15 @@ def _start_of(source: Source, at: int) -> int:
 
 
 def edit_file(
-    workspace: Workspace, fence: Fence, file: str, old: str, new: str
+    workspace: Workspace, folder: ProjectFolder, file: str, old: str, new: str
 ) -> tuple[Path, int]:
     """Replace a text that is in the code of one source once; return the file and the line.
 
-    Of an XML file only code is changed. Raises CodeError, FenceError, OSError.
+    Of an XML file only code is changed. Raises CodeError, FolderError, OSError.
     """
-    path = fence.path(file)
+    path = folder.path(file)
     if not workspace.has(path) or not path.is_file():
-        raise FenceError(f"{file!r:.120} is not a source of the project")
+        raise FolderError(f"{file!r:.120} is not a source of the project")
     try:
         text = content_of(path, path.name).decode("utf-8")
     except UnicodeDecodeError:

@@ -15,10 +15,10 @@ from achse.ams import AdsError
 from achse.extras import needs_extra
 from achse.faults.fault import FaultError
 from achse.iec.errors import IecError
-from achse.mcp.fence import Fence
+from achse.mcp.folder import ProjectFolder
 from achse.mcp.source_tools import SourceTools
 from achse.mcp.station_tools import StationTools
-from achse.mcp.stations import Shelf
+from achse.mcp.stations import OpenStations
 from achse.plot.figures import PlotExtraMissing
 from achse.scope import ScopeError
 from achse.tcunit import ProjectError, TcUnitMissing
@@ -32,7 +32,7 @@ server. Mend a project in turns: check, read_code, edit_code, test. To see it ru
 then run with `record`, read, write, axis, fault; trace and compare show recordings. Equal
 histories give equal digests."""
 
-_TOLD = (AdsError, FaultError, IecError, ProjectError, ScopeError, TcUnitMissing, ValueError)
+_REFUSALS = (AdsError, FaultError, IecError, ProjectError, ScopeError, TcUnitMissing, ValueError)
 """Errors whose text helps the caller."""
 
 _Tool = Callable[..., Awaitable[Any]]
@@ -53,19 +53,19 @@ def new_server(
 
     `target` is the address of a controller that tools may reach, and write to if they may.
     """
-    fence = Fence(root, libraries)
-    shelf = Shelf(fence, target)
+    folder = ProjectFolder(root, libraries)
+    opened = OpenStations(folder, target)
 
     @asynccontextmanager
-    async def life(server: MCPServer[Any]) -> AsyncIterator[Shelf]:
-        async with shelf:
-            yield shelf
+    async def life(server: MCPServer[Any]) -> AsyncIterator[OpenStations]:
+        async with opened:
+            yield opened
 
     server: MCPServer[Any] = MCPServer(
         "achse", version=version, instructions=_INSTRUCTIONS, lifespan=life, log_level="WARNING"
     )
-    sources = SourceTools(fence)
-    stations = StationTools(fence, shelf, may_write)
+    sources = SourceTools(folder)
+    stations = StationTools(folder, opened, may_write)
     tools: dict[_Tool, ToolAnnotations] = {
         sources.check: _READS,
         sources.explain: _READS,
@@ -92,18 +92,18 @@ def _add(server: MCPServer[Any], tool: _Tool, hints: ToolAnnotations) -> None:
     """Offer a method as a tool that tells its errors."""
 
     @functools.wraps(tool)
-    async def told(*values: Any, **named: Any) -> Any:
+    async def answered(*values: Any, **named: Any) -> Any:
         try:
             return await tool(*values, **named)
         except PlotExtraMissing:
             raise ToolError(needs_extra("a picture", "plot")) from None
-        except _TOLD as error:
+        except _REFUSALS as error:
             raise ToolError(str(error)) from None
         except OSError as failure:
             raise ToolError(failure.strerror or "file error") from None
 
     server.add_tool(
-        told,
+        answered,
         description=" ".join((inspect.getdoc(tool) or "").split()),
         annotations=hints,
     )

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from achse.iec.nearest import did_you_mean
 from achse.mcp.code import CodeError, edit_file, find_symbols, read_unit
-from achse.mcp.fence import Fence
+from achse.mcp.folder import ProjectFolder
 from achse.mcp.results import (
     CheckReport,
     CodeExcerpt,
@@ -38,9 +38,9 @@ _Text = Annotated[str, Field(max_length=_MOST_TEXT)]
 class SourceTools:
     """Tools over the projects of a folder; one call at a time."""
 
-    def __init__(self, fence: Fence) -> None:
-        self._fence = fence
-        self._projects = WarmProjects(fence)
+    def __init__(self, folder: ProjectFolder) -> None:
+        self._folder = folder
+        self._projects = WarmProjects(folder)
         self._lock = Lock()
 
     async def check(self, project: ProjectPath = ".", limit: _Limit = 50) -> CheckReport:
@@ -78,7 +78,7 @@ class SourceTools:
             return await to_thread.run_sync(self._find, project, pattern, limit)
 
     def _find(self, project: str, pattern: str, limit: int) -> SymbolMatches:
-        return find_symbols(self._projects.of(project), self._fence, pattern, limit)
+        return find_symbols(self._projects.of(project), self._folder, pattern, limit)
 
     async def read_code(
         self, name: Annotated[str, Field(max_length=500)], project: ProjectPath = "."
@@ -88,7 +88,7 @@ class SourceTools:
             return await to_thread.run_sync(self._read, project, name)
 
     def _read(self, project: str, name: str) -> CodeExcerpt:
-        return read_unit(self._projects.of(project), self._fence, name, _MOST_TEXT)
+        return read_unit(self._projects.of(project), self._folder, name, _MOST_TEXT)
 
     async def edit_code(
         self, file: str, old: _Text, new: _Text, project: ProjectPath = ".", limit: _Limit = 20
@@ -99,9 +99,9 @@ class SourceTools:
 
     def _edit(self, project: str, file: str, old: str, new: str, limit: int) -> EditReport:
         workspace = self._projects.of(project)
-        path, line = edit_file(workspace, self._fence, file, old, new)
+        path, line = edit_file(workspace, self._folder, file, old, new)
         report = self._projects.check(project, limit)
-        return EditReport(file=self._fence.name(path), line=line, check=report)
+        return EditReport(file=self._folder.name(path), line=line, check=report)
 
     async def test(
         self,
@@ -112,7 +112,7 @@ class SourceTools:
     ) -> TestReport:
         """Run the TcUnit tests of a project in virtual time, at most limit_s of PLC time; lists
         the tests that did not pass, or all."""
-        path: Path = self._fence.path(project)
+        path: Path = self._folder.path(project)
 
         def report(plc_time: float) -> None:
             from_thread.check_cancelled()
@@ -120,7 +120,7 @@ class SourceTools:
 
         def work() -> TestReport:
             return unit_test_report(
-                self._fence,
+                self._folder,
                 path,
                 limit=limit_s,
                 timeout=60.0,

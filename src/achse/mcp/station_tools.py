@@ -14,7 +14,7 @@ from achse.iec.documents import as_json
 from achse.iec.errors import IecError
 from achse.iec.literals import parse_value
 from achse.mcp.axes import AxisAction, axis_report, bus_reports, command
-from achse.mcp.fence import Fence
+from achse.mcp.folder import ProjectFolder
 from achse.mcp.recordings import compared, table_of
 from achse.mcp.results import (
     AxisReport,
@@ -26,7 +26,7 @@ from achse.mcp.results import (
     VariableValues,
 )
 from achse.mcp.source_tools import ProjectPath
-from achse.mcp.stations import WALL_S, Bench, HandleError, Shelf, plc_reports
+from achse.mcp.stations import WALL_S, HandleError, OpenStation, OpenStations, plc_reports
 from achse.scope.channel import channel_of
 
 __all__ = ["StationTools"]
@@ -41,37 +41,37 @@ _Seconds = Annotated[float, Field(ge=0, le=3600)]
 
 
 class StationTools:
-    """Tools over the stations of a shelf; one call at a time for each."""
+    """Tools over open stations; one call at a time for each."""
 
-    def __init__(self, fence: Fence, shelf: Shelf, may_write: bool) -> None:
-        self._fence = fence
-        self._shelf = shelf
+    def __init__(self, folder: ProjectFolder, stations: OpenStations, may_write: bool) -> None:
+        self._folder = folder
+        self._open = stations
         self._may_write = may_write
 
     async def open_station(self, project: ProjectPath = ".") -> StationReport:
         """Start a station of a station.toml, or of PLC sources alone, in virtual time; its time is
         0. Use its handle in other tools."""
-        bench = await self._shelf.open(self._fence.path(project))
-        return await self._report(bench)
+        opened = await self._open.start(self._folder.path(project))
+        return await self._report(opened)
 
     async def state(self, station: _Handle) -> StationReport:
         """Show time, digest, PLCs, axes, buses and drives of a station."""
-        bench = await self._shelf.bench(station)
-        async with bench.lock:
-            return await self._report(bench)
+        opened = await self._open.station(station)
+        async with opened.lock:
+            return await self._report(opened)
 
-    async def _report(self, bench: Bench) -> StationReport:
-        station = bench.station
-        axes = [] if station.nc is None else await bench.client.nc.axes()
+    async def _report(self, opened: OpenStation) -> StationReport:
+        station = opened.station
+        axes = [] if station.nc is None else await opened.client.nc.axes()
         return StationReport(
-            station=bench.handle,
+            station=opened.handle,
             time_s=station.time_ns / 1e9,
             digest=station.digest(),
             plcs=plc_reports(station),
             axes=[await axis_report(axis) for axis in axes],
             buses=bus_reports(station),
             warnings=list(station.warnings)[:50],
-            runs=self._shelf.runs,
+            runs=self._open.runs,
         )
 
     async def run(
@@ -85,39 +85,39 @@ class StationTools:
         """Let time pass: seconds, or cycles of the first PLC's first task. `record` names channels
         (MAIN.nCount, 500:Axes.X.ActPos, with @2ms a sample time) for trace and compare. Ends early
         if a PLC stops."""
-        bench = await self._shelf.bench(station)
-        async with bench.lock:
-            asked = seconds if not cycles else self._length(bench, cycles)
+        opened = await self._open.station(station)
+        async with opened.lock:
+            asked = seconds if not cycles else self._length(opened, cycles)
 
             async def progress(passed: float) -> None:
                 await ctx.report_progress(passed, asked)
 
             channels = [channel_of(name, f"record[{n}]") for n, name in enumerate(record, 1)]
-            report, recording = await bench.run(asked, channels, progress)
+            report, recording = await opened.run(asked, channels, progress)
         if recording is not None:
-            report.run = self._shelf.keep(recording)
+            report.run = self._open.keep(recording)
         return report
 
     @staticmethod
-    def _length(bench: Bench, cycles: int) -> float:
-        plc = next(iter(bench.station.plcs.values()), None)
+    def _length(opened: OpenStation, cycles: int) -> float:
+        plc = next(iter(opened.station.plcs.values()), None)
         if plc is None:
             raise HandleError("cycles: the station has no PLC, use seconds")
         return min(cycles * plc.tasks[0].cycle_ns / 1e9, 3600.0)
 
     async def read(self, station: _Handle, names: _Names) -> VariableValues:
         """Read variables by name: MAIN.nCount; 500:… is one of another AMS port."""
-        bench = await self._shelf.bench(station)
+        opened = await self._open.station(station)
         found = VariableValues(values={}, errors={})
-        async with bench.lock:
+        async with opened.lock:
             for name in names:
-                await self._read(bench, name, found)
+                await self._read(opened, name, found)
         return found
 
     @staticmethod
-    async def _read(bench: Bench, name: str, found: VariableValues) -> None:
+    async def _read(opened: OpenStation, name: str, found: VariableValues) -> None:
         port, colon, path = name.partition(":")
-        target = bench.client.at_port(int(port)) if colon and port.isdigit() else bench.client
+        target = opened.client.at_port(int(port)) if colon and port.isdigit() else opened.client
         path = path if colon and port.isdigit() else name
         try:
             value = as_json(await target.type_of(path), await target.read(path))
@@ -136,31 +136,31 @@ class StationTools:
     ) -> VariableValues:
         """Write variables by name; a text is an IEC literal (T#1s, E_State.Idle) or a string.
         Returns the values read back."""
-        bench = await self._shelf.bench(station)
-        self._check_may_write(bench)
+        opened = await self._open.station(station)
+        self._check_may_write(opened)
         found = VariableValues(values={}, errors={})
-        async with bench.lock:
+        async with opened.lock:
             for name, value in values.items():
                 try:
-                    await self._write(bench, name, value)
+                    await self._write(opened, name, value)
                 except (AdsError, IecError, ValueError) as error:
                     found.errors[name] = str(error)
                     continue
-                await self._read(bench, name, found)
+                await self._read(opened, name, found)
         return found
 
     @staticmethod
-    async def _write(bench: Bench, name: str, value: bool | float | str) -> None:
+    async def _write(opened: OpenStation, name: str, value: bool | float | str) -> None:
         given: Any = value
         if isinstance(value, str):
             try:
-                given = parse_value(await bench.client.type_of(name), value)
+                given = parse_value(await opened.client.type_of(name), value)
             except IecError:
                 given = value
-        await bench.client.write(name, given)
+        await opened.client.write(name, given)
 
-    def _check_may_write(self, bench: Bench) -> None:
-        if not bench.is_simulated and not self._may_write:
+    def _check_may_write(self, opened: OpenStation) -> None:
+        if not opened.is_simulated and not self._may_write:
             raise HandleError("the target is for reading: start `achse mcp` with --allow-write")
 
     async def axis(
@@ -176,11 +176,11 @@ class StationTools:
         """Show or command an axis; in virtual time. A command waits for its end unless `wait` is
         false. target: position of move_to, distance of move_by; acceleration 0: that of the
         axis."""
-        bench = await self._shelf.bench(station)
+        opened = await self._open.station(station)
         if action != "state":
-            self._check_may_write(bench)
-        async with bench.lock:
-            remote = bench.client.nc.axis(axis)
+            self._check_may_write(opened)
+        async with opened.lock:
+            remote = opened.client.nc.axis(axis)
             await command(
                 remote,
                 action,
@@ -201,9 +201,9 @@ class StationTools:
     ) -> FaultReports:
         """Inject a fault (fields: kind and its keys), clear one by number (0: all), or list the
         active ones and all kinds."""
-        bench = await self._shelf.bench(station)
-        async with bench.lock:
-            faults = bench.station.faults
+        opened = await self._open.station(station)
+        async with opened.lock:
+            faults = opened.station.faults
             if action == "add":
                 faults.add(STATION_FAULTS.of(fields))
             elif action == "clear":
@@ -226,7 +226,7 @@ class StationTools:
     ) -> Annotated[CallToolResult, TraceTable]:
         """Show a recording as a table, thinned to `rows`, with extremes; with `picture` as a PNG
         too."""
-        recording = self._shelf.recording(run)
+        recording = self._open.recording(run)
         table = await to_thread.run_sync(lambda: table_of(run, recording, names, begin, end, rows))
         content: list[Any] = [TextContent(type="text", text=table.model_dump_json())]
         if picture:
@@ -245,5 +245,5 @@ class StationTools:
         tolerance: Annotated[float, Field(ge=0)] = 0.0,
     ) -> RunComparison:
         """Compare two recordings sample by sample: first and largest difference of each channel."""
-        one, other = self._shelf.recording(a), self._shelf.recording(b)
+        one, other = self._open.recording(a), self._open.recording(b)
         return await to_thread.run_sync(lambda: compared(one, other, names, tolerance))

@@ -8,14 +8,14 @@ from pathlib import Path
 from anyio import Lock, to_thread
 
 from achse.client import Client, connect
-from achse.mcp.fence import Fence
+from achse.mcp.folder import ProjectFolder
 from achse.mcp.recordings import RunRecording
 from achse.mcp.results import PlcReport, RunReport
 from achse.scope import ScopeChannel
 from achse.station import Station, StationConfig
 from achse.station.configuration.station_file import load, parse
 
-__all__ = ["TARGET", "Bench", "HandleError", "Shelf", "plc_reports"]
+__all__ = ["TARGET", "HandleError", "OpenStation", "OpenStations", "plc_reports"]
 
 TARGET = "target"
 """Handle of the controller that --connect names."""
@@ -35,7 +35,7 @@ class HandleError(ValueError):
     """No station or recording has this handle."""
 
 
-class Bench:
+class OpenStation:
     """A station in virtual time and a client of it, without sockets."""
 
     def __init__(self, handle: str, station: Station | None, client: Client) -> None:
@@ -118,28 +118,28 @@ def plc_reports(station: Station) -> list[PlcReport]:
     ]
 
 
-class Shelf:
+class OpenStations:
     """What lasts between calls: stations and recordings by handle; the oldest ones go."""
 
-    def __init__(self, fence: Fence, target: str | None = None) -> None:
-        self._fence = fence
+    def __init__(self, folder: ProjectFolder, target: str | None = None) -> None:
+        self._folder = folder
         self._target = target
-        self._benches: OrderedDict[str, Bench] = OrderedDict()
+        self._by_handle: OrderedDict[str, OpenStation] = OrderedDict()
         self._recordings: OrderedDict[str, RunRecording] = OrderedDict()
-        self._connected: Bench | None = None
+        self._connected: OpenStation | None = None
         self._stations = self._runs = 0
 
-    async def __aenter__(self) -> "Shelf":
+    async def __aenter__(self) -> "OpenStations":
         return self
 
     async def __aexit__(self, *_: object) -> None:
-        for bench in self._benches.values():
-            await bench.client.close()
+        for opened in self._by_handle.values():
+            await opened.client.close()
         if self._connected is not None:
             await self._connected.client.close()
 
-    async def open(self, path: Path) -> Bench:
-        """Start a station of a station.toml or of PLC sources. Raises ConfigError, FenceError."""
+    async def start(self, path: Path) -> OpenStation:
+        """Start a station of a station.toml or of PLC sources. Raises ConfigError, FolderError."""
         station = await to_thread.run_sync(self._made, path)
         client = await connect(
             station.router,
@@ -149,12 +149,12 @@ class Shelf:
             watch_symbols=False,
         )
         self._stations += 1
-        bench = Bench(f"s{self._stations}", station, client)
-        while len(self._benches) >= _MOST_STATIONS:
-            _, oldest = self._benches.popitem(last=False)
+        opened = OpenStation(f"s{self._stations}", station, client)
+        while len(self._by_handle) >= _MOST_STATIONS:
+            _, oldest = self._by_handle.popitem(last=False)
             await oldest.client.close()
-        self._benches[bench.handle] = bench
-        return bench
+        self._by_handle[opened.handle] = opened
+        return opened
 
     @staticmethod
     def _advance_of(station: Station) -> Callable[[float], Awaitable[None]]:
@@ -168,24 +168,24 @@ class Shelf:
             config, base = load(path), path.parent
         else:
             config, base = self._of_sources(path), path.parent
-        return Station(self._fence.confined(config, base), base=base)
+        return Station(self._folder.confined(config, base), base=base)
 
     def _of_sources(self, path: Path) -> StationConfig:
-        libraries = [str(library) for library in self._fence.libraries]
+        libraries = [str(library) for library in self._folder.libraries]
         plc = {"sources": str(path), "libraries": libraries, "code": "plain"}
         return parse({"plc": [plc]}, path.name)
 
-    async def bench(self, handle: str) -> Bench:
+    async def station(self, handle: str) -> OpenStation:
         """Return a station, or the target of --connect. Raises HandleError, AdsError."""
         if handle == TARGET and self._target is not None:
             if self._connected is None:
-                self._connected = Bench(TARGET, None, await connect(self._target))
+                self._connected = OpenStation(TARGET, None, await connect(self._target))
             return self._connected
-        if handle not in self._benches:
-            known = ", ".join(self._benches) or "none; open_station gives one"
+        if handle not in self._by_handle:
+            known = ", ".join(self._by_handle) or "none; open_station gives one"
             raise HandleError(f"no station {handle!r:.40}, there are: {known}")
-        self._benches.move_to_end(handle)
-        return self._benches[handle]
+        self._by_handle.move_to_end(handle)
+        return self._by_handle[handle]
 
     def keep(self, recording: RunRecording) -> str:
         """Keep a recording; return its handle."""

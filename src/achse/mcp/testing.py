@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from achse.mcp.fence import Fence
+from achse.mcp.folder import ProjectFolder
 from achse.mcp.results import TestFailure, TestReport, TestResult
 from achse.tcunit import TestRun, UnitTest, run_tests
 from achse.tcunit.results import TestOutcome
@@ -17,7 +17,7 @@ _OFTEN_S = 0.05
 
 
 def unit_test_report(
-    fence: Fence,
+    folder: ProjectFolder,
     path: Path,
     *,
     limit: float,
@@ -28,7 +28,7 @@ def unit_test_report(
 ) -> TestReport:
     """Run the tests of a project; `report` is called now and then, and may end them.
 
-    Raises ProjectError, TcUnitMissing, FenceError.
+    Raises ProjectError, TcUnitMissing, FolderError.
     """
     looked = time.monotonic()
 
@@ -39,26 +39,26 @@ def unit_test_report(
             report(plc_time)
 
     if path.suffix.lower() != ".toml":
-        fence.sources(path)
+        folder.sources(path)
     logger = logging.getLogger("achse")
     level = logger.level
     logger.setLevel(logging.CRITICAL + 1)
     try:
         run = run_tests(
             path,
-            libraries=fence.libraries,
+            libraries=folder.libraries,
             limit=limit,
             timeout=timeout,
             environ={},
-            confine=fence.confined,
+            confine=folder.confined,
             between=between,
         )
     finally:
         logger.setLevel(level)
-    return _report(run, fence, most, everything)
+    return _report(run, folder, most, everything)
 
 
-def _report(run: TestRun, fence: Fence, most: int, everything: bool) -> TestReport:
+def _report(run: TestRun, folder: ProjectFolder, most: int, everything: bool) -> TestReport:
     told = [test for test in run if everything or not test.is_good]
     place = f"{run.problem_place}: " if run.problem_place else ""
     return TestReport(
@@ -69,12 +69,12 @@ def _report(run: TestRun, fence: Fence, most: int, everything: bool) -> TestRepo
         unfinished=run.count(TestOutcome.UNFINISHED),
         plc_time_s=run.duration,
         problem=f"{place}{run.problem}" if run.problem else "",
-        tests=[_result(test, fence) for test in told[:most]],
+        tests=[_result(test, folder) for test in told[:most]],
         left_out=max(0, len(told) - most),
     )
 
 
-def _result(test: UnitTest, fence: Fence) -> TestResult:
+def _result(test: UnitTest, folder: ProjectFolder) -> TestResult:
     return TestResult(
         suite=test.suite,
         name=test.name,
@@ -84,7 +84,7 @@ def _result(test: UnitTest, fence: Fence) -> TestResult:
                 message=failure.message,
                 expected=failure.expected,
                 actual=failure.actual,
-                file=fence.name(Path(failure.place.path)) if failure.place else "",
+                file=folder.name(Path(failure.place.path)) if failure.place else "",
                 line=failure.place.line if failure.place else 0,
             )
             for failure in test.failures

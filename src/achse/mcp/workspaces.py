@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 
-from achse.mcp.fence import Fence
+from achse.mcp.folder import ProjectFolder
 from achse.mcp.results import CheckReport, CodeFinding
 from achse.plc.system_info import lists_of_runtime
 from achse.st.lexis.source import SourceError
@@ -33,21 +33,21 @@ class _WarmProject:
 class WarmProjects:
     """Projects of a folder. Their sources are looked at on disk whenever one is asked for."""
 
-    def __init__(self, fence: Fence) -> None:
-        self._fence = fence
+    def __init__(self, folder: ProjectFolder) -> None:
+        self._folder = folder
         self._projects: dict[tuple[Path, tuple[Path, ...]], _WarmProject] = {}
 
     def of(self, project: str) -> Workspace:
         """Return a project, or the first PLC of a station.toml, as it is on disk.
 
-        Raises FenceError, ConfigError, SourceError.
+        Raises FolderError, ConfigError, SourceError.
         """
-        path, libraries = self._place(self._fence.path(project))
+        path, libraries = self._place(self._folder.path(project))
         key = path, libraries
-        listed = [*self._fence.sources(path)]
+        listed = [*self._folder.sources(path)]
         for library in libraries:
             if library.suffix.lower() != ".tmc":
-                listed += self._fence.sources(library)
+                listed += self._folder.sources(library)
         stamps = self._stamps(path, listed)
         known = self._projects.pop(key, None)
         if known is None:
@@ -55,7 +55,7 @@ class WarmProjects:
                 path,
                 libraries=libraries,
                 given=lists_of_runtime,
-                lint_rules=partial(lint_options, top=self._fence.root),
+                lint_rules=partial(lint_options, top=self._folder.root),
             )
             known = _WarmProject(made, stamps)
         elif known.stamps.keys() != stamps.keys():
@@ -73,13 +73,13 @@ class WarmProjects:
     def _place(self, path: Path) -> tuple[Path, tuple[Path, ...]]:
         """Return sources and libraries of a project."""
         if path.suffix.lower() != ".toml":
-            return path, self._fence.libraries
-        config = self._fence.confined(load(path), path.parent)
+            return path, self._folder.libraries
+        config = self._folder.confined(load(path), path.parent)
         plc = next((each for each in config.plc if each.sources is not None), None)
         if plc is None or plc.sources is None:
             raise SourceError([], f"{path.name}: no [[plc]] has sources")
         named = tuple((path.parent / name).resolve() for name in plc.libraries)
-        return (path.parent / plc.sources).resolve(), (*named, *self._fence.libraries)
+        return (path.parent / plc.sources).resolve(), (*named, *self._folder.libraries)
 
     def _stamps(self, path: Path, files: Iterable[Path]) -> dict[Path, _Stamp]:
         """Return what tells an edited file: its times and size, of the project's file and of
@@ -87,7 +87,7 @@ class WarmProjects:
         found: dict[Path, _Stamp] = {}
         beside = [path] if path.is_file() else sorted(path.glob("*.plcproj"))
         options = (folder / FILE for folder in (path, *path.parents))
-        beside += [one for one in options if one.is_file() and self._fence.has(one)]
+        beside += [one for one in options if one.is_file() and self._folder.has(one)]
         for file in (*files, *beside):
             stat = file.stat()
             found[file] = stat.st_mtime_ns, stat.st_ctime_ns, stat.st_size
@@ -104,7 +104,7 @@ class WarmProjects:
             CodeFinding(
                 severity=_SEVERITY[kind],
                 code=str(one.code),
-                file=self._fence.name(workspace.file_of(one)),
+                file=self._folder.name(workspace.file_of(one)),
                 line=one.location.line,
                 column=one.location.column,
                 end_line=one.end_line,

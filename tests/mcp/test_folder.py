@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.mcp.fence import Fence, FenceError
+from achse.mcp.folder import FolderError, ProjectFolder
 from achse.station.configuration.station_file import parse
 
 PARTS = st.sampled_from(
@@ -19,15 +19,15 @@ PARTS = st.sampled_from(
 def test_any_path_is_inside_or_refused(
     tmp_path_factory: pytest.TempPathFactory, parts: list[str], sign: str
 ) -> None:
-    folder = tmp_path_factory.getbasetemp() / "fence" / "work"
+    folder = tmp_path_factory.getbasetemp() / "mcp" / "work"
     (folder / "press" / "POUs").mkdir(parents=True, exist_ok=True)
     (folder / "machine.st").touch()
     if not (folder / "link").is_symlink():
         (folder / "link").symlink_to(folder.parent)
-    fence = Fence(folder)
+    project = ProjectFolder(folder)
     try:
-        found = fence.path(sign.join(parts))
-    except FenceError:
+        found = project.path(sign.join(parts))
+    except FolderError:
         return
     assert found.is_relative_to(folder.resolve())
     assert found.exists()
@@ -54,8 +54,8 @@ def test_a_station_that_is_not_simulated_or_reads_elsewhere_is_refused(
 ) -> None:
     (folder / "link").symlink_to(folder.parent)
     (folder.parent / "outside").mkdir()
-    with pytest.raises(FenceError):
-        Fence(folder).confined(parse(document, "station.toml"), folder)
+    with pytest.raises(FolderError):
+        ProjectFolder(folder).confined(parse(document, "station.toml"), folder)
 
 
 def test_a_confined_station_has_no_network_and_keeps_nothing(folder: Path) -> None:
@@ -65,7 +65,7 @@ def test_a_confined_station_has_no_network_and_keeps_nothing(folder: Path) -> No
         "route": [{"name": "other", "net_id": "5.1.2.4.1.1", "host": "10.0.0.1"}],
         "plc": [{"sources": "press", "budget": 1_000_000_000}],
     }
-    found = Fence(folder).confined(parse(document, "station.toml"), folder)
+    found = ProjectFolder(folder).confined(parse(document, "station.toml"), folder)
     assert found.route == ()
     assert found.router.static_routes is None
     assert str(found.router.net_id) == "5.1.2.3.1.1"
@@ -79,6 +79,6 @@ def test_a_source_that_is_a_link_to_elsewhere_is_refused(folder: Path) -> None:
     loose = folder / "loose"
     loose.mkdir()
     (loose / "a.st").symlink_to(secret)
-    with pytest.raises(FenceError):
-        Fence(folder).sources(loose)
-    assert Fence(folder, [folder.parent]).sources(loose)
+    with pytest.raises(FolderError):
+        ProjectFolder(folder).sources(loose)
+    assert ProjectFolder(folder, [folder.parent]).sources(loose)

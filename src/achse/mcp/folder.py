@@ -1,4 +1,4 @@
-"""The fence of the project's folder: no other file is read or written, only simulated parts run."""
+"""The project's folder: no other file is read or written, and only simulated parts run."""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -7,7 +7,7 @@ from typing import Any
 from achse.st.files.files import source_files, symbol_files
 from achse.station import StationConfig
 
-__all__ = ["Fence", "FenceError"]
+__all__ = ["FolderError", "ProjectFolder"]
 
 _LONGEST_PATH = 1_000
 _LARGEST_BUDGET = 5_000_000
@@ -17,11 +17,11 @@ _NETWORK = ("web", "metrics", "secure", "mqtt", "route", "serial")
 """Tables of a station.toml that have no meaning without a network."""
 
 
-class FenceError(ValueError):
+class FolderError(ValueError):
     """A path leads out of the project's folder, or a part is not simulated."""
 
 
-class Fence:
+class ProjectFolder:
     """A folder whose files tools may use; `libraries` are further sources that they may read."""
 
     def __init__(self, root: Path, libraries: Iterable[Path] = ()) -> None:
@@ -30,17 +30,17 @@ class Fence:
         self._readable = [path if path.is_dir() else path.parent for path in self.libraries]
 
     def path(self, text: str) -> Path:
-        """Return the path of a file or folder of the project, without links. Raises FenceError."""
+        """Return the path of a file or folder of the project, without links. Raises FolderError."""
         if not text or len(text) > _LONGEST_PATH or not text.isprintable():
-            raise FenceError(f"expected a path below the project's folder, got {text[:80]!r}")
+            raise FolderError(f"expected a path below the project's folder, got {text[:80]!r}")
         try:
             found = (self.root / text).resolve()
         except (OSError, RuntimeError):
-            raise FenceError(f"{text!r:.120} cannot be resolved") from None
+            raise FolderError(f"{text!r:.120} cannot be resolved") from None
         if not found.is_relative_to(self.root):
-            raise FenceError(f"{text!r:.120} is outside of the project's folder")
+            raise FolderError(f"{text!r:.120} is outside of the project's folder")
         if not found.exists():
-            raise FenceError(f"no file or folder {text!r:.120} in the project's folder")
+            raise FolderError(f"no file or folder {text!r:.120} in the project's folder")
         return found
 
     def name(self, path: Path) -> str:
@@ -58,7 +58,7 @@ class Fence:
         return self.has(real) or any(real.is_relative_to(each) for each in self._readable)
 
     def sources(self, project: Path) -> list[Path]:
-        """Return the source files of a project. Raises FenceError if one is outside, SourceError
+        """Return the source files of a project. Raises FolderError if one is outside, SourceError
         if there are none."""
         files = [file for file, _ in source_files(project)]
         self._check([*files, *symbol_files(project)])
@@ -74,12 +74,12 @@ class Fence:
                     folders[file.parent] = self.may_read(file.parent)
                 allowed = folders[file.parent]
             if not allowed:
-                raise FenceError(f"{file.name} is outside of the project's folder")
+                raise FolderError(f"{file.name} is outside of the project's folder")
 
     def confined(self, config: StationConfig, base: Path) -> StationConfig:
         """Return the configuration of a station that is simulated whole, without a network.
 
-        Raises FenceError for parts that run code of others or use hardware, and for files outside
+        Raises FolderError for parts that run code of others or use hardware, and for files outside
         of the project's folder.
         """
         base = base if base.is_absolute() else self.root
@@ -98,7 +98,7 @@ class Fence:
         found = config.model_copy(update=simulated)
         for text in _texts(found.model_dump(exclude={"router"})):
             if not self._is_harmless(base, text):
-                raise FenceError(f"station.toml: {text!r:.120} is outside of the project's folder")
+                raise FolderError(f"station.toml: {text!r:.120} is outside of the project's folder")
         for plc in found.plc:
             for name in filter(None, (plc.sources, *plc.libraries)):
                 path = base / name
@@ -118,7 +118,7 @@ class Fence:
         }
         for what, is_there in foreign.items():
             if is_there:
-                raise FenceError(
+                raise FolderError(
                     f"{what}: not here, only simulated parts run; start it with `achse run`"
                 )
 
