@@ -40,8 +40,8 @@ LARGE = 2000
 """Tests from which on the kernels are compiled before the workers start."""
 
 ROOT = Path(__file__).parents[1]
-BROWSER = ROOT / "tests" / "interop" / "browser"
-"""Folder whose tests share a browser."""
+SHARING = (ROOT / "tests" / "interop" / "browser", ROOT / "tests" / "house")
+"""Folders whose tests share what is dear: a browser, and all modules parsed."""
 
 SLOW = ROOT / "tests" / "data" / "slow_files.txt"
 """Slow files with their CPU seconds: the dearest starts first."""
@@ -68,7 +68,7 @@ def cpu_seconds() -> float:
 def batches(items: list[pytest.Item]) -> deque[list[int]]:
     """Return the indices of the items that belong together, the dearest first.
 
-    Those of a file belong together, and those of a folder that shares a browser.
+    Those of a file belong together, and those of a folder that shares something dear.
     """
     seconds: defaultdict[Path, float] = defaultdict(float)
     for name, cpu in map(str.split, SLOW.read_text(encoding="utf-8").splitlines()):
@@ -83,7 +83,7 @@ def batches(items: list[pytest.Item]) -> deque[list[int]]:
 
 def batch_of(file: Path) -> Path:
     """Return the file, or its folder if the tests of that belong together."""
-    return file.parent if file.parent == BROWSER else file
+    return file.parent if file.parent in SHARING else file
 
 
 def full_searches() -> int:
