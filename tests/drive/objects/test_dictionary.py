@@ -115,8 +115,8 @@ def test_each_object_has_the_subindices_listed(reach: Reach, index: str) -> None
     _, _, last, code = struct.unpack_from("<HHBB", found)
     assert last == subindices[-1]
     assert (code == 7) == (subindices == [0])
-    name = next(row["object_name"] for row in SINGLE if row["index"] == index)
-    assert found[6:].decode() == name.partition(": ")[0]
+    name = next(row.object_name for row in ROWS if row.index == int(index, 16))
+    assert found[6:].decode() == name
     missing = sorted({*range(last + 2)} - {*subindices})
     for subindex in missing:
         with pytest.raises(SdoAbort) as refusal:
@@ -128,7 +128,8 @@ def test_each_object_has_the_subindices_listed(reach: Reach, index: str) -> None
 def test_each_entry_is_as_listed(reach: Reach, listed: dict[str, str]) -> None:
     index, subindex = divmod(_key(listed), 256)
     entry = reach.entry(index, subindex)
-    assert entry.name == listed["object_name"].rpartition(": ")[2]
+    row = DICTIONARY[_key(listed)]
+    assert entry.name == row.entry_name
     if listed["data_type"] != "-":
         assert entry.type is DataType[listed["data_type"]]
     if listed["access"] == "ro":
@@ -142,7 +143,6 @@ def test_each_entry_is_as_listed(reach: Reach, listed: dict[str, str]) -> None:
             assert value == pytest.approx(_number(text), rel=1e-5)
     if listed["default"]:
         assert entry.default == IDENTITY.get(_id(listed), _number(listed["default"]))
-    row = DICTIONARY[_key(listed)]
     assert row.unit == listed["unit"]
     assert row.modes == (
         "" if listed["op_modes"] == "All" else listed["op_modes"].replace(",", " ")
