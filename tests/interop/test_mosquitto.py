@@ -18,6 +18,7 @@ import achse
 from achse.ams import AdsError, DeviceError, NetId
 from achse.ams.mqtt import RouterNote
 from achse.client.links.mqtt_link import routers_of
+from achse.station.configuration.station_file import parse
 from achse.transport.mqtt.network import MqttNetwork, MqttSettings
 from tests.interop.waiting import until, until_async
 from tests.transport.certificates import authority, signed
@@ -291,3 +292,35 @@ async def test_messages_of_any_length_arrive_once_and_in_order(broker: Mosquitto
             task.cancel()
         await asyncio.gather(*running, return_exceptions=True)
     assert heard.messages == sent
+
+
+async def test_symbols_are_topics_at_a_broker(broker: Mosquitto, tmp_path: Path) -> None:
+    """On change, retained, and back; another program of the broker sees and writes them."""
+    import aiomqtt
+
+    (tmp_path / "MAIN.st").write_text("PROGRAM MAIN VAR x, y : DINT; END_VAR x := y; END_PROGRAM")
+    bridge = {
+        "broker": "127.0.0.1", "port": broker.port, "topic": "press", "cycle": "10ms",
+        "symbols": ["MAIN.x"], "writable": ["MAIN.y"],
+    }  # fmt: skip
+    document = {"plc": [{"port": 851, "sources": "."}], "bridge": [bridge]}
+    station = achse.Station(parse(document, "a.toml"), base=tmp_path)
+    async with (
+        station.running("127.0.0.1", 0),
+        aiomqtt.Client("127.0.0.1", broker.port) as other,
+        asyncio.timeout(PATIENCE),
+    ):
+        await other.subscribe("press/#", qos=1)
+        seen: list[tuple[bytes, bool]] = []
+        async for message in other.messages:
+            if message.topic.value == "press/MAIN.y/set":
+                continue
+            seen.append((bytes(message.payload or b""), message.retain))  # type: ignore[arg-type]
+            if seen[-1][0] == b"17":
+                break
+            await other.publish("press/MAIN.y/set", b"17", qos=1)
+        assert [value for value, _ in seen] == [b"0", b"17"]
+    async with aiomqtt.Client("127.0.0.1", broker.port) as late, asyncio.timeout(PATIENCE):
+        await late.subscribe("press/MAIN.x")
+        message = await anext(aiter(late.messages))
+        assert (message.payload, message.retain) == (b"17", True)

@@ -451,7 +451,7 @@ async def test_a_station_is_ready_when_it_has_joined_or_said_why_not(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     broker = Broker()
-    monkeypatch.setattr("achse.transport.mqtt.network._session", lambda: broker.session)
+    monkeypatch.setattr("achse.transport.mqtt.network.mqtt_session", lambda: broker.session)
     built = station(mqtt=[{"broker": "broker", "topic": "plant"}])
     async with built.running("127.0.0.1", 0) as running:
         assert running.network.mqtt[0].network.online
@@ -473,7 +473,7 @@ async def test_a_broker_that_says_nothing_keeps_nobody_waiting(
             """Nobody came in."""
 
     silent = Silent()
-    monkeypatch.setattr("achse.transport.mqtt.network._session", lambda: lambda **_: silent)
+    monkeypatch.setattr("achse.transport.mqtt.network.mqtt_session", lambda: lambda **_: silent)
     monkeypatch.setattr("achse.station.routes.network._JOINED_WITHIN", 0.01)
     built = station(mqtt=[{"broker": "broker", "topic": "plant"}])
     async with built.running("127.0.0.1", 0) as running:

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from achse.router.rights import rights_named
 from achse.router.routes import Route
+from achse.station.configuration.bridge import BridgeConfig
 from achse.station.configuration.mqtt import MqttConfig
 from achse.station.configuration.secure import RouteTlsConfig, SecureConfig
 from achse.station.configuration.types import (
@@ -151,6 +152,7 @@ class NetworkConfig(ConfigTable):
     router: RouterConfig = RouterConfig.model_construct()
     secure: SecureConfig = SecureConfig.model_construct()
     mqtt: Sequence[MqttConfig] = ()
+    bridge: Sequence[BridgeConfig] = ()
     route: Sequence[RouteConfig] = ()
     serial: Sequence[SerialConfig] = ()
     limits: ConnectionLimitsConfig = ConnectionLimitsConfig.model_construct()

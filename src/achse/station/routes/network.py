@@ -16,6 +16,7 @@ from achse.station.configuration.network import NetworkConfig
 from achse.station.configuration.types import ConfigError
 from achse.station.routes.addresses import check_own_address, is_reachable_from_outside
 from achse.station.routes.identity import StationIdentity
+from achse.station.routes.symbol_topics import SymbolTopics
 from achse.transport.connections.held import Held
 from achse.transport.mqtt.network import MqttError
 from achse.transport.mqtt.routes import MqttRoutes
@@ -75,6 +76,7 @@ class Network:
         self._base = base
         self.secure: SecureListener | None = None
         self.mqtt: tuple[MqttRoutes, ...] = ()
+        self.bridges: tuple[SymbolTopics, ...] = ()
         self._router = router
         self._version = version
         self.listener = TcpListener(
@@ -175,6 +177,8 @@ class Network:
             strict=config.strict,
         )
         self.uplinks.start()
+        for bridge in self.bridges:
+            bridge.start()
 
     async def _open_secure(self, host: str) -> None:
         config, limits = self._config.router, self._config.limits
@@ -215,6 +219,9 @@ class Network:
                 for item in self._config.mqtt
                 for settings in item.networks(self._base)
             )
+            self.bridges = tuple(
+                SymbolTopics(item, self._router, self._base) for item in self._config.bridge
+            )
         except MqttError as fault:
             raise ConfigError(f"mqtt: {fault}") from None
         for network in self.mqtt:
@@ -247,6 +254,8 @@ class Network:
 
     async def close(self) -> None:
         """Close everything."""
+        for bridge in self.bridges:
+            await bridge.close()
         if self.uplinks is not None:
             await self.uplinks.close()
         self._names.close()

@@ -32,6 +32,9 @@ __all__ = [
     "MqttSettings",
     "MqttTls",
     "MqttUser",
+    "Session",
+    "is_broker_failure",
+    "mqtt_session",
 ]
 
 log = logging.getLogger("achse.mqtt")
@@ -224,6 +227,7 @@ class MqttUser(Protocol):
 
 
 Session = Callable[..., AbstractAsyncContextManager[Any]]
+"""Makes connections with the interface of `aiomqtt.Client`."""
 
 
 def _decrypted(client: Any) -> bool:
@@ -248,7 +252,8 @@ def _together(sock: Any) -> Iterator[None]:
             sock.setsockopt(socket.IPPROTO_TCP, option, 0)
 
 
-def _session() -> Session:
+def mqtt_session() -> Session:
+    """Return the maker of connections to a broker. Raises MqttError."""
     try:
         from aiomqtt import Client
     except ImportError:
@@ -335,6 +340,12 @@ def _session() -> Session:
     return Connection
 
 
+def is_broker_failure(failure: Exception) -> bool:
+    """Return True if a connection to a broker ended so; aiomqtt's own failure has no other kind."""
+    module = type(failure).__module__.split(".")[0]
+    return isinstance(failure, OSError) or module in ("aiomqtt", "paho")
+
+
 class MqttNetwork:
     """One router's, or one client's, place in a virtual network, from `run` on.
 
@@ -356,7 +367,7 @@ class MqttNetwork:
         """Routers that are online, ours not among them."""
         self._full = False
         """True once the log has reported too many routers."""
-        self._session = session or _session()
+        self._session = session or mqtt_session()
         self._context = None if settings.tls is None else settings.tls.context()
         self._note = replace(note, online=True)
         self._user = user
@@ -382,10 +393,8 @@ class MqttNetwork:
                         self._take(message)
                         for another in connection.waiting():
                             self._take(another)
-            except OSError as failure:
-                reason = str(failure)
-            except Exception as failure:  # aiomqtt's own, which is of no other kind
-                if type(failure).__module__.split(".")[0] not in ("aiomqtt", "paho"):
+            except Exception as failure:
+                if not is_broker_failure(failure):
                     raise
                 reason = str(failure)
             reason = reason.partition("] ")[2] or reason or "the connection ended"
