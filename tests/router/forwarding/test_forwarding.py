@@ -147,17 +147,26 @@ def test_subscription_of_another_client_is_not_deleted() -> None:
     assert chain.target.held_by_clients[0] == 0
 
 
-def test_request_in_a_ring_of_routers_with_source_nat_ends(monkeypatch: pytest.MonkeyPatch) -> None:
-    """It never looks the same twice there: what one connection has under way ends it."""
-    monkeypatch.setattr(pending, "_CLIENT_PENDING", 50)
+@pytest.mark.parametrize("routers", [2, 3])
+def test_request_in_a_ring_of_routers_with_source_nat_ends(routers: int) -> None:
+    """It never looks the same twice there; each round it comes from another address."""
     loop = Loop()
-    ring = [Host(loop, NetId(f"5.0.0.{n}.1.1"), source_nat=True) for n in range(1, 4)]
+    ring = [Host(loop, NetId(f"5.0.0.{n}.1.1"), source_nat=True) for n in range(1, routers + 1)]
     for here, there in zip(ring, [*ring[1:], ring[0]], strict=True):
         here.leads(TARGET, lambda there=there: there)  # type: ignore[misc]
-    client = Client(ring[0], 0, PYADS, PLC)
-    number = client.send(Command.READ_STATE, b"")
-    loop.run(1.0)
-    assert client.answers[number].error == ReturnCode.ROUTER_MAILBOX_FULL.number
+    clients = [Client(ring[n % routers], n, PYADS, PLC) for n in range(4)]
+    for client in clients:
+        number = client.send(Command.READ_STATE, b"")
+        loop.run(0.1)
+        assert client.answers[number].error == ReturnCode.TARGET_MACHINE_NOT_FOUND.number
+
+
+def test_many_clients_behind_a_router_may_begin_alike() -> None:
+    chain = Chain(2)
+    clients = [chain.client(host=0) for _ in range(47)]
+    numbers = [client.send(Command.READ_STATE, b"") for client in clients]
+    chain.loop.run()
+    assert {client.answers[n].error for client, n in zip(clients, numbers, strict=True)} == {0}
 
 
 def test_request_under_way_is_answered_when_the_connection_ends() -> None:

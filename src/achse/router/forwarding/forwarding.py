@@ -40,6 +40,10 @@ _READS = (int(Command.READ), int(Command.READ_WRITE))
 _MEASURED = 16
 """The latency of one in so many answers is counted."""
 
+_ROUNDS, _ROUND_NS = 48, 1_000_000_000
+"""Sessions of a connection that all began with the same request within this time: it goes in
+circles. Less than a window, so that it does not wait there."""
+
 _RESTORED_WITHIN = 5
 """Seconds in which a target has to answer all that makes resources again."""
 
@@ -160,6 +164,8 @@ class Forwarding:
             if self.requests.is_too_much(session, size, now, congested):
                 self.refused += 1
                 return ReturnCode.ROUTER_MAILBOX_FULL
+            if circles and not session.exchanges and self._goes_round(session, frame, size, now):
+                return ReturnCode.TARGET_MACHINE_NOT_FOUND
             request = PendingRequest(session, frame.command, frame.flags, change, now, size)
             refusal = self.requests.add(session, frame, request, circles)
             if refusal is not None:
@@ -181,6 +187,24 @@ class Forwarding:
             return ReturnCode.TARGET_MACHINE_NOT_FOUND  # our own request has come back
         self._listen()
         return self._sessions.begin(client, source) or ReturnCode.ROUTER_NO_MORE_QUEUES
+
+    def _goes_round(self, session: ForwardedClient, frame: Frame, size: int, now: int) -> bool:
+        """True if the first request of a session is that of many new ones of its connection.
+
+        A request that goes in circles through routers which give each client an alias comes from
+        another address each time.
+        """
+        latest = self._sessions.latest(session.client, _ROUNDS + 1)[1:]
+        for each in latest:
+            exchange = each.exchanges.get(frame.target)
+            request = None if exchange is None else exchange.requests.get(frame.invoke_id)
+            if (
+                request is None
+                or (request.command, request.size) != (frame.command, size)
+                or now - request.time >= _ROUND_NS
+            ):
+                return False
+        return len(latest) == _ROUNDS
 
     def _is_foreign(
         self, session: ForwardedClient, change: ResourceChange, action: ResourceAction

@@ -2,6 +2,7 @@
 
 import zlib
 from collections.abc import Callable, Iterator
+from itertools import islice
 from typing import Protocol
 
 from achse.ams import AmsAddress, Endpoint, NetId
@@ -79,6 +80,10 @@ class Sessions:
     def of_client(self, client: Endpoint) -> list[ForwardedClient]:
         """Return the sessions of a connection."""
         return list(self._by_client.get(client, ()))
+
+    def latest(self, client: Endpoint, most: int) -> list[ForwardedClient]:
+        """Return the sessions of a connection that began last, the newest first."""
+        return list(islice(reversed(self._by_client.get(client, {})), most))
 
     def of_source(self, source: bytes) -> list[ForwardedClient]:
         """Return the sessions with a source address."""
