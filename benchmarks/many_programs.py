@@ -1,0 +1,202 @@
+"""Many pyads programs through one `achse router` to one station: samples counted, losses told.
+
+Each program subscribes to a counter of its own so many times. Meanwhile the station, which lets in
+one connection per host, is killed and started again, and the cable between router and station is
+pulled. A program counts its samples, the counts that it missed, and samples of other programs. What
+is missed is what passed while there was no connection: as often as the cable was pulled, for each
+subscription once. A program that is killed must leave nothing at the station.
+Usage: python benchmarks/many_programs.py [PROGRAMS] [SUBSCRIPTIONS] [SECONDS]
+The full length: python benchmarks/many_programs.py 8 500 3600
+"""
+
+import asyncio
+import contextlib
+import json
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any
+
+import achse
+
+NET_ID, OWN = "5.1.2.3.1.1", "5.7.7.7.1.1"
+STATION, ROUTER = "127.0.0.91", "127.0.0.92"
+PULSE_MS = 500
+"""Time between two counts."""
+
+RESTARTS, PULLS = 2, 3
+
+PROGRAM = """PROGRAM MAIN
+VAR nCycle : UDINT; aCount : ARRAY [0..15] OF UDINT; i : INT; END_VAR
+nCycle := nCycle + 1;
+IF nCycle MOD {cycles} = 0 THEN
+    FOR i := 0 TO 15 DO aCount[i] := nCycle / {cycles} * 16 + INT_TO_UDINT(i); END_FOR
+END_IF
+END_PROGRAM
+"""
+
+
+def program(number: int, subscriptions: int) -> None:
+    """One program: it ends with its standard input, and prints what came."""
+    import pyads
+
+    last: dict[int, int] = {}
+    counts = dict.fromkeys(("samples", "missed", "gaps", "restarts", "foreign", "ends"), 0)
+    connection = pyads.Connection(NET_ID, 851, ROUTER)
+    connection.open()
+
+    def came(notification: Any, name: str) -> None:
+        handle = notification.contents.hNotification
+        if notification.contents.cbSampleSize < 4:
+            counts["ends"] += 1
+            return
+        *_, value = connection.parse_notification(notification, pyads.PLCTYPE_UDINT)
+        count, whose = divmod(value, 16)
+        counts["samples"] += 1
+        counts["foreign"] += bool(value) and whose != number
+        before = last.get(handle, count - 1)
+        counts["restarts"] += count < before
+        if count > before + 1 and before:
+            counts["missed"] += count - before - 1
+            counts["gaps"] += 1
+        last[handle] = count
+
+    for _ in range(subscriptions):
+        connection.add_device_notification(
+            f"MAIN.aCount[{number}]", pyads.NotificationAttrib(4), came
+        )
+    print("ready", flush=True)
+    sys.stdin.read()
+    counts["subscriptions"] = len(last)
+    print(json.dumps(counts), flush=True)
+    signal.raise_signal(signal.SIGKILL)
+
+
+class Cable:
+    """A TCP connection through this process, which can be pulled."""
+
+    def __init__(self) -> None:
+        self.port = 0
+        self.connections = 0
+        self.most_at_once = 0
+        self._writers: set[asyncio.StreamWriter] = set()
+
+    async def connected(self, here: asyncio.StreamReader, back: asyncio.StreamWriter) -> None:
+        try:
+            there, out = await asyncio.open_connection(STATION, 48898)
+        except OSError:
+            back.close()
+            return
+        self.connections += 1
+        pair = {back, out}
+        self._writers |= pair
+        self.most_at_once = max(self.most_at_once, len(self._writers) // 2)
+        await asyncio.gather(self._carry(here, out), self._carry(there, back))
+        self._writers -= pair
+
+    async def _carry(self, source: asyncio.StreamReader, to: asyncio.StreamWriter) -> None:
+        with contextlib.suppress(OSError):
+            while data := await source.read(1 << 16):
+                to.write(data)
+                await to.drain()
+        to.close()
+
+    def pull(self) -> None:
+        for writer in self._writers:
+            writer.transport.abort()
+
+
+@contextlib.asynccontextmanager
+async def process(*command: str, ready: str) -> AsyncIterator[asyncio.subprocess.Process]:
+    pipe = asyncio.subprocess.PIPE
+    running = await asyncio.create_subprocess_exec(
+        sys.executable, *command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL
+    )
+    assert running.stdout is not None
+    try:
+        while not (line := (await running.stdout.readline()).decode()).startswith(ready):
+            assert line, f"{command} ended before it was ready"
+        yield running
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            running.kill()
+        await running.wait()
+
+
+async def status() -> dict[str, Any]:
+    async with achse.connect(ROUTER, net_id=OWN, port=1) as client:
+        figures: dict[str, Any] = json.loads(bytes(await client.read_raw(2, 0, 1 << 20)))
+    return figures
+
+
+async def measure(programs: int, subscriptions: int, seconds: float, folder: Path) -> None:
+    (folder / "MAIN.st").write_text(PROGRAM.format(cycles=PULSE_MS // 10))
+    (folder / "station.toml").write_text(
+        f'[router]\nnet_id = "{NET_ID}"\nhost = "{STATION}"\n[[plc]]\nport = 851\nsources = "."\n'
+    )
+    cable = Cable()
+    server = await asyncio.start_server(cable.connected, "127.0.0.1", 0)
+    port = server.sockets[0].getsockname()[1]
+    (folder / "router.toml").write_text(
+        f'[router]\nnet_id = "{OWN}"\nhost = "{ROUTER}"\n[[target]]\nname = "station"\n'
+        f'host = "127.0.0.1:{port}"\nnet_id = "{NET_ID}"\nresubscribe = true\n'
+    )
+    run = ("-m", "achse", "run", str(folder / "station.toml"))
+    route = ("-m", "achse", "router", "--config", str(folder / "router.toml"))
+    async with contextlib.AsyncExitStack() as stack:
+        there = await stack.enter_async_context(process(*run, ready="achse ready"))
+        await stack.enter_async_context(process(*route, ready="achse ready"))
+        clients = [
+            await stack.enter_async_context(
+                process(__file__, "program", str(n), str(subscriptions), ready="ready")
+            )
+            for n in range(programs)
+        ]
+        print(f"{programs} programs with {subscriptions} subscriptions each", flush=True)
+        pause = seconds / (RESTARTS + PULLS + 1)
+        for step in range(RESTARTS + PULLS):
+            await asyncio.sleep(pause)
+            if step % 2:
+                there.kill()
+                await there.wait()
+                there = await stack.enter_async_context(process(*run, ready="achse ready"))
+            else:
+                cable.pull()
+        await asyncio.sleep(pause)
+        figures = await status()
+        total: dict[str, int] = {}
+        for each in clients:
+            output = (await each.communicate(b""))[0].decode().strip()
+            for name, count in json.loads(output or "{}").items():
+                total[name] = total.get(name, 0) + count
+        begin = time.monotonic()
+        while True:
+            [target] = (await status())["targets"]
+            if not target["subscriptions"] + target["handles"]:
+                break
+            assert time.monotonic() < begin + 60, "something remained at the station"
+            await asyncio.sleep(0.1)
+        print(f"released {time.monotonic() - begin:.1f} s after the kill of all programs")
+    server.close()
+    [target] = figures["targets"]
+    for name, count in total.items():
+        print(f"{name:14} {count:9}")
+    print(f"connections    {cable.connections:9}, at once {cable.most_at_once}")
+    print(f"router: losses {target['losses']}, lost frames {figures['lost_frames']},", end=" ")
+    print(f"50 % {target['latency_50'] * 1e3:.2f} ms, 99 % {target['latency_99'] * 1e3:.2f} ms")
+
+
+def main(*words: str) -> None:
+    if words and words[0] == "program":
+        program(int(words[1]), int(words[2]))
+    programs, subscriptions, seconds = (*map(int, words), *(8, 50, 30)[len(words) :])
+    with tempfile.TemporaryDirectory() as folder:
+        asyncio.run(measure(programs, subscriptions, seconds, Path(folder)))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
