@@ -5,7 +5,7 @@ import itertools
 import pytest
 
 from achse.swarm import campaign as module
-from achse.swarm.campaign import Campaign, seeds_one_by_one
+from achse.swarm.campaign import Campaign, seed_line, seeds_one_by_one
 
 
 def row(seed: int, invariant: str = "") -> dict[str, object]:
@@ -39,3 +39,10 @@ def test_seeds_until_so_many_or_so_long(
     found = list(seeds_one_by_one(7, runs, cpu_s, clock=lambda: float(next(ticks))))
     assert [each["seed"] for each in found] == list(range(count))
     assert {each["first"] for each in found} == {7}
+
+
+def test_line_of_a_seed_has_its_end_and_its_figures() -> None:
+    holds = "seed 7 holds station_s=100.000 cpu_s=2.00 moves=4 requests=5 samples=6"
+    assert seed_line(row(7)) == holds
+    assert seed_line(row(7, "jerk")) == holds.replace("holds", "jerk")
+    assert seed_line({"error": "RunTooLong"}).startswith("seed ? RunTooLong station_s=0.000 ")

@@ -47,6 +47,16 @@ def test_faults_and_changes_excuse_for_a_while(life: StationLife) -> None:
     life.act("fault", [{"kind": "no such fault"}])
 
 
+def test_fault_of_requests_does_not_excuse_samples(life: StationLife) -> None:
+    life.advance_to(5_100_000_000)
+    life.act("fault", [{"kind": "drop", "lasting": 0.5, "command": "read"}])
+    life.advance_to(5_200_000_000)
+    assert life.frames_ns() > life.now_ns() > life.sample_frames_ns()
+    assert life.samples_ns() < life.now_ns()
+    life.act("fault", [{"kind": "drop", "lasting": 0.5, "command": "notification"}])
+    assert life.sample_frames_ns() > life.now_ns()
+
+
 def test_acts_change_the_station(life: StationLife) -> None:
     life.advance_to(5_010_000_000)
     life.act("inject", [1, "simulation_not_ready", 1])

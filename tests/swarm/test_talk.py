@@ -24,6 +24,9 @@ class Calm:
     def frames_ns(self) -> int:
         return self.until
 
+    def sample_frames_ns(self) -> int:
+        return self.until
+
     def samples_ns(self) -> int:
         return self.until
 

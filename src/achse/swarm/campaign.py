@@ -2,14 +2,16 @@
 
 import math
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from achse.swarm.excuses import EXCUSES
 from achse.swarm.scenario import run
 from achse.swarm.worlds.draws import SEEDS
 
-__all__ = ["Campaign", "FailedSeed", "seeds_one_by_one"]
+__all__ = ["Campaign", "FailedSeed", "seed_line", "seeds_one_by_one"]
 
 _YEAR_S = 365.25 * 86_400
 
@@ -21,6 +23,14 @@ class FailedSeed:
     seed: int
     invariant: str
     what: str
+
+
+def seed_line(row: Mapping[str, Any]) -> str:
+    """Return the figures of a seed as one line."""
+    end = row.get("error") or row.get("invariant") or "holds"
+    station_s, cpu_s = float(row.get("station_s", 0.0)), float(row.get("cpu_s", 0.0))
+    figures = " ".join(f"{name}={row.get(name, 0)}" for name in ("moves", "requests", "samples"))
+    return f"seed {row.get('world', '?')} {end} {station_s=:.3f} {cpu_s=:.2f} {figures}"
 
 
 @dataclass
@@ -35,6 +45,7 @@ class Campaign:
     requests: int = 0
     samples: int = 0
     failures: list[FailedSeed] = field(default_factory=list)
+    excuses: Counter[str] = field(default_factory=Counter)
 
     def add(self, row: Mapping[str, Any]) -> FailedSeed | None:
         """Add the figures of a seed; return it if its world failed."""
@@ -44,6 +55,7 @@ class Campaign:
         self.cpu_s += float(row.get("cpu_s", 0.0))
         for name in ("cycles", "moves", "requests", "samples"):
             setattr(self, name, getattr(self, name) + int(row.get(name, 0)))
+        self.excuses.update({name: int(row.get(name, 0)) for name in EXCUSES})
         if not (error or row["invariant"]):
             return None
         failure = FailedSeed(
@@ -75,6 +87,7 @@ class Campaign:
             "moves": self.moves,
             "requests": self.requests,
             "samples": self.samples,
+            "excuses": {name: self.excuses[name] for name in EXCUSES},
             "failures": [vars(each) for each in self.failures],
         }
 

@@ -114,16 +114,17 @@ INVARIANTS = (
     ),
     Invariant(
         "samples-to-subscriber", "A sample comes to the connection that subscribed, to no other.",
-        "000 §3.2.3.8", "while a fault of frames is active", where="talk",
+        "000 §3.2.3.8", "handles whose answer a fault of frames may have hit", where="talk",
     ),
     Invariant(
         "samples-in-order", "The samples of a subscription come in order, each once.",
-        "000 §3.2.3.8; decision 0120", "while a fault of frames is active", where="talk",
+        "000 §3.2.3.8; decision 0120", "while a fault of notifications or links is active",
+        where="talk",
     ),
     Invariant(
         "samples-complete", "A cyclic subscription has a sample each cycle, or it is counted lost.",
         "000 §3.2.3.6; decision 0120",
-        "restart, online change, samples counted as dropped or late", where="talk",
+        "restart, online change, samples counted as dropped or late, faults as above", where="talk",
     ),
     Invariant(
         "bounded", "Handles, subscriptions and queued bytes stay within the limits.",

@@ -8,6 +8,7 @@ from typing import Any
 from achse.ams import AdsState, NetId
 from achse.ams.filetime import to_unix_ns
 from achse.faults.fault import FaultError, FaultState
+from achse.faults.gate import FrameFault
 from achse.station import Station
 from achse.station.configuration.station_file import StationConfig, parse
 from achse.station.station import DEFAULT_EPOCH_NS
@@ -31,6 +32,14 @@ _AFTER_NS = 1_000_000_000
 
 _FIRST_PORT = 50_000
 """TCP port of the first client."""
+
+_ON_REQUESTS = frozenset(
+    (
+        "drop", "delay", "duplicate", "reorder", "truncate", "wrong_invoke_id", "error",
+        "router_error",
+    )
+)  # fmt: skip
+"""Faults of frames that hit requests and answers alone, unless for notifications."""
 
 Report = Callable[[str, str], None]
 
@@ -131,8 +140,8 @@ class StationLife:
         self.watch = MotionWatch(self.station, world.all_axes, checks, report, world.channel)
         self.station.cycle.add(self.watch)
         self._port = _FIRST_PORT
-        self._frames_ns = self._samples_ns = -1
-        self._disturbed = False
+        self._frames_ns = self._sample_frames_ns = self._samples_ns = -1
+        self._disturbed = self._samples_disturbed = False
         self._dropped = 0
         self.pages: list[ConnectionLedger] = []
         self.roads: list[Road] = []
@@ -176,18 +185,26 @@ class StationLife:
         self._look()
         return self._frames_ns
 
+    def sample_frames_ns(self) -> int:
+        """Time until which frames with samples may be lost, late or changed."""
+        self._look()
+        return self._sample_frames_ns
+
     def samples_ns(self) -> int:
         """Time until which subscriptions may miss samples or end."""
         self._look()
-        return max(self._samples_ns, self._frames_ns)
+        return max(self._samples_ns, self._sample_frames_ns)
 
     def _look(self) -> None:
         """Note faults that are or were active, changes of the station, and lost samples."""
         station, now = self.station, self.now_ns()
-        active = any(each.state is FaultState.ACTIVE for each in station.faults)
+        active = [each.fault for each in station.faults if each.state is FaultState.ACTIVE]
         if active or self._disturbed:
             self._frames_ns = now + _AFTER_NS
-        self._disturbed = active
+        on_samples = any(map(_hits_samples, active))
+        if on_samples or self._samples_disturbed:
+            self._sample_frames_ns = now + _AFTER_NS
+        self._disturbed, self._samples_disturbed = bool(active), on_samples
         devices = [each.notifications for each in station.devices]
         dropped = sum(each.dropped for each in devices) + station.usage.budget.late
         if station.state is not AdsState.RUN or dropped != self._dropped:
@@ -213,7 +230,8 @@ class StationLife:
         except FaultError as refusal:
             logging.getLogger("achse.swarm").debug("no fault: %s", refusal)
         self._frames_ns = self.now_ns() + _AFTER_NS
-        self._samples_ns = self._frames_ns
+        if fields["kind"] not in _ON_REQUESTS or fields.get("command") == "notification":
+            self._samples_ns = self._sample_frames_ns = self._frames_ns
 
     def restart(self) -> None:
         """Restart the station."""
@@ -278,6 +296,11 @@ class StationLife:
             if not road.ended:
                 road._end()
         self.station.cycle.remove(self.watch)
+
+
+def _hits_samples(fault: object) -> bool:
+    """Return True unless the fault is one of frames that are no notifications."""
+    return not isinstance(fault, FrameFault) or fault.command == "notification"
 
 
 def _rest(fields: Mapping[str, Any]) -> dict[str, Any]:

@@ -151,6 +151,8 @@ class MotionWatch(Phase):
         self.cycles = 0
         """Cycles of one axis that were looked at."""
         self._moves = 0
+        self.abrupt_cycles = 0
+        """Cycles of an axis in which the manuals are abrupt: most is not checked."""
 
     @property
     def moves(self) -> int:
@@ -190,6 +192,7 @@ class MotionWatch(Phase):
         for each in self._axes:
             step = each.step
             if step.phase or step.v1 or step.v0 or step.p1 != step.p0:
+                self.abrupt_cycles += not step.smooth
                 for name, check in self._checks:
                     reason = check(step)
                     if reason is not None:

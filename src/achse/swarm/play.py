@@ -10,6 +10,7 @@ import logging
 import tempfile
 import time
 import traceback
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -85,6 +86,8 @@ class WorldOutcome:
     answers: int = 0
     samples: int = 0
     restarts: int = 0
+    excuses: Counter[str] = field(default_factory=Counter)
+    """How often each excuse of `achse.swarm.excuses` was used."""
     ended_ns: int = 0
     """Time of the world at its end."""
     cpu_s: float = 0.0
@@ -312,6 +315,9 @@ class _Player:
         self.outcome.cycles += life.watch.cycles
         self.outcome.moves += life.watch.moves
         self.outcome.station_s += life.station.time_ns / 1e9
+        self.outcome.excuses["abrupt_cycle"] += life.watch.abrupt_cycles
+        for page in life.pages:
+            self.outcome.excuses.update(page.excuses)
         self.outcome.answers += sum(page.answers for page in life.pages)
         self.outcome.samples += sum(page.samples for page in life.pages)
 

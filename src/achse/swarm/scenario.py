@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from achse.swarm.excuses import EXCUSES
 from achse.swarm.play import WorldOutcome, play, play_twice
 from achse.swarm.project import draw_project_world, load_checks
 from achse.swarm.worlds.drawing import draw_world
@@ -45,4 +46,5 @@ def run(*, first: int, project: str, invariants: str, seed: int) -> dict[str, An
         "requests": outcome.requests,
         "samples": outcome.samples,
         "cpu_s": round(outcome.cpu_s, 4),
+        **{name: outcome.excuses[name] for name in EXCUSES},
     }

@@ -5,6 +5,7 @@ must belong to something on that page. Faults that lose or change frames excuse 
 hit; the time of the last of them is asked of `Disturbances`.
 """
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -28,6 +29,9 @@ class Disturbances(Protocol):
 
     def frames_ns(self) -> int:
         """Return the time until which frames may be lost, late or changed, ns."""
+
+    def sample_frames_ns(self) -> int:
+        """Return the time until which frames with samples may be lost, late or changed, ns."""
 
     def samples_ns(self) -> int:
         """Return the time until which subscriptions may miss samples or end, ns."""
@@ -81,11 +85,17 @@ class ConnectionLedger:
     """True if an answer with a handle was cut by a fault: its samples come all the same."""
     answers: int = 0
     samples: int = 0
+    excuses: Counter[str] = field(default_factory=Counter)
+    """Violations that an excuse has hidden, by the names of `achse.swarm.excuses`."""
     _excused_ns: int = -1
 
     def frames_ns(self) -> int:
         """Return the time until which frames of this connection may be lost, late or changed."""
         return max(self.disturbances.frames_ns(), self._excused_ns)
+
+    def sample_frames_ns(self) -> int:
+        """Return the time until which samples of this connection may be lost, late or changed."""
+        return max(self.disturbances.sample_frames_ns(), self._excused_ns)
 
     def excuse_unread(self, since_ns: int) -> None:
         """The client reads on: faults since it stopped to read may have hit what waits for it."""
@@ -106,6 +116,8 @@ class ConnectionLedger:
             if self.frames_ns() < (self.clock() if sent is None else sent):
                 what = "nobody asked" if sent is None else "has been answered already"
                 self.report("answered-once", f"{self.name}: answer {frame.invoke_id} {what}")
+            else:
+                self.excuses["request_in_fault"] += 1
             return
         if request.command != frame.command:
             self.report(
@@ -139,8 +151,10 @@ class ConnectionLedger:
         try:
             stream = NotificationStream.decode(frame.data)
         except DecodeError as fault:
-            if self.frames_ns() < self.clock():
+            if self.sample_frames_ns() < self.clock():
                 self.report("samples-in-order", f"{self.name}: {fault}")
+            else:
+                self.excuses["sample_in_fault"] += 1
             return
         port = int.from_bytes(frame.source[6:8], "little")
         for stamp in stream.stamps:
@@ -151,11 +165,15 @@ class ConnectionLedger:
     def _take_sample(self, handle: Place, data: bytes, moment: int) -> None:
         subscription = self.subscriptions.get(handle)
         if subscription is None:
-            if handle not in self._deleted and not self._may_be_unknown(moment):
-                self.report(
-                    "samples-to-subscriber",
-                    f"{self.name}: a sample of handle {handle}, not its own",
-                )
+            if handle in self._deleted:
+                return
+            if self._may_be_unknown(moment):
+                self.excuses["unknown_sample"] += 1
+                return
+            self.report(
+                "samples-to-subscriber",
+                f"{self.name}: a sample of handle {handle}, not its own",
+            )
             return
         if not data:  # the hint that the subscription has ended
             del self.subscriptions[handle]
@@ -164,18 +182,19 @@ class ConnectionLedger:
         self.samples += 1
         last, subscription.begun_ns = subscription.begun_ns, moment
         subscription.samples += 1
-        if subscription.samples == 1 or self.frames_ns() >= last:
+        if subscription.samples == 1:
             return
-        if moment <= last:
+        gap = bool(subscription.cycle_ns) and not self._in_time(subscription, moment - last)
+        if self.sample_frames_ns() >= last:
+            self.excuses["sample_in_fault"] += moment <= last or gap
+        elif moment <= last:
             self.report(
                 "samples-in-order",
                 f"{self.name}: handle {handle} has a sample of {moment} ns behind {last} ns",
             )
-        elif (
-            subscription.cycle_ns
-            and not self._in_time(subscription, moment - last)
-            and self.disturbances.samples_ns() < last
-        ):
+        elif gap and self.disturbances.samples_ns() >= last:
+            self.excuses["sample_gap"] += 1
+        elif gap:
             self.report(
                 "samples-complete",
                 f"{self.name}: handle {handle} has samples of {last} and {moment} ns,"
@@ -205,13 +224,17 @@ class ConnectionLedger:
         """At the end of an open connection: nothing may be under way any more."""
         frames, now = self.frames_ns(), self.clock()
         for invoke, request in self.pending.items():
-            if not request.optional and frames < request.sent_ns:
+            if request.optional:
+                continue
+            if frames >= request.sent_ns:
+                self.excuses["request_in_fault"] += 1
+            else:
                 self.report(
                     "answered-once",
                     f"{self.name}: {request.what}, invoke id {invoke}, has no answer"
                     f" after {(now - request.sent_ns) / 1e9:.3f} s",
                 )
-        late = max(frames, self.disturbances.samples_ns())
+        late = max(self.sample_frames_ns(), self.disturbances.samples_ns())
         for handle, each in self.subscriptions.items():
             allowed = 2 * each.cycle_ns + each.delay_ns + 1_000_000_000
             if each.cycle_ns and late < each.begun_ns and now - each.begun_ns > allowed:

@@ -63,6 +63,10 @@ def swarm(
             help="Write a small world that fails as a test in Python.", show_default=False
         ),
     ] = None,
+    rows: Annotated[
+        bool,
+        typer.Option("--rows", help="Print a line for each seed as it ends, and the excuses."),
+    ] = False,
     in_json: Json = False,
 ) -> None:
     """Run stations in random worlds, and check what must hold in each.
@@ -72,6 +76,7 @@ def swarm(
     import secrets
 
     from achse.station import ConfigError
+    from achse.swarm.excuses import excuse_rows
     from achse.swarm.worlds.world import WorldError
 
     first = secrets.randbits(64) if seed is None else seed
@@ -91,7 +96,10 @@ def swarm(
             _replay(first, *names)
         with ending(end) if not workers else nullcontext():
             campaign = _campaign(
-                first, runs, cpu, workers, names, quiet=in_json, stopped=lambda: bool(signals)
+                *(first, runs, cpu, workers, names),
+                quiet=in_json,
+                rows=rows and not in_json,
+                stopped=lambda: bool(signals),
             )
     except (WorldError, ConfigError) as fault:
         fail(str(fault))
@@ -106,6 +114,8 @@ def swarm(
             f" ({campaign.machine_years_per_cpu_hour:.3g} in a CPU hour),"
             f" {campaign.moves} moves, {campaign.requests} requests, {campaign.samples} samples"
         )
+        if rows:
+            print("\n".join(excuse_rows(campaign.excuses)))
     if campaign.failures:
         if keep is not None:
             _keep(keep, campaign.failures[0], names)
@@ -122,22 +132,25 @@ def _campaign(
     names: tuple[str, str],
     *,
     quiet: bool,
+    rows: bool,
     stopped: Callable[[], bool],
 ) -> "Campaign":
-    from achse.swarm.campaign import Campaign, seeds_one_by_one
+    from achse.swarm.campaign import Campaign, seed_line, seeds_one_by_one
 
     campaign = Campaign()
     if runs is None and cpu is None:
         runs = _RUNS
-    rows: Any
+    played: Any
     if workers:
         if runs is None:
             fail("--workers needs --runs")
-        rows = _played_by_workers(first, min(runs, _MOST_PLAYED), workers, names)
+        played = _played_by_workers(first, min(runs, _MOST_PLAYED), workers, names)
     else:
-        rows = seeds_one_by_one(first, runs, cpu, *names, stopped=stopped)
-    for row in rows:
+        played = seeds_one_by_one(first, runs, cpu, *names, stopped=stopped)
+    for row in played:
         failure = campaign.add(row)
+        if rows:
+            print(seed_line(row), flush=True)
         if failure is not None and not quiet:
             _tell(failure)
             sys.stdout.flush()
