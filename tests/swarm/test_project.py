@@ -39,7 +39,7 @@ def test_folder_without_a_station_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "source", "told"),
     [
-        ("mine.st", "", "Python file"),
+        ("mine.txt", "", "file .py or .st"),
         ("mine.py", "x = 1", "expected functions check_"),
         ("mine.py", "1 / 0", "ZeroDivisionError"),
     ],

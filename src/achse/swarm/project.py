@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from achse.station import Station
+from achse.swarm.st_checks import load_st_checks
 from achse.swarm.worlds.drawing import draw_surroundings
 from achse.swarm.worlds.draws import Stream
 from achse.swarm.worlds.world import DrawnAxis, World, WorldError
@@ -65,9 +66,14 @@ def draw_project_world(seed: int, project: Path) -> World:
 
 
 def load_checks(file: Path) -> Sequence[UserCheck]:
-    """Return the functions `check_…` of a Python file. Raises WorldError, OSError."""
+    """Return the functions `check_…` of a Python file, or the BOOL outputs of Structured Text.
+
+    Raises WorldError, OSError.
+    """
+    if file.suffix.lower() == ".st":
+        return load_st_checks(file)
     if file.suffix != ".py":
-        raise WorldError(f"expected invariants as a Python file, got {file}")
+        raise WorldError(f"expected invariants as a file .py or .st, got {file}")
     module = types.ModuleType("__achse_invariants__")
     module.__file__ = str(file)
     try:

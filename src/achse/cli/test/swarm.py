@@ -52,7 +52,7 @@ def swarm(
     ] = 0,
     invariants: Annotated[
         Path | None,
-        typer.Option(help="Python file with functions check_…(station).", show_default=False),
+        typer.Option(help="File .py with functions check_…(station), or .st.", show_default=False),
     ] = None,
     replay: Annotated[
         bool, typer.Option("--replay", help="Run one seed, and print its acts and its end.")
