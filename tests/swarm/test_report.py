@@ -15,6 +15,8 @@ def test_failure_names_seed_commit_and_command() -> None:
     lines = failure_lines(77, BrokenInvariant("jerk", "too much"))
     assert lines[0] == f"seed 77 commit {commit()} failed: jerk: too much"
     assert lines[1].strip() == "achse swarm --seed 77 --replay"
+    _, command = failure_lines(77, BrokenInvariant("mine", "x"), "my press", "mine.st")
+    assert command.strip() == "achse swarm 'my press' --seed 77 --replay --invariants mine.st"
 
 
 @pytest.mark.parametrize("seed", range(8))

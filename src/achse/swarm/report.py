@@ -2,6 +2,7 @@
 
 import json
 import pprint
+import shlex
 import subprocess
 from dataclasses import asdict
 from importlib.metadata import version
@@ -29,12 +30,13 @@ def commit() -> str:
     return found.stdout.strip()
 
 
-def failure_lines(seed: int, violation: BrokenInvariant) -> list[str]:
+def failure_lines(
+    seed: int, violation: BrokenInvariant, project: str = "", invariants: str = ""
+) -> list[str]:
     """Return what is printed of a failure, with the command that shows it again."""
-    return [
-        f"seed {seed} commit {commit()} failed: {violation}",
-        f"  achse swarm --seed {seed} --replay",
-    ]
+    words = ["achse", "swarm", *([project] if project else []), "--seed", str(seed), "--replay"]
+    words += ["--invariants", invariants] if invariants else []
+    return [f"seed {seed} commit {commit()} failed: {violation}", f"  {shlex.join(words)}"]
 
 
 def source_of_test(world: World, violation: BrokenInvariant, invariants: str = "") -> str:

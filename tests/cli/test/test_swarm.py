@@ -32,6 +32,11 @@ def test_seeds_are_summed_up() -> None:
     assert (facts["seeds"], facts["failed"], facts["first"]) == (1, 0, SHORT)
 
 
+def test_rows_are_printed_as_seeds_end() -> None:
+    lines = run("--seed", str(SHORT), "--runs", "1", "--rows").stdout.splitlines()
+    assert lines[0].startswith(f"seed {SHORT} holds station_s=")
+
+
 def test_replay_shows_acts_and_digest() -> None:
     told = run("--seed", str(SHORT), "--replay").stdout.splitlines()
     assert told[0].split() == ["0.000", "s", "client", "0", "dial"]
@@ -48,7 +53,8 @@ def test_violated_invariant_of_a_user_is_kept_as_a_small_test(tmp_path: Path) ->
         exit_code=1,
     ).stdout
     assert "failed: check_never_enabled: at " in told
-    assert "  achse swarm --seed " in told
+    assert f"  achse swarm {tmp_path} --seed " in told
+    assert f" --replay --invariants {tmp_path / 'mine.py'}\n" in told
     assert "acts" in told.splitlines()[-1]
     source = kept.read_text()
     assert source.count('"kind": ') <= 4

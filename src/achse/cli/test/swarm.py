@@ -152,16 +152,17 @@ def _campaign(
         if rows:
             print(seed_line(row), flush=True)
         if failure is not None and not quiet:
-            _tell(failure)
+            _tell(failure, names)
             sys.stdout.flush()
     return campaign
 
 
-def _tell(failure: "FailedSeed") -> None:
+def _tell(failure: "FailedSeed", names: tuple[str, str]) -> None:
     from achse.swarm.play import BrokenInvariant
     from achse.swarm.report import failure_lines
 
-    for line in failure_lines(failure.seed, BrokenInvariant(failure.invariant, failure.what)):
+    broken = BrokenInvariant(failure.invariant, failure.what)
+    for line in failure_lines(failure.seed, broken, *names):
         print(line)
 
 
@@ -198,7 +199,7 @@ def _replay(seed: int, project: str, invariants: str) -> None:
             print(f"{act.at_ns / 1e9:10.3f} s  {who}  {act.kind} {values}".rstrip())
     violation: BrokenInvariant | None = outcome.violation
     if violation is not None:
-        for line in failure_lines(seed, violation):
+        for line in failure_lines(seed, violation, project, invariants):
             print(line)
         raise typer.Exit(1)
     print(f"seed {seed}: no violation in {outcome.station_s:.3f} s, digest {outcome.digest}")
