@@ -299,7 +299,7 @@ class StationLife:
 
 
 def _hits_samples(fault: object) -> bool:
-    """Return True unless the fault is one of frames that are no notifications."""
+    """Return False for a fault of frames other than notifications."""
     return not isinstance(fault, FrameFault) or fault.command == "notification"
 
 
