@@ -37,9 +37,11 @@ SLEEPERS: dict[str, str] = {
     "tests/interop/waiting.py": "between two looks at a condition, without a limit",
     f"{MASTERS}/achse_master.py": "the bus cycle of a master",
     f"{MASTERS}/achse_objects.py": "the bus cycle of a master",
+    f"{MASTERS}/kickcat_esi.py": "the bus cycle of a master",
     f"{MASTERS}/kickcat_loopback.py": "the bus cycle of a master",
     f"{MASTERS}/pysoem_bus.py": "the bus cycle of a master",
     f"{MASTERS}/pysoem_drives.py": "longer than the watchdog of a slave: a busy machine waits more",
+    f"{MASTERS}/pysoem_esi.py": "the bus cycle of a master",
     f"{MASTERS}/pysoem_loopback.py": "longer than the watchdog of a slave",
 }
 """Tests and programs of tests that sleep, and what for; no result depends on how long."""

@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 
 from achse.codes import AlState, AlStatus
 from achse.ethercat.master.esi_reader import read_esi
-from achse.ethercat.virtual import Behaviour, LoopBack, RecordedSignals, VirtualDevice
+from achse.ethercat.virtual import LoopBack, RecordedSignals, SlaveBehaviour, VirtualDevice
 from tests.ethercat.virtual.esi_text import ANALOG, esi
 
 MS = 1_000_000
 
 
-def made(behaviour: Behaviour) -> VirtualDevice:
+def made(behaviour: SlaveBehaviour) -> VirtualDevice:
     return VirtualDevice(read_esi(esi(ANALOG))[0], behaviour=behaviour)
 
 
@@ -71,7 +71,7 @@ def test_columns_have_a_value_for_each_time() -> None:
 
 
 def test_class_of_ones_own_sees_states_and_time() -> None:
-    class Integrator(Behaviour):
+    class Integrator(SlaveBehaviour):
         """The valve fills, the level tells."""
 
         cycle_ns = 2 * MS

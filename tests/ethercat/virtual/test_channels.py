@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 
 from achse.codes import DataType
 from achse.ethercat.description import Pdo, PdoEntry
-from achse.ethercat.virtual.channels import Channel, channels_of, decode_value, encode_value
+from achse.ethercat.virtual.channels import PdoChannel, channels_of, decode_value, encode_value
 
 INTS = {DataType.I8: 8, DataType.U16: 16, DataType.I32: 32, DataType.U64: 64}
 
 
-def channel(kind: int, bits: int) -> Channel:
-    return Channel("C", False, 0x6000, 1, bits, kind)
+def channel(kind: int, bits: int) -> PdoChannel:
+    return PdoChannel("C", False, 0x6000, 1, bits, kind)
 
 
 @given(kind=st.sampled_from(sorted(INTS)), data=st.data())

@@ -13,9 +13,9 @@ from achse.station.slaves.esi_line import EsiLine
 from tests.ethercat.virtual.esi_text import ANALOG, DIGITAL_IN, DIGITAL_OUT, esi
 
 OWN = """
-from achse.ethercat.virtual import Behaviour
+from achse.ethercat.virtual import SlaveBehaviour
 
-class Ramp(Behaviour):
+class Ramp(SlaveBehaviour):
     def step(self, device, elapsed_ns):
         device.set_input("Value", 1 + device.input("Value"))
 
@@ -100,7 +100,8 @@ def test_places_and_classes_are_checked(folder: Path) -> None:
         EsiLine([str(folder / "digital.xml")])
     with pytest.raises(EsiError, match=r"slave 1 \(DI8\): DI8 has no channel 'Value'"):
         EsiLine(["DI8"], [folder], [f"1={folder / 'values.csv'}"])
-    for name, text in (("NotOne", "expected a subclass of Behaviour"), ("No", "AttributeError")):
+    wrong = (("NotOne", "expected a subclass of SlaveBehaviour"), ("No", "AttributeError"))
+    for name, text in wrong:
         with pytest.raises(EsiError, match=text):
             make_behaviour(f"own.py:{name}", folder)
     (folder / "bad.csv").write_text("x\n")

@@ -74,7 +74,7 @@ ControlOption = Annotated[
     ),
 ]
 CONTROL = f"127.0.0.1:{DRIVES[1]}"
-"""Where the control service listens by default."""
+"""Default place of the control service."""
 RealTimeOption = Annotated[
     bool,
     typer.Option(

@@ -1,4 +1,7 @@
-"""Behaviours: what a virtual slave does with its outputs and inputs in each local cycle."""
+"""Behaviours: what a virtual slave does with its outputs and inputs in each local cycle.
+
+Source: ETG.1000.6, the device behind its controller.
+"""
 
 import csv
 from bisect import bisect_right
@@ -12,12 +15,12 @@ from achse.ethercat.virtual.channels import Value
 if TYPE_CHECKING:
     from achse.ethercat.virtual.device import VirtualDevice
 
-__all__ = ["Behaviour", "LoopBack", "RecordedSignals"]
+__all__ = ["LoopBack", "RecordedSignals", "SlaveBehaviour"]
 
 _MOST_ROWS = 1_000_000
 
 
-class Behaviour:
+class SlaveBehaviour:
     """Base of behaviours: a class of one's own overrides what it needs."""
 
     cycle_ns = 1_000_000
@@ -39,7 +42,7 @@ class Behaviour:
         """Called before a file is written by FoE; `FileRefusal` refuses it."""
 
 
-class LoopBack(Behaviour):
+class LoopBack(SlaveBehaviour):
     """Outputs come back as inputs: the first bit as the first, as many as there are."""
 
     def step(self, device: "VirtualDevice", elapsed_ns: int) -> None:
@@ -47,7 +50,7 @@ class LoopBack(Behaviour):
         device.write_all_inputs(device.all_outputs())
 
 
-class RecordedSignals(Behaviour):
+class RecordedSignals(SlaveBehaviour):
     """Inputs as a recording has them: columns by channel, a row for each moment.
 
     Between rows the last one counts. With `repeat` the recording begins again after its last row.

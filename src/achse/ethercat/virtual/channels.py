@@ -2,6 +2,8 @@
 
 A channel is named by its PDO and its entry as in the ESI file, `Channel 1.Input`; by the entry
 alone where no other has that name; and by its object, `6000:01`.
+
+Source: ETG.2000, entries of RxPdo and TxPdo.
 """
 
 import struct
@@ -11,7 +13,7 @@ from dataclasses import dataclass
 from achse.codes import DataType
 from achse.ethercat.description import Pdo
 
-__all__ = ["Channel", "Value", "channels_of", "decode_value", "encode_value"]
+__all__ = ["PdoChannel", "Value", "channels_of", "decode_value", "encode_value"]
 
 Value = bool | int | float | bytes
 _SIGNED = (DataType.I8, DataType.I16, DataType.I32, DataType.I64)
@@ -19,7 +21,7 @@ _TEXTS = (DataType.VISIBLE_STRING, DataType.OCTET_STRING)
 
 
 @dataclass(frozen=True, slots=True)
-class Channel:
+class PdoChannel:
     """An entry of a PDO."""
 
     name: str
@@ -35,11 +37,11 @@ class Channel:
         return self.index, self.subindex
 
 
-def channels_of(outputs: Iterable[Pdo], inputs: Iterable[Pdo]) -> Mapping[str, Channel]:
+def channels_of(outputs: Iterable[Pdo], inputs: Iterable[Pdo]) -> Mapping[str, PdoChannel]:
     """The channels by each of their names; whole names win over short ones."""
-    whole: dict[str, Channel] = {}
-    objects: dict[str, Channel] = {}
-    short: dict[str, list[Channel]] = {}
+    whole: dict[str, PdoChannel] = {}
+    objects: dict[str, PdoChannel] = {}
+    short: dict[str, list[PdoChannel]] = {}
     for output, pdos in ((True, outputs), (False, inputs)):
         for pdo in pdos:
             for entry in pdo.entries:
@@ -47,7 +49,7 @@ def channels_of(outputs: Iterable[Pdo], inputs: Iterable[Pdo]) -> Mapping[str, C
                     continue
                 title = entry.name or f"{entry.index:04X}:{entry.subindex:02X}"
                 name = f"{pdo.name}.{title}" if pdo.name else title
-                made = Channel(
+                made = PdoChannel(
                     name, output, entry.index, entry.subindex, entry.bits, entry.data_type
                 )
                 whole.setdefault(name, made)
@@ -59,7 +61,7 @@ def channels_of(outputs: Iterable[Pdo], inputs: Iterable[Pdo]) -> Mapping[str, C
     return {**single, **objects, **whole}
 
 
-def encode_value(channel: Channel, value: Value) -> int:
+def encode_value(channel: PdoChannel, value: Value) -> int:
     """The bits of a value as a number; ValueError or TypeError if the channel cannot have it."""
     kind, bits = channel.data_type, channel.bits
     if isinstance(value, bytes):
@@ -81,7 +83,7 @@ def encode_value(channel: Channel, value: Value) -> int:
     return number & (1 << bits) - 1
 
 
-def decode_value(channel: Channel, raw: int) -> Value:
+def decode_value(channel: PdoChannel, raw: int) -> Value:
     """The value of the bits `raw`: bool, number, or bytes for a text."""
     kind, bits = channel.data_type, channel.bits
     if kind == DataType.BOOL:

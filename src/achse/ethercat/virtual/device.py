@@ -21,9 +21,9 @@ from achse.ethercat.dictionary import (
 )
 from achse.ethercat.master.configuration import SlaveConfiguration
 from achse.ethercat.master.esi_reader import EsiDevice, EsiError, from_esi
-from achse.ethercat.virtual.behaviour import Behaviour
+from achse.ethercat.virtual.behaviour import SlaveBehaviour
 from achse.ethercat.virtual.channels import (
-    Channel,
+    PdoChannel,
     Value,
     channels_of,
     decode_value,
@@ -41,6 +41,9 @@ _STATE_BITS = {AlState.PREOP: 0, AlState.SAFEOP: 1, AlState.OP: 2}
 _WRITE_SHIFT = 3
 _TEXTS = (DataType.VISIBLE_STRING, DataType.OCTET_STRING)
 _IDENTITY, _TYPES = 0x1018, 0x1C00
+_DEVICE_AREA = 0xF000
+_CONFIGURED, _DETECTED = _DEVICE_AREA + 0x30, _DEVICE_AREA + 0x50
+"""Idents of the modules in the slots."""
 _USES = ("MBoxOut", "MBoxIn", "Outputs", "Inputs")
 _LONGEST_FILE = 1 << 24
 _MOST_FILES = 64
@@ -86,7 +89,7 @@ class VirtualDevice:
         self,
         device: EsiDevice,
         *,
-        behaviour: Behaviour | None = None,
+        behaviour: SlaveBehaviour | None = None,
         serial_number: int = 0,
         module_idents: Sequence[int] | None = None,
         module_objects: Iterable[DictionaryObject] = (),
@@ -144,12 +147,12 @@ class VirtualDevice:
             listed = [
                 number(n, f"SubIndex {n:03d}", 32, ident) for n, ident in enumerate(idents, 1)
             ]
-            found[0xF050] = record_object(0xF050, "Detected modules", listed)
+            found[_DETECTED] = record_object(_DETECTED, "Detected modules", listed)
             writable = [
                 number(n, f"SubIndex {n:03d}", 32, ident, _WRITE)
                 for n, ident in enumerate(idents, 1)
             ]
-            found[0xF030] = record_object(0xF030, "Configured modules", writable)
+            found[_CONFIGURED] = record_object(_CONFIGURED, "Configured modules", writable)
         for index, entries in self._of_pdos().items():
             present = found.get(index)
             if present is None:
@@ -327,11 +330,11 @@ class VirtualDevice:
     # channels
 
     @property
-    def channels(self) -> Mapping[str, Channel]:
+    def channels(self) -> Mapping[str, PdoChannel]:
         """The entries of all PDOs, by each of their names."""
         return self._channels
 
-    def channel(self, name: str) -> Channel:
+    def channel(self, name: str) -> PdoChannel:
         """A channel by one of its names; KeyError names close ones."""
         try:
             return self._channels[name]
@@ -356,7 +359,7 @@ class VirtualDevice:
         """The value of an output as the master wrote it last; KeyError."""
         return self._value(self.channel(name))
 
-    def _value(self, channel: Channel) -> Value:
+    def _value(self, channel: PdoChannel) -> Value:
         for image in self._images().values():
             if channel.place in image.places and image.output == channel.output:
                 return decode_value(channel, image.get(channel.place))

@@ -1,4 +1,7 @@
-"""ESI files of a folder: devices by the name of their type, the newest revision first."""
+"""ESI files of a folder: devices by the name of their type, the newest revision first.
+
+Source: ETG.2000, Type of a device.
+"""
 
 from collections.abc import Sequence
 from difflib import get_close_matches
@@ -17,7 +20,7 @@ class EsiFolder:
     """
 
     def __init__(self, places: Sequence[Path]) -> None:
-        """EsiError for a place that does not exist, and for a file that is no ESI."""
+        """EsiError for a place that does not exist, and for a file that is not an ESI."""
         self.refused: list[str] = []
         self.devices: list[EsiDevice] = []
         for place in places:

@@ -1,4 +1,7 @@
-"""Virtual slaves: a device of an ESI file behind a controller with the resources it needs."""
+"""Virtual slaves: a device of an ESI file behind a controller with the resources it needs.
+
+Source: ETG.2000, Info/EtherCATController, Physics, IdentificationAdo.
+"""
 
 from collections.abc import Sequence
 
@@ -8,7 +11,7 @@ from achse.ethercat.master.esi_reader import EsiDevice, EsiError
 from achse.ethercat.master.xml_document import number
 from achse.ethercat.registers import RAM_BASE, ControllerResources
 from achse.ethercat.slave import Slave
-from achse.ethercat.virtual.behaviour import Behaviour
+from achse.ethercat.virtual.behaviour import SlaveBehaviour
 from achse.ethercat.virtual.device import VirtualDevice, VirtualFileDevice
 from achse.ethercat.virtual.eeprom_image import image_of
 from achse.ethercat.virtual.esi_modules import equip
@@ -74,7 +77,7 @@ def make_slave(
     device: EsiDevice,
     *,
     modules: Sequence[str] = (),
-    behaviour: Behaviour | None = None,
+    behaviour: SlaveBehaviour | None = None,
     alias: int = 0,
     serial_number: int = 0,
 ) -> VirtualSlave:

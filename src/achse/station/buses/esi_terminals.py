@@ -6,10 +6,10 @@ from pathlib import Path
 
 from achse.ethercat.master.esi_reader import EsiError
 from achse.ethercat.virtual import (
-    Behaviour,
     EsiFolder,
     LoopBack,
     RecordedSignals,
+    SlaveBehaviour,
     VirtualDevice,
     make_slave,
 )
@@ -38,7 +38,7 @@ def make_esi_terminal(config: TerminalConfig, folder: Path) -> VirtualDevice:
         raise EsiError(f"terminal {config.name!r}: {fault.args[0]}") from None
 
 
-def make_behaviour(text: str, beside: Path = Path()) -> Behaviour:
+def make_behaviour(text: str, beside: Path = Path()) -> SlaveBehaviour:
     """A behaviour: `loop-back`, a .csv file of recorded inputs, FILE.py:CLASS; raises `EsiError`.
 
     Files are relative to the folder `beside`.
@@ -60,7 +60,7 @@ def make_behaviour(text: str, beside: Path = Path()) -> Behaviour:
     return _own(beside / name, class_name)
 
 
-def _own(file: Path, class_name: str) -> Behaviour:
+def _own(file: Path, class_name: str) -> SlaveBehaviour:
     """A behaviour of the user's own."""
     spec = importlib.util.spec_from_file_location(f"achse_behaviour_{file.stem}", file)
     if spec is None or spec.loader is None or not file.is_file():
@@ -71,6 +71,6 @@ def _own(file: Path, class_name: str) -> Behaviour:
         made = getattr(module, class_name)()
     except Exception as fault:
         raise EsiError(f"{file}:{class_name}: {type(fault).__name__}: {fault}") from fault
-    if not isinstance(made, Behaviour):
-        raise EsiError(f"{file}:{class_name}: expected a subclass of Behaviour")
+    if not isinstance(made, SlaveBehaviour):
+        raise EsiError(f"{file}:{class_name}: expected a subclass of SlaveBehaviour")
     return made

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from achse.ethercat.master.esi_reader import EsiDevice, EsiError
-from achse.ethercat.virtual import Behaviour, EsiFolder, VirtualSlave, make_slave
+from achse.ethercat.virtual import EsiFolder, SlaveBehaviour, VirtualSlave, make_slave
 from achse.station.buses.esi_terminals import esi_devices, make_behaviour
 
 __all__ = ["EsiLine"]
@@ -76,13 +76,13 @@ def _chosen(spec: str, folder: EsiFolder) -> list[tuple[EsiDevice, tuple[str, ..
     return [(folder.find(match["type"].strip()), modules)] * count
 
 
-def _acts(texts: Sequence[str], count: int) -> dict[int | None, Callable[[], Behaviour]]:
-    """What makes the behaviour of each place, None for all others."""
-    acts: dict[int | None, Callable[[], Behaviour]] = {}
+def _acts(texts: Sequence[str], count: int) -> dict[int | None, Callable[[], SlaveBehaviour]]:
+    """Return the maker of each place's behaviour; None stands for all other places."""
+    acts: dict[int | None, Callable[[], SlaveBehaviour]] = {}
     for text in texts:
         place, _, what = text.partition("=")
 
-        def make(what: str = what) -> Behaviour:
+        def make(what: str = what) -> SlaveBehaviour:
             return make_behaviour(what)
 
         make()  # a wrong one is told before anything is made
