@@ -1,5 +1,7 @@
 """Slaves made from ESI files: masters by others bring them to Op through a network interface."""
 
+import os
+import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -8,8 +10,12 @@ from typing import Any
 import pytest
 
 from tests.ethercat.virtual.esi_text import ANALOG, COUPLER, DIGITAL_IN, DIGITAL_OUT, esi
+from tests.interop.ethercat.pysoem_suite_slaves import write_files
 
 OP = 8
+SUITE = os.environ.get("ACHSE_PYSOEM_TESTS", "")
+"""Folder of pysoem's own tests, of the version that is installed."""
+OURS = Path(__file__).with_name("pysoem_suite_slaves.py")
 
 
 @pytest.fixture
@@ -38,6 +44,23 @@ def test_pysoem(line: Any, judge: Callable[[Path], int], witness: Callable[[str]
     assert found["counter"][0] == found["counter"][1]
     assert found["inputs"][3] == found["sent"][3] + "0000"
     assert judge(line.capture) > 100
+
+
+@pytest.mark.skipif(not SUITE, reason="ACHSE_PYSOEM_TESTS names no folder")
+def test_own_tests_of_pysoem(bus: Any, witness: Callable[[str], None], tmp_path: Path) -> None:
+    """All but those that its authors skip, on the slaves that they were written for."""
+    witness("pysoem")
+    write_files(tmp_path)
+    types = ("XMC43-Test-Device", "EK1100", "EL3002", "EL1259")
+    bus.serve(
+        *(sys.executable, "-m", "achse", "bus", "serve", *types, "--esi", tmp_path),
+        *("--behaviour", f"1={OURS}:Board", "--behaviour", f"4={OURS}:Stamps"),
+        *("--interface", "cable1", "--control", "none"),
+    )
+    files = sorted(Path(SUITE).glob("pysoem_*_test.py"))
+    command = (sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-c", "/dev/null")
+    printed = bus.run(*command, "--rootdir", SUITE, *files, "--ifname", "cable0")
+    assert re.search(r"[0-9]+ passed, 2 skipped in", printed), printed
 
 
 def test_kickcat(line: Any, witness: Callable[[str], None]) -> None:
