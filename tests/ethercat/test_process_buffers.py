@@ -1,5 +1,7 @@
 """Slaves with other SyncManagers than four: several of a direction, none for a mailbox."""
 
+from collections.abc import Callable
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -36,8 +38,8 @@ class Outputs(Loopback):
     def write_buffer(self, number: int, data: bytes) -> None:
         self.images[number] = data
 
-    def read_buffer(self, number: int) -> bytes:
-        return bytes((number, 0xAA, 0x55))
+    def buffer_reader(self, number: int) -> Callable[[], bytes]:
+        return lambda: bytes((number, 0xAA, 0x55))
 
 
 def memory(start: int = DIGITAL_OUTPUTS) -> SlaveMemory:

@@ -190,8 +190,8 @@ class BufferedApplication(Protocol):
         """Outputs of SyncManager `number` came; called in Op only."""
         ...
 
-    def read_buffer(self, number: int) -> bytes:
-        """The newest inputs of SyncManager `number`; called in SafeOp and Op."""
+    def buffer_reader(self, number: int) -> Callable[[], bytes]:
+        """The reader of the newest inputs of SyncManager `number`, from SafeOp on until PreOp."""
         ...
 
 

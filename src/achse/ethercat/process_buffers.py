@@ -15,14 +15,17 @@ __all__ = ["ProcessBuffer", "process_buffers"]
 
 
 class ProcessBuffer(NamedTuple):
-    """A SyncManager for process data and the application's end of it."""
+    """A SyncManager for process data and the application's end of it.
+
+    `reader` returns the reader of its inputs for the mapping of now.
+    """
 
     number: int
     area: SyncManagerArea
     output: bool
     size: Callable[[], int]
     write: Callable[[bytes], None]
-    read: Callable[[], bytes]
+    reader: Callable[[], Callable[[], bytes]]
 
     @property
     def fault(self) -> AlStatus:
@@ -43,14 +46,18 @@ def process_buffers(application: Application, memory: SlaveMemory) -> tuple[Proc
         if isinstance(application, BufferedApplication):
             size: Callable[[], int] = partial(application.buffer_size, number)
             write: Callable[[bytes], None] = partial(application.write_buffer, number)
-            read: Callable[[], bytes] = partial(application.read_buffer, number)
+            reader: Callable[[], Callable[[], bytes]] = partial(application.buffer_reader, number)
         elif any(each.output == output for each in made):
             continue
         else:
             size = partial(_size, application, output)
-            write, read = application.write_outputs, application.read_inputs
-        made.append(ProcessBuffer(number, area, output, size, write, read))
+            write, reader = application.write_outputs, partial(_reader, application)
+        made.append(ProcessBuffer(number, area, output, size, write, reader))
     return tuple(made)
+
+
+def _reader(application: Application) -> Callable[[], bytes]:
+    return application.read_inputs
 
 
 def _size(application: Application, output: bool) -> int:

@@ -256,7 +256,7 @@ class Slave:
                 preview = partial(self._preview, number)
                 sync_manager.sink = self._sinks[number] if operating else preview
             else:
-                sync_manager.source = buffer.read
+                sync_manager.source = buffer.reader()
             esc.lock(number, closed)
         esc.remapped()
 

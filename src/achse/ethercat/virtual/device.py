@@ -5,8 +5,9 @@ Inputs keep what was set, outputs what the master wrote last; outside Op outputs
 Source: ETG.2000 for the description, ETG.1000.6 for the objects.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
+from functools import partial
 
 from achse.codes import AbortCode, AlState, AlStatus, DataType, FileRefusal, FoeError, SdoAbort
 from achse.ethercat.application import ObjectAccess, ObjectCode
@@ -299,9 +300,9 @@ class VirtualDevice:
         """Outputs of a SyncManager."""
         self._images()[number].data = data
 
-    def read_buffer(self, number: int) -> bytes:
-        """Inputs of a SyncManager."""
-        return self._images()[number].data
+    def buffer_reader(self, number: int) -> Callable[[], bytes]:
+        """Reader of the inputs of a SyncManager; lines have a thousand slaves, so it is short."""
+        return partial(getattr, self._images()[number], "data")
 
     def all_outputs(self) -> bytes:
         """The outputs of all SyncManagers, one behind the other."""
