@@ -143,6 +143,28 @@ def test_outputs_of_a_controller_without_a_program_are_off_once_they_stop() -> N
         assert made.esc.memory[Register.PROCESS_WATCHDOG_STATUS] == 0
 
 
+@given(lengths=st.tuples(st.integers(0, 4), st.integers(0, 4), st.integers(0, 6)))
+def test_hardware_without_a_program_takes_any_length(lengths: tuple[int, int, int]) -> None:
+    made = slave(emulated=True)
+    segment = Segment([made])
+    open_managers(made, lengths)
+    request(made, AlState.OP)
+    data = bytes(range(1, lengths[1] + 1))
+    assert isinstance(made.application, Outputs)
+    if data:
+        assert made.esc.write(0x1100, data)
+        assert made.application.images[1] == data[:2].ljust(2, b"\0")
+    if lengths[2]:
+        head = bytes(4) + bytes((lengths[2], 0)) + b"\0\x07\0\x10\0\x01\x01\0\0\0"
+        made.esc.write(FMMU_BASE, head)
+        frame = EthercatFrame((Datagram(DatagramCommand.LRD, 0, bytes(lengths[2])),)).encode()
+        for _ in range(2):
+            reply = segment.process(frame)
+            assert reply is not None
+            (back,) = EthercatFrame.decode(reply).datagrams
+            assert back.data == b"\x02\xaa\x55"[: lengths[2]].ljust(lengths[2], b"\0")
+
+
 @pytest.mark.parametrize("number", [0, 1])
 def test_mailbox_needs_both_directions(number: int) -> None:
     areas = [(SiiUse.MAILBOX_OUT, BOOT), (SiiUse.MAILBOX_IN, BOOT)]

@@ -32,6 +32,19 @@ class ProcessBuffer(NamedTuple):
         """The code for a SyncManager that is set up otherwise than the mapping needs."""
         return AlStatus.OUTPUT_CONFIGURATION if self.output else AlStatus.INPUT_CONFIGURATION
 
+    def resized(self, length: int) -> "ProcessBuffer":
+        """The same for a SyncManager of another length, as hardware without a program has it: what
+        is longer is cut, what is missing is 0."""
+        read = self.reader()
+
+        def write(data: bytes) -> None:
+            size = self.size()
+            self.write(data[:size].ljust(size, b"\0"))
+
+        return self._replace(
+            write=write, reader=lambda: lambda: read()[:length].ljust(length, b"\0")
+        )
+
 
 def process_buffers(application: Application, memory: SlaveMemory) -> tuple[ProcessBuffer, ...]:
     """The buffers of an application in the order of their SyncManagers.

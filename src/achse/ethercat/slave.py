@@ -226,9 +226,10 @@ class Slave:
             if state is AlState.OP:
                 self._fed_ns = self._time.now_ns
                 esc.set_watchdog(expired=False)
-                for buffer in self._output_buffers:
-                    if buffer.number in self._outputs:
-                        buffer.write(self._outputs[buffer.number])
+                for number, data in self._outputs.items():
+                    sink = esc.sync_managers[number].sink
+                    assert sink is not None
+                    sink(data)
         self._plan_steps()
         esc.set_al_status(state, code)
 
@@ -252,9 +253,13 @@ class Slave:
         for buffer in self._buffers:
             number = buffer.number
             sync_manager = esc.sync_managers[number]
+            sink = self._sinks.get(number)
+            if self._emulated and sync_manager.length != buffer.size():
+                buffer = buffer.resized(sync_manager.length)
+                sink = self._operating(buffer)
             if buffer.output:
                 preview = partial(self._preview, number)
-                sync_manager.sink = self._sinks[number] if operating else preview
+                sync_manager.sink = sink if operating else preview
             else:
                 sync_manager.source = buffer.reader()
             esc.lock(number, closed)
@@ -428,7 +433,9 @@ class Slave:
             sync_manager.repeat_acknowledge = sync_manager.repeat_request
             if self._mailbox.last is not None and sync_manager.works:
                 self.esc.put(number, self._mailbox.last)
-        if number in self._places and self.state >= AlState.SAFEOP and not self._emulated:
+        if number in self._places and self._emulated:
+            self._open_process_data()
+        elif number in self._places and self.state >= AlState.SAFEOP:
             code = self._check_process_data()
             if code is not _NO_ERROR:
                 self._fall(code)
@@ -555,7 +562,9 @@ class Slave:
         """Outputs come again."""
         self.esc.set_watchdog(expired=False)
         self._open_process_data()
-        self._sinks[number](data)
+        sink = self.esc.sync_managers[number].sink
+        assert sink is not None
+        sink(data)
         self._plan_steps()
 
     def _outputs_missing(self) -> None:
