@@ -24,6 +24,7 @@ __all__ = [
     "LoggedAs",
     "ReadyWithin",
     "SaveTo",
+    "TestedProject",
     "Watch",
 ]
 
@@ -57,6 +58,14 @@ Library = Annotated[
     list[Path] | None,
     typer.Option(
         help="Sources of a library that the project uses, or a folder of libraries; once for each."
+    ),
+]
+
+TestedProject = Annotated[
+    Path,
+    typer.Argument(
+        help="A folder with PLC sources, a .plcproj, one source file, or a station.toml.",
+        show_default=False,
     ),
 ]
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.st.typed.text import lines_of
-from achse.tcunit.mutation.operators import Fault, Mutant, mutants_of
+from achse.tcunit.mutation.operators import Mutant, MutationOperator, mutants_of
 from tests.tcunit.mutation.conftest import PLANTED, Routines, routines_of
 
 
@@ -58,7 +58,7 @@ END_FUNCTION
     rows = {
         (mutant.change, routine.locate(mutant.statement).line): mutant.branch
         for mutant in mutants_of(routine)
-        if mutant.fault in (Fault.BOUNDARY, Fault.STATEMENT)
+        if mutant.fault in (MutationOperator.BOUNDARY, MutationOperator.STATEMENT)
     }
     branch = rows["> becomes >=", 3]
     assert branch is not None

@@ -4,7 +4,7 @@ import pytest
 
 from achse.st.lexis.source import Source, SourceSegment
 from achse.tcunit.mutation.edits import TextEdit
-from achse.tcunit.mutation.operators import Fault
+from achse.tcunit.mutation.operators import MutationOperator
 from achse.tcunit.mutation.results import MutantOutcome, MutantResult, MutationScore
 
 K, T, S, N, E = MutantOutcome
@@ -12,7 +12,7 @@ K, T, S, N, E = MutantOutcome
 
 def result(source: Source, edit: TextEdit | None, place: str = "") -> MutantResult:
     return MutantResult(
-        *("a.st", source, "F", 3, 1, place, Fault.BOUNDARY, "< becomes <=", edit, S)
+        *("a.st", source, "F", 3, 1, place, MutationOperator.BOUNDARY, "< becomes <=", edit, S)
     )
 
 

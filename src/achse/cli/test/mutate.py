@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from achse.cli.failure import fail
-from achse.cli.options import Library
+from achse.cli.options import Library, TestedProject
 
 if TYPE_CHECKING:
     from achse.tcunit.mutation.results import MutationRun
@@ -21,13 +21,7 @@ def register(app: typer.Typer) -> None:
 
 
 def mutate(
-    project: Annotated[
-        Path,
-        typer.Argument(
-            help="A folder with PLC sources, a .plcproj, one source file, or a station.toml.",
-            show_default=False,
-        ),
-    ],
+    project: TestedProject,
     library: Library = None,
     sample: Annotated[
         int | None,

@@ -8,7 +8,7 @@ import typer
 
 from achse.cli.failure import fail
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
-from achse.cli.options import Library
+from achse.cli.options import Library, TestedProject
 
 if TYPE_CHECKING:
     from achse.plc.coverage.results import CoverageResult
@@ -23,13 +23,7 @@ def register(app: typer.Typer) -> None:
 
 
 def run_unit_tests(
-    project: Annotated[
-        Path,
-        typer.Argument(
-            help="A folder with PLC sources, a .plcproj, one source file, or a station.toml.",
-            show_default=False,
-        ),
-    ],
+    project: TestedProject,
     library: Library = None,
     junit: Annotated[
         Path | None,

@@ -37,7 +37,7 @@ class ConditionHits(NamedTuple):
 
     @property
     def gap(self) -> str:
-        """What is missing, in words; empty if nothing is."""
+        """The gap in words; empty if there is none."""
         if self.is_shown:
             return ""
         if not self.true or not self.false:

@@ -137,9 +137,9 @@ def _conditions(shape: Shape) -> Iterator[int]:
 
 
 def shape_of(value: TypedValue) -> tuple[DecisionShape, tuple[TypedValue, ...]] | None:
-    """The shape of a decision and its conditions; None if a value is no decision.
+    """The shape of a decision and its conditions; None for other values.
 
-    A negation of a decision is none, what it negates is one.
+    Of a negation the decision is what it negates.
     """
     if isinstance(value, Computed) and value.operator is Operator.NOT:
         return None

@@ -1,4 +1,4 @@
-"""Edits of Structured Text that show a mutant: what stands in the source, and what in its place."""
+"""Edits of Structured Text that show a mutant: a piece of the source, and the text in its place."""
 
 from bisect import bisect_left
 from itertools import pairwise

@@ -19,9 +19,9 @@ class WorkResult(NamedTuple):
     """Result of a piece of work in a copy."""
 
     value: Any
-    """What the work returned; None if it did not return."""
+    """Value that the work returned; None if it did not return."""
     problem: str = ""
-    """Why it did not; empty if it did."""
+    """Reason why it did not; empty if it did."""
     is_out_of_time: bool = False
     """True if it took more processor time than it may."""
 

@@ -39,10 +39,10 @@ from achse.st.typed.statements import (
 )
 from achse.tcunit.mutation.edits import SourceEdits, TextEdit
 
-__all__ = ["Fault", "Mutant", "mutants_of"]
+__all__ = ["Mutant", "MutationOperator", "mutants_of"]
 
 
-class Fault(Enum):
+class MutationOperator(Enum):
     """Kind of a planted fault."""
 
     RELATION = "relational operator"
@@ -63,7 +63,7 @@ class Mutant:
 
     routine: Routine
     body: TypedStatements
-    fault: Fault
+    fault: MutationOperator
     at: int
     """Offset of what is changed, in the source of the routine."""
     statement: int
@@ -80,7 +80,7 @@ class Mutant:
 class _Site:
     """A fault on its way up from its node to the body."""
 
-    fault: Fault
+    fault: MutationOperator
     at: int
     change: str
     edit: TextEdit | None = None
@@ -91,23 +91,35 @@ class _Site:
 _Variants: TypeAlias = Iterator[tuple[Any, _Site]]
 """A node with a fault inside, again and again."""
 
-_RELATIONS: dict[Operator, tuple[tuple[Operator, Fault], ...]] = {
-    Operator.LT: ((Operator.LE, Fault.BOUNDARY), (Operator.GE, Fault.RELATION)),
-    Operator.LE: ((Operator.LT, Fault.BOUNDARY), (Operator.GT, Fault.RELATION)),
-    Operator.GT: ((Operator.GE, Fault.BOUNDARY), (Operator.LE, Fault.RELATION)),
-    Operator.GE: ((Operator.GT, Fault.BOUNDARY), (Operator.LT, Fault.RELATION)),
-    Operator.EQ: ((Operator.NE, Fault.RELATION),),
-    Operator.NE: ((Operator.EQ, Fault.RELATION),),
+_RELATIONS: dict[Operator, tuple[tuple[Operator, MutationOperator], ...]] = {
+    Operator.LT: (
+        (Operator.LE, MutationOperator.BOUNDARY),
+        (Operator.GE, MutationOperator.RELATION),
+    ),
+    Operator.LE: (
+        (Operator.LT, MutationOperator.BOUNDARY),
+        (Operator.GT, MutationOperator.RELATION),
+    ),
+    Operator.GT: (
+        (Operator.GE, MutationOperator.BOUNDARY),
+        (Operator.LE, MutationOperator.RELATION),
+    ),
+    Operator.GE: (
+        (Operator.GT, MutationOperator.BOUNDARY),
+        (Operator.LT, MutationOperator.RELATION),
+    ),
+    Operator.EQ: ((Operator.NE, MutationOperator.RELATION),),
+    Operator.NE: ((Operator.EQ, MutationOperator.RELATION),),
 }
-_SWAPS: dict[Operator, tuple[Operator, Fault]] = {
-    Operator.ADD: (Operator.SUB, Fault.ARITHMETIC),
-    Operator.SUB: (Operator.ADD, Fault.ARITHMETIC),
-    Operator.MUL: (Operator.DIV, Fault.ARITHMETIC),
-    Operator.DIV: (Operator.MUL, Fault.ARITHMETIC),
-    Operator.MOD: (Operator.MUL, Fault.ARITHMETIC),
-    Operator.AND: (Operator.OR, Fault.LOGIC),
-    Operator.OR: (Operator.AND, Fault.LOGIC),
-    Operator.XOR: (Operator.OR, Fault.LOGIC),
+_SWAPS: dict[Operator, tuple[Operator, MutationOperator]] = {
+    Operator.ADD: (Operator.SUB, MutationOperator.ARITHMETIC),
+    Operator.SUB: (Operator.ADD, MutationOperator.ARITHMETIC),
+    Operator.MUL: (Operator.DIV, MutationOperator.ARITHMETIC),
+    Operator.DIV: (Operator.MUL, MutationOperator.ARITHMETIC),
+    Operator.MOD: (Operator.MUL, MutationOperator.ARITHMETIC),
+    Operator.AND: (Operator.OR, MutationOperator.LOGIC),
+    Operator.OR: (Operator.AND, MutationOperator.LOGIC),
+    Operator.XOR: (Operator.OR, MutationOperator.LOGIC),
 }
 _SIGNS: dict[Operator, str] = {
     Operator.LT: "<",
@@ -197,10 +209,14 @@ class _Walk:
         if word is not None:
             if self._edits.is_text(at) and self._edits.word(at) != word:
                 return None  # made by the checker
-            return _Site(Fault.LEAVING, at, f"{word} removed", self._edits.without_statement(at))
+            return _Site(
+                MutationOperator.LEAVING, at, f"{word} removed", self._edits.without_statement(at)
+            )
         if not isinstance(statement, Do):
             return None
-        return _Site(Fault.STATEMENT, at, "statement removed", self._edits.without_statement(at))
+        return _Site(
+            MutationOperator.STATEMENT, at, "statement removed", self._edits.without_statement(at)
+        )
 
     def _do(self, statement: Do) -> _Variants:
         value = statement.value
@@ -208,7 +224,9 @@ class _Walk:
             signs = ("S=", "R=") if value.sets else ("R=", "S=")
             edit = self._edits.replaced_setter(statement.at, signs[1])
             flipped = changed(value, sets=not value.sets)
-            site = _Site(Fault.LOGIC, statement.at, f"{signs[0]} becomes {signs[1]}", edit)
+            site = _Site(
+                MutationOperator.LOGIC, statement.at, f"{signs[0]} becomes {signs[1]}", edit
+            )
             yield changed(statement, value=flipped), site
         for variant, site in self.value(value):
             yield changed(statement, value=variant), site
@@ -235,11 +253,14 @@ class _Walk:
                 word = str(value).upper()
                 edit = self._edits.replaced_condition(at, word)
                 known = Known(value, BOOL, at)
-                yield known, _Site(Fault.CONDITION, at, f"condition becomes {word}", edit)
+                yield (
+                    known,
+                    _Site(MutationOperator.CONDITION, at, f"condition becomes {word}", edit),
+                )
             if not (isinstance(condition, Computed) and condition.operator in _NEGATED):
                 edit = self._edits.negated_condition(at)
                 negated = Computed(Operator.NOT, (condition,), BOOL, at)
-                yield negated, _Site(Fault.NEGATION, at, "condition is negated", edit)
+                yield negated, _Site(MutationOperator.NEGATION, at, "condition is negated", edit)
         yield from self.value(condition)
 
     def _loop(self, statement: ConditionLoop) -> _Variants:
@@ -260,7 +281,9 @@ class _Walk:
             if one.body:
                 rest = statement.choices[:place] + statement.choices[place + 1 :]
                 site = _Site(
-                    Fault.LABEL, one.at or statement.at, "label and its statements removed"
+                    MutationOperator.LABEL,
+                    one.at or statement.at,
+                    "label and its statements removed",
                 )
                 yield changed(statement, choices=rest), site
             for body, site in self.statements(one.body):
@@ -309,7 +332,11 @@ class _Walk:
         if operator in (Operator.NOT, Operator.NEG):
             sign = "NOT" if operator is Operator.NOT else "-"
             if self._is_written(at, sign):
-                kind = Fault.NEGATION if operator is Operator.NOT else Fault.ARITHMETIC
+                kind = (
+                    MutationOperator.NEGATION
+                    if operator is Operator.NOT
+                    else MutationOperator.ARITHMETIC
+                )
                 yield operands[0], _Site(kind, at, f"{sign} removed", self._edits.without_word(at))
             return
         sign = _SIGNS.get(operator, "")
@@ -336,7 +363,7 @@ class _Walk:
                 edit, gone = self._edits.without_operand(places, place)
                 here = places[max(place - 1, 0)] if places else at
                 change = f"{gone or f'operand {place + 1} of {sign}'} removed"
-                yield kept, _Site(Fault.CONDITION, here, change, edit)
+                yield kept, _Site(MutationOperator.CONDITION, here, change, edit)
 
     def _shortcut(self, value: Shortcut) -> _Variants:
         signs = ("AND_THEN", "OR_ELSE") if value.is_and else ("OR_ELSE", "AND_THEN")
@@ -344,13 +371,13 @@ class _Walk:
         if not self._is_written(at, signs[0]):
             return
         edit = self._edits.replaced_word(at, signs[1])
-        site = _Site(Fault.LOGIC, at, f"{signs[0]} becomes {signs[1]}", edit)
+        site = _Site(MutationOperator.LOGIC, at, f"{signs[0]} becomes {signs[1]}", edit)
         yield changed(value, is_and=not value.is_and), site
         places = self._edits.chain(at, 1)
         for place, kept in enumerate((value.right, value.left)):
             edit, gone = self._edits.without_operand(places, place)
             change = f"{gone or f'operand {place + 1} of {signs[0]}'} removed"
-            yield kept, _Site(Fault.CONDITION, at, change, edit)
+            yield kept, _Site(MutationOperator.CONDITION, at, change, edit)
 
     def _known(self, value: Known) -> _Variants:
         if not self._edits.is_text(value.at):
@@ -360,7 +387,10 @@ class _Walk:
             if edit is None:
                 return
             change = f"{self._edits.literal(value.at)} becomes {edit.text}"
-            yield changed(value, value=number), _Site(Fault.CONSTANT, value.at, change, edit)
+            yield (
+                changed(value, value=number),
+                _Site(MutationOperator.CONSTANT, value.at, change, edit),
+            )
 
 
 def _with(statement: Any, name: str, place: int, part: Any) -> Any:

@@ -38,11 +38,11 @@ def summary_of(run: MutationRun, *, shows_all: bool = False) -> str:
         lines += _not_covered(run)
     lines += [f"not a witness, fails without a fault: {test}" for test in run.failing]
     lines += [f"runs with all suites only: {suite}" for suite in run.dependent]
-    lines.append(totals_of(run))
+    lines.append(_totals(run))
     return "\n".join(lines)
 
 
-def totals_of(run: MutationRun) -> str:
+def _totals(run: MutationRun) -> str:
     """Numbers by outcome, and the score."""
     score = run.score
     counts = ", ".join(

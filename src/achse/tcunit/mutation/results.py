@@ -7,7 +7,7 @@ from functools import cached_property
 
 from achse.st.lexis.source import Source
 from achse.tcunit.mutation.edits import TextEdit
-from achse.tcunit.mutation.operators import Fault
+from achse.tcunit.mutation.operators import MutationOperator
 
 __all__ = ["MutantOutcome", "MutantResult", "MutationRun", "MutationScore"]
 
@@ -38,7 +38,7 @@ class MutantResult:
     column: int
     place: str
     """Place in a drawing; empty in text."""
-    fault: Fault
+    fault: MutationOperator
     change: str
     edit: TextEdit | None
     outcome: MutantOutcome
