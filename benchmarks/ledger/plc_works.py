@@ -24,6 +24,26 @@ VAR
 END_VAR
 """
 
+LOOPS = """FOR i := 0 TO 19 DO
+    a[i] := n;
+    IF a[i] > d THEN
+        n := n + 1;
+    ELSE
+        n := n - 3;
+    END_IF
+    a[i + 1] := a[i] + n;
+    CASE n MOD 3 OF
+    0: d := d + a[i];
+    1: d := d - 7;
+    END_CASE
+    WHILE d > 100 DO
+        d := d / 2 - a[i + 2] MOD 3;
+        n := n + 1;
+    END_WHILE
+END_FOR
+"""
+"""Blocks of one short statement or two, many of which may fail."""
+
 BLOCKS = """PROGRAM MAIN
 VAR
     axes : ARRAY [1..4] OF AXIS_REF;
@@ -86,7 +106,9 @@ b := t.Q;
 )
 
 
-def _cycles(groups: int, form: str, *, counts: bool = False) -> Call:
+def _cycles(
+    groups: int, form: str, *, counts: bool = False, text: str = STATEMENTS, **options: Any
+) -> Call:
     """Return a cycle of a PLC that executes so many times ten statements, with counters or not."""
     from achse.plc.bodies import Bodies
     from achse.plc.code.execution import CodeForm
@@ -97,10 +119,11 @@ def _cycles(groups: int, form: str, *, counts: bool = False) -> Call:
     from achse.st.lexis.source import Source
     from achse.st.syntax.parser import parse
 
-    body = "".join(STATEMENTS.format(index=number % 100) for number in range(groups))
+    body = "".join(text.format(index=number % 100) for number in range(groups))
     project = declare([parse(Source(VARIABLES + body + "END_PROGRAM\n", "a.st"), name="GVL")])
     task = Task("PlcTask", 10_000_000, [project.programs["main"]])
-    options: dict[str, Any] = {"covered": lambda _: True} if counts else {}
+    if counts:
+        options["covered"] = lambda _: True
     bodies = Bodies(check(project), budget=1 << 40, form=CodeForm[form], **options)
     plc = PlcRuntime([task], project.units, bodies=bodies)
     assert plc.failure == "", plc.failure
@@ -132,6 +155,31 @@ def plain_counted() -> Call:
 def machine_counted() -> Call:
     """Set up 1,000 statements as machine code that count for coverage."""
     return _cycles(100, "MACHINE", counts=True)
+
+
+def plain_loops() -> Call:
+    """Set up loops of tiny blocks as plain Python."""
+    return _cycles(1, "PLAIN", text=LOOPS)
+
+
+def plain_loops_counted() -> Call:
+    """Set up loops of tiny blocks as plain Python that count for coverage."""
+    return _cycles(1, "PLAIN", counts=True, text=LOOPS)
+
+
+def loops() -> Call:
+    """Set up loops of tiny blocks as machine code."""
+    return _cycles(10, "MACHINE", text=LOOPS)
+
+
+def loops_counted() -> Call:
+    """Set up loops of tiny blocks as machine code that count for coverage."""
+    return _cycles(10, "MACHINE", counts=True, text=LOOPS)
+
+
+def loops_with_conditions() -> Call:
+    """Set up loops of tiny blocks as machine code that count conditions, too."""
+    return _cycles(10, "MACHINE", counts=True, text=LOOPS, conditions=True)
 
 
 def blocks() -> Call:

@@ -57,6 +57,10 @@ WORKS = (
     Work(
         "counted", "1,000 statements with coverage, machine code", "plc_works:machine_counted", 20
     ),
+    Work("loops plain", "loops of tiny blocks, plain", "plc_works:plain_loops", 5),
+    Work("loops counted plain", "the same with coverage", "plc_works:plain_loops_counted", 5),
+    Work("loops", "10 loops of tiny blocks, machine code", "plc_works:loops", 20),
+    Work("loops counted", "the same with coverage", "plc_works:loops_counted", 20),
     Work("block", "2 ms of 4 axes with 5 blocks of Tc2_MC2 each", "plc_works:blocks", 50),
     Work("part program", "interpret 100 blocks of G-code", "plc_works:part_program", 1),
     Work("check", "parse, declare and check 120 statements", "plc_works:check_sources", 1),

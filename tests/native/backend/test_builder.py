@@ -30,6 +30,7 @@ from achse.native.backend import (
     OwnFault,
     Relation,
     address_of,
+    builder,
     compile_module,
 )
 
@@ -350,3 +351,21 @@ def test_frame_bound_counts_what_is_kept_of_a_draft() -> None:
     assert body.frame_bound == empty + 104
     body.clear()
     assert body.frame_bound == empty
+
+
+@pytest.mark.parametrize("is_own", [True, False])
+def test_one_more_in_memory(several: Any, monkeypatch: pytest.MonkeyPatch, is_own: bool) -> None:
+    if not is_own:
+        monkeypatch.setattr(builder, "HAS_INCREMENT", False)
+
+    def twice(body: B, base: Operand, index: Operand) -> Operand:
+        before = body.load(I64, base, 8)
+        body.increment(base, 8)
+        body.increment(body.address(base, index, 8))
+        return body.subtract(body.load(I64, base, 8), before)
+
+    run = several({"twice": ([ADDRESS, I64], I64, twice)})
+    memory = bytearray(struct.pack("<4q", 5, (1 << 62) - 1, -1, 9))
+    assert run["twice"](address_of(memory), 2) == 1
+    assert run["twice"](address_of(memory), 1) == 2
+    assert struct.unpack("<4q", memory) == (5, (1 << 62) + 2, 0, 9)

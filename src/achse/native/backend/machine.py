@@ -322,6 +322,7 @@ def _target() -> Any:
 
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
+    llvm.initialize_native_asmparser()  # for `FunctionBuilder.increment`
     for name in C_FUNCTIONS:
         llvm.add_symbol(C_PREFIX + name, _address(name))
     return llvm.Target.from_default_triple()

@@ -225,12 +225,11 @@ class ExpressionTranslator:
         return self.value(value.value)
 
     def count(self, number: int) -> Operand:
-        """One more in a counter."""
+        """One more in a counter; the value is that of no one."""
         b, counts = self.builder, self.module.counts
         assert counts is not None
-        one = b.add(b.load(I64, counts, number * 8), b.constant(I64, 1))
-        b.store(one, counts, number * 8)
-        return one
+        b.increment(counts, number * 8)
+        return b.constant(I64, 0)
 
     def condition_bit(self, value: nodes.ConditionBit) -> Operand:
         """A condition, which is a bit of a vector, too."""
@@ -248,7 +247,7 @@ class ExpressionTranslator:
         b.set(vector, b.constant(I64, 0))
         found = self.number(value.value)
         place = b.address(counts, b.get(vector), 8, within=8 * value.first)
-        b.store(b.add(b.load(I64, place), b.constant(I64, 1)), place)
+        b.increment(place)
         return found
 
     def choice(self, value: nodes.LazyChoice) -> MachineValue:
