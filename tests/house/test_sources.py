@@ -30,6 +30,7 @@ OURS = {
     "st/graphical/body.py": "when a drawn body is read is our choice",
     "st/graphical/lowering.py": "calls the lowering of each language",
     "st/graphical/writer.py": "what lowerings write to",
+    "st/formatting/layout.py": "where lines begin is our choice",
     "st/mentions.py": "which words of a body count as names is our choice",
     "st/syntax/nodes.py": "how trees are kept is our choice",
     "st/syntax/outlines.py": "what is listed of a unit is our choice",

@@ -62,8 +62,8 @@ class Published:
         gone = [uri for uri, sent in self._sent.items() if sent and uri not in found]
         found |= {uri: [] for uri in gone}
         for uri in gone:
-            document = self._editor.document_of(self._editor.file_of(uri))
-            versions[uri] = None if document is None else document.version
+            known = self._editor.document_of(self._editor.file_of(uri))
+            versions[uri] = None if known is None else known.version
         changed = {uri: now for uri, now in found.items() if self._sent.get(uri) != now}
         self._sent |= changed
         return [
