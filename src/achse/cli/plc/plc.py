@@ -11,6 +11,7 @@ from achse.cli.failure import fail
 from achse.cli.options import LetEverybodyIn
 from achse.cli.output import print_json, print_table
 from achse.cli.plc.export import export
+from achse.cli.plc.picture import draw
 from achse.cli.target import STATION_PORT, Json, client_command
 
 if TYPE_CHECKING:
@@ -295,6 +296,7 @@ async def reload(
 
 
 plc.command()(export)
+client_command(plc, STATION_PORT, alone=lambda options: not options["live"])(draw)
 
 
 # editors -------------------------------------------------------------------------------------

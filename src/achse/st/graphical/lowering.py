@@ -1,11 +1,16 @@
-"""Bodies of all graphical languages lowered to statements, each by the form of its file."""
+"""Bodies of all graphical languages lowered to statements or drawn, each by its file's form."""
 
 from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
 from achse.st.graphical.body import BodyScope, GraphicalBody, Refused
-from achse.st.graphical.chart_lowering import ChartForm, implicit_variables_of_chart, lowered_chart
+from achse.st.graphical.chart_lowering import (
+    ARCHIVED_CHARTS,
+    ChartForm,
+    implicit_variables_of_chart,
+    lowered_chart,
+)
 from achse.st.graphical.exports.charts import read_exported_flow, read_exported_steps
 from achse.st.graphical.exports.function_charts import read_exported_function_chart
 from achse.st.graphical.exports.networks import read_exported_networks
@@ -19,12 +24,19 @@ from achse.st.graphical.instruction_text import read_instruction_text
 from achse.st.graphical.ladder_model import read_ladder
 from achse.st.graphical.network_lowering import lowered_networks, memories_of_networks
 from achse.st.graphical.networks import NetworkList, read_networks
+from achse.st.graphical.pictures import (
+    Value,
+    chart_lines,
+    function_chart_lines,
+    network_lines,
+)
 from achse.st.graphical.plcopen.charts import read_drawn_flow, read_drawn_steps
 from achse.st.graphical.plcopen.diagrams import read_diagram
 from achse.st.lexis.codes import Code
+from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import Statements, VarBlock
 
-__all__ = ["implicit_variables", "lowered"]
+__all__ = ["implicit_variables", "lowered", "picture"]
 
 
 class _Form(NamedTuple):
@@ -32,6 +44,7 @@ class _Form(NamedTuple):
 
     statements: Callable[[GraphicalBody, BodyScope], Statements]
     variables: Callable[[GraphicalBody], tuple[VarBlock, ...]]
+    picture: Callable[[GraphicalBody, Value], list[str]]
 
 
 def _none(body: GraphicalBody) -> tuple[VarBlock, ...]:
@@ -40,24 +53,33 @@ def _none(body: GraphicalBody) -> tuple[VarBlock, ...]:
 
 def _networks(read: Callable[[str], NetworkList], *, has_edges: bool = False) -> _Form:
     variables = memories_of_networks if has_edges else _none
-    return _Form(partial(lowered_networks, read=read), variables)
+    return _Form(
+        partial(lowered_networks, read=read),
+        variables,
+        lambda body, value: network_lines(read(body.text), value),
+    )
 
 
 def _function_chart(read: ChartReader) -> _Form:
     return _Form(
         partial(lowered_function_chart, read=read),
         partial(implicit_variables_of_function_chart, read=read),
+        lambda body, value: function_chart_lines(read(body.text), value),
     )
 
 
 def _chart(form: ChartForm) -> _Form:
-    return _Form(partial(lowered_chart, form=form), partial(implicit_variables_of_chart, form=form))
+    return _Form(
+        partial(lowered_chart, form=form),
+        partial(implicit_variables_of_chart, form=form),
+        lambda body, value: chart_lines(form.flow(body.text), value),
+    )
 
 
 _FORMS = {
     "NWL": _networks(read_networks, has_edges=True),
     "LADDER": _networks(read_ladder),
-    "SFC": _Form(lowered_chart, implicit_variables_of_chart),
+    "SFC": _chart(ARCHIVED_CHARTS),
     "CFC": _function_chart(read_function_chart),
     "EXP_LD": _networks(read_exported_networks),
     "EXP_FBD": _networks(read_exported_networks),
@@ -96,3 +118,14 @@ def lowered(body: GraphicalBody, scope: BodyScope) -> Statements:
         raise Refused(
             body.name_place(0, "the body"), "elements nest too deep", Code.TOO_DEEP
         ) from None
+
+
+def picture(body: GraphicalBody, value: Value) -> list[str]:
+    """Return a body as lines of text, with the values that `value` knows. Raises `Unexpected`."""
+    form = _FORMS.get(body.language)
+    if form is None:
+        raise Unexpected(0, "a UML state chart is not supported", Code.UNSUPPORTED_DRAWING)
+    try:
+        return form.picture(body, value)
+    except RecursionError:
+        raise Unexpected(0, "elements nest too deep", Code.TOO_DEEP) from None
