@@ -35,7 +35,9 @@ if TYPE_CHECKING:
 
 __all__ = ["PlcSource"]
 
-_SOURCES = {".st", ".tcpou", ".tcgvl", ".tcdut", ".tcio", ".tctto", ".plcproj", ".tmc"}
+_SOURCES = {
+    ".st", ".tcpou", ".tcgvl", ".tcdut", ".tcio", ".tctto", ".exp", ".xml", ".plcproj", ".tmc"
+}  # fmt: skip
 _SHOWN_FAULTS = 20
 _SHOWN_FILES = 5
 
