@@ -22,8 +22,10 @@ __all__ = [
     "ListenPort",
     "Logged",
     "LoggedAs",
+    "Plc",
     "ReadyWithin",
     "SaveTo",
+    "Sources",
     "TestedProject",
     "Watch",
 ]
@@ -105,3 +107,17 @@ LetEverybodyIn = Annotated[
         help="Allow an address that other computers reach: they may do anything, no password.",
     ),
 ]
+
+Plc = Annotated[
+    int,
+    typer.Option(min=0, max=65535, help="AMS port of the PLC.", show_default="the first one"),
+]
+"""The PLC of a station."""
+
+Sources = Annotated[
+    Path,
+    typer.Argument(
+        help="A folder with PLC sources, a .plcproj, one source file.", show_default=False
+    ),
+]
+"""The sources of a PLC project."""

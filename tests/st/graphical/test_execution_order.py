@@ -14,7 +14,9 @@ def output(name: str, row: int) -> ChartOutput:
 
 def order(elements: list[Ordered], *edges: tuple[int, int]) -> str:
     found = execution_order(elements, edges)
-    return " ".join(one.text if isinstance(one, ChartOutput) else one.type for one in found)
+    return " ".join(
+        one.text if isinstance(one, ChartOutput) else getattr(one, "type", "") for one in found
+    )
 
 
 def test_producers_come_first_then_what_is_higher_then_what_is_left_of_it() -> None:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from achse.st.graphical.body import GraphicalBody
+from achse.st.graphical.body import GraphicalBody, UnitPins
 from achse.st.graphical.writer import BodyStatements, implicit_block, path_of
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.parser import parse_expression
@@ -12,6 +12,9 @@ from achse.st.syntax.tree import Assign, If, Let, Member, Name
 class NoScope:
     def is_callable(self, name: str) -> bool:
         return False
+
+    def pins(self, name: str) -> UnitPins | None:
+        return None
 
 
 def writer() -> BodyStatements:

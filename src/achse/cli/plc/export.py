@@ -1,5 +1,6 @@
 """`achse plc export` writes the sources of a PLC project as PLCopen XML."""
 
+import os
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
@@ -8,6 +9,7 @@ import typer
 
 from achse.cli.failure import fail
 from achse.cli.files import write_file
+from achse.cli.options import Sources
 from achse.cli.output import print_json
 from achse.cli.target import Json
 
@@ -15,12 +17,7 @@ __all__ = ["export"]
 
 
 def export(
-    sources: Annotated[
-        Path,
-        typer.Argument(
-            help="A folder with PLC sources, a .plcproj, one source file.", show_default=False
-        ),
-    ],
+    sources: Sources,
     to: Annotated[
         Path, typer.Argument(metavar="FILE.xml", help="The file to write.", show_default=False)
     ],
@@ -29,7 +26,8 @@ def export(
     """Write the sources of a PLC project as PLCopen XML (TC6), which other editors import.
 
     Bodies that are drawn are left out and named; their units keep their variables. Files that have
-    one text for everything (.st, .EXP) lose the comments between their statements.
+    one text for everything (.st, .EXP) lose the comments between their statements. The time in the
+    document is that of the newest source.
     """
     from achse.st.files.files import read_sources
     from achse.st.files.plcopen.documents import is_plcopen
@@ -46,7 +44,8 @@ def export(
         fail(str(error))
     if to.suffix.lower() != ".xml":
         fail(f"expected a name like plc.xml, got {to}")
-    created = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S")
+    changed = max((os.path.getmtime(parsed.source.file) for parsed in found), default=0.0)
+    created = datetime.fromtimestamp(changed, UTC).strftime("%Y-%m-%dT%H:%M:%S")
     document = plcopen_document(found, tasks, sources.stem, created)
     write_file(to, document.text.encode(), is_plcopen, "PLCopen XML")
     if in_json:

@@ -1,11 +1,11 @@
 """`achse plc draw` shows drawn bodies of a PLC as text, with values of a running station."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from achse.cli.failure import fail
+from achse.cli.options import Plc, Sources
 from achse.cli.output import print_json
 from achse.cli.target import Json
 
@@ -21,12 +21,7 @@ _NO_BODY = "has no drawn body: expected one in LD, FBD, IL, SFC or CFC"
 
 async def draw(
     client: "Client | None",
-    sources: Annotated[
-        Path,
-        typer.Argument(
-            help="A folder with PLC sources, a .plcproj, one source file.", show_default=False
-        ),
-    ],
+    sources: Sources,
     unit: Annotated[
         str,
         typer.Argument(help="A program, block or function, or UNIT.ACTION.", show_default=False),
@@ -38,10 +33,7 @@ async def draw(
         str,
         typer.Option(help="Instance of a function block, MAIN.fbX.", show_default="the program"),
     ] = "",
-    plc: Annotated[
-        int,
-        typer.Option(min=0, max=65535, help="AMS port of the PLC.", show_default="the first one"),
-    ] = 0,
+    plc: Plc = 0,
     in_json: Json = False,
 ) -> None:
     """Draw a body in a graphical language: rungs, boxes, charts, and with --live their values.
@@ -50,7 +42,7 @@ async def draw(
     """
     from achse.st.files.files import read_sources
     from achse.st.graphical.lowering import picture
-    from achse.st.graphical.pictures import Value, no_value
+    from achse.st.graphical.pictures import OperandValue, no_value
     from achse.st.lexis.source import SourceError
     from achse.st.syntax.cursor import Unexpected
 
@@ -60,10 +52,10 @@ async def draw(
         fail(str(error))
     body, is_program = _body(parsed, unit)
     try:
-        value: Value = no_value
+        value: OperandValue = no_value
         if live and client is not None:
             if not of and not is_program:
-                fail(f"{unit} is no program: name an instance by --of, as MAIN.fbX")
+                fail(f"{unit} is a block: name an instance by --of, as MAIN.fbX")
             asked: dict[str, object] = {}
             picture(body, lambda text: asked.setdefault(text, None))
             values = await _values(client, plc, of or unit.partition(".")[0], list(asked))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from achse.cli.failure import fail
-from achse.cli.options import LetEverybodyIn
+from achse.cli.options import LetEverybodyIn, Plc
 from achse.cli.output import print_json, print_table
 from achse.cli.plc.export import export
 from achse.cli.plc.picture import draw
@@ -25,10 +25,6 @@ plc = typer.Typer(
     help="Debug the PLC programs of a running station; export the sources of one.",
 )
 
-Plc = Annotated[
-    int,
-    typer.Option(min=0, max=65535, help="AMS port of the PLC.", show_default="the first one"),
-]
 Call = Annotated[
     int, typer.Option(min=0, help="Whose variables: 0 is the innermost call, 1 its caller …")
 ]

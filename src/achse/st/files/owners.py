@@ -1,4 +1,7 @@
-"""Drawn bodies find their owners: what each of them knows of its unit."""
+"""Drawn bodies find their owners: what each of them knows of its unit.
+
+Source: IEC 61131-3 (2013) tables 19, 40 and 47: which units keep memory.
+"""
 
 from collections.abc import Collection, Iterator
 

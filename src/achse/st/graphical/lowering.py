@@ -25,7 +25,7 @@ from achse.st.graphical.ladder_model import read_ladder
 from achse.st.graphical.network_lowering import lowered_networks, memories_of_networks
 from achse.st.graphical.networks import NetworkList, read_networks
 from achse.st.graphical.pictures import (
-    Value,
+    OperandValue,
     chart_lines,
     function_chart_lines,
     network_lines,
@@ -40,11 +40,11 @@ __all__ = ["implicit_variables", "lowered", "picture"]
 
 
 class _Form(NamedTuple):
-    """What a body in one form means, and the variables that it brings."""
+    """Readers of a body in one form: its statements, variables and picture."""
 
     statements: Callable[[GraphicalBody, BodyScope], Statements]
     variables: Callable[[GraphicalBody], tuple[VarBlock, ...]]
-    picture: Callable[[GraphicalBody, Value], list[str]]
+    picture: Callable[[GraphicalBody, OperandValue], list[str]]
 
 
 def _none(body: GraphicalBody) -> tuple[VarBlock, ...]:
@@ -120,7 +120,7 @@ def lowered(body: GraphicalBody, scope: BodyScope) -> Statements:
         ) from None
 
 
-def picture(body: GraphicalBody, value: Value) -> list[str]:
+def picture(body: GraphicalBody, value: OperandValue) -> list[str]:
     """Return a body as lines of text, with the values that `value` knows. Raises `Unexpected`."""
     form = _FORMS.get(body.language)
     if form is None:

@@ -35,9 +35,9 @@ from achse.st.graphical.networks import (
     Unconnected,
 )
 
-__all__ = ["Value", "chart_lines", "function_chart_lines", "network_lines", "no_value"]
+__all__ = ["OperandValue", "chart_lines", "function_chart_lines", "network_lines", "no_value"]
 
-Value: TypeAlias = Callable[[str], object | None]
+OperandValue: TypeAlias = Callable[[str], object | None]
 """The value of an expression while the program runs; None if it is not known."""
 
 _Power: TypeAlias = bool | None
@@ -112,7 +112,7 @@ def _branches(parts: Sequence[_Block], before: _Power) -> _Block:
 class _Networks:
     """Draws the networks of one body."""
 
-    def __init__(self, value: Value) -> None:
+    def __init__(self, value: OperandValue) -> None:
         self._value = value
         self._wires: dict[int, _Power] = {}
 
@@ -246,12 +246,12 @@ def _both(left: _Power, right: _Power) -> _Power:
     return None if left is None or right is None else True
 
 
-def network_lines(networks: NetworkList, value: Value = no_value) -> list[str]:
+def network_lines(networks: NetworkList, value: OperandValue = no_value) -> list[str]:
     """Return networks as lines of text."""
     return list(_Networks(value).lines(networks))
 
 
-def chart_lines(flow: StepFlow, value: Value = no_value) -> list[str]:
+def chart_lines(flow: StepFlow, value: OperandValue = no_value) -> list[str]:
     """Return a sequential function chart as lines of text; active steps have a star."""
     found: list[str] = []
     for step in flow.steps:
@@ -282,7 +282,7 @@ def _actions(step: ChartStep) -> str:
     return f"  {'; '.join(named)}" if named else ""
 
 
-def function_chart_lines(chart: FunctionChart, value: Value = no_value) -> list[str]:
+def function_chart_lines(chart: FunctionChart, value: OperandValue = no_value) -> list[str]:
     """Return a function chart as lines of text, an element each in the order of the file."""
     return list(_Elements(chart, value).lines())
 
@@ -290,7 +290,7 @@ def function_chart_lines(chart: FunctionChart, value: Value = no_value) -> list[
 class _Elements:
     """Names the elements of a function chart."""
 
-    def __init__(self, chart: FunctionChart, value: Value) -> None:
+    def __init__(self, chart: FunctionChart, value: OperandValue) -> None:
         self._chart = chart
         self._value = value
         self._source = dict(chart.sources)
@@ -339,7 +339,7 @@ class _Elements:
         return f"{pin.name} := {self._pin(pin)}" if pin.name else self._pin(pin)
 
     def _pin(self, pin: ChartPin) -> str:
-        """What leads to a pin."""
+        """Return the source of a pin as text."""
         source = self._source.get(pin.id, 0)
         text = self._texts.get(source) or self._names.get(source, "…")
         sign = "NOT " if pin.is_negated else ""

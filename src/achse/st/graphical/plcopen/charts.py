@@ -47,7 +47,7 @@ class InlineAction(NamedTuple):
 
 
 def inline_actions(text: str) -> Sequence[InlineAction]:
-    """Return the statements in the action blocks of a chart; none of what is no chart."""
+    """Return the statements in the action blocks of a chart; none if it cannot be read."""
     try:
         elements = DiagramElements(text)
     except Unexpected:
@@ -280,7 +280,7 @@ def _condition_name(transition: Element) -> str:
 
 def drawn_conditions(text: str) -> Iterator[tuple[str, str]]:
     """Return the conditions of a chart that are drawn: names of transition objects for them, and
-    their bodies; none of what is no chart."""
+    their bodies; none if it cannot be read."""
     try:
         elements = DiagramElements(text)
     except Unexpected:
