@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from achse.st.declared.resolve import Resolver, generics_of
 from achse.st.declared.scopes import DeclaredUnit, attributes_of
-from achse.st.files.files import SUFFIXES, TASK
+from achse.st.files.files import PLCOPEN, SUFFIXES, TASK
 from achse.st.lexis.source import Diagnostic, Source
 from achse.st.mentions import Mentions, mentions_of
 from achse.st.syntax.parser import Parsed
@@ -181,7 +181,7 @@ class Reach:
 
     def _is_error(self, fault: Diagnostic) -> bool:
         suffix = PurePosixPath(fault.location.path.lower()).suffix
-        if suffix not in SUFFIXES or suffix == TASK:
+        if suffix not in (*SUFFIXES, PLCOPEN) or suffix == TASK:
             return True
         owners = self._owners(fault)
         if not self.units.isdisjoint(owners) or any(map(self._is_shipped, owners)):

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from achse.st.files.files import SUFFIXES, source_files
+from achse.st.files.files import EXPORT, PLCOPEN, SUFFIXES, source_files
 from achse.st.lexis.source import SourceError
 
 __all__ = ["VARIABLE", "TcUnitMissing", "find_tcunit", "has_tcunit", "units_of"]
@@ -101,8 +101,12 @@ def _tcunit_below(folder: Path) -> Path | None:
     return folder if has_tcunit(folder) else None
 
 
+_WITH_MANY = (".st", EXPORT, PLCOPEN)
+"""Endings of files that may have any number of units."""
+
+
 def _sources(path: Path, only: str = "") -> Iterator[tuple[Path, str]]:
-    """Source files with their text; `only`: the `.Tc…` files of that unit, and every `.st`."""
+    """Source files with their text; `only`: the `.Tc…` files of that unit, and others."""
     try:
         files: Iterable[Path] = [file for file, _ in source_files(path)]
     except SourceError:  # several projects in a folder
@@ -111,7 +115,9 @@ def _sources(path: Path, only: str = "") -> Iterator[tuple[Path, str]]:
         if count > _MOST_FILES:
             return
         suffix = file.suffix.lower()
-        if suffix not in SUFFIXES or (only and suffix != ".st" and file.stem.lower() != only):
+        if suffix not in (*SUFFIXES, *_WITH_MANY):
+            continue
+        if only and suffix not in _WITH_MANY and file.stem.lower() != only:
             continue
         try:
             yield file, file.read_text(encoding="utf-8", errors="replace")

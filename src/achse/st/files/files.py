@@ -36,7 +36,9 @@ from achse.st.lexis.xml import ENCRYPTED, Element, parse_xml
 from achse.st.syntax.parser import Parsed, parse
 
 __all__ = [
+    "EXPORT",
     "LEVELS_UP",
+    "PLCOPEN",
     "PROJECT",
     "SUFFIXES",
     "SYMBOL_FILE",

@@ -6,6 +6,7 @@ that of the drawing alone. A line with power is double.
 Source: IEC 61131-3 (2013) tables 73 to 76 for the signs.
 """
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeAlias
 
@@ -41,6 +42,7 @@ OperandValue: TypeAlias = Callable[[str], object | None]
 """The value of an expression while the program runs; None if it is not known."""
 
 _Power: TypeAlias = bool | None
+_VARIABLE = re.compile(r"(?!TRUE\b|FALSE\b)[A-Za-z_](?!\w*#)", re.ASCII | re.IGNORECASE)
 _OFF, _ON = "─", "═"
 
 
@@ -134,8 +136,7 @@ class _Networks:
         return f"{label}network {network.number}{title}{off}"
 
     def _shown(self, text: str) -> str:
-        found = self._value(text) if text else None
-        return "" if found is None else f" = {found}"
+        return _known(text, self._value)
 
     def _item(self, node: NetworkNode) -> _Block:
         power = None if self._value is no_value else True
@@ -262,21 +263,32 @@ def chart_lines(flow: StepFlow, value: OperandValue = no_value) -> list[str]:
             if firing.left[-1] is step:
                 others = [one.name for one in firing.left[:-1]]
                 joined = f" with {', '.join(others)}" if others else ""
-                condition = value(firing.transition.text)
-                shown = "" if condition is None else f" = {condition}"
+                text = firing.transition.text
+                shown = _readable(text, "(drawn)") + _known(text, value)
                 targets = ", ".join(one.name for one in firing.activated)
-                found.append(f"    ┼ {firing.transition.text}{shown}{joined} → {targets}")
+                found.append(f"    ┼ {shown}{joined} → {targets}")
     return found
+
+
+def _readable(name: str, unnamed: str) -> str:
+    """A name of the user; what the file has without a name is told in general."""
+    return unnamed if name.startswith("__") else name
+
+
+def _known(text: str, value: OperandValue) -> str:
+    """The value of a variable as an addition to its text; none of a literal."""
+    found = value(text) if _VARIABLE.match(text) else None
+    return "" if found is None else f" = {found}"
 
 
 def _actions(step: ChartStep) -> str:
     named = [
-        f"{word} {name}"
+        f"{word} {_readable(name, '(statements)')}"
         for word, name in (("entry", step.entry), ("main", step.main), ("exit", step.exit))
         if name
     ]
     named += [
-        f"{one.qualifier}{' ' + one.time if one.time else ''} {one.name}"
+        f"{one.qualifier}{' ' + one.time if one.time else ''} {_readable(one.name, '(statements)')}"
         for one in step.associations
     ]
     return f"  {'; '.join(named)}" if named else ""
@@ -347,5 +359,4 @@ class _Elements:
         return f"{sign}{text}{self._shown(text)}"
 
     def _shown(self, text: str) -> str:
-        found = None if text in ("TRUE", "FALSE") else self._value(text)
-        return "" if found is None else f" = {found}"
+        return _known(text, self._value)
