@@ -117,8 +117,3 @@ def test_a_bit_leaves_its_neighbours_alone() -> None:
     assert bit.fetch(memory, 0) is True
     bit.store(memory, 0, False)
     assert memory == b"\0\xaa\0"
-
-
-@pytest.mark.parametrize("text", ["%QW9.1.0", "%IX0.0.1.7", "%m1.2.3"])
-def test_place_in_a_configuration_of_hardware_is_left_to_the_station(text: str) -> None:
-    assert Address.parse(text) == Address(text[1].upper())

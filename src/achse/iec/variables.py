@@ -39,8 +39,6 @@ _ADDRESS = re.compile(
 )
 
 
-_OF_HARDWARE = re.compile(r"%([IQM])[XBWDL]?[0-9]+(?:\.[0-9]+){2,}", re.ASCII | re.IGNORECASE)
-"""A place in a configuration of hardware: more than a byte and a bit."""
 _NO_SYMBOL = "tcnosymbol"
 
 
@@ -68,13 +66,7 @@ class Address(NamedTuple):
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """Read `%` area [width] byte [`.` bit], or `%` area `*`. Raises `DeclarationError`.
-
-        With more numbers it is a place in the vendor's configuration of the hardware, as `*` here.
-        """
-        hardware = _OF_HARDWARE.fullmatch(text.strip())
-        if hardware is not None:
-            return cls(hardware[1].upper())
+        """Read `%` area [width] byte [`.` bit], or `%` area `*`. Raises `DeclarationError`."""
         found = _ADDRESS.fullmatch(text.strip())
         if found is None:
             raise DeclarationError(f"an address is like %MD4, %IX0.3 or %Q*, got {text[:40]!r}")

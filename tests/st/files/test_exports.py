@@ -105,3 +105,9 @@ def test_drawn_action_belongs_to_its_unit() -> None:
         "ACTION Copy:\nLD a\nST b\nEND_ACTION\n"
     )
     Drawn(parse_export(text, "MAIN.EXP", "MAIN")).rows("a", "b", ["1 | 1", "0 | 0"])
+
+
+def test_place_of_hardware_is_left_to_the_station() -> None:
+    text = "VAR_GLOBAL\n  a AT %QW9.1.0 : WORD;\nEND_VAR\n" + MAIN + COUNTER + LISTS
+    parsed = parse_export(text, "all.exp", "all")
+    Drawn(parsed).rows("up", "c.n", ["1 | 1"])

@@ -1,6 +1,8 @@
-"""Owners of drawn bodies: unit, part, memory, result."""
+"""Owners of drawn bodies: unit, part, memory, result; places of exports."""
 
-from achse.st.files.owners import with_drawn_bodies
+import pytest
+
+from achse.st.files.owners import left_to_station, with_drawn_bodies
 from achse.st.graphical.body import GraphicalBody
 from achse.st.syntax.nodes import changed
 from achse.st.syntax.parser import parse
@@ -37,3 +39,20 @@ def test_unit_without_drawings_stays_as_it_is() -> None:
     (unit,) = parse(TEXT).units
     assert isinstance(unit, FunctionBlock)
     assert with_drawn_bodies(unit) is unit
+
+
+@pytest.mark.parametrize(
+    ("address", "expected"),
+    [
+        ("%QW9.1.0", "%Q*"),
+        ("%QD0.2", "%Q*"),
+        ("%IX0.16", "%I*"),
+        ("%MW3", "%MW3"),
+        ("%IX0.7", "%IX0.7"),
+        ("%I*", "%I*"),
+    ],
+)
+def test_place_in_a_configuration_of_hardware_is_left_to_the_station(
+    address: str, expected: str
+) -> None:
+    assert left_to_station(address) == expected

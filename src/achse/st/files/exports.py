@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from achse.st.files.envelope import TaskDeclaration, head_of
-from achse.st.files.owners import with_drawn_bodies
+from achse.st.files.owners import left_to_station, with_drawn_bodies
 from achse.st.graphical.body import GraphicalBody
 from achse.st.graphical.exports.charts import step_bodies
 from achse.st.lexis.codes import Code
@@ -28,6 +28,7 @@ from achse.st.syntax.units import Action, Function, FunctionBlock, GlobalList, P
 __all__ = ["parse_export", "tasks_of_export"]
 
 P = TypeVar("P")
+U = TypeVar("U", bound=Unit)
 
 _ENDS = {
     "VAR_GLOBAL": "END_VAR",
@@ -155,6 +156,28 @@ def _add(units: list[Unit], unit: Unit) -> None:
     units.append(unit)
 
 
+def _placed(unit: U) -> U:
+    """A unit whose variables have places that the station knows or chooses."""
+    if not isinstance(unit, Program | FunctionBlock | Function | GlobalList):
+        return unit
+    blocks = tuple(
+        changed(
+            block,
+            variables=tuple(
+                item
+                if item.address is None
+                else changed(
+                    item,
+                    address=changed(item.address, text=left_to_station(item.address.text)),
+                )
+                for item in block.variables
+            ),
+        )
+        for block in unit.blocks
+    )
+    return changed(unit, blocks=blocks)
+
+
 class _Export:
     """Puts units together from the objects of one export."""
 
@@ -185,9 +208,9 @@ class _Export:
                     for unit in self._read(item, self._name_of_list(item)):
                         _add(units, unit)
         found = tuple(
-            with_drawn_bodies(unit)
+            with_drawn_bodies(_placed(unit))
             if isinstance(unit, Program | FunctionBlock | Function)
-            else unit
+            else _placed(unit)
             for unit in units
         )
         return Parsed(self._source, found, tuple(self._faults))

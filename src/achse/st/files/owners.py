@@ -1,8 +1,9 @@
-"""Drawn bodies find their owners: what each of them knows of its unit.
+"""Units of exports and drawings put together: owners of drawn bodies, places of variables.
 
 Source: IEC 61131-3 (2013) tables 19, 40 and 47: which units keep memory.
 """
 
+import re
 from collections.abc import Collection, Iterator
 
 from achse.st.graphical.body import GraphicalBody
@@ -18,7 +19,19 @@ from achse.st.syntax.units import (
     Property,
 )
 
-__all__ = ["with_drawn_bodies"]
+__all__ = ["left_to_station", "with_drawn_bodies"]
+
+_OF_HARDWARE = re.compile(
+    r"(%[IQM])(?:[XBWDL]?\d+(?:\.\d+){2,}|[BWDL]\d+\.\d+|X?\d+\.(?:[89]|\d\d+))",
+    re.ASCII | re.IGNORECASE,
+)
+"""A place in another maker's configuration of hardware: more numbers than a byte and a bit."""
+
+
+def left_to_station(address: str) -> str:
+    """Return an address of an export as it is; `%I*` for a place in a configuration of hardware."""
+    found = _OF_HARDWARE.fullmatch(address.strip())
+    return address if found is None else f"{found[1]}*"
 
 
 def with_drawn_bodies(

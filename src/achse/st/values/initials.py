@@ -15,12 +15,15 @@ from achse.st.lexis.codes import Code
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.tree import (
     ArrayInitial,
+    Binary,
     Call,
     Expression,
     Initial,
+    Literal,
     Name,
     Repetition,
     StructInitial,
+    Unary,
 )
 from achse.st.values.constants import Evaluator
 from achse.st.values.values import NotConstant, fitted
@@ -29,6 +32,18 @@ __all__ = ["InitialValues", "Left"]
 
 _LEFT = object()
 """The value of what no constant is: as its type says, until memory is laid out."""
+
+
+_NUMBERS = (Literal, Unary, Binary)
+"""Values that no array is."""
+
+
+def _elements_within(type: IecType[Any]) -> int:
+    """The elements of an array in all its dimensions and those of inner arrays; 0 for none."""
+    real = resolved(type)
+    if not isinstance(real, ArrayType):
+        return 0
+    return int(real.count * max(1, _elements_within(real.element)))
 
 
 class Left(NamedTuple):
@@ -114,7 +129,7 @@ class InitialValues:
 
     def _array(self, type: ArrayType[Any], initial: ArrayInitial, offset: int) -> list[Any]:
         flat: list[object] = []
-        self._collect(type, initial, flat, 0, offset)
+        self._collect(type, self._by_element(type, initial), flat, 0, offset)
         start = _start_of(type.element)
         flat = [start() if item is _LEFT else item for item in flat]
         if len(flat) < type.count:
@@ -124,6 +139,17 @@ class InitialValues:
         for length in reversed(type.counts[1:]):
             nested = [nested[i : i + length] for i in range(0, len(nested), length or 1)]
         return nested
+
+    def _by_element(self, type: ArrayType[Any], initial: ArrayInitial) -> ArrayInitial:
+        """Numbers in one row for an array of arrays, as TwinCAT 2 has them, by inner array."""
+        inner = _elements_within(type.element)
+        if inner <= 1 or not all(isinstance(item, _NUMBERS) for item in initial.values):
+            return initial
+        rows = tuple(
+            ArrayInitial(initial.values[start : start + inner], initial.at)
+            for start in range(0, len(initial.values), inner)
+        )
+        return ArrayInitial(rows, initial.at)
 
     def _collect(
         self,

@@ -5,9 +5,9 @@ Each variable is on the line of its element: what is wrong with it has its place
 Source: PLCopen TC6 XML schema 2.01 as public projects use it.
 """
 
-import re
 from collections.abc import Iterable, Iterator
 
+from achse.st.files.owners import left_to_station
 from achse.st.lexis.source import Location
 from achse.st.lexis.xml import Element
 
@@ -24,10 +24,6 @@ _SECTIONS = {
 }
 _QUALIFIERS = {"constant": "CONSTANT", "retain": "RETAIN", "persistent": "PERSISTENT"}
 _HEADS = {"program": "PROGRAM", "functionBlock": "FUNCTION_BLOCK", "function": "FUNCTION"}
-_OF_HARDWARE = re.compile(
-    r"(%[IQM])(?:[BWDL]\d+\.\d+|X?\d+\.(?:[89]|\d\d+))", re.ASCII | re.IGNORECASE
-)
-"""A place in a configuration of hardware: other editors have two numbers there, or bits over 7."""
 _MODIFIERS = ("Private", "Protected", "Internal", "Public", "Abstract", "Final")
 
 
@@ -177,8 +173,7 @@ class DeclarationText:
     def _variable(self, element: Element) -> None:
         self._attributes((element,), element.location)
         address = element.attributes.get("address", "").strip()
-        hardware = _OF_HARDWARE.fullmatch(address)
-        placed = f" AT {hardware[1] + '*' if hardware else address}" if address else ""
+        placed = f" AT {left_to_station(address)}" if address else ""
         initial = element.find("initialValue")
         value = "" if initial is None else value_text(initial)
         assigned = f" := {value}" if value else ""
