@@ -49,6 +49,7 @@ WITHOUT_MODULE: dict[str, str] = {
     "tests/st/test_edition.py": "features of the standard, over all rooms",
     "tests/plc/coverage/test_drawn_programs.py": "lowering and both forms of code, at random",
     "tests/plc/machine/test_random_recursion.py": "recursion of any shape on stacks of any size",
+    "tests/st/graphical/exports/test_random_exports.py": "readers of exports, at random",
     "tests/st/graphical/test_random_networks.py": "reader, lowering and a run, at random",
     "tests/station/buses/test_catching_up.py": "bus, master and link while a station catches up",
     "tests/station/test_departed_clients.py": "station and peers after clients of all kinds",
