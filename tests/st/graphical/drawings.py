@@ -83,6 +83,7 @@ def box(
     names: Sequence[str] = (),
     types: Sequence[str] = (),
     outputs: Sequence[tuple[str, str | tuple[str, int] | None]] = (),
+    output_types: Sequence[str] = (),
     en: str | None = None,
     eno: bool | None = None,
     pins: Sequence[int] = (),
@@ -110,7 +111,10 @@ def box(
         "InputParam",
     )
     inside += thing(
-        "ParamList", listed("Names", [f"<v>{one}</v>" for one, _ in outputs]), "OutputParam"
+        "ParamList",
+        listed("Names", [f"<v>{one}</v>" for one, _ in outputs])
+        + listed("Types", [f"<v>{one}</v>" for one in output_types]),
+        "OutputParam",
     )
     inside += thing("OutputItemList", listed("OutputItems", slots), "OutputItems")
     inside += scalar("EN", en is not None) + scalar("ENO", shows_eno)

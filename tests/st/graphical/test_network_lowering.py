@@ -168,6 +168,20 @@ def test_function_outputs_are_set_and_negated_at_their_pins() -> None:
     plc.rows("a", "n q s", ["0 | 1 1 0", "1 | 2 0 1", "0 | 1 1 1"])
 
 
+@pytest.mark.parametrize(
+    ("type", "value", "shown"), [("LREAL", "2", "2"), ("DINT", "-7", "-7"), ("WORD", "9", "9")]
+)
+def test_function_output_that_is_read_has_its_own_type(type: str, value: str, shown: str) -> None:
+    call = box(
+        "F", contact("a"), call="Function", names=["x"], outputs=[("o", None)], output_types=[type]
+    )
+    function = f"""FUNCTION F VAR_INPUT x : BOOL; END_VAR VAR_OUTPUT o : {type}; END_VAR
+    o := {value}; END_FUNCTION"""
+    body = networks(network(assign(call, "n")), view="Fbd")
+    plc = Drawn(unit(HEAD.format(f"a : BOOL; n : {type};"), body), function)
+    plc.rows("a", "n", [f"1 | {shown}"])
+
+
 def test_what_was_read_before_a_box_keeps_its_value() -> None:
     """`a AND box` where the box writes `a`: the contact in front was read first."""
     call = box("ADD", contact("n"), contact("1"), en=contact("TRUE"),

@@ -35,12 +35,16 @@ def _examined(folder: Path, text: str, library: str = "Lib") -> tuple[Project, l
         "VAR a : DINT; END_VAR a := F_Sum(1, 2) + Lib.F_Other();",
         "VAR a : E_Any := E_Any.Auto; END_VAR",
         "VAR a : FB_Any(3); b : I_Any; END_VAR b.Run();",
+        "VAR a : FB_Any; b : BOOL; END_VAR b := a.Read(nNumber := 3).bDone;",
+        "VAR a : FB_Own(3, 'x'); END_VAR",
     ],
 )
 def test_names_of_a_missing_library_get_stand_ins(tmp_path: Path, uses: str) -> None:
-    project, faults = _examined(tmp_path, f"PROGRAM P {uses} END_PROGRAM")
+    own = "FUNCTION_BLOCK FB_Own EXTENDS FB_Base END_FUNCTION_BLOCK"
+    project, faults = _examined(tmp_path, f"PROGRAM P {uses} END_PROGRAM {own}")
     assert faults == []
     assert project.stand_ins
+    assert check(project.declarations).faults == ()
 
 
 def test_names_of_a_known_library_are_known_by_their_form(tmp_path: Path) -> None:

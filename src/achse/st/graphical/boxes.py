@@ -7,6 +7,8 @@ import re
 from collections.abc import Sequence
 from itertools import pairwise
 
+from achse.iec.elementary import IntegerType, RealType
+from achse.iec.names import ELEMENTARY
 from achse.st.graphical.body import GraphicalBody, Refused
 from achse.st.graphical.networks import Box, BoxInput, BoxOutput, Modifier, NetworkOperand
 from achse.st.graphical.writer import BodyStatements, call_of
@@ -70,6 +72,15 @@ _CONVERSION = re.compile(r"(?:[a-z]+\w*_)?to_[a-z]+\w*|trunc_\w+")
 _ALL_SIGNS = frozenset(_SIGNS.values())
 COMPARISONS = frozenset(("=", "<>", ">", ">=", "<", "<="))
 _FALSE = Literal("boolean", "FALSE")
+_START_VALUES = {
+    **{
+        type.name: Literal("typed", f"{type.name}#0")
+        for type in ELEMENTARY.values()
+        if isinstance(type, IntegerType | RealType)
+    },
+    **{type: Literal("typed", f"{type}#0s") for type in ("TIME", "LTIME")},
+}
+"""Start values of memories of outputs that are no BOOL."""
 
 
 def memory_of(body: GraphicalBody, key: str) -> str:
@@ -281,8 +292,9 @@ class BoxWriter(BodyStatements):
                 continue
             if output.target is not None and not output.target.modifiers:
                 target = self.target(output.target, self.at(output.target.at))
-            else:  # of a BOOL: set, reset, negated, or read by what is around
-                target = self.let(self.hidden("output"), _FALSE, at)
+            else:  # set, reset, negated, or read by what is around
+                start = _START_VALUES.get(output.type.upper(), _FALSE)
+                target = self.let(self.hidden("output"), start, at)
                 if output.target is not None:
                     after.append((output, target))
                 else:

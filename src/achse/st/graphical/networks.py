@@ -114,6 +114,8 @@ class BoxOutput:
     """None for an output that is not assigned."""
     is_read: bool
     """True for the output that the node around the box reads."""
+    type: str = ""
+    """Its type as text, if the drawing has it."""
 
 
 @node
@@ -348,7 +350,7 @@ def _pin(found: ArchiveObject) -> int:
 
 def _outputs(found: ArchiveObject) -> list[BoxOutput]:
     """The outputs with a slot; a null slot is the one that the node around reads."""
-    names, _ = _parameters(found, "OutputParam")
+    names, types = _parameters(found, "OutputParam")
     slots = _listed(found)
     outputs = []
     for number, item in enumerate(slots):
@@ -357,7 +359,8 @@ def _outputs(found: ArchiveObject) -> list[BoxOutput]:
         if name is None and operand is not None and operand.text in ("", "???"):
             continue  # behind an action or program: left over
         target = operand if operand is not None and operand.text else None
-        outputs.append(BoxOutput((name or "").strip("'"), target, item is None))
+        type = types[number] if number < len(types) else None
+        outputs.append(BoxOutput((name or "").strip("'"), target, item is None, type or ""))
     return outputs
 
 

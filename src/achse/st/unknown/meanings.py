@@ -246,6 +246,8 @@ class Meanings:
         return None
 
     def _member(self, of: Expression, name: str, scope: Scope, whole: Sense) -> Sense:
+        if isinstance(whole, MissingUse) and isinstance(of, Call):
+            whole.is_method = True
         if isinstance(whole, MissingUse) and whole.is_part:
             return None if whole.block is None else part_of(whole.block, name)
         if isinstance(whole, MissingUse):

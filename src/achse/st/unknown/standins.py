@@ -252,7 +252,7 @@ class _Writer:
         if use.initials:
             yield "METHOD FB_init : BOOL"
             yield "VAR_INPUT bInitRetains : BOOL; bInCopyCode : BOOL; END_VAR"
-            yield from self._section("VAR_INPUT", use.initials.values(), name)
+            yield from self._section("VAR_INPUT", use.initials.values(), name, is_routine=True)
             yield "END_METHOD"
         for one in methods:
             yield from self._method(one, name)
@@ -301,7 +301,8 @@ class _Writer:
     def _method(self, use: MissingUse, owner: str) -> Iterator[str]:
         result = use.type or "BOOL"
         if use.members:  # `fb.A().B()`
-            result, _ = self._type_of(replace(use, inputs={}, outputs={}, arguments=[]), owner)
+            value = replace(use, inputs={}, outputs={}, arguments=[], is_called=False)
+            result, _ = self._type_of(value, owner)
         yield f"METHOD {use.name} : {result}"
         inside = f"{owner}_{use.name}"
         yield from self._section(
@@ -350,7 +351,8 @@ def _is_told(use: MissingUse) -> bool:
 
 
 def _is_method(use: MissingUse) -> bool:
-    return use.is_called and not (use.members and (use.inputs or use.outputs))
+    is_instance = use.members and (use.inputs or use.outputs) and not use.is_method
+    return use.is_called and not is_instance
 
 
 def _is_enumeration(use: MissingUse) -> bool:

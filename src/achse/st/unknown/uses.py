@@ -38,6 +38,8 @@ class MissingUse:
     arguments: list["MissingUse"] = field(default_factory=list)
     """Arguments that a call passes by position."""
     is_called: bool = False
+    is_method: bool = False
+    """True if a use reads a part of what a call of it gives."""
     is_written: bool = False
     is_bound: bool = False
     """True if a bound or length depends on it."""

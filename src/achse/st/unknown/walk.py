@@ -206,7 +206,7 @@ class MissingNames:
     def _in_arguments_of(
         self, declaration: Declaration, at: tuple[TypeSpec, Scope], scope: Scope
     ) -> None:
-        use = self.meanings.type_use(at)
+        use = self.meanings.type_use(at) or self._base_to_begin(at)
         arguments = declaration.arguments
         if isinstance(arguments, ArrayInitial):
             return
@@ -219,6 +219,23 @@ class MissingNames:
                 name = argument.name or f"argument{number}"
                 one = use.initials.setdefault(name.lower(), MissingUse(name))
                 one.told(self.meanings.text(argument.value, scope))
+
+    def _base_to_begin(self, at: tuple[TypeSpec, Scope]) -> MissingUse | None:
+        """The missing base of a block, whose FB_init takes the arguments of a declaration."""
+        entry = self._callee(at)
+        seen: set[int] = set()
+        while entry is not None and id(entry) not in seen:
+            seen.add(id(entry))
+            if any(part.name.lower() == "fb_init" for part in getattr(entry.tree, "parts", ())):
+                return None
+            base = next(iter(bases_of(entry.tree)), None)
+            if base is None or not isinstance(entry.tree, FunctionBlock):
+                return None
+            scope = self._scopes.scope(entry)
+            if self.meanings.is_missing(base, scope):
+                return self.meanings.use(base)
+            entry = self._scopes.find(base.name, scope.space)
+        return None
 
     def _in_initial(self, tree: Any, at: tuple[TypeSpec, Scope] | None, scope: Scope) -> None:
         use = None if at is None else self.meanings.type_use(at)
