@@ -26,7 +26,7 @@ VAR
     raised, active : ARRAY [0..4] OF BOOL;
     state : ARRAY [0..4] OF TcEventConfirmationState;
     text, name : STRING(255);
-    same, other, ready : BOOL;
+    same, other, ready, cleared : BOOL;
     logger : FB_TcEventLogger;
     arguments : FB_TcArguments;
 END_VAR
@@ -34,6 +34,7 @@ step := step + 1;
 CASE step OF
 1:
     results[0] := none.Send(0);
+    cleared := logger.ClearLoggedEvents(0);
     results[1] := hello.CreateEx(TC_Events.Line.Hello, 0);
     results[2] := hello.Send(0);
     same := hello.EqualsToEventEntryEx(TC_EVENTS.Line.Hello);
@@ -84,6 +85,7 @@ def test_messages_and_alarms(station: Station, caplog: pytest.LogCaptureFixture)
     assert list(main["active"])[:3] == [True, True, False]
     assert [int(state) for state in main["state"]][:3] == [2, 0, 3]
     assert (main["same"], main["other"], main["ready"]) == (True, False, True)
+    assert main["cleared"]
     assert (main["text"], main["name"]) == ("jam at belt, 7 parts", "Line events")
     shown = [(record.levelname, record.getMessage()) for record in caplog.records]
     assert shown == [

@@ -247,7 +247,11 @@ class _Writer:
             numbers = ", ".join(f"nGeneric{number + 1}" for number in range(use.generics))
             yield f"VAR_GENERIC CONSTANT {numbers} : DINT := 1; END_VAR"
         yield from self._section("VAR_INPUT", [one for one in inputs if one not in passed], name)
-        yield from self._section("VAR_IN_OUT", passed, name)
+        if passed:  # a call may leave one out: a reference, and no VAR_IN_OUT
+            yield "VAR_INPUT"
+            for one in passed:
+                yield f"{_STEP}{one.name} : REFERENCE TO {self._type_of(one, name)[0]};"
+            yield "END_VAR"
         yield from self._section("VAR_OUTPUT", outputs, name)
         if use.initials:
             yield "METHOD FB_init : BOOL"
