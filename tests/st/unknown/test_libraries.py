@@ -77,11 +77,12 @@ def test_nothing_is_made_up_if_no_library_is_missing(tmp_path: Path) -> None:
 def test_block_of_a_symbol_file_gets_the_methods_that_are_called(tmp_path: Path) -> None:
     (tmp_path / "a.tmc").write_text(BLOCK)
     text = "PROGRAM P VAR a : FB_Lamp; n : DINT; END_VAR"
-    text += " a(bOn := TRUE, nCount => n); a.Blink(3); END_PROGRAM"
+    text += " a(bOn := TRUE, nCount => n); a.Blink(3);"
+    text += " n := a.nHours; END_PROGRAM"
     _, faults = _examined(tmp_path, text)
     assert faults == []
     lines = load_project(tmp_path).stand_ins["types.st"].splitlines()
-    assert [line.strip() for line in lines[:9]] == [
+    assert [line.strip() for line in lines[:12]] == [
         "FUNCTION_BLOCK FB_Lamp",
         "VAR_INPUT",
         "bOn : BOOL;",
@@ -89,6 +90,9 @@ def test_block_of_a_symbol_file_gets_the_methods_that_are_called(tmp_path: Path)
         "VAR_OUTPUT",
         "nCount : DINT;",
         "END_VAR",
+        "PROPERTY nHours : DINT",
+        "GET END_GET",
+        "END_PROPERTY",
         "METHOD Blink : BOOL",
         "VAR_INPUT",
     ]

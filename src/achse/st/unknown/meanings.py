@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any, TypeAlias
 
-from achse.iec.derived import OpaqueType, resolved
+from achse.iec.derived import InterfaceType, OpaqueType, resolved
 from achse.iec.errors import IecError
 from achse.iec.structs import RecordKind, StructType
 from achse.iec.times import TimeType
+from achse.iec.types import IecType
 from achse.st.declared.resolve import Resolver
 from achse.st.declared.scopes import DeclaredUnit, Failed, Scope
 from achse.st.lexis.literals import literal_value
@@ -87,8 +88,8 @@ class Meanings:
         self._known: dict[tuple[str, str], bool] = {}
         self._blocks: dict[str, StructType[Any]] = {}
         """Blocks of symbol files, whose bodies and methods nothing declares."""
-        self._opaque: set[str] = set()
-        """Types of symbol files that have a size alone."""
+        self._opaque: dict[str, IecType[Any]] = {}
+        """Types of symbol files that have a size alone, and interfaces, whose methods none has."""
 
     def is_missing(self, spec: NamedType, scope: Scope) -> bool:
         """Return True if nothing declares the type of a name, or only the variables of a block."""
@@ -111,8 +112,8 @@ class Meanings:
         if isinstance(found, StructType) and found.kind is RecordKind.FUNCTION_BLOCK:
             self._blocks[name.lower()] = found
             return True
-        if isinstance(found, OpaqueType):
-            self._opaque.add(name.lower())
+        if isinstance(found, OpaqueType | InterfaceType):
+            self._opaque[name.lower()] = found
             return True
         return found is None
 
@@ -120,8 +121,12 @@ class Meanings:
         space, _, name = spec.name.rpartition(".")
         key = name.lower()
         if key not in self.types:
-            is_opaque = key in self._opaque
-            self.types[key] = MissingUse(name, block=self._blocks.get(key), is_opaque=is_opaque)
+            self.types[key] = MissingUse(
+                name,
+                block=self._blocks.get(key),
+                is_opaque=key in self._opaque,
+                is_interface=isinstance(self._opaque.get(key), InterfaceType),
+            )
         use = self.types[key]
         use.is_qualified |= bool(space)
         return use
@@ -249,7 +254,11 @@ class Meanings:
         if isinstance(whole, MissingUse) and isinstance(of, Call):
             whole.is_method = True
         if isinstance(whole, MissingUse) and whole.is_part:
-            return None if whole.block is None else part_of(whole.block, name)
+            if whole.block is not None:
+                return part_of(whole.block, name)
+            spec = NamedType(whole.type)
+            is_named = whole.is_interface and self.is_missing(spec, scope)
+            return self.use(spec).member(name) if is_named else None
         if isinstance(whole, MissingUse):
             if self.types.get(whole.name.lower()) is whole:
                 whole.values.setdefault(name.lower(), name)
@@ -418,7 +427,8 @@ def part_of(type: StructType[Any], name: str) -> MissingUse | None:
         if each.lower() == key:
             inner = resolved(part)
             block = inner if isinstance(inner, StructType) else None
-            return MissingUse(each, part.name, block=block, is_part=True)
+            is_interface = isinstance(inner, InterfaceType)
+            return MissingUse(each, part.name, block=block, is_part=True, is_interface=is_interface)
     return None
 
 

@@ -242,6 +242,8 @@ class _Writer:
         yield f"FUNCTION_BLOCK {name}"
         if use.block is not None:
             yield from self._of_symbol_file(use.block)
+            for one in variables:  # a symbol file has no properties but those for clients
+                yield from self._property(one, name)
             inputs, passed, outputs = [], [], []
         if use.generics:
             numbers = ", ".join(f"nGeneric{number + 1}" for number in range(use.generics))
@@ -296,11 +298,14 @@ class _Writer:
             if _is_method(one):
                 yield from self._method(one, name)
             else:
-                type, _ = self._type_of(one, name)
-                yield f"PROPERTY {one.name} : {type}"
-                yield "GET END_GET" if not one.is_written else "GET END_GET SET END_SET"
-                yield "END_PROPERTY"
+                yield from self._property(one, name)
         yield "END_INTERFACE"
+
+    def _property(self, use: MissingUse, owner: str) -> Iterator[str]:
+        type, _ = self._type_of(use, owner)
+        yield f"PROPERTY {use.name} : {type}"
+        yield "GET END_GET" if not use.is_written else "GET END_GET SET END_SET"
+        yield "END_PROPERTY"
 
     def _method(self, use: MissingUse, owner: str) -> Iterator[str]:
         result = use.type or "BOOL"
