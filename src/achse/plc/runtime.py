@@ -206,7 +206,8 @@ class PlcRuntime:
                 self._cycle(task)
             else:
                 task.skip(now_ns)
-            task = self._next = min(self._by_priority, key=_due)
+            if len(self._by_priority) > 1:
+                task = self._next = min(self._by_priority, key=_due)
 
     def begin(self, now_ns: int) -> None:
         """Let time begin at `now_ns`: cycles before it are passed over."""

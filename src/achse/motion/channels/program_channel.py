@@ -50,6 +50,9 @@ LOAD_BUFFER = 1 << 24
 
 _E, _W = InterpreterEvent, WaitReason
 
+_UNTIL_REST = tuple(reason for reason, row in WAITS.items() if row.ended_by is WaitEnd.REST)
+"""Reasons to wait for axes at rest."""
+
 
 class ProgramChannel(ProgramStates):
     """A channel with an interpreter. `skip_mask` and `granted` come from the PLC."""
@@ -93,7 +96,7 @@ class ProgramChannel(ProgramStates):
     @property
     def _comes_to_rest(self) -> bool:
         """True if it waits for axes at rest."""
-        return self.waiting is not None and WAITS[self.waiting].ended_by is WaitEnd.REST
+        return self.waiting in _UNTIL_REST
 
     # functions
 

@@ -64,12 +64,10 @@ class ProgramMode(IntEnum):
 
 _S, _E = InterpreterState, InterpreterEvent
 
-ACTIVE_STATES = frozenset(
-    {_S.STARTED, _S.RUNNING, _S.TABLE_FULL, _S.SEARCHING, _S.END, _S.SINGLE_STOP, _S.WAITING}
-)
-"""A program is under way."""
-
 _RUNNING = (_S.STARTED, _S.RUNNING, _S.TABLE_FULL, _S.WAITING, _S.SINGLE_STOP, _S.SEARCHING)
+
+ACTIVE_STATES = (*_RUNNING, _S.END)
+"""A program is under way; a tuple, as members of an enumeration hash in Python."""
 
 TRANSITIONS: Mapping[tuple[InterpreterState, InterpreterEvent], InterpreterState] = (
     MappingProxyType(

@@ -60,6 +60,7 @@ class Channels:
             standard = ChannelParameters(id, "Axes", ChannelType.STANDARD, InterpreterType.NONE)
             self.standard = self._channels[id] = StandardChannel(standard, axes)
         self._channels = dict(sorted(self._channels.items()))
+        self._programs = [each for each in self if isinstance(each, ProgramChannel)]
 
     def ids(self) -> list[int]:
         """Ids of all channels."""
@@ -72,11 +73,14 @@ class Channels:
     @property
     def running(self) -> bool:
         """True if any channel runs a program."""
-        return any(channel.running for channel in self)
+        for channel in self._programs:  # noqa: SIM110  # a third of the time of any()
+            if channel.running:
+                return True
+        return False
 
     def step(self) -> None:
         """One cycle of all channels that run a program; before the groups have theirs."""
-        for channel in self._channels.values():
+        for channel in self._programs:
             if channel.running:
                 channel.step()
 

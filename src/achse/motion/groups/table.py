@@ -73,9 +73,10 @@ class Groups:
     @property
     def busy(self) -> bool:
         """True if any group gives set points, or may in the next cycles."""
-        return any(group.moving for group in self) or any(
-            group.wants_to_move for group in self._kinematic
-        )
+        for group in self._groups.values():  # a third of the time of any()
+            if group.moving:
+                return True
+        return any(group.wants_to_move for group in self._kinematic) if self._kinematic else False
 
     def step(self) -> None:
         """One cycle of all groups that move; before the axes have theirs."""
