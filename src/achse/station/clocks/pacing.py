@@ -199,11 +199,16 @@ class Pacer:
                 time.sleep(min(delay, _NAP_NS) / 1e9)
                 continue
             try:
-                self._loop.call_soon_threadsafe(self._run_due)
+                self._loop.call_soon_threadsafe(self._serve)
             except RuntimeError:  # the loop was closed under us
                 return
             self._served.wait()
             self._served.clear()
+
+    def _serve(self) -> None:
+        """Run the due steps for the thread, which waits for their end."""
+        self._run_due()
+        self._served.set()
 
     def _run_due(self) -> None:
         began = now = time.monotonic_ns()
@@ -222,7 +227,6 @@ class Pacer:
                 "the station fell %.1f s behind the wall clock: dropping the backlog",
                 (self.pace.dropped_ns - dropped_ns) / 1e9,
             )
-        self._served.set()
 
 
 class NcTask:

@@ -4,7 +4,6 @@ A loop's own timers are as coarse as a millisecond; a helper thread costs two mo
 timer is a file descriptor that is readable when its moment has come.
 """
 
-import contextlib
 import ctypes
 import os
 import sys
@@ -55,8 +54,10 @@ class WakeTimer:
 
     def clear(self) -> None:
         """Not be readable until the next moment."""
-        with contextlib.suppress(BlockingIOError):
+        try:
             os.read(self._descriptor, 8)
+        except BlockingIOError:  # it was not
+            return
 
     def close(self) -> None:
         """Free the descriptor."""
