@@ -315,7 +315,7 @@ async def test_symbols_are_topics_at_a_broker(broker: Mosquitto, tmp_path: Path)
         async for message in other.messages:
             if message.topic.value == "press/MAIN.y/set":
                 continue
-            seen.append((bytes(message.payload or b""), message.retain))  # type: ignore[arg-type]
+            seen.append((bytes(message.payload or b""), message.retain))
             if seen[-1][0] == b"17":
                 break
             await other.publish("press/MAIN.y/set", b"17", qos=1)
