@@ -591,12 +591,3 @@ def test_missing_types_are_listed_in_one_order_whatever_their_case() -> None:
     with pytest.raises(SourceError) as refusal:
         declare([parse(text)])
     assert refusal.value.hint.splitlines()[0] == "missing types: st_a, ST_b, St_B"
-
-
-@pytest.mark.parametrize("name", ["mro", "_", "_x_", "__"])
-def test_values_may_have_names_that_python_keeps(name: str) -> None:
-    declared = declare([parse(Source(f"TYPE A : (x, {name} := 7); END_TYPE", "a.st"))])
-    type = declared.types["a"]
-    assert isinstance(type, EnumType)
-    assert type.numbers == {"x": 0, name: 7}
-    assert type.encode(name) == type.encode(7)

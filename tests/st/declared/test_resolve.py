@@ -344,3 +344,12 @@ def test_values_of_enumerations_are_the_bits_of_their_type(
     found = declare([parse(Source(text, "x.st"))]).types["e"]
     signed = [v - (1 << bits) if low and v >> bits - 1 == 1 else v for v in values]
     assert list(found.numbers.values()) == signed  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("name", ["mro", "_", "_x_", "__"])
+def test_values_may_have_names_that_python_keeps(name: str) -> None:
+    declared = declare([parse(Source(f"TYPE A : (x, {name} := 7); END_TYPE", "a.st"))])
+    type = declared.types["a"]
+    assert isinstance(type, EnumType)
+    assert type.numbers == {"x": 0, name: 7}
+    assert type.encode(name) == type.encode(7)

@@ -132,7 +132,7 @@ class Checking:
         self._checked: list[CheckedRoutine] = []
         self._done: dict[str, Routine] = {}
         self._left_out: dict[str, str] = {}
-        self._inert: set[str] = set()
+        self._inert: dict[str, str] = {}
         self._records: dict[str, TypedRecord] = {}
         self._blocks: dict[str, TypedBlock] = {}
         self._units: dict[str, TypedUnit] = {}
@@ -198,10 +198,8 @@ class Checking:
 
     def without_source(self, name: str) -> None:
         """Note a block of which only the variables are known."""
-        if self.names.blocks_do_nothing:
-            self._inert.add(name.lower())
-            return
-        self._left_out.setdefault(name.lower(), f"no source of {name} is here")
+        notes = self._inert if self.names.blocks_do_nothing else self._left_out
+        notes.setdefault(name.lower(), f"no source of {name} is here")
 
     # the project -----------------------------------------------------------------------------
 

@@ -80,7 +80,7 @@ _START_VALUES = {
     },
     **{type: Literal("typed", f"{type}#0s") for type in ("TIME", "LTIME")},
 }
-"""Start values of memories of outputs that are no BOOL."""
+"""Start values of memories of outputs, by their type; that of a BOOL is FALSE."""
 
 
 def memory_of(body: GraphicalBody, key: str) -> str:
