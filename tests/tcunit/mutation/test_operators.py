@@ -8,8 +8,11 @@ from random import Random
 from hypothesis import given
 from hypothesis import strategies as st
 
+from achse.st.check import check
+from achse.st.declare import declare
 from achse.st.typed.text import lines_of
 from achse.tcunit.mutation.operators import Mutant, MutationOperator, mutants_of
+from tests.st.graphical.drawings import Canvas, read, unit
 from tests.tcunit.mutation.conftest import PLANTED, Routines, routines_of
 
 
@@ -82,3 +85,21 @@ END_FUNCTION
         "= becomes <>",
         "RETURN removed",
     ]
+
+
+def test_drawn_bodies_have_faults_by_place() -> None:
+    canvas = Canvas()
+    q = canvas.output("q")
+    _, (sum,) = canvas.box("ADD", "a", "b")
+    canvas.connect(sum, q)
+    text = unit("PROGRAM MAIN\nVAR\na, b, q : INT;\nEND_VAR", str(canvas))
+    project = check(declare([read(text)]))
+    assert not project.faults, project.faults
+    routine = project.routines["main"]
+    found = sorted((routine.source.place(one.at), one.change) for one in mutants_of(routine))
+    assert found == [
+        ("box ADD (2)", "+ becomes -"),
+        ("box ADD (2)", "statement removed"),
+        ("output q (1)", "statement removed"),
+    ]
+    assert not any(mutant.edit for mutant in mutants_of(routine))
