@@ -13,7 +13,7 @@ from achse.tcunit.bench import PlcTests, ProjectError, TestBench
 from achse.tcunit.mutation.forks import CAN_FORK, WorkResult, in_copies
 from achse.tcunit.mutation.marks import MutationOptions, is_marked
 from achse.tcunit.mutation.operators import Mutant, mutants_of
-from achse.tcunit.mutation.reach import Touched
+from achse.tcunit.mutation.reach import Reached
 from achse.tcunit.mutation.results import MutantOutcome, MutantResult, MutationRun
 from achse.tcunit.mutation.trials import (
     BaseRun,
@@ -51,7 +51,7 @@ class _Planted:
     number: int
     """Among the mutants of its routine."""
     mutant: Mutant
-    touched: Touched
+    touched: Reached
 
 
 def run_mutants(

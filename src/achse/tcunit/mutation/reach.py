@@ -10,7 +10,7 @@ from achse.plc.lowering.counters import Tally
 from achse.tcunit.bench import PlcTests
 from achse.tcunit.mutation.operators import Mutant
 
-__all__ = ["AT_START", "ELSEWHERE", "SuiteReach", "Touched", "reach_of_suites"]
+__all__ = ["AT_START", "ELSEWHERE", "SuiteReach", "Reached", "reach_of_suites"]
 
 AT_START = -1
 """Owner of what runs before the first cycle: FB_init, start values."""
@@ -20,7 +20,7 @@ ELSEWHERE = 0
 
 
 @dataclass(frozen=True, slots=True)
-class Touched:
+class Reached:
     """Suites that run a statement."""
 
     suites: frozenset[int]
@@ -43,7 +43,7 @@ class SuiteReach:
     counts: dict[int, dict[int, int]] = field(default_factory=dict)
     """Counts that are not 0, by owner and number of the counter."""
 
-    def of(self, mutant: Mutant, counters: CoverageCounters) -> Touched:
+    def of(self, mutant: Mutant, counters: CoverageCounters) -> Reached:
         """The suites that run the statement of a mutant; none if it has no counters."""
         covered = counters.routines.get(mutant.routine.key)
         tallies: list[Tally] = []
@@ -58,7 +58,7 @@ class SuiteReach:
             for owner, counts in self.counts.items()
             if any(_hits(tally, counts) for tally in tallies)
         }
-        return Touched(
+        return Reached(
             frozenset(found - {AT_START, ELSEWHERE}), AT_START in found, ELSEWHERE in found
         )
 
