@@ -52,8 +52,17 @@ def test_what_takes_too_long_is_ended() -> None:
 
 
 def test_no_copy_outlives_its_caller() -> None:
-    results = in_copies([lambda: 1, signal.pause], 2, 10.0)
+    reader, writer = os.pipe()
+
+    def waits() -> None:
+        os.write(writer, str(os.getpid()).encode())
+        signal.pause()
+
+    results = in_copies([lambda: 1, waits], 2, 10.0)
     assert next(results)[1].value == 1
+    process = int(os.read(reader, 20))
     results.close()  # type: ignore[attr-defined]
-    with pytest.raises(ChildProcessError):
-        os.waitpid(-1, 0)
+    with pytest.raises(ProcessLookupError):
+        os.kill(process, 0)
+    os.close(reader)
+    os.close(writer)
