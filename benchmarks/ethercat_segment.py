@@ -22,6 +22,7 @@ from achse.ethercat import (
     Segment,
     Slave,
 )
+from achse.ethercat.description import LAYOUT
 
 CYCLE_NS = 1_000_000
 BATCH = 50
@@ -59,25 +60,24 @@ def in_op(applications: list[Application], *, dc: bool) -> Segment:
         return EthercatFrame.decode(reply).datagrams[0].data
 
     outputs, inputs = 0, sum(each.output_size for each in applications)
-    for position, (slave, application) in enumerate(zip(segment.slaves, applications, strict=True)):
+    for position, application in enumerate(applications):
         station = REFERENCE + position
-        layout = slave.layout
         mailboxes = b"".join(
             struct.pack("<HHBBBB", area.start, area.length, area.control, 0, 1, 0)
-            for area in (layout.mailbox_out, layout.mailbox_in)
+            for area in (LAYOUT.mailbox_out, LAYOUT.mailbox_in)
         )
         buffers = b"".join(
             struct.pack("<HHBBBB", area.start, size, area.control, 0, 1, 0)
             for area, size in (
-                (layout.outputs, application.output_size),
-                (layout.inputs, application.input_size),
+                (LAYOUT.outputs, application.output_size),
+                (LAYOUT.inputs, application.input_size),
             )
         )
         mapping = b"".join(
             struct.pack("<IHBBHBBB3x", logical, size, 0, 7, area.start, 0, direction, 1)
             for logical, size, area, direction in (
-                (outputs, application.output_size, layout.outputs, 2),
-                (inputs, application.input_size, layout.inputs, 1),
+                (outputs, application.output_size, LAYOUT.outputs, 2),
+                (inputs, application.input_size, LAYOUT.inputs, 1),
             )
         )
         outputs += application.output_size

@@ -30,6 +30,7 @@ SHORT: dict[str, tuple[list[str], str]] = {
     "gcode_parse.py": (["2000"], rf"parse +{NUMBER} blocks/s"),
     "language_server.py": (["12", "1"], rf"edit of a body, until shown +p50 +{NUMBER} ms"),
     "machine_code.py": (["70"], rf"FAST +compiled in +{NUMBER} ms, +{NUMBER} bytes"),
+    "many_programs.py": (["1", "2", "1"], r"foreign +0\n"),
     "mc_blocks.py": (["0.2", "1"], rf"so the PLC +{NUMBER}%, [1-9]\d* moves done"),
     "mutants.py": (["rights", "--count", "2"], r"rights +\d+ possible +2 planted +[12] killed"),
     "nc_cycle.py": (["0.1", "100"], rf"255 +cams 100.* +{NUMBER} +{NUMBER} +{NUMBER} +{NUMBER}"),
@@ -60,12 +61,14 @@ SHORT: dict[str, tuple[list[str], str]] = {
 
 ELSEWHERE = {
     "churn.py": "test_churn.py",
+    "esi_devices.py": "test_esi_devices.py",
     "ethercat_roundtrip.py": "needs a network namespace",
     "interface_bus.py": "needs a network namespace",
 }
 
 WITH_WITNESS = {
     "fleet.py": "mosquitto",
+    "many_programs.py": "pyads",
     "reads.py": "pyads",
     "symbols_upload.py": "pyads",
     "units.py": "fmpy",

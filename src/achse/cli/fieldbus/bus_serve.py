@@ -41,7 +41,7 @@ def register(bus: typer.Typer) -> None:
             list[str],
             typer.Argument(
                 metavar="SLAVE…",
-                help="TYPE[@REVISION][=MODULE,…][*COUNT], or an ESI file of one type.",
+                help="Type, with @REVISION, =MODULE,… or *COUNT behind it; or an ESI file.",
             ),
         ],
         esi: Annotated[

@@ -28,8 +28,8 @@ def format_sources(
 ) -> None:
     """Indent PLC sources and take blanks at ends of lines away.
 
-    Words, comments and line ends stay, and of XML files all but the code. The table [format] of
-    achse.toml says more: `indent`, `keywords`, `operators`.
+    Words, comments and line ends stay, and of XML files all but the code. The table `format`
+    of achse.toml says more: `indent`, `keywords`, `operators`.
     """
     from achse.st.formatting.options import FormatOptionsError, format_options
     from achse.st.formatting.sources import formatted_bytes

@@ -61,7 +61,7 @@ def mutate(
 
     A mutant is the project with one fault: another operator, constant or condition, a statement
     less. Each runs in virtual time with the suites that execute its statement. Mutants that no test
-    can notice are marked by a comment `achse: equivalent`, or in the table [mutate] of achse.toml.
+    can notice are marked by a comment `achse: equivalent`, or in the table `mutate` of achse.toml.
     """
     from achse.st.lint.options import LintOptionsError
     from achse.tcunit import ProjectError, TcUnitMissing

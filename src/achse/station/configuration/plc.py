@@ -74,7 +74,7 @@ class PlcConfig(ConfigTable):
             raise ValueError("either sources or symbols, not both")
         if self.libraries and self.sources is None:
             raise ValueError("libraries go with sources")
-        if "unknown_types" in self.model_fields_set and self.sources is None:
+        if self.unknown_types != "libraries" and self.sources is None:
             raise ValueError("unknown_types goes with sources")
         return self
 
