@@ -48,6 +48,18 @@ def test_rights_and_links_stay(tmp_path: Path) -> None:
     assert file.stat().st_mode & 0o777 == 0o640
 
 
+def test_a_file_that_is_read_only_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "a.st"
+    file.write_bytes(b"old")
+    monkeypatch.setattr(os, "access", lambda path, mode: False)  # who is root may write it
+    with pytest.raises(typer.Exit):
+        write_file(file, b"new")
+    assert file.read_bytes() == b"old"
+    assert capsys.readouterr().err.startswith(f"{file}: Permission denied")
+
+
 @pytest.mark.parametrize("name", ["missing/a.xml", "folder"])
 def test_what_cannot_be_written_is_told(
     tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]

@@ -1,6 +1,7 @@
 """Files that commands write: whole or not at all, and never over somebody else's work."""
 
 import contextlib
+import errno
 import os
 import tempfile
 from collections.abc import Callable
@@ -31,10 +32,14 @@ def write_file(
             file.write_bytes(data)  # a device or a pipe; a folder is refused by the system
             return
         target = file.resolve()  # a link stays one
+        if target.exists() and not os.access(target, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
         handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
         try:
             with os.fdopen(handle, "wb") as output:
                 output.write(data)
+                output.flush()
+                os.fsync(output.fileno())  # before the new name, so that no power loss empties it
             os.chmod(name, _mode_of(target))
             os.replace(name, target)
         except BaseException:

@@ -1,7 +1,10 @@
 """`achse format` over files and folders."""
 
+import errno
+import os
 from pathlib import Path
 
+import pytest
 from typer.testing import CliRunner
 
 from achse.cli.app import app
@@ -34,3 +37,19 @@ def test_faults_are_said(tmp_path: Path) -> None:
     wrong = runner.invoke(app, ["format", str(tmp_path)])
     assert wrong.exit_code == 1
     assert "blanks of one level" in wrong.stderr
+
+
+def test_file_that_cannot_be_written_is_left_and_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "a.st"
+    file.write_bytes(b"x := 1;  \n")
+
+    def refuse(source: str, target: Path) -> None:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr(os, "replace", refuse)
+    refused = CliRunner().invoke(app, ["format", str(file)])
+    assert (refused.exit_code, refused.output) == (1, f"{file}: Permission denied\n")
+    assert file.read_bytes() == b"x := 1;  \n"
+    assert os.listdir(tmp_path) == ["a.st"]

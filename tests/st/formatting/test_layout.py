@@ -122,6 +122,14 @@ def test_keywords_and_operators_change_if_options_say_so() -> None:
     assert spaced == "if a <= -1 then b := a * 2 + c; End_If // if\nx   := y;"
 
 
+@pytest.mark.parametrize(
+    ("text", "made"),
+    [("a:=-\n1;", "a := -\n1;"), ("(\n*\n", "(\n*\n"), ("a+\nb", "a +\nb"), ("+ \n", "+\n")],
+)
+def test_sign_at_the_end_of_a_line_stays(text: str, made: str) -> None:
+    assert formatted(text, FormatOptions(operators=True)) == made
+
+
 def test_ends_of_lines_stay() -> None:
     assert formatted("IF a THEN\r\nb;  \r\nEND_IF\r\n") == "IF a THEN\r\n    b;\r\nEND_IF\r\n"
 
@@ -144,11 +152,12 @@ def test_words_of_random_projects_stay(
     assert [w.upper() for w in _tokens(other) or ()] == [w.upper() for w in _tokens(made) or ()]
 
 
-@given(st.text(alphabet=" \t\r\n;:=()[]{}*/'\"IFTHENcaseofEND_#1.^ä", max_size=60))
-def test_any_text_keeps_its_words(text: str) -> None:
-    made = formatted(text)
+@given(st.text(alphabet=" \t\r\n;:=()[]{}*/+-'\"IFTHENcaseofEND_#1.^ä", max_size=60), st.booleans())
+def test_any_text_keeps_its_words(text: str, operators: bool) -> None:
+    options = FormatOptions(operators=operators)
+    made = formatted(text, options)
     assert _tokens(made) == _tokens(text)
-    assert formatted(made) == made
+    assert formatted(made, options) == made
 
 
 @given(st.randoms(use_true_random=False))

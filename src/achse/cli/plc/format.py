@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from achse.cli.failure import fail
+from achse.cli.files import write_file
 
 __all__ = ["register"]
 
@@ -47,9 +48,9 @@ def format_sources(
         if made == data:
             continue
         changed += 1
-        print(f"would format {file}" if check else f"formatted {file}")
         if not check:
-            file.write_bytes(made)
+            write_file(file, made)
+        print(f"would format {file}" if check else f"formatted {file}")
     if check and changed:
         raise typer.Exit(1)
 

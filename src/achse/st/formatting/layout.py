@@ -359,8 +359,9 @@ def _spelled(line: _Line, options: FormatOptions) -> str:
         made.append(word)
         if kind not in (BLANK, COMMENT):
             last = kind
-    ends = options.operators and line.words and line.words[-1][0] in _SPACED
-    return "".join(made[:-1] if ends else made)  # without the blank behind the last operator
+    if made and made[-1] == " " and last in _SPACED:
+        made.pop()  # no blank behind an operator that ends a line
+    return "".join(made)
 
 
 def _is_binary(sign: str, before: str) -> bool:
