@@ -17,6 +17,7 @@ def folder(tmp_path: Path) -> Path:
     (tmp_path / "inputs.xml").write_text(esi(DIGITAL_IN))
     (tmp_path / "notes.xml").write_text("<Notes/>")
     (tmp_path / "readme.txt").write_text("no ESI")
+    (tmp_path / "old.xml").mkdir()
     return tmp_path
 
 

@@ -60,6 +60,7 @@ def test_slots_have_their_default_modules() -> None:
         ("", ["IN"], "has no slots"),
         (SLOTS, ["XX"], "no module 'XX'; there are: IN, OUT"),
         (SLOTS.replace('"1" Slot', '"x" Slot'), ["IN"], "SlotPdoIncrement"),
+        (SLOTS, ["IN"] * 256, "255 modules at most"),
         (SLOTS.replace("#x10", "#xFFFF"), ["IN", "IN"], "Entry/Index: expected 1 to 0xFFFF"),
     ],
 )

@@ -176,9 +176,14 @@ def read_esi(
             continue
         name = (kind.text or "").strip() or f"device {place}"
         try:
-            vendor = number(root, "Vendor/Id")
-            product = number_of(kind.get("ProductCode", "0"), "ProductCode")
-            revision = number_of(kind.get("RevisionNo", "0"), "RevisionNo")
+            vendor, product, revision = (
+                _within(value, 0xFFFF_FFFF, name)
+                for value, name in (
+                    (number(root, "Vendor/Id"), "Vendor Id"),
+                    (number_of(kind.get("ProductCode", "0"), "ProductCode"), "ProductCode"),
+                    (number_of(kind.get("RevisionNo", "0"), "RevisionNo"), "RevisionNo"),
+                )
+            )
             if product_code not in (0, product) or revision_number not in (0, revision):
                 continue
             made = _device(element, name, (vendor, product, revision))

@@ -26,6 +26,8 @@ class EsiFolder:
         for place in places:
             if place.is_dir():
                 for file in sorted(place.rglob("*.[xX][mM][lL]")):
+                    if not file.is_file():
+                        continue  # a folder, or a pipe, which would be waited for
                     try:
                         self.devices += read_esi(file.read_bytes())
                     except (EsiError, OSError) as fault:

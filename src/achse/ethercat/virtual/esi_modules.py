@@ -6,6 +6,7 @@ Source: ETG.2000, Slots of a device and Descriptions/Modules; ETG.5001.1 for F03
 from collections.abc import Iterator, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
+from itertools import islice
 from xml.etree.ElementTree import Element
 
 from achse.ethercat.dictionary import DictionaryObject
@@ -16,6 +17,8 @@ from achse.ethercat.virtual.esi_dictionary import read_dictionary
 __all__ = ["EquippedDevice", "equip", "module_names"]
 
 _LAST_INDEX = 0xFFFF
+_MOST_MODULES = 0xFF
+"""Modules that F030h and F050h can list."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,11 @@ def equip(device: EsiDevice, names: Sequence[str] = ()) -> EquippedDevice:
             raise EsiError(f"{device.type_name} has no slots for modules")
         return EquippedDevice(device)
     try:
-        chosen = [_named(device, each) for each in names] or list(_default(device, slots))
+        chosen = [_named(device, each) for each in names] or list(
+            islice(_default(device, slots), _MOST_MODULES + 1)
+        )
+        if len(chosen) > _MOST_MODULES:
+            raise EsiError(f"{device.type_name}: {_MOST_MODULES} modules at most, there are more")
         steps = [
             number_of(slots.get(key) or "0", key)
             for key in ("SlotPdoIncrement", "SlotIndexIncrement")
