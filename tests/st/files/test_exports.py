@@ -111,3 +111,15 @@ def test_place_of_hardware_is_left_to_the_station() -> None:
     text = "VAR_GLOBAL\n  a AT %QW9.1.0 : WORD;\nEND_VAR\n" + MAIN + COUNTER + LISTS
     parsed = parse_export(text, "all.exp", "all")
     Drawn(parsed).rows("up", "c.n", ["1 | 1"])
+
+
+def test_tasks_without_an_end_are_left_out() -> None:
+    heads = "TASK a (PRIORITY := 1);\n" * 20_000  # each of them once read the file to its end
+    (task,) = tasks_of_export(f"RESOURCE r\nTASK t ();\nMAIN();\nEND_TASK\n{heads}END_RESOURCE")
+    assert (task.name, task.programs) == ("t", ("MAIN",))
+
+
+@pytest.mark.parametrize("priority", ["9" * 5000, "-", "x", "1e3"])
+def test_priority_that_is_no_number_is_the_usual_one(priority: str) -> None:
+    text = f"RESOURCE r\nTASK t (PRIORITY := {priority});\nEND_TASK\nEND_RESOURCE"
+    assert tasks_of_export(text)[0].priority == 20

@@ -19,7 +19,7 @@ from achse.st.files.files import (
     symbol_files,
 )
 from achse.st.graphical.body import GraphicalBody
-from achse.st.lexis.source import Source, SourceError
+from achse.st.lexis.source import Diagnostic, Source, SourceError
 from achse.st.lexis.xml import Element
 from achse.st.syntax.parser import Parsed, parse
 from achse.st.syntax.units import Program
@@ -274,3 +274,23 @@ def test_exports_bring_their_tasks(tmp_path: Path) -> None:
     assert [unit.name for parsed in sources for unit in parsed.units] == ["P"]
     found = [(task.name, task.cycle_ns, task.programs) for task in tasks]
     assert found == [("T", 5_000_000, ("P",)), ("U", 7_000_000, ())]
+
+
+@pytest.mark.parametrize(
+    ("cycle", "priority", "told"),
+    [
+        (0, 20, "expected a cycle in ns of 1 to 429496729500, got 0"),
+        (999_999_999, 20, "expected a cycle in ns"),
+        (10_000, 256, "expected a priority of 0 to 255, got 256"),
+    ],
+)
+def test_task_that_cannot_be_is_a_fault(
+    tmp_path: Path, cycle: int, priority: int, told: str
+) -> None:
+    (tmp_path / "Fast.TcTTO").write_text(
+        f'<TcPlcObject><Task Name="Fast"><CycleTime>{cycle}</CycleTime>'
+        f"<Priority>{priority}</Priority></Task></TcPlcObject>"
+    )
+    faults: list[Diagnostic] = []
+    assert read_sources(tmp_path, (), faults) == ([], [])
+    assert told in str(faults[0])

@@ -3,7 +3,7 @@
 import pytest
 
 from achse.iec import IecValueError
-from achse.st.lexis.literals import literal_value, malformed
+from achse.st.lexis.literals import literal_value, malformed, whole_number
 
 
 @pytest.mark.parametrize(
@@ -72,3 +72,11 @@ def test_what_is_no_literal(text: str) -> None:
     assert malformed(text)
     with pytest.raises(IecValueError):
         literal_value(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [("7", 7), (" -12 ", -12), ("", 3), ("--5", 3), ("\u0667", 3), ("\u00b2", 3), ("9" * 5000, 3)],
+)
+def test_whole_numbers_of_editors(text: str, number: int) -> None:
+    assert whole_number(text, 3) == number

@@ -18,7 +18,7 @@ from achse.st.graphical.body import GraphicalBody
 from achse.st.graphical.exports.charts import step_bodies
 from achse.st.lexis.codes import Code
 from achse.st.lexis.lexer import Defines
-from achse.st.lexis.literals import literal_value
+from achse.st.lexis.literals import literal_value, whole_number
 from achse.st.lexis.source import Diagnostic, Source
 from achse.st.syntax.nodes import changed
 from achse.st.syntax.parser import Parsed, Parser
@@ -56,7 +56,8 @@ _LIST = re.compile(
 )
 _LANGUAGES = {"_LD_BODY": "EXP_LD", "_FBD_BODY": "EXP_FBD", "_CFC_BODY": "EXP_CFC",
               "_IL_BODY": "EXP_IL"}  # fmt: skip
-_TASK = re.compile(r"\bTASK\s+(\w+)\s*\(([^)]*)\)\s*;(.*?)\bEND_TASK\b", re.DOTALL | re.IGNORECASE)
+_TASK = re.compile(r"\bTASK\s+(\w+)\s*\(([^()]*)\)\s*;", re.IGNORECASE)
+_END_TASK = re.compile(r"\bEND_TASK\b", re.IGNORECASE)
 _CALLED = re.compile(r"^\s*(\w+)\s*\(\s*\)\s*;", re.MULTILINE)
 _CYCLE_NS = 10_000_000
 """Cycle of a task without an interval, which the vendor's system runs as often as it can."""
@@ -82,11 +83,16 @@ def tasks_of_export(text: str) -> list[TaskDeclaration]:
     found: list[TaskDeclaration] = []
     for item in _objects(masked):
         if item.kind == "RESOURCE":
-            found += map(_task, _TASK.finditer(masked, item.start, item.end))
+            start = item.start
+            for end in _END_TASK.finditer(masked, item.start, item.end):
+                task = _TASK.search(masked, start, end.start())
+                if task is not None:
+                    found.append(_task(task, masked[task.end() : end.start()]))
+                start = end.end()
     return found
 
 
-def _task(found: "re.Match[str]") -> TaskDeclaration:
+def _task(found: "re.Match[str]", body: str) -> TaskDeclaration:
     facts = {
         key.strip().upper(): value.strip()
         for key, _, value in (item.partition(":=") for item in found[2].split(","))
@@ -97,8 +103,8 @@ def _task(found: "re.Match[str]") -> TaskDeclaration:
     return TaskDeclaration(
         found[1],
         cycle or _CYCLE_NS,
-        int(priority) if priority.isdecimal() else 20,
-        tuple(_CALLED.findall(found[3])),
+        whole_number(priority, 20),
+        tuple(_CALLED.findall(body)),
     )
 
 
@@ -115,7 +121,7 @@ def _masked(text: str) -> str:
     """`text` with blanks for comments, strings and pragmas, and the same offsets."""
     pieces: list[str] = []
     position = depth = start = 0
-    for token in re.finditer(r"\(\*|\*\)|'[^'\n]*'|\{[^}\n]*\}", text):
+    for token in re.finditer(r"\(\*|\*\)|'[^'\n]*'|\{[^{}\n]*\}", text):
         if token[0] == "(*":
             if not depth:
                 pieces.append(text[position : token.start()])

@@ -12,7 +12,7 @@ import codecs
 import hashlib
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from urllib.parse import unquote
@@ -76,6 +76,8 @@ LEVELS_UP = 3
 _SOLUTIONS = (".sln", ".tsproj", ".tspproj")
 _LARGEST_FILE = 1 << 26
 _MOST_ENTRIES = 200_000
+_LONGEST_CYCLE_NS = 100 * 0xFFFF_FFFF
+"""PlcTaskSystemInfo tells a cycle as UDINT of 100 ns."""
 _BINARY = re.compile(rb"[\x00-\x08\x0e-\x1f]")
 """Bytes that no XML text has."""
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
@@ -91,12 +93,12 @@ def read_sources(
     for file, name in source_files(path):
         try:
             if file.suffix.lower() == TASK:
-                tasks.append(read_task(parse_xml(content_of(file, name), name)))
+                tasks += _possible([read_task(parse_xml(content_of(file, name), name))], name)
                 continue
             if file.suffix.lower() == EXPORT:
-                tasks += tasks_of_export(_text(content_of(file, name)))
+                tasks += _possible(tasks_of_export(_text(content_of(file, name))), name)
             elif file.suffix.lower() == PLCOPEN:
-                tasks += tasks_of_plcopen(content_of(file, name), name)
+                tasks += _possible(tasks_of_plcopen(content_of(file, name), name), name)
             parsed = parse_file(file, name, defines=defines)
         except SourceError as error:
             faults += error.faults
@@ -109,6 +111,22 @@ def read_sources(
         facts = DeclaredFacts(known, sources[index], sources)
         sources[index] = parse_file(file, name, defines=facts)
     return sources, tasks
+
+
+def _possible(tasks: Sequence[TaskDeclaration], name: str) -> Sequence[TaskDeclaration]:
+    """The tasks of a file. Raises `SourceError` for a cycle or priority that no task has."""
+    faults = []
+    for task in tasks:
+        for what, value, least, most in (
+            ("a cycle in ns", task.cycle_ns, 1, _LONGEST_CYCLE_NS),
+            ("a priority", task.priority, 0, 0xFF),
+        ):
+            if not least <= value <= most:
+                message = f"task {task.name}: expected {what} of {least} to {most}, got {value}"
+                faults.append(Diagnostic(Location(name, 1, 1), message, Code.BAD_ELEMENT))
+    if faults:
+        raise SourceError(faults)
+    return tasks
 
 
 def _names(defines: Defines) -> Iterable[str]:

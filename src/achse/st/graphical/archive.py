@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterator
 
 from achse.st.lexis.codes import Code
+from achse.st.lexis.literals import whole_number
 from achse.st.syntax.cursor import Unexpected
 
 __all__ = ["ArchiveObject", "read_archive", "unquoted"]
@@ -57,7 +58,7 @@ class ArchiveObject:
         """A whole number, with or without the suffix of a long one."""
         found = self.members.get(name)
         digits = found.strip().removesuffix("L") if isinstance(found, str) else ""
-        return int(digits) if digits.lstrip("-").isdecimal() else default
+        return whole_number(digits, default)
 
     def part(self, name: str) -> "ArchiveObject | None":
         """An object or list member; None for null."""

@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 from achse.st.graphical.archive import ArchiveObject, read_archive
 from achse.st.lexis.codes import Code
+from achse.st.lexis.literals import whole_number
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.nodes import node, place
 
@@ -203,7 +204,7 @@ def _inner(found: ArchiveObject, name: str) -> list[ArchiveObject]:
 
 def _bounds(found: ArchiveObject) -> tuple[int, int]:
     parts = found.text("Bounds").split(",")
-    numbers = [int(one) if one.strip().lstrip("-").isdecimal() else 0 for one in parts]
+    numbers = [whole_number(one) for one in parts]
     left, top, *_ = (*numbers, 0, 0)
     return left, top
 

@@ -16,7 +16,7 @@ from achse.iec.strings import STRING, WSTRING, StringType
 from achse.iec.times import DATE_AND_TIME, DT, TimeType
 from achse.iec.types import IecType
 
-__all__ = ["LiteralValue", "literal_value", "malformed"]
+__all__ = ["LiteralValue", "literal_value", "malformed", "whole_number"]
 
 _TYPES: dict[str, IecType[Any]] = {
     **ELEMENTARY,
@@ -39,6 +39,7 @@ _REAL = re.compile(r"[0-9]+(?:_+[0-9]+)*(?:\.[0-9]+(?:_+[0-9]+)*)?(?:[eE][+-]?[0
 _NAME = re.compile(r"[^\W\d]\w*")
 _QUOTED = re.compile(r"'(?:[^'$]|\$.)*'|\"(?:[^\"$\n]|\$.)*\"", re.DOTALL)
 _LONGEST_NUMBER = 100
+_WHOLE = re.compile(r"\s*-?[0-9]{1,18}\s*")
 
 
 class LiteralValue(NamedTuple):
@@ -94,6 +95,11 @@ def literal_value(text: str) -> LiteralValue:
         value = float(value)
     type.encode(value)
     return LiteralValue(type, value)
+
+
+def whole_number(text: str, default: int = 0) -> int:
+    """A whole number as files of editors have it, of 18 digits at most; else the default."""
+    return int(text) if _WHOLE.fullmatch(text) else default
 
 
 def _string(text: str) -> LiteralValue:

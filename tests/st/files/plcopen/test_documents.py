@@ -108,3 +108,10 @@ def test_documents_are_known_by_their_beginning(data: bytes, expected: bool) -> 
 
 def test_document_without_units_is_a_fault_of_nothing() -> None:
     assert parse_plcopen(document().encode(), "plc.xml", "plc").units == ()
+
+
+@pytest.mark.parametrize("interval", [f"PT{'9' * 400}S", "PT1H\u00b2M", "T#1e9", "-1"])
+def test_interval_that_cannot_be_is_the_usual_one(interval: str) -> None:
+    tasks = TASKS.replace("T#20ms", interval).replace('priority="1"', f'priority="{"9" * 5000}"')
+    task = tasks_of_plcopen(document(instances=tasks).encode(), "plc.xml")[0]
+    assert (task.cycle_ns, task.priority) == (10_000_000, 20)

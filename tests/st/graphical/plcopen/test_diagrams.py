@@ -35,6 +35,12 @@ def test_coil_hands_its_power_on() -> None:
     program(body, a="BOOL", q="BOOL", p="BOOL").rows("a", "q p", ["1 | 1 1", "0 | 0 0"])
 
 
+def test_coils_that_double_their_sources_are_led_through_once() -> None:
+    doubling = "".join(coil(n, "p", n - 1, n - 1) for n in range(2, 60))
+    body = diagram("LD", rail(), contact(1, "a", 0), doubling, coil(60, "q", 59))
+    program(body, a="BOOL", q="BOOL", p="BOOL").rows("a", "q p", ["1 | 1 1", "0 | 0 0"])
+
+
 @pytest.mark.parametrize("is_set_last", [False, True])
 def test_of_set_and_reset_the_lower_network_wins(is_set_last: bool) -> None:
     tops = (50, 10) if is_set_last else (10, 50)
@@ -163,6 +169,7 @@ def test_in_out_pin_takes_the_variable() -> None:
     ("elements", "message"),
     [
         (element("actionBlock", 1), "'actionBlock' is not supported in a diagram"),
+        (rail() + contact(1, "a", 0) + block(1, "ADD"), "several elements have localId '1'"),
         (contact(1, "a"), "nothing leads to the contact a"),
         (written(1, "q", 1, edge="both"), "edge both is not supported"),
         (value(2, "a") + written(1, "q", 2, storage="keep"), "storage keep"),

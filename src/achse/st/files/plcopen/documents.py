@@ -14,7 +14,7 @@ from achse.st.files.envelope import TaskDeclaration, parse_envelope
 from achse.st.files.plcopen.declarations import DeclarationText, plain_text
 from achse.st.graphical.plcopen.charts import drawn_conditions, inline_actions
 from achse.st.lexis.lexer import Defines
-from achse.st.lexis.literals import literal_value
+from achse.st.lexis.literals import literal_value, whole_number
 from achse.st.lexis.source import Location
 from achse.st.lexis.xml import Element, parse_xml
 from achse.st.syntax.parser import Parsed
@@ -27,7 +27,9 @@ PLCOPEN_HEAD = 4096
 """Bytes at the beginning of a file that show what it is."""
 _CYCLE_NS = 10_000_000
 """Cycle of a task whose interval is not told."""
-_SECONDS = re.compile(r"P?T?(?:(\d+)H)?(?:(\d+)M)?(?:(\d+(?:\.\d+)?)S)?", re.IGNORECASE)
+_SECONDS = re.compile(
+    r"P?T?(?:(\d{1,9})H)?(?:(\d{1,9})M)?(?:(\d{1,18}(?:\.\d{1,18})?)S)?", re.IGNORECASE
+)
 
 
 def is_plcopen(data: bytes) -> bool:
@@ -61,7 +63,7 @@ def tasks_of_plcopen(data: bytes, path: str) -> list[TaskDeclaration]:
             TaskDeclaration(
                 task.attributes.get("name", "PlcTask"),
                 _nanoseconds(task.attributes.get("interval", "")) or _CYCLE_NS,
-                int(priority) if priority.isdecimal() else 20,
+                whole_number(priority, 20),
                 tuple(programs),
             )
         )

@@ -19,6 +19,7 @@ from achse.st.graphical.function_charts import (
     Ordered,
 )
 from achse.st.lexis.codes import Code
+from achse.st.lexis.literals import whole_number
 from achse.st.syntax.cursor import Unexpected
 
 __all__ = ["read_exported_function_chart"]
@@ -27,6 +28,7 @@ _LINE = re.compile(r"^[ \t]*(_\w+)(?::[ \t]*(.*?))?[ \t]*\r?$", re.MULTILINE)
 _PLACES = 1 << 10
 """Pins that an element may have."""
 _INPUTS = 1 << 9
+_NONE = -(10**18)
 _STORING = {"_NONE": "None", "_SET": "Set", "_RESET": "Reset"}
 
 
@@ -105,16 +107,17 @@ class _Element:
 
     def _number(self, facts: dict[str, str], key: str) -> int:
         text = facts.get(key, "")
-        if not text.lstrip("-").isdecimal():
+        number = whole_number(text, _NONE)
+        if number == _NONE:
             raise Unexpected(
                 self.at, f"expected {key}: NUMBER, got '{text[:40]}'", Code.BAD_DRAWING
             )
-        return int(text)
+        return number
 
     @property
     def _bounds(self) -> tuple[int, int]:
         left, _, top = self.facts.get("_POS", "").partition(",")
-        return tuple(int(one) if one.strip().isdecimal() else 0 for one in (left, top))  # type: ignore[return-value]
+        return whole_number(left), whole_number(top)
 
     def output(self, number: int, negated: str) -> ChartPin:
         return ChartPin(self.id * _PLACES + number, "", negated == "1")

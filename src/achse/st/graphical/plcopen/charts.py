@@ -22,6 +22,7 @@ from achse.st.graphical.charts import (
 )
 from achse.st.graphical.plcopen.elements import DiagramElements, connections_of
 from achse.st.lexis.codes import Code
+from achse.st.lexis.literals import whole_number
 from achse.st.lexis.xml import Element
 from achse.st.syntax.cursor import Unexpected
 
@@ -183,8 +184,7 @@ class _Chart:
         """Transitions with a priority come first, by it; others from left to right."""
         priority = element.attributes.get("priority", "0")
         left, top = self._of.position(element)
-        number = int(priority) if priority.isdecimal() else 0
-        return number or 1 << 30, left, top
+        return whole_number(priority) or 1 << 30, left, top
 
     def _before(self, element: Element, asked: Element) -> Iterator[Element]:
         """The elements that lead to an element."""

@@ -24,6 +24,7 @@ from achse.st.graphical.function_charts import (
 from achse.st.graphical.networks import Modifier
 from achse.st.graphical.plcopen.elements import DiagramElements, connections_of
 from achse.st.lexis.codes import Code
+from achse.st.lexis.literals import whole_number
 from achse.st.lexis.xml import Element
 
 __all__ = ["read_diagram"]
@@ -32,6 +33,8 @@ _EDGES = {"": 0, "none": 0, "rising": int(Modifier.RISING), "falling": int(Modif
 _STORING = {"": "None", "none": "None", "set": "Set", "reset": "Reset"}
 _RAILS = ("leftPowerRail", "rightPowerRail")
 _SILENT = ("comment", "vendorElement", "error", *_RAILS)
+_UNASKED = ("comment", "vendorElement", "error", "rightPowerRail")
+"""Elements that nothing leads from."""
 _CALLS = {"functionblock": "FunctionBlock", "operator": "Operator", "function": "Function",
           "program": "Program", "method": "Method"}  # fmt: skip
 _CHART = frozenset(
@@ -55,7 +58,9 @@ class _Diagram:
         self._inputs: list[ChartInput] = []
         self._made: list[tuple[Element, Ordered]] = []
         self._sources: list[tuple[int, int]] = []
-        self._outputs: dict[str, dict[str, int]] = {}
+        self._outputs: dict[int, dict[str, int]] = {}
+        self._led: dict[int, list[int]] = {}
+        """Pins that lead to a coil or connector, which many may ask for."""
         """Output pins of elements, by number and by name."""
         self._next = 0
         self._depth = 0
@@ -127,6 +132,10 @@ class _Diagram:
     def _announce(self, element: Element) -> None:
         """Make the output pins of an element: others lead to them before it is made."""
         key = element.attributes.get("localId", "")
+        if key and element.tag not in _UNASKED and self._of.by_id[key] is not element:
+            raise self._of.fault(
+                element, f"several elements have localId '{key[:20]}'", Code.BAD_DRAWING
+            )
         names = [""]
         if element.tag == "block":
             names = [
@@ -135,10 +144,14 @@ class _Diagram:
                 for outer in element.all(group)
                 for one in outer.all("variable")
             ]
-        pins = self._outputs[key] = {}
+        pins = self._outputs[id(element)] = {}
         for name in names:
             self._next += 1
             pins[name] = self._next
+
+    def _output(self, element: Element) -> int:
+        """The only output pin of an element."""
+        return self._outputs[id(element)][""]
 
     def _connect(self, pin: ChartPin, owner: Element, point: Element) -> bool:
         """Lead what a connection point names to a pin. Return True if there is anything."""
@@ -167,6 +180,8 @@ class _Diagram:
                 raise self._of.fault(element, f"no connector is named '{label[:40]}'",
                                      Code.INCOMPLETE_DRAWING)  # fmt: skip
             element = self._continued[label]
+        if id(element) in self._led:
+            return self._led[id(element)]
         if element.tag in ("coil", "connector"):
             self._depth += 1
             if self._depth > _DEEPEST:
@@ -177,8 +192,9 @@ class _Diagram:
                 for source in self._source(inner, inner_name, asked)
             ]
             self._depth -= 1
+            self._led[id(element)] = sources = list(dict.fromkeys(sources))
             return sources
-        pins = self._outputs[element.attributes.get("localId", "")]
+        pins = self._outputs.get(id(element), {})
         if name in pins:
             return [pins[name]]
         rest = [pin for label, pin in pins.items() if label.upper() != "ENO"]
@@ -197,17 +213,16 @@ class _Diagram:
     # elements ----------------------------------------------------------------------------------
 
     def _make(self, element: Element) -> None:
-        key = element.attributes.get("localId", "")
         at, bounds = self._of.at(element), self._of.position(element)
         match element.tag:
             case "leftPowerRail":
-                self._inputs.append(ChartInput("TRUE", ChartPin(self._outputs[key][""], "", False)))
+                self._inputs.append(ChartInput("TRUE", ChartPin(self._output(element), "", False)))
             case "inVariable":
-                self._value(element, "expression", self._outputs[key][""])
+                self._value(element, "expression", self._output(element))
             case "outVariable":
                 self._written(element, "expression")
             case "inOutVariable":
-                self._value(element, "expression", self._outputs[key][""])
+                self._value(element, "expression", self._output(element))
                 if any(True for _ in connections_of(element)):
                     self._written(element, "expression")
             case "contact":
@@ -261,7 +276,7 @@ class _Diagram:
             raise self._of.fault(
                 element, f"nothing leads to the contact {text[:40]}", Code.INCOMPLETE_DRAWING
             )
-        output = self._outputs[element.attributes.get("localId", "")][""]
+        output = self._output(element)
         self._operator("AND" if len(inputs) > 1 else "MOVE", inputs, element, output)
 
     def _written(self, element: Element, tag: str) -> None:
@@ -310,7 +325,7 @@ class _Diagram:
 
     def _outputs_of(self, element: Element) -> tuple[list[ChartPin], ChartPin | None]:
         """The output pins of a block, and ENO."""
-        known = self._outputs[element.attributes.get("localId", "")]
+        known = self._outputs[id(element)]
         outputs: list[ChartPin] = []
         eno: ChartPin | None = None
         for group in ("inOutVariables", "outputVariables"):
@@ -392,8 +407,7 @@ class _Diagram:
 
 
 def _order_of(element: Element) -> int:
-    text = element.attributes.get("executionOrderId", "0")
-    return int(text) if text.isdecimal() else 0
+    return whole_number(element.attributes.get("executionOrderId", "0"))
 
 
 def _input_ids(made: Ordered) -> list[int]:
