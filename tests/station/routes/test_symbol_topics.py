@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +78,35 @@ def test_only_json_for_writable_symbols_is_written(messages: list[tuple[str, byt
                 continue
     assert repr(device.values) == repr(wanted)
     assert (bridge.written, bridge.refused) == (len(wanted), len(messages) - len(wanted))
+
+
+class Flood:
+    """A broker with many messages at once."""
+
+    def __init__(self, count: int) -> None:
+        self.left = count
+
+    async def subscribe(self, topic: str, qos: int) -> None:
+        """Take any topic."""
+
+    @property
+    async def messages(self) -> AsyncIterator[Message]:
+        while self.left:
+            self.left -= 1
+            yield Message("press/MAIN.y/set", b"[" * 100, False)
+
+
+async def test_flood_of_refused_messages_leaves_others_their_turns() -> None:
+    flood = Flood(1000)
+    bridge = SymbolTopics(
+        config(writable=["MAIN.y"]), Router(OWN), Path(), session=Broker().session
+    )
+    device: Any = Device()
+    writing = asyncio.create_task(bridge._write_all(device, flood))
+    await asyncio.sleep(0)
+    assert flood.left >= 998
+    await writing
+    assert bridge.refused == 1000
 
 
 async def test_values_are_published_on_change_and_written(tmp_path: Path) -> None:

@@ -149,6 +149,7 @@ class SymbolTopics:
             await broker.subscribe(topic, qos=1)
         async for message in broker.messages:
             await self._write(device, message)
+            await asyncio.sleep(0)  # a flood of refused messages leaves all else its turns
 
     async def _write(self, device: Client, message: Any) -> None:
         name = self._writable.get(str(message.topic))
