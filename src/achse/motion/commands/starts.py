@@ -200,6 +200,8 @@ def _accept(
     if code:
         return code
     if not queued:
+        if axis.coupling.law:  # a move that is over within a cycle lets the slave go too
+            axis.release()
         record = axis.record
         record.buffer.count = 0
         absorb(record)

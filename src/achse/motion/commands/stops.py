@@ -25,7 +25,12 @@ __all__ = [
 
 
 def _brake(axis: Axis, deceleration: float, jerk: float) -> None:
-    """Begin a stop; one that already runs is never weakened."""
+    """Begin a stop; one that already runs is never weakened. A slave follows nobody from here on.
+
+    The cycle lets a slave go for a motion of its own too, unless that is over within one cycle.
+    """
+    if axis.coupling.law:
+        axis.release()
     if axis.set_motion_phase == MotionPhase.STOPPING:
         deceleration = max(deceleration, axis.job.deceleration)
         jerk = max(jerk, axis.job.jerk)
@@ -139,6 +144,8 @@ def clear(axis: Axis) -> int:
     if code:
         return code
     stopped = axis.has_been_stopped
+    if axis.coupling.law:
+        axis.release()
     begin_stop(axis, axis.job.deceleration, axis.job.jerk)
     axis.has_been_stopped = stopped
     axis.got_new_target = 0

@@ -158,9 +158,11 @@ def _check(axis: Axis, asked: Compensation) -> int:
         return code
     if axis.external_setpoint_active:
         return NcError.EXTERNAL_GENERATOR_ACTIVE
-    moving = axis.set_motion_phase in (MotionPhase.POSITIONING, MotionPhase.ENDLESS) or (
-        axis.set_motion_phase == MotionPhase.COUPLED and axis.set.velocity != 0.0
-    )
+    if axis.coupling.law:
+        moving = axis.set_motion_phase == MotionPhase.COUPLED and axis.set.velocity != 0.0
+    else:
+        moving = axis.set_motion_phase in (MotionPhase.POSITIONING, MotionPhase.ENDLESS)
+        moving = moving and axis.job.velocity > 0.0  # else it is let go and comes to rest
     if axis.compensating or not moving:
         return NcError.COMPENSATION_ACTIVE
     return OK

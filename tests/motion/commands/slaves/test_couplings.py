@@ -243,3 +243,31 @@ def test_letting_go_of_a_saw_never_jumps(kind: int, seed: int) -> None:
         assert abs(slave.set_position - before - 0.002 * mean) <= 0.002**2 * steepest + 1e-6
         before, v = slave.set_position, slave.set_velocity
     assert (slave.coupling.law, slave.error_code) == (0, 0)
+
+
+@pytest.mark.parametrize("command", ["halt", "stop", "parameterized", "emergency", "clear", "move"])
+def test_a_motion_of_its_own_within_a_cycle_lets_a_slave_go(command: str) -> None:
+    """Bare worlds 1363 and 3133: the slave stayed coupled, and followed after its halt."""
+    nc, master, slave = pair(allow_slave_motion_commands=1)
+    assert {
+        "halt": lambda: commands.universal_start(slave, 0x2000, 0.0, 0.0),
+        "stop": lambda: commands.stop(slave),
+        "parameterized": lambda: commands.parameterized_stop(slave, 500.0, 5000.0),
+        "emergency": lambda: commands.emergency_stop(slave, 1500.0, 5000.0),
+        "clear": lambda: commands.clear(slave),
+        "move": lambda: commands.universal_start(slave, 1, 1e-9, 100.0),
+    }[command]() == 0
+    nc.cycle()
+    rests = slave.set_position
+    assert commands.universal_start(master, 3, 0.0, 100.0) == 0
+    nc.cycle(500)
+    assert (slave.coupling.law, slave.set_position, master.followers) == (0, rests, 0)
+
+
+def test_an_oriented_stop_from_rest_is_refused() -> None:
+    """Bare world 1007: it was a positioning at velocity 0, which never ended."""
+    nc, _, slave = pair()
+    before = nc.digest()
+    form = DecouplingType.ORIENTED_STOP
+    code = commands.decouple_with_follow_up(slave, form, 5.0)
+    assert (NcError.of(code), nc.digest()) == (NcError.DECOUPLING_VELOCITY, before)

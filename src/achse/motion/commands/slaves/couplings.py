@@ -385,7 +385,9 @@ def _endless(
 
 
 def _stop_oriented(slave: Axis, position: float, given: tuple[float, float, float]) -> int:
-    """Come to rest at a position within the period."""
+    """Come to rest at a position within the period; from rest there is no velocity to get there."""
+    if slave.set.velocity == 0.0:
+        return NcError.DECOUPLING_VELOCITY
     job = slave.job
     job.acceleration, job.deceleration, job.jerk = given
     job.velocity = abs(slave.set.velocity)
