@@ -189,7 +189,8 @@ class MotionStep:
             return None
         if self.gear0 != self.gear0 or self.gear == self.gear0 or self.gear != self.gear:
             return None
-        limit = max(abs(self.v0), self.speed) * _MORE + 2.0 * abs(self.a1) * self.dt + _LEAST
+        limit = max(abs(self.v0), self.speed) * _MORE + _LEAST
+        limit += 2.0 * max(abs(self.a0), abs(self.a1)) * self.dt
         return None if abs(self.v1) <= limit else f"velocity {self.v1}, limit {limit}"
 
     def stop(self) -> str | None:

@@ -42,6 +42,7 @@ from achse.motion.couplings import (
     surface_speed,
 )
 from achse.motion.couplings.flying_saws import flying_saw, modulo_saw, synchronising
+from achse.motion.couplings.flying_saws.approach import BY_POSITION
 from achse.motion.couplings.guard import check_step
 from achse.motion.couplings.masters import end_coupling, update_leading_value
 from achse.motion.record import AxisFields
@@ -104,6 +105,8 @@ class Coupling(NamedTuple):
     """True if its slave has a motion of its own that can be stopped (0x44)."""
     guarded: bool = False
     """True if a set point that the slave can only jump to stops it (`couplings.guard`)."""
+    approaches: bool = False
+    """True if that holds on its way over the master, until it runs with it."""
 
 
 COUPLINGS: tuple[Coupling, ...] = (
@@ -187,6 +190,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         change=flying_saw.change,
         check_change=flying_saw.check_change,
         stops=True,
+        approaches=True,
     ),
     Coupling(
         "flying saw, position",
@@ -198,6 +202,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         change=flying_saw.change,
         check_change=flying_saw.check_change,
         stops=True,
+        approaches=True,
     ),
     Coupling(
         "synchronising, velocity",
@@ -220,6 +225,7 @@ COUPLINGS: tuple[Coupling, ...] = (
         change=synchronising.change,
         check_change=synchronising.check_change,
         stops=True,
+        approaches=True,
     ),
     Coupling(
         "modulo saw",
@@ -267,13 +273,14 @@ def _follow(ax: AxisFields, rows: NcRows, dt: float) -> None:
     velocity = ax.set.velocity
     acceleration = ax.set.acceleration
     fault = 0
+    approaching = ax.sync.method == BY_POSITION
     ax.set.position -= ax.coupling.offset
     ax.set.velocity -= ax.superposed.set_velocity
     ax.set.acceleration -= ax.superposed.set_acceleration
     for row in COUPLINGS:
         if ax.coupling.law == row.number:
             row.step(ax, rows, dt)
-            if row.guarded:
+            if row.guarded or (row.approaches and approaching):
                 fault = _fault(ax, begin, dt)
             break
     if fault:

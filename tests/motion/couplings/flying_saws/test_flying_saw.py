@@ -428,3 +428,21 @@ def test_a_saw_takes_over_from_an_encoder_without_a_step(trembling: float) -> No
             abs(slave.set_acceleration),
         )
     assert ran > 500
+
+
+@pytest.mark.parametrize("type", [2, 3])
+@pytest.mark.parametrize("compiled", [False, True])
+def test_a_way_over_the_master_that_is_too_fast_is_an_error(type: int, compiled: bool) -> None:
+    """Bare world 475: at a small angle the saw jumped 80 times as far as its velocity allows."""
+    nc = station(compiled=compiled, max_velocity=100.0)
+    master, slave = nc
+    assert commands.couple(slave, type, 1, 0, 0, 5.0, 3.0, 0.7, 0.0) == 0
+    assert commands.universal_start(master, 3, 0.0, 50.0) == 0
+    most = min(slave.max_velocity, slave.drive.reference_velocity) * 0.002 * (1.0 + 1e-9)
+    before = slave.set_position
+    for _ in range(600):
+        nc.cycle()
+        assert abs(slave.set_position - before) <= most
+        before = slave.set_position
+    assert NcError.of(slave.error_code) is NcError.SET_VELOCITY_TOO_HIGH
+    assert (slave.coupling.law, slave.set_velocity, master.error_code) == (0, 0.0, 0)
