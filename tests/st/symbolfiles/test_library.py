@@ -37,6 +37,15 @@ def test_a_type_is_found_with_and_without_its_library(tmc: bytes) -> None:
     assert types.names == ["plant.tmc"]
 
 
+def test_a_derived_structure_knows_its_base(tmc: bytes) -> None:
+    types = LibraryTypes([(tmc, "plant.tmc")])
+    axis = types.type("ST_Axis")
+    assert isinstance(axis, StructType)
+    assert axis.base is types.type("ST_Base")
+    assert axis.own_members == axis.members[1:]
+    assert [member.offset for member in axis.members[:2]] == [0, 8]
+
+
 def test_the_first_file_counts(tmc: bytes) -> None:
     types = LibraryTypes([(tmc, "plant.tmc"), another()])
     found = types.type("T_Text")

@@ -307,9 +307,8 @@ class FileTypes:
         attributes: dict[str, str],
     ) -> IecType[Any]:
         inherited: Sequence[Variable[Any, Any]] = () if base is None else base.members
-        methods: Sequence[Method] = () if base is None else base.methods
-        members = [*inherited, *self._members(element, size, inherited)]
-        inside = [item for item in members if item.in_memory]
+        members = list(self._members(element, size, inherited))
+        inside = [item for item in (*inherited, *members) if item.in_memory]
         alignment = max((item.type.alignment for item in inside), default=1)
         if kind is RecordKind.FUNCTION_BLOCK and all(i.offset >= self.pointer_size for i in inside):
             alignment = max(alignment, self.pointer_size)  # that of the pointer to its methods
@@ -323,10 +322,13 @@ class FileTypes:
             name,
             members,
             kind=kind,
+            base=base,
             layout=TypeLayout(
-                size, alignment, tuple(MemberOffset(i.offset, i.bit) for i in inside)
+                size,
+                alignment,
+                tuple(MemberOffset(i.offset, i.bit) for i in members if i.in_memory),
             ),
-            methods=[*methods, *own],
+            methods=own,
             comment=comment,
             attributes=attributes,
         )
