@@ -131,7 +131,9 @@ class Blocks:
         if entry is None:
             return None
         wanted = interface.name.lower()
-        if wanted in self.interfaces(entry):
+        here = self.interfaces(entry)
+        # A symbol file has the library in front of the name.
+        if wanted in here or wanted.rpartition(".")[2] in here:
             return True
         # Every block has the interface from which the vendor's own come; and a base without
         # sources may have any.

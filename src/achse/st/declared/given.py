@@ -9,6 +9,7 @@ from achse.iec.errors import IecError
 from achse.iec.names import elementary
 from achse.iec.system_types import SYSTEM_TYPES
 from achse.iec.types import IecType
+from achse.st.declared.signatures import Signature
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import SourceError
 from achse.st.syntax.cursor import Unexpected
@@ -42,6 +43,10 @@ class FurtherTypes(Protocol):
 
     def has_property(self, block: str, name: str) -> bool:
         """Return True if a block of that name has a property of that name."""
+        ...
+
+    def signature(self, name: str) -> Signature | None:
+        """Return the signature of a block or interface, None if there is none of that name."""
         ...
 
 
@@ -106,3 +111,7 @@ class GivenTypes:
     def has_property(self, block: str, name: str) -> bool:
         """Return True if a block of a symbol file has a property of that name."""
         return self._further is not None and self._further.has_property(block, name)
+
+    def signature(self, name: str) -> Signature | None:
+        """Return the signature of a block or interface of a symbol file."""
+        return None if self._further is None else self._further.signature(name)

@@ -14,6 +14,7 @@ from achse.iec.enums import EnumType
 from achse.iec.errors import DeclarationError
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
+from achse.st.declared.signatures import Signature
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import SourceError
 from achse.st.symbolfiles.tmc import start_values, types_of_tmc
@@ -77,6 +78,19 @@ class LibraryTypes:
 
         Raises `DeclarationError` if several libraries have a type of that name.
         """
+        _, _, type = self._found(name)
+        return type
+
+    def signature(self, name: str) -> Signature | None:
+        """The signature of a block or interface, by the file that has its type.
+
+        Raises `DeclarationError` like `type`.
+        """
+        types, whole, _ = self._found(name)
+        return None if types is None else types.signature(whole)
+
+    def _found(self, name: str) -> tuple[FileTypes | None, str, IecType[Any] | None]:
+        """The types of the file that has a name, the whole name there, and its type."""
         for types in self._files:
             names = types.named(name)
             if len(names) > 1:
@@ -90,8 +104,8 @@ class LibraryTypes:
                 continue
             found = types.type(names[0])
             if found is None or types.pointer_size == self.pointer_size or not _has_pointers(found):
-                return found
-        return None
+                return types, names[0], found
+        return None, "", None
 
     def enumerations(self, value: str) -> list[EnumType[Any]]:
         """The enumerations with a value of that name, which may stand alone."""

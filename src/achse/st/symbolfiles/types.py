@@ -23,11 +23,13 @@ from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import Adst, IecType
 from achse.iec.typetable import OpaqueType
 from achse.iec.variables import Address, Section, Variable
+from achse.st.declared.signatures import Signature
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import SourceError
 from achse.st.lexis.xml import Element
 from achse.st.symbolfiles.initials import initial_image
 from achse.st.symbolfiles.model import address_of
+from achse.st.symbolfiles.signatures import read_signature
 
 __all__ = ["MAX_BYTES", "FileTypes", "checked_address", "properties_of"]
 
@@ -137,6 +139,24 @@ class FileTypes:
                 break
             name = self._text(extended, extended)
         return False
+
+    def signature(self, name: str) -> Signature | None:
+        """The signature of the block or interface of that whole name; parts with types that the
+        file does not have are left out."""
+        element = self._elements.get(name.strip().lower())
+        if element is None:
+            return None
+        return read_signature(element, self._text, self._is_known, properties_of)
+
+    def _is_known(self, text: str) -> bool:
+        """Return True if a type of that text is elementary, or in the file."""
+        try:
+            parse_type(text, self._find, pointer_size=self.pointer_size)
+        except SourceError:
+            raise
+        except DeclarationError:
+            return False
+        return True
 
     @cached_property
     def _without_space(self) -> dict[str, list[str]]:

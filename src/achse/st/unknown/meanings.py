@@ -3,7 +3,8 @@
 Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a declaration.
 """
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from typing import Any, TypeAlias
 
@@ -14,6 +15,7 @@ from achse.iec.times import TimeType
 from achse.iec.types import IecType
 from achse.st.declared.resolve import Resolver
 from achse.st.declared.scopes import DeclaredUnit, Failed, Scope
+from achse.st.declared.signatures import Signature
 from achse.st.lexis.literals import literal_value
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.printer import print_type
@@ -55,6 +57,7 @@ from achse.st.values.functions import is_standard
 
 __all__ = ["TRUTHS", "Meanings", "Sense", "bases_of", "part_of"]
 
+_IDENTIFIER = re.compile(r"\w+(?:\.\w+)*", re.ASCII)
 TRUTHS = ("AND", "OR", "XOR", "AND_THEN", "OR_ELSE", "&")
 _COMPARING = ("=", "<>", "<", "<=", ">", ">=")
 _LONG_SUM = 8
@@ -127,6 +130,8 @@ class Meanings:
                 is_opaque=key in self._opaque,
                 is_interface=isinstance(self._opaque.get(key), InterfaceType),
             )
+            if key in self._blocks or key in self._opaque:
+                self.types[key].signature = self._names.given.signature(spec.name)
         use = self.types[key]
         use.is_qualified |= bool(space)
         return use
@@ -258,7 +263,7 @@ class Meanings:
                 return part_of(whole.block, name)
             spec = NamedType(whole.type)
             is_named = whole.is_interface and self.is_missing(spec, scope)
-            return self.use(spec).member(name) if is_named else None
+            return self._missing_member(spec, name) if is_named else None
         if isinstance(whole, MissingUse):
             if self.types.get(whole.name.lower()) is whole:
                 whole.values.setdefault(name.lower(), name)
@@ -319,7 +324,81 @@ class Meanings:
         """A part of a missing type; one that a symbol file has is known by its type alone."""
         use = self.use(spec)
         found = None if use.block is None else part_of(use.block, name)
-        return use.member(name) if found is None else found
+        if found is not None:
+            return found
+        member = use.member(name)
+        self._sign(member, use.signature)
+        return member
+
+    def _sign(self, member: MissingUse, signature: Signature | None) -> None:
+        """Note the type of a property, or the result of a method, by a signature or its bases."""
+        key = member.name.lower()
+        seen: set[str] = set()
+        while signature is not None:
+            if item := signature.properties.get(key):
+                member.type = item.type
+            if method := signature.methods.get(key):
+                member.method = method
+                member.result = self._part(member.name, method.returns)
+            if member.type or member.result or signature.extends in seen:
+                return
+            seen.add(signature.extends)
+            signature = self._names.given.signature(signature.extends)
+
+    def _part(self, name: str, text: str) -> MissingUse:
+        """A value whose type a symbol file has, as text."""
+        found = None
+        if _IDENTIFIER.fullmatch(text):
+            found = self._names.given.find(text, 0)
+        inner = None if found is None else resolved(found)
+        return MissingUse(
+            name,
+            text,
+            block=inner if isinstance(inner, StructType) else None,
+            is_part=True,
+            is_interface=isinstance(inner, InterfaceType),
+        )
+
+    def require_bases(self, scope: Scope) -> None:
+        """Require the bases and interfaces of all types that need a declaration, and the blocks
+        that implement such an interface."""
+        waiting = [use for use in self.types.values() if use.is_needed]
+        done: set[int] = set()
+        while waiting:
+            use = waiting.pop()
+            if id(use) in done:
+                continue
+            done.add(id(use))
+            if use.signature is None:
+                continue
+            bases = [use.signature.extends] if use.signature.extends else []
+            for names, wanted in ((use.extends, bases), (use.implements, use.signature.implements)):
+                for name in wanted:
+                    declared, base = self._base(name, scope)
+                    if declared:
+                        names.append(name)
+                    if base is not None:
+                        base.is_required = True
+                        waiting.append(base)
+            if use.is_interface:
+                waiting += self._require_blocks_of(use)
+
+    def _base(self, name: str, scope: Scope) -> tuple[bool, MissingUse | None]:
+        """Return True if a base can be declared, and its use if it needs a stand-in."""
+        spec = NamedType(name)
+        if not self.is_missing(spec, scope):
+            return self._scopes.find(name, scope.space) is not None, None
+        key = name.rpartition(".")[2].lower()
+        is_known = key in self._blocks or key in self._opaque
+        return is_known, self.use(spec) if is_known else None
+
+    def _require_blocks_of(self, interface: MissingUse) -> Iterator[MissingUse]:
+        key = interface.name.lower()
+        for use in self.types.values():
+            names = () if use.signature is None else use.signature.implements
+            if not use.is_required and any(one.lower().rpartition(".")[2] == key for one in names):
+                use.is_required = True
+                yield use
 
     def _index(self, whole: Sense, indices: Sequence[Expression]) -> Sense:
         if isinstance(whole, tuple):
@@ -355,6 +434,7 @@ class Meanings:
             return None
         if isinstance(callee, MissingUse):
             callee.is_called = True
+            return callee.result or callee
         return callee
 
     def type_use(self, at: tuple[TypeSpec, Scope]) -> MissingUse | None:

@@ -15,6 +15,7 @@ from typing import Any
 from achse.iec.names import ELEMENTARY
 from achse.iec.structs import StructType
 from achse.iec.variables import Section
+from achse.st.declared.signatures import is_open_array, open_array
 from achse.st.lexis.words import KEYWORDS
 from achse.st.unknown.uses import MissingUse
 from achse.st.unknown.walk import MissingNames
@@ -239,11 +240,15 @@ class _Writer:
             if key in use.members and not one.type:
                 one.type = use.members[key].type
         passed = [one for one in inputs if self._is_passed(one)]
-        yield f"FUNCTION_BLOCK {name}"
+        yield f"FUNCTION_BLOCK {name}{self._bases(use)}"
         if use.block is not None:
-            yield from self._of_symbol_file(use.block)
-            for one in variables:  # a symbol file has no properties but those for clients
-                yield from self._property(one, name)
+            yield from self._of_symbol_file(use.block, with_inherited=not use.extends)
+            signed = self._signed(use)
+            for one in variables:
+                if one.name.lower() not in signed:
+                    yield from self._property(one, name)
+            methods = [one for one in methods if one.name.lower() not in signed]
+            yield from self._by_signature(use)
             inputs, passed, outputs = [], [], []
         if use.generics:
             numbers = ", ".join(f"nGeneric{number + 1}" for number in range(use.generics))
@@ -264,22 +269,66 @@ class _Writer:
             yield from self._method(one, name)
         yield "END_FUNCTION_BLOCK"
 
-    def _of_symbol_file(self, block: StructType[Any]) -> Iterator[str]:
-        """The variables and properties of a block, in the order in which memory has them."""
-        members = [one for one in block.members if _is_name(one.name)]
+    def _of_symbol_file(self, block: StructType[Any], *, with_inherited: bool) -> Iterator[str]:
+        """The variables of a block, in the order in which memory has them."""
+        members = block.members if with_inherited else block.own_members
+        members = tuple(one for one in members if _is_name(one.name))
         for section, variables in groupby(members, lambda one: one.section):
             yield section.value
             for one in variables:
+                if is_open_array(one.attributes):
+                    continue
                 type = self._own_names(one.type.name)
                 if section is Section.IN_OUT:
                     type = type.removeprefix("REFERENCE TO ")
                 yield f"{_STEP}{one.name} : {type};"
             yield "END_VAR"
-        for item in block.properties:
+        for one in members:
+            if is_open_array(one.attributes):
+                type = open_array(one.type.name, one.attributes)
+                yield f"VAR_IN_OUT {one.name} : {self._own_names(type)}; END_VAR"
+
+    def _bases(self, use: MissingUse) -> str:
+        """The bases that a symbol file has, as the declaration writes them."""
+        text = ""
+        for word, names in (("EXTENDS", use.extends), ("IMPLEMENTS", use.implements)):
+            if names:
+                text += f" {word} {', '.join(self._own_names(name) for name in names)}"
+        return text
+
+    def _signed(self, use: MissingUse) -> set[str]:
+        """The parts of a type and its bases, in lower case, that a symbol file has."""
+        found: set[str] = set()
+        waiting, seen = [use], {id(use)}
+        while waiting:
+            one = waiting.pop()
+            if one.signature is not None:
+                found |= {*one.signature.methods, *one.signature.properties}
+            bases = [self._types.get(name.rpartition(".")[2].lower()) for name in one.extends]
+            new = [base for base in bases if base is not None and id(base) not in seen]
+            seen.update(map(id, new))
+            waiting += new
+        return found
+
+    def _by_signature(self, use: MissingUse) -> Iterator[str]:
+        """The methods and properties that a symbol file has of a type."""
+        if use.signature is None:
+            return
+        for item in use.signature.properties.values():
             accessors = ["GET END_GET"] * item.readable + ["SET END_SET"] * item.writable
-            yield f"PROPERTY {item.name} : {self._own_names(item.type.name)}"
+            yield f"PROPERTY {item.name} : {self._own_names(item.type)}"
             yield " ".join(accessors)
             yield "END_PROPERTY"
+        for method in use.signature.methods.values():
+            result = f" : {self._own_names(method.returns)}" if method.returns else ""
+            yield f"METHOD {method.name}{result}"
+            for section, parameters in groupby(method.parameters, lambda one: one.section):
+                yield section
+                yield from (
+                    f"{_STEP}{one.name} : {self._own_names(one.type)};" for one in parameters
+                )
+                yield "END_VAR"
+            yield "END_METHOD"
 
     def _own_names(self, type: str) -> str:
         """The text of a type, where other stand-ins bear no library in front."""
@@ -293,8 +342,12 @@ class _Writer:
         return found is not None and (_is_block(found) or not _is_told(found))
 
     def _interface(self, name: str, use: MissingUse) -> Iterator[str]:
-        yield f"INTERFACE {name}"
+        yield f"INTERFACE {name}{self._bases(use)}"
+        yield from self._by_signature(use)
+        signed = self._signed(use)
         for one in use.members.values():
+            if one.name.lower() in signed:
+                continue
             if _is_method(one):
                 yield from self._method(one, name)
             else:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from achse.iec.structs import StructType
+from achse.st.declared.signatures import MethodSignature, Signature
 
 __all__ = ["LONG_TEXT", "MissingUse"]
 
@@ -63,6 +64,18 @@ class MissingUse:
     """True if a use names a library in front of it."""
     block: StructType[Any] | None = None
     """The block of a symbol file, of which only the variables are known."""
+    signature: Signature | None = None
+    """Its bases, methods and properties by a symbol file."""
+    method: MethodSignature | None = None
+    """Its parameters by the signature of its type, if it is a method."""
+    result: "MissingUse | None" = None
+    """Value that a call of the method returns, by the signature."""
+    is_required: bool = False
+    """True if a declaration made for another name needs its declaration."""
+    extends: list[str] = field(default_factory=list)
+    """Bases by the signature that are declared, too."""
+    implements: list[str] = field(default_factory=list)
+    """Interfaces by the signature that are declared, too."""
     is_opaque: bool = False
     """True if a symbol file has the size of the type alone."""
     is_part: bool = False
@@ -73,7 +86,8 @@ class MissingUse:
         """Return True if uses need more than the variables that a symbol file has of a block."""
         called = self.is_called or self.inputs or self.outputs or self.arguments
         is_known = self.block is not None or self.is_opaque
-        return not is_known or bool(called or self.members or self.initials)
+        uses = called or self.members or self.initials
+        return not is_known or self.is_required or bool(uses)
 
     def told(self, type: str) -> None:
         """Take in what a use tells of the type. Literals tell least: 1 may be a REAL, too."""

@@ -84,6 +84,8 @@ class MissingNames:
         found = self.meanings.names
         for key in [key for key, use in found.items() if use.is_space and not use.members]:
             del found[key]
+        if own:
+            self.meanings.require_bases(self._scopes.scope(own[0]))
         types = self.meanings.types
         for key in [key for key, use in types.items() if not use.is_needed]:
             del types[key]
@@ -388,6 +390,9 @@ class MissingNames:
                 use.is_block = True
             for place, argument in enumerate(tree.arguments):
                 self._argument(use, place, argument, scope)
+                if use.method is not None and argument.value is not None:
+                    text = use.method.type_of(argument.name or place)
+                    self._told(self.meanings.of(argument.value, scope), text)
                 if use.block is not None and argument.value is not None and argument.name:
                     part = part_of(use.block, argument.name)
                     text = "" if part is None else part.type
