@@ -9,7 +9,7 @@ import pytest
 from achse.iec import BOOL, DINT, INT, EnumType, IecType
 from achse.iec.errors import DeclarationError
 from achse.st.declared.given import GivenTypes
-from achse.st.declared.signatures import Signature
+from achse.st.declared.signatures import BlockSignature
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Diagnostic, Location, SourceError
 from achse.st.syntax.cursor import Unexpected
@@ -47,8 +47,8 @@ class File:
     def has_property(self, block: str, name: str) -> bool:
         return (block, name) == ("FB_X", "Rate")
 
-    def signature(self, name: str) -> Signature | None:
-        return Signature("FB_Base") if name == "FB_X" else None
+    def signature(self, name: str) -> BlockSignature | None:
+        return BlockSignature("FB_Base") if name == "FB_X" else None
 
 
 GIVEN = GivenTypes({"A": DINT, "B": BOOL, "E_Side": INT}, 8)
@@ -107,6 +107,6 @@ def test_values_of_lists_and_properties_come_from_files() -> None:
     assert GIVEN.constant(["list", "cmost"]) is None
     assert WITH_FILE.has_property("FB_X", "Rate")
     assert not WITH_FILE.has_property("FB_X", "Speed")
-    assert WITH_FILE.signature("FB_X") == Signature("FB_Base")
+    assert WITH_FILE.signature("FB_X") == BlockSignature("FB_Base")
     assert GIVEN.signature("FB_X") is None
     assert not GIVEN.has_property("FB_X", "Rate")

@@ -9,7 +9,7 @@ from achse.iec.errors import IecError
 from achse.iec.names import elementary
 from achse.iec.system_types import SYSTEM_TYPES
 from achse.iec.types import IecType
-from achse.st.declared.signatures import Signature
+from achse.st.declared.signatures import BlockSignature
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import SourceError
 from achse.st.syntax.cursor import Unexpected
@@ -45,7 +45,7 @@ class FurtherTypes(Protocol):
         """Return True if a block of that name has a property of that name."""
         ...
 
-    def signature(self, name: str) -> Signature | None:
+    def signature(self, name: str) -> BlockSignature | None:
         """Return the signature of a block or interface, None if there is none of that name."""
         ...
 
@@ -112,6 +112,6 @@ class GivenTypes:
         """Return True if a block of a symbol file has a property of that name."""
         return self._further is not None and self._further.has_property(block, name)
 
-    def signature(self, name: str) -> Signature | None:
+    def signature(self, name: str) -> BlockSignature | None:
         """Return the signature of a block or interface of a symbol file."""
         return None if self._further is None else self._further.signature(name)

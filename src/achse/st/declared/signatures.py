@@ -11,16 +11,16 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 __all__ = [
+    "BlockSignature",
     "MethodSignature",
+    "ParameterSection",
     "ParameterSignature",
     "PropertySignature",
-    "Section",
-    "Signature",
     "is_open_array",
     "open_array",
 ]
 
-Section: TypeAlias = Literal["VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT"]
+ParameterSection: TypeAlias = Literal["VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class ParameterSignature:
 
     name: str
     type: str
-    section: Section = "VAR_INPUT"
+    section: ParameterSection = "VAR_INPUT"
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,7 @@ class PropertySignature:
 
 
 @dataclass(frozen=True, slots=True)
-class Signature:
+class BlockSignature:
     """The interface of a block, or an interface itself, as a symbol file has it."""
 
     extends: str = ""

@@ -14,7 +14,7 @@ from achse.iec.enums import EnumType
 from achse.iec.errors import DeclarationError
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
-from achse.st.declared.signatures import Signature
+from achse.st.declared.signatures import BlockSignature
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import SourceError
 from achse.st.symbolfiles.tmc import start_values, types_of_tmc
@@ -81,7 +81,7 @@ class LibraryTypes:
         _, _, type = self._found(name)
         return type
 
-    def signature(self, name: str) -> Signature | None:
+    def signature(self, name: str) -> BlockSignature | None:
         """The signature of a block or interface, by the file that has its type.
 
         Raises `DeclarationError` like `type`.

@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from achse.st.declared.signatures import (
+    BlockSignature,
     MethodSignature,
+    ParameterSection,
     ParameterSignature,
     PropertySignature,
-    Section,
-    Signature,
     is_open_array,
     open_array,
 )
@@ -32,13 +32,13 @@ def read_signature(
     text_of: Callable[[Element, Element], str],
     is_known: Callable[[str], bool],
     properties_of: Callable[[Element], dict[str, str]],
-) -> Signature:
+) -> BlockSignature:
     """Return the signature of a `<DataType>`, without methods of types that nobody knows.
 
     `text_of` returns the type that an element names within its owner as text, `properties_of` the
     properties of a parameter.
     """
-    found = Signature(
+    found = BlockSignature(
         _base(element, text_of),
         tuple(text_of(item, item) for item in element.all("Implements")),
     )
@@ -79,7 +79,7 @@ def _parameters(
     text_of: Callable[[Element, Element], str],
     properties_of: Callable[[Element], dict[str, str]],
 ) -> Iterator[ParameterSignature]:
-    sections: dict[str, Section] = {"Output": "VAR_OUTPUT", "InOut": "VAR_IN_OUT"}
+    sections: dict[str, ParameterSection] = {"Output": "VAR_OUTPUT", "InOut": "VAR_IN_OUT"}
     for item in element.all("Parameter"):
         properties = properties_of(item)
         section = sections.get(properties.get("ItemType", ""), "VAR_INPUT")

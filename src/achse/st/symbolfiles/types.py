@@ -23,7 +23,7 @@ from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import Adst, IecType
 from achse.iec.typetable import OpaqueType
 from achse.iec.variables import Address, Section, Variable
-from achse.st.declared.signatures import Signature
+from achse.st.declared.signatures import BlockSignature
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import SourceError
 from achse.st.lexis.xml import Element
@@ -140,7 +140,7 @@ class FileTypes:
             name = self._text(extended, extended)
         return False
 
-    def signature(self, name: str) -> Signature | None:
+    def signature(self, name: str) -> BlockSignature | None:
         """The signature of the block or interface of that whole name; parts with types that the
         file does not have are left out."""
         element = self._elements.get(name.strip().lower())

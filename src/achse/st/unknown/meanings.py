@@ -15,7 +15,7 @@ from achse.iec.times import TimeType
 from achse.iec.types import IecType
 from achse.st.declared.resolve import Resolver
 from achse.st.declared.scopes import DeclaredUnit, Failed, Scope
-from achse.st.declared.signatures import Signature
+from achse.st.declared.signatures import BlockSignature
 from achse.st.lexis.literals import literal_value
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.printer import print_type
@@ -330,7 +330,7 @@ class Meanings:
         self._sign(member, use.signature)
         return member
 
-    def _sign(self, member: MissingUse, signature: Signature | None) -> None:
+    def _sign(self, member: MissingUse, signature: BlockSignature | None) -> None:
         """Note the type of a property, or the result of a method, by a signature or its bases."""
         key = member.name.lower()
         seen: set[str] = set()

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from achse.iec.structs import StructType
-from achse.st.declared.signatures import MethodSignature, Signature
+from achse.st.declared.signatures import BlockSignature, MethodSignature
 
 __all__ = ["LONG_TEXT", "MissingUse"]
 
@@ -64,7 +64,7 @@ class MissingUse:
     """True if a use names a library in front of it."""
     block: StructType[Any] | None = None
     """The block of a symbol file, of which only the variables are known."""
-    signature: Signature | None = None
+    signature: BlockSignature | None = None
     """Its bases, methods and properties by a symbol file."""
     method: MethodSignature | None = None
     """Its parameters by the signature of its type, if it is a method."""
