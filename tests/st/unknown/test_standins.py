@@ -109,3 +109,24 @@ def test_real_faults_stay_faults(tmp_path: Path) -> None:
     (tmp_path / "x.st").write_text("PROGRAM MAIN VAR a : ST_A; b : ARRAY [5..1] OF INT; END_VAR")
     with pytest.raises(SourceError, match="run backwards"):
         load_project(tmp_path, unknown="opaque")
+
+
+@pytest.mark.parametrize(
+    ("uses", "lines"),
+    [
+        ("VAR a : FB_Any; i : IAny; END_VAR i := a; i.Run();", ["INTERFACE IAny"]),
+        ("VAR i : ITcoAny; n : DINT; END_VAR n := i.nCount + 1;", ["INTERFACE ITcoAny"]),
+        ("VAR p : POINTER TO FB_Own; a : FB_Any; b : BOOL; END_VAR"
+         " b := __QUERYPOINTER(a.Parent, p);", ["    Parent : IQueryInterface;"]),
+        ("VAR b : BOOL; END_VAR b := Lib.F_Make(3).Run();", ["FUNCTION F_Make : Result_F_Make"]),
+        ("VAR i : IAny; o : FB_Own; END_VAR i := o.Start(3);", ["INTERFACE IAny"]),
+    ],
+)  # fmt: skip
+def test_interfaces_are_known_by_name_and_use(tmp_path: Path, uses: str, lines: list[str]) -> None:
+    own = "FUNCTION_BLOCK FB_Own METHOD Start : IAny VAR_INPUT n : INT; END_VAR END_METHOD"
+    (tmp_path / "a.st").write_text(f"PROGRAM P {uses} END_PROGRAM {own} END_FUNCTION_BLOCK")
+    project, error = examine_project(tmp_path, unknown="opaque")
+    assert error is None
+    assert check(project.declarations).faults == ()
+    text = project.stand_ins["types.st"].splitlines()
+    assert set(lines) <= set(text)

@@ -140,5 +140,7 @@ class Blocks:
         if wanted in ("iqueryinterface", "__system.iqueryinterface"):
             return True
         last = self.chain(entry)[-1].tree
-        unknown = isinstance(last, FunctionBlock) and last.extends is not None
+        unknown = isinstance(last, FunctionBlock) and (
+            last.extends is not None or "stand_in" in dict(last.note.attributes)
+        )
         return None if unknown else False

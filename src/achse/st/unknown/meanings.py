@@ -88,6 +88,8 @@ class Meanings:
         self.lists: dict[str, MissingUse] = {}
         self.this: DeclaredUnit | None = None
         """The unit whose body is looked at."""
+        self._results: set[int] = set()
+        """Trees of the types that methods return, by identity."""
         self._known: dict[tuple[str, str], bool] = {}
         self._blocks: dict[str, StructType[Any]] = {}
         """Blocks of symbol files, whose bodies and methods nothing declares."""
@@ -226,7 +228,7 @@ class Meanings:
             seen.add(id(entry))
             for part in getattr(entry.tree, "parts", ()):
                 if part.name.lower() == name.lower():
-                    return True, _part_type(part, self._scopes.scope(entry))
+                    return True, self._part_type(part, self._scopes.scope(entry))
             base = getattr(entry.tree, "extends", None)
             if not isinstance(base, NamedType):
                 break
@@ -306,7 +308,7 @@ class Meanings:
                 return declared[1].type, inside
             for part in getattr(entry.tree, "parts", ()):
                 if part.name.lower() == name.lower():
-                    return _part_type(part, inside)
+                    return self._part_type(part, inside)
             base = next(iter(bases_of(entry.tree)), None)
             if isinstance(entry.tree, TypeDeclaration):
                 alias = entry.tree.type
@@ -446,6 +448,19 @@ class Meanings:
             return self.use(spec)
         return None
 
+    def _part_type(self, part: Part, scope: Scope) -> tuple[TypeSpec, Scope] | None:
+        """The type of a property, or of what a method returns."""
+        if isinstance(part, Property):
+            return part.type, scope
+        if isinstance(part, Method) and part.returns is not None:
+            self._results.add(id(part.returns))
+            return part.returns, scope
+        return None
+
+    def is_result(self, found: Sense) -> bool:
+        """Return True if a meaning is the type that a declared method returns."""
+        return isinstance(found, tuple) and id(found[0]) in self._results
+
     # texts of types ----------------------------------------------------------------------------
 
     def spec_text(self, at: tuple[TypeSpec, Scope]) -> str:
@@ -509,15 +524,6 @@ def part_of(type: StructType[Any], name: str) -> MissingUse | None:
             block = inner if isinstance(inner, StructType) else None
             is_interface = isinstance(inner, InterfaceType)
             return MissingUse(each, part.name, block=block, is_part=True, is_interface=is_interface)
-    return None
-
-
-def _part_type(part: Part, scope: Scope) -> tuple[TypeSpec, Scope] | None:
-    """The type of a property, or of what a method returns."""
-    if isinstance(part, Property):
-        return part.type, scope
-    if isinstance(part, Method) and part.returns is not None:
-        return part.returns, scope
     return None
 
 

@@ -72,6 +72,8 @@ _WORDS = {
     **dict.fromkeys(("errorid", "errid", "axisid"), "UDINT"),
 }
 _PREFIX = re.compile(r"([a-z]{1,3})[A-Z0-9_]")
+_MARK = "{attribute 'stand_in'}"
+"""Of blocks whose interfaces are not known: each fits any."""
 _LIST = re.compile(r"GVL|Global|Const|Param|Lib|^Tc\d|^G_", re.IGNORECASE)
 """Names that are those of lists and libraries, and not of enumerations."""
 _INTERFACE = re.compile(r"I_?[A-Z][a-z]|ITc[A-Z]|I_")
@@ -128,7 +130,7 @@ class _Writer:
         for key, use in space.members.items():
             if not _is_name(use.name):
                 continue
-            if use.is_called and not use.members:
+            if use.is_called and (use.is_method or not use.members):
                 self._function(use)
             elif use.members and _is_enumeration(use):
                 self._enumeration(use.name, [one.name for one in use.members.values()])
@@ -199,7 +201,8 @@ class _Writer:
             return
         self._texts[name.lower()] = []  # A type may point to its own kind.
         is_called = any(_is_method(one) for one in use.members.values())
-        if use.is_interface or (use.block is None and is_called and _INTERFACE.match(name)):
+        is_named = (is_called or _is_read(use)) and _INTERFACE.match(name)
+        if use.is_interface or (use.block is None and is_named):
             lines = list(self._interface(name, use))
         elif use.values and not use.is_structure and not use.members and not _is_block(use):
             self._enumeration(name, use.values.values())
@@ -216,7 +219,7 @@ class _Writer:
         elif use.type and use.type.lower() != name.lower():
             lines = [f"TYPE {name} : {use.type}; END_TYPE"]
         else:
-            lines = [f"FUNCTION_BLOCK {name} // what is it?", "END_FUNCTION_BLOCK"]
+            lines = [_MARK, f"FUNCTION_BLOCK {name} // what is it?", "END_FUNCTION_BLOCK"]
         self._texts[name.lower()] = lines
 
     def _enumeration(self, name: str, values: Iterable[str]) -> None:
@@ -240,6 +243,8 @@ class _Writer:
             if key in use.members and not one.type:
                 one.type = use.members[key].type
         passed = [one for one in inputs if self._is_passed(one)]
+        if use.block is None:
+            yield _MARK
         yield f"FUNCTION_BLOCK {name}{self._bases(use)}"
         if use.block is not None:
             yield from self._of_symbol_file(use.block, with_inherited=not use.extends)
@@ -361,11 +366,7 @@ class _Writer:
         yield "END_PROPERTY"
 
     def _method(self, use: MissingUse, owner: str) -> Iterator[str]:
-        result = use.type or "BOOL"
-        if use.members:  # `fb.A().B()`
-            value = replace(use, inputs={}, outputs={}, arguments=[], is_called=False)
-            result, _ = self._type_of(value, owner)
-        yield f"METHOD {use.name} : {result}"
+        yield f"METHOD {use.name} : {self._result(use, owner) or use.type or 'BOOL'}"
         inside = f"{owner}_{use.name}"
         yield from self._section(
             "VAR_INPUT", [*use.inputs.values(), *use.arguments], inside, is_routine=True
@@ -373,8 +374,16 @@ class _Writer:
         yield from self._section("VAR_OUTPUT", use.outputs.values(), inside)
         yield "END_METHOD"
 
+    def _result(self, use: MissingUse, owner: str) -> str:
+        """The type of which a use reads parts, of what a call gives: `fb.A().B()`."""
+        if not use.members:
+            return ""
+        value = replace(use, inputs={}, outputs={}, arguments=[], is_called=False)
+        return self._type_of(value, owner)[0]
+
     def _function(self, use: MissingUse) -> None:
-        lines = [f"FUNCTION {use.name} : {use.type or _guessed(use.name)}"]
+        result = self._result(use, "Result") or use.type or _guessed(use.name)
+        lines = [f"FUNCTION {use.name} : {result}"]
         lines += self._section(
             "VAR_INPUT", [*use.inputs.values(), *use.arguments], use.name, is_routine=True
         )
@@ -410,6 +419,12 @@ def _is_block(use: MissingUse) -> bool:
 def _is_told(use: MissingUse) -> bool:
     """Return True if any use shows the kind of the name."""
     return bool(use.members or use.type or use.values or use.element or use.is_structure)
+
+
+def _is_read(use: MissingUse) -> bool:
+    """Return True if no use shows a structure, an array or a block: it may be an interface."""
+    is_other = use.is_structure or use.element or use.values or use.type or _is_block(use)
+    return not is_other and not any(one.is_written for one in use.members.values())
 
 
 def _is_method(use: MissingUse) -> bool:

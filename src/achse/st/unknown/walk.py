@@ -60,6 +60,7 @@ __all__ = ["MissingNames"]
 
 _NUMBERS = ("+", "-", "*", "/", "MOD")
 _COUNTS = ("sint", "usint", "int", "uint", "dint", "udint", "byte", "word", "dword")
+_QUERIES = ("__QUERYINTERFACE", "__QUERYPOINTER")
 _NO_BLOCK = VarBlock("VAR", (), (), NO_NOTE)
 
 
@@ -382,7 +383,13 @@ class MissingNames:
                 self._value_of(one, use, scope)
 
     def _call(self, tree: Call, scope: Scope) -> None:
+        if isinstance(tree.of, Name) and tree.of.name.upper() in _QUERIES and tree.arguments:
+            asked = tree.arguments[0].value
+            if asked is not None:
+                self._told(self.meanings.of(asked, scope), "IQueryInterface")
         found = self.meanings.of(tree.of, scope)
+        if self.meanings.is_result(found):
+            return  # the arguments of a declared method tell nothing of its result
         use = self.meanings.type_use(found) if isinstance(found, tuple) else found
         if isinstance(use, MissingUse):
             use.is_called = True
