@@ -7,6 +7,7 @@ import pytest
 from achse.plc.bodies import Bodies
 from achse.plc.code.execution import CodeForm
 from achse.plc.runtime import PlcRuntime
+from achse.plc.system_info import system_info_list
 from achse.plc.task import Task
 from achse.st.check import check
 from achse.st.project import load_project
@@ -60,14 +61,15 @@ END_FUNCTION_BLOCK
 """
 
 
-def _run(folder: Path, text: str) -> PlcRuntime:
-    (folder / "a.tmc").write_text(FILE)
+def _run(folder: Path, text: str, types: str = FILE) -> PlcRuntime:
+    (folder / "a.tmc").write_text(types)
     (folder / "a.st").write_text(text)
     (folder / "a.plcproj").write_text(
         '<P><Compile Include="a.st"/><LibraryReference Include="Lib,*,v"/></P>'
     )
     declared = load_project(folder).declarations
-    typed = check(declared)
+    lists = [system_info_list([Task("T")], app_name="", project_name="", port=851, timestamp=0)]
+    typed = check(declared, given=lists)
     assert typed.faults == ()
     task = Task("T", 10_000_000, [declared.programs["p"]])
     plc = PlcRuntime([task], declared.units, bodies=Bodies(typed, form=CodeForm.PLAIN))
@@ -102,3 +104,24 @@ def test_methods_with_types_that_no_one_has_are_left_out(tmp_path: Path) -> None
     text = load_project(tmp_path).stand_ins["types.st"]
     assert "METHOD Paint" in text
     assert "Strange" not in text
+
+
+OLD_AXES = """<TcModuleClass><DataTypes>
+<DataType><Name Namespace="Tc2_MC2">AXIS_REF</Name><BitSize>128</BitSize>
+<SubItem><Name>n</Name><Type>DINT</Type><BitSize>32</BitSize><BitOffs>64</BitOffs></SubItem>
+<Properties><Property><Name>PouType</Name><Value>FunctionBlock</Value></Property></Properties>
+</DataType>
+<DataType><Name Namespace="Lib">ST_Stage</Name><BitSize>192</BitSize>
+<SubItem><Name>Axis</Name><Type Namespace="Tc2_MC2">AXIS_REF</Type><BitSize>128</BitSize>
+<BitOffs>0</BitOffs></SubItem>
+<SubItem><Name>fSpeed</Name><Type>LREAL</Type><BitSize>64</BitSize><BitOffs>128</BitOffs>
+<Default><Value>2.5</Value></Default></SubItem></DataType>
+</DataTypes><Modules><Module/></Modules></TcModuleClass>"""
+
+
+def test_structure_with_a_type_of_an_older_library_is_declared_again(tmp_path: Path) -> None:
+    own = """PROGRAM P VAR a : ST_Stage; fb : FB_Take; f : LREAL; END_VAR
+    fb(Axis := a.Axis); f := a.fSpeed; END_PROGRAM
+    FUNCTION_BLOCK FB_Take VAR_IN_OUT Axis : AXIS_REF; END_VAR END_FUNCTION_BLOCK"""
+    plc = _run(tmp_path, own, OLD_AXES)
+    assert plc.instance("P")["f"] == 2.5

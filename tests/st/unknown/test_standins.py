@@ -118,6 +118,8 @@ def test_real_faults_stay_faults(tmp_path: Path) -> None:
         ("VAR i : ITcoAny; n : DINT; END_VAR n := i.nCount + 1;", ["INTERFACE ITcoAny"]),
         ("VAR p : POINTER TO FB_Own; a : FB_Any; b : BOOL; END_VAR"
          " b := __QUERYPOINTER(a.Parent, p);", ["    Parent : IQueryInterface;"]),
+        ("VAR g : T_Any; n : DINT; p : PVOID; END_VAR n := g.diSize; p := g.pValue;",
+         ["TYPE T_Any : __SYSTEM.AnyType; END_TYPE"]),
         ("VAR b : BOOL; END_VAR b := Lib.F_Make(3).Run();", ["FUNCTION F_Make : Result_F_Make"]),
         ("VAR i : IAny; o : FB_Own; END_VAR i := o.Start(3);", ["INTERFACE IAny"]),
     ],

@@ -8,7 +8,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from typing import Any, TypeAlias
 
-from achse.iec.derived import InterfaceType, OpaqueType, resolved
+from achse.iec.arrays import ArrayType
+from achse.iec.derived import AliasType, InterfaceType, OpaqueType, resolved
 from achse.iec.errors import IecError
 from achse.iec.structs import RecordKind, StructType
 from achse.iec.times import TimeType
@@ -90,6 +91,7 @@ class Meanings:
         """The unit whose body is looked at."""
         self._results: set[int] = set()
         """Trees of the types that methods return, by identity."""
+        self._others: dict[int, bool] = {}
         self._known: dict[tuple[str, str], bool] = {}
         self._blocks: dict[str, StructType[Any]] = {}
         """Blocks of symbol files, whose bodies and methods nothing declares."""
@@ -114,13 +116,37 @@ class Meanings:
         name = spec.name.rpartition(".")[2]
         if spec.name in given or name in given:
             return False
-        if isinstance(found, StructType) and found.kind is RecordKind.FUNCTION_BLOCK:
+        if isinstance(found, StructType) and (
+            found.kind is RecordKind.FUNCTION_BLOCK or self._is_other(found)
+        ):
             self._blocks[name.lower()] = found
             return True
         if isinstance(found, OpaqueType | InterfaceType):
             self._opaque[name.lower()] = found
             return True
         return found is None
+
+    def _is_other(self, type: IecType[Any]) -> bool:
+        """Return True if a structure of a symbol file holds a type of a library of ours that has
+        another size there: the file is of another version of the library."""
+        found = self._others.get(id(type))
+        if found is not None:
+            return found
+        self._others[id(type)] = False
+        inner = type
+        while isinstance(inner, ArrayType | AliasType):
+            inner = inner.element if isinstance(inner, ArrayType) else inner.base
+        if not isinstance(inner, StructType):
+            return False
+        entry = self._scopes.find(inner.name, "")
+        if entry is not None:
+            is_other = entry.is_built_in and self._names.entry_type(entry, 0).size != inner.size
+        else:
+            is_other = inner.kind is RecordKind.STRUCT and any(
+                self._is_other(member.type) for member in inner.members
+            )
+        self._others[id(type)] = is_other
+        return is_other
 
     def use(self, spec: NamedType) -> MissingUse:
         space, _, name = spec.name.rpartition(".")
@@ -132,6 +158,8 @@ class Meanings:
                 is_opaque=key in self._opaque,
                 is_interface=isinstance(self._opaque.get(key), InterfaceType),
             )
+            block = self._blocks.get(key)
+            self.types[key].is_required = block is not None and block.kind is RecordKind.STRUCT
             if key in self._blocks or key in self._opaque:
                 self.types[key].signature = self._names.given.signature(spec.name)
         use = self.types[key]

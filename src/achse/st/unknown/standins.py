@@ -9,11 +9,12 @@ Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a decl
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from enum import Enum
 from itertools import groupby
 from typing import Any
 
 from achse.iec.names import ELEMENTARY
-from achse.iec.structs import StructType
+from achse.iec.structs import RecordKind, StructType
 from achse.iec.variables import Section
 from achse.st.declared.signatures import is_open_array, open_array
 from achse.st.lexis.words import KEYWORDS
@@ -72,6 +73,7 @@ _WORDS = {
     **dict.fromkeys(("errorid", "errid", "axisid"), "UDINT"),
 }
 _PREFIX = re.compile(r"([a-z]{1,3})[A-Z0-9_]")
+_ANY = {"pvalue", "disize"}
 _MARK = "{attribute 'stand_in'}"
 """Of blocks whose interfaces are not known: each fits any."""
 _LIST = re.compile(r"GVL|Global|Const|Param|Lib|^Tc\d|^G_", re.IGNORECASE)
@@ -204,6 +206,10 @@ class _Writer:
         is_named = (is_called or _is_read(use)) and _INTERFACE.match(name)
         if use.is_interface or (use.block is None and is_named):
             lines = list(self._interface(name, use))
+        elif use.block is not None and use.block.kind is not RecordKind.FUNCTION_BLOCK:
+            lines = list(self._structure(name, use.block))
+        elif _ANY <= use.members.keys() <= {*_ANY, "typeclass"}:
+            lines = [f"TYPE {name} : __SYSTEM.AnyType; END_TYPE"]
         elif use.values and not use.is_structure and not use.members and not _is_block(use):
             self._enumeration(name, use.values.values())
             return
@@ -292,6 +298,17 @@ class _Writer:
             if is_open_array(one.attributes):
                 type = open_array(one.type.name, one.attributes)
                 yield f"VAR_IN_OUT {one.name} : {self._own_names(type)}; END_VAR"
+
+    def _structure(self, name: str, type: StructType[Any]) -> Iterator[str]:
+        """A structure of a symbol file, with the values that numbers in it start with."""
+        yield f"TYPE {name} : {'UNION' if type.kind is RecordKind.UNION else 'STRUCT'}"
+        for one in type.members:
+            if _is_name(one.name):
+                start = None if one.initial is None else one.type.decode(one.initial_bytes())
+                is_plain = isinstance(start, bool | int | float) and not isinstance(start, Enum)
+                value = f" := {start}" if is_plain else ""
+                yield f"{_STEP}{one.name} : {self._own_names(one.type.name)}{value};"
+        yield "END_UNION END_TYPE" if type.kind is RecordKind.UNION else "END_STRUCT END_TYPE"
 
     def _bases(self, use: MissingUse) -> str:
         """The bases that a symbol file has, as the declaration writes them."""
