@@ -304,3 +304,38 @@ def test_pointers_to_what_is_gone_are_null() -> None:
         "pGone": 0, "pFirst": 0, "iPart": 0, "rGone": 0, "pStays": places["nStays"],
         "pPair": places["st"], "pPart": places["fb"], "pFresh": places["nFresh"],
     }  # fmt: skip
+
+
+@pytest.mark.parametrize("form", [CodeForm.PLAIN, CodeForm.MACHINE])
+def test_implicit_fb_init_begins_an_instance_again(form: CodeForm) -> None:
+    text = """
+    FUNCTION_BLOCK FB_Inner VAR n : INT := 2; nFlags : INT; END_VAR n := n + 1;
+    METHOD FB_init : BOOL VAR_INPUT bInitRetains, bInCopyCode : BOOL; END_VAR
+    nFlags := nFlags + 10; IF bInitRetains THEN nFlags := nFlags + 1; END_IF
+    END_METHOD END_FUNCTION_BLOCK
+    FUNCTION_BLOCK FB
+    VAR s : STRING(4) := 'abc'; a : ARRAY [1..2] OF REAL := [1.5, 2.5]; b : BIT; x : FB_Inner;
+        p : POINTER TO INT; r : REFERENCE TO INT; t : TIME := T#3S; END_VAR
+    VAR_IN_OUT io : INT; END_VAR
+    s := 'x'; a[2] := 7; b := TRUE; x(); x.nFlags := 0; t := T#0S; io := io + 1;
+    END_FUNCTION_BLOCK
+    PROGRAM MAIN
+    VAR fb : FB; n : INT; bAgain : BOOL; fOld : REAL; END_VAR
+    fb(io := n); fOld := fb.a[2];
+    IF bAgain THEN fb.FB_init(FALSE, FALSE); END_IF
+    bAgain := TRUE;
+    END_PROGRAM"""
+    declared = declare([parse(Source(text, "a.st"))])
+    typed = check(declared)
+    assert typed.faults == ()
+    task = Task("T", 10_000_000, [declared.programs["main"]])
+    plc = PlcRuntime([task], declared.units, bodies=Bodies(typed, form=form))
+    plc.run_due(10_000_000)
+    fb = plc.instance("MAIN")["fb"]
+    assert (fb["s"], fb["a"][2], fb["b"], fb["x"]["n"]) == ("x", 7, True, 3)
+    plc.run_due(20_000_000)
+    assert plc.failure == ""
+    assert (fb["s"], fb["a"][2], fb["b"]) == ("abc", 2.5, False)
+    assert fb["t"].seconds == 3
+    assert (fb["x"]["n"], fb["x"]["nFlags"]) == (2, 10)
+    assert (plc.instance("MAIN")["fOld"], plc.instance("MAIN")["n"]) == (7, 2)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from achse.iec.arrays import ArrayType
 from achse.iec.derived import ReferenceType, resolved
-from achse.iec.structs import StructType
+from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
 from achse.st.check.kinds import known_from
@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
 __all__ = ["Initials"]
+
+_MOST_PARTS = 1000
 
 
 class Initials:
@@ -85,6 +87,48 @@ class Initials:
             return list(self._defaults(storage, type, declaration.initial, type.default))
         except (Unexpected, Failed):
             return []  # `statements` tells it
+
+    def reset(self, storage: Storage, type: StructType[Any], at: int) -> list[TypedStatement]:
+        """Return statements that set all members of a record to the defaults of its type.
+
+        Raises `Unexpected` if it has more parts than a program can say one by one.
+        """
+        found: list[TypedStatement] = []
+        for statement in self._resets(storage, type, type.default, at):
+            found.append(statement)
+            if len(found) > _MOST_PARTS:
+                raise Unexpected(
+                    at,
+                    f"an FB_init that {type.name} does not declare sets at most {_MOST_PARTS}"
+                    " values",
+                    Code.UNKNOWN_MEMBER,
+                )
+        return found
+
+    def _resets(
+        self, storage: Storage, type: IecType[Any], image: bytes, at: int
+    ) -> Iterator[TypedStatement]:
+        real = resolved(type)
+        if isinstance(real, StructType):
+            members = real.fields if real.kind is not RecordKind.UNION else real.fields[:1]
+            for member in members:
+                part = image[member.offset : member.offset + member.type.size]
+                if member.bit is not None:
+                    part = bytes([part[0] >> member.bit & 1])
+                yield from self._resets(_member(storage, member, at), member.type, part, at)
+        elif isinstance(real, ArrayType):
+            size = real.element.size
+            for number in range(real.count):
+                offset = storage.offset + number * size
+                name = f"{storage.name}[{number}]"
+                place = replaced(
+                    storage, offset=offset, type=flat(real.element), bit=None, name=name, at=at
+                )
+                part = image[number * size : (number + 1) * size]
+                yield from self._resets(place, real.element, part, at)
+        else:
+            kind = flat(type)
+            yield Do(Stored(storage, known_from(image, kind), kind, at), at)
 
     def _defaults(
         self, storage: Storage, type: IecType[Any], initial: Initial, image: bytes

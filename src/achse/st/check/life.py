@@ -217,6 +217,24 @@ class Life:
             found += inputs
         return tuple(found)
 
+    def begun_again(
+        self,
+        body: "RoutineBody",
+        storage: Storage,
+        type: StructType[Any],
+        written: Sequence[Argument],
+        at: int,
+    ) -> list[TypedStatement]:
+        """Return the statements of an explicit call of the FB_init that a block does not declare:
+        its members start again."""
+        flags: Sequence[Stored] = ()
+        if self._has_routine(type, LifeEvent.CREATE):
+            parameters = self.signature(type, LifeEvent.CREATE).parameters[:2]
+            flags, _ = body.calls.bound(None, parameters, CalleeBase(), written, at)
+        self._checking.require_record(type)
+        step = LifeStep(LifeEvent.CREATE, storage, type, 1, type.size, tuple(flags), (), at)
+        return [*body.initials.reset(storage, type, at), step]
+
     def _flag(self, body: "RoutineBody", parameter: DeclaredParameter, at: int) -> Stored:
         """A flag: that of the running `create`, else as at a start."""
         name = parameter.variable.name

@@ -7,6 +7,7 @@ from achse.iec.derived import resolved
 from achse.iec.elementary import BOOL, DINT, USINT, BoolType, IntegerType
 from achse.iec.enums import EnumType
 from achse.iec.errors import IecError
+from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.st.check.conversions import converted
 from achse.st.check.folding import cut, folded
@@ -136,7 +137,24 @@ class StatementChecker:
     def _assign(self, tree: Assign) -> TypedStatement:
         return Do(self._body.assignments.assign(tree).value, tree.at)
 
+    def _implicit_init(self, tree: Call) -> list[TypedStatement]:
+        """The statements of `fb.FB_init(…)` of a block that declares none; else nothing."""
+        of = tree.of
+        if not isinstance(of, Member) or of.name.lower() != "fb_init":
+            return []
+        body = self._body
+        block = body.expressions.operand(of.of)
+        type = block.flat
+        if not isinstance(type, StructType) or not body.life.is_block(type):
+            return []
+        if block.storage is None or body.life.init_method(type) is not None:
+            return []
+        return body.life.begun_again(body, block.storage, type, tree.arguments, of.at)
+
     def _call(self, tree: Call) -> TypedStatement:
+        if statements := self._implicit_init(tree):
+            self._body.calls.after += statements[1:]
+            return statements[0]
         value = self._body.calls.call(tree).value
         if isinstance(value, Read) and isinstance(value.storage.base, PointerBase):
             # What a returned REFERENCE leads to is not read: the call is all there is to do.
