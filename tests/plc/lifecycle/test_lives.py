@@ -323,7 +323,10 @@ def test_implicit_fb_init_begins_an_instance_again(form: CodeForm) -> None:
     VAR fb : FB; n : INT; bAgain : BOOL; fOld : REAL; END_VAR
     fb(io := n); fOld := fb.a[2];
     IF bAgain THEN fb.FB_init(FALSE, FALSE); END_IF
-    bAgain := TRUE;
+    bAgain := TRUE; P_Other.FB_init(FALSE, FALSE);
+    END_PROGRAM
+    PROGRAM P_Other
+    METHOD FB_init : BOOL VAR_INPUT bInitRetains, bInCopyCode : BOOL; END_VAR END_METHOD
     END_PROGRAM"""
     declared = declare([parse(Source(text, "a.st"))])
     typed = check(declared)

@@ -143,7 +143,9 @@ class StatementChecker:
         if not isinstance(of, Member) or of.name.lower() != "fb_init":
             return []
         body = self._body
-        block = body.expressions.operand(of.of)
+        block = body.expressions.meaning(of.of)
+        if not isinstance(block, TypedOperand):
+            return []  # of a program, whose FB_init is a method like others
         type = block.flat
         if not isinstance(type, StructType) or not body.life.is_block(type):
             return []
