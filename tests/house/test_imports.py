@@ -43,8 +43,14 @@ def test_help_is_light(arguments: str) -> None:
 
 
 def test_a_station_loads_only_what_it_has() -> None:
-    """Neither bus nor Structured Text, signals or Modbus: nothing of them is loaded."""
-    statement = "from achse.station.station import DEMO, Station\nStation.load(DEMO)"
+    """Neither bus nor Structured Text, camshaft, broker or client: nothing of them is loaded."""
+    statement = (
+        "import sys\n"
+        "from achse.station.station import DEMO, Station\n"
+        "Station()\n"
+        "assert 'achse.devices.camshaft' not in sys.modules, 'without a camshaft'\n"
+        "Station.load(DEMO)"
+    )
     loaded = _loaded_by(statement)
     rooms = ("achse.st.", "achse.ethercat", "achse.drive")
     front_end = {
@@ -54,7 +60,14 @@ def test_a_station_loads_only_what_it_has() -> None:
         "achse.st.files.tasks",
     }
     assert {name for name in loaded if name.startswith(rooms)} == front_end
-    parts = {"achse.station.building.signals", "achse.devices.modbus", "achse.transport.modbus"}
+    parts = {
+        "achse.client",
+        "achse.devices.modbus",
+        "achse.station.building.signals",
+        "achse.transport.modbus",
+        "achse.transport.mqtt.routes",
+        "achse.transport.secure.listener",
+    }
     assert not loaded & parts
 
 

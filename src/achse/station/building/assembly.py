@@ -16,7 +16,6 @@ from achse.devices.system import StationControl, SystemDevice
 from achse.server import Device
 from achse.st.lexis.collection import collection_paused
 from achse.station.building.building import Building, Ground, Parts
-from achse.station.building.camshaft import make_camshafts
 from achse.station.building.nc import connect_nc, make_nc
 from achse.station.building.plcs import make_plcs
 from achse.station.building.scope import make_scope
@@ -50,6 +49,14 @@ def _make_signals(building: Building) -> None:
         signals.make_signals(building)
 
 
+def _make_camshafts(building: Building) -> None:
+    """The camshaft controllers, without which their device is not loaded. Raises ConfigError."""
+    if building.ground.config.camshaft:
+        from achse.station.building import camshaft
+
+        camshaft.make_camshafts(building)
+
+
 def _make_modbus(building: Building) -> None:
     """The Modbus server, without which nothing of Modbus is loaded. Raises ConfigError."""
     if building.ground.config.modbus is not None:
@@ -74,7 +81,7 @@ PARTS: tuple[Callable[[Building], None], ...] = (
     _make_signals,
     _make_plants,
     connect_nc,
-    make_camshafts,
+    _make_camshafts,
     make_scope,
     _make_modbus,
 )

@@ -78,8 +78,6 @@ def make_camshafts(building: Building) -> None:
     """The controllers of the configuration and their device. Raises ConfigError."""
     ground = building.ground
     configs = ground.config.camshaft
-    if not configs:
-        return
     served = []
     for number, config in enumerate(configs, 1):
         served.append(_make(building, number, config))

@@ -5,6 +5,7 @@ import logging
 import platform
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from achse.ams import NetId
 from achse.ams.discovery import UDP_PORT, OsVersion, RouterInfo
@@ -16,18 +17,20 @@ from achse.station.configuration.network import NetworkConfig
 from achse.station.configuration.types import ConfigError
 from achse.station.routes.addresses import check_own_address, is_reachable_from_outside
 from achse.station.routes.identity import StationIdentity
-from achse.station.routes.symbol_topics import SymbolTopics
 from achse.transport.connections.held import Held
 from achse.transport.mqtt.network import MqttError
-from achse.transport.mqtt.routes import MqttRoutes
 from achse.transport.reason import reason
-from achse.transport.secure.listener import SecureListener
 from achse.transport.serial.port import SerialPortError
 from achse.transport.serial.ports import ServedPort, ServedSerialPorts
 from achse.transport.tcp.listener import TCP_PORT, TcpListener
 from achse.transport.udp import DiscoveryEndpoint
 from achse.transport.uplinks.host_names import HostNames
 from achse.transport.uplinks.uplinks import Uplinks
+
+if TYPE_CHECKING:
+    from achse.station.routes.symbol_topics import SymbolTopics
+    from achse.transport.mqtt.routes import MqttRoutes
+    from achse.transport.secure.listener import SecureListener
 
 __all__ = ["Network", "host_system"]
 
@@ -181,6 +184,8 @@ class Network:
             bridge.start()
 
     async def _open_secure(self, host: str) -> None:
+        from achse.transport.secure.listener import SecureListener
+
         config, limits = self._config.router, self._config.limits
         self.secure = SecureListener(
             self._router,
@@ -207,25 +212,39 @@ class Network:
             tc_version=".".join(map(str, self._version)),
         )
         try:
-            self.mqtt = tuple(
-                MqttRoutes(
-                    self._router,
-                    settings,
-                    note,
-                    max_backlog=self._config.limits.unread_bytes,
-                    held=self.listener.held,
-                    fair_queue=self.listener.fair_queue,
-                )
-                for item in self._config.mqtt
-                for settings in item.networks(self._base)
-            )
-            self.bridges = tuple(
-                SymbolTopics(item, self._router, self._base) for item in self._config.bridge
-            )
+            self.mqtt = self._brokers(note)
+            self.bridges = self._made_bridges()
         except MqttError as fault:
             raise ConfigError(f"mqtt: {fault}") from None
         for network in self.mqtt:
             network.start()
+
+    def _brokers(self, note: RouterNote) -> "tuple[MqttRoutes, ...]":
+        """The routes of [[mqtt]], without which their module is not loaded. Raises MqttError."""
+        if not self._config.mqtt:
+            return ()
+        from achse.transport.mqtt.routes import MqttRoutes
+
+        return tuple(
+            MqttRoutes(
+                self._router,
+                settings,
+                note,
+                max_backlog=self._config.limits.unread_bytes,
+                held=self.listener.held,
+                fair_queue=self.listener.fair_queue,
+            )
+            for item in self._config.mqtt
+            for settings in item.networks(self._base)
+        )
+
+    def _made_bridges(self) -> "tuple[SymbolTopics, ...]":
+        """The bridges of [[bridge]], without which no client is loaded. Raises MqttError."""
+        if not self._config.bridge:
+            return ()
+        from achse.station.routes.symbol_topics import SymbolTopics
+
+        return tuple(SymbolTopics(item, self._router, self._base) for item in self._config.bridge)
 
     async def _open_serial_ports(self) -> None:
         try:
