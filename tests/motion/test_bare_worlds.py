@@ -48,7 +48,7 @@ def play(seed: int) -> tuple[list[tuple[str, str]], int, bytes]:
         for n, part in enumerate(world.axes, 1)
     ]
     tables = [
-        TableParameters(n, points, main_type=TableType.CAMMING)
+        TableParameters(n, [(x, y) for x, y in points], main_type=TableType.CAMMING)
         for n, points in enumerate(world.cams, 1)
     ]
     nc = Nc(world.cycle_ns, axes, tables=tables)
