@@ -21,7 +21,7 @@ def write_file(
     what it then is. An empty one may always be. Other failures end the command, too.
     """
     try:
-        if replaces is not None and file.exists():
+        if replaces is not None and file.is_file():
             there = file.read_bytes()
             if there.strip() and not replaces(there):
                 fail(
