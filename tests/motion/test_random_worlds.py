@@ -27,7 +27,7 @@ LENGTH_MS = 2500
 
 
 @dataclass
-class Bare:
+class BareStation:
     """What the watch over axes looks at: an NC and a clock."""
 
     nc: Nc
@@ -61,7 +61,7 @@ def play(seed: int) -> tuple[list[tuple[str, str]], int, bytes]:
         moments = [draws.randrange(LENGTH_MS) * MS for _ in range(3)]
         acts += draw_rare_motion(draws, world.axes, 1, moments)
     broken: list[tuple[str, str]] = []
-    bare = Bare(nc)
+    bare = BareStation(nc)
     watch = MotionWatch(
         cast(Any, bare), world.axes, motion_checks(), lambda *what: broken.append(what)
     )
