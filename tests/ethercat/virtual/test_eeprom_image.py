@@ -1,13 +1,14 @@
 """The EEPROM of a device: read again it is what the file says."""
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.ethercat.description import Pdo
-from achse.ethercat.master.esi_reader import read_esi
+from achse.ethercat.master.esi_reader import EsiError, read_esi
 from achse.ethercat.master.sii_reader import read_sii
 from achse.ethercat.virtual import make_slave
-from tests.ethercat.virtual.esi_text import VENDOR, drawn_devices, esi
+from tests.ethercat.virtual.esi_text import INPUTS, VENDOR, device, drawn_devices, esi
 
 SMALL = 256
 """Bytes of an EEPROM with no room for many PDOs."""
@@ -41,3 +42,10 @@ def test_image_is_read_as_it_was_made(text: str, alias: int, serial: int) -> Non
         (each.name, each.assign_activate) for each in device.modes
     ]
     assert rooms[0] >= rooms[1]
+
+
+def test_more_entries_than_an_eeprom_can_tell_are_refused() -> None:
+    entries = "<Entry><Index>0</Index><BitLen>1</BitLen></Entry>" * 16_400
+    text = f'{INPUTS}<TxPdo Sm="0"><Index>#x1A00</Index>{entries}</TxPdo>'
+    with pytest.raises(EsiError, match="more than an EEPROM can tell"):
+        make_slave(read_esi(esi(device(text)))[0])

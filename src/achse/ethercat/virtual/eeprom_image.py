@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from achse.ethercat.description import MailboxBit, Pdo, PdoEntry, SiiUse, SyncManagerArea
-from achse.ethercat.master.esi_reader import EsiDevice, EsiMode
+from achse.ethercat.master.esi_reader import EsiDevice, EsiError, EsiMode
 from achse.ethercat.master.xml_document import number
 from achse.ethercat.sii import SiiClockMode, SiiSource, encode_sii
 
@@ -100,9 +100,12 @@ def _fitting(source: SiiSource, *, objects: bool) -> bytes:
     for variant in variants:
         try:
             return encode_sii(variant)
-        except ValueError:
+        except (ValueError, struct.error):
             continue
-    return encode_sii(replace(variants[-1], stretches=True))
+    try:
+        return encode_sii(replace(variants[-1], stretches=True))
+    except struct.error as fault:
+        raise EsiError(f"its PDOs are more than an EEPROM can tell: {fault}") from None
 
 
 def _with_pdos(source: SiiSource, change: Callable[[Pdo], Pdo | None]) -> SiiSource:
