@@ -69,7 +69,7 @@ def test_names_of_a_missing_library_get_stand_ins(folder: Path) -> None:
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
     assert lines[-4].startswith("library Vendor_Lib is not here, but needed by MAIN.st")
-    assert lines[-3] == "5 lines of stand-ins, which do nothing (--stand-ins FOLDER writes them)"
+    assert lines[-3] == "7 lines of stand-ins, which do nothing (--stand-ins FOLDER writes them)"
     result = checked(folder, "--all")
     assert result.exit_code == 1
     assert "no type is named 'FB_Vendor'" in result.stdout

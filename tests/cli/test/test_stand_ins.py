@@ -27,7 +27,7 @@ def test_stand_ins_for_missing_types(
     told = lines("check", "plc.st", "--stand-ins", "stand-ins")
     assert told == [
         "stand-ins/Lib.st: 3 lines",
-        "stand-ins/types.st: 11 lines",
+        "stand-ins/types.st: 12 lines",
         'libraries = ["stand-ins"]',
     ]
     assert Station.load(station).plcs[851].instance("MAIN")["a"].type.count == 16
