@@ -57,7 +57,7 @@ class CodeFinding(_Result):
 
 
 class CheckReport(_Result):
-    """Findings of a project; `ok`: there is no error."""
+    """Findings of a project; `ok` is True if none of them is an error."""
 
     ok: bool
     sources: int

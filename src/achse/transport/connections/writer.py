@@ -1,5 +1,6 @@
 """The outgoing half of a peer: frames are gathered, and written once per turn of the loop."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
 
 from achse.transport.connections.line import Line, PeerOwner
@@ -17,7 +18,7 @@ _SMALL = 4096
 """Gathered bytes below this are not counted until they are written, with the same turn."""
 
 
-class PeerWriter:
+class PeerWriter(ABC):
     """Frames for a peer until the line takes them, and how many bytes that are."""
 
     def __init__(self, owner: PeerOwner) -> None:
@@ -38,17 +39,17 @@ class PeerWriter:
         """True once the peer was closed because it took too much room."""
 
     @property
+    @abstractmethod
     def unprocessed(self) -> int:
         """Received bytes that are kept."""
-        raise NotImplementedError
 
+    @abstractmethod
     def warn(self, reason: str, *details: object) -> None:
         """Log why the connection ends."""
-        raise NotImplementedError
 
+    @abstractmethod
     def abort(self) -> None:
         """Close at once; what waits for the peer is lost."""
-        raise NotImplementedError
 
     def write(self, packet: bytes) -> None:
         """Send an encoded frame at once, unless others are gathered before it."""

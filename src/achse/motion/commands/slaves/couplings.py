@@ -385,7 +385,7 @@ def _endless(
 
 
 def _stop_oriented(slave: Axis, position: float, given: tuple[float, float, float]) -> int:
-    """Come to rest at a position within the period; from rest there is no velocity to get there."""
+    """Stop a moving slave at a position within the period; at rest it is refused."""
     if slave.set.velocity == 0.0:
         return NcError.DECOUPLING_VELOCITY
     job = slave.job
