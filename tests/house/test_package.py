@@ -2,6 +2,7 @@
 
 import importlib.util
 import re
+import runpy
 import tomllib
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
@@ -118,3 +119,29 @@ def _licence(installed: Distribution) -> str:
         files = (file for file in installed.files or () if file.name.upper().startswith("LICENSE"))
         texts = [file.read_text(encoding="utf-8") for file in files]
     return " ".join(texts)
+
+
+def test_the_lock_file_has_a_version_for_each_requirement(root: Path) -> None:
+    wanted = runpy.run_path(str(root / "packaging/lock"))["requirements"]()
+    lines = (root / "packaging/dev.lock").read_text().splitlines()
+    versions: dict[str, list[str]] = {}
+    for line in lines:
+        if not line.startswith("#"):
+            name, version = line.split(";")[0].strip().split("==")
+            versions.setdefault(canonicalize_name(name), []).append(version)
+    for text in wanted:
+        needed = Requirement(text)
+        found = versions.get(canonicalize_name(needed.name), [])
+        assert any(needed.specifier.contains(one) for one in found), (text, found)
+
+
+TOP = """
+    .gitignore .pre-commit-config.yaml .pre-commit-hooks.yaml CHANGELOG.md CITATION.cff
+    CODE_OF_CONDUCT.md CONTRIBUTING.md Containerfile GOVERNANCE.md LICENSE NOTICE README.md
+    SECURITY.md SUPPORT.md action.yml hatch_build.py mkdocs.yml pyproject.toml
+"""
+"""Files beside the folders: what forges, installers and newcomers look for by name."""
+
+
+def test_no_stray_file_lies_at_the_top(tracked: list[Path]) -> None:
+    assert sorted(str(path) for path in tracked if len(path.parts) == 1) == sorted(TOP.split())
