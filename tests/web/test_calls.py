@@ -7,7 +7,7 @@ from achse.router.rights import ALL_RIGHTS, Right
 from achse.web.calls import calls_of, desks_of, topics_of
 from achse.web.watched import WatchedTarget
 
-CHANGING = (".do", ".write", ".call", ".set", ".clear")
+CHANGING = (".do", ".write", ".call", ".set", ".clear", ".save", ".apply")
 
 
 async def test_calls_that_change_something_need_more_than_reading() -> None:

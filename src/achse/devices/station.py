@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 from achse.ams import DeviceError, Endpoint, RouterError
 from achse.codes import ReturnCode
-from achse.codes.station import MISSING_CONDITION, SERVICE_PORT
+from achse.codes.station import MISSING_CONDITION, ONLINE_CHANGE, SERVICE_PORT
 from achse.devices.debugging import debug_group
 from achse.plc import PlcRuntime
 from achse.router import Router
@@ -32,7 +32,7 @@ __all__ = [
     "faults_group",
 ]
 
-FAULTS, TAPS, STATISTICS, ONLINE_CHANGE = 0xFA01, 0xFA02, 0xFA03, 0xFA04
+FAULTS, TAPS, STATISTICS = 0xFA01, 0xFA02, 0xFA03
 """Index groups."""
 
 _TAPS_PER_CLIENT = 4

@@ -1,6 +1,6 @@
 """All calls and topics by their names, and the right that each call needs."""
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,6 +16,8 @@ from achse.web.parameters import ParameterDesk
 from achse.web.process_log import ProcessLog
 from achse.web.scene import SceneDesk
 from achse.web.scopes import ScopeDesk
+from achse.web.settings import EditedProject
+from achse.web.sources import SourceDesk
 from achse.web.symbols import SymbolDesk
 from achse.web.tables import ChannelDesk, TableDesk
 from achse.web.traffic import ServiceRows, TrafficDesk, rows_of_demo
@@ -49,6 +51,7 @@ class Desks(NamedTuple):
     tables: TableDesk
     channels: ChannelDesk
     scene: SceneDesk
+    sources: SourceDesk
 
 
 def desks_of(
@@ -56,6 +59,7 @@ def desks_of(
     scene: Path | None = None,
     rows: ServiceRows = rows_of_demo,
     process_log: ProcessLog | None = None,
+    projects: Sequence[EditedProject] = (),
 ) -> Desks:
     """The desks of a target; `rows` name the services in its traffic.
 
@@ -65,6 +69,8 @@ def desks_of(
     watched.offer(("bus", "drives"), buses.there)
     watched.offer(("channels",), channels.there)
     watched.offer(("scene",), scenes.there)
+    sources = SourceDesk(watched, projects)
+    watched.offer(("sources",), sources.there)
     faults, symbols = FaultDesk(watched), SymbolDesk(watched)
     return Desks(
         AxisDesk(watched),
@@ -80,6 +86,7 @@ def desks_of(
         TableDesk(watched),
         channels,
         scenes,
+        sources,
     )
 
 
@@ -114,6 +121,11 @@ def calls_of(watched: WatchedTarget, desks: Desks) -> dict[str, PageCall]:
         "channels.plan": PageCall(desks.channels.plan),
         "channels.do": PageCall(desks.channels.do, Right.WRITE),
         "scene": PageCall(desks.scene.scene),
+        "sources.list": PageCall(desks.sources.listed),
+        "sources.read": PageCall(desks.sources.read),
+        "sources.check": PageCall(desks.sources.check),
+        "sources.save": PageCall(desks.sources.save, ALL_RIGHTS),
+        "sources.apply": PageCall(desks.sources.apply, ALL_RIGHTS),
     }
 
 

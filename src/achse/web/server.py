@@ -55,7 +55,9 @@ class WebServer:
         if self.settings.read_only:
             rights &= Right.READ
         self.watched = WatchedTarget(client, name=name, rights=rights)
-        self.desks = desks_of(self.watched, self.settings.scene, rows, process_log)
+        self.desks = desks_of(
+            self.watched, self.settings.scene, rows, process_log, self.settings.projects
+        )
         self._calls = calls_of(self.watched, self.desks)
         self.feeds = Feeds(topics_of(self.desks), pause, of_station)
         self._pages = pages

@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from achse.extras import needs_extra
 
-__all__ = ["WEB_PORT", "WebExtraMissing", "WebSettings"]
+__all__ = ["WEB_PORT", "EditedProject", "WebExtraMissing", "WebSettings"]
 
 WEB_PORT = 8080
 """TCP port unless another is named."""
@@ -19,6 +20,15 @@ class WebExtraMissing(ImportError):
 
     def __init__(self) -> None:
         super().__init__(needs_extra("the browser page", "web"))
+
+
+class EditedProject(NamedTuple):
+    """A PLC project whose sources pages may edit."""
+
+    name: str
+    path: Path
+    """A folder, a `.plcproj` or a source."""
+    libraries: tuple[Path, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +46,8 @@ class WebSettings:
     """Largest number of open pages; further ones are refused."""
     scene: Path | None = None
     """A JSON file that describes the machine for its picture."""
+    projects: tuple[EditedProject, ...] = ()
+    """PLC projects whose sources pages may edit."""
 
     def __post_init__(self) -> None:
         if not 0 <= self.port <= 0xFFFF:

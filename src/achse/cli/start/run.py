@@ -87,6 +87,9 @@ def run(
     web_read_only: Annotated[
         bool, typer.Option("--web-read-only", help="Pages may look, and change nothing.")
     ] = False,
+    web_edit: Annotated[
+        bool, typer.Option("--web-edit", help="Pages may edit and save the sources of the PLCs.")
+    ] = False,
     log_level: Logged = LogLevel.WARNING,
     log_format: LoggedAs = LogFormat.TEXT,
     detach: Annotated[
@@ -109,7 +112,7 @@ def run(
             "--web-port": web_port, "--web-host": web_host,
         }  # fmt: skip
         flags = ["--let-everybody-in"] * let_everybody_in + ["--web"] * web
-        flags += ["--web-read-only"] * web_read_only
+        flags += ["--web-read-only"] * web_read_only + ["--web-edit"] * web_edit
         words = [] if file is None else [str(file)]
         flags += [f"--interface={each}" for each in interface or ()]
         flags += [f"--redundant={each}" for each in redundant or ()]
@@ -143,7 +146,7 @@ def run(
         from achse.station.running.collection import seldom_collected
 
         page = functools.partial(
-            station_web, station, web, web_host, web_port, web_read_only, process_log
+            station_web, station, web, web_host, web_port, web_read_only, web_edit, process_log
         )
         with seldom_collected(), asyncio.Runner(loop_factory=loop_factory()) as runner:
             code = runner.run(

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 from collections.abc import AsyncIterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from achse.station import Station
     from achse.web.process_log import ProcessLog
     from achse.web.server import WebServer
-    from achse.web.settings import WebSettings
+    from achse.web.settings import EditedProject, WebSettings
 
 __all__ = ["WebHost", "WebPort", "register", "served_web", "station_web", "tell_web"]
 
@@ -120,13 +121,14 @@ async def station_web(
     host: str | None,
     port: int | None,
     read_only: bool,
+    edit: bool,
     process_log: "ProcessLog",
 ) -> AsyncIterator["WebServer | None"]:
     """The page of a station of this process, if its configuration or an option asks for one."""
     config = station.config.web
     number = config.port if port is None else port
     if number is None:
-        if not (wanted or host is not None or read_only):
+        if not (wanted or host is not None or read_only or edit):
             process_log.detach()
             yield None
             return
@@ -141,6 +143,7 @@ async def station_web(
         token=config.token,
         read_only=config.read_only or read_only,
         scene=None if config.scene is None else station.base / config.scene,
+        projects=_projects(station) if edit or config.edit else (),
     )
     rights = rights_named(station.config.router.rights)
     async with (
@@ -148,3 +151,18 @@ async def station_web(
         served_web(client, settings, station.config.name, rights, station, process_log) as server,
     ):
         yield server
+
+
+def _projects(station: "Station") -> "tuple[EditedProject, ...]":
+    """The PLCs of a station that run sources; a folder's name is better known than its path."""
+    from achse.web.settings import EditedProject
+
+    return tuple(
+        EditedProject(
+            f"{Path(plc.sources).stem} ({plc.port})",
+            station.base / plc.sources,
+            tuple(station.base / library for library in plc.libraries),
+        )
+        for plc in station.config.plc
+        if plc.sources is not None
+    )

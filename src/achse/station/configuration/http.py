@@ -20,6 +20,8 @@ class WebConfig(ConfigTable):
     """Needed to open the page; empty: none on this computer, a random one elsewhere."""
     read_only: bool = False
     """Pages may look, and change nothing. Without it they may what `router.rights` says."""
+    edit: bool = False
+    """Pages may edit the sources of the PLCs, and save them, if the rights of pages allow all."""
     scene: Path | None = None
     """A JSON file that describes the machine for its picture."""
 

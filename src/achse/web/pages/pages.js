@@ -24,6 +24,7 @@ export const PAGES = [
   { name: "axes", title: "Axes", module: "./axes.js", feature: "axes" },
   { name: "scope", title: "Scope", module: "./scope.js", feature: "scope" },
   { name: "symbols", title: "Symbols", module: "./symbols.js", feature: "symbols" },
+  { name: "code", title: "Code", module: "./code.js", feature: "sources" },
   { name: "drives", title: "Drives and bus", module: "./drives.js", feature: "drives" },
   { name: "paths", title: "Cams and paths", module: "./paths.js", feature: "tables" },
   { name: "scene", title: "Machine", module: "./scene.js", feature: "scene" },

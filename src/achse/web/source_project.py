@@ -1,0 +1,193 @@
+"""One project whose sources pages edit: files, drafts, findings. Loaded with the first call."""
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from achse.codes.links import SITE, finding_link, on_site
+from achse.plc.system_info import lists_of_runtime
+from achse.st.files.files import source_files
+from achse.st.files.sections import CodeSection, SectionError, edited, sections_of
+from achse.st.lexis.source import Diagnostic
+from achse.st.workspace import Workspace
+from achse.web.messages import CallError
+from achse.web.settings import EditedProject
+
+__all__ = ["EDITABLE", "MOST_FINDINGS", "SourceProject"]
+
+_TEXT = ".st"
+EDITABLE = (_TEXT, ".tcpou", ".tcgvl", ".tcdut", ".tcio")
+"""Endings of the files whose code can be edited, in lower case."""
+
+MOST_FINDINGS = 200
+"""Findings that a page is sent at most; the rest is counted."""
+
+_LARGEST = 1 << 20
+"""Bytes of a file that can be edited, at most."""
+
+
+class SourceProject:
+    """The sources of one project, as pages edit them.
+
+    A text that a page is typing is a draft: it is checked as if it were saved, until the file is
+    read again. Not for two threads at once.
+    """
+
+    def __init__(self, project: EditedProject) -> None:
+        self._path = project.path
+        self._workspace = Workspace(
+            project.path, libraries=project.libraries, given=lists_of_runtime
+        )
+
+    def _files(self) -> Iterator[tuple[Path, str]]:
+        """Files whose code can be edited, with their names in the project."""
+        for file, name in source_files(self._path):
+            if file.suffix.lower() in EDITABLE:
+                yield file, name
+
+    def _file(self, name: str) -> Path:
+        for file, known in self._files():
+            if known == name:
+                return file
+        raise CallError(f"file: expected a source of the project, got {name!r:.80}")
+
+    def files(self) -> list[dict[str, Any]]:
+        """Files that can be edited, each with the number of its errors."""
+        errors: dict[Path, int] = {}
+        for finding in self._workspace.findings.errors:
+            file = self._workspace.file_of(finding)
+            errors[file] = errors.get(file, 0) + 1
+        return [{"file": name, "errors": errors.get(file, 0)} for file, name in self._files()]
+
+    def read(self, name: str) -> dict[str, Any]:
+        """The code of a file as it is on disk; a draft of it is dropped."""
+        file = self._file(name)
+        content = _content(file, name)
+        sections = _sections(content, file, name)
+        self._workspace.close(file)
+        self._workspace.reread(file)
+        return {
+            "tag": _tag(content),
+            "sections": [{"name": s.name, "kind": s.kind, "text": s.text} for s in sections],
+            "findings": self.findings(),
+        }
+
+    def check(self, name: str, texts: Sequence[str]) -> dict[str, Any]:
+        """The findings with other code in a file, which becomes its draft."""
+        file = self._file(name)
+        self._workspace.edit(file, _edited(_content(file, name), texts, file, name))
+        return self.findings()
+
+    def save(self, name: str, texts: Sequence[str], tag: str) -> dict[str, Any]:
+        """Write the code of a file, if nobody else wrote it since `tag` was told."""
+        file = self._file(name)
+        content = _content(file, name)
+        if _tag(content) != tag:
+            raise CallError(f"{name} was written by another program meanwhile: read it again")
+        saved = _edited(content, texts, file, name)
+        try:
+            _write(file, saved)
+        except OSError as failure:
+            raise CallError(f"{name}: cannot be written: {failure.strerror}") from None
+        self._workspace.close(file)
+        self._workspace.reread(file)
+        return {"tag": _tag(saved), "findings": self.findings()}
+
+    def findings(self) -> dict[str, Any]:
+        """The findings of the project: their number by kind, and the first of them as rows."""
+        found = self._workspace.findings
+        names = dict(source_files(self._path))
+        sections: dict[Path, tuple[CodeSection, ...]] = {}
+        rows: list[dict[str, Any]] = []
+        kinds = {"error": found.errors, "warning": found.warnings, "unreached": found.unreached}
+        every = ((kind, finding) for kind, several in kinds.items() for finding in several)
+        for kind, finding in every:
+            if len(rows) == MOST_FINDINGS:
+                break
+            file = self._workspace.file_of(finding)
+            if file not in sections:
+                sections[file] = self._sections_now(file)
+            place = _place(finding, sections[file])
+            link = on_site(finding_link(finding.code.value), os.environ.get(SITE))
+            rows.append(
+                {
+                    "kind": kind,
+                    "code": finding.code.value,
+                    "text": finding.message,
+                    "file": names.get(file, file.name),
+                    **place,
+                    "link": link,
+                }
+            )
+        return {"counts": {kind: len(several) for kind, several in kinds.items()}, "rows": rows}
+
+    def _sections_now(self, file: Path) -> tuple[CodeSection, ...]:
+        """Sections of a file or its draft; none if it has no code that can be edited."""
+        if file.suffix.lower() not in EDITABLE:
+            return ()
+        draft = self._workspace.text_of(file)
+        try:
+            content = _content(file, file.name) if draft is None else draft
+            return _sections(content, file, file.name)
+        except CallError:
+            return ()
+
+
+def _place(finding: Diagnostic, sections: Sequence[CodeSection]) -> dict[str, int | None]:
+    """Section, line and column of a finding, the latter within the section; no section: None."""
+    line, column = finding.location.line, finding.location.column
+    number = None
+    for index, section in enumerate(sections):
+        if (section.line, section.column) <= (line, column):
+            number = index
+    if number is not None:
+        section = sections[number]
+        column -= section.column - 1 if line == section.line else 0
+        line -= section.line - 1
+    return {"section": number, "line": line, "column": column}
+
+
+def _content(file: Path, name: str) -> bytes:
+    try:
+        if file.stat().st_size > _LARGEST:
+            raise CallError(f"{name}: expected up to {_LARGEST} bytes")
+        return file.read_bytes()
+    except OSError as failure:
+        raise CallError(f"{name}: {failure.strerror}") from None
+
+
+def _sections(content: bytes, file: Path, name: str) -> tuple[CodeSection, ...]:
+    try:
+        return sections_of(content, is_xml=file.suffix.lower() != _TEXT)
+    except SectionError as failure:
+        raise CallError(f"{name}: {failure}") from None
+
+
+def _edited(content: bytes, texts: Sequence[str], file: Path, name: str) -> bytes:
+    try:
+        return edited(content, texts, is_xml=file.suffix.lower() != _TEXT)
+    except SectionError as failure:
+        raise CallError(f"{name}: {failure}") from None
+
+
+def _tag(content: bytes) -> str:
+    return hashlib.blake2b(content, digest_size=12).hexdigest()
+
+
+def _write(file: Path, content: bytes) -> None:
+    """Replace a file in one step; a link stays one. Raises OSError."""
+    target = file.resolve()
+    handle, waiting = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+        os.chmod(waiting, target.stat().st_mode & 0o7777)
+        os.replace(waiting, target)
+    except BaseException:
+        Path(waiting).unlink(missing_ok=True)
+        raise

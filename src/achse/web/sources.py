@@ -1,0 +1,103 @@
+"""PLC sources in the browser: read, checked as one types, saved, taken over by online change."""
+
+import asyncio
+import json
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from achse.codes.station import ONLINE_CHANGE
+from achse.web.arguments import Arguments
+from achse.web.messages import CallError
+from achse.web.settings import EditedProject
+from achse.web.watched import LONGEST_TEXT, STATION_PORT, WatchedTarget
+
+if TYPE_CHECKING:
+    from achse.web.source_project import SourceProject
+
+__all__ = ["LONGEST_CODE", "SourceDesk"]
+
+LONGEST_CODE = 60_000
+"""Characters of all sections of a file that a page may send."""
+
+_T = TypeVar("_T")
+
+
+class SourceDesk:
+    """Gives pages the sources of some projects; one thread at a time works on them."""
+
+    def __init__(self, watched: WatchedTarget, projects: Sequence[EditedProject]) -> None:
+        self._watched = watched
+        self._projects = projects
+        self._loaded: dict[int, SourceProject] = {}
+        self._one_at_a_time = asyncio.Lock()
+
+    async def there(self) -> bool:
+        """Return True if there are projects to edit."""
+        return bool(self._projects)
+
+    async def _work(self, work: Callable[[], _T]) -> _T:
+        async with self._one_at_a_time:
+            return await asyncio.to_thread(work)
+
+    def _project(self, number: int) -> "SourceProject":
+        if number not in self._loaded:
+            from achse.web.source_project import SourceProject  # the checker
+
+            self._loaded[number] = SourceProject(self._projects[number])
+        return self._loaded[number]
+
+    def _named(self, given: Arguments) -> tuple[int, str]:
+        if not self._projects:
+            raise CallError("sources: these pages edit none (`achse run --web-edit`)")
+        return given.whole("project", most=len(self._projects) - 1), given.text("file")
+
+    # calls -----------------------------------------------------------------------------------
+
+    async def listed(self, given: Arguments) -> list[dict[str, Any]]:
+        """Call `sources.list`: projects with their files and the number of errors in each."""
+
+        def work() -> list[dict[str, Any]]:
+            return [
+                {"project": number, "name": one.name, "files": self._project(number).files()}
+                for number, one in enumerate(self._projects)
+            ]
+
+        return await self._work(work)
+
+    async def read(self, given: Arguments) -> dict[str, Any]:
+        """Call `sources.read`: `sections` of a file with their code, its `tag`, findings."""
+        number, name = self._named(given)
+        return await self._work(lambda: self._project(number).read(name))
+
+    async def check(self, given: Arguments) -> dict[str, Any]:
+        """Call `sources.check`: findings of the project with other code in one of its files."""
+        (number, name), texts = self._named(given), _texts(given)
+        return await self._work(lambda: self._project(number).check(name, texts))
+
+    async def save(self, given: Arguments) -> dict[str, Any]:
+        """Call `sources.save`: write the code of a file that still has the given `tag`."""
+        (number, name), texts, tag = self._named(given), _texts(given), given.text("tag")
+        return await self._work(lambda: self._project(number).save(name, texts, tag))
+
+    async def apply(self, given: Arguments) -> dict[str, int]:
+        """Call `sources.apply`: the station reads its sources again and goes on with them.
+
+        Returns the online changes of each PLC by its port; after an error the programs go on as
+        they were.
+        """
+        if not self._projects:
+            raise CallError("sources: these pages edit none (`achse run --web-edit`)")
+        device = self._watched.device(STATION_PORT)
+        answer = json.loads(await device.read_write_raw(ONLINE_CHANGE, 0, LONGEST_TEXT, b""))
+        if "error" in answer:
+            raise CallError(str(answer["error"]))
+        return {str(port): int(count) for port, count in answer.items()}
+
+
+def _texts(given: Arguments) -> list[str]:
+    texts = given.value("texts")
+    if not isinstance(texts, list) or not all(isinstance(text, str) for text in texts):
+        raise CallError(f"texts: expected a list of texts, got {texts!r:.60}")
+    if sum(map(len, texts)) > LONGEST_CODE:
+        raise CallError(f"texts: expected up to {LONGEST_CODE} characters in all")
+    return texts

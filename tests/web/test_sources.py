@@ -1,0 +1,52 @@
+"""Calls about sources: which pages may make them, and with what."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from achse.web.sources import LONGEST_CODE
+from tests.web.source_files import MAIN, make_project, settings, station
+
+Shows = Callable[..., Any]
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    return make_project(tmp_path)
+
+
+async def test_without_projects_there_is_no_code(shown: Shows) -> None:
+    async with shown() as it, it.page() as page:
+        assert "sources" not in (await page.done("hello"))["features"]
+        assert await page.done("sources.list") == []
+        for call in ("sources.read", "sources.check", "sources.save", "sources.apply"):
+            refusal = await page.refused(call, project=0, file="MAIN.st", texts=[], tag="")
+            assert "--web-edit" in refusal["text"]
+
+
+async def test_what_is_refused(shown: Shows, project: Path) -> None:
+    async with shown(station(project), settings(project)) as it, it.page() as page:
+        read = await page.done("sources.read", project=0, file="MAIN.st")
+        for file in ("notes.txt", "../station.toml", "/etc/passwd", ""):
+            refusal = await page.refused("sources.read", project=0, file=file)
+            assert "expected a source of the project" in refusal["text"]
+        await page.refused("sources.read", project=1, file="MAIN.st")
+        given = {"project": 0, "file": "MAIN.st", "tag": read["tag"]}
+        for texts in (1, [1], ["a", "b"], ["x" * (LONGEST_CODE + 1)]):
+            await page.refused("sources.save", texts=texts, **given)
+        (project / "MAIN.st").write_text(MAIN + "(* another editor *)")
+        refusal = await page.refused("sources.save", texts=["x"], **given)
+        assert "read it again" in refusal["text"]
+        assert (project / "MAIN.st").read_text().endswith("(* another editor *)")
+
+
+async def test_pages_that_may_only_look_do_not_write(shown: Shows, project: Path) -> None:
+    only = settings(project, read_only=True)
+    async with shown(station(project), only) as it, it.page() as page:
+        read = await page.done("sources.read", project=0, file="MAIN.st")
+        given = {"project": 0, "file": "MAIN.st", "texts": ["x"], "tag": read["tag"]}
+        assert "may only look" in (await page.refused("sources.save", **given))["text"]
+        assert "may only look" in (await page.refused("sources.apply"))["text"]
+        assert (project / "MAIN.st").read_text() == MAIN
