@@ -43,19 +43,23 @@ export function partsOf(scene) {
 
 function checked(given, where) {
   if (typeof given !== "object" || given === null) throw new SceneError(`${where}: expected an object`);
-  const { name, parent = null, at = [0, 0, 0], turn = [0, 0, 0], joint = null, shape = null, colour = "raised" } = given;
+  const { name, parent = null, at = [0, 0, 0], turn = [0, 0, 0], joint = null, shape = null, colour = "raised", lamp = null } = given;
   if (typeof name !== "string" || !name || name.length > 80) throw new SceneError(`${where}.name: expected a text of 1 to 80 characters`);
   if (parent !== null && typeof parent !== "string") throw new SceneError(`${where}.parent: expected the name of a part`);
   if (!COLOURS.includes(colour)) throw new SceneError(`${where}.colour: expected one of ${COLOURS.join(", ")}`);
-  const part = { name, parent, colour, at: vector(at, `${where}.at`), turn: vector(turn, `${where}.turn`), joint: null, lines: [] };
+  if (lamp !== null && (typeof lamp !== "string" || !lamp || lamp.length > 250)) throw new SceneError(`${where}.lamp: expected the name of a symbol`);
+  const part = { name, parent, colour, lamp, at: vector(at, `${where}.at`), turn: vector(turn, `${where}.turn`), joint: null, lines: [] };
   if (joint !== null) {
-    const { kind, axis, along = [0, 0, 1], scale = 1 } = joint;
+    const { kind, axis, along = [0, 0, 1], scale = 1, limits = null } = joint;
     if (kind !== "linear" && kind !== "rotary") throw new SceneError(`${where}.joint.kind: expected linear or rotary`);
     if (typeof axis !== "string" && !Number.isInteger(axis)) throw new SceneError(`${where}.joint.axis: expected the name or id of an axis`);
     const direction = vector(along, `${where}.joint.along`);
     const length = Math.hypot(...direction);
     if (length === 0) throw new SceneError(`${where}.joint.along: expected a direction`);
-    part.joint = { kind, axis, along: direction.map((value) => value / length), scale: finite(scale, `${where}.joint.scale`) };
+    part.joint = {
+      kind, axis, along: direction.map((value) => value / length), scale: finite(scale, `${where}.joint.scale`),
+      limits: limits === null ? null : pair(limits, `${where}.joint.limits`),
+    };
   }
   if (shape !== null) part.lines = linesOf(shape, `${where}.shape`);
   return part;
@@ -69,6 +73,13 @@ function finite(value, where) {
 function vector(value, where) {
   if (!Array.isArray(value) || value.length !== 3) throw new SceneError(`${where}: expected three numbers`);
   return value.map((each, n) => finite(each, `${where}[${n}]`));
+}
+
+function pair(value, where) {
+  if (!Array.isArray(value) || value.length !== 2) throw new SceneError(`${where}: expected two numbers`);
+  const [least, greatest] = value.map((each, n) => finite(each, `${where}[${n}]`));
+  if (!(least < greatest)) throw new SceneError(`${where}: expected the lower one first`);
+  return [least, greatest];
 }
 
 /** A shape as lines of points: a box stands on its middle, a cylinder along Z from its foot. */
@@ -93,7 +104,24 @@ function linesOf(shape, where) {
   throw new SceneError(`${where}.kind: expected box, cylinder or line`);
 }
 
-/** The lines of all parts in space; `position(axis)` gives a number. */
+/** Is an axis at a limit of a joint, or beyond it? */
+export function atLimit({ limits }, position) {
+  return limits !== null && Number.isFinite(position) && !(position > limits[0] && position < limits[1]);
+}
+
+/** The way of a joint from limit to limit, as its origin goes: a line, for a rotary one two spokes of `radius`. */
+function wayOf(joint, radius) {
+  const { kind, along, limits } = joint;
+  if (kind === "linear") return [limits.map((value) => motion(joint, value)([0, 0, 0]))];
+  const [x, y, z] = along;
+  // any direction across the one that it turns about
+  const across = Math.abs(z) < 0.9 ? [y, -x, 0] : [0, z, -y];
+  const long = radius / Math.hypot(...across);
+  const spoke = across.map((value) => value * long);
+  return limits.map((value) => [[0, 0, 0], motion(joint, value)(spoke)]);
+}
+
+/** Lines in space of all parts, and of their ways between limits; `position(axis)` gives a number. */
 export function placed(parts, position) {
   const places = new Map();
   return parts.map((part) => {
@@ -102,8 +130,15 @@ export function placed(parts, position) {
     const moved = part.joint === null ? (point) => point : motion(part.joint, position(part.joint.axis));
     const place = (point) => above(mounted.reduce((at, turn) => turn(at), moved(point)).map((value, n) => value + part.at[n]));
     places.set(part.name, place);
-    return { part, lines: part.lines.map((line) => line.map(place)) };
+    const still = (point) => above(mounted.reduce((at, turn) => turn(at), point).map((value, n) => value + part.at[n]));
+    const ways = part.joint?.limits ? wayOf(part.joint, reach(part.lines)) : [];
+    return { part, lines: part.lines.map((line) => line.map(place)), ways: ways.map((line) => line.map(still)) };
   });
+}
+
+/** The distance of the farthest point of some lines. */
+function reach(lines) {
+  return lines.flat().reduce((most, point) => Math.max(most, Math.hypot(...point)), 0) || 1;
 }
 
 function motion({ kind, along, scale }, position) {
