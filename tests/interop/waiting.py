@@ -5,21 +5,32 @@ What never holds is ended by the guard of the run, whose traceback shows who wai
 
 import asyncio
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 __all__ = ["until", "until_async"]
 
-PAUSE_S = 0.002
-"""Between two looks, so that the other side has the processor; no result depends on it."""
+FIRST_S, LAST_S, GROWTH = 0.002, 0.05, 1.3
+"""Pauses between two looks: they grow, as each look costs the other side too. No result depends on
+them."""
+
+
+def pauses() -> Iterator[float]:
+    """Yield the pauses of one wait."""
+    pause = FIRST_S
+    while True:
+        yield pause
+        pause = min(pause * GROWTH, LAST_S)
 
 
 def until(condition: Callable[[], object]) -> None:
     """Return once the condition holds."""
+    waiting = pauses()
     while not condition():
-        time.sleep(PAUSE_S)
+        time.sleep(next(waiting))
 
 
 async def until_async(condition: Callable[[], object]) -> None:
     """Return once the condition holds, and let the loop run meanwhile."""
-    while not condition():  # noqa: ASYNC110
-        await asyncio.sleep(PAUSE_S)
+    waiting = pauses()
+    while not condition():
+        await asyncio.sleep(next(waiting))
