@@ -24,6 +24,9 @@ FLAGS = [
 NO_LIMIT_MS = 0
 """For every wait: what else the machine has to do decides nothing."""
 
+DESK = {"width": 1280, "height": 720}
+"""Size of a window where a test does not care."""
+
 FEW_PICTURES = """
 const soon = (draw) => setTimeout(() => draw(performance.now()), 50);
 globalThis.requestAnimationFrame = soon;
@@ -42,8 +45,12 @@ class Shown:
         self.url = url
         self.complaints: list[str] = []
         self._artefacts = artefacts
-        page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        page.on("console", self._heard)
+        self._listeners: dict[Any, Any] = {
+            "pageerror": lambda error: self.complaints.append(str(error)),
+            "console": self._heard,
+        }
+        for event, listener in self._listeners.items():
+            page.on(event, listener)
 
     def _heard(self, message: Any) -> None:
         if message.type in ("error", "warning"):
@@ -62,6 +69,16 @@ class Shown:
         )
         return self.page
 
+    def leave(self) -> None:
+        """Forget all that pages keep, and show one that asks nobody."""
+        self.page.goto(f"{self.url}icon.svg")
+        self.page.evaluate("localStorage.clear(), sessionStorage.clear()")
+
+    def deaf(self) -> None:
+        """Hear no more of the page."""
+        for event, listener in self._listeners.items():
+            self.page.remove_listener(event, listener)
+
     def picture(self, name: str) -> Path:
         """Keep a screenshot as an artefact of the run."""
         path = self._artefacts / f"{name}.png"
@@ -74,6 +91,9 @@ OPEN = contextlib.ExitStack()
 
 CHROMIUM: "list[Browser]" = []
 """The one that runs, if one does."""
+
+TABS: "list[Page]" = []
+"""The one that tests use one after the other: a new one costs three times as much."""
 
 
 @pytest.fixture(scope="module")
@@ -95,6 +115,7 @@ def browser(witness: Callable[[str], None]) -> "Browser":
 def pytest_runtest_teardown(nextitem: pytest.Item | None) -> None:
     """Close the Chromium after the last test of this folder."""
     if nextitem is None or nextitem.path.parent != Path(__file__).parent:
+        TABS.clear()
         CHROMIUM.clear()
         OPEN.close()
 
@@ -108,24 +129,63 @@ def artefacts(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture
-def show(browser: "Browser", artefacts: Path) -> Callable[..., AbstractContextManager[Shown]]:
-    """`with show(url, color_scheme="dark") as shown:` is a fresh tab.
+def new_tab(browser: "Browser") -> "Page":
+    """A tab that has kept nothing and waits without limit."""
+    context = browser.new_context()
+    context.set_default_timeout(NO_LIMIT_MS)
+    context.add_init_script(FEW_PICTURES)
+    return context.new_page()
 
-    At its end nothing may stand on the console.
+
+@contextmanager
+def init_script(page: "Page", script: str) -> Iterator[None]:
+    """Each page that is opened here runs the script first."""
+    if not script:
+        yield
+        return
+    line = page.context.new_cdp_session(page)
+    line.send("Page.enable")
+    number = line.send("Page.addScriptToEvaluateOnNewDocument", {"source": script})
+    yield
+    line.send("Page.removeScriptToEvaluateOnNewDocument", number)
+    line.detach()
+
+
+@pytest.fixture(scope="module")
+def show(browser: "Browser", artefacts: Path) -> Callable[..., AbstractContextManager[Shown]]:
+    """`with show(url, viewport=PHONE) as shown:` is a tab that knows nothing of other tests.
+
+    `script` runs before those of each page. With `fresh` not even files are in the tab's cache,
+    and what a test routes ends with it. At the end nothing may stand on the console.
     """
 
     @contextmanager
-    def tab(url: str, **settings: Any) -> Iterator[Shown]:
-        context = browser.new_context(reduced_motion="reduce", **settings)
-        context.set_default_timeout(NO_LIMIT_MS)
-        context.add_init_script(FEW_PICTURES)
+    def tab(
+        url: str,
+        *,
+        viewport: Any = DESK,
+        color_scheme: Any = "light",
+        script: str = "",
+        fresh: bool = False,
+    ) -> Iterator[Shown]:
+        page = TABS.pop() if TABS and not fresh else new_tab(browser)
         try:
-            shown = Shown(context.new_page(), url, artefacts)
-            yield shown
+            page.emulate_media(color_scheme=color_scheme, reduced_motion="reduce")
+            page.set_viewport_size(viewport)
+            page.mouse.move(0, 0)
+            shown = Shown(page, url, artefacts)
+            with init_script(page, script):
+                yield shown
             assert shown.complaints == []
-        finally:
-            context.close()
+            if fresh:
+                page.context.close()
+            else:
+                shown.leave()
+                shown.deaf()
+                TABS.append(page)
+        except BaseException:
+            page.context.close()
+            raise
 
     return tab
 

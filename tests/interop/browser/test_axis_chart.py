@@ -9,6 +9,8 @@ import pytest
 
 from tests.interop.browser.test_scope import painted
 
+TALL = {"width": 1280, "height": 1400}
+
 RECORD = """
 globalThis.scopes = [];
 const send = WebSocket.prototype.send;
@@ -34,8 +36,7 @@ STOP: list[Any] = ["scope.stop", None]
 @pytest.fixture
 def shown(show: Callable[..., AbstractContextManager[Any]], web_station: Any) -> Iterator[Any]:
     """A tab that keeps what it asks of scopes."""
-    with show(web_station.url, viewport={"width": 1280, "height": 1400}) as tab:
-        tab.page.add_init_script(RECORD)
+    with show(web_station.url, viewport=TALL, script=RECORD) as tab:
         yield tab
 
 
@@ -57,7 +58,7 @@ def test_chart_of_an_axis_samples_while_it_is_seen(shown: Any, until: Any) -> No
         (lambda: page.evaluate(HIDE, True), lambda: page.evaluate(HIDE, False)),
         (
             lambda: page.set_viewport_size({"width": 1280, "height": 200}),
-            lambda: page.set_viewport_size({"width": 1280, "height": 1400}),
+            lambda: page.set_viewport_size(TALL),
         ),
         (
             lambda: page.get_by_role("button", name="Hide the chart").click(),

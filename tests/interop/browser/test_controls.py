@@ -264,8 +264,7 @@ def test_every_control_does_something(
     request: pytest.FixtureRequest,
 ) -> None:
     running = request.getfixturevalue(station)
-    with show(running.url, viewport=WIDE) as tab:
-        tab.page.add_init_script(LISTEN)
+    with show(running.url, viewport=WIDE, script=LISTEN) as tab:
         found = tab.open(name).evaluate(FULL, FULL_AFTER)
         address = tab.page.url
         seen = used.setdefault(address.partition("?")[0], set(KEEPS))

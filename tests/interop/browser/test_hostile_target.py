@@ -4,7 +4,7 @@ The server of these tests is played by the test: the page's WebSocket ends here.
 """
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from typing import Any
 
@@ -118,79 +118,81 @@ def answer(text: str, send: Callable[[str], None]) -> None:
         send(json.dumps({"id": number, "error": error}))
 
 
+class Played:
+    """A tab whose WebSocket ends here."""
+
+    def __init__(self, tab: Any) -> None:
+        self.tab = tab
+        self.send: Callable[[str], None]
+        tab.page.route_web_socket("**/ws*", self.serve)
+
+    def serve(self, ws: Any) -> None:
+        self.send = ws.send
+        ws.on_message(lambda text: answer(text, ws.send))
+
+    def tell(self, message: dict[str, Any]) -> None:
+        self.send(json.dumps(message))
+
+
+@pytest.fixture(scope="module")
+def played(show: Callable[..., AbstractContextManager[Any]], web_station: Any) -> Iterator[Played]:
+    """One for the tests of this file: a route stays until its tab is closed."""
+    with show(web_station.url, viewport={"width": 390, "height": 844}, fresh=True) as tab:
+        yield Played(tab)
+
+
+@pytest.fixture
+def shown(played: Played) -> Iterator[Any]:
+    """The tab, judged after each test."""
+    yield played.tab
+    assert played.tab.complaints == []
+    played.tab.leave()
+
+
 @pytest.mark.parametrize("name", PAGES)
-def test_everything_is_text(
-    show: Callable[..., AbstractContextManager[Any]], web_station: Any, name: str
-) -> None:
-    with show(web_station.url, viewport={"width": 390, "height": 844}) as tab:
-        tab.page.route_web_socket(
-            "**/ws*", lambda ws: ws.on_message(lambda text: answer(text, ws.send))
-        )
-        page = tab.open(name)
-        page.wait_for_function(
-            "() => document.querySelector('#page').textContent.includes('onerror')"
-        )
-        if name == "symbols":
-            page.get_by_role("treeitem").first.press("ArrowRight")
-            page.get_by_role("button", name="Methods").first.click()
-            page.get_by_role("dialog").wait_for()
-            page.keyboard.press("Escape")
-            page.get_by_role("treeitem").first.press("Enter")
-        if name.startswith("axes"):
-            page.get_by_role("button", name="Disable").click()
-            page.locator(".notice").wait_for()
-        assert page.locator("img, #page script, a[href^='javascript']").count() == 0
-        assert page.title().count("bad") == EVIL.count("bad")
-        wide = page.evaluate(TOO_WIDE)
-        assert wide == [], "texts without spaces make the page wider than the screen"
+def test_everything_is_text(shown: Any, name: str) -> None:
+    page = shown.open(name)
+    page.wait_for_function("() => document.querySelector('#page').textContent.includes('onerror')")
+    if name == "symbols":
+        page.get_by_role("treeitem").first.press("ArrowRight")
+        page.get_by_role("button", name="Methods").first.click()
+        page.get_by_role("dialog").wait_for()
+        page.keyboard.press("Escape")
+        page.get_by_role("treeitem").first.press("Enter")
+    if name.startswith("axes"):
+        page.get_by_role("button", name="Disable").click()
+        page.locator(".notice").wait_for()
+    assert page.locator("img, #page script, a[href^='javascript']").count() == 0
+    assert page.title().count("bad") == EVIL.count("bad")
+    wide = page.evaluate(TOO_WIDE)
+    assert wide == [], "texts without spaces make the page wider than the screen"
 
 
-def test_a_hostile_server_does_not_break_the_page(
-    show: Callable[..., AbstractContextManager[Any]], web_station: Any
-) -> None:
+def test_a_hostile_server_does_not_break_the_page(shown: Any, played: Played) -> None:
     """Unknown events, answers that nobody asked for, values of another kind."""
-    sent: list[Callable[[str], None]] = []
-
-    def serve(ws: Any) -> None:
-        sent.append(ws.send)
-        ws.on_message(lambda text: answer(text, ws.send))
-
-    with show(web_station.url) as tab:
-        tab.page.route_web_socket("**/ws*", serve)
-        page = tab.open("overview")
-        for message in (
-            {"event": "new kind of event", "value": EVIL},
-            {"event": "data", "watch": 99, "value": {}},
-            {"id": 12345, "result": None},
-            {"id": "x", "error": {"text": EVIL}},
-        ):
-            sent[0](json.dumps(message))
-        page.get_by_role("link", name="Axes").first.click()
-        page.wait_for_function("() => document.title.startsWith('Axes')")
+    page = shown.open("overview")
+    for message in (
+        {"event": "new kind of event", "value": EVIL},
+        {"event": "data", "watch": 99, "value": {}},
+        {"id": 12345, "result": None},
+        {"id": "x", "error": {"text": EVIL}},
+    ):
+        played.tell(message)
+    page.get_by_role("link", name="Axes").first.click()
+    page.wait_for_function("() => document.title.startsWith('Axes')")
 
 
-def test_a_target_that_does_not_answer_is_told(
-    show: Callable[..., AbstractContextManager[Any]], web_station: Any
-) -> None:
+def test_a_target_that_does_not_answer_is_told(shown: Any, played: Played) -> None:
     """The server is there, what it shows is not: an error of a watch stays until values come."""
-    sent: list[Callable[[str], None]] = []
-
-    def serve(ws: Any) -> None:
-        sent.append(ws.send)
-        ws.on_message(lambda text: answer(text, ws.send))
-
-    with show(web_station.url) as tab:
-        tab.page.route_web_socket("**/ws*", serve)
-        page = tab.open("overview")
-        page.locator("#page tbody tr").first.wait_for()
-        event = {"event": "connection", "state": "lost", "text": "the cable"}
-        sent[0](json.dumps(event))
-        page.get_by_text("Target does not answer: the cable").wait_for()
-        watch = 2  # the second call of the page: hello, watch
-        failed = {"event": "data", "watch": watch, "value": None, "error": {"text": "no link"}}
-        sent[0](json.dumps(failed))
-        page.get_by_role("alert").get_by_text("no link").wait_for()
-        sent[0](json.dumps({"event": "connection", "state": "back", "text": ""}))
-        page.get_by_text("Connected", exact=True).wait_for()
-        sent[0](json.dumps({"event": "data", "watch": watch, "value": VALUES["overview"]}))
-        page.get_by_text("no link").wait_for(state="detached")
+    page = shown.open("overview")
+    page.locator("#page tbody tr").first.wait_for()
+    played.tell({"event": "connection", "state": "lost", "text": "the cable"})
+    page.get_by_text("Target does not answer: the cable").wait_for()
+    watch = 2  # the second call of the page: hello, watch
+    data = {"event": "data", "watch": watch}
+    played.tell({**data, "value": None, "error": {"text": "no link"}})
+    page.get_by_role("alert").get_by_text("no link").wait_for()
+    played.tell({"event": "connection", "state": "back", "text": ""})
+    page.get_by_text("Connected", exact=True).wait_for()
+    played.tell({**data, "value": VALUES["overview"]})
+    page.get_by_text("no link").wait_for(state="detached")

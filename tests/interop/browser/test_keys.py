@@ -38,8 +38,7 @@ JOGS = [("F1", -1, True), ("F2", -1, False), ("F3", 1, False), ("F4", 1, True)]
 @pytest.fixture
 def shown(show: Show, web_station: Any) -> Iterator[Any]:
     """A tab on the demo station, which keeps what it asks of axes."""
-    with show(web_station.url, viewport=WIDE) as tab:
-        tab.page.add_init_script(RECORD)
+    with show(web_station.url, viewport=WIDE, script=RECORD) as tab:
         yield tab
 
 
@@ -176,7 +175,7 @@ def test_a_jog_ends_when_its_key_is_let_go_whatever_is_open(shown: Any) -> None:
     page.get_by_role("button", name="Enable", exact=True).wait_for()
 
 
-def test_an_axis_whose_state_is_not_known_gets_nothing(shown: Any) -> None:
+def test_an_axis_whose_state_is_not_known_gets_nothing(show: Show, web_station: Any) -> None:
     """Values of the axis do not come: what a button would do is not known."""
 
     def between(socket: Any) -> None:
@@ -185,17 +184,18 @@ def test_an_axis_whose_state_is_not_known_gets_nothing(shown: Any) -> None:
             lambda text: None if '"event":"data"' in str(text)[:40] else socket.send(text)
         )
 
-    shown.page.route_web_socket(re.compile("/ws"), between)
-    page = shown.open("axes?axis=1&target=3&velocity=10")
-    names = ["Power", "Reset", "Home", "Halt", "Stop axis", "Start (F5)", "Jog forward (F3)"]
-    for name in names:
-        assert page.get_by_role("button", name=name, exact=True).is_disabled(), name
-    sent(page)
-    for key in ("F1", "F2", "F3", "F4", "F5", "F8", "F9"):
-        page.keyboard.press(key)
-        page.get_by_text("The state of the axis is not known: nothing was sent.").wait_for()
-        assert sent(page) == [], key
-    assert page.evaluate("performance.getEntriesByType('navigation')[0].type") == "navigate"
+    with show(web_station.url, viewport=WIDE, script=RECORD, fresh=True) as tab:
+        tab.page.route_web_socket(re.compile("/ws"), between)
+        page = tab.open("axes?axis=1&target=3&velocity=10")
+        names = ["Power", "Reset", "Home", "Halt", "Stop axis", "Start (F5)", "Jog forward (F3)"]
+        for name in names:
+            assert page.get_by_role("button", name=name, exact=True).is_disabled(), name
+        sent(page)
+        for key in ("F1", "F2", "F3", "F4", "F5", "F8", "F9"):
+            page.keyboard.press(key)
+            page.get_by_text("The state of the axis is not known: nothing was sent.").wait_for()
+            assert sent(page) == [], key
+        assert page.evaluate("performance.getEntriesByType('navigation')[0].type") == "navigate"
 
 
 def test_keys_of_the_scope(shown: Any, until: Any) -> None:

@@ -52,7 +52,7 @@ def serve(station: Any, port: int) -> Callable[..., AbstractContextManager[None]
 
 def test_a_page_survives_its_server(show: Show, serve: Any, port: int, until: Any) -> None:
     """Values are marked as old while the connection is lost, and go on by themselves."""
-    with show(f"http://127.0.0.1:{port}/") as shown:
+    with show(f"http://127.0.0.1:{port}/", fresh=True) as shown:
         with serve():
             page = shown.open("symbols?watch=MAIN.nCounter")
             value = page.get_by_role("button", name="MAIN.nCounter: ")

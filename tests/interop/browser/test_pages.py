@@ -132,7 +132,7 @@ def test_tables_are_cards_on_a_phone(
 
 
 def test_the_first_page_is_light_and_asks_nobody_else(show: Show, station: Any) -> None:
-    with show(station.url) as tab:
+    with show(station.url, fresh=True) as tab:
         asked: list[str] = []
         tab.page.on("request", lambda request: asked.append(request.url))
         tab.open("overview")

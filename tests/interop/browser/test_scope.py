@@ -108,7 +108,7 @@ def test_a_channel_is_found_and_shows_what_pyads_reads(shown: Any, nc: Any, unti
     until(lambda: number_in(page, 1) == pytest.approx(position(nc), abs=1e-5))
     sizes = page.evaluate(
         "[...performance.getEntriesByType('navigation'),"
-        " ...performance.getEntriesByType('resource')].map(each => each.transferSize)"
+        " ...performance.getEntriesByType('resource')].map(each => each.encodedBodySize)"
     )
     assert sum(sizes) < PAGE_BYTES
 
