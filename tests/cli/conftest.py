@@ -86,7 +86,7 @@ Cli = Callable[..., Result]
 
 @pytest.fixture
 def cli(environment: dict[str, str]) -> Cli:
-    """`cli("ads", "info")` runs the command in this process; `exit_code` says what to expect."""
+    """`cli("ads", "state")` runs the command in this process; `exit_code` says what to expect."""
 
     def run(*arguments: str, exit_code: int = 0) -> Result:
         result = CliRunner().invoke(app, arguments, env=environment)

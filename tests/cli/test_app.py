@@ -30,7 +30,7 @@ OVER_UDP = {("ads", "scan"), ("ads", "route", "add")}
 
 
 def test_these_commands_are_there() -> None:
-    ads = ("info", "state", "read", "write", "watch", "scan", "raw", "stats")
+    ads = ("state", "read", "write", "scan", "raw", "stats")
     axis = ("show", "enable", "disable", "move", "stop", "reset")
     assert set(COMMANDS) >= {
         ("run",),

@@ -38,8 +38,8 @@ achse.cli.main()
 
 COMMANDS = {
     "--help": (0,),
-    "ads info": (0,),
-    "ads watch MAIN.nCounter": (0,),
+    "ads state --identity": (0,),
+    "ads read --watch MAIN.nCounter": (0,),
     "symbols --json": (0,),
     "axis move X --to 1e6 --velocity 10": (0, 1),
     "axis jog X --for 30": (0, 1),

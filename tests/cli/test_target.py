@@ -43,7 +43,7 @@ def test_the_net_id_of_the_station_can_be_named(cli: Callable[..., Any]) -> None
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("command", ["ads watch MAIN.nCounter", "axis show X --watch"])
+@pytest.mark.parametrize("command", ["ads read --watch MAIN.nCounter", "axis show X --watch"])
 def test_a_watch_ends_cleanly_by_signal(
     warm_commands: WarmCommands, environment: dict[str, str], number: signal.Signals, command: str
 ) -> None:
@@ -62,7 +62,7 @@ def test_a_watch_ends_cleanly_by_signal(
         ("read", "852:foo"),
         ("read", "GVL.nInt", "852:foo"),
         ("write", "852:foo", "3"),
-        ("watch", "852:foo"),
+        ("read", "--watch", "852:foo"),
     ],
     ids=" ".join,
 )

@@ -37,7 +37,7 @@ def start(request: pytest.FixtureRequest, warm_commands: WarmCommands) -> Start:
         (("--version",), 0),
         (("axis", "--help"), 0),
         (("axis", "nothing"), 2),
-        (("ads", "info", "--host", "127.0.0.1", "--tcp-port", "1", "--json"), 1),
+        (("ads", "state", "--identity", "--host", "127.0.0.1", "--tcp-port", "1", "--json"), 1),
     ],
 )
 def test_results_are_those_of_the_real_command(

@@ -102,7 +102,7 @@ def test_commands_and_the_blocking_client_speak_over_a_port(tmp_path: Path) -> N
                     for words in (
                         ("ads", "read", "MAIN.nCounter"),
                         ("ads", "write", "MAIN.nCounter", "12"),
-                        ("ads", "info"),
+                        ("ads", "state", "--identity"),
                         ("ads", "state"),
                     )
                 ]

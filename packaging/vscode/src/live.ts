@@ -47,7 +47,7 @@ export class LiveValues implements vscode.InlayHintsProvider, vscode.Disposable 
     const setting = vscode.workspace.getConfiguration('achse');
     const program = programOf(
       setting.get<string[]>('command'),
-      ...['ads', 'watch', '--json', '--host', setting.get('host', '127.0.0.1')],
+      ...['ads', 'read', '--watch', '--json', '--host', setting.get('host', '127.0.0.1')],
       ...['--tcp-port', String(setting.get('tcpPort', 48898))],
       ...['--port', String(setting.get('plcPort', 851)), '--cycle-time', '0.2'],
       ...this.places.map((place) => place.name),

@@ -1,4 +1,4 @@
-/** Samples of `achse ads watch --json`: one JSON document a line. */
+/** Samples of `achse ads read --watch --json`: one JSON document a line. */
 
 export interface Sample {
   name: string;

@@ -12,11 +12,13 @@ Cli = Callable[..., Any]
 
 
 def test_info(lines: Lines, document: Document) -> None:
-    facts = dict(line.split(maxsplit=1) for line in lines("ads", "info", "--port", "500"))
+    facts = dict(
+        line.split(maxsplit=1) for line in lines("ads", "state", "--identity", "--port", "500")
+    )
     assert facts["name"] == "TwinCAT NC"
     assert facts["address"] == "127.0.0.1.1.1:500"
     assert facts["state"].startswith("RUN (5)")
-    told = document("ads", "info", "--port", "500")
+    told = document("ads", "state", "--identity", "--port", "500")
     assert (told["name"], told["version"]) == (facts["name"], facts["version"])
 
 
@@ -80,7 +82,9 @@ def test_a_value_of_another_type_is_bad_usage(cli: Cli) -> None:
 
 
 def test_watch_prints_each_change(cli: Cli) -> None:
-    result = cli("ads", "watch", "MAIN.nCounter", "--cycle-time", "0.02", "-n", "4", "--json")
+    result = cli(
+        "ads", "read", "--watch", "MAIN.nCounter", "--cycle-time", "0.02", "-n", "4", "--json"
+    )
     samples = [json.loads(line) for line in result.stdout.splitlines()]
     assert len(samples) == 4
     counts = [sample["value"] for sample in samples]
@@ -88,20 +92,20 @@ def test_watch_prints_each_change(cli: Cli) -> None:
 
 
 def test_watch_prints_a_line_per_sample(lines: Lines) -> None:
-    watched = lines("ads", "watch", "GVL.nUsint", "--cyclic", "-c", "0.01", "-n", "3")
+    watched = lines("ads", "read", "--watch", "GVL.nUsint", "--cyclic", "-c", "0.01", "-n", "3")
     assert [line.partition("  ")[2] for line in watched] == ["GVL.nUsint = 8"] * 3
 
 
 def test_watch_shows_values_of_several_ports(lines: Lines) -> None:
     names = "GVL.nUsint", "500:Axes.X.ActPos"
-    watched = lines("ads", "watch", *names, "--cyclic", "-c", "0.2", "-n", "60")
+    watched = lines("ads", "read", "--watch", *names, "--cyclic", "-c", "0.2", "-n", "60")
     shown = [line.partition("  ")[2].partition(" = ")[0] for line in watched]
     assert len(shown) == 60
     assert set(shown) == set(names)
 
 
 def test_watch_ends_in_time(lines: Lines) -> None:
-    assert len(lines("ads", "watch", "GVL.nUsint", "--for", "0.05")) <= 1
+    assert len(lines("ads", "read", "--watch", "GVL.nUsint", "--for", "0.05")) <= 1
 
 
 def test_symbols_by_pattern_and_type(lines: Lines, document: Document) -> None:
@@ -114,7 +118,7 @@ def test_symbols_by_pattern_and_type(lines: Lines, document: Document) -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [("read", "GVL.nIntt"), ("write", "GVL.nIntt", "5"), ("watch", "GVL.nIntt")]
+    "words", [("read", "GVL.nIntt"), ("write", "GVL.nIntt", "5"), ("read", "--watch", "GVL.nIntt")]
 )
 def test_near_symbols_are_offered(cli: Callable[..., Any], words: tuple[str, ...]) -> None:
     told = cli("ads", *words, exit_code=1).stderr

@@ -53,7 +53,7 @@ def test_mistake_is_reported_before_the_router_runs(words: list[str], message: s
 
 
 def test_status_shows_targets_and_what_to_do(port: int) -> None:
-    words = ["router", "status", "--tcp-port", str(port), "--net-id", "5.7.7.7.1.1"]
+    words = ["ads", "stats", "--tcp-port", str(port), "--net-id", "5.7.7.7.1.1"]
     run = CliRunner().invoke(app, words)
     assert run.exit_code == 0, run.output
     assert "127.0.0.1:9  5.1.2.3.1.1  unreachable" in run.output

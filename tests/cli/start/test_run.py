@@ -184,7 +184,7 @@ def test_its_samples_show_the_wall_clock(warm_commands: WarmCommands) -> None:
     run = warm_commands.popen("run", "--tcp-port", "0", **PIPES)
     assert run.stdout is not None
     port = run.stdout.readline().partition(" tcp=127.0.0.1:")[2].split()[0]
-    watch = ["ads", "watch", "MAIN.nCounter", "-n", "1", "--json", "--tcp-port", port]
+    watch = ["ads", "read", "--watch", "MAIN.nCounter", "-n", "1", "--json", "--tcp-port", port]
     sample = json.loads(_achse(*watch).stdout)
     run.terminate()
     run.communicate()

@@ -1,4 +1,4 @@
-"""`achse ads` talks to any ADS device: name, state, values by name."""
+"""`achse ads` talks to any ADS device: state, identity, values by name."""
 
 import asyncio
 import contextlib
@@ -10,7 +10,7 @@ import typer
 from achse.cli import complete
 from achse.cli.ads import raw
 from achse.cli.failure import fail_by
-from achse.cli.options import Count, Duration
+from achse.cli.options import Count, Duration, Watch
 from achse.cli.output import print_json, print_table
 from achse.cli.target import Json, client_command, ports_hint, ports_that_answer
 
@@ -53,48 +53,33 @@ Names = Annotated[
 
 
 @client_command(ads, PLC_PORT)
-async def info(client: "Client", in_json: Json = False) -> None:
-    """Name, version and state of the device."""
-    device, state = await asyncio.gather(client.device_info(), client.state())
-    version = f"{device.major}.{device.minor}.{device.build}"
-    if in_json:
-        print_json(
-            {
-                "name": device.name,
-                "version": version,
-                "address": str(client.address),
-                **_state_json(*state),
-            }
-        )
-        return
-    print_table(
-        (
-            ("name", device.name),
-            ("version", version),
-            ("address", str(client.address)),
-            ("state", _state_text(*state)),
-        )
-    )
-
-
-@client_command(ads, PLC_PORT)
 async def state(
     client: "Client",
     wanted: Annotated[
         str | None,
         typer.Argument(
-            metavar="[run|stop|reset|config|…]", help="Ask for this state.", show_default=False
+            metavar="[run|stop|reset|config|…]", help="Request this state.", show_default=False
         ),
     ] = None,
     device_state: Annotated[int, typer.Option(min=0, max=0xFFFF, help="To go with it.")] = 0,
+    identity: Annotated[
+        bool, typer.Option("--identity", help="Show name, version and address, too.")
+    ] = False,
     in_json: Json = False,
 ) -> None:
-    """Show the state of the device, or ask for another one."""
+    """Show the state of the device, or request another one."""
     if wanted is not None:
         await client.write_control(_state_number(wanted), device_state)
+    facts: dict[str, Any] = {}
+    if identity:
+        device = await client.device_info()
+        version = f"{device.major}.{device.minor}.{device.build}"
+        facts = {"name": device.name, "version": version, "address": str(client.address)}
     now = await client.state()
     if in_json:
-        print_json(_state_json(*now))
+        print_json(facts | _state_json(*now))
+    elif identity:
+        print_table([*facts.items(), ("state", _state_text(*now))])
     else:
         print(_state_text(*now))
 
@@ -133,9 +118,33 @@ def _place(client: "Client", name: str) -> tuple["Target", str]:
     return client.at_port(int(port)), path
 
 
-@client_command(ads, PLC_PORT)
-async def read(client: "Client", names: Names, in_json: Json = False) -> None:
-    """Read variables by name; `500:Axes.X.ActPos` is one of another AMS port."""
+@client_command(ads, PLC_PORT, endless=lambda options: bool(options["watch"]))
+async def read(
+    client: "Client",
+    names: Names,
+    watch: Watch = False,
+    cycle_time: Annotated[
+        float, typer.Option("--cycle-time", "-c", min=0, max=429, help="Between samples, s.")
+    ] = 0.1,
+    cyclic: Annotated[
+        bool,
+        typer.Option(
+            "--cyclic/--on-change", help="With --watch: each sample, or when the value changed."
+        ),
+    ] = False,
+    count: Count = None,
+    duration: Duration = None,
+    in_json: Json = False,
+) -> None:
+    """Read variables by name, with --watch until Ctrl-C; `500:Axes.X.ActPos` is at port 500."""
+    if watch:
+        await _watch(client, names, cycle_time, cyclic, count, duration, in_json)
+    else:
+        await _read(client, names, in_json)
+
+
+async def _read(client: "Client", names: list[str], in_json: bool) -> None:
+    """Print the values of variables once."""
     from achse.ams import AdsError
     from achse.codes import ReturnCode
     from achse.iec.documents import as_json, as_text
@@ -194,21 +203,16 @@ async def write(
         print(f"{name} = {as_text(type, parsed)}")
 
 
-@client_command(ads, PLC_PORT, endless=True)
-async def watch(
+async def _watch(
     client: "Client",
-    names: Names,
-    cycle_time: Annotated[
-        float, typer.Option("--cycle-time", "-c", min=0, max=429, help="Between samples, s.")
-    ] = 0.1,
-    cyclic: Annotated[
-        bool, typer.Option("--cyclic/--on-change", help="Each time, or when the value changed.")
-    ] = False,
-    count: Count = None,
-    duration: Duration = None,
-    in_json: Json = False,
+    names: list[str],
+    cycle_time: float,
+    cyclic: bool,
+    count: int | None,
+    duration: float | None,
+    in_json: bool,
 ) -> None:
-    """Print values as they change, until Ctrl-C; `500:…` is one of another AMS port."""
+    """Print values as they change, or each sample."""
     places = {name: _place(client, name) for name in names}
     types = {name: await target.type_of(path) for name, (target, path) in places.items()}
     targets = {target.address: target for target, _ in places.values()}

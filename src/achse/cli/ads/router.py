@@ -1,9 +1,8 @@
 """`achse router` lets many programs use one connection per target; no station, no devices."""
 
 import asyncio
-import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,31 +10,24 @@ from achse.cli.failure import fail
 from achse.cli.interrupts import serve
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
 from achse.cli.options import LetEverybodyIn, ListenHost, ListenPort, Logged, LoggedAs
-from achse.cli.output import print_json, print_table, tell_event
+from achse.cli.output import tell_event
 from achse.cli.process import loop_factory, raise_file_limit
 from achse.cli.service_manager import announced
-from achse.cli.target import Json, client_command, net_id_of
-from achse.codes.ports import ROUTER_PORT
+from achse.cli.target import net_id_of
 
 if TYPE_CHECKING:
-    from achse.client import Client
     from achse.gateway.configuration import GatewayConfig
     from achse.gateway.gateway import Gateway
 
-__all__ = ["router"]
+__all__ = ["register"]
 
 
-_LONGEST = 1 << 20
-
-router = typer.Typer(
-    invoke_without_command=True,
-    help="Route for many programs over one connection per target: a router without devices.",
-)
+def register(app: typer.Typer) -> None:
+    """Add the command of this module to `app`."""
+    app.command()(router)
 
 
-@router.callback()
-def start(
-    context: typer.Context,
+def router(
     to: Annotated[
         list[str] | None,
         typer.Option(
@@ -71,9 +63,7 @@ def start(
     log_level: Logged = LogLevel.WARNING,
     log_format: LoggedAs = LogFormat.TEXT,
 ) -> None:
-    """Serve programs until interrupted; without a command this starts the router."""
-    if context.invoked_subcommand is not None:
-        return
+    """Route for many programs over one connection per target: a router without devices."""
     if net_id is not None:
         net_id_of(net_id)
     set_up_logs(log_format, log_level)
@@ -139,48 +129,3 @@ def _report_ready(gateway: "Gateway") -> None:
     for target in gateway.targets:
         net_id = "?" if target.net_id is None else str(target.net_id)
         tell_event("target", name=target.config.title, net_id=net_id, state=target.state.value)
-
-
-@client_command(router, ROUTER_PORT)
-async def status(client: "Client", in_json: Json = False) -> None:
-    """Show clients, targets, requests, latencies and losses of a running `achse router`."""
-    from achse.gateway.figures import STATISTICS
-
-    figures: dict[str, Any] = json.loads(await client.read_raw(STATISTICS, 0, _LONGEST))
-    if in_json:
-        print_json(figures)
-        return
-    clients, targets = figures.pop("clients"), figures.pop("targets")
-    rows = [(name.replace("_", " "), format(value, "g")) for name, value in figures.items()]
-    print_table(rows, right=frozenset({1}))
-    print()
-    columns = (
-        "clients",
-        "subscriptions",
-        "handles",
-        "files",
-        "pending",
-        "returned",
-        "losses",
-        "refused",
-    )
-    head = ("target", "NetId", "state", *columns, "50 % ms", "99 % ms")
-    body = [
-        (
-            *(each["name"], each["net_id"] or "?", each["state"]),
-            *(str(each[name]) for name in columns),
-            *(f"{1e3 * each[name]:.2f}" for name in ("latency_50", "latency_99")),
-        )
-        for each in targets
-    ]
-    print_table([head, *body], right=frozenset(range(3, 13)))
-    for each in targets:
-        if each["advice"]:
-            print(f"{each['name']}: {each['advice']}")
-    if clients:
-        print()
-        asked = [
-            (each["address"], each["peer"] or "-", str(each["requests"]), str(each["errors"]))
-            for each in clients
-        ]
-        print_table([("client", "from", "requests", "errors"), *asked], right=frozenset({2, 3}))

@@ -1,4 +1,4 @@
-"""`achse ads stats` shows the figures of a station of achse, and of its router."""
+"""`achse ads stats`: figures of a station of achse and its router, or of `achse router`."""
 
 import json
 import struct
@@ -24,10 +24,21 @@ def register(app: typer.Typer) -> None:
 
 
 async def stats(client: "Client", in_json: Json = False) -> None:
-    """Show connections, subscriptions, handles, queues and the router of an achse station."""
+    """Show connections, clients, handles, queues and latencies of a station or `achse router`."""
+    from achse.ams import RouterError
+    from achse.codes import ReturnCode
     from achse.devices.station import STATISTICS
 
-    figures: dict[str, Any] = json.loads(await client.read_raw(STATISTICS, 0, LONGEST))
+    try:
+        figures: dict[str, Any] = json.loads(await client.read_raw(STATISTICS, 0, LONGEST))
+    except RouterError as refusal:
+        if refusal.code != ReturnCode.TARGET_PORT_NOT_FOUND.number:
+            raise
+        gateway = await _gateway(client)
+        if gateway is None:
+            raise
+        _report_gateway(gateway, in_json)
+        return
     figures["router"] = await _router(client)
     if in_json:
         print_json(figures)
@@ -61,6 +72,20 @@ async def stats(client: "Client", in_json: Json = False) -> None:
     if buses:
         print()
         _print_buses(buses)
+
+
+async def _gateway(client: "Client") -> dict[str, Any] | None:
+    """Return the figures of an `achse router`, None from any other target."""
+    from achse.ams import AdsError
+    from achse.gateway.figures import STATISTICS
+
+    try:
+        figures: dict[str, Any] = json.loads(
+            await client.at_port(ROUTER_PORT).read_raw(STATISTICS, 0, LONGEST)
+        )
+    except (AdsError, ValueError):
+        return None
+    return figures
 
 
 async def _router(client: "Client") -> dict[str, Any]:
@@ -119,3 +144,44 @@ def _print_buses(buses: list[dict[str, Any]]) -> None:
             print(f"{bus['name']}: {bus['trouble']}")
         if bus["ring_open"]:
             print(f"{bus['name']}: the ring is open {bus['ring_open']}")
+
+
+def _report_gateway(figures: dict[str, Any], in_json: bool) -> None:
+    """Print clients, targets, requests, latencies and losses of an `achse router`."""
+    if in_json:
+        print_json(figures)
+        return
+    clients, targets = figures.pop("clients"), figures.pop("targets")
+    rows = [(name.replace("_", " "), format(value, "g")) for name, value in figures.items()]
+    print_table(rows, right=frozenset({1}))
+    print()
+    columns = (
+        "clients",
+        "subscriptions",
+        "handles",
+        "files",
+        "pending",
+        "returned",
+        "losses",
+        "refused",
+    )
+    head = ("target", "NetId", "state", *columns, "50 % ms", "99 % ms")
+    body = [
+        (
+            *(each["name"], each["net_id"] or "?", each["state"]),
+            *(str(each[name]) for name in columns),
+            *(f"{1e3 * each[name]:.2f}" for name in ("latency_50", "latency_99")),
+        )
+        for each in targets
+    ]
+    print_table([head, *body], right=frozenset(range(3, 13)))
+    for each in targets:
+        if each["advice"]:
+            print(f"{each['name']}: {each['advice']}")
+    if clients:
+        print()
+        asked = [
+            (each["address"], each["peer"] or "-", str(each["requests"]), str(each["errors"]))
+            for each in clients
+        ]
+        print_table([("client", "from", "requests", "errors"), *asked], right=frozenset({2, 3}))

@@ -16,7 +16,7 @@ def next_steps(host: str, tcp_port: int, axes: Sequence[str], page: str | None) 
     see = f"{page} in your browser" if page else ""
     if not tcp_port:
         return [
-            "next:  achse ads info --port 10000 --host secure://…  (in another terminal)",
+            "next:  achse ads state --port 10000 --host secure://…  (in another terminal)",
             "       it listens for Secure ADS alone: clients need a certificate or a key",
             f"       {see or 'achse web --host secure://…'}",
         ]
@@ -28,7 +28,7 @@ def next_steps(host: str, tcp_port: int, axes: Sequence[str], page: str | None) 
     else:
         do = f"achse monitor{target}"
     return [
-        f"next:  achse {'axis show' if axes else 'ads info --port 10000'}{target}"
+        f"next:  achse {'axis show' if axes else 'ads state --port 10000'}{target}"
         "  (in another terminal)",
         f"       {do}",
         f"       {see or f'achse web{target}'}",
