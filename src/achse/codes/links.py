@@ -1,6 +1,6 @@
 """Links to the documentation of a code, service or name: pages and their anchors.
 
-The anchors are made when the site is built (`achse docs serve`), from the same rows as the pages.
+The anchors are made when the site is built (`achse docs --serve`), from the same rows as the pages.
 """
 
 from achse.codes.ads import ReturnCode

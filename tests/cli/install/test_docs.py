@@ -1,6 +1,5 @@
-"""`achse docs` writes pages by words of their titles, and shows one entry."""
+"""`achse docs` writes pages by words of their titles."""
 
-import json
 from pathlib import Path
 
 import pytest
@@ -39,23 +38,3 @@ def test_a_word_of_no_page_is_told(tmp_path: Path) -> None:
     assert result.exit_code == 1
     assert "no page about robot; there are: Services of TwinCAT Router: port 1;" in result.stderr
     assert not (tmp_path / "new").exists()
-
-
-def test_an_entry_of_a_code_has_its_remedy() -> None:
-    run = CliRunner().invoke(app, ["docs", "entry", "0x4A18"])
-    name, remedy, link = run.stdout.splitlines()
-    assert name.startswith("0x4A18  TABLE_SLAVE_RANGE  ")
-    assert remedy.startswith("remedy: the slave would jump: ")
-    assert link == "reference/nc-errors/#0x4A18"
-    shown = json.loads(CliRunner().invoke(app, ["docs", "entry", "1", "--json"]).stdout)
-    assert (shown["name"], shown["remedy"]) == ("INTERNAL_ERROR", None)
-
-
-def test_an_entry_is_a_code_or_a_name_of_a_library() -> None:
-    run = CliRunner().invoke(app, ["docs", "entry", "mc_moveabsolute"])
-    assert run.stdout.startswith("MC_MoveAbsolute  function block of tc2_mc2  ")
-    assert "\ninputs: Execute, " in run.stdout.replace("Axis, Execute", "Execute")
-    assert run.stdout.endswith("plc-library-tc2_mc2/#MC_MoveAbsolute\n")
-    run = CliRunner().invoke(app, ["docs", "entry", "MC_MoveAbsolut"])
-    assert run.exit_code == 1
-    assert "did you mean 'MC_MoveAbsolute'" in run.stderr

@@ -1,14 +1,13 @@
-"""`achse docs`: the reference pages, the site, one entry."""
+"""`achse docs`: the reference pages and the site."""
 
 import importlib.util
 import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
-from typer.core import TyperGroup
 
 from achse.cli.failure import fail
 from achse.cli.files import write_file
@@ -19,25 +18,12 @@ from achse.extras import needs_extra
 __all__ = ["register"]
 
 
-class Docs(TyperGroup):
-    """`achse docs` and `achse docs nc` write pages, as `achse docs write nc` does."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        if not args or (args[0] not in self.commands and args[0] not in ("-h", "--help")):
-            args = ["write", *args]
-        return super().parse_args(ctx, args)
-
-
 def register(app: typer.Typer) -> None:
-    """Add the commands of this module to `app`."""
-    group = typer.Typer(cls=Docs, help="The documentation: reference pages, the site, one entry.")
-    group.command()(write)
-    for command in (serve, entry):
-        group.command()(command)
-    app.add_typer(group, name="docs")
+    """Add the command of this module to `app`."""
+    app.command()(docs)
 
 
-def write(
+def docs(
     words: Annotated[
         list[str] | None,
         typer.Argument(
@@ -45,8 +31,34 @@ def write(
         ),
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("docs"),
+    serve: Annotated[
+        bool,
+        typer.Option(
+            "--serve", help="Show the site at http://host:port; pages that change are built again."
+        ),
+    ] = False,
+    site: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Write the site to a folder.", show_default=False),
+    ] = None,
+    host: Annotated[str, typer.Option(help="With --serve: address to listen at.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=1, max=65535, help="With --serve: TCP port.")] = 8000,
     in_json: Json = False,
 ) -> None:
+    """Write the reference pages of all devices and codes, or build the documentation's site.
+
+    MkDocs builds the site from docs/ and the rows, in a clone, with the extra docs.
+    """
+    if site is not None:
+        _mkdocs("build", "--strict", "--quiet", "--site-dir", str(site.absolute()))
+        print(site)
+    elif serve:
+        _mkdocs("serve", "--dev-addr", f"{host}:{port}")
+    else:
+        _write(words or [], out, in_json)
+
+
+def _write(words: list[str], out: Path, in_json: bool) -> None:
     """Write the reference pages of the demo station's devices and of all codes."""
     from achse.site.reference import reference_pages
     from achse.station import Station
@@ -55,7 +67,7 @@ def write(
     wanted = [page for page in pages if not words or _is_about(page[1], words)]
     if not wanted:
         titles = "; ".join(_title(text) for _, text in pages)
-        fail(f"no page about {' or '.join(words or ())}; there are: {titles}")
+        fail(f"no page about {' or '.join(words)}; there are: {titles}")
     for name, text in wanted:
         page = out / name
         try:
@@ -69,27 +81,6 @@ def write(
         print_json([{"file": str(out / name), "title": _title(text)} for name, text in wanted])
 
 
-def serve(
-    host: Annotated[str, typer.Option(help="Address to listen at.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(min=1, max=65535, help="TCP port.")] = 8000,
-    build: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FOLDER", help="Write the site to a folder instead.", show_default=False
-        ),
-    ] = None,
-) -> None:
-    """Build the site from docs/ and the rows, and show it in a browser at http://host:port.
-
-    MkDocs does it, in a clone, with the extra docs; pages that change are built again.
-    """
-    if build is not None:
-        _mkdocs("build", "--strict", "--quiet", "--site-dir", str(build.absolute()))
-        print(build)
-    else:
-        _mkdocs("serve", "--dev-addr", f"{host}:{port}")
-
-
 def _mkdocs(*words: str) -> None:
     """Run MkDocs here; ends the command if it cannot."""
     if importlib.util.find_spec("mkdocs") is None:
@@ -100,74 +91,6 @@ def _mkdocs(*words: str) -> None:
     ended = subprocess.run(command, env={**os.environ, "NO_MKDOCS_2_WARNING": "1"}, check=False)
     if ended.returncode:
         fail(f"MkDocs ended with {ended.returncode}", name="FAILED")
-
-
-def entry(
-    code: Annotated[
-        str,
-        typer.Argument(metavar="ENTRY", help="A code or a name: 0x4655, 1861, MC_MoveAbsolute."),
-    ],
-    in_json: Json = False,
-) -> None:
-    """Show what a code or a name of a PLC library means, and where it is documented.
-
-    With ACHSE_DOCS, the address of a site, it is a whole link.
-    """
-    from achse.codes import code_of
-    from achse.codes.links import SITE, code_link, on_site
-    from achse.codes.remedies import remedy_of
-
-    try:
-        number = int(code, 0)
-    except ValueError:
-        _library_entry(code, in_json)
-        return
-    link = code_link(number)
-    found = code_of(number)
-    if link is None or found is None:
-        fail(f"no table has the code 0x{number:X}", name="NOT_FOUND")
-    link = on_site(link, os.environ.get(SITE)) or link
-    remedy = remedy_of(number)
-    if in_json:
-        shown = {"code": number, "name": found.name, "text": found.text, "remedy": remedy or None}
-        print_json(shown | {"link": link})
-    else:
-        print(f"0x{number:X}  {found.name}  {found.text}")
-        if remedy:
-            print(f"remedy: {remedy}")
-        print(link)
-
-
-def _library_entry(name: str, in_json: bool) -> None:
-    """Print what a name of a PLC library is."""
-    from achse.codes.links import SITE, library_link, on_site
-    from achse.iec.nearest import did_you_mean
-    from achse.site.reference import library_rows
-
-    found = {
-        row[0].strip("`"): (library, row)
-        for library, rows in library_rows().items()
-        for row in rows
-    }
-    spelled = {known.casefold(): known for known in found}.get(name.casefold())
-    if spelled is None:
-        near = did_you_mean(name, found)
-        fail(
-            f"expected a code such as 0x4655, or a name of a PLC library, got {name!r:.40}{near}",
-            name="NOT_FOUND",
-        )
-    library, (_, kind, meaning, inputs, outputs) = found[spelled]
-    link = library_link(library, spelled)
-    link = on_site(link, os.environ.get(SITE)) or link
-    if in_json:
-        document = {"name": spelled, "library": library, "kind": kind, "text": meaning}
-        print_json(document | {"inputs": inputs, "outputs": outputs, "link": link})
-        return
-    print(f"{spelled}  {kind} of {library}  {meaning}".rstrip())
-    for title, pins in (("inputs", inputs), ("outputs", outputs)):
-        if pins:
-            print(f"{title}: {pins}")
-    print(link)
 
 
 def _title(page: str) -> str:
