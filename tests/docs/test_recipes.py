@@ -1,4 +1,4 @@
-"""Recipes of the documentation are what `achse new project` writes, and linters find nothing."""
+"""Recipes of the documentation are what `achse new` writes, and linters find nothing."""
 
 import re
 import subprocess

@@ -16,7 +16,7 @@ __all__ = ["app"]
 
 app = new_root()
 
-app.add_typer(new.new, name="new")
+new.register(app)
 run.register(app)
 demo.register(app)
 detached.register(app)

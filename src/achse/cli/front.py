@@ -64,7 +64,8 @@ _INSIDE = {
     "sii": ("export",),
     "where": ("show",),
     "clear": ("break",),
-    "station": ("project",),
+    "pause": ("step",),
+    "load": ("start",),
 }
 """Words that others use inside a group, and the commands for them: the first that the group has."""
 

@@ -88,7 +88,7 @@ def test_a_session(live: LiveStation, monkeypatch: pytest.MonkeyPatch) -> None:
     assert printed(live, "step", "--out") == "Port_851: run"
     live.advance(0.01)
     assert printed(live, "continue") == "Port_851: run"
-    assert printed(live, "pause") == "Port_851: run"
+    assert printed(live, "step") == "Port_851: run"
     live.advance(0.01)
     assert "pause in MAIN" in printed(live, "show")
     assert printed(live, "continue", "--end") == "Port_851: run"

@@ -36,9 +36,9 @@ def test_a_program_runs_stops_and_is_reset(
         lines("axis", "enable", axis)
     [told] = lines("channel", "assign", "X", "Y")
     assert told.endswith("= 1 2 - - - - - -")
-    assert lines("channel", "load", "plate.nc") == ["channel 1: ready, plate.nc"]
+    assert lines("channel", "start", "plate.nc", "--load-only") == ["channel 1: ready, plate.nc"]
     assert "plate.nc" in lines("channel", "start")[0]
-    refused = cli("channel", "load", "plate.nc", exit_code=1)
+    refused = cli("channel", "start", "plate.nc", exit_code=1)
     assert "0x4109" in refused.stderr
     lines("channel", "stop")
     lines("channel", "reset")
@@ -50,8 +50,7 @@ def test_an_m_function_is_confirmed(lines: Lines, document: Callable[..., Any]) 
     for axis in ("X", "Y"):
         lines("axis", "enable", axis)
     lines("channel", "assign", "X", "Y")
-    lines("channel", "load", "plate.nc")
-    lines("channel", "start")
+    lines("channel", "start", "plate.nc")
     until(document, "m_function", 40)
     assert "M40 waits: achse channel confirm" in lines("channel", "show", "1")[0]
     assert "M40" not in lines("channel", "confirm")[0]
@@ -61,7 +60,8 @@ def test_an_m_function_is_confirmed(lines: Lines, document: Callable[..., Any]) 
 
 
 def test_what_cannot_be(cli: Cli) -> None:
-    assert "0x4110" in cli("channel", "load", "none.nc", exit_code=1).stderr
+    assert "0x4110" in cli("channel", "start", "none.nc", exit_code=1).stderr
+    assert "--load-only" in cli("channel", "start", "--load-only", exit_code=2).stderr
     assert "0x4010" in cli("channel", "show", "9", exit_code=1).stderr
     assert "NoAxis" in cli("channel", "assign", "NoAxis", exit_code=1).stderr
     assert "8 at most" in cli("channel", "assign", *"XXXXXXXXX", exit_code=1).stderr

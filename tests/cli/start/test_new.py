@@ -41,7 +41,6 @@ def _new(*words: str, exit_code: int = 0) -> Any:
 @pytest.mark.parametrize("axes", ["", "X", "X, Y,Ω"])
 def test_the_station_runs(tmp_path: Path, plc: PlcKind, axes: str) -> None:
     told = _new(
-        "project",
         str(tmp_path),
         "--no-tests",
         "--plc",
@@ -65,12 +64,12 @@ def test_the_station_runs(tmp_path: Path, plc: PlcKind, axes: str) -> None:
 
 @pytest.mark.parametrize("plc", PlcKind)
 def test_its_tests_pass(tmp_path: Path, plc: PlcKind, monkeypatch: pytest.MonkeyPatch) -> None:
-    _new("project", str(tmp_path), "--plc", plc.value)
+    _new(str(tmp_path), "--plc", plc.value)
     monkeypatch.chdir(tmp_path)
-    _new("test", "feed")
+    _new("tests/test_feed.py")
     (tmp_path / "rig").mkdir()
-    _new("project", "rig/none", "--no-tests", "--axes", "", "--plc", "none")
-    _new("test", "time passes", "--station", "rig/none/station.toml", "--folder", "rig/tests")
+    _new("rig/none", "--no-tests", "--axes", "", "--plc", "none")
+    _new("rig/tests/time passes.py", "--station", "rig/none/station.toml")
     run = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(tmp_path)],
         cwd=tmp_path,
@@ -82,7 +81,7 @@ def test_its_tests_pass(tmp_path: Path, plc: PlcKind, monkeypatch: pytest.Monkey
 
 
 def test_the_editor_finds_the_schema(tmp_path: Path) -> None:
-    _new("project", str(tmp_path), "--no-tests")
+    _new(str(tmp_path), "--no-tests")
     first = (tmp_path / "station.toml").read_text().splitlines()[0]
     assert first == "#:schema ./station.schema.json"
     assert json.loads((tmp_path / "station.schema.json").read_text()) == station_schema()
@@ -108,7 +107,7 @@ def test_each_key_in_a_comment_can_be_used(model: Any) -> None:
 def test_what_is_there_stays(tmp_path: Path) -> None:
     (tmp_path / "plc").mkdir()
     (tmp_path / "plc" / "MAIN.st").write_text("mine")
-    told = _new("project", str(tmp_path), "--no-tests", exit_code=1).stderr
+    told = _new(str(tmp_path), "--no-tests", exit_code=1).stderr
     assert "plc/MAIN.st" in told
     assert not (tmp_path / "station.toml").exists()
     assert (tmp_path / "plc" / "MAIN.st").read_text() == "mine"
@@ -116,15 +115,13 @@ def test_what_is_there_stays(tmp_path: Path) -> None:
 
 def test_the_schema_alone_is_written_again(tmp_path: Path) -> None:
     for _ in range(2):
-        files = json.loads(_new("project", str(tmp_path / "new"), "--schema", "--json").stdout)
+        files = json.loads(_new(str(tmp_path / "new"), "--schema", "--json").stdout)
     assert files == [str(tmp_path / "new" / "station.schema.json")]
 
 
 def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    assert (
-        str(tmp_path / "file") in _new("project", str(tmp_path / "file" / "x"), exit_code=1).stderr
-    )
+    assert str(tmp_path / "file") in _new(str(tmp_path / "file" / "x"), exit_code=1).stderr
 
 
 @pytest.mark.parametrize(("server", "text"), [(Server.GITHUB, GITHUB), (Server.GITLAB, GITLAB)])
@@ -161,43 +158,42 @@ def test_the_recipe_is_yaml_that_installs_checks_and_tests(
 
 def test_an_axis_that_is_named_twice_is_refused(tmp_path: Path) -> None:
     """A file was written that `achse check` refused."""
-    result = CliRunner().invoke(
-        app, ["new", "project", str(tmp_path), "--no-tests", "--axes", "X,Y,x"]
-    )
+    result = CliRunner().invoke(app, ["new", str(tmp_path), "--no-tests", "--axes", "X,Y,x"])
     assert result.exit_code == 2
     assert "X, x more than once" in result.stderr
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(
-    ("name", "file"), [("feed", "feed"), ("a-b c", "a_b_c"), ("test_x.py", "x"), ("Ω", "Ω")]
+    ("name", "file"),
+    [("feed.py", "feed"), ("a-b c.py", "a_b_c"), ("test_x.py", "x"), ("Ω.py", "Ω")],
 )
 def test_a_test_is_called_like_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, file: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    _new("project", ".", "--no-tests")
-    assert json.loads(_new("test", name, "--json").stdout) == [
+    _new(".", "--no-tests")
+    assert json.loads(_new(f"tests/{name}", "--json").stdout) == [
         str(Path("tests") / f"test_{file}.py")
     ]
     assert f"def test_{file.casefold()}(" in (tmp_path / "tests" / f"test_{file}.py").read_text(
         encoding="utf-8"
     )
-    assert "there already" in _new("test", name, exit_code=1).stderr
+    assert "there already" in _new(f"tests/{name}", exit_code=1).stderr
 
 
-@pytest.mark.parametrize("name", ["", "../x", "a/b", "x.y", 'x"'])
+@pytest.mark.parametrize("name", [".py", "../.py", "a/.b.py", "x.y.py", 'x".py'])
 def test_a_test_needs_a_name_of_python(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert "as in a Python name" in _new("test", name, exit_code=2).stderr.replace("\n", " ")
+    assert "as in a Python name" in _new(name, exit_code=2).stderr.replace("\n", " ")
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_test_needs_a_station(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    assert "`achse new project NAME` writes one" in _new("test", "feed", exit_code=1).stderr
+    assert "`achse new NAME` writes one" in _new("tests/feed.py", exit_code=1).stderr
     (tmp_path / "station.toml").write_text("[nonsense]")
-    assert "nonsense" in _new("test", "feed", exit_code=1).stderr
+    assert "nonsense" in _new("tests/feed.py", exit_code=1).stderr
     assert not (tmp_path / "tests").exists()

@@ -151,19 +151,15 @@ async def step(
     plc: Plc = 0,
     in_json: Json = False,
 ) -> None:
-    """Go on to the next statement."""
+    """Run to the next statement; programs that run stop at theirs."""
     if into and out:
         raise typer.BadParameter("--in or --out, not both")
     link = _link(client, plc)
-    state = await _ask(link, "step", how="into" if into else "out" if out else "over")
+    if (await _ask(link, "state"))["state"] == "run":
+        state = await _ask(link, "pause")
+    else:
+        state = await _ask(link, "step", how="into" if into else "out" if out else "over")
     _tell(await _until_held(link, state), in_json)
-
-
-@client_command(plc, STATION_PORT)
-async def pause(client: "Client", plc: Plc = 0, in_json: Json = False) -> None:
-    """Stop at the next statement that runs."""
-    link = _link(client, plc)
-    _tell(await _until_held(link, await _ask(link, "pause")), in_json)
 
 
 async def _until_held(link: "DebugLink", state: dict[str, Any]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""`achse channel` runs part programs: load, start, stop, reset, state, zero shifts, tools."""
+"""`achse channel` runs part programs: start, stop, reset, state, zero shifts, tools."""
 
 import asyncio
 import struct
@@ -232,27 +232,31 @@ async def assign(
 
 
 @client_command(channel, NC_PORT)
-async def load(
-    client: "Client",
-    program: Annotated[str, typer.Argument(help="A file of the channel's folder.")],
-    number: Number = None,
-    in_json: Json = False,
-) -> None:
-    """Load a part program."""
-    id = await _chosen(client, number)
-    await client.write_raw(_FUNCTIONS + id, 0x04, program.encode("cp1252", "replace") + b"\0")
-    await _report(client, id, in_json)
-
-
-@client_command(channel, NC_PORT)
 async def start(
     client: "Client",
+    program: Annotated[
+        str | None,
+        typer.Argument(
+            help="Load this file of the channel's folder first.", show_default="what is loaded"
+        ),
+    ] = None,
+    load_only: Annotated[
+        bool, typer.Option("--load-only", help="Load the program without its start.")
+    ] = False,
     wait: Annotated[bool, typer.Option("--wait", help="Show progress until it ends.")] = False,
     number: Number = None,
     in_json: Json = False,
 ) -> None:
-    """Start the loaded program, or the next single block."""
+    """Load and start a part program; start the loaded one, or the next single block."""
+    if load_only and program is None:
+        raise typer.BadParameter("expected a PROGRAM to load", param_hint="--load-only")
     id = await _chosen(client, number)
+    if program is not None:
+        file = program.encode("cp1252", "replace") + b"\0"
+        await client.write_raw(_FUNCTIONS + id, 0x04, file)
+    if load_only:
+        await _report(client, id, in_json)
+        return
     await client.write_raw(_FUNCTIONS + id, 0x02, b"")
     if not wait:
         await _report(client, id, in_json)

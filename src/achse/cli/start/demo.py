@@ -98,7 +98,7 @@ def demo(
             print()
             _enter("That was it. Enter ends the station. ")
     print("\nnext:  achse run               a station that stays")
-    print("       achse new project cell  a station of your own, with a test")
+    print("       achse new cell          a station of your own, with a test")
     print("       achse --help            everything else")
 
 

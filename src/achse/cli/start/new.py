@@ -1,4 +1,4 @@
-"""`achse new` writes the files that people start from: a project, a test."""
+"""`achse new` writes the files of a project, or a test, to start from."""
 
 import json
 import os
@@ -27,8 +27,8 @@ __all__ = [
     "Server",
     "ci_recipe",
     "commented",
-    "new",
     "project",
+    "register",
 ]
 
 SCHEMA_FILE = "station.schema.json"
@@ -51,10 +51,12 @@ class Server(StrEnum):
     GITLAB = "gitlab"
 
 
-new = typer.Typer(no_args_is_help=True, help="Write a project or a test to start from.")
-
 Folder = Annotated[
-    Path, typer.Argument(metavar="NAME", help="The folder to write to, called like the station.")
+    Path,
+    typer.Argument(
+        metavar="NAME",
+        help="A folder, called like the station; or the file of a test, as tests/test_feed.py.",
+    ),
 ]
 StationName = Annotated[
     str | None, typer.Option("--name", help="Name of the station.", show_default="NAME")
@@ -63,8 +65,12 @@ Plc = Annotated[PlcKind, typer.Option("--plc", help="Language of the PLC's progr
 Axes = Annotated[str, typer.Option("--axes", metavar="NAME[,NAME…]", help="Its axes; '' for none.")]
 
 
-@new.command("project")
-def new_project(
+def register(app: typer.Typer) -> None:
+    """Add the command of this module to `app`."""
+    app.command()(new)
+
+
+def new(
     folder: Folder,
     name: StationName = None,
     plc: Plc = PlcKind.ST,
@@ -80,12 +86,19 @@ def new_project(
         bool,
         typer.Option("--schema", help=f"Write {SCHEMA_FILE} only, again."),
     ] = False,
+    station: Annotated[
+        Path, typer.Option(metavar="FILE", help="Of a test: the station.toml that it is about.")
+    ] = Path("station.toml"),
     in_json: Json = False,
 ) -> None:
-    """Write a commented station.toml, its schema for editors, a program for its PLC, and a test.
+    """Write a project to start from: station.toml, its schema, a PLC program, a test; or a test.
 
-    Files that are there are left alone: then nothing is written.
+    A name that ends in .py is a test of a station, in virtual time. Files that are there are left
+    alone: then nothing is written.
     """
+    if folder.name.endswith(".py"):
+        _new_test(folder, station, in_json)
+        return
     if schema:
         _write(folder, {SCHEMA_FILE: _schema()}, in_json, over=True)
         return
@@ -95,32 +108,21 @@ def new_project(
     _write(folder, files, in_json)
 
 
-@new.command("test")
-def new_test(
-    name: Annotated[str, typer.Argument(help="Its file is test_NAME.py.")],
-    station: Annotated[
-        Path, typer.Option(metavar="FILE", help="The station.toml that it is about.")
-    ] = Path("station.toml"),
-    folder: Annotated[Path, typer.Option(help="The folder to write to.")] = Path("tests"),
-    in_json: Json = False,
-) -> None:
-    """Write a test for a station, in virtual time: of its first axis, if it has one.
-
-    A file that is there is left alone.
-    """
-    word = re.sub(r"[\s-]+", "_", name.removesuffix(".py").removeprefix("test_"))
+def _new_test(file: Path, station: Path, in_json: bool) -> None:
+    """Write a test for a station, in virtual time: of its first axis, if it has one."""
+    word = re.sub(r"[\s-]+", "_", file.name.removesuffix(".py").removeprefix("test_"))
     if not re.fullmatch(r"\w+", word):
         raise typer.BadParameter(
-            f"letters, digits and _, as in a Python name; got {name!r}", param_hint="NAME"
+            f"letters, digits and _, as in a Python name; got {file.name!r}", param_hint="NAME"
         )
-    first = _first_axis(station)
+    folder, first = file.parent, _first_axis(station)
     try:
         # relative, so that the test runs where the project is checked out
-        file = Path(os.path.relpath(station.resolve(), folder.resolve())).as_posix()
+        place = Path(os.path.relpath(station.resolve(), folder.resolve())).as_posix()
     except ValueError:  # another drive of Windows
-        file = station.resolve().as_posix()
+        place = station.resolve().as_posix()
     text = _NEW_TEST[first is not None].format(
-        name=word.casefold(), file=json.dumps(file), axis=json.dumps(first, ensure_ascii=False)
+        name=word.casefold(), file=json.dumps(place), axis=json.dumps(first, ensure_ascii=False)
     )
     _write(folder, {f"test_{word}.py": text}, in_json)
 
@@ -134,7 +136,7 @@ def _first_axis(station: Path) -> str | None:
     except ConfigError as faults:
         fail(str(faults), name="CONFIGURATION")
     except OSError as failure:
-        hint = "; `achse new project NAME` writes one, --station says where it is"
+        hint = "; `achse new NAME` writes one, --station says where it is"
         fail(f"{station}: {failure.strerror}{hint}", name="CONFIGURATION")
     return config.axis[0].name if config.axis else None
 
