@@ -40,7 +40,7 @@ def test_compose_has_a_service_for_each_process_and_a_broker(tmp_path: Path) -> 
     document = yaml.safe_load(compose(plan_of(tmp_path), "achse"))
     assert set(document["services"]) == {"broker", "press-1", "press-2", "press-3"}
     one = document["services"]["press-2"]
-    assert one["command"] == ["fleet", "station", "/fleet/fleet.toml", "2", "--process"]
+    assert one["command"] == ["fleet", "up", "/fleet/fleet.toml", "--station=2", "--process"]
     assert one["environment"] == {"ACHSE_FLEET_BROKER": "broker"}
     assert one["volumes"] == [".:/fleet:ro"]
     two = yaml.safe_load(compose(plan_of(tmp_path, "stations_per_process = 2", "mqtt.local"), "a"))

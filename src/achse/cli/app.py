@@ -6,7 +6,7 @@ from achse.cli.fieldbus import bus, drive
 from achse.cli.install import certificate, docs, warmup
 from achse.cli.plc import format, lsp, mcp, plc, symbols
 from achse.cli.programs import channel, gcode
-from achse.cli.record import monitor, record, scope
+from achse.cli.record import monitor, replay, scope
 from achse.cli.root import in_panels, new_root
 from achse.cli.start import demo, detached, fleet, fmu, new, run, web
 from achse.cli.test import check, explain, fault, mutate, swarm, sweep, unit_tests
@@ -50,7 +50,7 @@ symbols.register(app)
 lsp.register(app)
 format.register(app)
 mcp.register(app)
-record.register(app)
+replay.register(app)
 sweep.register(app)
 fmu.register(app)
 swarm.register(app)

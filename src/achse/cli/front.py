@@ -18,7 +18,7 @@ PANELS = {
     "Programs": ("channel", "gcode"),
     "Fieldbus": ("bus", "drive"),
     "PLC": ("plc", "symbols", "format", "lsp", "mcp"),
-    "Record": ("scope", "monitor", "record", "replay", "diff"),
+    "Record": ("scope", "monitor", "replay", "diff"),
     "Test": ("check", "explain", "test", "mutate", "fault", "sweep", "swarm"),
     "Install": ("docs", "warmup", "certificate", "hash-password"),
 }
@@ -36,6 +36,7 @@ _ELSEWHERE = {
     "symbol": "symbols",
     "info": "ads state",
     "watch": "ads read",
+    "record": "monitor",
     "move": "axis move",
     "jog": "axis jog",
     "validate": "check",

@@ -63,7 +63,7 @@ def compose(plan: FleetPlan, image: str) -> str:
             "    restart: unless-stopped",
         ]
     for place in range(1, len(plan.groups()) + 1):
-        words = ["fleet", "station", f"/fleet/{plan.file.name}", str(place), "--process"]
+        words = ["fleet", "up", f"/fleet/{plan.file.name}", f"--station={place}", "--process"]
         lines += [
             f"  {plan.name}-{place}:",
             "    <<: *station",
@@ -231,7 +231,7 @@ def _stateful_set(plan: FleetPlan, image: str, template: PurePosixPath) -> list[
         "      containers:",
         "        - name: station",
         f"          image: {_text(image)}",
-        "          args: [fleet, station, /fleet/fleet.toml, --process]",
+        "          args: [fleet, up, /fleet/fleet.toml, --process]",
         "          env:",
         "            - name: ACHSE_FLEET_STATION",
         "              valueFrom:",

@@ -135,7 +135,9 @@ def test_what_is_no_station_of_ours_is_told(warm_commands: WarmCommands) -> None
     assert "is not an achse station: tap in front of it with --via" in run.stderr
 
 
-@pytest.mark.parametrize("command", [("monitor",), ("record", "some.pcapng")])
+@pytest.mark.parametrize(
+    "command", [("monitor",), ("monitor", "--quiet", "--write", "some.pcapng")]
+)
 def test_a_station_without_room_for_a_watcher_is_told_as_such(
     tmp_path: Path, command: tuple[str, ...], warm_commands: WarmCommands
 ) -> None:

@@ -137,7 +137,7 @@ def test_stations_by_number_name_and_process(
     file = Path(_fleet(folder, 1))
     file.write_text(file.read_text().replace("count = 3", "count = 5"))
     word, *options = words
-    _cli("station", str(file), word, *options)
+    _cli("up", str(file), "--station", word, *options)
     assert served == numbers
 
 
@@ -146,6 +146,6 @@ def test_stations_by_number_name_and_process(
     [("4", "stations 1 … 3, not 4"), ("x", "expected 3, 3-7"), ("3-2", "smaller number first")],
 )
 def test_which_station(folder: Path, word: str, told: str) -> None:
-    result = CliRunner().invoke(app, ("fleet", "station", _fleet(folder, 1), word))
+    result = CliRunner().invoke(app, ("fleet", "up", _fleet(folder, 1), "--station", word))
     assert result.exit_code
     assert told in " ".join(result.stderr.split())

@@ -1,5 +1,5 @@
-"""Commands that watch and record: `achse scope`, `monitor`, `record`, `replay`, `diff`.
+"""Commands that watch and record: `achse scope`, `monitor`, `replay`, `diff`.
 
-`scope` samples values in the cycle of a station, `scope_picture` draws them. `monitor` shows the
-packets between clients and devices; `record` keeps them, serves them again and compares them.
+`scope` samples values in the cycle of a station, `scope_picture` draws them. `monitor` shows and
+records the packets between clients and devices; `replay` serves a recording, `diff` compares two.
 """

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from achse.monitor.decode import Decoder, Exchange
     from achse.router.tap import Captured
 
-__all__ = ["Host", "TcpPort", "Via", "register", "run_until_ended", "watching"]
+__all__ = ["TcpPort", "register", "run_until_ended"]
 
 PLC_PORT = 851
 FETCH_EVERY = 0.05
@@ -65,6 +65,9 @@ def monitor(
     write: Annotated[
         Path | None, typer.Option(help="Write a packet capture (pcapng).", show_default=False)
     ] = None,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", help="With --write: record without showing anything.")
+    ] = False,
     client: Annotated[
         str, typer.Option(help="Only clients whose address is like this, as 10.0.0.*.")
     ] = "*",
@@ -85,7 +88,12 @@ def monitor(
     host: Host = "127.0.0.1",
     tcp_port: TcpPort = 48898,
 ) -> None:
-    """Show requests, answers and notifications as they pass, until Ctrl-C."""
+    """Show requests, answers and notifications as they pass, and record them, until Ctrl-C."""
+    if quiet:
+        if write is None:
+            raise typer.BadParameter("expected --write FILE", param_hint="--quiet")
+        run_until_ended(_record(write, via, duration, host, tcp_port, in_json), host, tcp_port)
+        return
     wanted = _Filter(client, frozenset(device or ()), name, errors, slower, samples)
     if ask and via is None:
         raise typer.BadParameter("a station of ours is asked anyway", param_hint="--ask")
@@ -132,6 +140,28 @@ class _Filter:
         )
 
 
+async def _record(
+    file: Path,
+    via: str | None,
+    duration: float | None,
+    host: str,
+    tcp_port: int,
+    in_json: bool,
+) -> None:
+    """Write a capture without looking into the packets."""
+    from achse.monitor.capture import CaptureWriter
+
+    with CaptureWriter(file) as write:
+        try:
+            async with _watching(host, tcp_port, via, write):
+                await asyncio.sleep(1e9 if duration is None else duration)
+        finally:
+            if in_json:
+                print_json({"event": "done", "file": str(file), "packets": write.count})
+            else:
+                print(f"{file}: {write.count} packets")
+
+
 async def _monitor(
     host: str,
     tcp_port: int,
@@ -174,7 +204,7 @@ async def _monitor(
             for exchange in decoder.see(capture):
                 shown(exchange)
 
-        async with watching(host, tcp_port, via, see, decoder, asked):
+        async with _watching(host, tcp_port, via, see, decoder, asked):
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(duration):
                     while not done.is_set():
@@ -210,7 +240,7 @@ def lines_of(exchange: "Exchange") -> list[str]:
 
 
 @contextlib.asynccontextmanager
-async def watching(
+async def _watching(
     host: str,
     tcp_port: int,
     via: str | None,

@@ -84,11 +84,58 @@ def up(
         ),
     ] = False,
     timeout: ReadyWithin = 120.0,
+    station: Annotated[
+        str | None,
+        typer.Option(
+            "--station",
+            "-s",
+            envvar="ACHSE_FLEET_STATION",
+            help="Run only this one, in this process: a number, several (3-7), or what ends with"
+            " one, as the name of a pod (press-3).",
+            show_default="all",
+        ),
+    ] = None,
+    process: Annotated[
+        bool,
+        typer.Option(
+            "--process", help="--station is the number of a process: run all its stations."
+        ),
+    ] = False,
+    host: Annotated[
+        str | None,
+        typer.Option(envvar="ACHSE_HOST", help="With --station: address to listen on."),
+    ] = None,
+    tcp_port: Annotated[
+        int | None,
+        typer.Option(
+            envvar="ACHSE_TCP_PORT", min=0, max=65535, help="With --station: TCP port to listen on."
+        ),
+    ] = None,
+    let_everybody_in: LetEverybodyIn = False,
+    core: Annotated[
+        int | None, typer.Option(min=0, help="With --station: keep to this core (Linux).")
+    ] = None,
     checked: Annotated[bool, typer.Option("--checked", hidden=True)] = False,
+    supervised: Annotated[bool, typer.Option("--supervised", hidden=True)] = False,
     as_json: Json = False,
 ) -> None:
-    """Start all stations of a fleet and look after them until interrupted."""
+    """Start all stations of a fleet and look after them until interrupted, or run one of them.
+
+    With --station it does what a container does: it runs stations in this process, alone.
+    """
     plan = _plan(file, broker)
+    if station is not None:
+        _run_stations(
+            plan,
+            station,
+            process=process,
+            core=core,
+            supervised=supervised,
+            host=host,
+            tcp_port=tcp_port,
+            let_everybody_in=let_everybody_in,
+        )
+        return
     if not checked:
         _check(plan)
     if detach:
@@ -177,40 +224,23 @@ def down(
         print(f"fleet {record.name} has ended")
 
 
-@fleet.command()
-def station(
-    file: FleetFile,
-    numbers: Annotated[
-        str,
-        typer.Argument(
-            envvar="ACHSE_FLEET_STATION",
-            metavar="STATION",
-            help="A number, several (3-7), or what ends with one, as the name of a pod (press-3).",
-        ),
-    ],
-    broker: Broker = None,
-    host: Annotated[
-        str | None, typer.Option(envvar="ACHSE_HOST", help="Address to listen on.")
-    ] = None,
-    tcp_port: Annotated[
-        int | None,
-        typer.Option(envvar="ACHSE_TCP_PORT", min=0, max=65535, help="TCP port to listen on."),
-    ] = None,
-    let_everybody_in: LetEverybodyIn = False,
-    process: Annotated[
-        bool, typer.Option("--process", help="The number is that of a process: all its stations.")
-    ] = False,
-    core: Annotated[int | None, typer.Option(min=0, help="Keep to this core (Linux).")] = None,
-    supervised: Annotated[bool, typer.Option("--supervised", hidden=True)] = False,
-    as_json: Json = False,
+def _run_stations(
+    plan: "FleetPlan",
+    numbers: str,
+    *,
+    process: bool,
+    core: int | None,
+    supervised: bool,
+    host: str | None,
+    tcp_port: int | None,
+    let_everybody_in: bool,
 ) -> None:
-    """Run stations of a fleet in this process: what a container does, and `fleet up` for each."""
+    """Run stations of a fleet in this process until interrupted."""
     from achse.cli.process import loop_factory, raise_file_limit
     from achse.fleet.worker import pin
     from achse.station import ConfigError
     from achse.station.running.collection import seldom_collected
 
-    plan = _plan(file, broker)
     set_up_logs(LogFormat.TEXT, LogLevel(plan.config.log_level))
     try:
         wanted = _numbers(plan, numbers, process)
@@ -352,8 +382,8 @@ async def _look_after(plan: "FleetPlan", broker: str | None) -> int:
     from achse.fleet.supervisor import FleetSupervisor
 
     def command(numbers: Sequence[int], core: int | None) -> list[str]:
-        words = [sys.executable, "-m", "achse", "fleet", "station", str(plan.file.resolve())]
-        words += [f"{numbers[0]}-{numbers[-1]}", "--supervised"]
+        words = [sys.executable, "-m", "achse", "fleet", "up", str(plan.file.resolve())]
+        words += [f"--station={numbers[0]}-{numbers[-1]}", "--supervised"]
         words += [] if core is None else [f"--core={core}"]
         return words + ([] if broker is None else [f"--broker={broker}"])
 

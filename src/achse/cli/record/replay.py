@@ -1,4 +1,4 @@
-"""`achse record`, `replay` and `diff`: answers of targets, recorded, served and compared."""
+"""`achse replay` and `diff`: recorded answers of targets, served and compared."""
 
 import asyncio
 import contextlib
@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from achse.cli.failure import fail, in_json
-from achse.cli.options import Duration
+from achse.cli.failure import fail
 from achse.cli.output import print_json, tell_event
-from achse.cli.record.monitor import Host, TcpPort, Via, run_until_ended, watching
+from achse.cli.record.monitor import TcpPort, run_until_ended
 from achse.cli.target import Json
 
 if TYPE_CHECKING:
@@ -38,37 +37,8 @@ _MAGIC = {
 
 def register(app: typer.Typer) -> None:
     """Add the commands of this module to `app`."""
-    app.command()(record)
     app.command()(replay)
     app.command()(diff)
-
-
-def record(
-    file: Annotated[Path, typer.Argument(help="Where to write the capture (pcapng).")],
-    via: Via = None,
-    duration: Duration = None,
-    host: Host = "127.0.0.1",
-    tcp_port: TcpPort = 48898,
-    as_json: Json = False,
-) -> None:
-    """Keep what passes, until Ctrl-C: on a station of ours, or --via in front of any target."""
-    run_until_ended(_record(file, via, duration, host, tcp_port), host, tcp_port)
-
-
-async def _record(
-    file: Path, via: str | None, duration: float | None, host: str, tcp_port: int
-) -> None:
-    from achse.monitor.capture import CaptureWriter
-
-    with CaptureWriter(file) as write:
-        try:
-            async with watching(host, tcp_port, via, write):
-                await asyncio.sleep(1e9 if duration is None else duration)
-        finally:
-            if in_json():
-                print_json({"event": "done", "file": str(file), "packets": write.count})
-            else:
-                print(f"{file}: {write.count} packets")
 
 
 def replay(

@@ -1,4 +1,4 @@
-"""`achse record`, `achse replay`, `achse diff`."""
+"""`achse replay`, `achse diff`, and what `achse monitor` records for them."""
 
 import subprocess
 from collections.abc import Callable
@@ -31,7 +31,9 @@ def test_a_session_is_recorded_replayed_and_compared(
     files = [str(tmp_path / name) for name in ("one.pcapng", "two.pcapng")]
     with LiveStation() as station:
         for number, file in enumerate(files):
-            recorder = _start(warm_commands, "record", file, "--host", station.host)
+            recorder = _start(
+                warm_commands, "monitor", "--write", file, "--quiet", "--host", station.host
+            )
             found = _session(station.host, number)
             recorder.terminate()
             out, _ = recorder.communicate()
