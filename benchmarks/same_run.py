@@ -20,7 +20,7 @@ from typing import Any
 
 from achse.ams import AmsAddress, Command, Frame, NetId
 from achse.ams.commands import ADD_NOTIFICATION_BODY
-from achse.devices.drives import DRIVES, OBJECTS, DriveService
+from achse.devices.slave_service import OBJECTS, STATES, SlaveService
 from achse.devices.station import FAULTS, ONLINE_CHANGE, STATISTICS
 from achse.drive import Drive
 from achse.ethercat import Segment, Slave
@@ -243,7 +243,7 @@ def talk_to_drives(lines: list[str]) -> None:
     draw = random.Random("drives")
     segment = Segment([Slave(Drive()), Slave(Drive())])
     router = Router(NetId("127.0.0.1.1.1"))
-    DriveService(segment, DriveFaults(segment)).attach(router, SERVICE)
+    SlaveService(segment, DriveFaults(segment)).attach(router, SERVICE)
     talker = Talker(router, AmsAddress("127.0.0.1.1.1:40000"), lines)
     now = 0
     faults = [*DRIVE_FAULTS, *draw.sample(DRIVE_FAULTS, len(DRIVE_FAULTS))]
@@ -253,7 +253,7 @@ def talk_to_drives(lines: list[str]) -> None:
             now += draw.choice((1_000_000, 5_000_000, 20_000_000))
             segment.advance(now)
             talker.read(SERVICE, FAULTS, 0, 1 << 16)
-        talker.read(SERVICE, DRIVES, 0, 1 << 16)
+        talker.read(SERVICE, STATES, 0, 1 << 16)
         talker.service(OBJECTS, index=draw.choice((0x603F, 0x6041, 0x6064, 0x3110)), drive=1)
         if number % 10 == 9:
             talker.write(SERVICE, FAULTS, 0, struct.pack("<I", draw.choice((0, number, 999))))

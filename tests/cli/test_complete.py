@@ -52,7 +52,7 @@ def test_who_does_not_answer_offers_nothing_and_costs_little(
 def test_kinds_of_faults_and_their_fields() -> None:
     assert "drop" in complete.fault_kinds(None, "")
     assert complete.fault_kinds(None, "sl") == ["slow_cycle"]
-    drives = {"drives": True}
+    drives = {"served": True}
     assert complete.fault_kinds(SimpleNamespace(params=drives), "al") == ["alarm"]
     assert complete.fault_kinds(SimpleNamespace(params={"bus": 1}), "al") == ["alarm"]
     slow = SimpleNamespace(params={"kind": "slow_cycle"})
@@ -79,7 +79,7 @@ def test_the_commands_use_it(ctx: Any, environment: dict[str, str]) -> None:
     [
         ("bash", "achse axis move ", ["X", "Y", "C"]),
         ("bash", "achse fault add dr", ["drop", "drop_link"]),
-        ("bash", "achse new ", ["project", "test"]),
+        ("bash", "achse ads route ", ["list", "remove", "add"]),
         ("fish", "achse ads read MA", ["MAIN."]),
     ],
 )

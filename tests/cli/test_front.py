@@ -23,7 +23,7 @@ def _run(*words: str) -> Any:
         (("axis", "mvoe", "--json"), "Did you mean 'move'"),
         (("axis", "list", "--json"), "No such command 'list'. Did you mean 'show'?"),
         (("bus", "show", "--json"), "No such command 'show'. Did you mean 'state'?"),
-        (("drive", "get", "--json"), "No such command 'get'. Did you mean 'sdo'?"),
+        (("bus", "get", "--json"), "No such command 'get'. Did you mean 'sdo'?"),
         (("start", "--json"), "No such command 'start'. Did you mean 'run'?"),
         (("ads", "read", "--json"), "Missing argument"),
         (("ads", "state", "--net-id", "1.2", "--json"), "six numbers"),

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from achse.devices.channels import CHANNELS
-from achse.devices.drives import DriveService
+from achse.devices.slave_service import SlaveService
 from achse.ethercat import Loopback, Segment, Slave
 from achse.ethercat.master.esi_reader import read_esi
 from achse.ethercat.virtual import make_slave
@@ -17,18 +17,18 @@ CLIENT: Any = None
 
 
 @pytest.fixture
-def service() -> DriveService:
+def service() -> SlaveService:
     slaves = [make_slave(each) for each in read_esi(esi(DIGITAL_IN, ANALOG))]
     segment = Segment([*slaves, Slave(Loopback())])
-    return DriveService(segment, DriveFaults(segment))
+    return SlaveService(segment, DriveFaults(segment))
 
 
-def ask(service: DriveService, **request: Any) -> Any:
+def ask(service: SlaveService, **request: Any) -> Any:
     data = json.dumps(request).encode()
     return json.loads(bytes(service.read_write(CHANNELS, 0, 1 << 16, data)))
 
 
-def test_inputs_are_set_by_name(service: DriveService) -> None:
+def test_inputs_are_set_by_name(service: SlaveService) -> None:
     assert ask(service, slave=1, channel="PDO 1A03.Input", value=True) == {"value": True}
     assert ask(service, slave=2, channel="Level", value=1.5) == {"value": 1.5}
     assert ask(service, slave=2, channel="6000:01", value="ff01") == {"value": 0x1FF}
@@ -58,5 +58,5 @@ def test_inputs_are_set_by_name(service: DriveService) -> None:
         ({"slave": 2, "channel": "Value", "what": 1}, "expected channel, slave, value"),
     ],
 )
-def test_what_cannot_be_is_told(service: DriveService, request_: Any, told: str) -> None:
+def test_what_cannot_be_is_told(service: SlaveService, request_: Any, told: str) -> None:
     assert told in ask(service, **request_)["error"]

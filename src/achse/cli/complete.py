@@ -82,7 +82,7 @@ def symbols(ctx: Any, incomplete: str) -> list[str]:
 
 
 def fault_kinds(ctx: Any, incomplete: str) -> list[str]:
-    """Kinds of faults: those of drives with `--drives` or `--bus` before, else of a station."""
+    """Kinds of faults: those of drives with `--served` or `--bus` before, else of a station."""
     return _beginning(incomplete, _fault_kinds(ctx))
 
 
@@ -101,7 +101,7 @@ def _fault_kinds(context: Any) -> Any:
     from achse.faults.kinds import STATION_FAULTS
 
     options = getattr(context, "params", None) or {}
-    return DRIVE_FAULTS if options.get("drives") or options.get("bus") else STATION_FAULTS
+    return DRIVE_FAULTS if options.get("served") or options.get("bus") else STATION_FAULTS
 
 
 def _beginning(incomplete: str, names: Any) -> list[str]:

@@ -54,6 +54,7 @@ _INSIDE = {
     "write": ("set", "sdo"),
     "watch": ("show", "read", "state"),
     "info": ("state",),
+    "statistics": ("state",),
     "gear": ("couple",),
     "reverse": ("excite",),
     "sine": ("excite",),

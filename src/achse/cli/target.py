@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from achse.client import Client
 
 __all__ = [
-    "DRIVES",
     "IO_PORT",
     "ROUTER",
+    "SERVED_SLAVES",
     "STATION_PORT",
     "Json",
     "client_command",
@@ -34,8 +34,8 @@ STATION_PORT, IO_PORT = 26_000, 300
 ROUTER = ("ACHSE_TCP_PORT", 48898)
 """Environment variable and default of the TCP port where routers listen."""
 
-DRIVES = ("ACHSE_DRIVE_PORT", 34_981)
-"""The same of `achse drive serve`: one above EtherCAT's."""
+SERVED_SLAVES = ("ACHSE_CONTROL_PORT", 34_981)
+"""The same of the slaves of `achse drive serve` and `achse bus serve`: one above EtherCAT's."""
 
 _USUAL_PORTS = (
     *(30, 100, 200, IO_PORT, 500, 501, 801, 811, 821, 831),
@@ -272,7 +272,7 @@ def fail_to_connect(
         refusal = ConnectionLost(str(refusal).removesuffix(NOBODY_LISTENS))
         hint = (
             "start drives with `achse drive serve`, or say --host and --tcp-port"
-            if tcp_port == DRIVES[1]
+            if tcp_port == SERVED_SLAVES[1]
             else "start a station with `achse run --detach`, or say --host and --tcp-port"
         )
     fail_by(refusal, hint=hint)

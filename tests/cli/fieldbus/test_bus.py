@@ -90,23 +90,21 @@ def test_objects_are_read_and_written(lines: Lines, cli: Cli) -> None:
     assert lines("bus", "sdo", "1001", "0x1000") == [
         "1000:00 = 0xC0DE0001 3235774465 (-1059192831)"
     ]
-    assert lines("bus", "sdo", "1001", "0x2000", "--value", "-2", "--size", "1") == [
-        "2000:00 = 0xFE 254 (-2)"
-    ]
-    told = json.loads(cli("bus", "sdo", "1001", "0x1018", "2", "--json").stdout)
-    assert (told["value"], told["index"]) == (0x100B, 0x1018)
+    assert lines("bus", "sdo", "1001", "0x2000", "-2", "--size", "1") == ["2000:00 = 0xFE 254 (-2)"]
+    told = json.loads(cli("bus", "sdo", "1001", "0x1018:2", "--json").stdout)
+    assert (told["value"], told["index"]) == (0x100B, "0x1018")
     assert lines("bus", "sdo", "1001", "0x1018", "--complete")[0].startswith("0000")
     assert cli("bus", "sdo", "1001", "0x5FFF", exit_code=1).stderr
     assert cli("bus", "sdo", "1001", "x", exit_code=2).stderr
-    assert cli("bus", "sdo", "1001", "0x7000", "1", "--value", "300", "--size", "1", exit_code=2)
+    assert cli("bus", "sdo", "1001", "0x7000:1", "300", "--size", "1", exit_code=2)
 
 
 def test_statistics(lines: Lines, cli: Cli) -> None:
     up(lines)
-    shown = lines("bus", "statistics", "--reset")
+    shown = lines("bus", "state", "--statistics", "--reset")
     assert shown[0].startswith("cyclic")
     assert shown[-1].split() == ["1002", "0", "0", "0", "0"]
-    document = json.loads(cli("bus", "statistics", "--json").stdout)
+    document = json.loads(cli("bus", "state", "--statistics", "--json").stdout)
     assert (document["cyclic_lost"], len(document["slaves"])) == (0, 2)
 
 

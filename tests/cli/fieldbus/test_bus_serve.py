@@ -42,7 +42,7 @@ def served(folder: Path, warm_commands: WarmCommands) -> Iterator[dict[str, str]
 def achse(served: dict[str, str]) -> Achse:
     def call(*arguments: str, exit_code: int = 0) -> Result:
         port = served["control"].rpartition(":")[2]
-        environment = {"ACHSE_DRIVE_PORT": port, "COLUMNS": "120"}
+        environment = {"ACHSE_CONTROL_PORT": port, "COLUMNS": "120"}
         result = CliRunner().invoke(app, ["bus", *arguments], env=environment)
         assert result.exit_code == exit_code, (result.output, result.exception)
         return result

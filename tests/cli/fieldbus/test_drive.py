@@ -134,10 +134,10 @@ def test_frames_may_be_the_clock(serving: Callable[..., Any], tmp_path: Path) ->
     script = tmp_path / "faults.toml"
     script.write_text("[[fault]]\nkind = 'sto'\nat = 0.05\n")
     _, told = serving("--udp", "127.0.0.1:0", "--frame-clock", "10", "--faults", str(script))
-    environment = {"ACHSE_DRIVE_PORT": told["control"].rpartition(":")[2]}
+    environment = {"ACHSE_CONTROL_PORT": told["control"].rpartition(":")[2]}
 
     def state() -> str:
-        listed = CliRunner().invoke(app, ["fault", "list", "--drives", "--json"], env=environment)
+        listed = CliRunner().invoke(app, ["fault", "list", "--served", "--json"], env=environment)
         return str(json.loads(listed.stdout)[0]["state"])
 
     host, _, port = told["udp"].rpartition(":")

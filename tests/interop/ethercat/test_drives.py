@@ -204,10 +204,10 @@ def test_faults_come_from_the_command_line_while_a_master_exchanges(
     achse = (sys.executable, "-m", "achse")
     bus.record()
     with bus.beside("pysoem_faults.py", "watch", ready="in Op") as found:
-        bus.run(*achse, "fault", "add", "--drives", "alarm", "code=AL.720", "drive=1")
-        bus.run(*achse, "fault", "add", "--drives", "link_break", "drive=2")
+        bus.run(*achse, "fault", "add", "--served", "alarm", "code=AL.720", "drive=1")
+        bus.run(*achse, "fault", "add", "--served", "link_break", "drive=2")
         watched = bus.run(*achse, "drive", "watch", "--for", "0", "--json")
-        bus.run(*achse, "fault", "clear", "--drives")
+        bus.run(*achse, "fault", "clear", "--served")
     bus.end_record()
     assert [each["alarm"] for each in json.loads(watched)] == ["AL.720", ""]
     assert found["op"] == OP

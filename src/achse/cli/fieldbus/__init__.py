@@ -1,6 +1,6 @@
-"""Commands about EtherCAT: `achse bus` is the master's side, `achse drive` that of the slaves.
+"""Commands about EtherCAT: `achse bus` and `achse drive`.
 
-Read `bus` first: the slaves of a station, or at an interface; `bus_file` transfers their files.
-`drive` serves virtual drives, `drive_control` talks to drives that are served, and `objects` shows
-their object dictionary.
+Read `bus` first: the slaves of a station, or served ones (`served`); `bus_file` transfers files of
+slaves, `interface` looks at the slaves of a network interface. `bus_serve` and `drive` serve
+virtual slaves by `serving`, and `objects` shows the object dictionary of a drive.
 """

@@ -1,4 +1,4 @@
-"""`achse bus` shows and changes the buses of a station, and looks at slaves on an interface."""
+"""`achse bus` shows and changes slaves: of the buses of a station, or served ones."""
 
 import struct
 from pathlib import Path
@@ -8,9 +8,11 @@ import typer
 
 from achse.cli.failure import fail
 from achse.cli.fieldbus import bus_serve, interface
+from achse.cli.fieldbus.objects import entry_of
+from achse.cli.fieldbus.served import access_served, show_served
 from achse.cli.options import Count, CycleTime, SaveTo, Watch
 from achse.cli.output import hex_dump, print_json, print_table
-from achse.cli.target import IO_PORT, Json, client_command
+from achse.cli.target import IO_PORT, ROUTER, SERVED_SLAVES, Json, client_command
 
 if TYPE_CHECKING:
     from achse.client import Client
@@ -54,13 +56,17 @@ Device = Annotated[int, typer.Option("--device", min=1, help="Id of the bus.")]
 Station = Annotated[
     int, typer.Argument(min=1, max=0xFFFE, metavar="STATION", help="Station address: 1001, 1002, …")
 ]
+Served = Annotated[
+    bool,
+    typer.Option(
+        "--served", help="Slaves of `achse drive serve` or `achse bus serve`, beside their master."
+    ),
+]
 
 
-def _number(text: str) -> int:
-    try:
-        return int(text, 0)
-    except ValueError:
-        raise typer.BadParameter(f"a number like 24640 or 0x6040, got {text!r}") from None
+def _listens(options: dict[str, Any]) -> tuple[str, int]:
+    """Return variable and default of the TCP port, of served slaves or of a router."""
+    return SERVED_SLAVES if options["served"] else ROUTER
 
 
 async def _master(client: "Client", device: int) -> "Target":
@@ -121,7 +127,7 @@ async def _trouble(master: "Target", station: int) -> list[str]:
     return [text.rstrip(b"\0").decode()] if text.rstrip(b"\0") else []
 
 
-@client_command(bus, IO_PORT, endless=lambda options: bool(options["watch"]))
+@client_command(bus, IO_PORT, endless=lambda options: bool(options["watch"]), listens=_listens)
 async def state(
     client: "Client",
     station: Annotated[
@@ -140,6 +146,16 @@ async def state(
     identity: Annotated[
         bool, typer.Option("--identity", help="Show names, vendors and products, too.")
     ] = False,
+    statistics: Annotated[
+        bool,
+        typer.Option(
+            "--statistics", help="Show frames, round trips, errors of ports, losses of slaves."
+        ),
+    ] = False,
+    reset: Annotated[
+        bool, typer.Option("--reset", help="With --statistics: count from 0 after it.")
+    ] = False,
+    served: Served = False,
     watch: Watch = False,
     cycle_time: CycleTime = 0.1,
     count: Count = None,
@@ -150,6 +166,12 @@ async def state(
 
     With --watch each change of a slave's state is a line.
     """
+    if served:
+        await show_served(client, watch, cycle_time, count, in_json)
+        return
+    if statistics:
+        await _statistics(client, reset, device, in_json)
+        return
     if watch:
         await _watch(client, device, cycle_time, count, in_json)
         return
@@ -203,43 +225,76 @@ def _state_number(name: str) -> int:
     return _STATE_NUMBERS[name.upper()]
 
 
-@client_command(bus, IO_PORT, signed=True)
+def _an_entry(text: str) -> str:
+    """Return the text of an entry; report a wrong one before any request."""
+    entry_of(text)
+    return text
+
+
+@client_command(bus, IO_PORT, signed=True, listens=_listens)
 async def sdo(
     client: "Client",
-    station: Station,
-    index: Annotated[int, typer.Argument(parser=_number, metavar="INDEX", help="0x6041")],
-    subindex: Annotated[int, typer.Argument(min=0, max=255, metavar="SUB")] = 0,
+    station: Annotated[
+        int,
+        typer.Argument(
+            min=1,
+            max=0xFFFE,
+            metavar="STATION",
+            help="Station address: 1001, 1002, …; of served slaves the place along the cable: 1, …",
+        ),
+    ],
+    entry: Annotated[
+        str,
+        typer.Argument(
+            metavar="INDEX[:SUB]", help="6041, 0x1C32:02, Statusword.", callback=_an_entry
+        ),
+    ],
     value: Annotated[
-        int | None,
-        typer.Option(parser=_number, metavar="N", help="Write this.", show_default=False),
+        str | None, typer.Argument(help="Write this number, 0x… allowed.", show_default="read")
     ] = None,
-    size: Annotated[int, typer.Option(min=1, max=8, help="Bytes of what is written.")] = 4,
+    size: Annotated[
+        int, typer.Option(min=1, max=8, help="Bytes of VALUE, unless the slave is served.")
+    ] = 4,
     complete: Annotated[bool, typer.Option(help="The whole object.")] = False,
+    served: Served = False,
     device: Device = 1,
     in_json: Json = False,
 ) -> None:
-    """Read an object of a slave, or write it: `achse bus sdo 1001 0x6060 --value 8 --size 1`."""
+    """Read an object of a slave, or write it: `achse bus sdo 1001 6060 8 --size 1`."""
+    index, subindex = entry_of(entry)
+    if served:
+        await access_served(client, station, index, subindex or 0, value, in_json)
+        return
     master = await _master(client, device)
     slave = client.at_port(station, master.address.net_id)
-    offset = index << 16 | complete * _COMPLETE | subindex
+    offset = index << 16 | complete * _COMPLETE | (subindex or 0)
     if value is not None:
-        try:
-            data = value.to_bytes(size, "little", signed=value < 0)
-        except OverflowError:
-            raise typer.BadParameter(f"{value} does not fit into {size} bytes") from None
-        await slave.write_raw(_SDO, offset, data)
-    found = await slave.read_raw(_SDO, offset, _LONGEST)
+        await slave.write_raw(_SDO, offset, _bytes_of(value, size))
+    data = await slave.read_raw(_SDO, offset, _LONGEST)
     if in_json:
-        number = int.from_bytes(found, "little") if len(found) <= 8 else None
-        print_json({"index": index, "subindex": subindex, "bytes": found.hex(), "value": number})
-    elif len(found) <= 8:
-        unsigned = int.from_bytes(found, "little")
-        signed = int.from_bytes(found, "little", signed=True)
+        number = int.from_bytes(data, "little") if len(data) <= 8 else None
+        place = {"index": f"0x{index:04X}", "subindex": subindex or 0}
+        print_json({**place, "bytes": data.hex(), "value": number})
+    elif len(data) <= 8:
+        unsigned = int.from_bytes(data, "little")
+        signed = int.from_bytes(data, "little", signed=True)
         both = f"{unsigned}" if signed == unsigned else f"{unsigned} ({signed})"
-        print(f"{index:04X}:{subindex:02X} = 0x{unsigned:0{2 * len(found)}X} {both}")
+        print(f"{index:04X}:{subindex or 0:02X} = 0x{unsigned:0{2 * len(data)}X} {both}")
     else:
-        for line in hex_dump(found):
+        for line in hex_dump(data):
             print(line)
+
+
+def _bytes_of(text: str, size: int) -> bytes:
+    """Return the bytes of a number; a usage error if it is none or too large."""
+    try:
+        number = int(text, 0)
+    except ValueError:
+        raise typer.BadParameter(f"expected a number like 8 or 0x08, got {text!r}") from None
+    try:
+        return number.to_bytes(size, "little", signed=number < 0)
+    except OverflowError:
+        raise typer.BadParameter(f"{number} does not fit into {size} bytes") from None
 
 
 @client_command(bus, IO_PORT)
@@ -279,14 +334,8 @@ async def file(
         print(f"{name}: {len(data)} bytes {'read' if write is None else 'written'}")
 
 
-@client_command(bus, IO_PORT)
-async def statistics(
-    client: "Client",
-    reset: Annotated[bool, typer.Option("--reset", help="Count from 0 after it.")] = False,
-    device: Device = 1,
-    in_json: Json = False,
-) -> None:
-    """Frames sent and lost, round trips, errors of ports, slaves lost and states left."""
+async def _statistics(client: "Client", reset: bool, device: int, in_json: bool) -> None:
+    """Print frames sent and lost, round trips, errors of ports, slaves lost and states left."""
     master = await _master(client, device)
     _, *frames = struct.unpack("<5I", await master.read_raw(_FRAMES, 0, 20))
     names = ("cyclic", "cyclic_lost", "acyclic", "acyclic_lost")

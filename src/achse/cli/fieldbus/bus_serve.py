@@ -21,7 +21,7 @@ from achse.cli.fieldbus.serving import (
 )
 from achse.cli.options import Duration
 from achse.cli.output import print_json, print_table
-from achse.cli.target import DRIVES, STATION_PORT, Json, client_command
+from achse.cli.target import SERVED_SLAVES, STATION_PORT, Json, client_command
 
 if TYPE_CHECKING:
     from achse.client import Client
@@ -103,7 +103,7 @@ def register(bus: typer.Typer) -> None:
             duration=duration,
         )
 
-    @client_command(bus, STATION_PORT, signed=True, listens=DRIVES)
+    @client_command(bus, STATION_PORT, signed=True, listens=SERVED_SLAVES)
     async def channel(
         client: "Client",
         name: Annotated[

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from achse.cli.failure import fail
-from achse.cli.fieldbus import drive_control, objects
+from achse.cli.fieldbus import objects
 from achse.cli.fieldbus.serving import (
     CONTROL,
     ControlOption,
@@ -225,7 +225,6 @@ def export(
 
 
 objects.register(drive)
-drive_control.register(drive)
 
 
 def _types(text: str, count: int | None) -> list[str]:

@@ -13,11 +13,11 @@ import typer
 from achse.cli.failure import fail
 from achse.cli.interrupts import ending_signals
 from achse.cli.output import tell_event
-from achse.cli.target import DRIVES
+from achse.cli.target import SERVED_SLAVES
 
 if TYPE_CHECKING:
     from achse.ethercat import Segment
-    from achse.station.slaves.drive_control import DriveControl
+    from achse.station.slaves.control_port import ControlPort
     from achse.transport.ethernet import Link
 
 __all__ = [
@@ -70,10 +70,11 @@ FrameClockOption = Annotated[
 ControlOption = Annotated[
     str,
     typer.Option(
-        metavar="HOST:PORT", help="Where get, set, watch and fault come in; none: nowhere."
+        metavar="HOST:PORT",
+        help="Where `bus state`, `bus sdo`, `fault` come in by --served; none: nowhere.",
     ),
 ]
-CONTROL = f"127.0.0.1:{DRIVES[1]}"
+CONTROL = f"127.0.0.1:{SERVED_SLAVES[1]}"
 """Default place of the control service."""
 RealTimeOption = Annotated[
     bool,
@@ -124,7 +125,7 @@ def serve_slaves(
         fail(str(missing))
     for number in ending_signals():
         signal.signal(number, stop)
-    service: DriveControl | None = None
+    service: ControlPort | None = None
     guard: StarvationGuard | None = None
     try:
         segment.cycle_ns = round(frame_clock * 1e6)
@@ -227,13 +228,13 @@ def control_place(text: str) -> tuple[str, int] | None:
 
 def _service(
     where: tuple[str, int] | None, segment: "Segment", script: Path | None
-) -> tuple["DriveControl | None", str]:
+) -> tuple["ControlPort | None", str]:
     """The service that begins the faults of a file and takes commands, and where it listens."""
     if where is None and script is None:
         return None, "none"
-    from achse.station.slaves.drive_control import DriveControl
+    from achse.station.slaves.control_port import ControlPort
 
-    service = DriveControl(segment)
+    service = ControlPort(segment)
     try:
         if script is not None:
             _begin(service, script)
@@ -252,7 +253,7 @@ def _service(
         return service, "none"
 
 
-def _begin(service: "DriveControl", script: Path) -> None:
+def _begin(service: "ControlPort", script: Path) -> None:
     """Add the faults of a file."""
     from achse.faults.drives import DRIVE_FAULTS
     from achse.faults.fault import FaultError

@@ -1,4 +1,4 @@
-"""`achse fault` makes things go wrong on a station, on its buses, on drives that are served."""
+"""`achse fault` makes things go wrong on a station, on its buses, on served slaves."""
 
 import json
 from typing import TYPE_CHECKING, Annotated, Any
@@ -8,7 +8,7 @@ import typer
 from achse.cli import complete
 from achse.cli.failure import fail
 from achse.cli.output import print_json, print_table
-from achse.cli.target import DRIVES, ROUTER, STATION_PORT, Json, client_command
+from achse.cli.target import ROUTER, SERVED_SLAVES, STATION_PORT, Json, client_command
 
 if TYPE_CHECKING:
     from achse.client import Client
@@ -19,7 +19,7 @@ __all__ = ["fault"]
 LONGEST_LIST = 1 << 20
 
 fault = typer.Typer(
-    no_args_is_help=True, help="Faults on demand: of a station, of its buses, of virtual drives."
+    no_args_is_help=True, help="Faults on demand: of a station, of its buses, of served slaves."
 )
 
 Bus = Annotated[
@@ -28,19 +28,21 @@ Bus = Annotated[
         metavar="ID", min=1, help="Of the drives on this bus of the station.", show_default=False
     ),
 ]
-Drives = Annotated[bool, typer.Option("--drives", help="Of the drives of `achse drive serve`.")]
+Served = Annotated[
+    bool, typer.Option("--served", help="Of slaves of `achse drive serve` or `achse bus serve`.")
+]
 
 
 def _listens(options: dict[str, Any]) -> tuple[str, int]:
-    """Return variable and default of the TCP port, of served drives or of a router."""
-    return DRIVES if options["drives"] else ROUTER
+    """Return variable and default of the TCP port, of served slaves or of a router."""
+    return SERVED_SLAVES if options["served"] else ROUTER
 
 
-def _kinds(bus: int | None, drives: bool) -> "FaultKinds[Any]":
+def _kinds(bus: int | None, served: bool) -> "FaultKinds[Any]":
     """Return the kinds of faults of drives, or of a station."""
-    if drives and bus is not None:
-        raise typer.BadParameter("--bus or --drives, not both")
-    if drives or bus is not None:
+    if served and bus is not None:
+        raise typer.BadParameter("--bus or --served, not both")
+    if served or bus is not None:
         from achse.faults.drives import DRIVE_FAULTS
 
         return DRIVE_FAULTS
@@ -67,7 +69,7 @@ async def add(
         ),
     ] = None,
     bus: Bus = None,
-    drives: Drives = False,
+    served: Served = False,
     in_json: Json = False,
 ) -> None:
     """Begin a fault, now or at a given time."""
@@ -75,7 +77,7 @@ async def add(
     from achse.faults.fault import FaultError
 
     try:
-        wanted = _kinds(bus, drives).parse(kind, fields or [])
+        wanted = _kinds(bus, served).parse(kind, fields or [])
     except FaultError as failure:
         raise typer.BadParameter(str(failure)) from None
     request = json.dumps(wanted.fields()).encode()
@@ -97,13 +99,13 @@ async def list_faults(
         bool, typer.Option("--kinds", help="The kinds there are, with the fields of each.")
     ] = False,
     bus: Bus = None,
-    drives: Drives = False,
+    served: Served = False,
     in_json: Json = False,
 ) -> None:
     """List the faults that wait for their time or are at work, or the kinds of faults."""
     from achse.devices.station import FAULTS
 
-    of_place = _kinds(bus, drives)
+    of_place = _kinds(bus, served)
     if client is None:
         _list_kinds(of_place, in_json)
         return
@@ -150,7 +152,7 @@ async def clear(
         int, typer.Argument(min=0, help="Which one.", show_default="all of them")
     ] = 0,
     bus: Bus = None,
-    drives: Drives = False,
+    served: Served = False,
     in_json: Json = False,
 ) -> None:
     """End a fault, or all."""
@@ -158,7 +160,7 @@ async def clear(
     from achse.codes import ReturnCode
     from achse.devices.station import FAULTS
 
-    _kinds(bus, drives)
+    _kinds(bus, served)
     try:
         await client.write_raw(FAULTS, bus or 0, number.to_bytes(4, "little"))
     except DeviceError as refusal:

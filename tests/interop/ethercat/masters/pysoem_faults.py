@@ -1,4 +1,4 @@
-"""pysoem keeps drives in Op while `achse fault add --drives` lets things go wrong; JSON on stdout.
+"""pysoem keeps drives in Op while `achse fault add --served` lets things go wrong; JSON on stdout.
 
 `pysoem_faults.py INTERFACE MS watch`: exchanges until stdin ends, and notes what changes.
 """

@@ -7,7 +7,7 @@ import pytest
 
 from achse.ams import NetId
 from achse.codes import AlState
-from achse.devices.drives import DRIVES, OBJECTS, DriveService
+from achse.devices.slave_service import OBJECTS, STATES, SlaveService
 from achse.devices.station import FAULTS, SERVICE_PORT
 from achse.drive import Drive
 from achse.drive.identity import VENDOR
@@ -24,7 +24,7 @@ def segment() -> Segment:
 @pytest.fixture
 def own(segment: Segment, client_of: Any) -> Any:
     router = Router(NetId("127.0.0.1.1.1"))
-    DriveService(segment, DriveFaults(segment)).attach(router, SERVICE_PORT)
+    SlaveService(segment, DriveFaults(segment)).attach(router, SERVICE_PORT)
     return client_of(router, SERVICE_PORT)
 
 
@@ -32,17 +32,18 @@ def ask(own: Any, **request: Any) -> Any:
     return json.loads(own.exchange(OBJECTS, 0, 1000, json.dumps(request).encode()))
 
 
-def test_states_are_those_of_the_drives(segment: Segment, own: Any) -> None:
+def test_states_are_those_of_the_slaves(segment: Segment, own: Any) -> None:
     segment.break_link(segment.slaves[2])
-    first, third = json.loads(own.read(DRIVES, 0, 10_000))
-    assert (first["drive"], first["state"], first["reachable"]) == (1, AlState.INIT.name, True)
-    assert (third["drive"], third["reachable"]) == (3, False)
+    first, second, third = json.loads(own.read(STATES, 0, 10_000))
+    assert (first["slave"], first["state"], first["reachable"]) == (1, AlState.INIT.name, True)
+    assert (second["name"], "power" in second) == ("Loopback", False)
+    assert (third["slave"], third["reachable"]) == (3, False)
     assert {"power", "mode", "position", "velocity", "torque", "alarm"} <= first.keys()
 
 
 def test_objects_are_read_and_written(own: Any) -> None:
-    assert ask(own, index=0x6085, value=77, drive=2) == {"value": 77}
-    assert ask(own, index=0x6085, drive=2) == {"value": 77}
+    assert ask(own, index=0x6085, value=77, slave=3) == {"value": 77}
+    assert ask(own, index=0x6085, slave=3) == {"value": 77}
     assert ask(own, index=0x1018, subindex=1) == {"value": VENDOR}
     assert ask(own, index=0x6041, value=1)["error"].startswith("0x06010002")
 
@@ -51,7 +52,8 @@ def test_objects_are_read_and_written(own: Any) -> None:
     "request_",
     [
         {},
-        {"index": 0x6041, "drive": 3},
+        {"index": 0x6041, "slave": 2},
+        {"index": 0x6041, "slave": 4},
         {"index": 0x6041, "colour": 1},
         {"index": "x"},
         {"index": 0x6085, "value": None},

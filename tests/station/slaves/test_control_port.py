@@ -1,4 +1,4 @@
-"""The service of drives takes its turns between the frames."""
+"""The service of slaves takes its turns between the frames."""
 
 import asyncio
 import json
@@ -7,22 +7,22 @@ from typing import Any
 
 from achse.client import connect
 from achse.client.links.link import TcpDialer
-from achse.devices.drives import DRIVES
+from achse.devices.slave_service import STATES
 from achse.devices.station import SERVICE_PORT
 from achse.drive import Drive
 from achse.ethercat import Loopback, Segment, Slave
-from achse.station.slaves.drive_control import DriveControl
+from achse.station.slaves.control_port import ControlPort
 
 
 def test_clients_are_answered_in_turns() -> None:
     segment = Segment([Slave(Drive()), Slave(Loopback()), Slave(Drive())])
-    control = DriveControl(segment)
+    control = ControlPort(segment)
     host, port = control.open("127.0.0.1", 0)
     found: list[Any] = []
 
     async def look() -> None:
         async with connect(TcpDialer(host, port), port=SERVICE_PORT, reconnect=False) as client:
-            found.append(json.loads(await client.read_raw(DRIVES, 0, 10_000)))
+            found.append(json.loads(await client.read_raw(STATES, 0, 10_000)))
 
     client = threading.Thread(target=lambda: asyncio.run(look()))
     client.start()
@@ -30,4 +30,4 @@ def test_clients_are_answered_in_turns() -> None:
         control.turn()
         client.join(0.001)
     control.close()
-    assert [each["drive"] for each in found[0]] == [1, 3]
+    assert [each["name"] for each in found[0]] == ["Drive", "Loopback", "Drive"]

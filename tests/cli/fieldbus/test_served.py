@@ -1,4 +1,4 @@
-"""`achse drive sdo|watch` and `achse fault --drives`: beside the master of served drives."""
+"""`achse bus state|sdo --served` and `achse fault --served`: beside the master of served drives."""
 
 import json
 import subprocess
@@ -41,7 +41,7 @@ def port(tmp_path_factory: pytest.TempPathFactory, warm_commands: WarmCommands) 
 @pytest.fixture
 def achse(port: str) -> Achse:
     def call(*arguments: str, exit_code: int = 0) -> Result:
-        environment = {"ACHSE_DRIVE_PORT": port, "COLUMNS": "100"}
+        environment = {"ACHSE_CONTROL_PORT": port, "COLUMNS": "100"}
         result = CliRunner().invoke(app, arguments, env=environment)
         assert result.exit_code == exit_code, (result.output, result.exception)
         return result
@@ -50,23 +50,25 @@ def achse(port: str) -> Achse:
 
 
 def test_an_object_is_read_and_written(achse: Achse) -> None:
-    assert achse("drive", "sdo", "6085", "123456", "--drive", "2").stdout == "6085:00 = 123456\n"
-    assert achse("drive", "sdo", "6085:0", "-d", "2").stdout == "6085:00 = 123456\n"
-    told = json.loads(achse("drive", "sdo", "6085", "-d", "2", "--json").stdout)
+    assert achse("bus", "sdo", "2", "6085", "123456", "--served").stdout == "6085:00 = 123456\n"
+    assert achse("bus", "sdo", "2", "6085:0", "--served").stdout == "6085:00 = 123456\n"
+    told = json.loads(achse("bus", "sdo", "2", "6085", "--served", "--json").stdout)
     assert told == {"index": "0x6085", "subindex": 0, "value": 123456}
-    assert json.loads(achse("drive", "sdo", "6085", "--json").stdout)["value"] != 123456
+    assert (
+        json.loads(achse("bus", "sdo", "1", "6085", "--json", "--served").stdout)["value"] != 123456
+    )
 
 
 @pytest.mark.parametrize(
     ("arguments", "code", "told"),
     [
-        (("drive", "sdo", "5000"), 1, "0x06020000"),
-        (("drive", "sdo", "6041", "-d", "3"), 1, "there are 2 drives, got 3"),
-        (("drive", "sdo", "6041", "1"), 1, "0x06010002"),
-        (("drive", "sdo", "6085", "-1"), 1, "0x06090030"),
-        (("drive", "sdo", "6085", "fast"), 2, "a number expected"),
-        (("fault", "add", "--drives", "melt"), 2, "kind: expected one of"),
-        (("fault", "add", "--drives", "sto", "drive=9"), 1, "there are 2, got 9"),
+        (("bus", "sdo", "1", "5000", "--served"), 1, "0x06020000"),
+        (("bus", "sdo", "3", "6041", "--served"), 1, "there are 2 slaves, got 3"),
+        (("bus", "sdo", "1", "6041", "1", "--served"), 1, "0x06010002"),
+        (("bus", "sdo", "1", "6085", "-1", "--served"), 1, "0x06090030"),
+        (("bus", "sdo", "1", "6085", "fast", "--served"), 2, "a number expected"),
+        (("fault", "add", "--served", "melt"), 2, "kind: expected one of"),
+        (("fault", "add", "--served", "sto", "drive=9"), 1, "there are 2, got 9"),
     ],
 )
 def test_what_cannot_be_is_refused(
@@ -78,21 +80,21 @@ def test_what_cannot_be_is_refused(
 
 def test_a_fault_begins_is_watched_and_ends(achse: Achse) -> None:
     [added] = achse(
-        "fault", "add", "--drives", "alarm", "code=AL.720", "drive=1"
+        "fault", "add", "--served", "alarm", "code=AL.720", "drive=1"
     ).stdout.splitlines()
     number = added.split()[0]
     assert added == f"{number}  alarm drive=1 code=AL.720"
-    listed = achse("fault", "list", "--drives").stdout.splitlines()
+    listed = achse("fault", "list", "--served").stdout.splitlines()
     assert listed[-1] == f"{number}  active  1 hits  alarm drive=1 code=AL.720"
-    drives = json.loads(achse("drive", "watch", "--for", "0", "--json").stdout)
-    assert [each["drive"] for each in drives] == [1, 2]
+    drives = json.loads(achse("bus", "state", "--served", "--json").stdout)
+    assert [each["slave"] for each in drives] == [1, 2]
     assert (drives[0]["power"], drives[0]["alarm"]) == ("FAULT", "AL.720")
-    heading, first, second = achse("drive", "watch", "--for", "0").stdout.splitlines()
-    assert heading.split()[:4] == ["drive", "bus", "power", "mode"]
+    heading, first, second = achse("bus", "state", "--served").stdout.splitlines()
+    assert heading.split()[:4] == ["slave", "bus", "power", "mode"]
     assert first.split()[:3] == ["1", "INIT", "fault"]
     assert second.split()[:3] == ["2", "INIT", "switch"]
-    achse("fault", "clear", number, "--drives")
-    listed = json.loads(achse("fault", "list", "--drives", "--json").stdout)
+    achse("fault", "clear", number, "--served")
+    listed = json.loads(achse("fault", "list", "--served", "--json").stdout)
     assert [each["fault"]["kind"] for each in listed] == ["warning"]  # the script's
 
 
@@ -104,30 +106,30 @@ def test_what_is_stored_outlives_the_program(tmp_path: Path, warm_commands: Warm
             told = dict(word.split("=") for word in run.stdout.readline().split()[3:])
 
             def achse(*arguments: str, port: str = told["control"].rpartition(":")[2]) -> str:
-                result = CliRunner().invoke(
-                    app, [*arguments, "-d", "2"], env={"ACHSE_DRIVE_PORT": port}
-                )
+                result = CliRunner().invoke(app, [*arguments], env={"ACHSE_CONTROL_PORT": port})
                 assert result.exit_code == 0, result.output
                 return result.stdout.rpartition(" = ")[2].strip()
 
             if expected:
-                assert achse("drive", "sdo", "6085") == expected
+                assert achse("bus", "sdo", "2", "6085", "--served") == expected
             else:
-                achse("drive", "sdo", "6085", "4711")
-                assert achse("drive", "sdo", "1010:01", "0x65766173") == "0"
-                while achse("drive", "sdo", "1010:01") == "0":
+                achse("bus", "sdo", "2", "6085", "4711", "--served")
+                assert achse("bus", "sdo", "2", "1010:01", "0x65766173", "--served") == "0"
+                while achse("bus", "sdo", "2", "1010:01", "--served") == "0":
                     pass
             run.terminate()
     assert json.loads(kept.read_text())["2"]["6085:00"] == 4711
 
 
 def test_kinds_are_listed(achse: Achse) -> None:
-    listed = achse("fault", "list", "--kinds", "--drives").stdout
+    listed = achse("fault", "list", "--kinds", "--served").stdout
     for kind in ("alarm: ", "lost_frames: ", "clock_drift: "):
         assert kind in listed
 
 
 def test_a_name_that_is_none_is_told_before_anybody_is_asked() -> None:
-    told = CliRunner().invoke(app, ["drive", "sdo", "no such thing", "--tcp-port", "1"])
+    told = CliRunner().invoke(
+        app, ["bus", "sdo", "1", "no such thing", "--served", "--tcp-port", "1"]
+    )
     assert told.exit_code == 2
     assert "INDEX or INDEX:SUB" in told.output

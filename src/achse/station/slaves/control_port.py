@@ -1,21 +1,21 @@
-"""The ADS service of drives at a TCP port, in the thread of the frames of their bus."""
+"""The ADS service of slaves at a TCP port, in the thread of the frames of their bus."""
 
 import asyncio
 
 from achse.ams import NetId
-from achse.devices.drives import DriveService
+from achse.devices.slave_service import SlaveService
 from achse.devices.station import SERVICE_PORT
 from achse.ethercat import Segment
 from achse.faults.drive_list import DriveFaults
 from achse.router import Router
 from achse.transport.tcp.listener import TcpListener
 
-__all__ = ["DriveControl"]
+__all__ = ["ControlPort"]
 
 _NET_ID = NetId("127.0.0.1.1.1")
 
 
-class DriveControl:
+class ControlPort:
     """The service at a TCP port, given its turns between the frames of the bus.
 
     It runs in the thread of the frames, which need neither lock nor wait.
@@ -23,7 +23,7 @@ class DriveControl:
 
     def __init__(self, segment: Segment) -> None:
         self.faults = DriveFaults(segment)
-        self.service = DriveService(segment, self.faults)
+        self.service = SlaveService(segment, self.faults)
         self._router = Router(_NET_ID)
         self.service.attach(self._router, SERVICE_PORT)
         self._loop = asyncio.new_event_loop()
