@@ -1,11 +1,8 @@
-"""[[bridge]]: names of symbols that can be topics, and a broker that can be."""
-
-from pathlib import Path
+"""[[bridge]]: names of symbols that can be topics."""
 
 import pytest
 
 from achse.station import ConfigError
-from achse.station.configuration.bridge import BridgeConfig
 from achse.station.configuration.station_file import parse
 
 TABLE = {"broker": "b", "topic": "press", "symbols": ["MAIN.x"]}
@@ -22,9 +19,3 @@ def test_name_that_is_no_topic_is_refused(key: str, name: str) -> None:
 def test_bridge_that_cannot_be_is_refused(wrong: dict[str, object]) -> None:
     with pytest.raises(ConfigError, match="bridge"):
         parse({"bridge": [{**TABLE, **wrong}]}, "a.toml")
-
-
-def test_broker_has_its_usual_ports() -> None:
-    plain = BridgeConfig.model_validate(TABLE)
-    secure = BridgeConfig.model_validate({**TABLE, "tls": {}})
-    assert [each.settings(Path()).port for each in (plain, secure)] == [1883, 8883]

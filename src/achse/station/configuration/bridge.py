@@ -6,25 +6,17 @@ from typing import Self
 
 from pydantic import Field, model_validator
 
-from achse.station.configuration.mqtt import MqttTlsConfig
-from achse.station.configuration.types import ConfigTable, ConfiguredNetId, DurationNs
-from achse.transport.mqtt.network import MqttSettings
+from achse.station.configuration.broker import BrokerConfig
+from achse.station.configuration.types import ConfiguredNetId, DurationNs
 
 __all__ = ["BridgeConfig"]
 
 
-class BridgeConfig(ConfigTable):
+class BridgeConfig(BrokerConfig):
     """[[bridge]]: symbols of a device as topics of a broker (extra `mqtt`), JSON and retained."""
 
     broker: str = Field(min_length=1)
     """Host of the broker."""
-    port: int = Field(default=0, ge=0, le=65535)
-    """0: 1883, or 8883 with `tls`."""
-    user: str = ""
-    password: str = ""
-    client_id: str = ""
-    keep_alive: int = Field(default=10, ge=1, le=65535)
-    tls: MqttTlsConfig | None = None
     topic: str = Field(min_length=1)
     """Begin of the topics: a symbol is at `topic/SYMBOL`."""
     net_id: ConfiguredNetId | None = None
@@ -39,21 +31,8 @@ class BridgeConfig(ConfigTable):
 
     @model_validator(mode="after")
     def _can_be(self) -> Self:
-        self.settings(Path())
+        self.broker_settings(Path())
         for name in (*self.symbols, *self.writable):
             if not name or any(sign in name for sign in "+#/\0") or len(name) > 255:
                 raise ValueError(f"expected the name of a symbol, got {name!r:.40}")
         return self
-
-    def settings(self, base: Path) -> MqttSettings:
-        """Return the broker; raises MqttError."""
-        return MqttSettings(
-            host=self.broker,
-            port=self.port,
-            topic=self.topic,
-            user=self.user,
-            password=self.password,
-            client_id=self.client_id,
-            keep_alive=self.keep_alive,
-            tls=None if self.tls is None else self.tls.tls(base),
-        )

@@ -5,16 +5,18 @@ Source: elements and attributes of the file, network facts 1.3.
 
 import logging
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from achse.ams.secure import pre_shared_key
+from achse.station.configuration.broker import BrokerConfig
 from achse.station.configuration.documents import check_file
-from achse.station.configuration.types import ConfigError, ConfigTable
+from achse.station.configuration.types import ConfigError
 from achse.transport.mqtt.network import MqttError, MqttSettings, MqttTls
 
-__all__ = ["MqttConfig", "MqttTlsConfig", "parse_mqtt_file"]
+__all__ = ["MqttConfig", "parse_mqtt_file"]
 
 log = logging.getLogger("achse.station")
 
@@ -22,59 +24,18 @@ _LONGEST_FILE = 1024 * 1024
 _YES = ("true", "1")
 
 
-class MqttTlsConfig(ConfigTable):
-    """[mqtt.tls]: TLS to the broker. Files (PEM) are relative to the station.toml."""
-
-    ca: str | None = None
-    """Without it the system's authorities count."""
-    certificate: str | None = None
-    key: str | None = None
-    ignore_name: bool = False
-    psk_identity: str = ""
-    psk_key: str = ""
-    """A password, or 64 hex digits (Python 3.13)."""
-
-    def tls(self, base: Path) -> MqttTls:
-        """With its files from `base` on."""
-
-        def file(name: str | None) -> Path | None:
-            return None if name is None else base / name
-
-        return MqttTls(
-            ca=file(self.ca),
-            certificate=file(self.certificate),
-            key=file(self.key),
-            ignore_name=self.ignore_name,
-            psk_identity=self.psk_identity,
-            psk_key=pre_shared_key(self.psk_identity, self.psk_key) if self.psk_identity else b"",
-        )
-
-
-class MqttConfig(ConfigTable):
+class MqttConfig(BrokerConfig):
     """[[mqtt]]: a virtual AMS network over a broker (extra `mqtt`); its routers are routes."""
 
     file: str | None = None
     """The vendor's own XML (relative to the station.toml), in place of all other keys."""
-    broker: str = ""
-    """Host of the broker."""
-    port: int = Field(default=0, ge=0, le=65535)
-    """0: 1883, or 8883 with `tls`."""
-    topic: str = ""
-    """Name of the network."""
-    user: str = ""
-    password: str = ""
-    client_id: str = ""
-    """Made of `user` and a random part unless given; a fixed one keeps, with `qos` 2, what comes
-    while the connection is down."""
     no_retain: bool = False
     """Infos are not retained; each router answers that of a newcomer by its own."""
     unidirectional: bool = False
     """True if this station sends requests, and accepts none."""
-    keep_alive: int = Field(default=10, ge=1, le=65535)
-    """Seconds of silence after which the broker asks whether we are there."""
     qos: int = 0
-    """0, or 2: slower, and none of our messages is lost by a broker that stays."""
-    tls: MqttTlsConfig | None = None
+    """0, or 2: slower, and none of our messages is lost by a broker that stays; with a fixed
+    `client_id` none for us that comes while the connection is down."""
 
     @model_validator(mode="after")
     def _can_be(self) -> "MqttConfig":
@@ -85,18 +46,11 @@ class MqttConfig(ConfigTable):
         return self
 
     def _settings(self, base: Path) -> MqttSettings:
-        return MqttSettings(
-            host=self.broker,
-            port=self.port,
-            topic=self.topic,
-            user=self.user,
-            password=self.password,
-            client_id=self.client_id,
+        return replace(
+            self.broker_settings(base),
             no_retain=self.no_retain,
             unidirectional=self.unidirectional,
-            keep_alive=self.keep_alive,
             qos=self.qos,
-            tls=None if self.tls is None else self.tls.tls(base),
         )
 
     def networks(self, base: Path) -> list[MqttSettings]:

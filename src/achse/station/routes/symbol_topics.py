@@ -51,7 +51,7 @@ class SymbolTopics:
         """Messages that were not written."""
         self._config = config
         self._router = router
-        self._settings = config.settings(base)
+        self._settings = config.broker_settings(base)
         tls = self._settings.tls
         self._context = None if tls is None else tls.context()
         self._session = session or mqtt_session()
