@@ -14,7 +14,7 @@ from enum import EnumMeta
 from functools import cached_property, partial
 from pathlib import Path
 from types import FunctionType
-from typing import Any
+from typing import Any, NamedTuple
 
 from achse.native.backend.cache import ObjectCache, cache_directory
 from achse.native.backend.faults import MachineFault
@@ -29,7 +29,14 @@ from achse.native.declare import RecordLayout
 from achse.native.members import fold_members, reached
 from achse.native.merging import merge_steps
 
-__all__ = ["Kernel", "cache_directory", "checked_builds", "compiler_installed"]
+__all__ = [
+    "BoundCall",
+    "Kernel",
+    "bound_call",
+    "cache_directory",
+    "checked_builds",
+    "compiler_installed",
+]
 
 _LOG = logging.getLogger(__name__)
 
@@ -53,6 +60,21 @@ def checked_builds() -> Iterator[None]:
         yield
     finally:
         _checked = before
+
+
+class BoundCall(NamedTuple):
+    """Machine code with its arguments, for other machine code that calls it."""
+
+    function: int
+    """Its address."""
+    words: "array[int]"
+    """Block of the arguments, one word each; the last ones may be set."""
+
+
+def bound_call(bound: Callable[..., Any]) -> BoundCall | None:
+    """Return the call behind a function of `Kernel.bind`; None if checks surround it."""
+    call: BoundCall | None = getattr(bound, "machine_call", None)
+    return call
 
 
 class Kernel:
@@ -193,7 +215,8 @@ def _bound(
         views[n][n] = argument
     first = len(arguments)
     run = partial(function, place)
-    run.words = words  # type: ignore[attr-defined]  # they stay where they are
+    address = ctypes.cast(function, ctypes.c_void_p).value  # type: ignore[arg-type]
+    assert address is not None
     last_view: Any = views[-1] if views else words
 
     def run_with(last: float) -> Any:
@@ -206,7 +229,10 @@ def _bound(
         return function(place)
 
     missing = len(kinds) - first
-    return run if missing == 0 else run_with if missing == 1 else run_with_several
+    bound: Any = run if missing == 0 else run_with if missing == 1 else run_with_several
+    bound.machine_call = BoundCall(address, words)  # the words stay where they are
+    called: Callable[..., Any] = bound
+    return called
 
 
 def _compiler_digest() -> bytes:

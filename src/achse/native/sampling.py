@@ -13,11 +13,22 @@ from achse.native.compiled import Kernel
 from achse.native.declare import Slot, lay_out
 from achse.native.memory import ComputedCell, ComputedFields, MemoryCell, RowView, gather
 
-__all__ = ["KERNEL", "SampledValue", "Sampler", "is_fixed", "write_changed"]
+__all__ = [
+    "COUNT_SHIFT",
+    "END_MASK",
+    "KERNEL",
+    "LAYOUT",
+    "SampledValue",
+    "Sampler",
+    "is_fixed",
+    "put",
+    "write_changed",
+    "write_values",
+]
 
-_COUNT = 32
-_BYTES = (1 << _COUNT) - 1
-"""The result of `write_changed`: how many bytes, and before these bits how many values."""
+COUNT_SHIFT = 32
+END_MASK = (1 << COUNT_SHIFT) - 1
+"""The result of `write_values`: where the bytes end, and above these bits how many values."""
 
 _NOTHING = 0, b""
 
@@ -46,10 +57,24 @@ def write_changed(
 ) -> int:
     """Write header and bytes of each value that is not as in `last` into `stream`.
 
-    `last` holds the values one behind the other, in whole words. Gives the number of values
-    written, times 2^32, and of bytes.
+    Gives the number of values written, times 2^32, and of bytes.
     """
-    count = end = first = 0
+    return write_values(memory, values, last, stream, 0)
+
+
+def write_values(
+    memory: Sequence[int],
+    values: Sequence[SampledValue],
+    last: MutableSequence[int],
+    stream: bytearray,
+    end: int,
+) -> int:
+    """Write header and bytes of each value that is not as in `last` into `stream`, from `end` on.
+
+    `last` holds the values one behind the other, in whole words. Gives the number of values
+    written, times 2^32, and where their bytes end.
+    """
+    count = first = 0
     for n in range(len(values)):
         value = values[n]
         words = (value.size + 7) >> 3
@@ -63,14 +88,14 @@ def write_changed(
                 differs = True
         if differs:
             count += 1
-            end = _put(stream, end, value.header, 8)
+            end = put(stream, end, value.header, 8)
             for i in range(words):
-                end = _put(stream, end, last[first + i], min(value.size - 8 * i, 8))
+                end = put(stream, end, last[first + i], min(value.size - 8 * i, 8))
         first += words
-    return count << _COUNT | end
+    return count << COUNT_SHIFT | end
 
 
-def _put(stream: bytearray, end: int, word: int, size: int) -> int:
+def put(stream: bytearray, end: int, word: int, size: int) -> int:
     """Write the first `size` bytes of a word, the lowest first; where they end."""
     for i in range(size):
         stream[end + i] = word >> 8 * i & 0xFF
@@ -118,11 +143,25 @@ class Sampler:
             mask = (1 << 8 * (size % 8)) - 1 or -1
             self._table.extend((place >> 3, size, mask, int.from_bytes(header, "little")))
         self._memory = *readers, *computed.values()  # must stay
-        self._take = KERNEL.bind(
+        self.arguments: tuple[int, ...] = (
             *(0, 0, self._table.buffer_info()[0], len(last)),
             *self._last.buffer_info(),
+        )
+        """Arguments of `write_values` before the stream."""
+        self._take = KERNEL.bind(
+            *self.arguments,
             *(ctypes.addressof(ctypes.c_char.from_buffer(self._stream)), len(self._stream)),
         )
+
+    @property
+    def compute(self) -> Sequence[Callable[[], object]] | None:
+        """Functions that bring computed fields up to date; None if readers are called too."""
+        return self._compute if self._call is None else None
+
+    @property
+    def largest(self) -> int:
+        """Bytes of all values with their headers."""
+        return len(self._stream)
 
     @property
     def last(self) -> tuple[bytes, ...]:
@@ -141,7 +180,7 @@ class Sampler:
         for compute in self._compute:
             compute()
         taken = self._take()
-        return (taken >> _COUNT, bytes(self._view[: taken & _BYTES])) if taken else _NOTHING
+        return (taken >> COUNT_SHIFT, bytes(self._view[: taken & END_MASK])) if taken else _NOTHING
 
 
 class _Computed:
