@@ -312,3 +312,34 @@ def test_in_any_mix_the_budget_holds_and_whoever_asks_for_no_more_than_a_share_m
         assert came <= wanted + count
         if is_modest and patient:
             assert came >= wanted - 4 * count
+
+
+@given(
+    st.integers(1, 10_000),
+    st.integers(1, 1000),
+    st.integers(1, 50),
+    st.integers(-20, 400),
+    st.floats(0.1, 1.0),
+    st.integers(1, 30),
+)
+def test_even_costs_are_taken_at_once_as_one_by_one(
+    per_second: int, cost: int, cycle_ms: int, left: int, share: float, count: int
+) -> None:
+    """Where the budget lasts for all of them."""
+    single, together = SampleBudget(per_second), SampleBudget(per_second)
+    for each in (single, together):
+        each.refill(SECOND)
+        each.share, each.left = share, min(left, per_second // 50)
+    cycle_ns = cycle_ms * MS
+    covered = together.covers(cost, SECOND + cycle_ns, cycle_ns)
+    assert not together.covers(cost, SECOND + cycle_ns + 1, cycle_ns)
+    lasts = single.left >= 0
+    for n in range(1, count + 1):
+        single.refill(SECOND + n * cycle_ns)
+        lasts &= cost <= single.left
+        single.left -= cost
+    assert lasts or not covered
+    if covered:
+        together.take_evenly(cost, cycle_ns, count)
+        assert together.left == single.left
+        assert together.covers(cost, SECOND + (count + 1) * cycle_ns, cycle_ns)

@@ -110,8 +110,25 @@ class SampleBudget:
         """Add what has come up to `now`, ns."""
         since, self._since = self._since, now
         if since is not None and now > since:
-            gain = int((now - since) * self.per_second * self.share) // _SECOND
+            gain = self._gain(now - since)
             self.left = min(self.left + gain, max(self.per_second // _BURSTS, gain))
+
+    def _gain(self, elapsed_ns: int) -> int:
+        return int(elapsed_ns * self.per_second * self.share) // _SECOND
+
+    def covers(self, cost: int, due_ns: int, cycle_ns: int) -> bool:
+        """Return True if it lasts for samples of `cost` in each cycle from `due_ns` on."""
+        if self.waiting or self._since != due_ns - cycle_ns:
+            return False
+        return self.left >= 0 and self._gain(cycle_ns) >= cost
+
+    def take_evenly(self, cost: int, cycle_ns: int, count: int) -> None:
+        """Refill and take `cost` in each of `count` cycles, which it `covers`."""
+        gain = self._gain(cycle_ns)
+        most = max(self.per_second // _BURSTS, gain) - cost
+        self.left = min(self.left + count * (gain - cost), most)
+        if self._since is not None:
+            self._since += count * cycle_ns
 
     def press(self, behind_ns: float) -> None:
         """Called each tick of a station that follows the wall clock, with how late it is."""

@@ -15,7 +15,15 @@ from achse.ams import AmsAddress, DeviceError, Endpoint, Frame, TransmissionMode
 from achse.ams.filetime import from_unix_ns
 from achse.codes import ReturnCode
 from achse.server.limits import ClientLimits
-from achse.server.subscriptions import Batch, Beat, Channel, NotificationHandle, Pulse, hint
+from achse.server.subscriptions import (
+    Batch,
+    Beat,
+    Channel,
+    Holding,
+    NotificationHandle,
+    Pulse,
+    hint,
+)
 from achse.server.table import Reader
 from achse.server.usage import Usage, host_of
 
@@ -51,18 +59,6 @@ class Sender(Protocol):
     def deliver(self, frame: Frame) -> bool: ...
 
     def reaches(self, address: bytes) -> bool: ...
-
-
-class _Holding:
-    """Subscriptions of one client address."""
-
-    __slots__ = ("channels", "count", "watched")
-
-    def __init__(self) -> None:
-        self.channels: dict[Channel, None] = {}
-        self.count = 0
-        self.watched = 0
-        """Bytes of one sample of each."""
 
 
 class Notifications:
@@ -101,7 +97,7 @@ class Notifications:
         self._epoch: Callable[[], int] = int
         self._grid = clock()
         self._subscriptions: dict[int, NotificationHandle] = {}
-        self._clients: dict[bytes, _Holding] = {}
+        self._clients: dict[bytes, Holding] = {}
         self._ways: dict[Endpoint, dict[Channel, None]] = {}
         self._over: deque[Channel] = deque()
         """Channels whose client or connection is gone, with subscriptions to clear."""
@@ -216,7 +212,7 @@ class Notifications:
         """So many subscriptions and bytes of samples more are held by a client."""
         holding = self._clients.get(channel.client)
         if holding is None:
-            holding = self._clients[channel.client] = _Holding()
+            holding = self._clients[channel.client] = Holding()
         holding.channels[channel] = None
         holding.count += count
         holding.watched += length
@@ -484,6 +480,20 @@ class Notifications:
         if self._open or self._waiting or (self._deadlines and self._deadlines[0][0] <= now):
             self._send(now, now)
         self._look_ahead()
+
+    @property
+    def steady_pulse(self) -> tuple[int, Pulse] | None:
+        """Time and pulse of the next samples, if there is nothing else to do; else None."""
+        if len(self._due) != 1 or self._open or self._waiting or self._over or self._deadlines:
+            return None
+        due_ns, _, pulse = self._due[0]
+        return None if self.fresh or not pulse.beats else (due_ns, pulse)
+
+    def pass_over(self, due_ns: int) -> None:
+        """Be due at this time next: the samples of the only pulse were taken until then."""
+        _, sequence, pulse = self._due[0]
+        self._due[0] = due_ns, sequence, pulse
+        self.due_ns = due_ns
 
     def _look_ahead(self) -> None:
         if self._open or self._waiting or self._over or self.usage.budget.waiting:

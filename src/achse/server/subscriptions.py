@@ -21,7 +21,7 @@ from achse.native.memory import Cell, ComputedCell, MemoryCell, gather
 from achse.native.sampling import Sampler, is_fixed
 from achse.server.table import Reader
 
-__all__ = ["Batch", "Beat", "Channel", "NotificationHandle", "Pulse", "Series", "hint"]
+__all__ = ["Batch", "Beat", "Channel", "Holding", "NotificationHandle", "Pulse", "Series", "hint"]
 
 log = logging.getLogger("achse.server")
 
@@ -99,6 +99,18 @@ class NotificationHandle:
     def fit(self, value: bytes) -> bytes:
         """A sample has the asked length, whatever the value has: clients drop others."""
         return value[: self.length].ljust(self.length, b"\0")
+
+
+class Holding:
+    """Subscriptions of one client address."""
+
+    __slots__ = ("channels", "count", "watched")
+
+    def __init__(self) -> None:
+        self.channels: dict[Channel, None] = {}
+        self.count = 0
+        self.watched = 0
+        """Bytes of one sample of each."""
 
 
 class Channel:
@@ -276,6 +288,11 @@ class Series:
         """Has the last values, if there is one."""
         self._sample: Callable[[Series, Batch], None] = Series._begin
         """A function of the class: a bound method would refer to the series in a circle."""
+
+    @property
+    def sampler(self) -> Sampler | None:
+        """Machine code that finds and encodes all that is to be sent; None while there is none."""
+        return self._sampler if self._sample is Series._changed else None
 
     def add(self, subscription: NotificationHandle) -> None:
         self.subscriptions[subscription.handle] = subscription

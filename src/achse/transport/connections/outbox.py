@@ -35,11 +35,15 @@ class Outbox:
 
     def hold(self, packet: bytes, now: float) -> bool:
         """Keep a notification back if an Add was answered a moment ago, or others are kept."""
-        if not self._held and now >= self._until:
+        if not self.holds(now):
             return False
         self._held.append((self._until, packet))
         self.held_size += len(packet)
         return True
+
+    def holds(self, now: float) -> bool:
+        """Return True if `hold` would keep a notification back."""
+        return bool(self._held) or now < self._until
 
     @property
     def due(self) -> float | None:

@@ -392,6 +392,9 @@ class Peer(PeerWriter):
         """True if frames may be put here as they leave."""
         return self.connected and self._unchanged
 
+    def room_for_notifications(self) -> int:
+        return super().room_for_notifications() if self._unchanged else 0
+
     def comes_from(self, source: bytes) -> bool:
         """Note the sender of known frames; False if they have to be decoded."""
         if source != self.last_source and not self._learn(source):

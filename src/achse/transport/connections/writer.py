@@ -72,6 +72,14 @@ class PeerWriter(ABC):
         if not self._hold(packet):
             self.write(packet)
 
+    def room_for_notifications(self) -> int:
+        """Bytes of notifications that may be `put` in one go, as they would be one by one; 0 while
+        they are kept back."""
+        line = self._line
+        if line is None or not self.connected or self._out.holds(self.owner.loop.time()):
+            return 0
+        return 0 if self.congested else max(_FLUSH_SIZE - self._out.size, 0)
+
     def _put(self, packet: bytes) -> None:
         self.put((packet,), len(packet))
 

@@ -1,0 +1,139 @@
+"""Samples ahead: machine code samples and encodes coming moments, as long as nothing else is due.
+
+In virtual time nobody looks in between. What clients get, and when in their streams, is the same as
+with samples one by one.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, Protocol, runtime_checkable
+
+from achse.native.rounds import Rounds
+from achse.native.sampling import Sampler
+from achse.server.frame_stream import FrameStream
+from achse.server.notifications import Notifications
+from achse.server.subscriptions import Beat, Channel, Pulse
+
+__all__ = ["PacketReceiver", "SamplesAhead"]
+
+
+@runtime_checkable
+class PacketReceiver(Protocol):
+    """Connection that takes encoded notifications, several in one packet."""
+
+    def room_for_notifications(self) -> int:
+        """Bytes that it takes now as they are; 0 if it has to see each frame."""
+        ...
+
+    def put(self, packets: Sequence[bytes], size: int) -> None: ...
+
+
+class _Client(NamedTuple):
+    """A client whose samples machine code takes."""
+
+    sampler: Sampler
+    stream: FrameStream
+    receiver: PacketReceiver
+
+
+class SamplesAhead:
+    """Samples of the next moments of devices that share a budget, each after `steps` of theirs."""
+
+    def __init__(self, notifications: Sequence[Notifications]) -> None:
+        self._all = tuple(notifications)
+        self._clients: tuple[_Client, ...] = ()
+        self._key: tuple[object, ...] = ()
+        """Steps and samplers that the rounds are for."""
+        self._rounds: Rounds | None = None
+
+    def next_samples(self, until_ns: int) -> tuple[Notifications, int, int] | None:
+        """Return whose samples are due next, at what time and in what cycle, ns.
+
+        None if others are due up to `until_ns` too, or if something else is to be done for them.
+        """
+        source: Notifications | None = None
+        for each in self._all:
+            if each.due_ns <= until_ns:
+                if source is not None:
+                    return None
+                source = each
+        if source is None or getattr(source.sender, "attended", True):
+            return None
+        steady = source.steady_pulse
+        if steady is None:
+            return None
+        due_ns, pulse = steady
+        if not source.usage.budget.covers(pulse.cost, due_ns, pulse.cycle):
+            return None
+        return source, due_ns, pulse.cycle
+
+    def run(
+        self, source: Notifications, unix_ns: int, most: int, step: Callable[..., object]
+    ) -> int:
+        """Do up to `most` moments of `next_samples`, the first at `unix_ns`, each after a `step` of
+        machine code; return how many, 0 if machine code cannot.
+        """
+        steady = source.steady_pulse
+        if steady is None:
+            return 0
+        due_ns, pulse = steady
+        rounds = self._prepare(step, pulse, source.limits.frame_bytes)
+        if rounds is None:
+            return 0
+        for _, stream, receiver in self._clients:
+            room = receiver.room_for_notifications()
+            if room < stream.largest:
+                return 0
+            stream.begin(unix_ns, pulse.cycle, room)
+        done = rounds.run(most)
+        source.usage.budget.take_evenly(pulse.cost, pulse.cycle, done)
+        source.pass_over(due_ns + done * pulse.cycle)
+        for _, stream, receiver in self._clients:
+            packet = stream.take()
+            if packet:
+                receiver.put((packet,), len(packet))
+        return done
+
+    def _prepare(
+        self, step: Callable[..., object], pulse: Pulse, frame_bytes: int
+    ) -> Rounds | None:
+        """Return the rounds for the clients of a pulse; None if one of them needs more than
+        machine code does.
+        """
+        found = [_sampler_of(beat) for beat in pulse.beats]
+        key = (step, frame_bytes, *found)
+        if key != self._key:
+            self._key, self._rounds = key, None
+            clients = [
+                _client_of(beat.batch.channel, sampler, frame_bytes)
+                for beat, sampler in zip(pulse.beats, found, strict=True)
+            ]
+            self._clients = tuple(each for each in clients if each is not None)
+            receivers = {id(each.receiver) for each in self._clients}
+            if len(receivers) == len(clients):  # frames of one connection would go in turns
+                steps = [
+                    compute for each in self._clients for compute in each.sampler.compute or ()
+                ]
+                self._rounds = Rounds([step, *steps], [each.stream.write for each in self._clients])
+        return self._rounds
+
+
+def _sampler_of(beat: Beat) -> Sampler | None:
+    """Return what samples a beat, if its samples go at once and in one way."""
+    batch = beat.batch
+    if batch.max_delay or beat.cyclic.subscriptions or not _is_idle(batch.channel):
+        return None
+    sampler = beat.on_change.sampler
+    return None if sampler is None or sampler.compute is None else sampler
+
+
+def _is_idle(channel: Channel) -> bool:
+    """Return True if the channel keeps nothing back."""
+    return not (channel.away or channel.over or channel.queue or channel.dropped)
+
+
+def _client_of(channel: Channel, sampler: Sampler | None, frame_bytes: int) -> _Client | None:
+    """Return a client whose frames machine code writes; None if it cannot."""
+    via = channel.via
+    if sampler is None or sampler.largest > frame_bytes or not isinstance(via, PacketReceiver):
+        return None
+    return _Client(sampler, FrameStream(sampler, channel.client, channel.server), via)
