@@ -143,6 +143,115 @@ def tick_moving() -> Call:
     return lambda: station.advance(0.01)
 
 
+class Turns:
+    """A loop in which nothing happens by itself: `run` calls what was left for its next turn."""
+
+    def __init__(self) -> None:
+        self._now = 0.0
+        self._calls: list[Call] = []
+
+    def time(self) -> float:
+        return self._now
+
+    def call_soon(self, callback: Call) -> None:
+        self._calls.append(callback)
+
+    def call_at(self, when: float, callback: Call) -> None:
+        self._now = max(self._now, when)
+        self._calls.append(callback)
+
+    def run(self) -> None:
+        """Make the pending calls."""
+        calls, self._calls = self._calls, []
+        for each in calls:
+            each()
+
+
+class Wire:
+    """A connection whose far end takes everything."""
+
+    def write(self, data: bytes) -> None:
+        pass
+
+    def get_write_buffer_size(self) -> int:
+        return 0
+
+
+WATCHED = (
+    (0x01, 4), (0x0A, 8), (0x0B, 8), (0x0C, 4), (0x0D, 8), (0x0E, 8), (0x0F, 8), (0x10, 8),
+    (0x11, 8), (0x12, 8), (0x13, 8), (0x14, 16), (0x15, 4), (0x16, 8), (0x17, 8), (0x1A, 8),
+    (0x1D, 8), (0x1E, 8), (0x1F, 8), (0x20, 4),
+)  # fmt: skip
+"""Offset and size of axis states, as in `benchmarks/virtual_time.py`."""
+
+
+def _watched(moving: bool, other_cycle_ns: int = 0) -> Call:
+    """Return 100 ms of a station with 4 axes, 80 values of which a client watches over TCP.
+
+    With `other_cycle_ns` something else is due so often.
+    """
+    from achse.ams import AmsAddress, Command, Frame
+    from achse.station import Station
+    from achse.station.clocks.cycle import CyclicPhase, PhasePlace
+    from achse.station.configuration.station_file import parse
+    from achse.transport.connections.peer import Peer
+    from achse.transport.tcp.listener import TcpListener
+
+    axes = [{"id": number, "name": f"A{number}"} for number in range(1, 5)]
+    configuration = {"axis": axes, "nc": {"cycle": "2ms", "kernel": "compiled"}}
+    station = Station(parse(configuration, "watched"))
+    client = Requester(station)
+    turns = Turns()
+    listener: Any = TcpListener(station.router)
+    listener.begin(turns)
+    peer = Peer(listener)
+    peer.begin(Wire(), "127.0.0.1", 1)  # type: ignore[arg-type]
+    if other_cycle_ns:
+        station.cycle.add(CyclicPhase(PhasePlace.INPUTS, "other", other_cycle_ns, lambda now: None))
+    target = AmsAddress.of(station.router.net_id, 501)
+    for axis in range(1, 5):
+        if moving:
+            for group, offset, data in (
+                (0x4300, 0x01, struct.pack("<I", 7)),
+                (0x4300, 0x21, struct.pack("<I", 1_000_000)),
+                (0x4200, 0x20, struct.pack("<I4xdd", 3, 0.0, 100.0)),
+            ):
+                place = struct.pack("<III", group + axis, offset, len(data))
+                client.request(501, WRITE, place + data)()
+                station.advance(0.1)
+        for offset, size in WATCHED:
+            body = struct.pack("<IIIIII16x", 0x4100 + axis, offset, size, 4, 0, 100_000)
+            frame = Frame(
+                target, AmsAddress("127.0.0.1.1.2:40000"), Command.ADD_NOTIFICATION, data=body
+            )
+            peer.receive(frame.encode_tcp())
+            turns.run()
+    station.advance(2.0)
+    turns.run()
+    turns.run()
+
+    def pass_time() -> None:
+        station.advance(0.1)
+        turns.run()
+
+    return pass_time
+
+
+def watched_at_rest() -> Call:
+    """Set up axes at rest."""
+    return _watched(moving=False)
+
+
+def watched_moving() -> Call:
+    """Set up axes that move without end."""
+    return _watched(moving=True)
+
+
+def watched_in_turns() -> Call:
+    """Set up moving axes and a phase that is due in each cycle of the samples."""
+    return _watched(moving=True, other_cycle_ns=10_000_000)
+
+
 def frames() -> Call:
     """Set up a TCP connection of a router with a device that answers 4 bytes."""
     from achse.ams import AmsAddress, Command, Frame, NetId

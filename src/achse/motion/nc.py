@@ -40,6 +40,7 @@ from achse.motion.rows import NcRows
 from achse.motion.states import choices_of
 from achse.motion.tables import TableParameters, Tables
 from achse.motion.views import Store, View
+from achse.native.compiled import bound_call
 from achse.native.declare import pack
 from achse.native.memory import Rows
 
@@ -456,6 +457,17 @@ class Nc:
                 after()
                 done = 1
             count -= done
+
+    def cycles_by_machine_code(self, count: int) -> Callable[[int], None] | None:
+        """Return the machine code of `count` cycles, whose caller counts them; None if cycles have
+        a part in Python.
+        """
+        leading = self._has_groups and (self.groups.busy or self.channels.running)
+        call = None if self._around is not None or leading else bound_call(self._cycles)
+        if call is None:
+            return None
+        call.words[-1] = count
+        return self._cycles
 
     def connect(
         self,

@@ -73,13 +73,13 @@ def test_it_compiles_once_and_says_so(warm: tuple[Result, Path]) -> None:
     assert third.startswith("sampling kernel: compiled, ")
     assert fourth.startswith("scope kernel: compiled, ")
     assert fifth.startswith("camshaft kernel: compiled, ")
-    rest = "servo-inputs", "servo-outputs", "driven-axes", "cyclic-images", "path"
+    rest = "servo-inputs", "servo-outputs", "driven-axes", "cyclic-images", "path", "frames"
     for line, name in zip(others, rest, strict=True):
         assert line.startswith(f"{name} kernel: compiled, ")
     names = sorted(path.name.split("-")[0] for path in folder.iterdir())
     assert names == [
-        *("camshaft", "cyclic", "drive", "driven", "motion", "path", "sampling", "scope"),
-        *("servo", "servo"),
+        *("camshaft", "cyclic", "drive", "driven", "frames", "motion", "path", "sampling"),
+        *("scope", "servo", "servo"),
     ]
 
 
@@ -98,6 +98,7 @@ def test_it_finds_what_is_compiled_already(warm: tuple[Result, Path], fresh: Pat
         ("driven-axes", False),
         ("cyclic-images", False),
         ("path", False),
+        ("frames", False),
     ]
     assert all(Path(each["path"]).exists() for each in facts)
 

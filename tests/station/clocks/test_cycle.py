@@ -5,6 +5,8 @@ import random
 from collections.abc import Callable
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from achse.station.clocks.cycle import Cycle, CyclicPhase, Phase, PhasePlace
 
@@ -179,3 +181,70 @@ def test_what_was_asked_for_after_its_turn_is_done_with_the_next_tick() -> None:
 def test_a_cycle_takes_time() -> None:
     with pytest.raises(ValueError, match="phase mine: expected a cycle above 0 ns, got 0"):
         CyclicPhase(PhasePlace.NC, "mine", 0, print)
+
+
+class Ahead(CyclicPhase):
+    """A phase that does several of its steps at once, with those of `counted`."""
+
+    runs_ahead = True
+
+    def __init__(self, cycle_ns: int, counted: Counted, log: Log, most: int) -> None:
+        super().__init__(
+            PhasePlace.NOTIFICATIONS, "ahead", cycle_ns, lambda now: log.append((now, "ahead"))
+        )
+        self.counted, self.log, self.most = counted, log, most
+        self.runs = 0
+
+    def run_ahead(self, now_ns: int, latest_ns: int) -> int:
+        assert now_ns < self.due_ns <= latest_ns
+        done = 0
+        while self.due_ns <= latest_ns and done < self.most:
+            if self.counted.due_ns <= self.due_ns:
+                self.counted.step(self.due_ns)
+            self.log.append((self.due_ns, "ahead"))
+            self.due_ns += self.cycle_ns
+            done += 1
+        self.runs += done
+        return self.due_ns - self.cycle_ns if done else 0
+
+
+@given(
+    st.lists(st.tuples(st.sampled_from(PhasePlace), st.integers(1, 30)), max_size=3),
+    st.integers(1, 20),
+    st.integers(1, 20),
+    st.integers(0, 4),
+    st.lists(st.integers(1, 90), min_size=1, max_size=4),
+)
+def test_a_phase_that_runs_ahead_does_not_pass_the_steps_of_others(
+    others: list[tuple[PhasePlace, int]],
+    counted_ns: int,
+    ahead_ns: int,
+    most: int,
+    spans: list[int],
+) -> None:
+    logs: list[tuple[Log, int, int]] = []
+    for room in (0, most):
+        log: Log = []
+        cycle = Cycle(1)
+        counted = Counted(counted_ns)
+        cycle.add(counted)
+        cycle.add(Ahead(ahead_ns, counted, log, room))
+        for place, cycle_ns in others:
+            cycle.add(logged(log, place, cycle_ns))
+        for span in spans:
+            cycle.go_to(cycle.now_ns + span)
+            log.append((cycle.now_ns, str(counted.count)))
+        logs.append((log, counted.count, cycle.now_ns))
+    assert logs[0] == logs[1]
+
+
+def test_a_phase_runs_ahead_up_to_the_end() -> None:
+    cycle, counted = Cycle(1), Counted(2)
+    log: Log = []
+    ahead = Ahead(10, counted, log, 1000)
+    cycle.add(counted)
+    cycle.add(ahead)
+    cycle.go_to(95)
+    assert (ahead.runs, counted.count, cycle.now_ns) == (9, 47, 95)
+    cycle.go_to(100)
+    assert (ahead.runs, counted.count, log[-1]) == (10, 50, (100, "ahead"))

@@ -31,12 +31,15 @@ def warmup(json: Json = False) -> None:
     from achse.native.compiled import compiler_installed
     from achse.native.sampling import KERNEL as SAMPLING
     from achse.scope.kernel import KERNEL as SCOPE
+    from achse.server.frame_stream import KERNEL as FRAMES
     from achse.station.buses.whole_cycle import KERNEL as DRIVEN
 
     if not compiler_installed():
         print(needs_extra("warmup", "fast"))
         raise typer.Exit(1)
-    for kernel in (MOTION, DRIVE, SAMPLING, SCOPE, CAMSHAFT, TAKE, SEND, DRIVEN, IMAGES, PATH):
+    for kernel in (
+        *(MOTION, DRIVE, SAMPLING, SCOPE, CAMSHAFT, TAKE, SEND, DRIVEN, IMAGES, PATH, FRAMES),
+    ):
         if not kernel.available:
             print(f"{kernel.name} kernel: runs as plain Python, its sources are not there")
             raise typer.Exit(1)

@@ -19,7 +19,7 @@ from achse.server import Device, Usage
 from achse.station.clocks.clock import StationClock
 from achse.station.clocks.cycle import IDLE_TICK_NS, Phase
 from achse.station.clocks.pacing import Pace
-from achse.station.clocks.phases import NotificationPhase, upkeep
+from achse.station.clocks.phases import NcPhase, NotificationPhase, upkeep
 from achse.station.configuration.station_file import ConfigError, StationConfig
 from achse.station.plcs.sources import PlcSource
 
@@ -203,7 +203,12 @@ class Building:
                 f" got {told}"
             )
         devices = list(self.devices)
-        notify = NotificationPhase(devices, ground.usage.budget, ground.pace)
+        nc = None
+        if self.nc is not None and self.nc.compiled:
+            nc = next(phase for phase in self._phases if isinstance(phase, NcPhase))
+        notify = NotificationPhase(
+            *(devices, ground.usage.budget, ground.pace, nc), epoch=ground.epoch
+        )
         sweep = upkeep(devices, tick_ns, ground.clock)
         self._finished = devices, notify
         return Parts(

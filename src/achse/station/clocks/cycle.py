@@ -4,6 +4,7 @@ The cycle goes from one due moment to the next and passes over the time between.
 virtual time lets it go on to an end, a running station lets it go on by a tick at a time.
 """
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from enum import IntEnum
@@ -44,6 +45,9 @@ class Phase(ABC):
     """True if a step does all cycles up to its moment at once. The cycle does not stop for such a
     phase: it brings it up to date before another phase steps. Of several, the first counts."""
 
+    runs_ahead = False
+    """True if `run_ahead` may do several steps at once. Of several, the first counts."""
+
     @property
     @abstractmethod
     def due_ns(self) -> float:
@@ -56,6 +60,12 @@ class Phase(ABC):
     @abstractmethod
     def step(self, now_ns: int) -> None:
         """Do what is due at station time `now_ns`; `due_ns` is later afterwards."""
+
+    def run_ahead(self, now_ns: int, latest_ns: int) -> int:
+        """Do steps at moments after `now_ns`, up to `latest_ns`, with those of the phase that
+        catches up: no other is due. Return the time of the last one, 0 if none was done.
+        """
+        return 0
 
 
 class CyclicPhase(Phase):
@@ -97,7 +107,9 @@ class Cycle:
         self.phases: tuple[Phase, ...] = ()
         """In the order of their steps."""
         self._stops: tuple[Phase, ...] = ()
-        """The phases to whose due moments the cycle goes."""
+        """The other phases to whose due moments the cycle goes."""
+        self._leader: Phase | None = None
+        """The phase that runs ahead, which is not one of the stops."""
         self._follower: Phase | None = None
         """The phase that catches up."""
         self._first: tuple[Phase, ...] = ()
@@ -122,7 +134,8 @@ class Cycle:
         phases = self.phases = tuple(sorted((*kept, *added), key=attrgetter("place")))
         follower = next((phase for phase in phases if phase.catches_up), None)
         self._follower = follower
-        self._stops = tuple(phase for phase in phases if phase is not follower)
+        leader = self._leader = next((phase for phase in phases if phase.runs_ahead), None)
+        self._stops = tuple(each for each in phases if each is not follower and each is not leader)
         self._first = () if follower is None else phases[: phases.index(follower)]
 
     def halt(self) -> None:
@@ -137,15 +150,23 @@ class Cycle:
         """Go from one due moment to the next until `end_ns`, or until `halt`."""
         self._halted = False
         while self.now_ns < end_ns and not self._halted:
-            self._turn(self._next_due(end_ns))
-
-    def _next_due(self, end_ns: int) -> int:
-        """The next tick at which a phase is due that does not catch up, at most `end_ns`."""
-        due: float = end_ns
-        for phase in self._stops:
-            moment = phase.due_ns
-            if moment < due:
+            due: float = end_ns + 1
+            for phase in self._stops:
+                moment = phase.due_ns
+                if moment < due:
+                    due = moment
+            leader = self._leader
+            if leader is not None and (moment := leader.due_ns) < due:
+                latest_ns = min(math.ceil(due) - 1, end_ns)
+                reached = leader.run_ahead(self.now_ns, latest_ns)
+                if reached:
+                    self.now_ns = self._done_ns = reached
+                    continue
                 due = moment
+            self._turn(self._tick_of(due, end_ns))
+
+    def _tick_of(self, due: float, end_ns: int) -> int:
+        """Return the next tick from `due` on, at most `end_ns`."""
         if due >= end_ns:
             return end_ns
         tick_ns, now = self.tick_ns, self.now_ns

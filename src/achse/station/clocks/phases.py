@@ -7,6 +7,7 @@ from typing import Protocol
 from achse.motion import Nc
 from achse.plc import PlcRuntime
 from achse.server import Device, SampleBudget
+from achse.server.ahead import SamplesAhead
 from achse.station.clocks.cycle import CyclicPhase, Phase, PhasePlace
 from achse.station.clocks.pacing import NcTask, Pace
 
@@ -68,6 +69,20 @@ class NcPhase(Phase):
         else:
             self._nc.cycle(count)
 
+    def cycles_ahead(self, first_ns: int, cycle_ns: int) -> Callable[[int], None] | None:
+        """Return machine code that does the cycles before each moment, from `first_ns` on each
+        `cycle_ns`; None if there is none.
+        """
+        count, rest = divmod(cycle_ns, self._cycle_ns)
+        if rest or self.due_ns + (count - 1) * self._cycle_ns != first_ns:
+            return None
+        return self._nc.cycles_by_machine_code(count)
+
+    def pass_over(self, elapsed_ns: int) -> None:
+        """Count the cycles of a time that `cycles_ahead` has done."""
+        self._nc.cycle_count += elapsed_ns // self._cycle_ns
+        self.due_ns += elapsed_ns
+
 
 class PlcLinks(Protocol):
     """Something outside a PLC that is variables of it: axes, channels."""
@@ -117,9 +132,15 @@ class NotificationPhase(Phase):
         devices: Sequence[Device],
         budget: SampleBudget,
         pace: Callable[[], Pace | None] = lambda: None,
+        nc: NcPhase | None = None,
+        epoch: Callable[[], int] = int,
     ) -> None:
         """`budget` is that which the devices share, ticked in station time; `pace()` is how the
-        station follows the wall clock, None in virtual time."""
+        station follows the wall clock, None in virtual time; `nc` may do its cycles together with
+        the samples; `epoch()` is the Unix time at station time 0."""
+        self._nc = nc
+        self._epoch = epoch
+        self.runs_ahead = nc is not None
         self.watch(devices)
         self._budget = budget
         self._pace = pace
@@ -127,6 +148,7 @@ class NotificationPhase(Phase):
     def watch(self, devices: Sequence[Device]) -> None:
         """Tell what these devices have to tell, and no others."""
         self._notifications = [device.notifications for device in devices]
+        self._ahead = SamplesAhead(self._notifications)
 
     @property
     def due_ns(self) -> float:
@@ -147,6 +169,26 @@ class NotificationPhase(Phase):
         pace = self._pace()
         if pace is not None:
             self._budget.press(pace.behind_ns)
+
+    def run_ahead(self, now_ns: int, latest_ns: int) -> int:
+        """Take the samples of several moments by machine code, with the cycles of the NC."""
+        if self._nc is None or self._pace() is not None:
+            return 0
+        found = self._ahead.next_samples(latest_ns)
+        if found is None:
+            return 0
+        source, due_ns, cycle_ns = found
+        if not now_ns < due_ns <= latest_ns:
+            return 0
+        cycles = self._nc.cycles_ahead(due_ns, cycle_ns)
+        if cycles is None:
+            return 0
+        most = (latest_ns - due_ns) // cycle_ns + 1
+        elapsed_ns = self._ahead.run(source, self._epoch() + due_ns, most, cycles) * cycle_ns
+        if not elapsed_ns:
+            return 0
+        self._nc.pass_over(elapsed_ns)
+        return due_ns + elapsed_ns - cycle_ns
 
 
 def upkeep(devices: Sequence[Device], tick_ns: int, clock: Callable[[], int]) -> CyclicPhase:
