@@ -45,6 +45,17 @@ def test_file_has_tables_of_a_router_and_targets(tmp_path: Path) -> None:
     assert (tls.kind, tls.fingerprint) == (TlsKind.SELF_SIGNED, fingerprint)
 
 
+@pytest.mark.parametrize(
+    ("table", "fault"),
+    [("resubscribe = true", "expected host, net_id or both"), ('host = "10.0.0.1"', "resubscribe")],
+)
+def test_rule_for_programs_says_which_and_what(table: str, fault: str, tmp_path: Path) -> None:
+    path = tmp_path / "router.toml"
+    path.write_text(f"[[client]]\n{table}\n")
+    with pytest.raises(ConfigError, match=fault):
+        configuration_of(path, ["press"])
+
+
 def test_target_of_a_command_line_may_name_its_net_id() -> None:
     press, mill = configuration_of(None, ["press", "mill:48900=5.1.2.3.1.1"]).target
     assert (press.net_id, str(mill.net_id)) == (None, "5.1.2.3.1.1")

@@ -11,6 +11,8 @@ import pytest
 
 import achse
 from achse.ams import AmsAddress, RouterError
+from achse.codes.ports import ROUTER_PORT
+from achse.gateway.choices import RESUBSCRIBE
 from achse.gateway.target import TargetState
 from achse.router.access import hash_password
 from achse.transport.udp import scan
@@ -160,19 +162,34 @@ async def test_files_of_a_program_that_vanished_are_closed(tmp_path: Path) -> No
         await until(lambda: not len(files))
 
 
-@pytest.mark.parametrize("resubscribe", [True, False])
-async def test_symbol_handles_survive_a_restart_of_the_target_on_request(resubscribe: bool) -> None:
+@pytest.mark.parametrize(
+    ("key", "rules", "request_"),
+    [
+        (True, [], None),
+        (False, [], None),
+        (False, [{"host": "127.0.0.1"}], None),
+        (False, [], True),
+    ],
+)
+async def test_symbol_handles_survive_a_restart_of_the_target_on_request(
+    key: bool, rules: list[dict[str, Any]], request_: bool | None
+) -> None:
+    resubscribe = key or bool(rules) or bool(request_)
     plc: dict[str, Any] = {"plc": [{"globals": ["achse.station.demo:GVL"]}]}
     async with AsyncExitStack() as stack:
         async with running_target(**plc) as target:
             port = target.tcp_port
-            keys = {"resubscribe": resubscribe, "net_id": NET_ID, "keep_alive": "0.05s"}
-            made = gateway(target_at(target, **keys))
+            keys = {"resubscribe": key, "net_id": NET_ID, "keep_alive": "0.05s"}
+            clients = [{"resubscribe": True, **rule} for rule in rules]
+            made = gateway(target_at(target, **keys), client=clients)
             router = await stack.enter_async_context(made.running("127.0.0.1", 0, udp_port=0))
             where = f"127.0.0.1:{router.network.listener.port}"
             client = await stack.enter_async_context(
                 achse.connect(where, net_id=NET_ID, port=851, reconnect=False, watch_symbols=False)
             )
+            if request_ is not None:
+                own = client.at_port(ROUTER_PORT, OWN)
+                await own.read_write_raw(RESUBSCRIBE, 0, 1, bytes([request_]))
             data = await client.read_write_raw(0xF003, 0, 4, b"GVL.nInt\0")
             handle = int.from_bytes(data, "little")
             value = await client.read_raw(0xF005, handle, 2)

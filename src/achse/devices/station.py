@@ -182,7 +182,7 @@ class StationService(Device):
     # debugging -------------------------------------------------------------------------------
 
     def _attach(self, client: bytes, port: int) -> None:
-        self._attached[client, port] = self._way()
+        self._attached[client, port] = self.request_way
 
     def _detach(self, client: bytes, port: int) -> None:
         """A client is gone: what it stopped goes on."""
@@ -201,7 +201,7 @@ class StationService(Device):
         except RouterError as refusal:
             raise DeviceError(ReturnCode.NO_MORE_HANDLES, refusal.context) from None
         self._last_tap += 1
-        self._taps[self._last_tap] = (client, self._way(), tap)
+        self._taps[self._last_tap] = (client, self.request_way, tap)
         return self._last_tap.to_bytes(4, "little")
 
     def _tap(self, number: int, client: bytes) -> Tap:

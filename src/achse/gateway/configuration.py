@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from achse.ams import NetId
 from achse.ams.discovery import UDP_PORT
+from achse.router.forwarding.resubscription import ClientRule
 from achse.router.routes import Route
 from achse.station.configuration.http import MetricsConfig
 from achse.station.configuration.network import NetworkConfig
@@ -21,7 +22,7 @@ from achse.station.configuration.types import (
 )
 from achse.station.configuration.validation import document_of, validated
 
-__all__ = ["GatewayConfig", "TargetConfig", "configuration_of"]
+__all__ = ["ClientConfig", "GatewayConfig", "TargetConfig", "configuration_of"]
 
 
 _ANY_NET_ID = NetId("1.0.0.0.1.1")
@@ -54,7 +55,8 @@ class TargetConfig(ConfigTable):
     """Longest AMS packet, bytes; 0 for any."""
     resubscribe: bool = False
     """Make subscriptions and symbol handles of programs again when a lost connection is back; else
-    the connections of these programs end."""
+    the connections of these programs end. For programs that neither choose by themselves nor have
+    a [[client]]."""
 
     @model_validator(mode="after")
     def _can_be(self) -> Self:
@@ -84,6 +86,29 @@ class TargetConfig(ConfigTable):
         )
 
 
+class ClientConfig(ConfigTable):
+    """[[client]]: programs at a host, with a NetId, or both."""
+
+    host: str = ""
+    """IP address from which they connect; any unless given."""
+    net_id: ConfiguredNetId | None = None
+    """NetId that they give as theirs; any unless given."""
+    resubscribe: bool
+    """As in [[target]], for these programs at all targets. The first table that matches applies; a
+    program may choose for its connection by itself."""
+
+    @model_validator(mode="after")
+    def _is_limited(self) -> Self:
+        if not self.host and self.net_id is None:
+            raise ValueError("expected host, net_id or both")
+        return self
+
+    @property
+    def rule(self) -> ClientRule:
+        """The rule for the router."""
+        return ClientRule(self.resubscribe, self.host, self.net_id)
+
+
 class GatewayConfig(NetworkConfig):
     """A router without devices."""
 
@@ -91,6 +116,7 @@ class GatewayConfig(NetworkConfig):
     """Name of the routes to this router, and of its answer to searches; the host name unless
     given."""
     target: Sequence[TargetConfig] = Field(default=(), max_length=256)
+    client: Sequence[ClientConfig] = Field(default=(), max_length=256)
     metrics: MetricsConfig = MetricsConfig.model_construct()
 
     def _unique_keys(self) -> dict[str, list[Any]]:

@@ -15,6 +15,7 @@ from achse.ams import NetId
 from achse.codes.ports import ROUTER_PORT, SYSTEM_PORT
 from achse.devices.router import RouterDevice
 from achse.devices.system.device import VERSION, SystemDevice
+from achse.gateway.choices import resubscribe_group
 from achse.gateway.configuration import GatewayConfig, TargetConfig
 from achse.gateway.figures import statistics, statistics_group
 from achse.gateway.metrics import gateway_families
@@ -22,6 +23,7 @@ from achse.gateway.registration import register
 from achse.gateway.requests import OwnRequests
 from achse.gateway.target import Target
 from achse.router import LOOPBACK_NET_ID, Router
+from achse.router.forwarding.resubscription import Resubscription
 from achse.server import Device
 from achse.station.routes.addresses import net_id_at
 from achse.station.routes.network import Network
@@ -55,6 +57,7 @@ class Gateway:
         self.config = config
         self._base = base or Path()
         self.router = Router(config.router.net_id or _own_net_id(config), source_nat=True)
+        choices = self.router.resubscription = Resubscription([each.rule for each in config.client])
         RouteFile(config, self.router, self._base)
         self.network = Network(
             *(config, self.router, VERSION, self._base),
@@ -76,7 +79,10 @@ class Gateway:
                 self.router,
                 lambda: self.devices,
                 clock=clock,
-                further=(statistics_group(self),),
+                further=(
+                    statistics_group(self),
+                    resubscribe_group(choices, lambda: self.devices[1].request_way),
+                ),
             ),
         )
         for device, port in zip(self.devices, (SYSTEM_PORT, ROUTER_PORT), strict=True):

@@ -12,6 +12,7 @@ from typing import Any
 from achse.ams import AmsAddress, Command, Endpoint, Flags, Frame, NetId, RouterError
 from achse.codes import ReturnCode
 from achse.router.clients import Clients
+from achse.router.forwarding.resubscription import Resubscription
 from achse.router.routes import RouteTable
 
 __all__ = ["FIRST_CLIENT_PORT", "LOOPBACK_NET_ID", "Gate", "Router", "Watcher"]
@@ -62,6 +63,8 @@ class Router:
         """With `source_nat` targets see each client under `net_id`, with a port of its own."""
         self.net_id = net_id
         self.source_nat = source_nat
+        self.resubscription: Resubscription | None = None
+        """Choice of clients whose resources are made again; None: the keys of the routes."""
         self.routes = RouteTable(own=(net_id, LOOPBACK_NET_ID))
         self._ports: set[int] = set()
         self._reserved: set[int] = set()

@@ -128,7 +128,9 @@ class Device:
         """Of these, those that were answered with an error."""
         self.addresses: list[AmsAddress] = []
         self.symbols = (
-            None if symbols is None else SymbolServices(symbols, self.limits, clock, self._way)
+            None
+            if symbols is None
+            else SymbolServices(symbols, self.limits, clock, lambda: self.request_way)
         )
         single = ServiceTable(
             (
@@ -436,8 +438,9 @@ class Device:
         if self.symbols is not None:
             self.symbols.handles.abandon_way(way)
 
-    def _way(self) -> Endpoint | None:
-        """By which connection the request came that is being answered."""
+    @property
+    def request_way(self) -> Endpoint | None:
+        """The connection by which the request came that is being answered."""
         return None if self._request is None else self._request.origin
 
     def end_notifications(self) -> None:

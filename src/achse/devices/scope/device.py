@@ -195,7 +195,7 @@ class ScopeDevice(Device):
             if not number:
                 definition = parse_definition(data)
                 self._spend(client, len(definition.channels))
-                made = self.scopes.open(definition, client, self._way())
+                made = self.scopes.open(definition, client, self.request_way)
                 return _json({"scope": made.number})
             if _word(data) == ScopeCommand.PROGRESS:
                 return _json(self.scopes[number].recorder.progress())

@@ -313,7 +313,8 @@ class Forwarding:
             session.subscribed = True
         count = session.resources.get(resource, 0)
         session.resources[resource] = 1 if resource.kind is ResourceKind.FILE else count + 1
-        if self._memory is not None and recipe:
+        memory = self._memory
+        if recipe and memory is not None and memory.applies(session.client, session.source):
             session.recipes[resource] = recipe
             self._note_version(session, resource.target)
         if session.gone:

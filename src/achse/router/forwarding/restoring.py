@@ -29,9 +29,15 @@ def version_request() -> bytes:
 
 
 class LinkMemory:
-    """Clients and symbol versions that a link remembers while it has no connection."""
+    """Clients and symbol versions that a link remembers while it has no connection.
 
-    def __init__(self) -> None:
+    `applies(client, source)` is True for clients whose resources are to be made again.
+    """
+
+    def __init__(
+        self, applies: Callable[[Endpoint, bytes], bool] = lambda client, source: True
+    ) -> None:
+        self.applies = applies
         self.versions: dict[bytes, bytes] = {}
         """Answers with the symbol version, by device."""
         self.sessions: list[ForwardedClient] = []
@@ -53,6 +59,8 @@ class LinkMemory:
     def keep(self, session: ForwardedClient) -> bool:
         """Remember a client of a lost connection; False if what it held cannot be made again."""
         session = session.restored_from or session
+        if not self.applies(session.client, session.source):
+            return False
         if not session.resources or session.resources.keys() - session.recipes.keys():
             return False
         self.sessions.append(session)

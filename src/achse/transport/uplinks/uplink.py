@@ -90,8 +90,13 @@ class Uplink:
         self.losses = 0
         """Of these, those that were lost."""
         self.memory: LinkMemory | None = None
-        if route.resubscribe:
+        if (choice := router.resubscription) is not None:
+            self.memory = LinkMemory(
+                lambda client, source: choice.applies(client, source, route.resubscribe)
+            )
+        elif route.resubscribe:
             self.memory = LinkMemory()
+        if self.memory is not None:
             router.on_way_closed(self.memory.forget, self.memory.uses)
         self.trouble = ""
         """Reason for having no connection; empty before the first attempt and while connected."""
