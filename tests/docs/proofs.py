@@ -431,6 +431,11 @@ elsewhere(
     f"{FORWARDING}::test_client_that_waits_for_little_is_forwarded_beside_one_that_asks_for_much",
 )
 elsewhere(
+    "A router has 512 requests of a computer at a target, however many connections it opens.",
+    "tests/router/forwarding/test_windows.py"
+    "::test_request_never_waits_for_more_than_eight_windows_of_another_computer",
+)
+elsewhere(
     "File requests wait in a bounded number, however many addresses send them.",
     "tests/devices/system/test_file_worker.py"
     "::test_requests_of_many_addresses_are_limited_together",

@@ -169,9 +169,9 @@ class Host:
         if peer in self.peers:
             self.peers.remove(peer)
 
-    def accept(self, line: Wire) -> None:
+    def accept(self, line: Wire, host: str = "192.0.2.1") -> None:
         line.end = Peer(self)
-        line.end.begin(line, "192.0.2.1", 1)
+        line.end.begin(line, host, 1)
 
     def leads(self, net_id: NetId, to: "Callable[[], Host | None]") -> Uplink:
         """Route to `net_id` by the host that `to` gives; None: it cannot be reached."""

@@ -59,6 +59,7 @@ def _of_target(target: Target) -> Mapping[str, Any]:
         "overloads": 0 if forwarding is None else forwarding.refused,
         "returned": 0 if forwarding is None else forwarding.returned,
         "pending": 0 if forwarding is None else forwarding.pending,
+        "waiting": 0 if forwarding is None else len(forwarding.windows),
         "clients": 0 if forwarding is None else sum(1 for _ in forwarding.clients),
         "subscriptions": resources.count(ResourceKind.SUBSCRIPTION),
         "handles": resources.count(ResourceKind.SYMBOL_HANDLE),

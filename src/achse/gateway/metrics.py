@@ -23,6 +23,7 @@ _OF_TARGETS = (
     Figure("target_overloads", "overloads", "Requests refused for what was under way."),
     Figure("target_returned", "returned", "Answers and samples on the present connection."),
     Figure("target_pending", "pending", "Requests without an answer."),
+    Figure("target_waiting", "waiting", "Of these, those that wait in the router."),
     Figure("target_clients", "clients", "Programs that use the target."),
     Figure("target_subscriptions", "subscriptions", "Subscriptions at the target."),
     Figure("target_handles", "handles", "Symbol handles at the target."),

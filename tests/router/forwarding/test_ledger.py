@@ -34,8 +34,7 @@ def read_write(group: int, offset: int, data: bytes) -> Frame:
 def outcomes(frame: Frame, answer: bytes) -> list[tuple[bool, ResourceKind, int]]:
     """True for what is fetched, False for what is released."""
     change = change_of(frame)
-    assert change is not None
-    found = change.outcomes(answer)
+    found = () if change is None else change.outcomes(answer)
     return [(action.handle is None, each.kind, each.handle) for action, each in found]
 
 
@@ -101,6 +100,52 @@ def test_a_search_is_open_until_nothing_more_is_found(offset: int) -> None:
     assert outcomes(find, struct.pack("<II", 0x70C, 0)) == [(False, FILE, offset)]
 
 
+OPENED = st.tuples(st.sampled_from((100, 101, 102, 120)), st.just(1), st.just(4))
+CLOSED = st.tuples(st.just(121), st.sampled_from((0xF601, 0xF602)), st.just(0))
+SEARCHED = st.tuples(st.just(133), st.sampled_from((1, 0xF603)), st.just(324))
+OTHER = st.tuples(st.sampled_from((0xF003, 0xF004)), st.just(0), st.just(4))
+
+
+@given(
+    st.lists(
+        st.tuples(st.one_of(OPENED, CLOSED, SEARCHED, OTHER), st.binary(max_size=9), st.booleans()),
+        max_size=6,
+    ),
+    st.booleans(),
+)
+def test_parts_of_a_sum_open_and_close_files_as_requests_alone(
+    parts: list[tuple[tuple[int, int, int], bytes, bool]], system: bool
+) -> None:
+    target = SYSTEM if system else PLC
+    heads = written = pairs = values = b""
+    expected: list[tuple[bool, ResourceKind, int]] = []
+    for number, ((group, offset, length), name, success) in enumerate(parts):
+        result = 0 if success else 0x70C
+        value = struct.pack("<I", 0xF610 + number).ljust(length, b"\0")[:length]
+        value = value if success else b""
+        single = read_write(group, offset, name)
+        single.target = target
+        answer = struct.pack("<II", result, len(value)) + value
+        expected += outcomes(single, answer)
+        heads += struct.pack("<4I", group, offset, length, len(name))
+        written += name
+        pairs += struct.pack("<II", result, len(value))
+        values += value
+    frame = read_write(0xF082, len(parts), heads + written)
+    frame.target = target
+    told = pairs + values
+    assert outcomes(frame, struct.pack("<II", 0, len(told)) + told) == expected
+    assert system or not any(kind is FILE for _, kind, _ in expected)
+
+
+def test_writes_of_a_sum_close_files_at_the_system_service_alone() -> None:
+    writes = struct.pack("<4I", 111, 0, 4, 0xF601)
+    frame, answer = read_write(0xF081, 1, writes), struct.pack("<3I", 0, 4, 0)
+    assert outcomes(frame, answer) == []
+    frame.target = SYSTEM
+    assert outcomes(frame, answer) == [(False, FILE, 0xF601)]
+
+
 @given(
     st.sampled_from(
         (0xF003, 0xF004, 0xF080, 0xF081, 0xF082, 0xF085, 0xF086, 120, 121, 133, 0x4020)
@@ -112,7 +157,6 @@ def test_requests_that_hold_nothing_have_no_change(
     group: int, parts: int, words: list[int]
 ) -> None:
     frame = read_write(group, parts, struct.pack(f"<{len(words)}I", *words))
-    frame.target = SYSTEM
     if holds_nothing(group, frame.data, 0, len(frame.data)):
         assert change_of(frame) is None
 

@@ -24,6 +24,12 @@ def session(number: int) -> ForwardedClient:
     return ForwardedClient(Client(), alias, alias, registered=False)
 
 
+def without_window(number: int) -> ForwardedClient:
+    client = session(number)
+    client.load.share.window = 0
+    return client
+
+
 STEP = st.tuples(
     st.sampled_from(("ask", "ask", "answer", "wait")),
     st.integers(0, 2),
@@ -41,7 +47,7 @@ def test_answers_find_the_oldest_request_and_old_ones_are_forgotten(
         patch.setattr(pending, "_PENDING", most)
         forgotten: list[ForwardedClient] = []
         table = PendingRequests(forgotten.append)
-        sessions = [session(number) for number in range(3)]
+        sessions = [without_window(number) for number in range(3)]
         asked: dict[tuple[int, int, int], list[int]] = {}
         now = 0
         for what, who, target, number in steps:
@@ -84,6 +90,29 @@ def test_answers_find_the_oldest_request_and_old_ones_are_forgotten(
 
 def total_of(asked: dict[tuple[int, int, int], list[int]]) -> int:
     return sum(map(len, asked.values()))
+
+
+@given(st.integers(1, 40), st.integers(1, 20))
+def test_table_that_one_client_fills_has_room_for_the_window_of_another(
+    most: int, window: int
+) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pending, "_PENDING", most)
+        table = PendingRequests(lambda session: None)
+        full, other = without_window(0), session(1)
+        other.load.share.window = window
+
+        def refusals(client: ForwardedClient, count: int) -> list[ReturnCode | None]:
+            told = []
+            for number in range(count):
+                request = PendingRequest(client, Command.READ, 4, None, 1, 10)
+                frame = Frame(TARGETS[0], client.alias, Command.READ, 4, 0, number, b"")
+                told.append(table.add(client, frame, request, True))
+            return told
+
+        assert refusals(full, most + 1) == [None] * most + [ReturnCode.ROUTER_MAILBOX_FULL]
+        last = [ReturnCode.ROUTER_MAILBOX_FULL]
+        assert refusals(other, window + 1) == [None] * window + last
 
 
 def test_exchanges_of_a_client_are_bounded() -> None:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from achse.ams import AmsAddress, Command, Connection, Frame, NetId
 from achse.ams.commands import ReadRequest, ReadWriteRequest, WriteRequest
-from achse.router.forwarding.windows import WINDOW, WINDOW_BYTES
+from achse.router.forwarding.shares import HOST_WINDOW, WINDOW, WINDOW_BYTES
 from achse.router.routes import Route
 from achse.transport.uplinks.uplink import Uplink
 from tests.router.stations import Host, Loop, Wire, wires
@@ -48,10 +48,10 @@ class SlowTarget:
 class Program:
     """A client that notes when its answers come."""
 
-    def __init__(self, host: Host, number: int) -> None:
+    def __init__(self, host: Host, number: int, computer: str = "192.0.2.1") -> None:
         self.wire, there = wires(host.loop)
         self.wire.end = self
-        host.accept(there)
+        host.accept(there, computer)
         self.loop = host.loop
         self.address = AmsAddress(f"192.168.0.9.1.1:{30_000 + number}")
         self.stream = Connection()
@@ -153,6 +153,33 @@ def test_request_never_waits_for_more_than_a_window_of_each_other_client(
         if not program.errors:  # 0x502 comes at once, before others
             assert taken == list(range(count))
     assert not target.queue
+
+
+@settings(max_examples=20)
+@given(st.integers(1, 40), st.integers(1, 100), st.integers(0, 3), st.integers(0, 30))
+def test_request_never_waits_for_more_than_eight_windows_of_another_computer(
+    programs: int, each: int, kind: int, leaving: int
+) -> None:
+    loop, host, target = linked()
+    flooding = [Program(host, number, "192.0.2.7") for number in range(programs)]
+    for program in flooding:
+        program.wire.write(program.request(0, 2, 4))
+    loop.run(1.0)
+    for program in flooding[:leaving]:
+        program.wire.close()
+    loop.run(0.1)
+    left = flooding[leaving:]
+    for program in left:
+        program.wire.write(b"".join(program.request(n, kind, 4) for n in range(1, each + 1)))
+    polite = Program(host, 50)
+    loop.run(STEP / 2)
+    assert len(target.queue) <= min(HOST_WINDOW, WINDOW * len(left))
+    polite.wire.write(polite.request(1, 0, 4))
+    loop.run(10.0)
+    assert polite.latencies[0] <= (HOST_WINDOW + 2) * STEP + 0.001
+    for program in left:
+        assert program.order == list(range(each + 1))
+        assert not program.errors
 
 
 @given(st.integers(65, 200), st.integers(0, 3))

@@ -161,6 +161,7 @@ def _report_gateway(figures: dict[str, Any], in_json: bool) -> None:
         "handles",
         "files",
         "pending",
+        "waiting",
         "returned",
         "losses",
         "refused",
@@ -174,7 +175,7 @@ def _report_gateway(figures: dict[str, Any], in_json: bool) -> None:
         )
         for each in targets
     ]
-    print_table([head, *body], right=frozenset(range(3, 13)))
+    print_table([head, *body], right=frozenset(range(3, 14)))
     for each in targets:
         if each["advice"]:
             print(f"{each['name']}: {each['advice']}")

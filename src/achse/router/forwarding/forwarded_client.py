@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from achse.ams import Endpoint, Frame
 from achse.router.forwarding.ledger import Resource, end_hints
+from achse.router.forwarding.shares import HostShare
 
 if TYPE_CHECKING:
     from achse.router.forwarding.handles import HandleMap
@@ -20,9 +21,11 @@ _UNKNOWN_TIME = 0
 class ClientLoad:
     """Requests of one connection that are under way, and bytes of them and their answers."""
 
-    __slots__ = ("count", "released", "size", "time", "waiting", "waiting_size")
+    __slots__ = ("count", "released", "share", "size", "time", "waiting", "waiting_size")
 
-    def __init__(self) -> None:
+    def __init__(self, share: HostShare | None = None) -> None:
+        self.share = share or HostShare()
+        """Window of each connection of its host."""
         self.count = self.size = 0
         self.time = 0
         """Time of the last request, ns."""

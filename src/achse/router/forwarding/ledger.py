@@ -1,7 +1,7 @@
 """Resources that a client holds at a target, read from its requests and the answers to them.
 
 A resource is a subscription, a symbol handle, or an open file or search of the system service. Sum
-commands fetch and release many at once; of files they are not read.
+commands fetch and release many at once.
 
 Source: 000 §3.2.3.6 and 7 for subscriptions, §6.7 for 0xF003 and 0xF006; 003 for the sum commands;
 files as in `devices/system/files`.
@@ -82,6 +82,8 @@ class ResourceAction(NamedTuple):
     """Offset of the handle in the data of the request."""
     recipe: bytes = b""
     """To fetch it again: the name of the symbol, or the data that adds the subscription."""
+    search: bool = False
+    """True for a search: it is released when it has found all."""
 
 
 class ResourceChange(NamedTuple):
@@ -106,9 +108,9 @@ class ResourceChange(NamedTuple):
         for action in self.actions if results else ():
             result, handle = results[action.part]
             if action.handle is not None:
-                if result in _RELEASED:
+                if result in _RELEASED and (result or not action.search):
                     yield action, Resource(action.kind, self.target, action.handle)
-            elif result == 0 and handle:
+            elif result == 0 and handle not in _NO_HANDLES[action.kind]:
                 yield action, Resource(action.kind, self.target, handle)
 
     def fetched(self, answer: bytes) -> Iterator[tuple[Resource, int]]:
@@ -141,15 +143,12 @@ class ResourceChange(NamedTuple):
         result, length = _pair(answer, 0)
         if group == CLOSE_FILE:
             return [(result, 0)]
-        if group == FIND_FILE:  # a search that has found all is closed
-            return [(result, 0 if result else _word(answer, _HEAD)), (result or _OPEN, 0)]
+        if group == FIND_FILE:
+            return [(result, 0 if result else _word(answer, _HEAD))]
         if result or len(answer) != _HEAD + length:
             return []
-        if group == ReservedGroup.SYMBOL_HANDLE_BY_NAME:
+        if group in _SINGLE:
             return [(0, _word(answer, _HEAD))]
-        if group in OPENS_FILE:
-            handle = _word(answer, _HEAD)
-            return [(0, 0 if handle == _FAILED else handle)]
         if group in _RESULTS_ONLY:
             return [(_word(answer, _HEAD + 4 * part), 0) for part in range(parts)]
         pairs = [_pair(answer, _HEAD + 8 * part) for part in range(parts)]
@@ -175,11 +174,12 @@ def _pair(data: bytes, position: int) -> tuple[int, int]:
 
 _HEAD = RESULT_LENGTH.size
 
-_FAILED = 0xFFFF_FFFF
-"""In place of the handle of a file that cannot be opened, in the older form."""
-
-_OPEN = ReturnCode.INCOMPATIBLE.number
-"""In place of the result 0 of a search that goes on."""
+_NO_HANDLES = {
+    ResourceKind.SUBSCRIPTION: (0,),
+    ResourceKind.SYMBOL_HANDLE: (0,),
+    ResourceKind.FILE: (0, 0xFFFF_FFFF),
+}
+"""Numbers in place of a handle; of a file that cannot be opened, in the older form."""
 
 _RELEASED = frozenset(
     (
@@ -216,10 +216,13 @@ def change_of(request: Frame) -> ResourceChange | None:
             return ResourceChange(request.target, (_release(kind, 0, data, READ.size),))
         if command == Command.READ_WRITE:
             group, parts, _, _ = READ_WRITE.unpack_from(data)
-            actions_of = _READ_WRITES.get(group)
-            if group in _OF_FILES and request.target[6:] != _SYSTEM:
-                return None
-            actions = () if actions_of is None else tuple(actions_of(parts, data))
+            actions: tuple[ResourceAction, ...] = ()
+            if group in _SUMS:
+                actions = tuple(_SUMS[group](parts, data))
+            elif group in _SINGLE:
+                actions = tuple(_SINGLE[group](0, parts, data[READ_WRITE.size :]))
+            if request.target[6:] != _SYSTEM:
+                actions = tuple(each for each in actions if each.kind is not ResourceKind.FILE)
             return ResourceChange(request.target, actions, group, parts) if actions else None
     except struct.error:  # the target refuses it
         return None
@@ -230,29 +233,30 @@ def _release(kind: ResourceKind, part: int, data: bytes, position: int) -> Resou
     return ResourceAction(kind, part, _word(data, position), position)
 
 
-def _one_handle(parts: int, data: bytes) -> Iterator[ResourceAction]:
-    yield ResourceAction(_SYMBOL_HANDLE, 0, recipe=data[READ_WRITE.size :])
+def _one_handle(part: int, offset: int, name: bytes) -> Iterator[ResourceAction]:
+    yield ResourceAction(_SYMBOL_HANDLE, part, recipe=name)
 
 
-def _one_file(handle: int, data: bytes) -> Iterator[ResourceAction]:
-    yield ResourceAction(ResourceKind.FILE, 0)
+def _one_file(part: int, offset: int, name: bytes) -> Iterator[ResourceAction]:
+    yield ResourceAction(ResourceKind.FILE, part)
 
 
-def _close_file(handle: int, data: bytes) -> Iterator[ResourceAction]:
-    yield ResourceAction(ResourceKind.FILE, 0, handle)
+def _close_file(part: int, handle: int, written: bytes) -> Iterator[ResourceAction]:
+    yield ResourceAction(ResourceKind.FILE, part, handle)
 
 
-def _find_file(handle: int, data: bytes) -> Iterator[ResourceAction]:
-    yield ResourceAction(ResourceKind.FILE, 0)
-    yield ResourceAction(ResourceKind.FILE, 1, handle)
+def _find_file(part: int, handle: int, pattern: bytes) -> Iterator[ResourceAction]:
+    yield ResourceAction(ResourceKind.FILE, part)
+    yield ResourceAction(ResourceKind.FILE, part, handle, search=True)
 
 
 def _sum_write(parts: int, data: bytes) -> Iterator[ResourceAction]:
     position = READ_WRITE.size + parts * _WRITE_PART.size
     for part in range(parts):
         group, _, length = _WRITE_PART.unpack_from(data, READ_WRITE.size + part * _WRITE_PART.size)
-        if group == ReservedGroup.RELEASE_SYMBOL_HANDLE and length == RESULT.size:
-            yield _release(_SYMBOL_HANDLE, part, data, position)
+        kind = _WRITES.get(group)
+        if kind is not None and length == RESULT.size:
+            yield _release(kind, part, data, position)
         position += length
 
 
@@ -260,10 +264,10 @@ def _sum_read_write(parts: int, data: bytes) -> Iterator[ResourceAction]:
     written = READ_WRITE.size + parts * _READ_WRITE_PART.size
     for part in range(parts):
         position = READ_WRITE.size + part * _READ_WRITE_PART.size
-        group, _, _, length = _READ_WRITE_PART.unpack_from(data, position)
-        if group == ReservedGroup.SYMBOL_HANDLE_BY_NAME:
-            name = data[written : written + length]
-            yield ResourceAction(_SYMBOL_HANDLE, part, recipe=name)
+        group, offset, _, length = _READ_WRITE_PART.unpack_from(data, position)
+        actions_of = _SINGLE.get(group)
+        if actions_of is not None:
+            yield from actions_of(part, offset, data[written : written + length])
         written += length
 
 
@@ -287,19 +291,21 @@ _WRITES = {
 }
 """Index groups of a Write that release the handle in its data, and the kind of that handle."""
 
-_OF_FILES = frozenset((*OPENS_FILE, CLOSE_FILE, FIND_FILE))
-
-_READ_WRITES: dict[int, Callable[[int, bytes], Iterator[ResourceAction]]] = {
+_SINGLE: dict[int, Callable[[int, int, bytes], Iterator[ResourceAction]]] = {
     **dict.fromkeys(OPENS_FILE, _one_file),
     CLOSE_FILE: _close_file,
     FIND_FILE: _find_file,
     int(ReservedGroup.SYMBOL_HANDLE_BY_NAME): _one_handle,
+}
+"""Index groups of a ReadWrite that fetch or release one resource; by part, offset and data."""
+
+_SUMS: dict[int, Callable[[int, bytes], Iterator[ResourceAction]]] = {
     int(ReservedGroup.SUM_WRITE): _sum_write,
     int(ReservedGroup.SUM_READ_WRITE): _sum_read_write,
     int(ReservedGroup.SUM_ADD_NOTIFICATION): _sum_add,
     int(ReservedGroup.SUM_DELETE_NOTIFICATION): _sum_delete,
 }
-"""Index groups of a ReadWrite that fetch or release resources, and what its parts do."""
+"""Index groups of sums, and what their parts do."""
 
 
 RELEASING_WRITES = frozenset(_WRITES)
@@ -309,12 +315,18 @@ _SIGNS = {
     int(ReservedGroup.SUM_WRITE): RESULT.pack(ReservedGroup.RELEASE_SYMBOL_HANDLE),
     int(ReservedGroup.SUM_READ_WRITE): RESULT.pack(ReservedGroup.SYMBOL_HANDLE_BY_NAME),
 }
-"""Index groups of sums of which only parts with these bytes concern resources."""
+"""Index groups of sums of which only parts with these bytes concern resources, but for those of
+the system service."""
+
+_HOLDING = frozenset((*_SINGLE, *_SUMS))
 
 
 def holds_nothing(group: int, data: bytes, begin: int, end: int) -> bool:
-    """Return True if a ReadWrite, `data` from `begin` to `end`, cannot change resources."""
-    if group not in _READ_WRITES:
+    """Return True if a ReadWrite, `data` from `begin` to `end`, cannot change resources.
+
+    Not for the system service, whose files are resources too.
+    """
+    if group not in _HOLDING:
         return True
     sign = _SIGNS.get(group)
     return sign is not None and data.find(sign, begin, end) < 0

@@ -13,12 +13,12 @@ from achse.ams import Flags, Frame
 from achse.codes import ReturnCode
 from achse.router.forwarding.forwarded_client import ClientLoad, ForwardedClient
 from achse.router.forwarding.ledger import ResourceChange
-from achse.router.forwarding.windows import WINDOW, WINDOW_BYTES
 
 __all__ = ["PendingExchange", "PendingRequest", "PendingRequests"]
 
 _PENDING = 1 << 14
-"""Requests that may be unanswered; beyond, the oldest is forgotten."""
+"""Requests that may be unanswered; beyond, the oldest is forgotten for one of a client that has a
+window of them. So a host that fills the table takes the window of no other."""
 
 _CLIENT_PENDING = 1 << 12
 """Requests of one client that may be unanswered; one more is refused."""
@@ -204,11 +204,11 @@ class PendingRequests:
         """Remember one request that changes nothing; False if that is left to `add`."""
         session, requests = exchange.session, exchange.requests
         load = session.load
-        count = load.count
+        count, share = load.count, load.share
         if (
             invoke_id in requests
-            or count >= WINDOW
-            or (count and load.size + size > WINDOW_BYTES)
+            or count >= share.window
+            or (count and load.size + size > share.window_bytes)
             or load.waiting
             or (count and now - load.time >= _LOST_NS)
             or load.size + size > _CLIENT_BYTES
@@ -239,7 +239,8 @@ class PendingRequests:
         invoke_id = frame.invoke_id
         first = exchange.requests.get(invoke_id)
         if first is None:
-            if self.different >= _PENDING and not self._forget_oldest(now, circles):
+            full = self.different >= _PENDING and session.load.count >= session.load.share.window
+            if full and not self._forget_oldest(now, circles):
                 return ReturnCode.ROUTER_MAILBOX_FULL
             exchange.requests[invoke_id] = request
             self.different += 1

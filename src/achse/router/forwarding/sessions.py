@@ -6,7 +6,8 @@ from itertools import islice
 from typing import Protocol
 
 from achse.ams import AmsAddress, Endpoint, NetId
-from achse.router.forwarding.forwarded_client import ForwardedClient
+from achse.router.forwarding.forwarded_client import ClientLoad, ForwardedClient
+from achse.router.forwarding.shares import HostShares
 
 __all__ = ["ClientPorts", "Sessions"]
 
@@ -61,6 +62,7 @@ class Sessions:
         """All sessions for which something may come."""
         self._idle: dict[ForwardedClient, None] = {}
         """Sessions that were idle at some time, the latest last."""
+        self._shares = HostShares()
         self._next_port = _ALIASES[zlib.crc32(router.net_id) % len(_ALIASES)]
 
     def __len__(self) -> int:
@@ -100,7 +102,7 @@ class Sessions:
             return None
         registered = self._router.local_endpoint(source) is client
         others = self._by_client.get(client)
-        load = next(iter(others)).load if others else None
+        load = next(iter(others)).load if others else ClientLoad(self._shares.join(client))
         session = ForwardedClient(client, bytes(source), alias, registered, load)
         self._by_source.setdefault(session.source, {})[client] = session
         self._by_client.setdefault(client, {})[session] = None
@@ -164,11 +166,13 @@ class Sessions:
         del sessions[session]
         if not sessions:
             del self._by_client[session.client]
+            self._shares.leave(session.client)
 
     def clear(self) -> None:
         """Forget all: the connection has ended."""
         for table in (self._by_source, self._by_client, self._by_alias, self._idle):
             table.clear()
+        self._shares.clear()
 
 
 _NOBODY: dict[Endpoint, ForwardedClient] = {}

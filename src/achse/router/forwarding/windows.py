@@ -3,7 +3,8 @@
 A connection carries requests one after the other, and a target answers them so. A client that sends
 thousands at once has a window of them under way; the others wait here, in the order of the client,
 until answers come. So a request of another client has at most one window of each client before it.
-A target that leaves requests unanswered gets another window each second: it may answer others.
+A host with many connections has smaller windows (`shares`). A target that leaves requests
+unanswered gets another window each second: it may answer others.
 """
 
 from collections.abc import Callable, Iterator
@@ -12,13 +13,7 @@ from achse.ams import Command
 from achse.ams.frame import AMS_HEADER, TCP_HEADER
 from achse.router.forwarding.forwarded_client import ClientLoad
 
-__all__ = ["WINDOW", "WINDOW_BYTES", "Windows"]
-
-WINDOW = 64
-"""Requests of one client that are at the targets of a connection."""
-
-WINDOW_BYTES = 1 << 18
-"""Bytes of them and of their answers; a single request may have more."""
+__all__ = ["Windows"]
 
 _HEADERS = TCP_HEADER.size + AMS_HEADER.size
 _COMMAND = TCP_HEADER.size + 16
@@ -66,9 +61,15 @@ class Windows:
 
     def is_open(self, load: ClientLoad) -> bool:
         """True if all requests of a client, as they are entered now, may be at the targets."""
-        return not load.waiting and (
-            load.count <= 1 or (load.count <= WINDOW and load.size <= WINDOW_BYTES)
-        )
+        if load.waiting:
+            return False
+        share, count = load.share, load.count
+        return count <= 1 or (count <= share.window and load.size <= share.window_bytes)
+
+    def _fits(self, load: ClientLoad, sent: int, size: int) -> bool:
+        """True if a further request may go beside so many, of `size` bytes with it."""
+        share = load.share
+        return sent <= 0 or (sent < share.window and size <= share.window_bytes)
 
     def admit(self, load: ClientLoad, data: bytes, count: int, size: int) -> list[bytes]:
         """Return the requests in `data` that may go now; the others wait.
@@ -79,8 +80,7 @@ class Windows:
         sent, sent_size = load.count - count, load.size - size
         for packet in _frames(data):
             weight = _weight(packet) if count else 0
-            fits = not sent or (sent < WINDOW and sent_size + weight <= WINDOW_BYTES)
-            if load.waiting or not fits:
+            if load.waiting or not self._fits(load, sent, sent_size + weight):
                 self._keep(load, packet, weight)
             else:
                 packets.append(packet)
@@ -101,8 +101,7 @@ class Windows:
         while load.waiting:
             packet, weight = load.waiting[0]
             sent, sent_size = load.count - len(load.waiting), load.size - load.waiting_size
-            fits = sent <= 0 or (sent < WINDOW and sent_size + weight <= WINDOW_BYTES)
-            if not fits and len(packets) >= most:
+            if len(packets) >= most and not self._fits(load, sent, sent_size + weight):
                 break
             load.waiting.popleft()
             load.waiting_size -= weight
@@ -123,7 +122,7 @@ class Windows:
         self._due = False
         for load, before in list(self._waiting.items()):
             if load.released == before:
-                self.go_on(load, WINDOW)
+                self.go_on(load, load.share.window)
             if load in self._waiting:
                 self._waiting[load] = load.released
         if self._waiting:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 from achse.ams import Command, Flags
 from achse.ams.commands import READ, READ_WRITE
 from achse.ams.frame import AMS_HEADER, TCP_HEADER
+from achse.codes.ports import SYSTEM_PORT
 from achse.router.forwarding.ledger import RELEASING_WRITES, holds_nothing
 from achse.router.forwarding.pending import PendingExchange, PendingRequest
 from achse.transport.connections.known.single import (
@@ -44,6 +45,8 @@ RUN = 4
 _MOST_IN_PORTION = PORTION // HEADERS_SIZE + 1
 
 _READ, _WRITE = int(Command.READ), int(Command.WRITE)
+
+_SYSTEM = SYSTEM_PORT.to_bytes(2, "little")
 
 _SMALLEST = {
     _READ: READ.size,
@@ -293,7 +296,12 @@ class KnownRequests:
         return known
 
     def _way(self, source: bytes, target: bytes) -> KnownWay | None:
-        """Return the way from a client to a target; None before its first request was decoded."""
+        """Return the way from a client to a target; None before its first request was decoded.
+
+        None for the system service: each of its requests may open a file.
+        """
+        if target[6:] == _SYSTEM:
+            return None
         near = self._near
         endpoint: Any = near.router.beyond(target)
         find = getattr(endpoint, "way_for_known", None)

@@ -1,0 +1,68 @@
+"""Shares of hosts: the window of each connection gets smaller where a host has many of them.
+
+So a host has no more at the targets by opening more connections.
+"""
+
+from achse.ams import Endpoint
+
+__all__ = ["HOST_WINDOW", "HOST_WINDOW_BYTES", "WINDOW", "WINDOW_BYTES", "HostShare", "HostShares"]
+
+WINDOW = 64
+"""Requests of one connection that are at the targets, at most."""
+
+WINDOW_BYTES = 1 << 18
+"""Bytes of them and of their answers; a single request may have more."""
+
+HOST_WINDOW, HOST_WINDOW_BYTES = 8 * WINDOW, 8 * WINDOW_BYTES
+"""The same of all connections of a host; one request of each connection goes in any case."""
+
+
+class HostShare:
+    """Window of each connection of one host."""
+
+    __slots__ = ("connections", "window", "window_bytes")
+
+    def __init__(self, connections: int = 1) -> None:
+        self.connections = connections
+        """Connections that have asked the targets for something."""
+        self.window, self.window_bytes = WINDOW, WINDOW_BYTES
+        self.resize(0)
+
+    def resize(self, change: int) -> None:
+        """So many connections have come; negative: gone."""
+        self.connections += change
+        count = max(self.connections, 1)
+        self.window = max(1, min(WINDOW, HOST_WINDOW // count))
+        self.window_bytes = min(WINDOW_BYTES, HOST_WINDOW_BYTES // count)
+
+
+class HostShares:
+    """The shares of all hosts; clients of this process are one."""
+
+    def __init__(self) -> None:
+        self._by_host: dict[str, HostShare] = {}
+
+    def __len__(self) -> int:
+        return len(self._by_host)
+
+    def join(self, client: Endpoint) -> HostShare:
+        """Return the share of a further connection of a host."""
+        host = getattr(client, "peer_host", "")
+        share = self._by_host.get(host)
+        if share is None:
+            share = self._by_host[host] = HostShare()
+        else:
+            share.resize(1)
+        return share
+
+    def leave(self, client: Endpoint) -> None:
+        """A connection has ended."""
+        host = getattr(client, "peer_host", "")
+        share = self._by_host[host]
+        share.resize(-1)
+        if not share.connections:
+            del self._by_host[host]
+
+    def clear(self) -> None:
+        """Forget all."""
+        self._by_host.clear()
