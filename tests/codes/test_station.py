@@ -1,7 +1,8 @@
 """Numbers of the station's own service."""
 
 from achse.codes.station import MISSING_CONDITION, SERVICE_PORT
-from achse.devices.station import FAULTS, ONLINE_CHANGE, STATISTICS, TAPS
+from achse.devices.station import FAULTS, ONLINE_CHANGE, STATISTICS
+from achse.devices.taps import TAPS
 
 
 def test_numbers_are_in_the_range_of_customers_and_different() -> None:

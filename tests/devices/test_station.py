@@ -14,8 +14,8 @@ from achse.devices.station import (
     ONLINE_CHANGE,
     SERVICE_PORT,
     STATISTICS,
-    TAPS,
 )
+from achse.devices.taps import TAPS
 from achse.router.tap import decode_batch
 from achse.station import Station
 

@@ -9,13 +9,14 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
-from achse.ams import DeviceError, Endpoint, RouterError
+from achse.ams import DeviceError, Endpoint
 from achse.codes import ReturnCode
 from achse.codes.station import MISSING_CONDITION, ONLINE_CHANGE, SERVICE_PORT
 from achse.devices.debugging import debug_group
+from achse.devices.taps import TapService
 from achse.plc import PlcRuntime
 from achse.router import Router
-from achse.router.tap import Tap, Taps, encode_batch
+from achse.router.tap import Taps
 from achse.server import Device, RawGroup
 
 __all__ = [
@@ -24,7 +25,6 @@ __all__ = [
     "ONLINE_CHANGE",
     "SERVICE_PORT",
     "STATISTICS",
-    "TAPS",
     "ActiveOne",
     "FaultList",
     "ServedStation",
@@ -32,10 +32,8 @@ __all__ = [
     "faults_group",
 ]
 
-FAULTS, TAPS, STATISTICS = 0xFA01, 0xFA02, 0xFA03
+FAULTS, STATISTICS = 0xFA01, 0xFA03
 """Index groups."""
-
-_TAPS_PER_CLIENT = 4
 
 
 class ActiveOne(Protocol):
@@ -95,9 +93,7 @@ class StationService(Device):
 
     def __init__(self, station: ServedStation, taps: Taps) -> None:
         self._station = station
-        self._all_taps = taps
-        self._taps: dict[int, tuple[bytes, Endpoint | None, Tap]] = {}
-        self._last_tap = 0
+        self._taps = TapService(taps, lambda: self.request_way)
         self._attached: dict[tuple[bytes, int], Endpoint | None] = {}
         """Ways of the clients that debug a PLC, by client and port of the PLC."""
         super().__init__(
@@ -110,19 +106,7 @@ class StationService(Device):
                     "Read lists, ReadWrite adds, Write clears; offset 0: those of the station,"
                     " n: those of the drives on its bus n.",
                 ),
-                RawGroup(
-                    TAPS,
-                    "taps",
-                    read=self._take,
-                    read_write=self._open_tap,
-                    write=self._close_tap,
-                    last_offset=0xFFFF_FFFF,
-                    response="UINT32 tap; captures: UINT64 Unix ns, BYTE inwards, BYTE n, UINT32 m,"
-                    " BYTE[n] peer, BYTE[m] AMS packet",
-                    description="ReadWrite opens a tap; offset = tap: Read fetches what has passed,"
-                    " Write closes it.",
-                    source="achse",
-                ),
+                self._taps.group,
                 RawGroup(
                     STATISTICS,
                     "statistics",
@@ -191,38 +175,9 @@ class StationService(Device):
         if plc is not None:
             plc.end_debugging()
 
-    # taps ------------------------------------------------------------------------------------
-
-    def _open_tap(self, offset: int, length: int, data: bytes, client: bytes) -> bytes:
-        if sum(owner == client for owner, _, _ in self._taps.values()) >= _TAPS_PER_CLIENT:
-            raise DeviceError(ReturnCode.NO_MORE_HANDLES, f"{_TAPS_PER_CLIENT} taps are open")
-        try:
-            tap = self._all_taps.open()
-        except RouterError as refusal:
-            raise DeviceError(ReturnCode.NO_MORE_HANDLES, refusal.context) from None
-        self._last_tap += 1
-        self._taps[self._last_tap] = (client, self.request_way, tap)
-        return self._last_tap.to_bytes(4, "little")
-
-    def _tap(self, number: int, client: bytes) -> Tap:
-        owner, _, tap = self._taps.get(number, (None, None, None))
-        if tap is None or owner != client:
-            raise DeviceError(ReturnCode.NOT_FOUND, f"tap {number}")
-        return tap
-
-    def _take(self, number: int, length: int, client: bytes) -> bytes:
-        return encode_batch(self._tap(number, client).take(length))
-
-    def _close_tap(self, number: int, data: bytes, client: bytes) -> None:
-        self._tap(number, client).close()
-        del self._taps[number]
-
     def end_client(self, client: bytes) -> None:
         """Close what a client left open."""
-        for number, (owner, _, tap) in list(self._taps.items()):
-            if owner == client:
-                tap.close()
-                del self._taps[number]
+        self._taps.end_client(client)
         for owner, port in list(self._attached):
             if owner == client:
                 self._detach(owner, port)
@@ -230,18 +185,14 @@ class StationService(Device):
 
     def end_way(self, way: Endpoint) -> None:
         """Close what was opened over a connection that is gone."""
-        for number, (_, opened_by, tap) in list(self._taps.items()):
-            if opened_by is way:
-                tap.close()
-                del self._taps[number]
+        self._taps.end_way(way)
         for (owner, port), attached_by in list(self._attached.items()):
             if attached_by is way:
                 self._detach(owner, port)
         super().end_way(way)
 
     def _clients(self) -> set[bytes]:
-        taps = {owner for owner, _, _ in self._taps.values()}
-        return super()._clients() | taps | {owner for owner, _ in self._attached}
+        return super()._clients() | self._taps.clients | {owner for owner, _ in self._attached}
 
 
 def faults_group(

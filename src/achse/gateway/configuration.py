@@ -10,7 +10,7 @@ from achse.ams import NetId
 from achse.ams.discovery import UDP_PORT
 from achse.router.forwarding.resubscription import ClientRule
 from achse.router.routes import Route
-from achse.station.configuration.http import MetricsConfig
+from achse.station.configuration.http import MetricsConfig, PagesConfig
 from achse.station.configuration.network import NetworkConfig
 from achse.station.configuration.secure import RouteTlsConfig
 from achse.station.configuration.types import (
@@ -117,6 +117,7 @@ class GatewayConfig(NetworkConfig):
     given."""
     target: Sequence[TargetConfig] = Field(default=(), max_length=256)
     client: Sequence[ClientConfig] = Field(default=(), max_length=256)
+    web: PagesConfig = PagesConfig.model_construct()
     metrics: MetricsConfig = MetricsConfig.model_construct()
 
     def _unique_keys(self) -> dict[str, list[Any]]:

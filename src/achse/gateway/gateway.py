@@ -1,6 +1,7 @@
 """The gateway: a router, its listeners and its targets, without devices of a station.
 
-It answers at two ports itself: 1 (its figures) and 10000 (the state and the routes).
+It answers at three ports itself: 1 (its figures), 10000 (the state and the routes) and 26000 (the
+traffic).
 """
 
 import asyncio
@@ -13,6 +14,7 @@ from pathlib import Path
 
 from achse.ams import NetId
 from achse.codes.ports import ROUTER_PORT, SYSTEM_PORT
+from achse.codes.station import SERVICE_PORT
 from achse.devices.router import RouterDevice
 from achse.devices.system.device import VERSION, SystemDevice
 from achse.gateway.choices import resubscribe_group
@@ -22,6 +24,7 @@ from achse.gateway.metrics import gateway_families
 from achse.gateway.registration import register
 from achse.gateway.requests import OwnRequests
 from achse.gateway.target import Target
+from achse.gateway.traffic import TrafficDevice
 from achse.router import LOOPBACK_NET_ID, Router
 from achse.router.forwarding.resubscription import Resubscription
 from achse.server import Device
@@ -84,8 +87,10 @@ class Gateway:
                     resubscribe_group(choices, lambda: self.devices[1].request_way),
                 ),
             ),
+            TrafficDevice(self.router, SERVICE_PORT, clock=clock),
         )
-        for device, port in zip(self.devices, (SYSTEM_PORT, ROUTER_PORT), strict=True):
+        ports = (SYSTEM_PORT, ROUTER_PORT, SERVICE_PORT)
+        for device, port in zip(self.devices, ports, strict=True):
             device.attach(self.router, port)
 
     @property

@@ -10,6 +10,7 @@ from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from achse.web.contents import Download
 from achse.web.door import SECURITY_HEADERS, Door
 from achse.web.pages import Pages
 
@@ -23,9 +24,6 @@ TOO_BIG, TRY_LATER, POLICY, UNSUPPORTED = 1009, 1013, 1008, 1003
 
 Serve = Callable[["PageSocket"], Coroutine[Any, Any, bool]]
 """Serves a page to its end; False: too many are open."""
-
-Download = Callable[[str], tuple[str, bytes] | None]
-"""File name and contents of a download by its key."""
 
 
 class PageSocket:

@@ -1,12 +1,13 @@
 """All calls and topics by their names, and the right that each call needs."""
 
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from achse.router.rights import ALL_RIGHTS, Right
 from achse.web.axes import AxisDesk
 from achse.web.buses import BusDesk
+from achse.web.contents import PageCall
 from achse.web.drive_objects import DriveObjectDesk
 from achse.web.faults import FaultDesk
 from achse.web.feeds import Topic
@@ -23,16 +24,7 @@ from achse.web.tables import ChannelDesk, TableDesk
 from achse.web.traffic import ServiceRows, TrafficDesk, rows_of_demo
 from achse.web.watched import WatchedTarget
 
-__all__ = ["Desks", "PageCall", "calls_of", "desks_of", "topics_of"]
-
-
-class PageCall(NamedTuple):
-    """One call: what does it, and what pages need to be allowed for it."""
-
-    do: Callable[..., Awaitable[Any]]
-    needs: Right = Right.READ
-    of_page: bool = False
-    """True if the call is about the calling page, which is then passed before the arguments."""
+__all__ = ["Desks", "calls_of", "desks_of", "topics_of"]
 
 
 class Desks(NamedTuple):

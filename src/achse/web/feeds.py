@@ -3,7 +3,7 @@
 import asyncio
 import logging
 from collections import deque
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from typing import Any, NamedTuple
 
 from achse.ams import AdsError, DeviceError
@@ -117,7 +117,7 @@ class Feeds:
 
     def __init__(
         self,
-        topics: dict[str, Topic],
+        topics: Mapping[str, Topic],
         pause: Pause = asyncio.sleep,
         rights: Right = ALL_RIGHTS,
     ) -> None:

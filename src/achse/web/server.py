@@ -2,13 +2,14 @@
 
 import asyncio
 import contextlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from achse.client import Client
 from achse.router.rights import ALL_RIGHTS, Right
 from achse.transport.own_address import address_for_others
-from achse.web.calls import calls_of, desks_of, topics_of
+from achse.web.contents import PageContents
 from achse.web.door import Door, is_own_computer
 from achse.web.feeds import Feeds, Pause
 from achse.web.pages import Pages
@@ -21,6 +22,7 @@ from achse.web.watched import WatchedTarget
 if TYPE_CHECKING:
     from starlette.applications import Starlette
 
+    from achse.web.calls import Desks
     from achse.web.listening import QuietServer
 
 __all__ = ["WebServer"]
@@ -35,7 +37,7 @@ class WebServer:
     `async with WebServer(client, WebSettings(port=0)) as web: print(web.url)`. `rights` are what
     pages may at most; with `read_only` settings they may only read. `rows` name
     services in the traffic; `process_log` has the log of a station in this process; `pause` waits
-    for seconds.
+    for seconds. `contents(watched)` are those of pages about something else than a station.
     """
 
     def __init__(
@@ -48,6 +50,7 @@ class WebServer:
         pages: Path | None = None,
         rows: ServiceRows = rows_of_demo,
         process_log: ProcessLog | None = None,
+        contents: Callable[[WatchedTarget], PageContents] | None = None,
         pause: Pause = asyncio.sleep,
     ) -> None:
         self.settings = settings or WebSettings()
@@ -55,11 +58,19 @@ class WebServer:
         if self.settings.read_only:
             rights &= Right.READ
         self.watched = WatchedTarget(client, name=name, rights=rights)
-        self.desks = desks_of(
-            self.watched, self.settings.scene, rows, process_log, self.settings.projects
-        )
-        self._calls = calls_of(self.watched, self.desks)
-        self.feeds = Feeds(topics_of(self.desks), pause, of_station)
+        self.desks: Desks | None = None
+        """Handlers of the calls about a station."""
+        if contents is None:
+            from achse.web.calls import calls_of, desks_of, topics_of
+
+            self.desks = desks = desks_of(
+                self.watched, self.settings.scene, rows, process_log, self.settings.projects
+            )
+            calls = calls_of(self.watched, desks)
+            self._contents = PageContents(calls, topics_of(desks), desks.scopes.download)
+        else:
+            self._contents = contents(self.watched)
+        self.feeds = Feeds(self._contents.topics, pause, of_station)
         self._pages = pages
         self._viewers: set[Viewer] = set()
         self._server: QuietServer | None = None
@@ -96,7 +107,7 @@ class WebServer:
         except ImportError:
             raise WebExtraMissing from None
         return web_app(
-            Door(self._token, port), Pages(self._pages), self.serve, self.desks.scopes.download
+            Door(self._token, port), Pages(self._pages), self.serve, self._contents.download
         )
 
     async def open(self) -> None:
@@ -142,7 +153,7 @@ class WebServer:
         """Serve one page to its end; False if too many are open."""
         if len(self._viewers) >= self.settings.viewers:
             return False
-        viewer = Viewer(self._calls, self.feeds, self.watched.rights)
+        viewer = Viewer(self._contents.calls, self.feeds, self.watched.rights)
         self._viewers.add(viewer)
         self.watched.on_connection(viewer.tell_connection)
         try:

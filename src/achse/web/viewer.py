@@ -10,7 +10,7 @@ from achse.codes import ReturnCode
 from achse.router.rights import Right
 from achse.scope.data import ScopeData
 from achse.web.arguments import Arguments
-from achse.web.calls import PageCall
+from achse.web.contents import PageCall
 from achse.web.feeds import Feed, Feeds
 from achse.web.jogging import Jogging
 from achse.web.messages import CallError, dumped, error_of, request_of

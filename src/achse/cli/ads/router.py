@@ -1,11 +1,15 @@
 """`achse router` lets many programs use one connection per target; no station, no devices."""
 
 import asyncio
+import functools
+from collections.abc import Callable
+from contextlib import AbstractAsyncContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from achse.cli.ads.router_web import router_web
 from achse.cli.failure import fail
 from achse.cli.interrupts import serve
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
@@ -13,11 +17,13 @@ from achse.cli.options import LetEverybodyIn, ListenHost, ListenPort, Logged, Lo
 from achse.cli.output import tell_event
 from achse.cli.process import loop_factory, raise_file_limit
 from achse.cli.service_manager import announced
+from achse.cli.start.web import WebHost, WebPort, tell_web
 from achse.cli.target import net_id_of
 
 if TYPE_CHECKING:
     from achse.gateway.configuration import GatewayConfig
     from achse.gateway.gateway import Gateway
+    from achse.web.server import WebServer
 
 __all__ = ["register"]
 
@@ -60,6 +66,11 @@ def router(
         typer.Option(envvar="ACHSE_PASSWORD", help="Password of that user.", show_default=False),
     ] = None,
     let_everybody_in: LetEverybodyIn = False,
+    web: Annotated[
+        bool, typer.Option("--web", help="Show the router in the browser, at port 8080.")
+    ] = False,
+    web_port: WebPort = None,
+    web_host: WebHost = None,
     log_level: Logged = LogLevel.WARNING,
     log_format: LoggedAs = LogFormat.TEXT,
 ) -> None:
@@ -67,11 +78,21 @@ def router(
     if net_id is not None:
         net_id_of(net_id)
     set_up_logs(log_format, log_level)
-    raise_file_limit()
-    configuration = _configuration(config, to or [], net_id, host, user, password)
-    base = Path() if config is None else config.parent
-    with asyncio.Runner(loop_factory=loop_factory()) as runner:
-        code = runner.run(_serve(configuration, base, tcp_port, let_everybody_in or None))
+    from achse.web.process_log import ProcessLog
+
+    process_log = ProcessLog()
+    process_log.attach()
+    try:
+        raise_file_limit()
+        configuration = _configuration(config, to or [], net_id, host, user, password)
+        base = Path() if config is None else config.parent
+        page = functools.partial(
+            router_web, wanted=web, host=web_host, port=web_port, process_log=process_log
+        )
+        with asyncio.Runner(loop_factory=loop_factory()) as runner:
+            code = runner.run(_serve(configuration, base, tcp_port, let_everybody_in or None, page))
+    finally:
+        process_log.detach()
     raise typer.Exit(code)
 
 
@@ -98,14 +119,23 @@ def _configuration(
 
 
 async def _serve(
-    config: "GatewayConfig", base: Path, tcp_port: int | None, let_everybody_in: bool | None
+    config: "GatewayConfig",
+    base: Path,
+    tcp_port: int | None,
+    let_everybody_in: bool | None,
+    page: "Callable[[Gateway], AbstractAsyncContextManager[WebServer | None]]",
 ) -> int:
     from achse.gateway.gateway import Gateway
 
     async def until(stopped: asyncio.Event) -> None:
         gateway = Gateway(config, base=base)
-        async with gateway.running(config.router.host, tcp_port, let_everybody_in=let_everybody_in):
+        async with (
+            gateway.running(config.router.host, tcp_port, let_everybody_in=let_everybody_in),
+            page(gateway) as web,
+        ):
             _report_ready(gateway)
+            if web is not None:
+                tell_web(web)
             async with announced():
                 await stopped.wait()
 

@@ -328,7 +328,7 @@ async def _station_tap(
     from achse.client import connect
     from achse.client.links.link import TcpDialer
     from achse.codes import ReturnCode
-    from achse.devices.station import TAPS
+    from achse.devices.taps import TAPS
     from achse.router import LOOPBACK_NET_ID
     from achse.router.tap import decode_batch
 

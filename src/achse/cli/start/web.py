@@ -2,7 +2,7 @@
 
 import asyncio
 import contextlib
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -16,11 +16,21 @@ if TYPE_CHECKING:
     from achse.client import Client
     from achse.router.rights import Right
     from achse.station import Station
+    from achse.web.contents import PageContents
     from achse.web.process_log import ProcessLog
     from achse.web.server import WebServer
     from achse.web.settings import EditedProject, WebSettings
+    from achse.web.watched import WatchedTarget
 
-__all__ = ["WebHost", "WebPort", "register", "served_web", "station_web", "tell_web"]
+__all__ = [
+    "DEFAULT_PORT",
+    "WebHost",
+    "WebPort",
+    "register",
+    "served_web",
+    "station_web",
+    "tell_web",
+]
 
 PLC_PORT = 851
 DEFAULT_PORT = 8080
@@ -82,10 +92,12 @@ async def served_web(
     rights: "Right",
     station: "Station | None" = None,
     process_log: "ProcessLog | None" = None,
+    contents: "Callable[[WatchedTarget], PageContents] | None" = None,
 ) -> AsyncIterator["WebServer"]:
     """A web server while the block lasts; if it cannot listen, the command ends.
 
-    `station` is the one of this process, if it is that, `process_log` its log.
+    `station` is the one of this process, if it is that, `process_log` its log. `contents` are those
+    of pages about something else than a station.
     """
     from achse.monitor.names import rows_of
     from achse.transport.reason import reason
@@ -95,7 +107,12 @@ async def served_web(
 
     rows = rows_of_demo if station is None else lambda: rows_of(station.devices)
     server = WebServer(
-        client, settings, name=name, rights=rights, rows=rows, process_log=process_log
+        *(client, settings),
+        name=name,
+        rights=rights,
+        rows=rows,
+        process_log=process_log,
+        contents=contents,
     )
     try:
         await server.open()

@@ -82,7 +82,8 @@ function drawNavigation() {
 async function open() {
   const opening = ++openings;
   const known = pages();
-  const wanted = view.page || "overview";
+  const first = known[0]?.name ?? "overview";
+  const wanted = view.page || first;
   const entry = PAGES.find(({ name }) => name === wanted);
   const there = known.includes(entry);
   for (const a of at("nav").querySelectorAll("a")) {
@@ -106,7 +107,7 @@ async function open() {
   show(at("title"), title);
   document.title = `${title} – ${connection.hello.name || "achse"}`;
   if (module === null) {
-    element.append(h("p", {}, failure, " ", h("a", { href: fragment("overview") }, "Go to the overview")));
+    element.append(h("p", {}, failure, " ", h("a", { href: fragment(first) }, "Go to the first page")));
     return;
   }
   const session = new Session(connection, view, { say, fail });
@@ -146,6 +147,7 @@ function drawConnection({ state, text }) {
   document.body.dataset.connection = shown === "open" && !targetThere ? "mute" : shown;
   if (shown === state) show(at("connection-text"), words[state]);
   const stop = at("stop");
+  stop.hidden = connection.hello?.features.includes("router") === true; // it has no axes
   stop.disabled = shown !== "open" || connection.hello?.control !== true
     || !connection.hello.features.includes("axes");
 }

@@ -15,12 +15,13 @@
  * - name: in the URL, `#name?key=value`; also the key of the page's title in the navigation
  * - title: in the navigation and as heading
  * - module: loaded on demand
- * - feature: one of `hello`'s features; without it the page is not offered. null: always there
+ * - feature: one of `hello`'s features; without it the page is not offered
  *
- * @type {ReadonlyArray<{name: string, title: string, module: string, feature: string | null}>}
+ * @type {ReadonlyArray<{name: string, title: string, module: string, feature: string}>}
  */
 export const PAGES = [
-  { name: "overview", title: "Overview", module: "./overview.js", feature: null },
+  { name: "overview", title: "Overview", module: "./overview.js", feature: "overview" },
+  { name: "router", title: "Router", module: "./router.js", feature: "router" },
   { name: "axes", title: "Axes", module: "./axes.js", feature: "axes" },
   { name: "scope", title: "Scope", module: "./scope.js", feature: "scope" },
   { name: "symbols", title: "Symbols", module: "./symbols.js", feature: "symbols" },
@@ -40,6 +41,6 @@ export function offered(features) {
   const has = new Set(features);
   return PAGES.filter(
     ({ name, feature }) =>
-      feature === null || has.has(feature) || (ALSO[name] ?? []).some((other) => has.has(other)),
+      has.has(feature) || (ALSO[name] ?? []).some((other) => has.has(other)),
   );
 }
