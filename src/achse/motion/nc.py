@@ -303,9 +303,7 @@ class Nc:
         self._cycles: Callable[[int], None]
         self._many: Callable[[int], int] = _none
         self.kernel_arguments: tuple[Any, ...] = ()
-        """Arguments of machine code for all rows and the cycle time; another tuple with new curves.
-        Empty for a plain kernel.
-        """
+        """Arguments of the kernel for rows and cycle time; another tuple with new curves."""
         self._around: tuple[Callable[[], None], Callable[[], None]] | None = None
         self.tables = Tables(lambda: self._axes.values())
         self.tables.laid_out = self.tables.characteristics.laid_out = self._load_curves
@@ -351,7 +349,8 @@ class Nc:
                 *(records[0], encoders[0], self._order.rows),
                 *(pieces, self.tables.cams.numbers),
             )
-            self._cycles = partial(KERNEL.plain, rows, hardware.rows, self._dt)
+            self.kernel_arguments = (rows, hardware.rows, self._dt)
+            self._cycles = partial(KERNEL.plain, *self.kernel_arguments)
             return
         self._curves = Rows(curves.LAYOUT, len(pieces))
         for index, piece in enumerate(pieces):
