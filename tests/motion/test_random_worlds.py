@@ -14,8 +14,8 @@ from achse.motion import AxisParameters, Nc
 from achse.motion.states import TableType
 from achse.motion.tables import TableParameters
 from achse.swarm.clients import encode_service
-from achse.swarm.invariants import motion_checks
-from achse.swarm.motion_watch import MotionWatch
+from achse.swarm.motion.checks import NAMES
+from achse.swarm.motion.watch import MotionWatch
 from achse.swarm.worlds.couplings import draw_rare_motion
 from achse.swarm.worlds.drawing import draw_world
 from achse.swarm.worlds.draws import Stream
@@ -62,9 +62,7 @@ def play(seed: int) -> tuple[list[tuple[str, str]], int, bytes]:
         acts += draw_rare_motion(draws, world.axes, 1, moments)
     broken: list[tuple[str, str]] = []
     bare = BareStation(nc)
-    watch = MotionWatch(
-        cast(Any, bare), world.axes, motion_checks(), lambda *what: broken.append(what)
-    )
+    watch = MotionWatch(cast(Any, bare), world.axes, NAMES, lambda *what: broken.append(what))
     for act in sorted(acts, key=lambda act: act.at_ns):
         while bare.time_ns < min(act.at_ns, LENGTH_MS * MS) and not broken:
             bare.time_ns += nc.cycle_ns

@@ -1,27 +1,23 @@
 """The invariants: what holds in every world, each with its source and what looks after it.
 
-A row of motion has the function that is called for each axis and cycle. The others are looked after
-where the events are, and report by the name of their row.
+Those of motion are checked for each axis and cycle (`achse.swarm.motion.checks`). The others are
+looked after where the events are, and report by the name of their row.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
-from achse.swarm.motion_checks import MotionStep
-
-__all__ = ["INVARIANTS", "Invariant", "invariant_rows", "motion_checks"]
+__all__ = ["INVARIANTS", "Invariant", "invariant_rows"]
 
 
 @dataclass(frozen=True)
 class Invariant:
-    """One row: name, statement, source, exception, and for motion its function."""
+    """One row: name, statement, source and exception."""
 
     name: str
     statement: str
     source: str
     excused: str = ""
     """Cases in which it is not checked, and why."""
-    motion: Callable[[MotionStep], str | None] | None = None
     where: str = ""
     """Module of `achse.swarm` that looks after it, unless it is one of motion."""
 
@@ -34,48 +30,43 @@ _SLAVES = "slaves of gears follow beyond their limits (decision 0186)"
 INVARIANTS = (
     Invariant(
         "finite", "Set position, velocity and acceleration are numbers.", "design, idea 6",
-        motion=MotionStep.finite,
     ),
     Invariant(
         "velocity", "No axis is faster than its maximum velocity, superposed motion included.",
         "002 §6.4.4.1, 0x4000+ID: 0x27; design, idea 6: a limit holds for the sum",
-        f"{_ABRUPT}; {_SLAVES}, until they rest", MotionStep.velocity,
+        f"{_ABRUPT}; {_SLAVES}, until they rest",
     ),
     Invariant(
         "acceleration", "No acceleration or deceleration beyond its maximum begins.",
         "002 §6.4.4.1; design, idea 6",
         f"{_ABRUPT}; {_SLAVES}; while a section compensation, a trapezoid, is active",
-        MotionStep.acceleration,
     ),
     Invariant(
         "jerk", "Acceleration changes by the jerk, velocity by the acceleration.",
         "002 §6.4.4.3, 0x4200+ID: 0x16",
-        f"{_ABRUPT}; coupled axes; a section compensation, a trapezoid", MotionStep.jerk_limit,
+        f"{_ABRUPT}; coupled axes; a section compensation, a trapezoid",
     ),
     Invariant(
         "position", "An axis goes as far in a cycle as its velocity says.", "design, idea 6",
         f"{_ABRUPT}; slaves of cams, see slave-step, and slaves of those; the cycle of a new ratio;"
         " for slaves of gears the change of velocity in the cycle",
-        MotionStep.position,
     ),
     Invariant(
         "stop", "A stop takes acceleration away in the direction of motion, and adds none.",
         "004 §3.1.2; design, idea 6", f"{_ABRUPT}; coupled axes, a section compensation",
-        MotionStep.stop,
     ),
     Invariant(
         "rest", "An axis without a motion keeps its set point.", "004 §3.1.2",
-        f"{_ABRUPT}; coupled axes; the cycle of a command", MotionStep.rest,
+        f"{_ABRUPT}; coupled axes; the cycle of a command",
     ),
     Invariant(
         "slave-step", "No slave of a cam goes farther in a cycle than velocity of axis and drive.",
-        "decision 0124", _ABRUPT, MotionStep.slave_step,
+        "decision 0124", _ABRUPT,
     ),
     Invariant(
         "gear-law", "A slave of a gear goes as far as its master, times the ratio.",
         "004 §3.1.4; decision 0186",
         f"{_ABRUPT}; the cycle in which a ratio changes; a section compensation",
-        MotionStep.gear_law,
     ),
     Invariant(
         "coupled-way",
@@ -84,12 +75,10 @@ INVARIANTS = (
         f"{_ABRUPT}; gears and cams, see gear-law and slave-step; the first cycle of a law and of"
         " its parameters (0037: a saw takes another gear at once); saws on a curve over their"
         " master; slaves of slaves that may jump",
-        MotionStep.coupled_way,
     ),
     Invariant(
         "new-ratio", "A new ratio makes no slave faster than axis and drive may be.",
         "decisions 0037, 0186", f"{_ABRUPT}; a master that becomes faster later (0186)",
-        MotionStep.new_ratio,
     ),
     Invariant(
         "channel-states", "A channel changes its state by drawn transitions, commanded or its own.",
@@ -155,11 +144,6 @@ INVARIANTS = (
     ),
 )  # fmt: skip
 """All invariants, in the order of the docs."""
-
-
-def motion_checks() -> list[tuple[str, Callable[[MotionStep], str | None]]]:
-    """Return the checks of each axis and cycle, by the names of their rows."""
-    return [(row.name, row.motion) for row in INVARIANTS if row.motion is not None]
 
 
 def invariant_rows() -> list[str]:

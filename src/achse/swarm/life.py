@@ -14,7 +14,7 @@ from achse.station.configuration.station_file import StationConfig, parse
 from achse.station.station import DEFAULT_EPOCH_NS
 from achse.swarm.clients import Client
 from achse.swarm.disk import MemoryDisk
-from achse.swarm.motion_watch import MotionCheck, MotionWatch
+from achse.swarm.motion.watch import MotionWatch
 from achse.swarm.road import Road, StationTurns
 from achse.swarm.talk import ConnectionLedger
 from achse.swarm.worlds.channels import CHANNEL, GROUP, HANDSHAKE, program_file
@@ -109,7 +109,7 @@ class StationLife:
         disk: MemoryDisk,
         begun_ns: int,
         kernel: str,
-        checks: Sequence[MotionCheck],
+        checks: Sequence[str],
         report: Report,
         *,
         config: StationConfig | None = None,

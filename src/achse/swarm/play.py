@@ -21,8 +21,8 @@ from achse.station.clocks.cycle import CyclicPhase, PhasePlace
 from achse.station.configuration.station_file import StationConfig, load
 from achse.swarm.clients import Client
 from achse.swarm.disk import MemoryDisk, PowerCut
-from achse.swarm.invariants import motion_checks
 from achse.swarm.life import StationLife
+from achse.swarm.motion.checks import NAMES
 from achse.swarm.project import PROJECT_INVARIANTS, UserCheck
 from achse.swarm.resources import (
     SETTLED_S,
@@ -140,9 +140,9 @@ class _Player:
             self._violation = BrokenInvariant(invariant, what)
 
     def _begin(self, now_ns: int) -> StationLife:
-        checks = motion_checks()
+        checks = NAMES
         if self.world.project:
-            checks = [each for each in checks if each[0] in PROJECT_INVARIANTS]
+            checks = tuple(each for each in NAMES if each in PROJECT_INVARIANTS)
         life = StationLife(
             *(self.world, self._folder, self._disk, now_ns, self._kernel, checks, self.report),
             config=self._config,

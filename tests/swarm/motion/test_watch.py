@@ -7,8 +7,8 @@ import pytest
 from achse.motion import commands
 from achse.station import Station
 from achse.station.configuration.station_file import parse
-from achse.swarm.invariants import motion_checks
-from achse.swarm.motion_watch import MotionWatch
+from achse.swarm.motion.checks import NAMES
+from achse.swarm.motion.watch import MotionWatch
 from achse.swarm.worlds.drawing import draw_world
 from achse.swarm.worlds.world import DrawnAxis
 
@@ -19,7 +19,7 @@ def rig(seed: int) -> tuple[Station, MotionWatch, list[str]]:
     station = Station(parse({"axis": [axis]}, "test"))
     reported: list[str] = []
     watch = MotionWatch(
-        station, [part], motion_checks(), lambda name, what: reported.append(f"{name} {what}")
+        station, [part], NAMES, lambda name, what: reported.append(f"{name} {what}")
     )
     station.cycle.add(watch)
     return station, watch, reported
@@ -51,7 +51,7 @@ def test_set_point_that_jumps_is_reported() -> None:
     assert station.nc is not None
     station.nc.axis(1).set.position += 1.0
     station.advance(0.1)
-    assert any(each.startswith("rest axis") for each in reported)
+    assert any(each.startswith("position axis") for each in reported)
 
 
 def test_axes_of_the_next_nc_are_seen_after_a_restart() -> None:
