@@ -1,5 +1,7 @@
 """Calls about sources: which pages may make them, and with what."""
 
+import asyncio
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -50,3 +52,36 @@ async def test_pages_that_may_only_look_do_not_write(shown: Shows, project: Path
         assert "may only look" in (await page.refused("sources.save", **given))["text"]
         assert "may only look" in (await page.refused("sources.apply"))["text"]
         assert (project / "MAIN.st").read_text() == MAIN
+
+
+async def test_a_page_that_goes_leaves_no_second_thread(
+    shown: Shows, project: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from achse.web.source_project import SourceProject
+
+    begun, may_end = threading.Event(), threading.Event()
+    inside: list[int] = []
+
+    def slow(self: SourceProject) -> list[Any]:
+        inside.append(len(inside))
+        begun.set()
+        may_end.wait()
+        return []
+
+    async with shown(station(project), settings(project)) as it:
+        async with it.page() as page:
+            await page.done("sources.read", project=0, file="MAIN.st")
+            with monkeypatch.context() as patched:
+                patched.setattr(SourceProject, "files", slow)
+                page.say('{"id": "a", "call": "sources.list"}')
+                await asyncio.to_thread(begun.wait)
+        async with it.page() as page:
+            page.say(
+                '{"id": "b", "call": "sources.read", "with": {"project": 0, "file": "MAIN.st"}}'
+            )
+            for _ in range(50):
+                await asyncio.sleep(0)
+            assert page.seen.empty()
+            may_end.set()
+            assert "result" in await page.until(lambda each: each.get("id") == "b")
+    assert inside == [0]

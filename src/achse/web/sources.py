@@ -3,6 +3,7 @@
 import asyncio
 import json
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from achse.codes.station import ONLINE_CHANGE
@@ -29,15 +30,15 @@ class SourceDesk:
         self._watched = watched
         self._projects = projects
         self._loaded: dict[int, SourceProject] = {}
-        self._one_at_a_time = asyncio.Lock()
+        self._thread = ThreadPoolExecutor(1, "achse-sources")
+        """Goes on to its end with what a page that is gone has asked; the next one waits."""
 
     async def there(self) -> bool:
         """Return True if there are projects to edit."""
         return bool(self._projects)
 
     async def _work(self, work: Callable[[], _T]) -> _T:
-        async with self._one_at_a_time:
-            return await asyncio.to_thread(work)
+        return await asyncio.get_running_loop().run_in_executor(self._thread, work)
 
     def _project(self, number: int) -> "SourceProject":
         if number not in self._loaded:
