@@ -31,7 +31,9 @@ async def test_without_projects_there_is_no_code(shown: Shows) -> None:
 async def test_what_is_refused(shown: Shows, project: Path) -> None:
     async with shown(station(project), settings(project)) as it, it.page() as page:
         read = await page.done("sources.read", project=0, file="MAIN.st")
-        for file in ("notes.txt", "../station.toml", "/etc/passwd", ""):
+        (project.parent / "of_others.st").write_text("PROGRAM Others\nEND_PROGRAM\n")
+        (project / "link.st").symlink_to(project.parent / "of_others.st")
+        for file in ("notes.txt", "../station.toml", "/etc/passwd", "", "link.st"):
             refusal = await page.refused("sources.read", project=0, file=file)
             assert "expected a source of the project" in refusal["text"]
         await page.refused("sources.read", project=1, file="MAIN.st")

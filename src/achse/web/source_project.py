@@ -45,8 +45,16 @@ class SourceProject:
     def _files(self) -> Iterator[tuple[Path, str]]:
         """Files whose code can be edited, with their names in the project."""
         for file, name in source_files(self._path):
-            if file.suffix.lower() in EDITABLE:
+            if file.suffix.lower() in EDITABLE and not self._leads_away(file):
                 yield file, name
+
+    def _leads_away(self, file: Path) -> bool:
+        """Return True for a file that a link takes out of the folder of the project."""
+        real = Path(os.path.realpath(file))
+        folder = self._path if self._path.is_dir() else self._path.parent
+        return str(real) != os.path.abspath(file) and not real.is_relative_to(
+            os.path.realpath(folder)
+        )
 
     def _file(self, name: str) -> Path:
         for file, known in self._files():
