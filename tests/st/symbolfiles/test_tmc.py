@@ -138,6 +138,21 @@ def test_a_fault_is_named_with_file_and_line(tmc: bytes, old: str, new: str, fau
     assert error.value.faults[0].location.line > 0
 
 
+def test_bits_of_a_terminal_that_begin_inside_a_byte_are_left_out(tmc: bytes) -> None:
+    old = "<Name>bReady</Name>"
+    new = f"""<Name>nCycle</Name><Type GUID="{{18071995-0000-0000-0000-000000000011}}">BIT2</Type>
+        <BitSize>2</BitSize><BitOffs>34</BitOffs></SubItem><SubItem>{old}"""
+    assert tmc.decode().count(old) == 1
+    names = [type.name for type in read_tmc(tmc, "plant.tmc").types]
+    changed = read_tmc(tmc.decode().replace(old, new).encode(), "plant.tmc")
+    assert [type.name for type in changed.types] == names
+    members = [
+        each.name for type in changed.types if isinstance(type, StructType) for each in type.members
+    ]
+    assert "bReady" in members
+    assert "nCycle" not in members
+
+
 def test_a_file_without_module_has_types_only(tmc: bytes) -> None:
     text = tmc.decode()
     start, end = text.index("<Modules>"), text.index("</Modules>") + len("</Modules>")

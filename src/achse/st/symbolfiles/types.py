@@ -376,6 +376,8 @@ class FileTypes:
                 type = with_coding(type, "utf-8")
             static = tag.attributes.get("Static") == "true" or item.find("BitOffs") is None
             offset, bit = divmod(0 if static else item.number_of("BitOffs"), 8)
+            if bit and item.number_of("BitSize") < 8 and not type.is_bit:
+                continue  # BIT2 … BIT7 of a terminal's process data: no symbol has such a place
             if bit and not type.is_bit:
                 item.fault(
                     f"member {shown(name)} of {type.name} begins inside a byte",
