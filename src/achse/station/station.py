@@ -35,6 +35,7 @@ from achse.station.clocks.clock import StationClock
 from achse.station.clocks.cycle import Cycle, PhasePlace
 from achse.station.clocks.pacing import Pace
 from achse.station.configuration.station_file import ConfigError, StationConfig, load
+from achse.station.configuration.types import STATION_FILE
 from achse.station.persistence.file_port import DISK, FilePort
 from achse.station.persistence.persistent_data import PersistentData
 from achse.station.routes.addresses import net_id_at
@@ -142,13 +143,16 @@ class Station:
         redundant: Mapping[str, str] | None = None,
         epoch_ns: int = DEFAULT_EPOCH_NS,
     ) -> Self:
-        """A station from a station.toml; `net_id` and `host` replace those in there, `interfaces`
-        (by name of the bus, "" for the only one) where the slaves of buses are, `redundant` where
-        the other ends of their lines are.
+        """A station from a station.toml or its folder, or what a solution (`.sln`, `.tsproj`), a
+        PLC project, a source or a folder of them has.
 
-        Raises ConfigError, OSError.
+        `net_id` and `host` replace those in there, `interfaces` (by name of the bus, "" for the
+        only one) where the slaves of buses are, `redundant` where the other ends of their lines
+        are. Raises ConfigError, OSError.
         """
         file = Path(path)
+        if (file / STATION_FILE).is_file():
+            file /= STATION_FILE
         config = load(file, net_id=net_id, host=host, interfaces=interfaces, redundant=redundant)
         try:
             return cls(config, base=file.parent, epoch_ns=epoch_ns)

@@ -341,8 +341,11 @@ def test_a_full_disk_behind_stdout_is_told_and_ends_nothing(warm_commands: WarmC
     assert "Traceback" not in run.stderr
 
 
-def test_for_a_folder_the_file_in_it_is_named(tmp_path: Path, warm_commands: WarmCommands) -> None:
-    (tmp_path / "station.toml").write_text("")
+def test_a_folder_stands_for_the_station_in_it(tmp_path: Path, warm_commands: WarmCommands) -> None:
     run = warm_commands.run("run", str(tmp_path))
     assert run.returncode == 1
-    assert f"did you mean {tmp_path}/station.toml?" in run.stderr
+    assert "expected a station.toml, or a folder with" in run.stderr
+    (tmp_path / "station.toml").write_text('[[axis]]\nid = 1\nname = "X"\n')
+    run = warm_commands.run("run", str(tmp_path), "--tcp-port", "0", "--for", "0", "--speed", "max")
+    assert run.returncode == 0
+    assert "axes=1" in run.stdout

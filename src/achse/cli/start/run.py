@@ -45,7 +45,11 @@ def register(app: typer.Typer) -> None:
 def run(
     file: Annotated[
         Path | None,
-        typer.Argument(help="A station.toml; without one the demo station.", show_default=False),
+        typer.Argument(
+            help="A station.toml; or a solution (.sln, .tsproj), a .plcproj, a source, a folder of"
+            " them. Without one the demo station.",
+            show_default=False,
+        ),
     ] = None,
     host: ListenHost = None,
     tcp_port: ListenPort = None,
@@ -211,9 +215,7 @@ def load_station(
     except ConfigError as faults:
         fail(str(faults), name="CONFIGURATION")
     except OSError as failure:
-        inside = file is not None and file.is_dir() and (file / "station.toml").is_file()
-        hint = f"; did you mean {file}/station.toml?" if inside else ""
-        fail(f"{file}: {failure.strerror}{hint}", name="CONFIGURATION")
+        fail(f"{file}: {failure.strerror}", name="CONFIGURATION")
 
 
 async def _serve(

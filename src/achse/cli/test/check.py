@@ -32,7 +32,8 @@ def check(
     file: Annotated[
         Path,
         typer.Argument(
-            help="A station.toml; or a folder with PLC sources, a .plcproj, one source file.",
+            help="A station.toml or a solution (.sln, .tsproj); or a folder with PLC sources, a"
+            " .plcproj, one source file.",
             show_default=False,
         ),
     ],
@@ -101,7 +102,9 @@ def check(
         return
     if in_json:
         report = ReportFormat.JSON
-    is_project = file.suffix.lower() != ".toml" and file.exists()
+    from achse.st.files.solution import SOLUTIONS
+
+    is_project = file.suffix.lower() not in (".toml", *SOLUTIONS) and file.exists()
     if watch:
         if not is_project or report is not ReportFormat.TEXT:
             fail(f"--watch prints the findings of a PLC project as text: got {file}, {report}")

@@ -18,9 +18,25 @@ from typing import NamedTuple
 
 from achse.st.files.files import LEVELS_UP, content_of
 
-__all__ = ["AxisMapping", "TaskOptions", "axis_mappings", "solution_files", "task_options"]
+__all__ = [
+    "SOLUTIONS",
+    "SOLUTION_LIST",
+    "SYSTEM_FILES",
+    "AxisMapping",
+    "TaskOptions",
+    "axis_mappings",
+    "solution_files",
+    "task_options",
+]
 
-_FILES = (".tsproj", ".tspproj")
+SYSTEM_FILES = (".tsproj", ".tspproj")
+"""Endings of a solution's project, which has PLCs, axes and tasks, in lower case."""
+
+SOLUTION_LIST = ".sln"
+"""Ending of the file that lists projects of all kinds, in lower case."""
+
+SOLUTIONS = (SOLUTION_LIST, *SYSTEM_FILES)
+
 _TASK = re.compile(rb"<Task\b([^>]*)>\s*<Name>\s*([^<]*?)\s*</Name>")
 _ATTRIBUTE = re.compile(rb'(\w+)="([0-9]{1,9})"')
 
@@ -54,7 +70,7 @@ def solution_files(path: Path) -> Iterator[tuple[bytes, str]]:
     for folder in [path, *path.absolute().parents][: LEVELS_UP + 1]:
         if folder.is_dir():
             for file in sorted(folder.iterdir()):
-                if file.suffix.lower() in _FILES and file.is_file():
+                if file.suffix.lower() in SYSTEM_FILES and file.is_file():
                     yield content_of(file, file.name), file.name
 
 

@@ -236,12 +236,12 @@ def load(
     interfaces: Mapping[str, str] | None = None,
     redundant: Mapping[str, str] | None = None,
 ) -> StationConfig:
-    """Read a station.toml; `net_id` and `host` replace those in there, `interfaces` and `redundant`
-    (the second ones) those of buses by name ("" for the only bus).
+    """Read a station.toml, a solution, a PLC project, or a folder of one.
 
-    Raises ConfigError; OSError if the file cannot be read.
+    `net_id` and `host` replace those in there, `interfaces` and `redundant` (the second ones) those
+    of buses by name ("" for the only bus). Raises ConfigError; OSError if the file cannot be read.
     """
-    document = document_of(path)
+    document = document_of(path) if path.suffix.lower() == ".toml" else _other_document(path)
     for key, value in (("net_id", net_id), ("host", host)):
         if value is not None and isinstance(document.setdefault("router", {}), dict):
             document["router"][key] = value
@@ -249,6 +249,12 @@ def load(
         if wanted:
             _put_on_interfaces(document, key, wanted, str(path))
     return parse(document, str(path))
+
+
+def _other_document(path: Path) -> dict[str, Any]:
+    from achse.station.configuration.solution import is_project, project_document
+
+    return project_document(path) if is_project(path) else document_of(path)
 
 
 def _put_on_interfaces(

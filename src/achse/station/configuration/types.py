@@ -21,6 +21,7 @@ from achse.router.access import PasswordHash
 
 __all__ = [
     "ALL_RIGHT_NAMES",
+    "STATION_FILE",
     "ConfigError",
     "ConfigTable",
     "ConfiguredHash",
@@ -31,6 +32,10 @@ __all__ = [
     "MomentNs",
     "without_plugins",
 ]
+
+
+STATION_FILE = "station.toml"
+"""Name of the file that a folder of a station has."""
 
 
 class ConfigError(ValueError):

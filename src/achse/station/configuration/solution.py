@@ -1,0 +1,309 @@
+"""Stations without a station.toml: PLCs and axes as a TwinCAT solution or a PLC project has them.
+
+A `.tsproj` lists PLC projects with their AMS ports, and the axes of the NC, either inline or in
+files of their own: `_Config/PLC/Name.xti`, `_Config/NC/NC.xti`, `_Config/NC/Axes/Name.xti`. It has
+only parameters that differ from the development system's defaults.
+
+    <Plc><Project Name="Cell" PrjFilePath="Cell\\Cell.plcproj" AmsPort="851"/></Plc>
+    <Motion><NC><SafTask CycleTime="20000"/>
+      <Axis Id="1"><Name>X</Name><AxisPara><Velo Maximum="200"/></AxisPara></Axis></NC></Motion>
+
+Source: project files of TwinCAT 3.1 (builds 4022 to 4026), seen in public projects.
+"""
+
+import logging
+import math
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path, PureWindowsPath
+from typing import Any, NamedTuple
+
+from achse.motion.record import FIELDS
+from achse.st.files.files import PROJECT, SUFFIXES, content_of, files_below
+from achse.st.files.solution import SOLUTION_LIST, SOLUTIONS, SYSTEM_FILES
+from achse.st.lexis.source import SourceError
+from achse.st.lexis.xml import Element, parse_xml
+from achse.station.configuration.types import STATION_FILE, ConfigError
+
+__all__ = ["is_project", "project_document"]
+
+log = logging.getLogger("achse.station")
+
+_SKIPPED = ("DataTypes", "Io", "Mappings", "Vars", "Image", "ImageDatas", "TaskPou", "Instance")
+_LISTED = re.compile(r'^Project\("[^"]*"\)\s*=\s*"[^"]*"\s*,\s*"([^"]+)"', re.MULTILINE)
+_UNITS_OF_CYCLE_NS = 100
+_FIRST_PORT = 851
+_OF_FILE = "__FILENAME__"
+"""Name of an axis that has the name of its file."""
+_SHOWN = 5
+_LONGEST_NAME = 30
+
+
+class AxisPara(NamedTuple):
+    """One parameter of an axis in the files of a solution, and its key in station.toml."""
+
+    path: str
+    """Elements from `<Axis>` on."""
+    attribute: str
+    key: str
+
+
+_AXIS, _ENCODER, _CONTROLLER = "AxisPara", "Encoder/EncPara", "Controller/CtrPara"
+
+PARAMETERS = (
+    AxisPara(f"{_AXIS}/Dynamic", "Acceleration", "default_acceleration"),
+    AxisPara(f"{_AXIS}/Dynamic", "Deceleration", "default_deceleration"),
+    AxisPara(f"{_AXIS}/Dynamic", "Jerk", "default_jerk"),
+    AxisPara(f"{_AXIS}/Dynamic", "AccelerationMaximum", "max_acceleration"),
+    AxisPara(f"{_AXIS}/Dynamic", "DecelerationMaximum", "max_deceleration"),
+    AxisPara(f"{_AXIS}/Velo", "Maximum", "max_velocity"),
+    AxisPara(f"{_AXIS}/Velo", "Fast", "rapid_traverse_velocity"),
+    AxisPara(f"{_AXIS}/Velo", "FastManual", "jog_velocity_fast"),
+    AxisPara(f"{_AXIS}/Velo", "SlowManual", "jog_velocity_slow"),
+    AxisPara(f"{_AXIS}/Velo", "RefSearch", "homing_velocity_towards_cam"),
+    AxisPara(f"{_AXIS}/Velo", "RefSync", "homing_velocity_off_cam"),
+    AxisPara(f"{_AXIS}/PositionAreaControl", "Enable", "position_range_monitoring_enable"),
+    AxisPara(f"{_AXIS}/PositionAreaControl", "Range", "position_range_window"),
+    AxisPara(f"{_AXIS}/TargetPosControl", "Enable", "target_position_monitoring_enable"),
+    AxisPara(f"{_AXIS}/TargetPosControl", "Range", "target_position_window"),
+    AxisPara(f"{_AXIS}/TargetPosControl", "Time", "target_position_monitoring_time"),
+    AxisPara(f"{_AXIS}/PEHControl", "Enable", "peh_monitoring_enable"),
+    AxisPara(f"{_AXIS}/PEHControl", "Time", "peh_monitoring_time"),
+    AxisPara(f"{_AXIS}/MotionControl", "Enable", "motion_monitoring_enable"),
+    AxisPara(f"{_AXIS}/MotionControl", "Range", "motion_monitoring_window"),
+    AxisPara(f"{_AXIS}/MotionControl", "Time", "motion_monitoring_time"),
+    AxisPara(f"{_AXIS}/OtherSettings", "AllowMotionCmdToSlave", "allow_slave_motion_commands"),
+    AxisPara(f"{_AXIS}/OtherSettings", "ErrorReactionDelay", "error_reaction_delay"),
+    AxisPara(f"{_AXIS}/OtherSettings", "NoMotionFilterTime", "no_motion_time"),
+    AxisPara(f"{_AXIS}/OtherSettings", "PulseDistancePos", "pulse_distance_positive"),
+    AxisPara(f"{_AXIS}/OtherSettings", "PulseDistanceNeg", "pulse_distance_negative"),
+    AxisPara(_ENCODER, "ModuloFactor", "encoder_modulo_factor"),
+    AxisPara(f"{_ENCODER}/SoftEndMinControl", "Enable", "encoder_soft_limit_min_enable"),
+    AxisPara(f"{_ENCODER}/SoftEndMinControl", "Range", "encoder_soft_limit_min"),
+    AxisPara(f"{_ENCODER}/SoftEndMaxControl", "Enable", "encoder_soft_limit_max_enable"),
+    AxisPara(f"{_ENCODER}/SoftEndMaxControl", "Range", "encoder_soft_limit_max"),
+    AxisPara(
+        f"{_CONTROLLER}/PosDiffControl",
+        "Enable",
+        "controller_following_error_position_monitoring_enable",
+    ),
+    AxisPara(f"{_CONTROLLER}/PosDiffControl", "Range", "controller_following_error_position_max"),
+    AxisPara(
+        f"{_CONTROLLER}/PosDiffControl", "Time", "controller_following_error_position_filter_time"
+    ),
+)
+"""Parameters that an axis takes from its solution. Those of encoders and drives on a bus are left
+out: the axis has a simulated machine."""
+
+_WITHIN = (
+    ("max_velocity", "rapid_traverse_velocity", "jog_velocity_fast", "jog_velocity_slow"),
+    ("max_acceleration", "default_acceleration"),
+    ("max_deceleration", "default_deceleration"),
+)
+"""A limit, and values whose defaults may not exceed it."""
+
+
+def is_project(path: Path) -> bool:
+    """Return True for a path that is no station.toml, but can be a station as it is."""
+    suffix = path.suffix.lower()
+    return path.is_dir() or suffix in (*SOLUTIONS, PROJECT, *SUFFIXES)
+
+
+def project_document(path: Path) -> dict[str, Any]:
+    """Return what a station.toml of a solution, a PLC project or a folder of them would have.
+
+    Paths in it are absolute. Raises ConfigError for what cannot be read and for folders with
+    several solutions; OSError.
+    """
+    try:
+        return _document(path)
+    except SourceError as error:
+        raise ConfigError(str(error)) from None
+
+
+def _document(path: Path) -> dict[str, Any]:
+    suffix = path.suffix.lower()
+    if path.is_dir():
+        return _of_folder(path)
+    if suffix == SOLUTION_LIST:
+        return _document(_only(path, list(_listed(path)), "a .tsproj"))
+    if suffix in SYSTEM_FILES:
+        return _of_solution(path)
+    path.stat()
+    plc = {"port": _FIRST_PORT, "sources": str(path.absolute())}
+    document = {"plc": [plc]}
+    if suffix == PROJECT:
+        for folder in list(path.absolute().parents)[:3]:
+            for file in sorted(folder.iterdir()):
+                if file.suffix.lower() in SYSTEM_FILES and file.is_file():
+                    of_solution = _of_solution(file)
+                    for row in of_solution["plc"]:
+                        if os.path.samefile(row["sources"], path):
+                            return {**of_solution, "plc": [row]}
+    return document
+
+
+def _of_folder(folder: Path) -> dict[str, Any]:
+    """The solution, project or sources of a folder; the highest ones count."""
+    below = files_below(folder)
+    for endings, what in ((SYSTEM_FILES, "a .tsproj"), ((PROJECT,), "a .plcproj")):
+        found = [file for file in below if file.suffix.lower() in endings and file.is_file()]
+        if found:
+            least = min(len(file.parts) for file in found)
+            highest = [file for file in found if len(file.parts) == least]
+            return _document(_only(folder, highest, what))
+    if not any(file.suffix.lower() in SUFFIXES for file in below):
+        raise ConfigError(
+            f"{folder}: expected a {STATION_FILE}, or a folder with a .tsproj, a .plcproj or PLC"
+            " sources"
+        )
+    return {"plc": [{"port": _FIRST_PORT, "sources": str(folder.absolute())}]}
+
+
+def _only(path: Path, found: list[Path], what: str) -> Path:
+    if len(found) == 1:
+        return found[0]
+    names = ", ".join(str(each) for each in found[:_SHOWN]) + (", …" if found[_SHOWN:] else "")
+    if found:
+        raise ConfigError(f"{path}: expected {what}, say which: {names}")
+    raise ConfigError(f"{path}: expected {what} in it, found none")
+
+
+def _listed(path: Path) -> Iterator[Path]:
+    text = content_of(path, path.name).decode("utf-8", "replace")
+    for name in _LISTED.findall(text):
+        file = path.parent / PureWindowsPath(name)
+        if file.suffix.lower() in SYSTEM_FILES:
+            yield file
+
+
+# a .tsproj -----------------------------------------------------------------------------------
+
+
+def _of_solution(path: Path) -> dict[str, Any]:
+    root = _read(path)
+    folder = path.absolute().parent
+    project = root.find("Project") or root
+    document: dict[str, Any] = {"name": path.stem[:_LONGEST_NAME], "plc": []}
+    plc = project.find("Plc")
+    ports: set[int] = set()
+    for element in () if plc is None else plc.all("Project"):
+        place = folder
+        if "File" in element.attributes:
+            place, element = _nested(folder, folder / "_Config" / "PLC", element, "Project")
+        if element.attributes.get("Disabled", "").lower() == "true":
+            continue
+        name = element.attributes.get("PrjFilePath", "")
+        port = _whole(element.attributes.get("AmsPort", "")) or _FIRST_PORT
+        while port in ports:
+            port += 1
+        ports.add(port)
+        sources = _inside(folder, place / PureWindowsPath(name))
+        document["plc"].append({"port": port, "sources": str(sources)})
+    nc = _nc(folder, project)
+    if nc is not None:
+        place, element = nc
+        task = element.find("SafTask")
+        cycle = 0 if task is None else _whole(task.attributes.get("CycleTime", ""))
+        if cycle:
+            document["nc"] = {"cycle": f"{cycle * _UNITS_OF_CYCLE_NS}ns"}
+        document["axis"] = [_axis(each, path) for each in _axes(folder, place, element)]
+    return document
+
+
+def _nc(folder: Path, project: Element) -> tuple[Path, Element] | None:
+    """The NC, and the folder that names of further files begin at."""
+    motion = project.find("Motion")
+    found = (motion or project).find("NC")
+    if found is None:
+        return None
+    place = folder / "_Config" / "NC"
+    if "File" in found.attributes:
+        _, found = _nested(folder, place, found, "NC")
+    return place / "Axes", found
+
+
+def _axes(folder: Path, place: Path, nc: Element) -> Iterator[Element]:
+    for element in nc.all("Axis"):
+        if "File" not in element.attributes:
+            yield element
+            continue
+        number = element.attributes.get("Id")
+        _, found = _nested(folder, place, element, "Axis")
+        if number is not None:
+            found.attributes["Id"] = number
+        name = found.find("Name")
+        if name is not None and name.text.strip() == _OF_FILE:
+            name.text = PureWindowsPath(element.attributes["File"]).stem
+        yield found
+
+
+def _nested(folder: Path, place: Path, element: Element, tag: str) -> tuple[Path, Element]:
+    """The element of a file that another names, and the folder of that file."""
+    file = _inside(folder, place / PureWindowsPath(element.attributes["File"]))
+    for found in _read(file).walk():
+        if found.tag == tag:
+            return file.parent, found
+    raise ConfigError(f"{file}: expected <{tag}>")
+
+
+def _read(file: Path) -> Element:
+    return parse_xml(content_of(file, file.name), file.name, skip=_SKIPPED)
+
+
+def _inside(folder: Path, file: Path) -> Path:
+    """A file that a solution names; those of other folders are refused."""
+    there = Path(os.path.abspath(file))
+    if not there.is_relative_to(folder.parent):
+        raise ConfigError(f"{file}: expected a file of the solution in {folder}")
+    return there
+
+
+def _whole(text: str) -> int:
+    return int(text) if text.isascii() and text.isdigit() and len(text) < 10 else 0
+
+
+# axes ----------------------------------------------------------------------------------------
+
+
+def _axis(element: Element, path: Path) -> dict[str, Any]:
+    name = element.text_of("Name").strip()
+    axis: dict[str, Any] = {"id": _whole(element.attributes.get("Id", ""))}
+    axis["name"] = name[:_LONGEST_NAME] or f"Axis {axis['id']}"
+    unit = _attribute(element, f"{_AXIS}/General", "UnitName")
+    if unit:
+        axis["unit"] = unit[:10]
+    for row in PARAMETERS:
+        text = _attribute(element, row.path, row.attribute)
+        if text is None:
+            continue
+        value = _value(text, row.key)
+        if value is None:
+            log.warning("%s: axis %s: %s: %.40r is left out", path, name, row.key, text)
+        else:
+            axis[row.key] = value
+    for limit, *keys in _WITHIN:
+        for key in keys if limit in axis else ():
+            axis.setdefault(key, min(FIELDS[key].default, axis[limit]))
+    return axis
+
+
+def _attribute(element: Element, path: str, name: str) -> str | None:
+    found: Element | None = element
+    for tag in path.split("/"):
+        found = None if found is None else found.find(tag)
+    return None if found is None else found.attributes.get(name)
+
+
+def _value(text: str, key: str) -> bool | float | None:
+    """A value of the parameter's type and range; None for another."""
+    text = text.strip().lower()
+    if text in ("true", "false"):
+        return text == "true"
+    try:
+        number = float(text)
+    except ValueError:
+        return None
+    field = FIELDS[key]
+    return number if math.isfinite(number) and field.least <= number <= field.most else None

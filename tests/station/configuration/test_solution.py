@@ -1,0 +1,164 @@
+"""Stations of solutions and PLC projects: PLCs with their ports, axes with their parameters."""
+
+import logging
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from achse.motion.record import FIELDS
+from achse.station import Station
+from achse.station.configuration.solution import PARAMETERS, project_document
+from achse.station.configuration.station_file import load
+from achse.station.configuration.types import ConfigError
+
+HEAD = "PROGRAM MAIN\nVAR\n    n : INT;\nEND_VAR\n"
+MAIN = HEAD + "n := n + 1;\nEND_PROGRAM\n"
+POU = f"""<TcPlcObject><POU Name="MAIN"><Declaration><![CDATA[{HEAD}]]></Declaration>
+<Implementation><ST><![CDATA[n := n + 1;]]></ST></Implementation></POU></TcPlcObject>"""
+PROJECT = """<Project xmlns="http://schemas.microsoft.com/developer/msbuild/2003"><ItemGroup>
+<Compile Include="POUs\\MAIN.TcPOU"><SubType>Code</SubType></Compile></ItemGroup></Project>"""
+AXIS = """<Axis Id="3" CreateSymbols="true" AxisType="1"><Name>X</Name>
+<AxisPara><General UnitName="Degree"/><Dynamic Acceleration="300" Jerk="2000"/>
+<Velo Maximum="200" SlowManual="30"/><PositionAreaControl Enable="false"/></AxisPara>
+<Encoder Name="Enc" EncType="19"><EncPara ScaleFactorNumerator="5">
+<SoftEndMinControl Enable="true" Range="-5"/></EncPara></Encoder></Axis>"""
+SOLUTION = """<?xml version="1.0"?><TcSmProject><Project ProjectGUID="{1}"><System/>
+<Plc><Project Name="Cell" PrjFilePath="Cell\\Cell.plcproj" AmsPort="853"/>
+<Project Name="Old" PrjFilePath="Old\\Old.plcproj" AmsPort="851" Disabled="true"/></Plc>
+<Motion><NC><SafTask Priority="4" CycleTime="10000" AmsPort="501"/>AXES</NC></Motion>
+</Project></TcSmProject>"""
+LIST = """Microsoft Visual Studio Solution File, Format Version 12.00
+Project("{B1E792BE}") = "Cell", "Line\\Line.tsproj", "{1}"
+EndProject
+Project("{FAE04EC0}") = "Hmi", "Hmi\\Hmi.csproj", "{2}"
+EndProject
+"""
+
+
+def solution(folder: Path, axes: str = AXIS) -> Path:
+    """A folder with a .sln, a .tsproj and a PLC project of it."""
+    (folder / "Line" / "Cell" / "POUs").mkdir(parents=True)
+    (folder / "Line.sln").write_text(LIST)
+    (folder / "Line" / "Line.tsproj").write_text(SOLUTION.replace("AXES", axes))
+    (folder / "Line" / "Cell" / "Cell.plcproj").write_text(PROJECT)
+    (folder / "Line" / "Cell" / "POUs" / "MAIN.TcPOU").write_text(POU)
+    return folder
+
+
+@pytest.mark.parametrize(
+    "path", ["Line.sln", "Line/Line.tsproj", "Line/Cell/Cell.plcproj", ".", "Line"]
+)
+def test_each_file_of_a_solution_leads_to_its_station(tmp_path: Path, path: str) -> None:
+    config = load(solution(tmp_path) / path)
+    [plc] = config.plc
+    assert plc.port == 853
+    assert Path(plc.sources or "") == tmp_path / "Line" / "Cell" / "Cell.plcproj"
+    [axis] = config.axis
+    assert (axis.id, axis.name, axis.unit, config.nc.cycle) == (3, "X", "Degree", 1_000_000)
+    assert axis.parameters == {
+        "default_acceleration": 300.0,
+        "default_jerk": 2000.0,
+        "max_velocity": 200.0,
+        "jog_velocity_slow": 30.0,
+        "jog_velocity_fast": 200.0,  # the default of 600 is above the maximum
+        "rapid_traverse_velocity": 200.0,
+        "position_range_monitoring_enable": False,
+        "encoder_soft_limit_min_enable": True,
+        "encoder_soft_limit_min": -5.0,
+    }
+
+
+def test_a_solution_runs(tmp_path: Path) -> None:
+    station = Station.load(solution(tmp_path) / "Line.sln")
+    station.advance(0.1)
+    main: Any = station.plcs[853].instance("MAIN")
+    assert main.n == 10
+    assert [axis.id for axis in station.config.axis] == [3]
+
+
+def test_sources_alone_are_a_station(tmp_path: Path) -> None:
+    file = tmp_path / "MAIN.st"
+    file.write_text(MAIN)
+    for path in (file, tmp_path):
+        config = load(path)
+        assert [(plc.port, plc.sources) for plc in config.plc] == [(851, str(path))]
+        assert not config.axis
+
+
+def test_parts_lie_in_files_of_their_own(tmp_path: Path) -> None:
+    folder = solution(tmp_path, "").joinpath("Line")
+    text = (folder / "Line.tsproj").read_text()
+    start, _, _ = text.partition("<Plc>")
+    (folder / "Line.tsproj").write_text(
+        start + '<Plc><Project File="Cell.xti"/></Plc><Motion><NC File="NC.xti"/></Motion>'
+        "</Project></TcSmProject>"
+    )
+    config = folder / "_Config"
+    (config / "PLC").mkdir(parents=True)
+    (config / "NC" / "Axes").mkdir(parents=True)
+    (config / "PLC" / "Cell.xti").write_text(
+        '<TcSmItem><Project PrjFilePath="..\\..\\Cell\\Cell.plcproj"/></TcSmItem>'
+    )
+    (config / "NC" / "NC.xti").write_text(
+        '<TcSmItem><NC><SafTask CycleTime="20000"/><Axis File="M1 - Y.xti" Id="7"/></NC></TcSmItem>'
+    )
+    (config / "NC" / "Axes" / "M1 - Y.xti").write_text(
+        f"<TcSmItem><DataTypes/>{AXIS.replace('<Name>X', '<Name>__FILENAME__')}</TcSmItem>"
+    )
+    found = load(folder / "Line.tsproj")
+    assert [(plc.port, Path(plc.sources or "").name) for plc in found.plc] == [
+        (851, "Cell.plcproj")
+    ]
+    assert [(axis.id, axis.name) for axis in found.axis] == [(7, "M1 - Y")]
+    assert found.nc.cycle == 2_000_000
+
+
+@given(st.sampled_from(PARAMETERS), st.text(max_size=8) | st.floats().map(str) | st.just("true"))
+def test_a_value_out_of_range_is_left_out(
+    tmp_path_factory: pytest.TempPathFactory, row: tuple[str, str, str], text: str
+) -> None:
+    path, attribute, key = row
+    tags = path.split("/")
+    escaped = "".join(
+        f"&#{ord(sign)};" for sign in text if sign.isprintable() and ord(sign) < 0xD800
+    )
+    inner = f'<{tags[-1]} {attribute}="{escaped}"/>'
+    for tag in reversed(tags[:-1]):
+        inner = f"<{tag}>{inner}</{tag}>"
+    folder = tmp_path_factory.mktemp("solution")
+    file = folder / "a.tsproj"
+    file.write_text(SOLUTION.replace("AXES", f'<Axis Id="1"><Name>X</Name>{inner}</Axis>'))
+    logging.disable()
+    try:
+        [axis] = project_document(file)["axis"]
+    finally:
+        logging.disable(logging.NOTSET)
+    if key in axis:
+        assert FIELDS[key].least <= axis[key] <= FIELDS[key].most
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "told"),
+    [
+        ("a.tsproj", "<a", "no well-formed XML"),
+        ("a.tsproj", "<!DOCTYPE a><a/>", "DOCTYPE"),
+        (
+            "a.tsproj",
+            '<a><Plc><Project File="..\\..\\..\\..\\x.xti"/></Plc></a>',
+            "a file of the solution",
+        ),
+        ("a.tsproj", '<a><Motion><NC File="NC.xti"/></Motion></a>', "No such file"),
+        ("a.sln", LIST.replace("Line.tsproj", "Line.vcxproj"), "expected a .tsproj in it"),
+        ("a.sln", LIST + LIST, "say which"),
+        ("empty/notes.txt", "", "or a folder with a .tsproj"),
+    ],
+)
+def test_what_is_no_solution_is_told(tmp_path: Path, name: str, text: str, told: str) -> None:
+    file = tmp_path / "one" / name
+    file.parent.mkdir(parents=True)
+    file.write_text(text)
+    with pytest.raises(ConfigError, match=told):
+        load(file.parent if name.startswith("empty") else file)
