@@ -32,5 +32,5 @@ def until(condition: Callable[[], object]) -> None:
 async def until_async(condition: Callable[[], object]) -> None:
     """Return once the condition holds, and let the loop run meanwhile."""
     waiting = pauses()
-    while not condition():  # noqa: ASYNC110 (any condition)
+    while not condition():  # noqa: ASYNC110
         await asyncio.sleep(next(waiting))

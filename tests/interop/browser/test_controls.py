@@ -62,6 +62,7 @@ HTMLAnchorElement.prototype.click = function () {
 
 MARK = """() => {
   const names = new Set();
+  for (const each of document.querySelectorAll("[data-control]")) delete each.dataset.control;
   const kinds = "a[href], button, input, select, summary, canvas[tabindex], [role=treeitem]";
   for (const each of document.querySelectorAll(kinds)) {
     if (!each.checkVisibility() || each.disabled || !each.closest("#page, dialog")) continue;
@@ -121,6 +122,37 @@ FULL = f"""async (trips) => {{
 }}"""
 """Names of the controls of a page when no more of them come."""
 
+BACK = f"""async ([hash, trips]) => {{
+  const seen = {SEEN};
+  for (const each of document.querySelectorAll("dialog[open]")) each.close();
+  location.hash = hash;
+  let before = "";
+  for (let trip = 0; trip < trips; trip += 1) {{
+    await globalThis.trip();
+    const now = seen();
+    if (now === before && globalThis.asked.size === 0) return;
+    before = now;
+  }}
+}}"""
+"""Bring the page back to an address, and return when nothing is shown or asked any more."""
+
+LOOK = f"""async (name) => {{
+  ({MARK})();
+  const each = [...document.querySelectorAll("[data-control]")]
+    .find(({{ dataset }}) => dataset.control === name);
+  if (!each) return null;
+  const place = {{
+    kind: each.type || each.tagName.toLowerCase(),
+    role: each.getAttribute("role"),
+    row: each.closest("[role=treeitem]") !== null,
+    window: each.target === "_blank" ? each.href : null,
+    others: each.options ? [...each.options].map(({{ value }}) => value) : [],
+    value: each.value,
+  }};
+  return [place, ({SEEN})()];
+}}"""
+"""What a control is and what the page shows; null if the page does not have it."""
+
 FIRST = {
     "button Cursor A": "button Cursor B",
     "button Follow the newest samples": "button Zoom in",
@@ -171,25 +203,22 @@ def portal(serve_pages: Any) -> Iterator[Any]:
         yield running
 
 
-def use(place: Any, page: Any) -> None:
+def use(page: Any, name: str, control: dict[str, Any]) -> None:
     """What a user does with a control: types into it, chooses another, presses it."""
-    kind = place.evaluate("each => each.type || each.tagName.toLowerCase()")
-    row = place.locator("xpath=ancestor::*[@role='treeitem'][1]")
-    if row.count():
-        row.hover()  # its buttons are seen then
+    place = page.locator(f"[data-control={json.dumps(name, ensure_ascii=False)}]").first
+    kind, role = control["kind"], control["role"]
+    if control["row"] and role != "treeitem":
+        place.locator("xpath=ancestor::*[@role='treeitem'][1]").hover()  # it is seen then
     if kind in ("text", "search"):
         place.fill("7")
         place.press("Tab")
     elif kind == "select-one":
-        values = place.evaluate("each => [...each.options].map(({value}) => value)")
-        now = place.input_value()
-        if values:
-            place.select_option(next((value for value in values if value != now), now))
+        now = control["value"]
+        if control["others"]:
+            place.select_option(next((each for each in control["others"] if each != now), now))
     elif kind in ("range", "canvas"):
-        place.focus()
-        page.keyboard.press("ArrowLeft")
+        place.press("ArrowLeft")
     else:
-        role = place.get_attribute("role")
         place.click()
         if role == "treeitem":  # the place itself may be gone now
             page.keyboard.press("Enter")
@@ -197,40 +226,38 @@ def use(place: Any, page: Any) -> None:
 
 def anew(tab: Any, name: str) -> Any:
     """The page as it is when it is opened first."""
-    tab.page.goto("about:blank")
+    tab.leave()
     return tab.open(name)
 
 
-def does_nothing(page: Any, control: str, trips: int) -> bool:
-    """Use a control, and return true if nothing is seen or asked for."""
-    first = FIRST.get(control)
-    there = page.evaluate(MARK)
-    for each in (first, control) if first in there else (control,):
-        place = page.locator(f"[data-control={json.dumps(each, ensure_ascii=False)}]").first
-        if place.get_attribute("target") == "_blank":
-            return not re.match("https?://", place.get_attribute("href") or "")
-        before = page.evaluate(SEEN)
-        use(place, page)
+def does_something(page: Any, control: str, trips: int) -> bool | None:
+    """Use a control, and return true if something is seen or asked for; None if it is not there."""
+    for name in (FIRST.get(control), control):
+        found = name and page.evaluate(LOOK, name)
+        if not found:
+            if name == control:
+                return None
+            continue
+        place, before = found
+        if place["window"] is not None:
+            return re.match("https?://", place["window"]) is not None
+        use(page, name, place)
         if not page.evaluate(CHANGED, [before, trips]):
-            return True
-    return False
+            return False
+    return True
 
 
 def is_idle(tab: Any, name: str, address: str, control: str) -> bool:
     """Return true if a control does nothing, on the page as it is and on a new one."""
     page = tab.page
-    if (
-        page.url == address
-        and not page.locator("dialog[open]").count()
-        and control in page.evaluate(MARK)
-        and not does_nothing(page, control, FULL_AFTER)
-    ):
+    page.evaluate(BACK, [address, FULL_AFTER])
+    if does_something(page, control, FULL_AFTER):
         return False
     for trips in (1, FULL_AFTER, 10 * FULL_AFTER):  # some controls need samples, which come later
         page = anew(tab, name)
         while control not in page.evaluate(FULL, trips):
             pass
-        if not does_nothing(page, control, IDLE_AFTER):
+        if does_something(page, control, IDLE_AFTER):
             return False
     return True
 
@@ -266,8 +293,8 @@ def test_every_control_does_something(
     running = request.getfixturevalue(station)
     with show(running.url, viewport=WIDE, script=LISTEN) as tab:
         found = tab.open(name).evaluate(FULL, FULL_AFTER)
-        address = tab.page.url
-        seen = used.setdefault(address.partition("?")[0], set(KEEPS))
+        address = f"#{tab.page.url.partition('#')[2]}"
+        seen = used.setdefault(tab.page.url.partition("?")[0], set(KEEPS))
         idle = [each for each in found if each not in seen and is_idle(tab, name, address, each)]
         seen.update(found)
         assert len(found) > 0
