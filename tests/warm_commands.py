@@ -1,16 +1,18 @@
 """Commands without their start: a process that has loaded achse forks for each call.
 
 `with warm_commands(folder) as commands:` offers the forks twice. `commands.folder` holds a quick
-`achse` for PATH; it passes its streams, folder, environment, arguments and signals on, and ends as
-the command ends. `commands.popen(...)` and `commands.run(...)` return what `subprocess` returns,
-without a stub process. What differs from the real command is the parent of the working process:
-the server. So it must prove neither its start nor who gets the signals of a terminal.
+`achse` for PATH; it passes its streams, folder, network namespace, environment, arguments and
+signals on, and ends as the command ends. `commands.popen(...)` and `commands.run(...)` return what
+`subprocess` returns, without a stub process. What differs from the real command is the parent of
+the working process: the server. So it must prove neither its start nor who gets the signals of a
+terminal.
 
 Where a system cannot fork so, both start real processes.
 """
 
 import atexit
 import contextlib
+import ctypes
 import gc
 import io
 import json
@@ -19,6 +21,7 @@ import select
 import selectors
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import threading
@@ -219,6 +222,7 @@ class Server:
         pid = os.fork() if streams and len(text) == size else None
         if pid == 0:
             self.is_child = True
+            join_network_of(line)
             self.become_command(line, streams, *json.loads(text))
             return
         for stream in streams:
@@ -286,6 +290,26 @@ class Server:
 
         self.selector.register(ended, selectors.EVENT_READ, end)
         self.selector.register(line, selectors.EVENT_READ, gone)
+
+
+PEER = struct.Struct("iII")
+"""What the kernel says of the other end: its process, user and group."""
+
+NAMESPACES = {"user": 0x1000_0000, "net": 0x4000_0000}
+"""Kinds of namespaces that a caller may have of its own, in the order of joining, by CLONE_NEW…."""
+
+
+def join_network_of(line: socket.socket) -> None:
+    """Enter the network namespace of the process at the other end."""
+    peer = line.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, PEER.size)
+    theirs = Path("/proc", str(PEER.unpack(peer)[0]), "ns")
+    for name, kind in NAMESPACES.items():
+        if (theirs / name).readlink() == Path("/proc/self/ns", name).readlink():
+            continue
+        with (theirs / name).open() as namespace:
+            library = ctypes.CDLL(None, use_errno=True)
+            if library.setns(namespace.fileno(), kind):
+                raise OSError(ctypes.get_errno(), f"setns of a {name} namespace")
 
 
 def standard_streams() -> None:

@@ -38,11 +38,15 @@ def _found(out: str) -> Any:
 class Bus:
     """A namespace with a cable; `slaves` runs at one end, `master` runs at the other.
 
-    `prompt` is the command that runs another in real time, empty where that is not allowed.
+    `prompt` is the command that runs another in real time, empty where that is not allowed; `achse`
+    is the quick command.
     """
 
-    def __init__(self, unshare: list[str], prompt: tuple[str, ...], tmp_path: Path) -> None:
+    def __init__(
+        self, unshare: list[str], prompt: tuple[str, ...], achse: Path, tmp_path: Path
+    ) -> None:
         self._unshare = unshare
+        self.achse = achse
         self._prompt = prompt
         self._holder: subprocess.Popen[str] | None = None
         self._recorder: subprocess.Popen[str] | None = None
@@ -54,8 +58,8 @@ class Bus:
 
     def drives(self, *options: object) -> str:
         """Let `achse drive serve` be the slaves' side; its ready line."""
-        command = (sys.executable, "-m", "achse", "drive", "serve", "--interface", SLAVE_END)
-        return self.serve(*command, *options)
+        command = ("drive", "serve", "--interface", SLAVE_END)
+        return self.serve(self.achse, *command, *options)
 
     def serve(self, *command: object) -> str:
         """Start the slaves' side; the line it prints when it is ready."""
@@ -123,7 +127,7 @@ class Bus:
         """A script of masters/, which is told its interface and its reply timeout in ms."""
         # Slaves that take most of a processor wait for theirs like everyone else. KickCAT waits as
         # long for frames that it does not miss.
-        timeout = 1000 if script.startswith("pysoem") else 50
+        timeout = 1000 if script.startswith("pysoem") else 15 if self._prompt else 50
         return (sys.executable, HERE / "masters" / script, MASTER_END, timeout, *arguments)
 
     def _inside(self) -> list[str]:
@@ -162,9 +166,11 @@ def prompt() -> tuple[str, ...]:
 
 
 @pytest.fixture
-def bus(unshare: list[str], prompt: tuple[str, ...], tmp_path: Path) -> Iterator[Bus]:
+def bus(
+    unshare: list[str], prompt: tuple[str, ...], warm_commands: Any, tmp_path: Path
+) -> Iterator[Bus]:
     """A cable in a namespace of its own."""
-    made = Bus(unshare, prompt, tmp_path)
+    made = Bus(unshare, prompt, warm_commands.folder / "achse", tmp_path)
     try:
         yield made
     finally:

@@ -24,7 +24,7 @@ def line(bus: Any, tmp_path: Path) -> Any:
     file = tmp_path / "boxes.xml"
     file.write_text(esi(COUPLER, DIGITAL_IN, DIGITAL_OUT, ANALOG))
     ready = bus.serve(
-        *(sys.executable, "-m", "achse", "bus", "serve", "EK", "DI8", "DO8", "AIO"),
+        *(bus.achse, "bus", "serve", "EK", "DI8", "DO8", "AIO"),
         *("--esi", file, "--behaviour", "4=loop-back", "--interface", "cable1"),
         *("--control", "none"),
     )

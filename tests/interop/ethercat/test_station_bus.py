@@ -5,7 +5,6 @@ import os
 import re
 import signal
 import subprocess
-import sysconfig
 from pathlib import Path
 from typing import Any
 
@@ -73,14 +72,16 @@ TWO_CABLES = (
 
 @pytest.mark.parametrize(("number", "shown"), [(0, ONE_CABLE), (1, TWO_CABLES)])
 def test_the_commands_of_the_how_to(
-    unshare: list[str], number: int, shown: tuple[str, ...], tmp_path: Path
+    unshare: list[str], warm_commands: Any, number: int, shown: tuple[str, ...], tmp_path: Path
 ) -> None:
     page = (ROOT / "docs" / "how-to" / "put-axes-on-drives.md").read_text(encoding="utf-8")
     block = re.findall(r"^```sh\n(.*?)^```", page, re.MULTILINE | re.DOTALL)[number]
     first, commands = block.split("\n", 1)
     assert first == "unshare --net bash"
-    path = os.pathsep.join((sysconfig.get_path("scripts"), os.environ["PATH"]))
-    environment = os.environ | {"PATH": path, "ACHSE_RUNTIME_DIR": str(tmp_path / "run")}
+    environment = os.environ | {
+        "PATH": warm_commands.path(),
+        "ACHSE_RUNTIME_DIR": str(tmp_path / "run"),
+    }
     for _ in range(TRIES):
         with (tmp_path / "printed").open("w+", encoding="utf-8") as file:
             shell = subprocess.Popen(
@@ -99,7 +100,9 @@ def test_the_commands_of_the_how_to(
         # What the shell had started still runs.
         with contextlib.suppress(ProcessLookupError):
             os.killpg(shell.pid, signal.SIGKILL)
-        subprocess.run(["achse", "stop", "--all"], env=environment, capture_output=True)
+        subprocess.run(
+            [warm_commands.folder / "achse", "stop", "--all"], env=environment, capture_output=True
+        )
     assert shell.returncode == 0, printed
     for told in shown:
         assert told in printed

@@ -117,7 +117,7 @@ def run(scenarios: Mapping[str, Scenario]) -> None:
 
     MS is how long a reply may take.
     """
-    interface, timeout, what = sys.argv[1:]
+    interface, timeout, what = sys.argv[1:4]
     pysoem.settings.timeouts.ret = 1000 * int(timeout)
     found: Found = {}
     master = pysoem.Master()

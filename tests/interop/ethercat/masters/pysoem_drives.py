@@ -1,9 +1,10 @@
 """pysoem finds CiA 402 drives, enables and moves them, is silent, recovers; JSON on stdout.
 
-`pysoem_drives.py INTERFACE MS WHAT`; WHAT is `move` or `remap`.
+`pysoem_drives.py INTERFACE MS WHAT`; WHAT is `move CYCLES` or `remap`.
 """
 
 import struct
+import sys
 import time
 from typing import Any
 
@@ -30,7 +31,6 @@ INPUTS = struct.Struct("<HHbiHiiI")  # 1A00h: error, statusword, mode, position,
 CSP = 8
 STEP = 400
 RAMP = 250
-CYCLES = 10_000
 SYNC0_NS = 4_000_000
 
 
@@ -86,7 +86,7 @@ def move(master: Any, found: Found) -> None:
     found["way"] = target - start
     found["rest"] = [target - each[3] for each in inputs]
     found["mode"] = [each[2] for each in inputs]
-    for _ in range(CYCLES - RAMP - 50):
+    for _ in range(int(sys.argv[4]) - RAMP - 50):
         bus.send()
     found["counters"] = sorted(bus.counters)
     bus.watchdog(DEFAULT)
