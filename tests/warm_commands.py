@@ -17,6 +17,7 @@ import gc
 import io
 import json
 import os
+import runpy
 import select
 import selectors
 import signal
@@ -65,11 +66,12 @@ os._exit(code)
 
 
 INTERPRETER = """
-if sys.argv[1:3] != ["-m", "achse"]:
+if sys.argv[1:2] != ["-m"] or sys.argv[2].partition(".")[0] != "achse":
     os.execv({python!r}, [{python!r}, *sys.argv[1:]])
-del sys.argv[1:3]
+if sys.argv[2] == "achse":
+    del sys.argv[1:3]
 """
-"""What makes the stub a Python that forks for `-m achse`."""
+"""What makes the stub a Python that forks for `-m achse` and for modules of it."""
 
 
 def is_supported() -> bool:
@@ -126,7 +128,7 @@ class WarmCommands:
     """Holds the `achse` of this object; it belongs first on PATH."""
 
     python: Path = Path(sys.executable)
-    """Interpreter that is quick at `-m achse`, for programs that start sys.executable."""
+    """Interpreter that is quick at `-m achse` and `-m achse.…`, for programs that start one."""
 
     address: str = ""
     """Socket of the server, if there is one."""
@@ -385,4 +387,7 @@ if __name__ == "__main__":
     os.write(1, b"ready\n")
     server.serve()
     standard_streams()
+    if sys.argv[1:2] == ["-m"]:
+        del sys.argv[:2]
+        end_as(lambda: runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True))
     end_as(command)

@@ -28,6 +28,18 @@ def judges(witness: Callable[[str], None]) -> None:
     witness("cc")
 
 
+@pytest.fixture
+def real(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Units start a new interpreter, whose processes are counted."""
+    monkeypatch.delenv("ACHSE_PYTHON", raising=False)
+
+
+@pytest.fixture(autouse=True)
+def quick_python(monkeypatch: pytest.MonkeyPatch, warm_commands: Any) -> None:
+    """Units start stations by a fork of a warm process, where a test does not say otherwise."""
+    monkeypatch.setenv("ACHSE_PYTHON", str(warm_commands.python))
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("cell")
@@ -188,22 +200,22 @@ def test_reset_begins_again(unpacked: Unpacked, slave: Any, folder: Path) -> Non
     assert unpacked.digest(slave) == station.digest()
 
 
-def test_nothing_stays_behind(unpacked: Unpacked) -> None:
+def test_nothing_stays_behind(unpacked: Unpacked, real: None) -> None:
     before = children()
-    slaves = [unpacked.instance() for _ in range(3)]
+    slaves = [unpacked.instance() for _ in range(2)]
     for slave in slaves:
         slave.doStep(0.0, 0.1)
         get = slave.getFMUState if unpacked.fmi == 3 else slave.getFMUstate
         put = slave.setFMUState if unpacked.fmi == 3 else slave.setFMUstate
         put(get())  # processes of states and of what goes on from them
-    assert len(children() - before) == 9
+    assert len(children() - before) == 6
     for slave in slaves:
         slave.terminate()
         slave.freeInstance()
     assert children() == before
 
 
-def test_killed_process_is_fatal_with_a_reason(folder: Path, tmp_path: Path) -> None:
+def test_killed_process_is_fatal_with_a_reason(folder: Path, tmp_path: Path, real: None) -> None:
     unpacked = Unpacked(folder / "cell3.fmu", tmp_path / "unit")
     log: list[str] = []
     before = children()
