@@ -13,7 +13,7 @@ starts does not have the fault.
 Faults that change nothing are named, with the reason, in equivalent_mutants.tsv; they are not
 planted.
 
-Usage: python benchmarks/mutants.py ROOM … [--count N | --all] [--seed N]
+Usage: python benchmarks/mutants.py ROOM … [--count N | --all] [--seed N] [--only MODULE]
        python benchmarks/mutants.py --list
 """
 
@@ -323,11 +323,21 @@ def make_plain() -> None:
     Nc.__init__ = plainly  # type: ignore[method-assign]
 
 
-def run(name: str, count: int | None, seed: int, *, verbose: bool = False) -> int:
+def narrowed(room: Room, module: str) -> Room:
+    """Return the part of a room that is one of its modules, with that module's own tests."""
+    file = Path(module)
+    tests = (file.with_name(f"test_{file.name}").as_posix(),)
+    return room._replace(sources={module: room.sources[module]}, tests=tests)
+
+
+def run(
+    name: str, count: int | None, seed: int, *, only: str | None = None, verbose: bool = False
+) -> int:
     """Plant the faults of a room; print its survivors and its line of the table."""
     sys.modules["llvmlite"] = None  # type: ignore[assignment]
     make_plain()
-    planting = Planting(name, ROOMS[name], count, seed, verbose=verbose)
+    room = narrowed(ROOMS[name], only) if only else ROOMS[name]
+    planting = Planting(name, room, count, seed, verbose=verbose)
     began = resource.getrusage(resource.RUSAGE_CHILDREN)
     with tempfile.TemporaryDirectory() as folder:
         options = ["-qq", "-s", "--tb=line", "--assert=plain", "--no-header", "--no-summary"]
@@ -356,6 +366,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--count", type=int, default=COUNT, help="faults to draw")
     parser.add_argument("--all", action="store_true", help="plant all faults")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", metavar="MODULE", help="one module of one room, by its own tests")
     parser.add_argument("-v", "--verbose", action="store_true", help="print killed faults, too")
     given = parser.parse_args(arguments)
     if given.list or not given.rooms:
@@ -365,10 +376,13 @@ def main(arguments: Sequence[str]) -> int:
     for room in given.rooms:
         if room != "all" and room not in ROOMS:
             parser.error(f"no room of this name: expected one of {', '.join(ROOMS)}, got {room!r}")
+    known = [] if "all" in given.rooms or given.rooms[1:] else ROOMS[given.rooms[0]].sources
+    if given.only and given.only not in known:
+        parser.error(f"--only: expected a module of one room {list(known)}, got {given.only!r}")
     count = None if given.all else given.count
     rooms = list(ROOMS) if "all" in given.rooms else given.rooms
     if len(rooms) == 1:
-        return run(rooms[0], count, given.seed, verbose=given.verbose)
+        return run(rooms[0], count, given.seed, only=given.only, verbose=given.verbose)
     options = ["--all"] if given.all else ["--count", str(count)]
     options += ["--seed", str(given.seed), *(["--verbose"] if given.verbose else [])]
     # Each room collects its own tests in a process of its own.
