@@ -57,17 +57,23 @@ class Meter:
     """Appends to each report what was used since the one before; works in each process alone."""
 
     def __init__(self) -> None:
-        self.before = processor_s()
+        self.before = self.now()
+
+    def now(self) -> float:
+        """With what the shared server of commands has forked for this process."""
+        from tests.workers import forked_seconds
+
+        return processor_s() + forked_seconds()
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_protocol(self) -> Generator[None, Any, Any]:
-        self.before = processor_s()
+        self.before = self.now()
         return (yield)
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_makereport(self) -> Generator[None, pytest.TestReport, pytest.TestReport]:
         report = yield
-        now = processor_s()
+        now = self.now()
         report.user_properties.append((CPU_SECONDS, max(0.0, now - self.before)))
         self.before = now
         return report

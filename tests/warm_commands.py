@@ -37,6 +37,12 @@ __all__ = ["PIPES", "WarmCommands", "is_supported", "warm_commands"]
 PIPES: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
 """Options for commands whose output is read."""
 
+SHARED = "ACHSE_TESTS_COMMANDS"
+"""Environment variable: folder of a server that all workers of a run share."""
+
+CPU: list[float] = []
+"""CPU seconds of the commands that have ended: they are no children of this process."""
+
 STUB = """#!{python} -IS
 import array, json, os, signal, socket, sys
 {others}
@@ -57,7 +63,7 @@ for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, sig
     if signal.getsignal(number) is not signal.SIG_IGN:
         signal.signal(number, hand_on)
 line.sendall(b"go")
-code = int(answer.readline() or 1)
+code = int((answer.readline() or "1").split()[0])
 if code < 0:
     signal.signal(-code, signal.SIG_DFL)
     os.kill(os.getpid(), -code)
@@ -112,7 +118,9 @@ class ForkedCommand(subprocess.Popen[Any]):
         with self._waitpid_lock:  # type: ignore[attr-defined]
             limit = None if timeout is None else max(timeout, 0.0)
             if self.returncode is None and select.select([self.line], [], [], limit)[0]:
-                self.returncode = int(self.answer.readline() or -signal.SIGKILL)
+                code, _, seconds = self.answer.readline().partition(" ")
+                self.returncode = int(code or -signal.SIGKILL)
+                CPU.append(float(seconds or 0.0))
                 self.answer.close()
                 self.line.close()
         if self.returncode is None and timeout:
@@ -165,9 +173,13 @@ class WarmCommands:
 
 @contextlib.contextmanager
 def warm_commands(folder: Path) -> Iterator[WarmCommands]:
-    """Run the server, with its files in the folder."""
+    """Run the server, with its files in the folder; or use the one that is shared."""
     if not is_supported():
         yield WarmCommands(Path(sys.executable).parent)
+        return
+    if shared := os.environ.get(SHARED):
+        folder = Path(shared)
+        yield WarmCommands(folder, folder / "interpreter" / "python", str(folder / "line"))
         return
     path = folder / "line"
     program = [sys.executable, "-P", __file__, str(path)]
@@ -272,11 +284,12 @@ class Server:
         def end(_: Any) -> None:
             self.selector.unregister(ended)
             os.close(ended)
-            code = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+            _, status, usage = os.wait4(pid, 0)
+            code = os.waitstatus_to_exitcode(status)
             with contextlib.suppress(KeyError):
                 self.selector.unregister(line)
             with contextlib.suppress(OSError):
-                line.sendall(b"%d\n" % code)
+                line.sendall(b"%d %.3f\n" % (code, usage.ru_utime + usage.ru_stime))
             line.close()
 
         def gone(_: Any) -> None:

@@ -65,7 +65,7 @@ def answer():
         if not part:
             return 1
         text += part
-    return int(text)
+    return int(text.split()[0])
 pid = answer()
 def hand_on(number, frame):
     try:

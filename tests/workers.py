@@ -6,11 +6,13 @@ that has grown ends, and a new fork takes its place. Without `--workers`, or whe
 fork, the tests run in this process.
 """
 
+import contextlib
 import gc
 import os
 import resource
 import signal
 import sys
+import tempfile
 import time
 import traceback
 from collections import defaultdict, deque
@@ -22,6 +24,8 @@ from random import Random
 from typing import Any
 
 import pytest
+
+from tests import warm_commands
 
 GROWTH_KB = 285_000
 """Memory that a worker may add to that of the process it was forked from, kB."""
@@ -63,6 +67,11 @@ def cpu_seconds() -> float:
     """Return the CPU time of this process and its ended children, s."""
     times = os.times()
     return times.user + times.system + times.children_user + times.children_system
+
+
+def forked_seconds() -> float:
+    """Return the CPU time of commands that the shared server has forked for this process, s."""
+    return sum(warm_commands.CPU) if warm_commands.SHARED in os.environ else 0.0
 
 
 def batches(items: list[pytest.Item]) -> deque[list[int]]:
@@ -143,9 +152,11 @@ class Child:
         item = self.session.items[index]
         following = self.session.items[after] if after >= 0 else None
         self.connection.send(("start", index))
-        before = cpu_seconds()
+        before = cpu_seconds() + forked_seconds()
         item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
-        self.connection.send(("finish", index, cpu_seconds() - before, self.reports))
+        self.connection.send(
+            ("finish", index, cpu_seconds() + forked_seconds() - before, self.reports)
+        )
         self.reports = []
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
@@ -360,7 +371,13 @@ def pytest_runtestloop(session: pytest.Session) -> bool | None:
         gc.freeze()
     runner = session.config.stash[RUNNER] = Runner(session, count, batches(session.items))
     session.config.stash[CPU] = runner.cpu
-    runner.run()
+    with contextlib.ExitStack() as stack:
+        if len(session.items) > LARGE:
+            folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="achse-tests-")))
+            stack.enter_context(warm_commands.warm_commands(folder))
+            os.environ[warm_commands.SHARED] = str(folder)
+            stack.callback(os.environ.pop, warm_commands.SHARED)
+        runner.run()
     return True
 
 
