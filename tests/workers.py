@@ -130,7 +130,7 @@ class Child:
         limit = resident_kb() + GROWTH_KB
         batch: list[int] | None = self.connection.recv()
         gc.set_threshold(ALLOCATIONS)
-        gc.unfreeze = _stay_frozen  # type: ignore[assignment]
+        gc.unfreeze = _stay_frozen
         searches = full_searches()
         while batch:
             if full_searches() > searches + SEARCHES:
