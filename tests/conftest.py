@@ -119,6 +119,14 @@ def witness() -> Callable[[str], None]:
     return require
 
 
+@pytest.fixture(scope="session", autouse=True)
+def certificates_removed() -> Iterator[None]:
+    """At the end the certificates that this process made for tests are removed."""
+    yield
+    if made := sys.modules.get("tests.transport.certificates"):
+        made.remove()
+
+
 @pytest.fixture
 def checked_kernels() -> Iterator[None]:
     """Machine code of kernels raises what Python raises, with file and line."""

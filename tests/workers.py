@@ -354,6 +354,35 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     items[:] = [item for path in order for item in files[path]]
 
 
+@contextlib.contextmanager
+def own_temporary_folder(session: pytest.Session) -> Iterator[None]:
+    """Give the run a folder for temporary files; it fails if something of achse stays in there.
+
+    Folders of pytest stay where they are looked for.
+    """
+    before = os.environ.get("TMPDIR")
+    os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", tempfile.gettempdir())
+    with tempfile.TemporaryDirectory(prefix="achse-run-", ignore_cleanup_errors=True) as folder:
+        os.environ["TMPDIR"] = tempfile.tempdir = folder
+        try:
+            yield
+        finally:
+            tempfile.tempdir = None
+            del os.environ["TMPDIR"]
+            if before is not None:
+                os.environ["TMPDIR"] = before
+        if left := sorted(each.name for each in Path(folder).glob("achse-*")):
+            report = pytest.TestReport(
+                nodeid="tests/workers.py::nothing_stays_in_the_temporary_folder",
+                location=("tests/workers.py", None, "nothing_stays_in_the_temporary_folder"),
+                keywords={},
+                outcome="failed",
+                longrepr=f"{', '.join(left)} stayed in the temporary folder",
+                when="call",
+            )
+            session.config.hook.pytest_runtest_logreport(report=report)
+
+
 RUNNER = pytest.StashKey[Runner]()
 
 
@@ -372,8 +401,9 @@ def pytest_runtestloop(session: pytest.Session) -> bool | None:
     runner = session.config.stash[RUNNER] = Runner(session, count, batches(session.items))
     session.config.stash[CPU] = runner.cpu
     with contextlib.ExitStack() as stack:
+        stack.enter_context(own_temporary_folder(session))
         if len(session.items) > LARGE:
-            folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="achse-tests-")))
+            folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
             stack.enter_context(warm_commands.warm_commands(folder))
             os.environ[warm_commands.SHARED] = str(folder)
             stack.callback(os.environ.pop, warm_commands.SHARED)

@@ -22,13 +22,14 @@ def once(tmp_path_factory):
 """
 
 TESTS = """
-import gc, os, signal
+import gc, os, signal, tempfile
 import pytest
 
 @pytest.mark.parametrize("number", range(6))
 def test_number(once, number, tmp_path):
     print("number", number)
     if number == 3 and os.environ.get("KILL"):
+        tempfile.mkdtemp(prefix="achse-left-")
         os.kill(os.getpid(), signal.SIGKILL)
     gc.unfreeze()
     assert gc.get_freeze_count() or not os.environ["FORKED"], "what is shared stays so"
@@ -95,7 +96,11 @@ def test_workers_report_what_one_process_reports(tmp_path: Path) -> None:
 
 def test_lost_worker_fails_its_test_only(tmp_path: Path) -> None:
     printed = run(tmp_path, "--workers", "2", kill=True)
-    assert "6 failed, 12 passed, 3 skipped" in printed
+    assert "7 failed, 12 passed, 3 skipped" in printed
+    assert (
+        len(re.findall(r"(?:achse-left-\w+(?:, )?){3} stayed in the temporary folder", printed))
+        == 1
+    )
     assert printed.count("the worker ended during this test, exit code -9") >= 3
 
 

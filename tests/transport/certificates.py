@@ -4,6 +4,7 @@ import datetime
 import functools
 import ipaddress
 import os
+import shutil
 import tempfile
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from cryptography.hazmat.primitives.asymmetric import rsa
 
 from achse.transport.secure.own_certificate import OwnCertificate
 
-__all__ = ["authority", "authority_without", "identity", "signed", "signed_for"]
+__all__ = ["authority", "authority_without", "identity", "remove", "signed", "signed_for"]
 
 
 @functools.cache
@@ -24,6 +25,11 @@ def _folder_of(process: int) -> Path:
 def _folder() -> Path:
     """Return the folder of this process: workers forked from one process make keys of their own."""
     return _folder_of(os.getpid())
+
+
+def remove() -> None:
+    """Remove the files of this process."""
+    shutil.rmtree(_folder(), ignore_errors=True)
 
 
 @functools.cache

@@ -1,5 +1,5 @@
 import assert from 'node:assert/strict';
-import { mkdtempSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
@@ -8,6 +8,7 @@ import { clients } from './client';
 import * as editor from './editor';
 
 const folder = mkdtempSync(join(tmpdir(), 'achse-extension-'));
+process.on('exit', () => rmSync(folder, { recursive: true, force: true }));
 const context = { subscriptions: [] as unknown[] };
 
 /** A program that answers as achse does. */

@@ -4,7 +4,7 @@ ACHSE names the program, as a JSON list of words; without it these tests are lef
 
 import assert from 'node:assert/strict';
 import { spawn, type ChildProcessWithoutNullStreams } from 'node:child_process';
-import { mkdtempSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
@@ -37,6 +37,7 @@ function started(...more: string[]): ChildProcessWithoutNullStreams {
 
 test('the language server answers what the editor asks', { skip }, async () => {
   const folder = mkdtempSync(join(tmpdir(), 'achse-server-'));
+  process.on('exit', () => rmSync(folder, { recursive: true, force: true }));
   writeFileSync(join(folder, 'MAIN.st'), TEXT);
   const uri = pathToFileURL(join(folder, 'MAIN.st')).href;
   const child = started('lsp');
