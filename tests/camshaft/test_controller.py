@@ -172,7 +172,7 @@ def _drawn_run(seed: int, controllers: list[CamController]) -> None:
         controllers[0].output_words()
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(
     seed=st.integers(0, 1 << 60),
     increments=st.sampled_from((360, 1000, 4096)) | st.floats(1, 1e5),

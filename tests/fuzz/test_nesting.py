@@ -173,7 +173,7 @@ def test_paths(text: str) -> None:
     outcome(parse_path, text, IecError)
 
 
-@settings(max_examples=13)
+@settings(max_examples=6)
 @given(nested([("[", "]"), ("(", ")"), ("(a := ", ")"), ("3(", ")")], ["1", ""]))
 def test_values(text: str) -> None:
     array = parse_type("ARRAY[0..1] OF ARRAY[0..1] OF DINT")

@@ -16,7 +16,7 @@ async def _nothing(passed: float) -> None:
     pass
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=12)
 @given(parts=st.lists(st.floats(0, 0.2), min_size=1, max_size=4))
 def test_slices_give_the_state_that_one_piece_gives(folder: Path, parts: list[float]) -> None:
     async def run() -> str:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from achse.router.access import PasswordHash, Users, hash_password
+from achse.router.access import _MAX_MEMORY, PasswordHash, Users, hash_password
 from achse.router.rights import ALL_RIGHTS, Right
 
 
@@ -82,5 +82,10 @@ def test_least_and_greatest_hash_are_accepted(numbers: str) -> None:
     assert PasswordHash.parse(f"scrypt:{numbers}:AAAA:AAAA").cost > 0
 
 
-def test_hash_that_takes_most_memory_can_be_checked() -> None:
-    assert not PasswordHash.parse("scrypt:2:262144:4:AAAA:AAAA").matches("1")
+def test_hash_that_takes_most_memory_can_be_checked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A thousandth of it within a thousandth of the limit: OpenSSL counts by its own formula."""
+    greatest = PasswordHash.parse("scrypt:2:256:4:AAAA:AAAA")
+    monkeypatch.setattr("achse.router.access._MAX_MEMORY", _MAX_MEMORY // 1024)
+    assert not greatest.matches("1")
+    with pytest.raises(ValueError, match="memory limit"):
+        greatest._replace(parallel=5).matches("1")

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 
 from achse.st.lexis.words import KEYWORDS
 from achse.st.workspace import Workspace
@@ -81,6 +81,7 @@ def test_the_outline_has_units_parts_and_variables(
     assert [one.symbol.name for one in block.children[5].children] == ["nSteps"]
 
 
+@settings(max_examples=10)
 @given(edits=edits())
 def test_asking_for_meanings_changes_no_findings(
     tmp_path_factory: pytest.TempPathFactory, edits: list[Edit]

@@ -28,7 +28,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_project(tmp_path_factory.mktemp("project"))
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=12)
 @given(edits=edits(), check_all=st.booleans())
 def test_any_edits_have_the_findings_of_a_cold_check(
     folder: Path, edits: list[Edit], check_all: bool
