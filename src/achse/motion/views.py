@@ -7,6 +7,7 @@ array, or the view of the record that it refers to or holds. A change of a value
 
 from functools import cache
 from operator import attrgetter
+from types import CodeType, FunctionType
 from typing import TYPE_CHECKING, Any
 
 from achse.motion.fields.declare import Field
@@ -143,26 +144,47 @@ class _OfRow(RowView, _Holder):
         return self.content(self.layout)
 
 
-def _writes(base: type[View], layout: RecordLayout[Field]) -> dict[str, Any]:
-    """Return the functions that write the fields of one value, by their names."""
-    source, scope = "", {"fields": layout.fields}
-    for name, row in layout.fields.items():
-        if row.refers is None and row.holds is None and not row.length:
-            source += (
-                f"def {name}(view, value, field=fields[{name!r}]):\n"
-                " record = view._record\n"
-                f" if record.{name} != value:\n"
-                f"  record.{name} = {'float' if row.is_real else 'int'}(value)\n"
-                f"  {base.after_change(row)}\n"
-            )
-    exec(source, scope)
-    return scope
+_FIELD, _PART = "the_field", "the_part"
+"""Names in the sources of writing functions that stand for those of a field and of a part."""
+
+_WRITE = f"""
+def write(view, value, field):
+ record = view._record
+ if record.{_FIELD} != value:
+  record.{_FIELD} = KIND(value)
+  AFTER
+"""
+
+_WRITE_WITHIN = f"""
+def write(view, value):
+ inner = view.{_PART}._record
+ if inner.{_FIELD} != value:
+  inner.{_FIELD} = KIND(value)
+  record = view._record
+  AFTER
+"""
+
+
+@cache
+def _code(source: str, kind: str, after: str) -> CodeType:
+    """Compile a writing function; those of other fields have the same code with other names."""
+    module = compile(source.replace("KIND", kind).replace("AFTER", after), __file__, "exec")
+    return next(each for each in module.co_consts if isinstance(each, CodeType))
+
+
+def _write(
+    base: type[View], field: Field, source: str, part: str = "", defaults: tuple[Field, ...] = ()
+) -> FunctionType:
+    """Return the function that writes a field of a view, or of its `part`."""
+    code = _code(source, "float" if field.is_real else "int", base.after_change(field))
+    names = {_FIELD: field.name, _PART: part}
+    code = code.replace(co_names=tuple([names.get(name, name) for name in code.co_names]))
+    return FunctionType(code, globals(), field.name, defaults)
 
 
 @cache
 def views_of(base: type[View], layout: RecordLayout[Field]) -> tuple[Any, Any]:
     """The two classes of views of a record: of a plain object, and of one in memory."""
-    writes = _writes(base, layout)
     shared: dict[str, Any] = {"layout": layout}
     arrays = []
     for name, row in layout.fields.items():
@@ -171,7 +193,9 @@ def views_of(base: type[View], layout: RecordLayout[Field]) -> tuple[Any, Any]:
         elif row.length:
             arrays.append(row)
         else:
-            shared[name] = property(attrgetter(f"_record.{name}"), writes[name])
+            shared[name] = property(
+                attrgetter(f"_record.{name}"), _write(base, row, _WRITE, defaults=(row,))
+            )
     objects = {row.name: property(attrgetter(f"_record.{row.name}")) for row in arrays}
     rows = {row.name: property(reader(row)) for row in arrays}
     return (
@@ -182,17 +206,8 @@ def views_of(base: type[View], layout: RecordLayout[Field]) -> tuple[Any, Any]:
 
 def property_within(base: type[View], part: str, field: Field) -> property:
     """Return the property of a view for a field of a record within, which wakes as its own do."""
-    source = (
-        "def write(view, value):\n"
-        f" inner = view.{part}._record\n"
-        f" if inner.{field.name} != value:\n"
-        f"  inner.{field.name} = {'float' if field.is_real else 'int'}(value)\n"
-        "  record = view._record\n"
-        f"  {base.after_change(field)}\n"
-    )
-    scope: dict[str, Any] = {}
-    exec(source, scope)
-    return property(attrgetter(f"_{part}._record.{field.name}"), scope["write"])
+    write = _write(base, field, _WRITE_WITHIN, part)
+    return property(attrgetter(f"_{part}._record.{field.name}"), write)
 
 
 class Store:
