@@ -190,11 +190,14 @@ class Kernel:
                     digest.update(f"{other.name} {slot.holds is other}".encode())
         digest.update(self._entry.__qualname__.encode())
         sources: dict[str, FunctionType] = {}
+        enums: set[EnumMeta] = set()
         for name, thing in reached(self._entry):
             if isinstance(thing, FunctionType):
                 sources.setdefault(thing.__code__.co_filename, thing)
             elif isinstance(thing, EnumMeta):
-                digest.update(repr(list(thing)).encode())
+                if thing not in enums:  # many functions refer to the same
+                    enums.add(thing)
+                    digest.update(repr(list(thing)).encode())
             elif _is_number(thing):
                 digest.update(f"{name} {thing!r}".encode())
         for file in sorted(sources):
