@@ -126,22 +126,22 @@ def test_machine_code_is_unloaded_after_the_last_that_refers_to_it() -> None:
     def loaded() -> tuple[weakref.ref[Any], weakref.ref[Host], Any, Any]:
         host = Host()
         host.code = code = MachineCode(content, module.interface, {"asked": host.asked})
-        engine = weakref.ref(code._engine)
-        return engine, weakref.ref(host), code.plain_function("both"), code.words("kept")
+        module_loaded = weakref.ref(code._loaded)
+        return module_loaded, weakref.ref(host), code.plain_function("both"), code.words("kept")
 
-    engine, host, both, kept = loaded()
+    module_loaded, host, both, kept = loaded()
     gc.collect()
     kept[1] = 5
     assert both(4) == 13
-    assert engine() is not None
+    assert module_loaded() is not None
     del both
     gc.collect()
-    assert engine() is not None
+    assert module_loaded() is not None
     assert host() is not None, "a callback can be called as long as there is code"
     kept[1] = 6
     del kept
     gc.collect()
-    assert (engine(), host()) == (None, None)
+    assert (module_loaded(), host()) == (None, None)
 
 
 def test_code_that_runs_is_not_unloaded() -> None:

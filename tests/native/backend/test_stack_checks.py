@@ -178,7 +178,7 @@ def test_frames_are_not_larger_than_their_bound(frame: Frame, effort: Effort) ->
         return
     text = module.assembly().replace(f"{guard.frame} = internal", f"{guard.frame} =")
     code = MachineCode(compile_module(text, effort), module.interface, {"asked": lambda n: n})
-    place = code._engine.get_global_value_address(guard.frame[1:].strip('"'))
+    place = code._address_of(guard.frame[1:].strip('"'))
     measured = ctypes.c_int64.from_address(place).value
     assert 0 < measured < guard.bound
     if effort is Effort.FAST:

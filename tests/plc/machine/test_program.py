@@ -135,7 +135,7 @@ def test_programs_that_an_online_change_replaces_are_unloaded_at_once(
     try:
         for number in range(6):
             machine = ran.plc.bodies.execution.machine
-            unloaded += [weakref.ref(machine), weakref.ref(machine._code._engine)]
+            unloaded += [weakref.ref(machine), weakref.ref(machine._code._loaded)]
             del machine
             more = f"VAR_GLOBAL g{number} : LINT; END_VAR\n" if moves else ""
             project, typed = _checked(

@@ -1,6 +1,7 @@
 """The machine we run on: assembly in, an object file out, and back in as functions of Python.
 
-Needs llvmlite, which is imported when it is used.
+Needs llvmlite, which is imported when it is used: where `object_file` loads what is in the cache,
+that is only to compile.
 """
 
 import ctypes
@@ -14,6 +15,7 @@ from enum import Enum
 from functools import cache, lru_cache
 from typing import Any
 
+from achse.native.backend import object_file
 from achse.native.backend.faults import (
     BUDGET,
     DEPTH,
@@ -38,6 +40,8 @@ __all__ = [
     "identity",
 ]
 
+_PROCESSOR_FACTS = "vendor_id", "cpu family", "model", "stepping", "flags"
+
 DEEPEST = 1000
 """Calls in one another, of functions that `descend`, if the stack does not end before."""
 
@@ -58,13 +62,24 @@ def compiler_installed() -> bool:
     return False
 
 
+@cache
 def identity() -> str:
     """Compiler and processor: machine code of one is not for another."""
     import llvmlite
+
+    return f"{llvmlite.__version__} {_processor()}"
+
+
+def _processor() -> str:
+    """Return all that LLVM goes by when it compiles for the processor we run on."""
+    if object_file.is_supported():
+        with suppress(OSError), open("/proc/cpuinfo", encoding="utf-8") as file:
+            facts = dict(line.split("\t", 1) for line in iter(file.readline, "\n") if "\t" in line)
+            if "flags" in facts:
+                return " ".join(facts.get(name, "").strip("\t:\n ") for name in _PROCESSOR_FACTS)
     import llvmlite.binding as llvm
 
-    features = llvm.get_host_cpu_features().flatten()
-    return f"{llvmlite.__version__} {llvm.get_host_cpu_name()} {features}"
+    return f"{llvm.get_host_cpu_name()} {llvm.get_host_cpu_features().flatten()}"
 
 
 def compile_module(module: ModuleBuilder | str, effort: Effort = Effort.FULL) -> bytes:
@@ -94,20 +109,41 @@ def address_of(buffer: bytearray | memoryview, offset: int = 0) -> int:
 class _LoadedModule:
     """An object file in executable memory, and the callbacks whose addresses it has.
 
-    Every function and every view of words refers to it: LLVM unloads it after the last of them.
+    Every function and every view of words refers to it: it is unloaded after the last of them.
     """
 
     def __init__(self, content: bytes) -> None:
+        self.callbacks: list[Any] = []
+        self.address_of: Callable[[str], int]
+        """Gives the address of a function or of data by its name, 0 if there is none."""
+        if object_file.is_supported():
+            with suppress(object_file.ObjectFileError):
+                self.address_of = object_file.ObjectFile(content, _outside).address_of
+                return
+        self._load(content)
+
+    def _load(self, content: bytes) -> None:
+        """Let LLVM load the file."""
         import llvmlite.binding as llvm
 
-        self.engine = llvm.create_mcjit_compiler(
+        engine = llvm.create_mcjit_compiler(
             llvm.parse_assembly(""),
             _target_machine(Effort.FULL),  # the engine frees it: one each
             use_lmm=_lies_close_together(content) or None,
         )
-        self.engine.add_object_file(llvm.ObjectFileRef.from_data(content))
-        self.engine.finalize_object()
-        self.callbacks: list[Any] = []
+        engine.add_object_file(llvm.ObjectFileRef.from_data(content))
+        engine.finalize_object()
+        self.address_of = lambda name: (
+            engine.get_function_address(name) or engine.get_global_value_address(name)
+        )
+
+
+def _outside(name: str) -> int:
+    """Return the address of a function that a module calls; 0 if it is unknown."""
+    try:
+        return _address(name.removeprefix(C_PREFIX))
+    except AttributeError:
+        return 0
 
 
 class MachineCode:
@@ -127,7 +163,7 @@ class MachineCode:
     ) -> None:
         self._interface = interface
         self._loaded = _LoadedModule(content)
-        self._engine = self._loaded.engine
+        self._address_of = self._loaded.address_of
         self._raised: list[BaseException] = []
         self._fault = self._words(FAULT, 3)
         self._budget = self._words(BUDGET, 1)
@@ -152,7 +188,7 @@ class MachineCode:
     def close(self) -> None:
         """Give the callbacks back: nothing may call the code any more.
 
-        LLVM unloads it then after the last function and view of words, without a search for
+        It is unloaded then after the last function and view of words, without a search for
         garbage: callbacks and code refer to each other.
         """
         self._loaded.callbacks.clear()
@@ -160,7 +196,7 @@ class MachineCode:
     @property
     def notes(self) -> bytes:
         """Notes of the front end in the module."""
-        place = self._engine.get_global_value_address(NOTES[1:])
+        place = self._address_of(NOTES[1:])
         if not place:
             return b""
         return ctypes.string_at(place + 8, ctypes.c_int64.from_address(place).value)
@@ -219,7 +255,7 @@ class MachineCode:
 
         Without memory for another thread, their bounds stay what is checked.
         """
-        address = self._engine.get_function_address(MEASURE[1:])
+        address = self._address_of(MEASURE[1:])
         if not address:
             return
         thread = threading.Thread(target=ctypes.PYFUNCTYPE(None)(address), name="achse frames")
@@ -262,14 +298,14 @@ class MachineCode:
         return self._prototype(self._interface.functions[name])
 
     def _prototype(self, function: CallTarget) -> Any:
-        address = self._engine.get_function_address(function.symbol[1:].strip('"'))
+        address = self._address_of(function.symbol[1:].strip('"'))
         pointer = _prototype_of(function.signature.c_types)(address)
         pointer.loaded = self._loaded
         return pointer
 
     def _words(self, symbol: str, count: int) -> Any:
         """The words of a variable of the module, None if it has none."""
-        place = self._engine.get_global_value_address(symbol[1:].strip('"'))
+        place = self._address_of(symbol[1:].strip('"'))
         if not place:
             return None
         words = _words_of(count).from_address(place)
@@ -291,7 +327,7 @@ class MachineCode:
 
         pointer = _prototype_of(signature.c_types)(call)
         self._loaded.callbacks.append(pointer)
-        place = self._engine.get_global_value_address(f"callback.{name}")
+        place = self._address_of(f"callback.{name}")
         # `ctypes.cast` would let the pointer refer to itself
         address = ctypes.c_void_p.from_address(ctypes.addressof(pointer)).value
         ctypes.c_void_p.from_address(place).value = address
