@@ -7,6 +7,7 @@ sample that is due again while it waits is taken once.
 """
 
 import logging
+import math
 from collections import deque
 from heapq import heappop, heappush
 from itertools import count
@@ -97,6 +98,8 @@ class SampleBudget:
         """Beats that are due and not served."""
         self.late = 0
         """Samples that were due again before they were taken, so far: they are missing."""
+        self.first_due_ns: float = math.inf
+        """Time before which nobody has samples due, ns."""
         self.share = 1.0
         """Of the budget: less while the station is behind the clock."""
         self._since: int | None = None

@@ -25,7 +25,7 @@ from achse.server.subscriptions import (
     hint,
 )
 from achse.server.table import Reader
-from achse.server.usage import Usage, host_of
+from achse.server.usage import Scheduled, Usage, host_of
 
 __all__ = ["IN_CONTEXT", "Notifications", "Sender"]
 
@@ -61,7 +61,7 @@ class Sender(Protocol):
     def reaches(self, address: bytes) -> bool: ...
 
 
-class Notifications:
+class Notifications(Scheduled):
     """The subscriptions of one device.
 
     `tick` drives everything; `send_first` is called once the answer to an Add is on its way. What
@@ -115,8 +115,6 @@ class Notifications:
         """Batches with samples of this moment."""
         self._waiting: dict[Channel, None] = {}
         """Channels with stamps that their client does not take yet."""
-        self.due_ns: float = math.inf
-        """Time before which `tick` has nothing to do, ns; infinite if nothing is due."""
         self._sequence = 0
         self._next_handle = 1
         self._warned: set[bytes] = set()

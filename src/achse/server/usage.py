@@ -1,5 +1,6 @@
 """Usage of all devices by all clients together: the limits `all_…` apply to the sum."""
 
+import math
 from collections import OrderedDict
 from collections.abc import Iterable
 from typing import Protocol
@@ -11,7 +12,15 @@ from achse.server.budget import SampleBudget
 from achse.server.limits import ClientLimits
 from achse.server.subscriptions import Channel
 
-__all__ = ["AbandonedHandles", "HostCounts", "Keeper", "Usage", "host_of", "host_share"]
+__all__ = [
+    "AbandonedHandles",
+    "HostCounts",
+    "Keeper",
+    "Scheduled",
+    "Usage",
+    "host_of",
+    "host_share",
+]
 
 
 def host_of(way: object) -> str:
@@ -53,6 +62,25 @@ class HostCounts:
     def is_full(self, host: str, of_all: int) -> bool:
         """True if the clients of the host hold their share of a limit of all clients."""
         return bool(host) and self[host] >= host_share(of_all)
+
+
+class Scheduled:
+    """Owner of samples that are due at `due_ns`, of which the budget of its usage knows."""
+
+    usage: "Usage"
+    _due_ns: float = math.inf
+
+    @property
+    def due_ns(self) -> float:
+        """Time before which `tick` has nothing to do, ns; infinite if nothing is due."""
+        return self._due_ns
+
+    @due_ns.setter
+    def due_ns(self, due_ns: float) -> None:
+        self._due_ns = due_ns
+        budget = self.usage.budget
+        if due_ns < budget.first_due_ns:
+            budget.first_due_ns = due_ns
 
 
 class Keeper(Protocol):

@@ -141,23 +141,28 @@ class NotificationPhase(Phase):
         self._nc = nc
         self._epoch = epoch
         self.runs_ahead = nc is not None
-        self.watch(devices)
         self._budget = budget
+        self.watch(devices)
         self._pace = pace
 
     def watch(self, devices: Sequence[Device]) -> None:
         """Tell what these devices have to tell, and no others."""
         self._notifications = [device.notifications for device in devices]
         self._ahead = SamplesAhead(self._notifications)
+        self._look_ahead()
 
-    @property
-    def due_ns(self) -> float:
-        """Station time at which the first sample of any device is due."""
+    def _look_ahead(self) -> None:
+        """Find when the first sample is due; what becomes due earlier tells the budget."""
         due = math.inf
         for notifications in self._notifications:  # half the time of min()
             if notifications.due_ns < due:
                 due = notifications.due_ns
-        return due
+        self._budget.first_due_ns = due
+
+    @property
+    def due_ns(self) -> float:
+        """Station time at which the first sample of any device is due, or one that was deleted."""
+        return self._budget.first_due_ns
 
     def step(self, now_ns: int) -> None:
         """Send the samples that are due."""
@@ -166,6 +171,7 @@ class NotificationPhase(Phase):
                 notifications.tick(now_ns)
         if self._budget.waiting:
             self._budget.serve(now_ns)
+        self._look_ahead()
         pace = self._pace()
         if pace is not None:
             self._budget.press(pace.behind_ns)
@@ -188,6 +194,7 @@ class NotificationPhase(Phase):
         if not elapsed_ns:
             return 0
         self._nc.pass_over(elapsed_ns)
+        self._look_ahead()
         return due_ns + elapsed_ns - cycle_ns
 
 
