@@ -18,6 +18,18 @@ BLOCK = """<TcModuleClass><DataTypes>
 </DataType></DataTypes><Modules><Module/></Modules></TcModuleClass>"""
 
 
+OWN = """
+VAR_GLOBAL CONSTANT nMost : INT := 4; END_VAR
+FUNCTION_BLOCK ListForward END_FUNCTION_BLOCK
+INTERFACE I_Own EXTENDS I_Any END_INTERFACE
+FUNCTION_BLOCK FB_Own EXTENDS FB_Base IMPLEMENTS I_Own
+VAR pData : POINTER TO BYTE; END_VAR
+METHOD Grow pData := __NEW(BYTE, 8); fbChild(fbParent := THIS^); SUPER^.Run(0, FALSE); END_METHOD
+METHOD Run VAR_INPUT nSpeed : INT; bFast : BOOL; END_VAR END_METHOD
+END_FUNCTION_BLOCK
+"""
+
+
 def _examined(folder: Path, text: str, library: str = "Lib") -> tuple[Project, list[str]]:
     (folder / "a.st").write_text(text)
     (folder / "a.plcproj").write_text(
@@ -37,11 +49,15 @@ def _examined(folder: Path, text: str, library: str = "Lib") -> tuple[Project, l
         "VAR a : FB_Any(3); b : I_Any; END_VAR b.Run();",
         "VAR a : FB_Any; b : BOOL; END_VAR b := a.Read(nNumber := 3).bDone;",
         "VAR a : FB_Own(3, 'x'); END_VAR",
+        "VAR a : ARRAY [1..3] OF INT; b : ARRAY [0..nMost] OF INT; END_VAR F_Sum(a); F_Sum(b);",
+        "VAR a : FB_Own := (sName := 'x'); END_VAR a.Run(3, TRUE);",
+        "VAR a : I_Any; b : FB_Own; END_VAR b.Grow(); a := b; a.Run(nSpeed := 1, bFast := TRUE);",
+        "VAR a : FB_Any; b : FB_Own; END_VAR a(fbOwner := b);",
+        "VAR i : I_Forward; END_VAR i.Step();",
     ],
 )
 def test_names_of_a_missing_library_get_stand_ins(tmp_path: Path, uses: str) -> None:
-    own = "FUNCTION_BLOCK FB_Own EXTENDS FB_Base END_FUNCTION_BLOCK"
-    project, faults = _examined(tmp_path, f"PROGRAM P {uses} END_PROGRAM {own}")
+    project, faults = _examined(tmp_path, f"PROGRAM P {uses} END_PROGRAM {OWN}")
     assert faults == []
     assert project.stand_ins
     assert check(project.declarations).faults == ()

@@ -139,8 +139,11 @@ class Blocks:
         # sources may have any.
         if wanted in ("iqueryinterface", "__system.iqueryinterface"):
             return True
+        return None if self.has_unknown_base(entry) else False
+
+    def has_unknown_base(self, entry: DeclaredUnit) -> bool:
+        """Return True if a base of a block has no source: it may have any part and interface."""
         last = self.chain(entry)[-1].tree
-        unknown = isinstance(last, FunctionBlock) and (
+        return isinstance(last, FunctionBlock) and (
             last.extends is not None or "stand_in" in dict(last.note.attributes)
         )
-        return None if unknown else False

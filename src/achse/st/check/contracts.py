@@ -91,8 +91,7 @@ class Contracts:
 
     def _missing(self, entry: DeclaredUnit) -> Iterator[str]:
         """Return a message for each missing part of interfaces and abstract bases."""
-        last = self._blocks.chain(entry)[-1].tree
-        is_known = not (isinstance(last, FunctionBlock) and last.extends is not None)
+        is_known = not self._blocks.has_unknown_base(entry)
         for interface in self._interfaces(entry):
             for name, part in self._blocks.own_parts(interface).items():
                 if name in _OF_THEIR_OWN:

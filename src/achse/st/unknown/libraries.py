@@ -37,7 +37,8 @@ def keep_names_of(
     def belongs(key: str, *, is_free: bool) -> bool:
         if any(pattern.fullmatch(key) for pattern in patterns):
             return True
-        return is_any and is_free and not get_close_matches(key, own, 1, _CLOSE)
+        alike = (name for name in own if name[:1] == key[:1])
+        return is_any and is_free and not get_close_matches(key, alike, 1, _CLOSE)
 
     def is_free(key: str, use: MissingUse) -> bool:
         if key in meanings.lists and not use.is_called:

@@ -6,18 +6,18 @@ Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a decl
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 from achse.iec.arrays import ArrayType
 from achse.iec.derived import AliasType, InterfaceType, OpaqueType, resolved
 from achse.iec.errors import IecError
+from achse.iec.names import ELEMENTARY
 from achse.iec.structs import RecordKind, StructType
-from achse.iec.times import TimeType
 from achse.iec.types import IecType
 from achse.st.declared.resolve import Resolver
 from achse.st.declared.scopes import DeclaredUnit, Failed, Scope
 from achse.st.declared.signatures import BlockSignature
-from achse.st.lexis.literals import literal_value
 from achse.st.syntax.cursor import Unexpected
 from achse.st.syntax.printer import print_type
 from achse.st.syntax.tree import (
@@ -45,18 +45,17 @@ from achse.st.syntax.tree import (
 from achse.st.syntax.units import (
     Function,
     GlobalList,
-    Interface,
     Method,
     Part,
     Program,
     Property,
     TypeDeclaration,
-    Unit,
 )
-from achse.st.unknown.uses import LONG_TEXT, MissingUse
+from achse.st.unknown.trees import bases_of, is_plain, literal_text, part_of
+from achse.st.unknown.uses import MissingUse
 from achse.st.values.functions import is_standard
 
-__all__ = ["TRUTHS", "Meanings", "Sense", "bases_of", "part_of"]
+__all__ = ["TRUTHS", "Meanings", "Sense"]
 
 _IDENTIFIER = re.compile(r"\w+(?:\.\w+)*", re.ASCII)
 TRUTHS = ("AND", "OR", "XOR", "AND_THEN", "OR_ELSE", "&")
@@ -262,9 +261,8 @@ class Meanings:
                 break
             if self.is_missing(base, scope):
                 key = name.lower()
-                if key in self._scopes.entries or key in self._scopes.globals:
-                    return False, None
-                if is_space:
+                is_known = key in self._scopes.entries or key in self._scopes.globals
+                if is_known or is_space or key in ELEMENTARY:
                     return False, None
                 return True, self._missing_member(base, name)
             entry = self._scopes.find(base.name, scope.space)
@@ -502,12 +500,18 @@ class Meanings:
             return f"POINTER TO {inner}"
         if isinstance(spec, NamedType) and not spec.generics:
             return spec.name.rpartition(".")[2] if self.is_missing(spec, scope) else spec.name
+        if isinstance(spec, ArrayOf) and (inner := self.spec_text((spec.element, scope))):
+            if inner.startswith("ARRAY [*"):
+                return ""
+            is_known = all(map(is_plain, spec.dimensions))
+            bounds = spec.dimensions if is_known else (None,) * len(spec.dimensions)
+            return print_type(replace(spec, dimensions=bounds, element=NamedType(inner)))
         return ""
 
     def text(self, tree: Expression, scope: Scope) -> str:
         """The type of an expression, where it shows."""
         if isinstance(tree, Literal):
-            return _literal_text(tree)
+            return literal_text(tree)
         if isinstance(tree, Unary):
             return "BOOL" if tree.operator == "NOT" else self.text(tree.operand, scope)
         if isinstance(tree, Binary):
@@ -531,43 +535,3 @@ class Meanings:
         if isinstance(found, tuple):
             return self.spec_text(found)
         return found.type if isinstance(found, MissingUse) else ""
-
-
-def bases_of(unit: Unit) -> tuple[NamedType, ...]:
-    """Return the bases of a unit."""
-    if isinstance(unit, Interface):
-        return unit.extends
-    base = getattr(unit, "extends", None)
-    return (base,) if isinstance(base, NamedType) else ()
-
-
-def part_of(type: StructType[Any], name: str) -> MissingUse | None:
-    """Return a part of a type of a symbol file, None if there is no such part."""
-    key = name.lower()
-    members = [(one.name, one.type) for one in type.members]
-    members += [(one.name, one.type) for one in type.properties]
-    for each, part in members:
-        if each.lower() == key:
-            inner = resolved(part)
-            block = inner if isinstance(inner, StructType) else None
-            is_interface = isinstance(inner, InterfaceType)
-            return MissingUse(each, part.name, block=block, is_part=True, is_interface=is_interface)
-    return None
-
-
-def _literal_text(tree: Literal) -> str:
-    try:
-        type, value, enum = literal_value(tree.text)
-    except IecError:
-        return ""
-    if enum:
-        return enum
-    if isinstance(value, bool):
-        return "BOOL"
-    if isinstance(value, str):
-        return LONG_TEXT if tree.text[0] != '"' else "WSTRING(255)"
-    if isinstance(type, TimeType):
-        return type.name
-    if type is not None:
-        return type.name
-    return "LREAL" if isinstance(value, float) else "DINT"

@@ -18,7 +18,9 @@ from achse.iec.structs import RecordKind, StructType
 from achse.iec.variables import Section
 from achse.st.declared.signatures import is_open_array, open_array
 from achse.st.lexis.words import KEYWORDS
-from achse.st.unknown.uses import MissingUse
+from achse.st.syntax.printer import print_type
+from achse.st.syntax.units import Method
+from achse.st.unknown.uses import MissingUse, open_bounds
 from achse.st.unknown.walk import MissingNames
 
 __all__ = ["LISTS_FILE", "TYPES_FILE", "is_list", "stand_ins"]
@@ -81,6 +83,7 @@ _LIST = re.compile(r"GVL|Global|Const|Param|Lib|^Tc\d|^G_", re.IGNORECASE)
 _INTERFACE = re.compile(r"I_?[A-Z][a-z]|ITc[A-Z]|I_")
 _QUALIFIED = re.compile(r"(?:[^\W\d]\w*\.)+([^\W\d]\w*)", re.ASCII)
 _NAME = re.compile(r"[^\W\d]\w*", re.ASCII)
+_PARAMETERS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
 
 
 def stand_ins(missing: MissingNames) -> dict[str, str]:
@@ -95,6 +98,7 @@ class _Writer:
     def __init__(self, missing: MissingNames) -> None:
         found = missing.meanings
         self._types = found.types
+        self._blocks = missing.blocks
         self._names = found.names
         self._lists = found.lists
         self._values: dict[str, dict[str, str]] = {}
@@ -189,7 +193,7 @@ class _Writer:
             name = f"{owner}_{use.name}"
             self._type(name, use)
             return name, True
-        if use.type and use.type.lower() != owner.lower():
+        if use.type and use.type.lower() != owner.lower() and not use.type.startswith("ARRAY [*"):
             return use.type, True
         like = use.like
         if like is not None and like.space is not None and _is_enumeration(like.space):
@@ -360,6 +364,8 @@ class _Writer:
 
     def _is_passed(self, use: MissingUse) -> bool:
         """Return True if an input is a block, which is not copied."""
+        if use.type.lower() in self._blocks:
+            return True
         found = self._types.get(use.type.lower())
         return found is not None and (_is_block(found) or not _is_told(found))
 
@@ -383,12 +389,28 @@ class _Writer:
         yield "END_PROPERTY"
 
     def _method(self, use: MissingUse, owner: str) -> Iterator[str]:
+        if use.override is not None:
+            yield from self._overridden(use.override)
+            return
         yield f"METHOD {use.name} : {self._result(use, owner) or use.type or 'BOOL'}"
         inside = f"{owner}_{use.name}"
         yield from self._section(
             "VAR_INPUT", [*use.inputs.values(), *use.arguments], inside, is_routine=True
         )
         yield from self._section("VAR_OUTPUT", use.outputs.values(), inside)
+        yield "END_METHOD"
+
+    def _overridden(self, method: Method) -> Iterator[str]:
+        """The parameters and the result of a method of the project."""
+        result = "" if method.returns is None else f" : {print_type(method.returns)}"
+        yield f"METHOD {method.name}{result}"
+        for block in method.blocks:
+            if block.section in _PARAMETERS:
+                yield block.section
+                for one in block.variables:
+                    names = ", ".join(name.name for name in one.names)
+                    yield f"{_STEP}{names} : {self._own_names(print_type(one.type))};"
+                yield "END_VAR"
         yield "END_METHOD"
 
     def _result(self, use: MissingUse, owner: str) -> str:
@@ -410,11 +432,15 @@ class _Writer:
     def _section(
         self, word: str, variables: Iterable[MissingUse], owner: str, *, is_routine: bool = False
     ) -> Iterator[str]:
+        """A section; arrays that a routine takes have any length, as variables of the caller."""
         is_input = word == "VAR_INPUT" and is_routine
-        lines = [_STEP + self._declared(one, owner, is_input=is_input) for one in variables]
-        if lines:
-            yield word
-            yield from lines
+        for is_array, group in groupby(variables, lambda one: is_input and _is_array(one)):
+            yield "VAR_IN_OUT" if is_array else word
+            for one in group:
+                if is_array:
+                    yield f"{_STEP}{one.name} : {open_bounds(one.type)};"
+                else:
+                    yield _STEP + self._declared(one, owner, is_input=is_input)
             yield "END_VAR"
 
 
@@ -431,6 +457,10 @@ def _is_block(use: MissingUse) -> bool:
     called = any(_is_method(one) for one in use.members.values())
     told = use.block or use.is_block or use.is_called or use.inputs or use.outputs or use.generics
     return bool(told or called)
+
+
+def _is_array(use: MissingUse) -> bool:
+    return use.type.startswith("ARRAY [") and not use.is_mixed
 
 
 def _is_told(use: MissingUse) -> bool:

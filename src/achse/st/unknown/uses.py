@@ -3,18 +3,21 @@
 Source: IEC 61131-3 (2013) table 19 (calls), 11 (types): what uses say of a declaration.
 """
 
+import re
 from dataclasses import dataclass, field
 from typing import Any
 
 from achse.iec.structs import StructType
 from achse.st.declared.signatures import BlockSignature, MethodSignature
+from achse.st.syntax.units import Method
 
-__all__ = ["LONG_TEXT", "MissingUse"]
+__all__ = ["LONG_TEXT", "MissingUse", "open_bounds"]
 
 LONG_TEXT = "STRING(255)"
 _UNSURE = ("", "DINT", "LREAL", LONG_TEXT)
 """Types that literals show."""
 _SURE = len(_UNSURE)
+_BOUNDS = re.compile(r"^ARRAY \[([^]]*)\]")
 
 
 @dataclass(slots=True, eq=False)
@@ -70,6 +73,8 @@ class MissingUse:
     """Its parameters by the signature of its type, if it is a method."""
     result: "MissingUse | None" = None
     """Value that a call of the method returns, by the signature."""
+    override: Method | None = None
+    """A method of the project that overrides it, and so has its parameters and result."""
     is_required: bool = False
     """True if a declaration made for another name needs its declaration."""
     extends: list[str] = field(default_factory=list)
@@ -99,11 +104,19 @@ class MissingUse:
         if _sureness(type) > _sureness(known):
             self.type = type
         elif type.lower() != known.lower() and _sureness(type) == _SURE:
-            self.is_mixed = True
+            if open_bounds(type).lower() == open_bounds(known).lower():
+                self.type = open_bounds(type)  # arrays of different lengths
+            else:
+                self.is_mixed = True
 
     def member(self, name: str) -> "MissingUse":
         """A part of it, known from now on."""
         return self.members.setdefault(name.lower(), MissingUse(name))
+
+
+def open_bounds(type: str) -> str:
+    """Return the text of an array type with bounds that the caller's array tells."""
+    return _BOUNDS.sub(lambda found: f"ARRAY [{', '.join('*' for _ in found[1].split(','))}]", type)
 
 
 def _is_text(type: str) -> bool:

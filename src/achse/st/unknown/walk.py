@@ -53,7 +53,8 @@ from achse.st.syntax.units import (
     TypeDeclaration,
     Unit,
 )
-from achse.st.unknown.meanings import TRUTHS, Meanings, Sense, bases_of, part_of
+from achse.st.unknown.meanings import TRUTHS, Meanings, Sense
+from achse.st.unknown.trees import bases_of, part_of
 from achse.st.unknown.uses import MissingUse
 
 __all__ = ["MissingNames"]
@@ -77,11 +78,19 @@ class MissingNames:
         if units is None:
             units = self._scopes.entries.values()
         own = [entry for entry in units if not entry.is_built_in]
+        self.blocks = {
+            entry.name.rpartition(".")[2].lower()
+            for entry in own
+            if isinstance(entry.tree, FunctionBlock)
+        }
+        """Names of the project's function blocks, in lower case."""
         for entry in own:
             self._in_types(entry)
         for entry in own:
             self.meanings.this = entry
             self._in_unit(entry)
+        for entry in own:
+            self._overrides(entry)
         found = self.meanings.names
         for key in [key for key, use in found.items() if use.is_space and not use.members]:
             del found[key]
@@ -159,6 +168,33 @@ class MissingNames:
                 self._in_part(part, part.name, part.returns, scope)
             elif isinstance(part, Action):
                 self._in_statements(part.body, scope)
+
+    def _overrides(self, entry: DeclaredUnit) -> None:
+        """Methods of a block whose base or interface is missing: calls tell less of them."""
+        missing = list(self._missing_interfaces(entry))
+        if base := self.meanings.missing_base(entry):
+            missing.append(base)
+        for part in getattr(entry.tree, "parts", ()) if missing else ():
+            for use in missing:
+                known = use.members.get(part.name.lower())
+                if isinstance(part, Method) and known is not None and known.is_called:
+                    known.override = known.override or part
+
+    def _missing_interfaces(self, entry: DeclaredUnit) -> Iterator[MissingUse]:
+        """The interfaces of a block that are missing, those behind declared ones too."""
+        scope = self._scopes.scope(entry)
+        waiting = [(scope, one) for one in getattr(entry.tree, "implements", ())]
+        seen: set[int] = set()
+        while waiting:
+            scope, one = waiting.pop()
+            if self.meanings.is_missing(one, scope):
+                yield self.meanings.use(one)
+                continue
+            found = self._scopes.find(one.name, scope.space)
+            if found is not None and id(found) not in seen:
+                seen.add(id(found))
+                inside = self._scopes.scope(found)
+                waiting += [(inside, base) for base in bases_of(found.tree)]
 
     def _in_part(
         self, tree: Method | Accessor, name: str, returns: TypeSpec | None, scope: Scope
@@ -280,6 +316,9 @@ class MissingNames:
             self._in_initial(item.value, None, scope)
             return
         found = None if at is None else self.meanings.member_of(at, item.name)
+        if isinstance(found, MissingUse) and isinstance(item.value, Expression):
+            found.is_written = True  # of a missing base
+            found.told(self.meanings.text(item.value, scope))
         self._in_initial(item.value, found if isinstance(found, tuple) else None, scope)
 
     def _elements_told(self, use: MissingUse, tree: ArrayInitial, scope: Scope) -> None:
