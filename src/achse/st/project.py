@@ -191,7 +191,8 @@ class ProjectFiles:
             lambda word: names.scopes.find(word) is not None,
         )
         made: dict[str, str] = {}
-        if unknown == "opaque" or (unknown == "libraries" and missing):
+        has_some = bool(missing) or names.given.has_interfaces
+        if unknown == "opaque" or (unknown == "libraries" and has_some):
             made = _stand_ins(declared, missing if unknown == "libraries" else None)
             again = [parse(Source(text, name), name=Path(name).stem) for name, text in made.items()]
             if made:

@@ -134,3 +134,23 @@ def test_call_of_a_block_inside_a_type_of_a_symbol_file_does_nothing(tmp_path: P
     assert plc.failure == ""
     refused = check(load_project(tmp_path, unknown="refuse").declarations)
     assert refused.left_out == {"lib.fb_lamp": "no source of Lib.FB_Lamp is here"}
+
+
+def test_interface_of_a_symbol_file_has_its_methods_if_no_library_is_missing(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "a.tmc").write_text(
+        """<TcModuleClass><DataTypes><DataType>
+<Name GUID="{03010098-0000-0000-E000-000000000064}" TcBaseType="true">ITcThing</Name>
+<BitSize X64="64">32</BitSize><BaseType>ITcUnknown</BaseType>
+<Method><Name>Begin</Name><ReturnType>HRESULT</ReturnType><ReturnBitSize>32</ReturnBitSize>
+<Parameter><Name>nPort</Name><Type>UDINT</Type><BitSize>32</BitSize></Parameter></Method>
+</DataType></DataTypes><Modules><Module/></Modules></TcModuleClass>"""
+    )
+    (tmp_path / "a.st").write_text(
+        "PROGRAM P VAR ip : ITcThing; hr : HRESULT; END_VAR hr := ip.Begin(nPort := 3); END_PROGRAM"
+    )
+    project, error = examine_project(tmp_path)
+    assert error is None
+    assert check(project.declarations).faults == ()
+    assert "METHOD Begin : HRESULT" in project.stand_ins["types.st"]

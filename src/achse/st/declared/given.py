@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from achse.iec.declare import Typelike, iec_type
+from achse.iec.derived import InterfaceType
 from achse.iec.enums import EnumType
 from achse.iec.errors import IecError
 from achse.iec.names import elementary
@@ -62,6 +63,8 @@ class GivenTypes:
         self._types = {name.lower(): iec_type(type) for name, type in types.items()}
         self._elementary = elementary(pointer_size)
         self._further = further
+        self.has_interfaces = False
+        """True if a symbol file gave an interface, whose methods have no source."""
 
     def __contains__(self, name: str) -> bool:
         """Return True if a type of that name is passed in."""
@@ -87,11 +90,12 @@ class GivenTypes:
             found = self._types.get(key) or SYSTEM_TYPES.get(key)
         if found is None and self._further is not None:
             try:
-                return self._further.type(name)
+                found = self._further.type(name)
             except SourceError:
                 raise  # of the file, not of what names the type
             except IecError as doubt:
                 raise Unexpected(at, str(doubt), Code.AMBIGUOUS_NAME) from None
+            self.has_interfaces |= isinstance(found, InterfaceType)
         return found
 
     def values(self, name: str) -> list[Constant]:

@@ -30,7 +30,8 @@ def keep_names_of(
 ) -> None:
     """Leave out every missing name that belongs to none of the libraries.
 
-    `patterns` are those of their names; with `is_any`, nothing is known of one of them.
+    `patterns` are those of their names; with `is_any`, nothing is known of one of them. Without a
+    library, interfaces of symbol files are left.
     """
     own = [name.lower() for name in declared]
 
@@ -47,7 +48,12 @@ def keep_names_of(
 
     _keep(
         meanings.types,
-        lambda key, use: use.block is not None or use.is_qualified or belongs(key, is_free=True),
+        lambda key, use: (
+            use.is_opaque
+            or use.is_required
+            or (bool(patterns) and (use.block is not None or use.is_qualified))
+            or belongs(key, is_free=True)
+        ),
     )
     _keep(meanings.names, lambda key, use: belongs(key, is_free=is_free(key, use)))
 
