@@ -1,6 +1,6 @@
 """Projects: a folder of PLC sources, or one file, as what they declare, with their libraries."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
@@ -10,16 +10,17 @@ from achse.iec.declare import Typelike
 from achse.iec.layout import TC3_X64, TC3_X86, LayoutRules
 from achse.st.declare import Declarations, examine
 from achse.st.files.envelope import TaskDeclaration
-from achse.st.files.event_classes import event_classes, events_sources
+from achse.st.files.event_classes import base_classes, event_classes, events_sources
 from achse.st.files.files import (
     SYMBOL_FILE,
     content_of,
+    files_below,
     project_file,
     read_sources,
     symbol_files,
 )
 from achse.st.files.shelf import Gathered, gather, references_in
-from achse.st.files.solution import solution_files, task_options
+from achse.st.files.solution import solution_files, task_options, type_files
 from achse.st.lexis.collection import collection_paused
 from achse.st.lexis.lexer import Defines
 from achse.st.lexis.source import Diagnostic, Source, SourceError
@@ -264,7 +265,8 @@ def read_files(
     others = [Path(item) for item in libraries]
     named = [item for item in others if item.suffix.lower() == SYMBOL_FILE]
     sources, tasks = read_sources(Path(path), defines, faults)
-    references = references_in(project_file(Path(path)))
+    project = project_file(Path(path))
+    references = references_in(project)
     places = [item for item in others if item not in named]
     found = gather(references, places, defines, faults)
     files = [(content_of(item, item.name), item.name) for item in named]
@@ -274,8 +276,11 @@ def read_files(
         (content_of(item, item.name), item.name) for item in found.symbol_files if item not in own
     ]
     solutions = list(solution_files(Path(path)))
-    contents = chain(files, beside, solutions, shelved)
-    of_events = events_sources(event_classes(contents))
+    of_solution = list(type_files(Path(path)))
+    contents = chain(files, beside, of_solution, solutions, _event_files(project), shelved)
+    classes = event_classes(contents)
+    classes += base_classes([*sources, *found.sources], classes)
+    of_events = events_sources(classes)
     options = task_options(solutions)
     tasks = [
         task._replace(**options[task.name.lower()]._asdict())
@@ -283,9 +288,18 @@ def read_files(
         else task
         for task in tasks
     ]
-    further = LibraryTypes(files, beside, shelved)
+    further = LibraryTypes(files, beside, [*of_solution, *solutions, *shelved])
     if rules is None:
         rules = TC3_X86 if further.pointer_size == 4 else TC3_X64
     return ProjectFiles(
         tuple(sources), tuple(tasks), found, tuple(of_events), further, rules, tuple(faults)
     )
+
+
+def _event_files(project: Path | None) -> Iterator[tuple[bytes, str]]:
+    """The `.tmc` files in folders of a project: a library without a solution keeps events there."""
+    if project is None:
+        return
+    for file in files_below(project.parent):
+        if file.suffix.lower() == SYMBOL_FILE and file.parent != project.parent and file.is_file():
+            yield content_of(file, file.name), file.name

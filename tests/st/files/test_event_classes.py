@@ -74,3 +74,20 @@ def test_a_class_that_no_file_has_is_named(tmp_path: Path, name: str) -> None:
     )
     (fault,) = check(load_project(tmp_path / "MAIN.st").declarations).faults
     assert fault.message.endswith("neither .tsproj nor .tmc of the project has that event class")
+
+
+def test_a_project_names_the_classes_that_all_projects_have(tmp_path: Path) -> None:
+    (tmp_path / "MAIN.st").write_text(
+        "PROGRAM MAIN VAR a : TcEventEntry := TC_EVENTS.TcGeneralAdsEventClass.InvalidIndexGroup;"
+        " g : GUID; END_VAR g := TC_EVENT_CLASSES.TcRouterEventClass; END_PROGRAM"
+    )
+    declared = load_project(tmp_path).declarations
+    assert check(declared).faults == ()
+
+
+def test_events_are_in_files_below_a_project_without_solution(tmp_path: Path) -> None:
+    (tmp_path / "TMC").mkdir()
+    (tmp_path / "TMC" / "Events.tmc").write_bytes(FILE)
+    (tmp_path / "a.plcproj").write_text('<P><Compile Include="a.st"/></P>')
+    (tmp_path / "a.st").write_text(CLASSES)
+    assert check(load_project(tmp_path).declarations).faults == ()

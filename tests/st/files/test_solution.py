@@ -10,6 +10,7 @@ from achse.st.files.solution import (
     axis_mappings,
     solution_files,
     task_options,
+    type_files,
 )
 from achse.st.project import load_project
 
@@ -92,3 +93,26 @@ def test_the_solution_is_in_the_folder_or_above(tmp_path: Path) -> None:
     (tmp_path / "M.tsproj").write_bytes(LINKS)
     (tmp_path / "a" / "N.TSPROJ").write_bytes(b"")
     assert list(solution_files(folder)) == [(b"", "N.TSPROJ"), (LINKS, "M.tsproj")]
+
+
+TYPES = b"""<TcSmProject><DataTypes><DataType><Name PersistentType="true">E_Kind</Name>
+<BitSize>16</BitSize><BaseType>INT</BaseType><EnumInfo><Text>FIRST</Text><Enum>3</Enum></EnumInfo>
+</DataType></DataTypes><Project><System><TypeSystem>
+<AdditionalTmcFile Name="More" File="Types\\More.tmc"/><AdditionalTmcFile File="Lost.tmc"/>
+</TypeSystem></System></Project></TcSmProject>"""
+MORE = TYPES.replace(b"TcSmProject", b"TcModuleClass").replace(b"E_Kind", b"E_More")
+
+
+def test_a_project_has_the_types_of_its_solution(tmp_path: Path) -> None:
+    (tmp_path / "Machine.tsproj").write_bytes(TYPES)
+    (tmp_path / "Types").mkdir()
+    (tmp_path / "Types" / "More.tmc").write_bytes(MORE)
+    folder = tmp_path / "Plc"
+    folder.mkdir()
+    assert [name for _, name in type_files(folder)] == ["More.tmc"]
+    (folder / "MAIN.st").write_text(
+        "PROGRAM MAIN VAR a : E_Kind := E_Kind.FIRST; b : E_More := E_More.FIRST; END_VAR"
+        " END_PROGRAM"
+    )
+    main = load_project(folder).declarations.programs["main"].__iec__
+    assert [int(main.member(name).initial) for name in ("a", "b")] == [3, 3]

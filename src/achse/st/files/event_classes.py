@@ -7,15 +7,18 @@ events come along, in the language that the file has first.
 Source: symbol files of public projects (`<EventId>` in `<DataType>`).
 """
 
+import tomllib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
 from uuid import UUID
 
 from achse.st.lexis.source import Source, SourceError
 from achse.st.lexis.xml import Element, parse_xml
 from achse.st.syntax.parser import Parsed, parse
 
-__all__ = ["EventClass", "ProjectEvent", "event_classes", "events_sources"]
+__all__ = ["EventClass", "ProjectEvent", "base_classes", "event_classes", "events_sources"]
 
 _SEVERITIES = ("Verbose", "Info", "Warning", "Error", "Critical")
 _LONGEST = 200
@@ -42,10 +45,10 @@ class EventClass:
     events: tuple[ProjectEvent, ...]
 
 
-def event_classes(files: Iterable[tuple[bytes, str]]) -> list[EventClass]:
+def event_classes(contents: Iterable[tuple[bytes, str]]) -> list[EventClass]:
     """The classes in some files, each once; what is not well formed is passed over."""
     found: dict[str, EventClass] = {}
-    for data, name in files:
+    for data, name in contents:
         if b"<EventId>" not in data:
             continue
         try:
@@ -58,6 +61,33 @@ def event_classes(files: Iterable[tuple[bytes, str]]) -> list[EventClass]:
                 if made is not None:
                     found.setdefault(made.name.lower(), made)
     return list(found.values())
+
+
+def base_classes(sources: Iterable[Parsed], known: Iterable[EventClass]) -> list[EventClass]:
+    """The classes that every project has, if its sources name them and no file of it has them."""
+    texts = [parsed.source.text for parsed in sources]
+    others = {one.name.lower() for one in known}
+    return [
+        one
+        for one in _base_classes()
+        if one.name.lower() not in others and any(one.name in text for text in texts)
+    ]
+
+
+@cache
+def _base_classes() -> tuple[EventClass, ...]:
+    data = files(__package__).joinpath("base_event_classes.toml").read_text(encoding="utf-8")
+    return tuple(
+        EventClass(
+            name,
+            name,
+            UUID(told["guid"]),
+            tuple(
+                ProjectEvent(event, number, level, "") for number, event, level in told["events"]
+            ),
+        )
+        for name, told in tomllib.loads(data).items()
+    )
 
 
 def _class(element: Element) -> EventClass | None:

@@ -1,4 +1,4 @@
-"""Options of tasks and links of axes, which only the solution's project (`.tsproj`) has.
+"""Options of tasks, links of axes and types, which only the solution's project (`.tsproj`) has.
 
 A `.TcTTO` says cycle, priority and programs; how many cycles may take too long and the AMS port are
 attributes of `<Task>` in the `.tsproj`. Links of axes are in its `<Mappings>`, from one owner to
@@ -6,6 +6,10 @@ another, in either order:
 
     <OwnerA Name="TIPC^Plc^Plc Instance"><OwnerB Name="TINC^NC-Task 1 SAF^Axes^Axis 1">
     <Link VarA="PlcTask Inputs^MAIN.Axis1.NcToPlc" VarB="Outputs^ToPlc"/></OwnerB></OwnerA>
+
+Its type system has `<DataTypes>` of its own, and names further `.tmc` files:
+
+    <AdditionalTmcFile Name="Alarms" File="Events\\Alarms.tmc"/>
 
 Source: project files of TwinCAT 3.1 (build 4024), task tab of the system manager.
 """
@@ -27,6 +31,7 @@ __all__ = [
     "axis_mappings",
     "solution_files",
     "task_options",
+    "type_files",
 ]
 
 SYSTEM_FILES = (".tsproj", ".tspproj")
@@ -38,6 +43,7 @@ SOLUTION_LIST = ".sln"
 SOLUTIONS = (SOLUTION_LIST, *SYSTEM_FILES)
 
 _TASK = re.compile(rb"<Task\b([^>]*)>\s*<Name>\s*([^<]*?)\s*</Name>")
+_TMC_FILE = re.compile(rb'<AdditionalTmcFile\b[^>]*\bFile="([^"]+)"')
 _ATTRIBUTE = re.compile(rb'(\w+)="([0-9]{1,9})"')
 
 _MOST_CYCLES = 1_000_000
@@ -67,11 +73,26 @@ def task_options(files: Iterable[tuple[bytes, str]]) -> Mapping[str, TaskOptions
 
 def solution_files(path: Path) -> Iterator[tuple[bytes, str]]:
     """The solution's project, in the folder of a PLC's project or above, with its name."""
+    for file in _solutions(path):
+        yield content_of(file, file.name), file.name
+
+
+def type_files(path: Path) -> Iterator[tuple[bytes, str]]:
+    """The `.tmc` files of the solution's type system that are there, each with its name."""
+    for file in _solutions(path):
+        for said in _TMC_FILE.findall(content_of(file, file.name)):
+            name = unescape(said.decode("utf-8", "replace")).replace("\\", "/")
+            found = file.parent / name
+            if "\0" not in name and found.is_file():
+                yield content_of(found, found.name), found.name
+
+
+def _solutions(path: Path) -> Iterator[Path]:
     for folder in [path, *path.absolute().parents][: LEVELS_UP + 1]:
         if folder.is_dir():
             for file in sorted(folder.iterdir()):
                 if file.suffix.lower() in SYSTEM_FILES and file.is_file():
-                    yield content_of(file, file.name), file.name
+                    yield file
 
 
 class AxisMapping(NamedTuple):

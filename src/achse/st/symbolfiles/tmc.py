@@ -18,17 +18,19 @@ __all__ = ["AREAS", "read_tmc", "start_values", "types_of_tmc"]
 AREAS = {"InputDst": "I", "OutputSrc": "Q", "MArea": "M", "RetainSrc": "R", "Internal": "D"}
 """AreaType of a data area, and the area of an `Address`; any other type counts as data."""
 
+_ROOTS = ("TcModuleClass", "TcSmProject")
 _TOOL_NOTES = {"TcVarGlobal", "TcAddressType", "TcPersistent"}
 
 
 def types_of_tmc(data: bytes, source: str = "tmc") -> tuple[FileTypes, Element]:
     """The types of a `.tmc`, and its module, or what is in place of it: the root, if there is none.
 
-    Files of event classes and data types have no module; of several the PLC's counts. Raises
-    `SourceError` with the line of the fault.
+    A solution's project (`.tsproj`) has the types of its type system in the same form. Files of
+    event classes and data types have no module; of several the PLC's counts. Raises `SourceError`
+    with the line of the fault.
     """
     root = parse_xml(data, source)
-    if root.tag != "TcModuleClass":
+    if root.tag not in _ROOTS:
         root.fault(
             f"expected <TcModuleClass>, the root of a .tmc, got <{shown(root.tag)[1:-1]}>",
             Code.BAD_SYMBOL_FILE,
