@@ -192,7 +192,7 @@ class ProjectFiles:
             lambda word: names.scopes.find(word) is not None,
         )
         made: dict[str, str] = {}
-        has_some = bool(missing) or names.given.has_interfaces
+        has_some = bool(missing) or names.given.has_shells
         if unknown == "opaque" or (unknown == "libraries" and has_some):
             made = _stand_ins(declared, missing if unknown == "libraries" else None)
             again = [parse(Source(text, name), name=Path(name).stem) for name, text in made.items()]

@@ -460,3 +460,24 @@ def test_siblings_that_are_none() -> None:
     text = "TYPE ST : STRUCT a : INT := 3; b : ARRAY [0..a] OF INT; END_STRUCT END_TYPE"
     with pytest.raises(DeclarationError, match="no constant or variable is named 'a'"):
         declared(text)
+
+
+@pytest.mark.parametrize("block", ["FB_Sum", "FB_Heir"])
+def test_fb_init_takes_arrays_of_any_length(block: str) -> None:
+    text = f"""
+FUNCTION_BLOCK FB_Sum
+VAR nSum : INT; i : DINT; END_VAR
+METHOD FB_init : BOOL
+VAR_INPUT bInitRetains : BOOL; bInCopyCode : BOOL; END_VAR
+VAR_IN_OUT aParts : ARRAY [*] OF INT; END_VAR
+FOR i := LOWER_BOUND(aParts, 1) TO UPPER_BOUND(aParts, 1) DO nSum := nSum + aParts[i]; END_FOR
+END_METHOD
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK FB_Heir EXTENDS FB_Sum END_FUNCTION_BLOCK
+PROGRAM P
+VAR aThree : ARRAY [2..4] OF INT := [1, 2, 4]; fb : {block}(aParts := aThree); END_VAR
+END_PROGRAM"""
+    found = declared(text)
+    plc = PlcRuntime([Task("T", 10**9, [found.programs["p"]])], bodies=Bodies(check(found)))
+    plc.run_due(10**9)
+    assert (plc.failure, plc.instance("P")["fb"]["nSum"]) == ("", 7)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from achse.iec.arrays import ArrayType
 from achse.iec.derived import resolved
-from achse.iec.elementary import BOOL
+from achse.iec.elementary import BOOL, DINT
 from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import IecType
 from achse.iec.variables import Section, Variable
@@ -174,13 +174,14 @@ class Life:
             if parameter.variable.name.lower() in {flag.lower() for flag in _FLAGS}:
                 continue
             variable = made.frame.add(parameter.variable.copy())
+            bounds = tuple(made.frame.hidden(item.name, DINT) for item in parameter.bounds)
             made.parameters.append(
                 DeclaredParameter(
                     variable,
                     parameter.section,
                     parameter.type,
                     parameter.is_constant,
-                    (),
+                    bounds,
                     parameter.has_initial,
                 )
             )
@@ -363,14 +364,17 @@ class Life:
         """A call on this instance that passes parameters on by name."""
         at = body.signature.entry.tree.at
         inputs = []
-        for parameter in callee.parameters:
-            own = body.frame.find(parameter.variable.name.lower())
+        passed = (
+            variable
+            for parameter in callee.parameters
+            for variable in (parameter.variable, *parameter.bounds)
+        )
+        for variable in passed:
+            own = body.frame.find(variable.name.lower())
             if own is None:
                 continue
             kind = flat(own.type)
-            place = Storage(
-                CalleeBase(), parameter.variable.offset, kind, name=parameter.variable.name, at=at
-            )
+            place = Storage(CalleeBase(), variable.offset, kind, name=variable.name, at=at)
             value = Read(body.frame.storage(own, at), kind, at)
             inputs.append(Stored(place, value, kind, at))
         assert body.this is not None

@@ -8,6 +8,7 @@ from achse.iec.derived import InterfaceType
 from achse.iec.enums import EnumType
 from achse.iec.errors import IecError
 from achse.iec.names import elementary
+from achse.iec.structs import RecordKind, StructType
 from achse.iec.system_types import SYSTEM_TYPES
 from achse.iec.types import IecType
 from achse.st.declared.signatures import BlockSignature
@@ -63,8 +64,8 @@ class GivenTypes:
         self._types = {name.lower(): iec_type(type) for name, type in types.items()}
         self._elementary = elementary(pointer_size)
         self._further = further
-        self.has_interfaces = False
-        """True if a symbol file gave an interface, whose methods have no source."""
+        self.has_shells = False
+        """True if a symbol file gave a block or an interface, whose methods have no source."""
 
     def __contains__(self, name: str) -> bool:
         """Return True if a type of that name is passed in."""
@@ -95,7 +96,9 @@ class GivenTypes:
                 raise  # of the file, not of what names the type
             except IecError as doubt:
                 raise Unexpected(at, str(doubt), Code.AMBIGUOUS_NAME) from None
-            self.has_interfaces |= isinstance(found, InterfaceType)
+            self.has_shells |= isinstance(found, InterfaceType) or (
+                isinstance(found, StructType) and found.kind is RecordKind.FUNCTION_BLOCK
+            )
         return found
 
     def values(self, name: str) -> list[Constant]:

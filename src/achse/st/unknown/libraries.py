@@ -31,7 +31,7 @@ def keep_names_of(
     """Leave out every missing name that belongs to none of the libraries.
 
     `patterns` are those of their names; with `is_any`, nothing is known of one of them. Without a
-    library, interfaces of symbol files are left.
+    library, interfaces and blocks with methods of symbol files are left.
     """
     own = [name.lower() for name in declared]
 
@@ -50,12 +50,16 @@ def keep_names_of(
         meanings.types,
         lambda key, use: (
             use.is_opaque
-            or use.is_required
-            or (bool(patterns) and (use.block is not None or use.is_qualified))
+            or (use.block is not None and (bool(patterns) or _has_methods(use)))
+            or (use.is_qualified and bool(patterns))
             or belongs(key, is_free=True)
         ),
     )
     _keep(meanings.names, lambda key, use: belongs(key, is_free=is_free(key, use)))
+
+
+def _has_methods(use: MissingUse) -> bool:
+    return any(one.is_called and not one.members for one in use.members.values())
 
 
 def _keep(uses: dict[str, MissingUse], is_kept: Callable[[str, MissingUse], bool]) -> None:

@@ -171,14 +171,18 @@ class MissingNames:
 
     def _overrides(self, entry: DeclaredUnit) -> None:
         """Methods of a block whose base or interface is missing: calls tell less of them."""
-        missing = list(self._missing_interfaces(entry))
-        if base := self.meanings.missing_base(entry):
-            missing.append(base)
-        for part in getattr(entry.tree, "parts", ()) if missing else ():
-            for use in missing:
-                known = use.members.get(part.name.lower())
-                if isinstance(part, Method) and known is not None and known.is_called:
+        interfaces = list(self._missing_interfaces(entry))
+        base = self.meanings.missing_base(entry)
+        own = {part.name.lower(): part for part in getattr(entry.tree, "parts", ())}
+        for use in [*interfaces, *([base] if base else [])]:
+            for name, known in use.members.items():
+                part = own.get(name)
+                if isinstance(part, Method) and known.is_called:
                     known.override = known.override or part
+        for use in interfaces if base is not None else ():
+            for name, known in use.members.items():
+                if known.is_called and name not in own and base is not None:
+                    base.members.setdefault(name, known)  # what the block lacks, its base has
 
     def _missing_interfaces(self, entry: DeclaredUnit) -> Iterator[MissingUse]:
         """The interfaces of a block that are missing, those behind declared ones too."""
