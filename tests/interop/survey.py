@@ -35,6 +35,7 @@ LIMIT_S = 240.0
 """Real time that one project may take."""
 _SOURCES = (".tcpou", ".st")
 _SLICES = 20
+_STAND_INS = "with stand-ins for"
 
 
 @dataclass
@@ -185,6 +186,8 @@ def row_of(item: Outcome) -> str:
         reason = f"{item.errors} errors: {reason}"
     if item.errors and item.missing:
         reason = f"needs {', '.join(item.missing)}; {reason}"
+    elif item.missing and not reason:
+        reason = f"{_STAND_INS} {', '.join(item.missing)}"
     return (
         f"| {item.repository} | {item.commit[:8]} | {item.project} | {item.units}"
         f" | {'yes' if item.whole else 'no'} | {item.cycles} | {reason} |"
@@ -195,7 +198,8 @@ def page_of(rows: Rows) -> str:
     """The page of all projects, by repository and name."""
     cells = [line.split(" | ") for line in rows.values()]
     whole = sum(row[4] == "yes" for row in cells)
-    ran = sum(row[4] == "yes" and int(row[5]) >= CYCLES for row in cells)
+    all_cycles = [row for row in cells if row[4] == "yes" and int(row[5]) >= CYCLES]
+    stood_in = sum(row[6].startswith(_STAND_INS) for row in all_cycles)
     lines = [
         "# Public PLC projects",
         "",
@@ -206,9 +210,11 @@ def page_of(rows: Rows) -> str:
         " Rows are of different days: those of repositories that were not at hand"
         " stay as they were."
         " Projects that move axes are in [a page of their own](motion-projects.md),"
-        " and [unseen projects](unseen-projects.md) in another.",
+        " [unseen projects](unseen-projects.md) in another,"
+        " and results of the projects' own tests in [a third](project-tests.md).",
         "",
-        f"{len(rows)} projects: {whole} load whole, {ran} of them run 1,000 cycles.",
+        f"{len(rows)} projects: {whole} load whole, {len(all_cycles)} of them run 1,000 cycles,"
+        f" {stood_in} of these with stand-ins for libraries that are not here.",
         "",
         "| repository | commit | project | units | whole | cycles | why not |",
         "| --- | --- | --- | --- | --- | --- | --- |",

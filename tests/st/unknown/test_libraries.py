@@ -154,3 +154,16 @@ def test_interface_of_a_symbol_file_has_its_methods_if_no_library_is_missing(
     assert error is None
     assert check(project.declarations).faults == ()
     assert "METHOD Begin : HRESULT" in project.stand_ins["types.st"]
+
+
+def test_block_inside_a_block_of_a_symbol_file_gets_its_methods(tmp_path: Path) -> None:
+    outer = """<DataType><Name Namespace="Lib">FB_Outer</Name><BitSize>256</BitSize><SubItem>
+<Name>fbLamp</Name><Type Namespace="Lib">FB_Lamp</Type><BitSize>192</BitSize><BitOffs>64</BitOffs>
+<Properties><Property><Name>ItemType</Name><Value>Output</Value></Property></Properties></SubItem>
+<Properties><Property><Name>PouType</Name><Value>FunctionBlock</Value></Property></Properties>
+</DataType></DataTypes>"""
+    (tmp_path / "a.tmc").write_text(BLOCK.replace("</DataTypes>", outer))
+    text = "PROGRAM P VAR a : FB_Outer; b : BOOL; END_VAR a.fbLamp.Blink(3); b := a.fbLamp.bOn;"
+    project, faults = _examined(tmp_path, f"{text} END_PROGRAM")
+    assert faults == []
+    assert check(project.declarations).faults == ()

@@ -287,6 +287,10 @@ class Meanings:
         if isinstance(whole, MissingUse) and isinstance(of, Call):
             whole.is_method = True
         if isinstance(whole, MissingUse) and whole.is_part:
+            if whole.block is not None and whole.block.kind is RecordKind.FUNCTION_BLOCK:
+                spec = NamedType(whole.type)
+                if self.is_missing(spec, scope):
+                    return self._missing_member(spec, name)
             if whole.block is not None:
                 return part_of(whole.block, name)
             spec = NamedType(whole.type)
