@@ -41,10 +41,10 @@ def test_the_page_follows_each_project(tmp_path: Path) -> None:
     _repository(tmp_path / "all", "me+wrong", "n := missing;", "wrong")
     page = tmp_path / "page.md"
     survey(tmp_path / "all", page, only=["good"])
-    assert "1 projects: 1 load whole, 1 of them run 1,000 cycles." in page.read_text()
+    assert "1 projects: 1 load whole, 1 of them run 1,000 cycles, 0 of these" in page.read_text()
     survey(tmp_path / "all", page, begin="me+w")
     text = page.read_text()
-    assert "2 projects: 1 load whole, 1 of them run 1,000 cycles." in text
+    assert "2 projects: 1 load whole, 1 of them run 1,000 cycles, 0 of these" in text
     assert "| me/good | 01234567 | good.plcproj | 1 | yes | " in text
     assert page_of(rows_of(text)) == text
 

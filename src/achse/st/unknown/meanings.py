@@ -290,7 +290,10 @@ class Meanings:
             if whole.block is not None and whole.block.kind is RecordKind.FUNCTION_BLOCK:
                 spec = NamedType(whole.type)
                 if self.is_missing(spec, scope):
-                    return self._missing_member(spec, name)
+                    part = self._missing_member(spec, name)
+                    if whole.owner is not None and not part.is_part:
+                        whole.owner.is_required = True  # it holds the block that is declared
+                    return part
             if whole.block is not None:
                 return part_of(whole.block, name)
             spec = NamedType(whole.type)
@@ -357,6 +360,7 @@ class Meanings:
         use = self.use(spec)
         found = None if use.block is None else part_of(use.block, name)
         if found is not None:
+            found.owner = use
             return found
         member = use.member(name)
         self._sign(member, use.signature)

@@ -83,6 +83,8 @@ class MissingUse:
     """Interfaces by the signature that are declared, too."""
     is_opaque: bool = False
     """True if a symbol file has the size of the type alone."""
+    owner: "MissingUse | None" = None
+    """The block of a symbol file that has it as a part."""
     is_part: bool = False
     """True if it is a part of a type of a symbol file, and needs no declaration."""
 
