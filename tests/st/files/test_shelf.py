@@ -165,3 +165,42 @@ def test_of_two_libraries_with_one_name_the_referenced_one_is_meant(
     found = {member.name: member.type for member in inner.members}
     assert pins(resolved(found["a"])) == kinds[second]
     assert pins(resolved(found["d"])) == kinds[first]
+
+
+def test_parameters_reach_libraries_that_come_with_achse(tmp_path: Path) -> None:
+    parameter = "<Parameter ListName='{}'><Key>{}</Key><Value>{}</Value></Parameter>"
+    for name, text in (("set", "{}"), ("loose", "{}"), ("unset", "")):
+        listed = [
+            ("Tc3_PackML_V2", "GlobalParameters" if name == "set" else "", "MAXALARMS", "7"),
+            ("Tc2_TcpIp", "PARAM" if name == "set" else "", "TCPADS_MAXUDP_BUFFSIZE", "16#8000"),
+            ("Tc3_EventLogger", "ParameterList", "CSOURCENAMESIZE", "100 + 1"),
+        ]
+        references = [
+            (title, title, f"<Parameters>{parameter.format(*row)}</Parameters>" if text else "")
+            for title, *row in listed
+        ]
+        _project(
+            tmp_path / name,
+            name,
+            "PROGRAM P VAR u, v, w : UDINT; a : ARRAY [1..GlobalParameters.MaxAlarms] OF BYTE;"
+            " t : ST_PMLa; END_VAR u := TCPADS_MAXUDP_BUFFSIZE;"
+            " v := Tc3_EventLogger.ParameterList.cSourceNameSize;"
+            " w := Tc2_Utilities.ParameterList.cMaxCSVFieldValueSize; END_PROGRAM",
+            *references,
+        )
+    sizes = {}
+    for name in ("set", "loose", "unset"):
+        main = load_project(tmp_path / name).declarations.programs["p"].__iec__
+        sizes[name] = main.member("a").type.size
+        tags = main.member("t").type
+        assert isinstance(tags, StructType)
+        assert tags.member("alarmextent").initial == (20 if name == "unset" else 7)
+    assert sizes == {"set": 7, "loose": 7, "unset": 20}
+
+
+def test_wrong_parameter_of_a_library_of_achse_is_told(tmp_path: Path) -> None:
+    wrong = "<Parameters><Parameter><Key>MAXALARMS</Key><Value>7 +</Value></Parameter></Parameters>"
+    text = "PROGRAM P END_PROGRAM"
+    _project(tmp_path / "p", "P", text, ("Tc3_PackML_V2", "Tc3_PackML_V2", wrong))
+    with pytest.raises(SourceError, match="Tc3_PackML_V2: the parameter maxalarms is '7 \\+'"):
+        load_project(tmp_path / "p")

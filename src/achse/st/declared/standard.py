@@ -23,12 +23,13 @@ from achse.st.syntax.outlines import UnitOutline, outline_of
 from achse.st.syntax.parser import Parsed, parse
 from achse.st.syntax.units import Unit
 
-__all__ = ["LibraryFile", "library_files", "standard_libraries"]
+__all__ = ["NAMED_LIST", "LibraryFile", "library_files", "standard_libraries"]
 
 _READERS = (cursor, declarations, lexer, outlines, parser, pragmas, tree, units)
 """Modules that decide what is listed of a file."""
 
-_NAMED_LIST = ".gvl.st"
+NAMED_LIST = ".gvl.st"
+"""End of the name of a file that is one variable list, called like the file."""
 
 
 class LibraryFile:
@@ -46,8 +47,8 @@ class LibraryFile:
         those of `NAME.gvl.st` are in the list that projects know by that name.
         """
         path = self.source.path
-        if path.endswith(_NAMED_LIST):
-            name = path.rpartition("/")[2].removesuffix(_NAMED_LIST)
+        if path.endswith(NAMED_LIST):
+            name = path.rpartition("/")[2].removesuffix(NAMED_LIST)
         else:
             name = path.replace("/", "_").removesuffix(".st")
         return parse(self.source, name=name).check()

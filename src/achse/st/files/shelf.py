@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from achse import libraries
+from achse.st.declared.standard import NAMED_LIST, library_files
 from achse.st.files.files import (
     PROJECT,
     SYMBOL_FILE,
@@ -97,6 +98,8 @@ def gather(
     for reference in waiting:  # grows on the way
         titles = reference.titles
         title = titles[0]
+        if reference.parameters and title not in seen:
+            sources += _own_lists(reference, faults)
         if title in seen or not here.isdisjoint(titles) or title.startswith(_WITHOUT_EFFECT):
             continue
         seen.add(title)
@@ -216,6 +219,16 @@ def _with_parameters(
         else:
             units.append(unit)
     return parsed._replace(units=tuple(units))
+
+
+def _own_lists(reference: LibraryReference, faults: list[Diagnostic]) -> Iterator[Parsed]:
+    """Parameter lists of a library that comes with achse, with the constants that the project sets:
+    they precede the lists that achse has."""
+    folders = {plain_title(name): name for name in libraries.names()}
+    folder = next((folders[title] for title in reference.titles if title in folders), None)
+    for file in library_files() if folder is not None else ():
+        if file.source.library == folder and file.source.path.endswith(NAMED_LIST):
+            yield _with_parameters(file.parsed, reference, faults)
 
 
 def _set(
