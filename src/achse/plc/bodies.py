@@ -14,6 +14,7 @@ from achse.plc.routines.builtins import BLOCKS, FUNCTIONS, BlockBody, FunctionBo
 from achse.plc.routines.json_documents import JSON_FUNCTIONS
 from achse.plc.routines.python_bodies import has_python_bodies, python_bodies
 from achse.plc.routines.routine_calls import Guard, RoutineCalls, unguarded
+from achse.plc.routines.xml_documents import XML_FUNCTIONS
 from achse.st.typed.project import Routine, TypedProject
 
 __all__ = ["Bodies"]
@@ -51,7 +52,7 @@ class Bodies:
         self.budget = budget
         self.exceptions = exceptions
         of_station = {} if services is None else services.functions
-        self.functions = {**functions, **JSON_FUNCTIONS, **of_station}
+        self.functions = {**functions, **JSON_FUNCTIONS, **XML_FUNCTIONS, **of_station}
         self.blocks = blocks if services is None else {**blocks, **services.blocks}
         self._services = services
         self.guard: Guard = unguarded

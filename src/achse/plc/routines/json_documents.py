@@ -16,13 +16,19 @@ from enum import IntEnum
 from typing import Any
 from weakref import WeakKeyDictionary
 
-from achse.plc.code.faults import PlcFault
 from achse.plc.routines.builtins import BuiltinContext, FunctionBody
+from achse.plc.routines.document_texts import (
+    LONGEST_TEXT,
+    PendingFile,
+    copy_part,
+    copy_text,
+    decoded,
+    text_at,
+)
 
 __all__ = ["JSON_FUNCTIONS", "JsonDocuments", "JsonKind"]
 
 _MOST_VALUES = 1_000_000
-_LONGEST_TEXT = 1 << 22
 _DEEPEST = 256
 
 
@@ -76,6 +82,7 @@ class JsonDocuments:
         self._values: dict[int, _Value] = {}
         self._roots: dict[int, _Value] = {}
         self._last = 0
+        self._pending = PendingFile()
 
     # documents -------------------------------------------------------------------------------
 
@@ -100,6 +107,11 @@ class JsonDocuments:
         self._drop(self._roots[document])
         self._roots[document] = self._keep(made, None)
         return True
+
+    def feed(self, document: int, data: bytes, is_last: bool) -> bool:
+        """Put the next bytes of a file into a document, which is read with the last of them."""
+        text = self._pending.add(document, data, is_last)
+        return text is None or self.read(document, text)
 
     def end(self, document: int) -> None:
         """Nobody needs the document any more."""
@@ -288,42 +300,12 @@ def _documents(plc: BuiltinContext) -> JsonDocuments:
     return found
 
 
-def _decoded(data: bytes) -> str:
-    try:
-        return data.decode("utf-8")
-    except UnicodeDecodeError:
-        return data.decode("cp1252", "replace")
-
-
 def _named(name: Any) -> str:
-    return _decoded(name) if isinstance(name, bytes) else str(name)
-
-
-def _text_at(plc: BuiltinContext, address: int) -> str:
-    """The text that begins there, up to its NUL."""
-    found = b""
-    size = 4096
-    while address and len(found) < _LONGEST_TEXT:
-        try:
-            piece = plc.load_bytes(address + len(found), size)
-        except PlcFault:
-            if size == 1:
-                raise
-            size = max(1, size // 8)  # memory may end soon behind the text
-            continue
-        text, end, _ = piece.partition(b"\0")
-        found += text
-        if end:
-            break
-    return _decoded(found)
+    return decoded(name) if isinstance(name, bytes) else str(name)
 
 
 def _copied(plc: BuiltinContext, number: int, as_json: bool, address: int, size: int) -> int:
-    data = _documents(plc).text(number, as_json=as_json).encode("utf-8") + b"\0"
-    if not address or len(data) > size:
-        return 0
-    plc.store_bytes(address, data)
-    return len(data)
+    return copy_text(plc, _documents(plc).text(number, as_json=as_json), address, size)
 
 
 def _bytes_of(plc: BuiltinContext, number: int, base: int, address: int, size: int) -> int:
@@ -373,14 +355,14 @@ def _put(
 ) -> int:
     documents = _documents(plc)
     if kind == _AS_JSON:
-        return documents.put_text(number, where, _named(name), _text_at(plc, text))
+        return documents.put_text(number, where, _named(name), text_at(plc, text))
     content: Any = {
         JsonKind.TRUE: True,
         JsonKind.FALSE: False,
         JsonKind.NUMBER: real if is_real else whole,
     }.get(JsonKind(kind))
     if kind == JsonKind.STRING:
-        content = _text_at(plc, text)
+        content = text_at(plc, text)
     return documents.put(number, where, _named(name), kind, content)
 
 
@@ -439,7 +421,13 @@ JSON_FUNCTIONS: Mapping[str, FunctionBody] = {
     "json_start": _on(JsonDocuments.start),
     "json_end": _on(JsonDocuments.end),
     "json_root": _on(JsonDocuments.root),
-    "json_read": lambda plc, document, text: _documents(plc).read(document, _text_at(plc, text)),
+    "json_read": lambda plc, document, text: _documents(plc).read(document, text_at(plc, text)),
+    "json_feed": lambda plc, document, address, size, is_last: _documents(plc).feed(
+        document, plc.load_bytes(address, size) if size else b"", is_last
+    ),
+    "json_part": lambda plc, number, offset, address, size: copy_part(
+        plc, _documents(plc).text(number, as_json=True), offset, address, size
+    ),
     "json_find": lambda plc, number, name: _documents(plc).find(number, _named(name)),
     "json_first": _on(JsonDocuments.first),
     "json_last": _on(JsonDocuments.last),
@@ -455,7 +443,7 @@ JSON_FUNCTIONS: Mapping[str, FunctionBody] = {
     "json_int": _whole(-(2**63), 2**63 - 1),
     "json_uint": _whole(0, 2**64 - 1),
     "json_text": lambda plc, number, as_json: (
-        _documents(plc).text(number, as_json=as_json).encode("utf-8")[:_LONGEST_TEXT]
+        _documents(plc).text(number, as_json=as_json).encode("utf-8")[:LONGEST_TEXT]
     ),
     "json_length": lambda plc, number, as_json: len(
         _documents(plc).text(number, as_json=as_json).encode("utf-8")

@@ -1,0 +1,65 @@
+"""Texts of PLC programs that documents are read from and written to."""
+
+from achse.plc.code.faults import PlcFault
+from achse.plc.routines.builtins import BuiltinContext
+
+__all__ = ["LONGEST_TEXT", "PendingFile", "copy_part", "copy_text", "decoded", "text_at"]
+
+LONGEST_TEXT = 1 << 22
+"""Bytes of the longest text that is read."""
+
+
+def decoded(data: bytes) -> str:
+    """Return UTF-8 as text, else what Windows-1252 makes of the bytes."""
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError:
+        return data.decode("cp1252", "replace")
+
+
+def text_at(plc: BuiltinContext, address: int) -> str:
+    """The text that begins there, up to its NUL."""
+    found = b""
+    size = 4096
+    while address and len(found) < LONGEST_TEXT:
+        try:
+            piece = plc.load_bytes(address + len(found), size)
+        except PlcFault:
+            if size == 1:
+                raise
+            size = max(1, size // 8)  # memory may end soon behind the text
+            continue
+        text, end, _ = piece.partition(b"\0")
+        found += text
+        if end:
+            break
+    return decoded(found)
+
+
+def copy_text(plc: BuiltinContext, text: str, address: int, size: int) -> int:
+    """Store a text with its NUL; the bytes stored, 0 if it does not fit."""
+    data = text.encode("utf-8") + b"\0"
+    if not address or len(data) > size:
+        return 0
+    plc.store_bytes(address, data)
+    return len(data)
+
+
+def copy_part(plc: BuiltinContext, text: str, offset: int, address: int, size: int) -> int:
+    """Store a part of a text, without a NUL; the bytes stored."""
+    data = text.encode("utf-8")[offset : offset + size]
+    plc.store_bytes(address, data)
+    return len(data)
+
+
+class PendingFile:
+    """Bytes of files that documents are read from, by the number of the document."""
+
+    def __init__(self) -> None:
+        self._bytes: dict[int, bytearray] = {}
+
+    def add(self, document: int, data: bytes, is_last: bool) -> str | None:
+        """Add the next bytes; the whole text with the last of them, None before."""
+        pending = self._bytes.setdefault(document, bytearray())
+        pending += data[: LONGEST_TEXT - len(pending)]
+        return decoded(bytes(self._bytes.pop(document))) if is_last else None
