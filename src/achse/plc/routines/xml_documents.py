@@ -91,7 +91,7 @@ class XmlDocuments:
         return 0 if root is None else root.number
 
     def read(self, document: int, text: str) -> bool:
-        """Put a text into a document; False if it is no XML: then the document is empty."""
+        """Put a text into a document; False if it is not XML: then the document is empty."""
         self.start(document)
         made = _parsed(text)
         if made is None:
