@@ -8,10 +8,11 @@ once. What the router writes at the end of a turn of its loop counts with that t
 counts (valgrind).
 Throughput: reads of 4 bytes, 64 under way, from a station directly and through a router process.
 Time: the same works by the clock of the processor, the best of some rounds.
-Usage: python benchmarks/forwarding.py instructions | time [ROUNDS] | throughput [SECONDS]
+Usage: python benchmarks/forwarding.py instructions [SHAPE …] | time [ROUNDS] | throughput [SECONDS]
 """
 
 import asyncio
+import os
 import re
 import statistics
 import struct
@@ -210,7 +211,8 @@ def instructions(work: str, shape: str, repetitions: int) -> int:
     """Instructions of a process that does a work so often."""
     command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", sys.executable]
     command += [__file__, "run", work, shape, str(repetitions)]
-    told = subprocess.run(command, capture_output=True, text=True, check=True).stderr
+    same = {**os.environ, "PYTHONHASHSEED": "0"}  # each start does the same
+    told = subprocess.run(command, capture_output=True, text=True, check=True, env=same).stderr
     return int(re.findall(r"Collected : (\d+)", told)[0])
 
 
@@ -274,12 +276,12 @@ def main(what: str = "instructions", *words: str) -> None:
     elif what == "throughput":
         throughput(float(words[0]) if words else 1.0)
     else:
-        for shape, make in SHAPES.items():
-            count = len(make())
+        for shape in words or SHAPES:
+            count = len(SHAPES[shape]())
             each = {}
             for name in WORKS:
-                more, less = (instructions(name, shape, n * PORTION // count) for n in (60, 30))
-                each[name] = (more - less) / (30 * PORTION)
+                more, less = (instructions(name, shape, n * PORTION // count) for n in (250, 50))
+                each[name] = (more - less) / (200 * PORTION)
                 print(f"{shape:8} {name:8} {each[name]:8.0f} instructions per request and answer")
             print(f"{shape:8} ratio {each['routed'] / each['bare']:.2f}")
 

@@ -29,6 +29,7 @@ from achse.codes.groups import CLOSE_FILE, CLOSE_FILE_LATER, FIND_FILE, OPENS_FI
 from achse.codes.ports import SYSTEM_PORT
 
 __all__ = [
+    "HOLDING",
     "RELEASING_WRITES",
     "Resource",
     "ResourceAction",
@@ -318,7 +319,8 @@ _SIGNS = {
 """Index groups of sums of which only parts with these bytes concern resources, but for those of
 the system service."""
 
-_HOLDING = frozenset((*_SINGLE, *_SUMS))
+HOLDING = frozenset((*_SINGLE, *_SUMS))
+"""Index groups of a ReadWrite that may fetch or release resources."""
 
 
 def holds_nothing(group: int, data: bytes, begin: int, end: int) -> bool:
@@ -326,7 +328,7 @@ def holds_nothing(group: int, data: bytes, begin: int, end: int) -> bool:
 
     Not for the system service, whose files are resources too.
     """
-    if group not in _HOLDING:
+    if group not in HOLDING:
         return True
     sign = _SIGNS.get(group)
     return sign is not None and data.find(sign, begin, end) < 0

@@ -120,7 +120,8 @@ class KnownAnswers:
         request = last = None
         together = True
         while position < end:
-            known = heads.get(data[position : position + HEAD_SIZE])
+            rest = position + HEAD_SIZE
+            known = heads.get(data[position:rest])
             if known is None:
                 known = self._known(data, position)
                 if known is None:
@@ -141,7 +142,7 @@ class KnownAnswers:
                     load += weight
                     continue
                 together = False
-            invoke_id, result = _ID_AND_RESULT.unpack_from(data, position + HEAD_SIZE)
+            invoke_id, result = _ID_AND_RESULT.unpack_from(data, rest)
             request = requests.get(invoke_id)
             if request is None or request.change is not None:
                 break
@@ -150,7 +151,7 @@ class KnownAnswers:
             load += request.size
             if result:
                 failed += 1
-            parts += (head, data[position + HEAD_SIZE : stop])
+            parts += (head, data[rest:stop])
             position = stop
             count += 1
         if last is not None:

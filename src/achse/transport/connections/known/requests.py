@@ -17,7 +17,7 @@ from achse.ams import Command, Flags
 from achse.ams.commands import READ, READ_WRITE
 from achse.ams.frame import AMS_HEADER, TCP_HEADER
 from achse.codes.ports import SYSTEM_PORT
-from achse.router.forwarding.ledger import RELEASING_WRITES, holds_nothing
+from achse.router.forwarding.ledger import HOLDING, RELEASING_WRITES, holds_nothing
 from achse.router.forwarding.pending import PendingExchange, PendingRequest
 from achse.transport.connections.known.single import (
     HEAD_SIZE,
@@ -172,12 +172,14 @@ class KnownRequests:
         room = way.forwarding.requests.room(way.exchange.session, now, _MOST_IN_PORTION)
         requests, session = exchange.requests, exchange.session
         parts: list[bytes] = []
+        records: dict[int, PendingRequest] = {}
         begin, count, load, record_size = position, 0, 0, -1
         before: _Known | None = None
         together = True
         record: Any = None
         while position < end:
-            known = heads.get(data[position : position + HEAD_SIZE])
+            rest = position + HEAD_SIZE
+            known = heads.get(data[position:rest])
             if known is None:
                 known = self._known(data, position)
                 if known is None:
@@ -199,18 +201,18 @@ class KnownRequests:
                     continue
                 together = False
             if command == _READ:
-                invoke_id, weight = _ID_AND_LENGTH.unpack_from(data, position + HEAD_SIZE)
+                invoke_id, weight = _ID_AND_LENGTH.unpack_from(data, rest)
                 weight += 12
             elif command == _WRITE:
-                invoke_id, group = _ID_AND_GROUP.unpack_from(data, position + HEAD_SIZE)
+                invoke_id, group = _ID_AND_GROUP.unpack_from(data, rest)
                 if group in RELEASING_WRITES:
                     break
                 weight = length - HEADERS_SIZE
             else:
-                invoke_id, group, weight = _ID_GROUP_AND_LENGTH.unpack_from(
-                    data, position + HEAD_SIZE
-                )
-                if not holds_nothing(group, data, position + HEADERS_SIZE, stop):
+                invoke_id, group, weight = _ID_GROUP_AND_LENGTH.unpack_from(data, rest)
+                if group in HOLDING and not holds_nothing(
+                    group, data, position + HEADERS_SIZE, stop
+                ):
                     break
                 weight += length - HEADERS_SIZE
             load += weight
@@ -218,10 +220,14 @@ class KnownRequests:
                 load -= weight
                 break
             if weight != record_size:
-                record = PendingRequest(session, command, _REQUEST, None, now, weight)
+                alike = weight << 8 | command
+                record = records.get(alike)
+                if record is None:
+                    record = PendingRequest(session, command, _REQUEST, None, now, weight)
+                    records[alike] = record
                 record_size = weight
             requests[invoke_id] = record
-            parts += (head, data[position + HEAD_SIZE : stop])
+            parts += (head, data[rest:stop])
             position = stop
             count += 1
         if count:
