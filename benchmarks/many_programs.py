@@ -1,4 +1,7 @@
-"""Many pyads programs through one `achse router` to one station: samples counted, losses told.
+"""Many programs through one `achse router` to one station: samples counted, losses told.
+
+So many pyads processes, and where `.ci/run` has built and installed them a program with the
+vendor's AdsLib and two with ads-client.
 
 Each program subscribes to a counter of its own so many times. Meanwhile the station, which lets in
 one connection per host, is killed and started again, and the cable between router and station is
@@ -12,11 +15,13 @@ The full length: python benchmarks/many_programs.py 8 500 3600
 import asyncio
 import contextlib
 import json
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import time
+from collections import Counter
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
@@ -29,6 +34,10 @@ PULSE_MS = 500
 """Time between two counts."""
 
 RESTARTS, PULLS = 2, 3
+
+ROOT = Path(__file__).parents[1]
+ADSLIB = ROOT / ".foreign" / "pyads-3.6.0" / "many_programs"
+ADS_CLIENT = ROOT / "tests" / "interop" / "npm" / "node_modules" / "ads-client"
 
 PROGRAM = """PROGRAM MAIN
 VAR nCycle : UDINT; aCount : ARRAY [0..15] OF UDINT; i : INT; END_VAR
@@ -76,6 +85,21 @@ def program(number: int, subscriptions: int) -> None:
     signal.raise_signal(signal.SIGKILL)
 
 
+def commands(programs: int, subscriptions: int) -> list[tuple[str, list[str]]]:
+    """Kinds of the programs and their command lines."""
+    own = [sys.executable, __file__, "program"]
+    kinds = [("pyads", own)] * programs
+    if ADSLIB.exists():
+        kinds.append(("AdsLib", [str(ADSLIB), NET_ID, ROUTER]))
+    if ADS_CLIENT.exists() and (node := shutil.which("node")):
+        script = str(Path(__file__).with_name("ads_client_program.mjs"))
+        kinds += [("ads-client", [node, script, NET_ID, ROUTER])] * 2
+    return [
+        (kind, [*words, str(number), str(subscriptions)])
+        for number, (kind, words) in enumerate(kinds)
+    ]
+
+
 class Cable:
     """A TCP connection through this process, which can be pulled."""
 
@@ -114,7 +138,7 @@ class Cable:
 async def process(*command: str, ready: str) -> AsyncIterator[asyncio.subprocess.Process]:
     pipe = asyncio.subprocess.PIPE
     running = await asyncio.create_subprocess_exec(
-        sys.executable, *command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL
+        *command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL
     )
     assert running.stdout is not None
     try:
@@ -145,18 +169,18 @@ async def measure(programs: int, subscriptions: int, seconds: float, folder: Pat
         f'[router]\nnet_id = "{OWN}"\nhost = "{ROUTER}"\n[[target]]\nname = "station"\n'
         f'host = "127.0.0.1:{port}"\nnet_id = "{NET_ID}"\nresubscribe = true\n'
     )
-    run = ("-m", "achse", "run", str(folder / "station.toml"))
-    route = ("-m", "achse", "router", "--config", str(folder / "router.toml"))
+    achse_command = (sys.executable, "-m", "achse")
+    run = (*achse_command, "run", str(folder / "station.toml"))
+    route = (*achse_command, "router", "--config", str(folder / "router.toml"))
+    started = commands(programs, subscriptions)
     async with contextlib.AsyncExitStack() as stack:
         there = await stack.enter_async_context(process(*run, ready="achse ready"))
         await stack.enter_async_context(process(*route, ready="achse ready"))
         clients = [
-            await stack.enter_async_context(
-                process(__file__, "program", str(n), str(subscriptions), ready="ready")
-            )
-            for n in range(programs)
+            await stack.enter_async_context(process(*words, ready="ready")) for _, words in started
         ]
-        print(f"{programs} programs with {subscriptions} subscriptions each", flush=True)
+        for kind, count in Counter(kind for kind, _ in started).items():
+            print(f"{count} {kind} with {subscriptions} subscriptions each", flush=True)
         pause = seconds / (RESTARTS + PULLS + 1)
         for step in range(RESTARTS + PULLS):
             await asyncio.sleep(pause)
@@ -168,11 +192,10 @@ async def measure(programs: int, subscriptions: int, seconds: float, folder: Pat
                 cable.pull()
         await asyncio.sleep(pause)
         figures = await status()
-        total: dict[str, int] = {}
-        for each in clients:
+        total: dict[str, Counter[str]] = {kind: Counter() for kind, _ in started}
+        for (kind, _), each in zip(started, clients, strict=True):
             output = (await each.communicate(b""))[0].decode().strip()
-            for name, count in json.loads(output or "{}").items():
-                total[name] = total.get(name, 0) + count
+            total[kind].update(json.loads(output))
         begin = time.monotonic()
         while True:
             [target] = (await status())["targets"]
@@ -183,8 +206,9 @@ async def measure(programs: int, subscriptions: int, seconds: float, folder: Pat
         print(f"released {time.monotonic() - begin:.1f} s after the kill of all programs")
     server.close()
     [target] = figures["targets"]
-    for name, count in total.items():
-        print(f"{name:14} {count:9}")
+    print(f"{'':14} " + " ".join(f"{kind:>10}" for kind in total))
+    for name in next(iter(total.values())):
+        print(f"{name:14} " + " ".join(f"{each[name]:10}" for each in total.values()))
     print(f"connections    {cable.connections:9}, at once {cable.most_at_once}")
     print(f"router: losses {target['losses']}, lost frames {figures['lost_frames']},", end=" ")
     print(f"50 % {target['latency_50'] * 1e3:.2f} ms, 99 % {target['latency_99'] * 1e3:.2f} ms")
