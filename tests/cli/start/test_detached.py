@@ -124,6 +124,36 @@ def test_a_station_in_a_container_is_stopped_by_its_own_process_id(
     assert signalled == [os.getpid()]
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="network namespaces are Linux")
+@pytest.mark.parametrize("allowed", [True, False])
+def test_station_in_another_network_is_waited_for_there(
+    allowed: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entered: list[Path] = []
+
+    def enter(namespace: Path) -> None:
+        entered.append(namespace)
+        if not allowed:
+            raise PermissionError(1, "Operation not permitted")
+
+    async def answer(host: str, tcp_port: int, end: float) -> str:
+        return "RUN"
+
+    own, readlink = Path("/proc/self/ns/net"), Path.readlink
+    monkeypatch.setattr("achse.cli.start.detached._use_namespace", enter)
+    monkeypatch.setattr("achse.cli.start.detached._answer", answer)
+    monkeypatch.setenv("ACHSE_DETACHED", str(runtime_folder()))
+    with recorded("Cell", "127.0.0.1", 1, "1.1.1.1.1.1"):
+        assert "127.0.0.1:1 is ready" in _cli("wait", "Cell").stdout
+        assert entered == []
+        monkeypatch.setattr(
+            Path, "readlink", lambda self: Path("net:[1]") if self == own else readlink(self)
+        )
+        run = _cli("wait", "Cell", exit_code=0 if allowed else 1)
+    assert entered == [Path(f"/proc/{os.getpid()}/ns/net")]
+    assert allowed or "is in another network namespace: Operation not permitted" in run.stderr
+
+
 def test_a_station_in_a_container_that_is_out_of_sight_is_not_signalled(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

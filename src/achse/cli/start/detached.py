@@ -82,14 +82,26 @@ class DetachedStation(NamedTuple):
 
     def terminate(self) -> None:
         """Ask the process to end. Raises `ProcessLookupError` if it is not visible from here."""
-        own = _pid_namespace()
-        if self.pid_namespace in ("", own):
-            os.kill(self.pid, signal.SIGTERM)
-        else:
-            os.kill(self._pid_here(), signal.SIGTERM)
+        os.kill(self._pid_here(), signal.SIGTERM)
+
+    def enter_network(self) -> None:
+        """Use the network namespace of the process from now on, to reach its address.
+
+        Nothing happens if it is ours, or cannot be seen from here. Raises `OSError` if it may not
+        be entered.
+        """
+        try:
+            namespace = Path("/proc") / str(self._pid_here()) / "ns" / "net"
+            other = namespace.readlink() != Path("/proc/self/ns/net").readlink()
+        except OSError:  # no namespaces here, it has ended, or it is somebody else's
+            return
+        if other:
+            _use_namespace(namespace)
 
     def _pid_here(self) -> int:
-        """The process id in our PID namespace of a station in a container, which is below ours."""
+        """The process id in our PID namespace, also of a station in a container below ours."""
+        if self.pid_namespace in ("", _pid_namespace()):
+            return self.pid
         for process in Path("/proc").glob("[0-9]*"):
             try:
                 if str((process / "ns" / "pid").readlink()) != self.pid_namespace:
@@ -109,6 +121,17 @@ def _pid_namespace() -> str:
         return str(Path("/proc/self/ns/pid").readlink())
     except OSError:
         return ""
+
+
+def _use_namespace(namespace: Path) -> None:
+    """Enter a namespace. Raises OSError."""
+    import ctypes  # os.setns is there from Python 3.12 on
+
+    library = ctypes.CDLL(None, use_errno=True)
+    with namespace.open("rb") as file:
+        if library.setns(file.fileno(), 0):
+            number = ctypes.get_errno()
+            raise OSError(number, os.strerror(number))
 
 
 def register(app: typer.Typer) -> None:
@@ -292,6 +315,11 @@ def wait(
     if which is not None:
         station = _only(which)
         host, tcp_port = station.host, station.tcp_port
+        try:
+            station.enter_network()
+        except OSError as failure:
+            why = failure.strerror or failure
+            fail(f"{station}, is in another network namespace: {why}; wait there", name="NOT_OURS")
     where = f"{host}:{tcp_port}"
     begin = time.monotonic()
     from achse.cli.interrupts import Interrupted, run
