@@ -244,7 +244,7 @@ def test_a_symbol_is_found_watched_and_written(shown: Any, plc: Any, until: Any)
     page.keyboard.type("GVL.nDint")
     tree = page.get_by_role("tree")
     item = tree.get_by_role("treeitem").first
-    until(lambda: "nDint" in (item.text_content() or ""))
+    until(lambda: "GVL.nDint" in (item.text_content() or ""))
     page.keyboard.press("ArrowDown")
     page.keyboard.press("Enter")
     value = page.get_by_role("button", name="GVL.nDint: ")
