@@ -436,6 +436,11 @@ elsewhere(
     "::test_request_never_waits_for_more_than_eight_windows_of_another_computer",
 )
 elsewhere(
+    "A router lets a computer keep 65,536 subscriptions, symbol handles and open files at its"
+    " targets.",
+    f"{FORWARDING}::test_client_keeps_no_more_than_its_share_and_others_theirs",
+)
+elsewhere(
     "File requests wait in a bounded number, however many addresses send them.",
     "tests/devices/system/test_file_worker.py"
     "::test_requests_of_many_addresses_are_limited_together",

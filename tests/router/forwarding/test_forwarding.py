@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from achse.ams import AmsAddress, Command, Flags, Frame, NetId
 from achse.ams.commands import AddNotificationRequest, ReadWriteRequest
 from achse.codes import ReturnCode
-from achse.router.forwarding import Forwarding, pending
+from achse.router.forwarding import Forwarding, pending, shares
 from achse.router.routes import Route
 from achse.transport.connections.senders import MOST_SENDERS
 from tests.router.chains import PLC, PYADS, TARGET, Chain
@@ -72,6 +72,33 @@ def test_client_that_vanishes_leaves_nothing_at_the_target() -> None:
         chain.loop.run()
         assert chain.target.held_by_clients == (0, 0)
     assert chain.forwarded == 0
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 2), st.integers(1, 4)), min_size=1, max_size=12),
+    st.integers(1, 12),
+    st.integers(1, 4),
+)
+def test_client_keeps_no_more_than_its_share_and_others_theirs(
+    steps: list[tuple[int, int]], most: int, few: int
+) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(shares, "HOST_RESOURCES", most)
+        patch.setattr(shares, "FEW_RESOURCES", few)
+        chain = Chain(1)
+        clients = [chain.client() for _ in range(3)]
+        for client in clients:
+            assert client.ask(Command.READ_STATE, b"")
+        handles = [client.fetch() for client in clients]
+        share, held = max(few, most // 3), [1] * 3
+        for who, count in steps:
+            if count == 1:
+                accepted = bool(clients[who].subscribe(handles[who]))
+            else:
+                accepted = bool(clients[who].subscribe_many(handles[who], count))
+            assert accepted == (held[who] + count <= share)
+            held[who] += count * accepted
+        assert all(client.ask(Command.READ_STATE, b"") for client in clients)
 
 
 def test_resource_whose_answer_comes_after_its_client_left_is_released() -> None:

@@ -5,6 +5,8 @@ from hypothesis import strategies as st
 
 from achse.ams import Frame
 from achse.router.forwarding.shares import (
+    FEW_RESOURCES,
+    HOST_RESOURCES,
     HOST_WINDOW,
     HOST_WINDOW_BYTES,
     WINDOW,
@@ -36,6 +38,7 @@ def test_windows_of_a_host_are_bounded_together(steps: list[tuple[bool, str]]) -
             assert share.window_bytes <= WINDOW_BYTES
             assert share.window * count <= max(HOST_WINDOW, count)
             assert share.window_bytes * count <= HOST_WINDOW_BYTES
+            assert share.resources * count <= max(HOST_RESOURCES, FEW_RESOURCES * count)
         elif here:
             open_.remove(here[0])
             shares.leave(here[0])

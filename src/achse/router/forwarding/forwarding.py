@@ -132,8 +132,8 @@ class Forwarding:
 
         `now` in ns. With `circles`: 0x7 if it goes in circles, 0x502 if too many requests are
         unanswered to detect that. 0x502 also if too much of the client is under way (anything
-        while the far end is `congested`), 0x508 if there are no ports for further aliases, 0x701
-        if it fetches a resource without an answer.
+        while the far end is `congested`), 0x508 if there are no ports for further aliases or the
+        client keeps as many resources as it may, 0x701 if it fetches a resource without an answer.
 
         A handle of another client's subscription is replaced by 0 where it is to be deleted.
         """
@@ -153,6 +153,9 @@ class Forwarding:
                 change = (
                     None if len(foreign) == len(change.actions) else change_of(_with(frame, data))
                 )
+        if change is not None and self._keeps_too_much(session, change):
+            self.refused += 1
+            return ReturnCode.ROUTER_NO_MORE_QUEUES
         if frame.flags & _NO_RESPONSE:
             for action in () if change is None else change.actions:
                 if action.handle is None:  # its handle would be unknown
@@ -205,6 +208,14 @@ class Forwarding:
             ):
                 return False
         return len(latest) == _ROUNDS
+
+    def _keeps_too_much(self, session: ForwardedClient, change: ResourceChange) -> bool:
+        """True if a request fetches more than the connection of a client may keep."""
+        further = sum(each.handle is None for each in change.actions)
+        if not further:
+            return False
+        known = sum(len(each.resources) for each in self._sessions.of_client(session.client))
+        return known + further > session.load.share.resources
 
     def _is_foreign(
         self, session: ForwardedClient, change: ResourceChange, action: ResourceAction

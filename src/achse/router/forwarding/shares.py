@@ -1,11 +1,21 @@
 """Shares of hosts: the window of each connection gets smaller where a host has many of them.
 
-So a host has no more at the targets by opening more connections.
+So a host has no more at the targets by opening more connections. The same holds for what it may
+keep there: subscriptions, symbol handles and open files.
 """
 
 from achse.ams import Endpoint
 
-__all__ = ["HOST_WINDOW", "HOST_WINDOW_BYTES", "WINDOW", "WINDOW_BYTES", "HostShare", "HostShares"]
+__all__ = [
+    "FEW_RESOURCES",
+    "HOST_RESOURCES",
+    "HOST_WINDOW",
+    "HOST_WINDOW_BYTES",
+    "WINDOW",
+    "WINDOW_BYTES",
+    "HostShare",
+    "HostShares",
+]
 
 WINDOW = 64
 """Requests of one connection that are at the targets, at most."""
@@ -16,16 +26,22 @@ WINDOW_BYTES = 1 << 18
 HOST_WINDOW, HOST_WINDOW_BYTES = 8 * WINDOW, 8 * WINDOW_BYTES
 """The same of all connections of a host; one request of each connection goes in any case."""
 
+HOST_RESOURCES, FEW_RESOURCES = 1 << 16, 64
+"""Resources that all connections of a host may keep at the targets of one connection; so many of
+each connection in any case."""
+
 
 class HostShare:
-    """Window of each connection of one host."""
+    """Share of each connection of one host."""
 
-    __slots__ = ("connections", "window", "window_bytes")
+    __slots__ = ("connections", "resources", "window", "window_bytes")
 
     def __init__(self, connections: int = 1) -> None:
         self.connections = connections
         """Connections that have asked the targets for something."""
         self.window, self.window_bytes = WINDOW, WINDOW_BYTES
+        self.resources = HOST_RESOURCES
+        """Resources that one connection may keep."""
         self.resize(0)
 
     def resize(self, change: int) -> None:
@@ -33,6 +49,7 @@ class HostShare:
         self.connections += change
         count = max(self.connections, 1)
         self.window = max(1, min(WINDOW, HOST_WINDOW // count))
+        self.resources = max(FEW_RESOURCES, HOST_RESOURCES // count)
         self.window_bytes = min(WINDOW_BYTES, HOST_WINDOW_BYTES // count)
 
 
