@@ -6,7 +6,8 @@ portion. The bare forwarder in Python knows no limits, rights, ledger or routes:
 connection and address a port, rewrites the two addresses and writes what came in one piece, at
 once. What the router writes at the end of a turn of its loop counts with that turn. Callgrind
 counts (valgrind).
-Throughput: reads of 4 bytes, 64 under way, from a station directly and through a router process.
+Throughput: reads of 4 bytes, 64 under way, from a station directly and through a router process,
+and the processor time of each process, which does not depend on what else the machine does.
 Time: the same works by the clock of the processor, the best of some rounds.
 Usage: python benchmarks/forwarding.py instructions [SHAPE …] | time [ROUNDS] | throughput [SECONDS]
 """
@@ -20,6 +21,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from processes import running, station
@@ -243,6 +245,19 @@ async def reads(host: str, port: int, net_id: str, seconds: float) -> float:
         return count / (time.monotonic() - begin)
 
 
+def processor_times() -> list[float]:
+    """Processor time of this process and its children, the oldest first, s; 0 without /proc."""
+    listed = Path(f"/proc/self/task/{os.getpid()}/children")
+    if not listed.exists():
+        return [0.0] * 3
+    processes = [str(os.getpid()), *listed.read_text().split()]
+    fields = (
+        Path(f"/proc/{each}/stat").read_text().rpartition(")")[2].split() for each in processes
+    )
+    ticks = os.sysconf("SC_CLK_TCK")
+    return [(int(each[11]) + int(each[12])) / ticks for each in fields]
+
+
 def throughput(seconds: float) -> None:
     with station("127.0.0.81", "--log-level", "error") as port:
         words = ["-m", "achse", "router", "--to", f"127.0.0.81:{port}=127.0.0.81.1.1"]
@@ -250,10 +265,19 @@ def throughput(seconds: float) -> None:
         with running(*words, ready="achse ready"):
             places = {"direct": "127.0.0.81", "through the router": "127.0.0.82"}
             rates: dict[str, list[float]] = {name: [] for name in places}
+            times = {name: [0.0, 0.0, 0.0] for name in places}
             for _ in range(5):
                 for name, host in places.items():
+                    before = processor_times()
                     rate = asyncio.run(reads(host, 48898, "127.0.0.81.1.1", seconds))
                     rates[name].append(rate)
+                    spent = zip(times[name], processor_times(), before, strict=True)
+                    times[name] = [
+                        total + (now - then) / rate / seconds / 5 for total, now, then in spent
+                    ]
+    for name, (client, server, router) in times.items():
+        print(f"{name:20} client {client * 1e6:5.1f} µs, station {server * 1e6:5.1f} µs,", end=" ")
+        print(f"router {router * 1e6:5.1f} µs of a processor a read")
     medians = {name: statistics.median(each) for name, each in rates.items()}
     for name, rate in medians.items():
         print(f"{name:20} {rate:8.0f} reads/s")
