@@ -59,7 +59,6 @@ WITHOUT_MODULE: dict[str, str] = {
     "tests/web/pages/test_modules.py": "the JavaScript of the pages, by node",
     "tests/motion/test_random_commands.py": "all commands and the kernel, at random",
     "tests/motion/test_random_dynamics.py": "what all commands and faults may make of a velocity",
-    "tests/motion/test_random_worlds.py": "worlds of the swarm on a bare NC, at random",
 }
 """Test files about several modules together, and why they stand apart."""
 

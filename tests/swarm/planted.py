@@ -21,7 +21,8 @@ from achse.server.handles import HandleTable
 from achse.server.notifications import Notifications
 from achse.station.persistence.state_file import StateFile
 from achse.station.running import states
-from achse.swarm.play import WorldOutcome, play, play_twice
+from achse.swarm.outcome import WorldOutcome
+from achse.swarm.play import play, play_twice
 from achse.swarm.worlds.drawing import draw_world
 from achse.transport.connections.held import Held
 from achse.transport.connections.peer import Peer

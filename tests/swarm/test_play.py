@@ -4,7 +4,8 @@ import logging
 
 import pytest
 
-from achse.swarm.play import BrokenInvariant, play, play_twice
+from achse.swarm.outcome import BrokenInvariant
+from achse.swarm.play import play, play_twice
 from achse.swarm.worlds.drawing import draw_world
 from achse.swarm.worlds.world import STATION, Act, DrawnClient, World
 

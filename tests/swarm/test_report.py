@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from achse.swarm.play import BrokenInvariant
+from achse.swarm.outcome import BrokenInvariant
 from achse.swarm.report import commit, failure_lines, source_of_test
 from achse.swarm.worlds.drawing import draw_world
 from achse.swarm.worlds.world import World

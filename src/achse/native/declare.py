@@ -113,13 +113,20 @@ class RecordLayout(Generic[SlotT]):
     @cached_property
     def plain(self) -> type:
         """A class of plain objects with these fields, for a kernel that runs as it is."""
-        fields = self.fields
-
-        def begin(record: object) -> None:
-            for name, row in fields.items():
-                setattr(record, name, row.fresh)
-
-        namespace = {"__slots__": tuple(fields), "__init__": begin, "layout": self}
+        source = "def begin(record):\n pass\n"
+        scope: dict[str, Any] = {}
+        for name, row in self.fields.items():
+            value = f"value_{name}"
+            if row.holds is None:
+                scope[value] = row.fresh
+                value += ".copy()" if row.length else ""
+            else:
+                scope[value] = row.holds.plain
+                value += "()"
+                value = f"[{value} for _ in range({row.length})]" if row.length else value
+            source += f" record.{name} = {value}\n"
+        exec(source, scope)
+        namespace = {"__slots__": tuple(self.fields), "__init__": scope["begin"], "layout": self}
         return type("PlainRecord", (), namespace)
 
     @cached_property

@@ -70,6 +70,11 @@ class Campaign:
         return self.station_s / _YEAR_S
 
     @property
+    def moves_per_cpu_hour(self) -> float:
+        """Moves that axes took in an hour of a processor."""
+        return self.moves / (self.cpu_s / 3600) if self.cpu_s else 0.0
+
+    @property
     def machine_years_per_cpu_hour(self) -> float:
         """Years of stations in an hour of a processor."""
         return self.machine_years / (self.cpu_s / 3600) if self.cpu_s else 0.0
@@ -85,6 +90,7 @@ class Campaign:
             "machine_years_per_cpu_hour": self.machine_years_per_cpu_hour,
             "axis_cycles": self.cycles,
             "moves": self.moves,
+            "moves_per_cpu_hour": round(self.moves_per_cpu_hour),
             "requests": self.requests,
             "samples": self.samples,
             "excuses": {name: self.excuses[name] for name in EXCUSES},
@@ -98,6 +104,7 @@ def seeds_one_by_one(
     cpu_s: float | None,
     project: str = "",
     invariants: str = "",
+    motion: bool = False,
     clock: Callable[[], float] = time.process_time,
     stopped: Callable[[], bool] = bool,
 ) -> Iterator[dict[str, Any]]:
@@ -108,5 +115,7 @@ def seeds_one_by_one(
     end = math.inf if cpu_s is None else clock() + cpu_s
     number = 0
     while (runs is None or number < runs) and clock() < end and not stopped():
-        yield run(first=first % SEEDS, project=project, invariants=invariants, seed=number)
+        yield run(
+            first=first % SEEDS, project=project, invariants=invariants, seed=number, motion=motion
+        )
         number += 1

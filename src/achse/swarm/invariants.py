@@ -81,6 +81,10 @@ INVARIANTS = (
         "decisions 0037, 0186", f"{_ABRUPT}; a master that becomes faster later (0186)",
     ),
     Invariant(
+        "known-codes", "An error of an axis has a code of the table.", "001, NC error codes",
+        "worlds with a station around the motion", where="motion/player",
+    ),
+    Invariant(
         "channel-states", "A channel changes its state by drawn transitions, commanded or its own.",
         "achse.motion.channels.states: TRANSITIONS", "cycles with a request, active faults",
         where="channel_watch",

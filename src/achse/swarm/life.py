@@ -23,7 +23,7 @@ from achse.swarm.worlds.world import DrawnChannel, World
 from achse.transport.connections.fair_queue import FairQueue
 from achse.transport.tcp.listener import TcpListener
 
-__all__ = ["STATION_ACTS", "StationLife", "configuration"]
+__all__ = ["STATION_ACTS", "StationLife", "configuration", "write_part_programs"]
 
 _NET_ID = "10.200.1.1.1.1"
 
@@ -99,6 +99,15 @@ def _channel(channel: DrawnChannel, first: int) -> dict[str, Any]:
     }
 
 
+def write_part_programs(world: World, folder: Path) -> None:
+    """Write the part programs of the channel, if there is one."""
+    if world.channel is not None:
+        programs = folder / "nc"
+        programs.mkdir(exist_ok=True)
+        for number, text in enumerate(world.channel.programs):
+            (programs / program_file(number)).write_text(text, encoding="utf-8")
+
+
 class StationLife:
     """A station that lives, with the connections of its clients."""
 
@@ -123,7 +132,7 @@ class StationLife:
         self._program = 0
         if world.programs:
             self.write_program()
-        self._write_part_programs()
+        write_part_programs(world, folder)
         self.station = Station(
             config or configuration(world, kernel),
             base=folder,
@@ -257,14 +266,6 @@ class StationLife:
         folder.mkdir(exist_ok=True)
         source = source_of(self.world.programs[self._program])
         (folder / "main.st").write_text(source, encoding="utf-8")
-
-    def _write_part_programs(self) -> None:
-        channel = self.world.channel
-        if channel is not None:
-            folder = self._folder / "nc"
-            folder.mkdir(exist_ok=True)
-            for number, text in enumerate(channel.programs):
-                (folder / program_file(number)).write_text(text, encoding="utf-8")
 
     def inject(self, axis: int, name: str, value: int) -> None:
         """Let something of the machine of an axis fail, or work again."""

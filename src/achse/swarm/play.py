@@ -10,7 +10,6 @@ import logging
 import tempfile
 import time
 import traceback
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,6 +22,8 @@ from achse.swarm.clients import Client
 from achse.swarm.disk import MemoryDisk, PowerCut
 from achse.swarm.life import StationLife
 from achse.swarm.motion.checks import NAMES
+from achse.swarm.motion.player import MotionPlayer
+from achse.swarm.outcome import BrokenInvariant, WorldOutcome
 from achse.swarm.project import PROJECT_INVARIANTS, UserCheck
 from achse.swarm.resources import (
     SETTLED_S,
@@ -35,7 +36,7 @@ from achse.swarm.resources import (
 from achse.swarm.worlds.program import symbols_of
 from achse.swarm.worlds.world import STATION, Act, World
 
-__all__ = ["BrokenInvariant", "WorldOutcome", "play", "play_twice"]
+__all__ = ["play", "play_twice"]
 
 _FLAT_EVERY = 8
 """Of so many worlds one is tried for memory that is left behind."""
@@ -60,37 +61,6 @@ _USER_CHECKS_NS = 10_000_000
 
 _LOOK_EVERY_NS = 5_000_000_000
 """Time between two looks at what clients hold."""
-
-
-@dataclass(frozen=True)
-class BrokenInvariant:
-    """An invariant that did not hold."""
-
-    invariant: str
-    what: str
-
-    def __str__(self) -> str:
-        return f"{self.invariant}: {self.what}"
-
-
-@dataclass
-class WorldOutcome:
-    """What a world was like."""
-
-    violation: BrokenInvariant | None = None
-    digest: str = ""
-    station_s: float = 0.0
-    cycles: int = 0
-    moves: int = 0
-    requests: int = 0
-    answers: int = 0
-    samples: int = 0
-    restarts: int = 0
-    excuses: Counter[str] = field(default_factory=Counter)
-    """How often each excuse of `achse.swarm.excuses` was used."""
-    ended_ns: int = 0
-    """Time of the world at its end."""
-    cpu_s: float = 0.0
 
 
 class _Violated(Exception):
@@ -140,7 +110,7 @@ class _Player:
             self._violation = BrokenInvariant(invariant, what)
 
     def _begin(self, now_ns: int) -> StationLife:
-        checks = NAMES
+        checks: Sequence[str] = NAMES
         if self.world.project:
             checks = tuple(each for each in NAMES if each in PROJECT_INVARIANTS)
         life = StationLife(
@@ -343,7 +313,7 @@ class _Player:
 class _Tracebacks(logging.Handler):
     """Reports log records that have an exception."""
 
-    def __init__(self, player: _Player) -> None:
+    def __init__(self, player: _Player | MotionPlayer) -> None:
         super().__init__(logging.WARNING)
         self._player = player
 
@@ -355,7 +325,7 @@ class _Tracebacks(logging.Handler):
 
 
 @contextlib.contextmanager
-def _watched_log(player: _Player) -> Iterator[None]:
+def _watched_log(player: _Player | MotionPlayer) -> Iterator[None]:
     """Watch the log of achse, and keep its lines to itself."""
     log, handler = logging.getLogger("achse"), _Tracebacks(player)
     propagate, level = log.propagate, log.level
@@ -377,7 +347,11 @@ def play(world: World, *, kernel: str = "auto", checks: Sequence[UserCheck] = ()
     """
     began = time.process_time()
     with tempfile.TemporaryDirectory(prefix="achse-swarm-") as folder:
-        player = _Player(world, Path(folder), kernel, checks)
+        player: _Player | MotionPlayer
+        if world.motion_only:
+            player = MotionPlayer(world, Path(folder), kernel)
+        else:
+            player = _Player(world, Path(folder), kernel, checks)
         with _watched_log(player):
             try:
                 player.run()

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
 
-from achse.swarm.play import BrokenInvariant
+from achse.swarm.outcome import BrokenInvariant
 from achse.swarm.worlds.world import World
 
 __all__ = ["commit", "failure_lines", "source_of_test"]
@@ -31,10 +31,16 @@ def commit() -> str:
 
 
 def failure_lines(
-    seed: int, violation: BrokenInvariant, project: str = "", invariants: str = ""
+    seed: int,
+    violation: BrokenInvariant,
+    project: str = "",
+    invariants: str = "",
+    *,
+    motion: bool = False,
 ) -> list[str]:
     """Return what is printed of a failure, with the command that shows it again."""
     words = ["achse", "swarm", *([project] if project else []), "--seed", str(seed), "--replay"]
+    words += ["--motion"] if motion else []
     words += ["--invariants", invariants] if invariants else []
     return [f"seed {seed} commit {commit()} failed: {violation}", f"  {shlex.join(words)}"]
 

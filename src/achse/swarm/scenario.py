@@ -4,10 +4,13 @@ from pathlib import Path
 from typing import Any
 
 from achse.swarm.excuses import EXCUSES
-from achse.swarm.play import WorldOutcome, play, play_twice
+from achse.swarm.motion.kernel import CYCLES
+from achse.swarm.outcome import WorldOutcome
+from achse.swarm.play import play, play_twice
 from achse.swarm.project import draw_project_world, load_checks
 from achse.swarm.worlds.drawing import draw_world
 from achse.swarm.worlds.draws import SEEDS
+from achse.swarm.worlds.motion import draw_motion_world
 from achse.swarm.worlds.world import World
 
 __all__ = ["TWICE_EVERY", "play_seed", "run", "world_of"]
@@ -15,25 +18,38 @@ __all__ = ["TWICE_EVERY", "play_seed", "run", "world_of"]
 TWICE_EVERY = 16
 """Of so many seeds one is played in both kernels."""
 
+MOTION_TWICE_EVERY = 1024
+"""The same of worlds of motion alone, which plain Python plays a hundred times slower."""
 
-def world_of(seed: int, project: str = "") -> World:
-    """Return the world of a seed, with the station of a project if there is one."""
+
+def world_of(seed: int, project: str = "", *, motion: bool = False) -> World:
+    """Return the world of a seed: of motion alone, or of the station of a project or a drawn one."""
+    if motion:
+        return draw_motion_world(seed)
     return draw_project_world(seed, Path(project)) if project else draw_world(seed)
 
 
-def play_seed(seed: int, project: str = "", invariants: str = "") -> WorldOutcome:
+def play_seed(
+    seed: int, project: str = "", invariants: str = "", *, motion: bool = False
+) -> WorldOutcome:
     """Play the world of a seed."""
-    world = world_of(seed, project)
+    world = world_of(seed, project, motion=motion)
+    if motion:
+        if seed % MOTION_TWICE_EVERY == 0 and CYCLES.available:
+            return play_twice(world)
+        return play(world, kernel="compiled" if CYCLES.available else "interpreted")
     checks = load_checks(Path(invariants)) if invariants else ()
     if project:
         return play(world, checks=checks)
     return play_twice(world) if seed % TWICE_EVERY == 0 else play(world)
 
 
-def run(*, first: int, project: str, invariants: str, seed: int) -> dict[str, Any]:
+def run(
+    *, first: int, project: str, invariants: str, seed: int, motion: bool = False
+) -> dict[str, Any]:
     """Return the figures of seed number `seed` from `first` on."""
     number = (first + seed) % SEEDS
-    outcome = play_seed(number, project, invariants)
+    outcome = play_seed(number, project, invariants, motion=motion)
     violation = outcome.violation
     return {
         "world": str(number),  # beyond 63 bits no column holds it

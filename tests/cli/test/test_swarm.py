@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from achse.cli.app import app
 from achse.swarm.worlds.drawing import draw_world
+from achse.swarm.worlds.motion import draw_motion_world
 
 SHORT = next(seed for seed in range(1, 400) if len(draw_world(seed).acts) < 40 and seed % 16 > 1)
 STATION = '[[axis]]\nid = 1\nname = "X"\n'
@@ -35,6 +36,15 @@ def test_seeds_are_summed_up() -> None:
 def test_rows_are_printed_as_seeds_end() -> None:
     lines = run("--seed", str(SHORT), "--runs", "1", "--rows").stdout.splitlines()
     assert lines[0].startswith(f"seed {SHORT} holds station_s=")
+
+
+def test_motion_alone_is_drawn_summed_up_and_replayed() -> None:
+    seed = next(s for s in range(100) if 0 < len(draw_motion_world(s).acts) < 40)
+    facts = json.loads(run("--motion", "--seed", str(seed), "--runs", "1", "--json").stdout)
+    assert (facts["seeds"], facts["failed"], facts["samples"]) == (1, 0, 0)
+    assert facts["moves"] > 0
+    told = run("--motion", "--seed", str(seed), "--replay").stdout.splitlines()
+    assert told[-1].startswith(f"seed {seed}: no violation in ")
 
 
 def test_replay_shows_acts_and_digest() -> None:
@@ -87,6 +97,7 @@ def test_a_signal_ends_a_campaign_with_its_sums(
     [
         (["nowhere"], "expected a station.toml"),
         (["--workers", "2", "--for", "1"], "--workers needs --runs"),
+        ([".", "--motion"], "--motion draws its own axes"),
     ],
 )
 def test_mistakes_are_named(arguments: list[str], told: str) -> None:

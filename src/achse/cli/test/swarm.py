@@ -4,6 +4,7 @@ import os
 import sys
 from collections.abc import Callable
 from contextlib import nullcontext
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,12 +17,27 @@ from achse.cli.target import Json
 
 if TYPE_CHECKING:
     from achse.swarm.campaign import Campaign, FailedSeed
+    from achse.swarm.outcome import BrokenInvariant
 
 __all__ = ["register"]
 
 _RUNS = 10
 _SHRINKING_S = 120.0
 _MOST_PLAYED = 100_000
+
+
+@dataclass(frozen=True)
+class _Names:
+    """What the seeds are drawn for: files of a user, or motion alone."""
+
+    project: str
+    invariants: str
+    motion: bool
+
+    def failure_lines(self, seed: int, broken: "BrokenInvariant") -> list[str]:
+        from achse.swarm.report import failure_lines
+
+        return failure_lines(seed, broken, self.project, self.invariants, motion=self.motion)
 
 
 def register(app: typer.Typer) -> None:
@@ -54,6 +70,12 @@ def swarm(
         Path | None,
         typer.Option(help="File .py with functions check_…(station), or .st.", show_default=False),
     ] = None,
+    motion: Annotated[
+        bool,
+        typer.Option(
+            "--motion", help="Axes, couplings, cams and channels alone, without a station."
+        ),
+    ] = False,
     replay: Annotated[
         bool, typer.Option("--replay", help="Run one seed, and print its acts and its end.")
     ] = False,
@@ -80,9 +102,12 @@ def swarm(
     from achse.swarm.worlds.world import WorldError
 
     first = secrets.randbits(64) if seed is None else seed
-    names = (
+    if motion and (project is not None or invariants is not None):
+        fail("--motion draws its own axes: expected no project and no --invariants")
+    names = _Names(
         "" if project is None else str(project.resolve()),
         "" if invariants is None else str(invariants.resolve()),
+        motion,
     )
     signals: list[int] = []
 
@@ -93,7 +118,7 @@ def swarm(
 
     try:
         if replay:
-            _replay(first, *names)
+            _replay(first, names)
         with ending(end) if not workers else nullcontext():
             campaign = _campaign(
                 *(first, runs, cpu, workers, names),
@@ -112,7 +137,8 @@ def swarm(
             f"{campaign.seeds} seeds from {first}, {len(campaign.failures)} failed;"
             f" {campaign.machine_years:.3g} machine-years in {campaign.cpu_s:.1f} CPU seconds"
             f" ({campaign.machine_years_per_cpu_hour:.3g} in a CPU hour),"
-            f" {campaign.moves} moves, {campaign.requests} requests, {campaign.samples} samples"
+            f" {campaign.moves} moves ({campaign.moves_per_cpu_hour:.3g} in a CPU hour),"
+            f" {campaign.requests} requests, {campaign.samples} samples"
         )
         if rows:
             print("\n".join(excuse_rows(campaign.excuses)))
@@ -129,7 +155,7 @@ def _campaign(
     runs: int | None,
     cpu: float | None,
     workers: int,
-    names: tuple[str, str],
+    names: _Names,
     *,
     quiet: bool,
     rows: bool,
@@ -146,7 +172,9 @@ def _campaign(
             fail("--workers needs --runs")
         played = _played_by_workers(first, min(runs, _MOST_PLAYED), workers, names)
     else:
-        played = seeds_one_by_one(first, runs, cpu, *names, stopped=stopped)
+        played = seeds_one_by_one(
+            *(first, runs, cpu, names.project, names.invariants, names.motion), stopped=stopped
+        )
     for row in played:
         failure = campaign.add(row)
         if rows:
@@ -157,16 +185,15 @@ def _campaign(
     return campaign
 
 
-def _tell(failure: "FailedSeed", names: tuple[str, str]) -> None:
-    from achse.swarm.play import BrokenInvariant
-    from achse.swarm.report import failure_lines
+def _tell(failure: "FailedSeed", names: _Names) -> None:
+    from achse.swarm.outcome import BrokenInvariant
 
     broken = BrokenInvariant(failure.invariant, failure.what)
-    for line in failure_lines(failure.seed, broken, *names):
+    for line in names.failure_lines(failure.seed, broken):
         print(line)
 
 
-def _played_by_workers(first: int, runs: int, workers: int, names: tuple[str, str]) -> Any:
+def _played_by_workers(first: int, runs: int, workers: int, names: _Names) -> Any:
     """Return the figures of all seeds, in the order of the seeds."""
     import achse.swarm.scenario as scenario
     from achse.sweeps import SweepError, sweep
@@ -174,8 +201,9 @@ def _played_by_workers(first: int, runs: int, workers: int, names: tuple[str, st
     sys.warnoptions.append("ignore:resource_tracker:UserWarning")
     parameters: dict[str, list[int | str]] = {
         "first": [first],
-        "project": [names[0]],
-        "invariants": [names[1]],
+        "project": [names.project],
+        "invariants": [names.invariants],
+        "motion": [int(names.motion)],
     }
     try:
         return sweep(scenario.__file__, parameters, seeds=runs, workers=workers).rows
@@ -183,14 +211,13 @@ def _played_by_workers(first: int, runs: int, workers: int, names: tuple[str, st
         fail(str(fault))
 
 
-def _replay(seed: int, project: str, invariants: str) -> None:
+def _replay(seed: int, names: _Names) -> None:
     """Play one seed, and print what happens in it."""
-    from achse.swarm.play import BrokenInvariant
-    from achse.swarm.report import failure_lines
+    from achse.swarm.outcome import BrokenInvariant
     from achse.swarm.scenario import play_seed, world_of
 
-    world = world_of(seed, project)
-    outcome = play_seed(seed, project, invariants)
+    world = world_of(seed, names.project, motion=names.motion)
+    outcome = play_seed(seed, names.project, names.invariants, motion=names.motion)
     end_ns = outcome.ended_ns
     for act in world.acts:
         if act.at_ns <= end_ns:
@@ -199,14 +226,14 @@ def _replay(seed: int, project: str, invariants: str) -> None:
             print(f"{act.at_ns / 1e9:10.3f} s  {who}  {act.kind} {values}".rstrip())
     violation: BrokenInvariant | None = outcome.violation
     if violation is not None:
-        for line in failure_lines(seed, violation, project, invariants):
+        for line in names.failure_lines(seed, violation):
             print(line)
         raise typer.Exit(1)
     print(f"seed {seed}: no violation in {outcome.station_s:.3f} s, digest {outcome.digest}")
     raise typer.Exit
 
 
-def _keep(file: Path, failure: "FailedSeed", names: tuple[str, str]) -> None:
+def _keep(file: Path, failure: "FailedSeed", names: _Names) -> None:
     """Make the first failing world small, and write it as a test."""
     from achse.swarm.play import play, play_twice
     from achse.swarm.project import load_checks
@@ -215,7 +242,7 @@ def _keep(file: Path, failure: "FailedSeed", names: tuple[str, str]) -> None:
     from achse.swarm.worlds.shrink import shrink
     from achse.swarm.worlds.world import World
 
-    checks = load_checks(Path(names[1])) if names[1] else ()
+    checks = load_checks(Path(names.invariants)) if names.invariants else ()
 
     def outcome_of(world: World) -> Any:
         if failure.invariant == "equal-digest":
@@ -226,10 +253,10 @@ def _keep(file: Path, failure: "FailedSeed", names: tuple[str, str]) -> None:
         violation = outcome_of(world).violation
         return violation is not None and violation.invariant == failure.invariant
 
-    world = world_of(failure.seed, names[0])
+    world = world_of(failure.seed, names.project, motion=names.motion)
     if not fails(world):
         fail(f"seed {failure.seed} fails in a process with others only: nothing written")
     small = shrink(world, fails, budget_s=_SHRINKING_S)
     violation = outcome_of(small).violation
-    file.write_text(source_of_test(small, violation, names[1]), encoding="utf-8")
+    file.write_text(source_of_test(small, violation, names.invariants), encoding="utf-8")
     print(f"{file}: {len(small.acts)} of {len(world.acts)} acts, {small.length_ns / 1e9:g} s")

@@ -38,6 +38,7 @@ __all__ = [
     "connect_nc",
     "drives_of",
     "make_nc",
+    "nc_of",
     "plant_axes_of",
     "velocity_warnings",
 ]
@@ -56,7 +57,7 @@ def make_nc(building: Building) -> None:
     ground = building.ground
     if not ground.config.axis:
         return
-    nc = building.nc = _nc(ground.config, ground.base)
+    nc = building.nc = nc_of(ground.config, ground.base)
     if nc.compiled:
         _ = SAMPLING.function  # loaded, or compiled, before the first cycle
     building.add_phase(NcPhase(nc, ground.pace), nc.cycle_ns)
@@ -97,7 +98,8 @@ def velocity_warnings(nc: Nc) -> Iterator[str]:
                 )
 
 
-def _nc(config: StationConfig, base: Path) -> Nc:
+def nc_of(config: StationConfig, base: Path) -> Nc:
+    """Return an NC as the configuration says; files are in `base`. Raises ConfigError."""
     compiled = {"auto": None, "compiled": True, "interpreted": False}[config.nc.kernel]
     behind: dict[int, DriveConfig | FmuAxisConfig] = {**drives_of(config), **plant_axes_of(config)}
     axes = [_axis(axis, number, behind.get(axis.id)) for number, axis in enumerate(config.axis, 1)]

@@ -94,10 +94,9 @@ def cycles_under_watch(
     dt: float,
     watched: StepRows,
     checked: int,
-    asleep: int,
     count: int,
 ) -> int:
-    """Do `count` cycles, each under watch, until a verdict or, if `asleep`, until all rest.
+    """Do `count` cycles, each under watch, until a set point is wrong.
 
     Return the cycles that were done, times 65,536, and the last verdict.
     """
@@ -107,7 +106,7 @@ def cycles_under_watch(
         cycles(rows, hardware, dt, 1)
         done += 1
         verdict = watch(rows, hardware, dt, watched, checked)
-        if verdict > ACTIVE or (asleep and verdict == 0):
+        if verdict > ACTIVE:
             break
     return done * 65536 + verdict
 
@@ -152,10 +151,9 @@ class AxesUnderWatch:
         """Look at all axes after a cycle, see `watch`."""
         return self._bound("look", WATCH, self._checked)()
 
-    def cycle(self, count: int, *, asleep: bool) -> tuple[int, int]:
+    def cycle(self, count: int) -> tuple[int, int]:
         """Do cycles under watch, see `cycles_under_watch`: how many were done, and the verdict."""
-        run = self._bound(f"cycle {asleep}", CYCLES, self._checked, int(asleep))
-        done, verdict = divmod(run(count), 65536)
+        done, verdict = divmod(self._bound("cycle", CYCLES, self._checked)(count), 65536)
         self._nc.cycle_count += done
         return done, verdict
 

@@ -15,7 +15,15 @@ from achse.swarm.worlds.operators import draw_motion
 from achse.swarm.worlds.program import draw_programs
 from achse.swarm.worlds.world import STATION, Act, DrawnAxis, DrawnClient, Program, World
 
-__all__ = ["BEHAVIOURS", "Behaviour", "draw_surroundings", "draw_world"]
+__all__ = [
+    "BEHAVIOURS",
+    "Behaviour",
+    "draw_axis",
+    "draw_cam",
+    "draw_surroundings",
+    "draw_world",
+    "moments",
+]
 
 _SECOND = 1_000_000_000
 _FULL = 1_000_000
@@ -80,8 +88,8 @@ _INJECTED = ("simulation_not_ready", "simulation_io_invalid", "simulation_fast_s
 def draw_world(seed: int) -> World:
     """Draw the world of a seed."""
     draws = Stream(seed, "world")
-    axes = [_axis(Stream(seed, "axis", n), n) for n in range(draws.randrange(1, 5))]
-    cams = [_cam(Stream(seed, "cam", n)) for n in range(draws.randrange(3))]
+    axes = [draw_axis(Stream(seed, "axis", n), n) for n in range(draws.randrange(1, 5))]
+    cams = [draw_cam(Stream(seed, "cam", n)) for n in range(draws.randrange(3))]
     world = draw_surroundings(seed, draws, axes, cams, draw_programs(Stream(seed, "programs")))
     return _with_rare_motion(_with_channel(world))
 
@@ -92,8 +100,8 @@ def _with_channel(world: World) -> World:
     if channel is None:
         return world
     draws = Stream(world.seed, "channel acts")
-    moments = list(_moments(draws, draws.decades(-0.5, 0.5), world.length_ns))
-    acts = draw_channel_acts(draws, channel, len(world.axes) + 1, len(world.clients), moments)
+    times = list(moments(draws, draws.decades(-0.5, 0.5), world.length_ns))
+    acts = draw_channel_acts(draws, channel, len(world.axes) + 1, len(world.clients), times)
     acts = sorted([*world.acts, *acts], key=lambda act: act.at_ns)
     return replace(world, channel=channel, acts=acts)
 
@@ -103,8 +111,8 @@ def _with_rare_motion(world: World) -> World:
     draws = Stream(world.seed, "rare motion")
     if len(world.axes) < 2 or not draws.chance(0.5):
         return world
-    moments = list(_moments(draws, draws.decades(-1.0, 0.0), world.length_ns))
-    acts = draw_rare_motion(draws, world.axes, len(world.clients), moments)
+    times = list(moments(draws, draws.decades(-1.0, 0.0), world.length_ns))
+    acts = draw_rare_motion(draws, world.axes, len(world.clients), times)
     return replace(world, acts=sorted([*world.acts, *acts], key=lambda act: act.at_ns))
 
 
@@ -138,7 +146,8 @@ def draw_surroundings(
     )
 
 
-def _axis(draws: Stream, number: int) -> DrawnAxis:
+def draw_axis(draws: Stream, number: int) -> DrawnAxis:
+    """Draw an axis with dynamics over decades."""
     top = draws.decades(0.0, 3.3)
     acceleration = top * draws.decades(0.0, 2.0)
     deceleration = acceleration * draws.choice((1.0, draws.decades(-0.5, 0.5)))
@@ -179,7 +188,8 @@ def _axis(draws: Stream, number: int) -> DrawnAxis:
     )
 
 
-def _cam(draws: Stream) -> list[tuple[float, float]]:
+def draw_cam(draws: Stream) -> list[tuple[float, float]]:
+    """Draw the points of a cam."""
     place, points = 0.0, []
     size = draws.decades(0.0, 2.0)
     for _ in range(draws.randrange(4, 12)):
@@ -197,8 +207,8 @@ def _client(draws: Stream) -> DrawnClient:
     )
 
 
-def _moments(draws: Stream, rate: float, length_ns: int) -> Iterator[int]:
-    """Moments at random, so many a second; some in bursts."""
+def moments(draws: Stream, rate: float, length_ns: int) -> Iterator[int]:
+    """Yield moments at random, so many a second; some in bursts."""
     now = 0.0
     while True:
         gap = draws.expovariate(rate)
@@ -220,7 +230,7 @@ def _acts(
     kinds, weights = list(behaviour.weights), list(behaviour.weights.values())
     rate = behaviour.rate * draws.decades(-0.7, 0.5)
     acts = [Act(0, number, "dial")]
-    for moment in _moments(draws, rate, length_ns):
+    for moment in moments(draws, rate, length_ns):
         (kind,) = draws.choices(kinds, weights)
         if kind == "motion":
             acts += draw_motion(draws, moment, number, axes, cams)
@@ -270,7 +280,7 @@ _VALUES: Mapping[str, Callable[[Stream, int], list[object]]] = {
 def _trouble(draws: Stream, axes: int, programs: int, length_ns: int) -> list[Act]:
     """What happens to the station."""
     acts: list[Act] = []
-    for moment in _moments(draws, 0.3 * draws.decades(-1.0, 0.5), length_ns):
+    for moment in moments(draws, 0.3 * draws.decades(-1.0, 0.5), length_ns):
         kind = draws.choice(
             (
                 "fault",

@@ -101,6 +101,8 @@ class World:
     project: str = ""
     """A station.toml of a user, which then says what the station is."""
     channel: DrawnChannel | None = None
+    motion_only: bool = False
+    """True for an NC without a station around it."""
 
     @property
     def all_axes(self) -> Sequence[DrawnAxis]:
