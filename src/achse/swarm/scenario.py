@@ -23,7 +23,7 @@ MOTION_TWICE_EVERY = 1024
 
 
 def world_of(seed: int, project: str = "", *, motion: bool = False) -> World:
-    """Return the world of a seed: of motion alone, or of the station of a project or a drawn one."""
+    """Return the world of a seed: motion alone, the station of a project, or a drawn one."""
     if motion:
         return draw_motion_world(seed)
     return draw_project_world(seed, Path(project)) if project else draw_world(seed)

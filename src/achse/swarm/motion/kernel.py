@@ -18,7 +18,7 @@ from achse.native.memory import Rows, structure_of
 from achse.swarm.motion.checks import CHECKS
 from achse.swarm.motion.step import STEP, MotionStep, look
 
-__all__ = ["ACTIVE", "AxesUnderWatch", "Verdict", "cycles_under_watch", "watch"]
+__all__ = ["ACTIVE", "AxesUnderWatch", "StepRows", "Verdict", "cycles_under_watch", "watch"]
 
 ACTIVE = 1
 """Verdict on axes of which one moves or waits; 0: all rest."""
