@@ -19,7 +19,7 @@ from achse.motion.port import (
     STATUS_READY,
 )
 from achse.motion.record import AxisFields
-from achse.motion.setpoints.limits import TOLERANCE, running_into
+from achse.motion.setpoints.limits import TOLERANCE, goes_alone, running_into
 from achse.motion.setpoints.setpoint import arrived, drop_job, fail, stop_fast
 from achse.motion.states import (
     CAM_COUPLINGS,
@@ -256,7 +256,7 @@ def _at_limit(ax: AxisFields) -> int:
 def _supervise_limits(ax: AxisFields, dt: float) -> None:
     """Soft limits end every motion. A delayed reaction waits only where the axis stands by then."""
     where = _at_limit(ax)
-    if ax.compensating or ax.external_setpoint_active or UNPLANNED[ax.set_motion_phase]:
+    if ax.compensating or not goes_alone(ax) or UNPLANNED[ax.set_motion_phase]:
         ahead = running_into(ax, ax.set.velocity, dt)
         if ahead != 0:
             where = ahead

@@ -44,12 +44,14 @@ INVARIANTS = (
     Invariant(
         "jerk", "Acceleration changes by the jerk, velocity by the acceleration.",
         "002 §6.4.4.3, 0x4200+ID: 0x16",
-        f"{_ABRUPT}; coupled axes; a section compensation, a trapezoid",
+        f"{_ABRUPT}; coupled axes; a section compensation, a trapezoid, and a stop for a soft limit"
+        " behind one (decision 0218)",
     ),
     Invariant(
         "position", "An axis goes as far in a cycle as its velocity says.", "design, idea 6",
         f"{_ABRUPT}; slaves of cams, see slave-step, and slaves of those; the cycle of a new ratio;"
-        " for slaves of gears the change of velocity in the cycle",
+        " for slaves of gears the change of velocity in the cycle, and what the jerk of their masters"
+        " does within it",
     ),
     Invariant(
         "stop", "A stop takes acceleration away in the direction of motion, and adds none.",

@@ -1,6 +1,7 @@
 """External set points: followed exactly, checked, stopped by a ramp, on top of own motion."""
 
 from math import cos, inf, nan, pi, sin
+from random import Random
 from typing import Any
 
 import pytest
@@ -323,3 +324,33 @@ def test_positions_can_be_renamed_meanwhile(rig: Any) -> None:
     expected = 100.0 + RADIUS * (1.0 - cos(OMEGA * 200 * rig.dt))
     assert rig.axis.set_position == pytest.approx(expected)
     assert rig.axis.error_code == 0
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_own_motion_beside_an_external_set_point_at_rest_ends_smoothly_at_a_soft_limit(
+    rig: Any, seed: int
+) -> None:
+    """Decision 0218; the external set point may have moved before (swarm seed 20399)."""
+    dice = Random(seed)
+    axis = rig.axis
+    axis.encoder_soft_limit_max = limit = dice.uniform(60.0, 400.0)
+    axis.encoder_soft_limit_max_enable = 1
+    axis.allow_motion_commands_with_external_setpoint = 1
+    started(rig)
+    if dice.random() < 0.5:
+        run(rig, 0, round(2.0 * pi / OMEGA / rig.dt))
+        axis.external_set_velocity = axis.external_set_acceleration = 0.0
+        rig.run(1)
+    velocity = dice.uniform(0.3, 1.0) * axis.max_velocity
+    assert commands.universal_start(axis, 3, 0.0, velocity) == 0
+    steepest, before = 0.0, 0.0
+    for _ in range(200_000):
+        rig.run(1)
+        steepest = max(steepest, abs(axis.set_acceleration - before))
+        before = axis.set_acceleration
+        if axis.error_code:
+            break
+    rig.run(1000)
+    assert axis.error_code == NcError.SOFT_LIMIT_MAX_PASSED
+    assert axis.set_position == pytest.approx(limit, abs=1e-6)
+    assert steepest <= axis.default_jerk * rig.dt * (1.0 + 1e-6)

@@ -310,9 +310,12 @@ def _fault(ax: AxisFields, begin: float, dt: float) -> int:
 
 
 def _brake(ax: AxisFields, rows: NcRows, code: int, dt: float) -> None:
-    """Let go with an axis error, and brake from the set point of the last cycle on."""
-    drop_foreign(ax, ax.set.acceleration)
-    ax.profile.abrupt = 1
+    """Let go with an axis error, and brake from the set point of the last cycle on.
+
+    In the first cycle the slave still has an acceleration of its own, which its jerk takes away.
+    """
+    if ax.profile.abrupt:
+        drop_foreign(ax, ax.set.acceleration)
     fail(ax, code, 0)
     end_coupling(ax, rows)
     generate(ax, dt)

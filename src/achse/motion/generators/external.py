@@ -82,6 +82,8 @@ def _apply(ax: AxisFields, way: float, dt: float) -> None:
     The mean velocity of a cycle is between those at its ends, give or take one increment.
     """
     before = ax.external.velocity
+    if before != 0.0 or way != 0.0 or ax.external.acceleration != 0.0:
+        ax.limits.recheck = 1  # once it stands, the axis goes alone
     velocity = ax.external_set.velocity
     acceleration = ax.external_set.acceleration
     if ax.setpoint_consistency_check:

@@ -15,6 +15,7 @@ from achse.motion.setpoints.dynamics import fastest, fault_deceleration
 __all__ = [
     "TOLERANCE",
     "adapt_limits",
+    "goes_alone",
     "highest_rest",
     "limit_ahead",
     "lowest_rest",
@@ -44,6 +45,19 @@ def adapt_limits(ax: AxisFields) -> None:
     ax.limits.low = low
     ax.limits.high = high
     ax.limits.active = 1 if low > -inf or high < inf else 0
+
+
+def goes_alone(ax: AxisFields) -> bool:
+    """Return True if no external set point moves the axis besides what it does by itself.
+
+    Only then a table knows how far it leads (decision 0218).
+    """
+    return ax.external_setpoint_active == 0 or (
+        ax.external_set.velocity == 0.0
+        and ax.external.velocity == 0.0
+        and ax.external.acceleration == 0.0
+        and ax.external_set.position == ax.external.position
+    )
 
 
 def _additional_way(ax: AxisFields) -> float:

@@ -35,7 +35,7 @@ from achse.motion.setpoints.dynamics import (
     fault_jerk,
     release,
 )
-from achse.motion.setpoints.limits import highest_rest, lowest_rest, passes
+from achse.motion.setpoints.limits import goes_alone, highest_rest, lowest_rest, passes
 from achse.motion.setpoints.targets import look_ahead, overrun
 from achse.motion.states import MotionPhase
 
@@ -351,7 +351,7 @@ def plan(ax: AxisFields) -> int:
         commanded = ax.profile.fastest
     limit = commanded * share
     bounded = 0
-    limited = ax.limits.active == 1 and ax.external_setpoint_active == 0
+    limited = ax.limits.active == 1 and goes_alone(ax)
     if phase == MotionPhase.POSITIONING:
         overrun(ax)
         ax.job.direction = 1.0 if ax.border.position >= ax.set.position else -1.0

@@ -25,7 +25,7 @@ from achse.motion.setpoints.dynamics import (
     shed_foreign,
 )
 from achse.motion.setpoints.jobs import copy_request
-from achse.motion.setpoints.limits import table_passes
+from achse.motion.setpoints.limits import goes_alone, table_passes
 from achse.motion.setpoints.planning import (
     TO_CONSTANT_VELOCITY,
     TO_LIMIT,
@@ -397,7 +397,7 @@ def generate(ax: AxisFields, dt: float) -> None:
         if ax.velocity_override <= 0 and ax.set_motion_phase == MotionPhase.STOPPING:
             stop_fast(ax)
         follow_override(ax)
-    if ax.limits.recheck and ax.external_setpoint_active == 0:
+    if ax.limits.recheck and goes_alone(ax):
         _look_at_limits(ax)
     left = dt
     while left > 0.0:

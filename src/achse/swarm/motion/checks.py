@@ -62,6 +62,8 @@ def _jerk_limit(step: MotionStep) -> bool:
     """Return True if acceleration or velocity change by more than the jerk."""
     if not step.smooth or step.bent or step.abrupt:
         return False
+    if step.was_superposed and step.at_limit:  # the limit goes before the jerk (decision 0218)
+        return False
     if step.grouped:
         return _jerk_on_path(step)
     change = abs(step.a1 - step.a0)
@@ -88,12 +90,12 @@ def _position(step: MotionStep) -> bool:
         return False
     dt = step.dt
     way = abs(step.p1 - step.p0 - step.shift - 0.5 * (step.v0 + step.v1) * dt)
-    if step.bent or step.abrupt or step.grouped:
+    if step.bent or step.abrupt or step.grouped or (step.was_superposed and step.at_limit):
         allowed = (abs(step.a0) + abs(step.a1) + step.rise + step.fall) * dt * dt
     else:
         allowed = step.jerk * dt * dt * dt / 12.0 * _MORE
     if step.coupled:  # its master may have accelerated anywhere in the cycle (decision 0186)
-        allowed += 0.5 * abs(step.v1 - step.v0) * dt
+        allowed += 0.5 * abs(step.v1 - step.v0) * dt + step.pulled_jerk * dt * dt * dt / 12.0
     allowed += 1e-12 * (abs(step.p1) + abs(step.shift)) + 1e-9
     return way > allowed
 

@@ -78,6 +78,7 @@ def _smooth_as_masters(rows: NcRows, watched: StepRows) -> None:
     """A slave is as smooth as its masters are; masters come first in the order of the cycle."""
     for i in range(len(watched.steps)):
         watched.steps[i].bumpy = 0
+        watched.steps[i].pulled_jerk = 0.0
     for n in range(len(rows.order)):
         step = watched.steps[rows.order[n]]
         if step.law and step.smooth:
@@ -86,6 +87,8 @@ def _smooth_as_masters(rows: NcRows, watched: StepRows) -> None:
             step.bumpy = int(jumps or master.bumpy != 0)
             rests = master.phase == 0 and master.phase0 == 0 and master.v0 == 0.0
             step.smooth = int(master.smooth != 0 or rests)
+            if step.law == 1:
+                step.pulled_jerk = abs(step.gear) * max(master.jerk, master.pulled_jerk)
 
 
 def cycles_under_watch(

@@ -8,6 +8,7 @@ Kernel source, in the language of `achse.native`.
 
 from math import nan
 
+from achse.codes import NcError
 from achse.motion.couplings.flying_saws.approach import BY_POSITION
 from achse.motion.fields.coupling import COUPLING_PARAMETERS, MASTERS
 from achse.motion.record import AxisFields
@@ -74,6 +75,12 @@ class MotionStep:
     """True if a command came: a small move may be done within the cycle."""
     abrupt: int = 0
     """True if a coupling gave an acceleration that no jerk limits, until the axis rests."""
+    pulled_jerk: float = 0.0
+    """Jerk of the masters of a gear, times the ratio: they may do a small way within a cycle."""
+    was_superposed: int = 0
+    """True if a section compensation, a trapezoid, was part of the motion until the axis rests."""
+    at_limit: int = 0
+    """True if a soft limit ends the motion."""
     active: int = 0
     """True unless the axis rests and waits for nothing."""
     moves: int = 0
@@ -152,6 +159,11 @@ def look(step: MotionStep, ax: AxisFields, rows: NcRows) -> None:
     step.beyond = int(
         moving
         and (step.beyond != 0 or rough or step.bent != 0 or step.coupled != 0 or step.smooth == 0)
+    )
+    step.was_superposed = int(moving and (step.was_superposed != 0 or step.bent != 0))
+    step.at_limit = int(
+        ax.error_code == NcError.SOFT_LIMIT_MIN_PASSED
+        or ax.error_code == NcError.SOFT_LIMIT_MAX_PASSED
     )
     step.active = int(
         step.phase != 0

@@ -1,6 +1,7 @@
 """Slave types 2 and 3: worked numbers, what refuses them, changes while they run."""
 
 from math import radians, sin
+from random import Random
 from typing import Any
 
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 
 from achse.codes import NcError
 from achse.motion import AxisParameters, MotionState, Nc, commands
+from achse.motion.commands.slaves.synchronising import synchronise
 
 VALUES = {
     "control_dword": 7,
@@ -446,3 +448,24 @@ def test_a_way_over_the_master_that_is_too_fast_is_an_error(type: int, compiled:
         before = slave.set_position
     assert NcError.of(slave.error_code) is NcError.SET_VELOCITY_TOO_HIGH
     assert (slave.coupling.law, slave.set_velocity, master.error_code) == (0, 0.0, 0)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_slave_that_cannot_begin_takes_its_own_acceleration_away_by_its_jerk(seed: int) -> None:
+    """Swarm seed 20398: it was dropped within a cycle."""
+    dice = Random(seed)
+    nc = station(max_velocity=500.0, compiled=False)
+    master, slave = nc
+    assert commands.universal_start(master, 3, 0.0, 450.0) == 0
+    nc.cycle(1000)
+    assert commands.universal_start(slave, 4, 0.0, dice.uniform(200.0, 490.0)) == 0
+    nc.cycle(dice.randrange(20, 150))
+    accelerates = slave.set_acceleration
+    assert accelerates < 0.0
+    near = master.set_position + dice.uniform(0.9, 1.0)
+    there = slave.set_position + dice.uniform(4.0, 9.0)
+    assert synchronise(slave, 6, 1, 0, 0, dice.uniform(0.2, 1.0), near, there, mask=1 << 20) == 0
+    nc.cycle()
+    assert NcError.of(slave.error_code) is NcError.SET_VELOCITY_TOO_HIGH
+    change = abs(slave.set_acceleration - accelerates)
+    assert change <= slave.default_jerk * 0.002 * (1.0 + 1e-9)
