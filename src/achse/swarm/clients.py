@@ -26,7 +26,15 @@ from achse.swarm.road import Road
 from achse.swarm.talk import ConnectionLedger, SentRequest, Subscription
 from achse.swarm.worlds.world import DrawnClient
 
-__all__ = ["CLIENT_ACTS", "NC_PORT", "PLC_PORT", "Client", "Dialling", "encode_service"]
+__all__ = [
+    "CLIENT_ACTS",
+    "NC_PORT",
+    "PLC_PORT",
+    "Client",
+    "Dialling",
+    "encode_ratios",
+    "encode_service",
+]
 
 NC_PORT = 501
 PLC_PORT = 851
@@ -36,6 +44,9 @@ _ADD = struct.Struct("<6I16x")
 
 _PLC_TO_CHANNEL = struct.Struct("<HHH122x")
 """Skip mask, operation mode, granted M function: the begin of a PLCTONC_NCICHANNEL_REF."""
+
+_RATIOS = 0x0100_4300, 0x1000 + 72
+"""Place of the four gear ratios in the bytes that the PLC writes for an axis; the id is added."""
 
 _GARBAGE = bytes(range(64))
 
@@ -185,6 +196,12 @@ class Client:
         data = encode_service(group, name, value)
         where = struct.pack("<3I", group + id, row.offset, len(data))
         self._ask(Command.WRITE, where + data, NC_PORT, name)
+
+    def ratios(self, axis: int, numbers: Sequence[float]) -> None:
+        """Write the gear ratios of the cyclic interface of an axis."""
+        group, offset, data = encode_ratios(axis, numbers)
+        where = struct.pack("<3I", group, offset, len(data))
+        self._ask(Command.WRITE, where + data, NC_PORT, "gear ratios")
 
     def handle(self, name: int) -> None:
         """Request a handle of the variable with this number."""
@@ -365,6 +382,12 @@ def encode_service(group: int, name: str, numbers: str | Sequence[float]) -> byt
     return layout.encode(*(kind(value) for kind, value in zip(kinds, numbers, strict=True)))
 
 
+def encode_ratios(axis: int, numbers: Sequence[float]) -> tuple[int, int, bytes]:
+    """Return index group, offset and data that write four gear ratios of an axis."""
+    group, offset = _RATIOS
+    return group + axis, offset, struct.pack("<4d", *numbers)
+
+
 @cache
 def _layout(group: int, name: str, count: int) -> tuple[NcLayout, Sequence[type]]:
     """Return the layout of a service that has so many values, and their types."""
@@ -395,6 +418,7 @@ CLIENT_ACTS: Mapping[str, Callable[..., None]] = {
     "listen": Client.listen,
     "nc": Client.nc,
     "channel": Client.channel,
+    "ratios": Client.ratios,
     "handle": Client.handle,
     "use": Client.use,
     "release": Client.release,

@@ -50,7 +50,7 @@ INVARIANTS = (
     Invariant(
         "position", "An axis goes as far in a cycle as its velocity says.", "design, idea 6",
         f"{_ABRUPT}; slaves of cams, see slave-step, and slaves of those; the cycle of a new ratio;"
-        " for slaves of gears the change of velocity in the cycle, and what the jerk of their masters"
+        " for slaves of gears the change of velocity in the cycle, and what the jerk of masters"
         " does within it",
     ),
     Invariant(

@@ -12,7 +12,7 @@ from achse.codes.nc.table import named_rows
 from achse.devices.nc.device import NcDevice
 from achse.station.building.nc import nc_of
 from achse.swarm.channel_watch import ChannelWatch
-from achse.swarm.clients import encode_service
+from achse.swarm.clients import encode_ratios, encode_service
 from achse.swarm.life import configuration, write_part_programs
 from achse.swarm.motion.checks import NAMES
 from achse.swarm.motion.kernel import CYCLES, Verdict
@@ -107,6 +107,9 @@ class MotionPlayer:
         self.outcome.requests += 1
         group, *rest = act.values
         try:
+            if act.kind == "ratios":
+                self._device.write(*encode_ratios(group, *rest))
+                return
             if act.kind == "channel":
                 number, name, value = rest
                 offset = named_rows(group)[name].offset

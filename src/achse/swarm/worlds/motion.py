@@ -6,6 +6,7 @@ from achse.swarm.worlds.channels import draw_channel, draw_channel_acts
 from achse.swarm.worlds.couplings import draw_rare_motion
 from achse.swarm.worlds.drawing import draw_axis, draw_cam, moments
 from achse.swarm.worlds.draws import Stream
+from achse.swarm.worlds.layers import draw_layers, layered
 from achse.swarm.worlds.operators import draw_motion
 from achse.swarm.worlds.world import Act, World
 
@@ -23,6 +24,12 @@ def draw_motion_world(seed: int) -> World:
         axes = [replace(axes[0], name=part.name) for part in axes]
     values = {"allow_slave_motion_commands": draws.randrange(2)}
     axes = [replace(part, values={**part.values, **values}) for part in axes]
+    wide = draws.chance(0.5)
+    if wide:
+        axes = [
+            replace(part, values=layered(Stream(seed, "layers", n), part), gentlest=0.06)
+            for n, part in enumerate(axes)
+        ]
     cams = [draw_cam(Stream(seed, "cam", n)) for n in range(draws.randrange(3))]
     rate = draws.decades(0.3, 2.3)
     length_ns = round(min(draws.decades(0.5, 2.0), _MOST_ACTS / rate) * _SECOND)
@@ -34,6 +41,10 @@ def draw_motion_world(seed: int) -> World:
         stream = Stream(seed, "rare motion")
         rare = list(moments(stream, rate * draws.decades(-1.5, -0.5), length_ns))
         acts += draw_rare_motion(stream, axes, 1, rare)
+    if wide:
+        stream = Stream(seed, "layers")
+        layers = list(moments(stream, rate * draws.decades(-1.5, 0.0), length_ns))
+        acts += draw_layers(stream, axes, len(cams), layers)
     channel = draw_channel(Stream(seed, "channel")) if draws.chance(0.1) else None
     if channel is not None:
         stream = Stream(seed, "channel acts")
