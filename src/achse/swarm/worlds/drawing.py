@@ -11,6 +11,7 @@ from achse.motion.states import OverrideType
 from achse.swarm.worlds.channels import draw_channel, draw_channel_acts
 from achse.swarm.worlds.couplings import draw_rare_motion
 from achse.swarm.worlds.draws import Stream
+from achse.swarm.worlds.layers import LEAST_PART, draw_layers
 from achse.swarm.worlds.operators import draw_motion
 from achse.swarm.worlds.program import draw_programs
 from achse.swarm.worlds.world import STATION, Act, DrawnAxis, DrawnClient, Program, World
@@ -91,7 +92,7 @@ def draw_world(seed: int) -> World:
     axes = [draw_axis(Stream(seed, "axis", n), n) for n in range(draws.randrange(1, 5))]
     cams = [draw_cam(Stream(seed, "cam", n)) for n in range(draws.randrange(3))]
     world = draw_surroundings(seed, draws, axes, cams, draw_programs(Stream(seed, "programs")))
-    return _with_rare_motion(_with_channel(world))
+    return _with_layers(_with_rare_motion(_with_channel(world)))
 
 
 def _with_channel(world: World) -> World:
@@ -114,6 +115,18 @@ def _with_rare_motion(world: World) -> World:
     times = list(moments(draws, draws.decades(-1.0, 0.0), world.length_ns))
     acts = draw_rare_motion(draws, world.axes, len(world.clients), times)
     return replace(world, acts=sorted([*world.acts, *acts], key=lambda act: act.at_ns))
+
+
+def _with_layers(world: World) -> World:
+    """Add commands in layers to some worlds; their parameters weaken what an axis may do."""
+    draws = Stream(world.seed, "layers")
+    if not draws.chance(0.2):
+        return world
+    axes = [replace(part, gentlest=part.gentlest * LEAST_PART) for part in world.axes]
+    times = list(moments(draws, draws.decades(-1.0, 0.0), world.length_ns))
+    acts = draw_layers(draws, axes, len(world.cams), times)
+    acts = sorted([*world.acts, *acts], key=lambda act: act.at_ns)
+    return replace(world, axes=axes, acts=acts)
 
 
 def draw_surroundings(

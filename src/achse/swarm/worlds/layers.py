@@ -10,9 +10,9 @@ from achse.client.nc.services import CYCLIC, FUNCTIONS, PARAMETERS
 from achse.swarm.worlds.draws import Stream
 from achse.swarm.worlds.world import Act, DrawnAxis
 
-__all__ = ["draw_layers", "layered"]
+__all__ = ["LEAST_PART", "draw_layers", "layered"]
 
-_LEAST = 0.3
+LEAST_PART = 0.3
 """Least part of its dynamics that an axis gets by a new parameter."""
 
 _DYNAMICS = (
@@ -61,7 +61,7 @@ class _Layers:
     def parameter(self) -> None:
         draws = self.draws
         name = draws.choice(_DYNAMICS)
-        value = draws.rounded(self.values[name] * draws.uniform(_LEAST, 1.0))
+        value = draws.rounded(self.values[name] * draws.uniform(LEAST_PART, 1.0))
         self.call(name, value, group=PARAMETERS)
         if draws.chance(0.5):
             self.wait(1.0)

@@ -6,7 +6,7 @@ from achse.swarm.worlds.channels import draw_channel, draw_channel_acts
 from achse.swarm.worlds.couplings import draw_rare_motion
 from achse.swarm.worlds.drawing import draw_axis, draw_cam, moments
 from achse.swarm.worlds.draws import Stream
-from achse.swarm.worlds.layers import draw_layers, layered
+from achse.swarm.worlds.layers import LEAST_PART, draw_layers, layered
 from achse.swarm.worlds.operators import draw_motion
 from achse.swarm.worlds.world import Act, World
 
@@ -27,7 +27,11 @@ def draw_motion_world(seed: int) -> World:
     wide = draws.chance(0.5)
     if wide:
         axes = [
-            replace(part, values=layered(Stream(seed, "layers", n), part), gentlest=0.06)
+            replace(
+                part,
+                values=layered(Stream(seed, "layers", n), part),
+                gentlest=part.gentlest * LEAST_PART,
+            )
             for n, part in enumerate(axes)
         ]
     cams = [draw_cam(Stream(seed, "cam", n)) for n in range(draws.randrange(3))]
@@ -45,7 +49,7 @@ def draw_motion_world(seed: int) -> World:
         stream = Stream(seed, "layers")
         layers = list(moments(stream, rate * draws.decades(-1.5, 0.0), length_ns))
         acts += draw_layers(stream, axes, len(cams), layers)
-    channel = draw_channel(Stream(seed, "channel")) if draws.chance(0.1) else None
+    channel = draw_channel(Stream(seed, "channel")) if draws.chance(0.3) else None
     if channel is not None:
         stream = Stream(seed, "channel acts")
         programs = list(moments(stream, stream.decades(-0.5, 0.5), length_ns))
