@@ -10,6 +10,7 @@ from achse.ams.filetime import to_unix_ns
 from achse.faults.fault import FaultError, FaultState
 from achse.faults.gate import FrameFault
 from achse.station import Station
+from achse.station.clocks.cycle import CyclicPhase, PhasePlace
 from achse.station.configuration.station_file import StationConfig, parse
 from achse.station.station import DEFAULT_EPOCH_NS
 from achse.swarm.clients import Client
@@ -17,6 +18,7 @@ from achse.swarm.disk import MemoryDisk
 from achse.swarm.motion.watch import MotionWatch
 from achse.swarm.road import Road, StationTurns
 from achse.swarm.talk import ConnectionLedger
+from achse.swarm.track import Track
 from achse.swarm.worlds.channels import CHANNEL, GROUP, HANDSHAKE, program_file
 from achse.swarm.worlds.program import SAVED, TASK_NS, source_of
 from achse.swarm.worlds.world import DrawnChannel, World
@@ -154,6 +156,17 @@ class StationLife:
         self._dropped = 0
         self.pages: list[ConnectionLedger] = []
         self.roads: list[Road] = []
+
+    def record(self, track: Track) -> None:
+        """Let the set points of all axes go into a track."""
+
+        def take(now_ns: int) -> None:
+            if self.station.nc is not None:
+                track.take(self.begun_ns + now_ns, self.station.nc)
+
+        nc = self.station.nc
+        if nc is not None:
+            self.station.cycle.add(CyclicPhase(PhasePlace.SCOPE, "track", nc.cycle_ns, take))
 
     # time -----------------------------------------------------------------------------------------
 

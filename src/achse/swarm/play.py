@@ -33,6 +33,7 @@ from achse.swarm.resources import (
     check_released,
     is_released,
 )
+from achse.swarm.track import Track
 from achse.swarm.worlds.program import symbols_of
 from achse.swarm.worlds.world import STATION, Act, World
 
@@ -81,9 +82,15 @@ class _Player:
     """A world that runs."""
 
     def __init__(
-        self, world: World, folder: Path, kernel: str, user_checks: Sequence[UserCheck]
+        self,
+        world: World,
+        folder: Path,
+        kernel: str,
+        user_checks: Sequence[UserCheck],
+        track: Track | None,
     ) -> None:
         self.world = world
+        self._track = track
         self._user_checks = user_checks
         self._config: StationConfig | None = None
         if world.project:
@@ -117,6 +124,8 @@ class _Player:
             *(self.world, self._folder, self._disk, now_ns, self._kernel, checks, self.report),
             config=self._config,
         )
+        if self._track is not None:
+            life.record(self._track)
         if self._user_checks:
             station = life.station
             station.cycle.add(
@@ -340,18 +349,24 @@ def _watched_log(player: _Player | MotionPlayer) -> Iterator[None]:
         log.setLevel(level)
 
 
-def play(world: World, *, kernel: str = "auto", checks: Sequence[UserCheck] = ()) -> WorldOutcome:
+def play(
+    world: World,
+    *,
+    kernel: str = "auto",
+    checks: Sequence[UserCheck] = (),
+    track: Track | None = None,
+) -> WorldOutcome:
     """Run a world in this process; `kernel` is as in `[nc]` of a station.toml.
 
-    `checks` are invariants of a user.
+    `checks` are invariants of a user. The set points of all axes go into `track`.
     """
     began = time.process_time()
     with tempfile.TemporaryDirectory(prefix="achse-swarm-") as folder:
         player: _Player | MotionPlayer
         if world.motion_only:
-            player = MotionPlayer(world, Path(folder), kernel)
+            player = MotionPlayer(world, Path(folder), kernel, track)
         else:
-            player = _Player(world, Path(folder), kernel, checks)
+            player = _Player(world, Path(folder), kernel, checks, track)
         with _watched_log(player):
             try:
                 player.run()

@@ -8,6 +8,7 @@ from achse.swarm.motion.kernel import CYCLES
 from achse.swarm.outcome import WorldOutcome
 from achse.swarm.play import play, play_twice
 from achse.swarm.project import draw_project_world, load_checks
+from achse.swarm.track import Track
 from achse.swarm.worlds.drawing import draw_world
 from achse.swarm.worlds.draws import SEEDS
 from achse.swarm.worlds.motion import draw_motion_world
@@ -30,18 +31,26 @@ def world_of(seed: int, project: str = "", *, motion: bool = False) -> World:
 
 
 def play_seed(
-    seed: int, project: str = "", invariants: str = "", *, motion: bool = False
+    seed: int,
+    project: str = "",
+    invariants: str = "",
+    *,
+    motion: bool = False,
+    track: Track | None = None,
 ) -> WorldOutcome:
-    """Play the world of a seed."""
+    """Play the world of a seed, in both kernels if its number says so; with a track in one."""
     world = world_of(seed, project, motion=motion)
     if motion:
-        if seed % MOTION_TWICE_EVERY == 0 and CYCLES.available:
+        if seed % MOTION_TWICE_EVERY == 0 and CYCLES.available and track is None:
             return play_twice(world)
-        return play(world, kernel="compiled" if CYCLES.available else "interpreted")
+        kernel = "compiled" if CYCLES.available else "interpreted"
+        return play(world, kernel=kernel, track=track)
     checks = load_checks(Path(invariants)) if invariants else ()
     if project:
-        return play(world, checks=checks)
-    return play_twice(world) if seed % TWICE_EVERY == 0 else play(world)
+        return play(world, checks=checks, track=track)
+    if seed % TWICE_EVERY == 0 and track is None:
+        return play_twice(world)
+    return play(world, track=track)
 
 
 def run(

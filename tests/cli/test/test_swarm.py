@@ -47,6 +47,14 @@ def test_motion_alone_is_drawn_summed_up_and_replayed() -> None:
     assert told[-1].startswith(f"seed {seed}: no violation in ")
 
 
+def test_replay_is_a_page_for_the_browser(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    seed = next(s for s in range(100) if 0 < len(draw_motion_world(s).acts) < 40)
+    told = run("--motion", "--seed", str(seed), "--replay", "--scope").stdout.splitlines()
+    assert told[-1].startswith(f"seed-{seed}.html: the last ")
+    assert told[-2] in (tmp_path / f"seed-{seed}.html").read_text(encoding="utf-8")
+
+
 def test_replay_shows_acts_and_digest() -> None:
     told = run("--seed", str(SHORT), "--replay").stdout.splitlines()
     assert told[0].split() == ["0.000", "s", "client", "0", "dial"]
@@ -97,6 +105,7 @@ def test_a_signal_ends_a_campaign_with_its_sums(
     [
         (["nowhere"], "expected a station.toml"),
         (["--workers", "2", "--for", "1"], "--workers needs --runs"),
+        (["--scope"], "--scope needs --replay"),
         ([".", "--motion"], "--motion draws its own axes"),
     ],
 )

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import webbrowser
 from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -12,12 +13,13 @@ import typer
 
 from achse.cli.failure import fail
 from achse.cli.interrupts import ending
-from achse.cli.output import print_json
+from achse.cli.output import on_terminal, print_json
 from achse.cli.target import Json
 
 if TYPE_CHECKING:
     from achse.swarm.campaign import Campaign, FailedSeed
     from achse.swarm.outcome import BrokenInvariant
+    from achse.swarm.worlds.world import Act
 
 __all__ = ["register"]
 
@@ -79,6 +81,10 @@ def swarm(
     replay: Annotated[
         bool, typer.Option("--replay", help="Run one seed, and print its acts and its end.")
     ] = False,
+    scope: Annotated[
+        bool,
+        typer.Option("--scope", help="With --replay: write its set points as a page, and open it."),
+    ] = False,
     keep: Annotated[
         Path | None,
         typer.Option(
@@ -104,6 +110,8 @@ def swarm(
     first = secrets.randbits(64) if seed is None else seed
     if motion and (project is not None or invariants is not None):
         fail("--motion draws its own axes: expected no project and no --invariants")
+    if scope and not replay:
+        fail("--scope needs --replay")
     names = _Names(
         "" if project is None else str(project.resolve()),
         "" if invariants is None else str(invariants.resolve()),
@@ -118,7 +126,7 @@ def swarm(
 
     try:
         if replay:
-            _replay(first, names)
+            _replay(first, names, scope=scope)
         with ending(end) if not workers else nullcontext():
             campaign = _campaign(
                 *(first, runs, cpu, workers, names),
@@ -211,26 +219,37 @@ def _played_by_workers(first: int, runs: int, workers: int, names: _Names) -> An
         fail(str(fault))
 
 
-def _replay(seed: int, names: _Names) -> None:
+def _replay(seed: int, names: _Names, *, scope: bool) -> None:
     """Play one seed, and print what happens in it."""
-    from achse.swarm.outcome import BrokenInvariant
     from achse.swarm.scenario import play_seed, world_of
+    from achse.swarm.track import Track
 
     world = world_of(seed, names.project, motion=names.motion)
-    outcome = play_seed(seed, names.project, names.invariants, motion=names.motion)
-    end_ns = outcome.ended_ns
-    for act in world.acts:
-        if act.at_ns <= end_ns:
-            who = "station" if act.actor < 0 else f"client {act.actor}"
-            values = " ".join(map(str, act.values))
-            print(f"{act.at_ns / 1e9:10.3f} s  {who}  {act.kind} {values}".rstrip())
-    violation: BrokenInvariant | None = outcome.violation
-    if violation is not None:
-        for line in names.failure_lines(seed, violation):
-            print(line)
-        raise typer.Exit(1)
-    print(f"seed {seed}: no violation in {outcome.station_s:.3f} s, digest {outcome.digest}")
-    raise typer.Exit
+    track = Track() if scope else None
+    outcome = play_seed(seed, names.project, names.invariants, motion=names.motion, track=track)
+    acts = [_act_line(act) for act in world.acts if act.at_ns <= outcome.ended_ns]
+    wrong = outcome.violation
+    if wrong is not None:
+        end = names.failure_lines(seed, wrong)
+    else:
+        end = [f"seed {seed}: no violation in {outcome.station_s:.3f} s, digest {outcome.digest}"]
+    print("\n".join([*acts, *end]))
+    if track is not None:
+        from achse.cli.test.swarm_page import page_of
+
+        file = Path(f"seed-{seed}.html")
+        page = page_of(f"Seed {seed}", end[0], wrong=wrong is not None, acts=acts, track=track)
+        file.write_text(page, encoding="utf-8")
+        print(f"{file}: the last {len(track)} cycles")
+        if on_terminal():
+            webbrowser.open(file.resolve().as_uri())
+    raise typer.Exit(1 if wrong is not None else 0)
+
+
+def _act_line(act: "Act") -> str:
+    who = "station" if act.actor < 0 else f"client {act.actor}"
+    values = " ".join(map(str, act.values))
+    return f"{act.at_ns / 1e9:10.3f} s  {who}  {act.kind} {values}".rstrip()
 
 
 def _keep(file: Path, failure: "FailedSeed", names: _Names) -> None:

@@ -18,6 +18,7 @@ from achse.swarm.motion.checks import NAMES
 from achse.swarm.motion.kernel import CYCLES, Verdict
 from achse.swarm.motion.watch import axes_under_watch, reason_of
 from achse.swarm.outcome import BrokenInvariant, WorldOutcome
+from achse.swarm.track import Track
 from achse.swarm.worlds.world import Act, World
 
 __all__ = ["MotionPlayer"]
@@ -29,8 +30,9 @@ _CODES = frozenset(map(int, NcError)) | {0x4FFF}
 class MotionPlayer:
     """A world of motion that runs."""
 
-    def __init__(self, world: World, folder: Path, kernel: str) -> None:
+    def __init__(self, world: World, folder: Path, kernel: str, track: Track | None = None) -> None:
         self.world = world
+        self._track = track
         self.outcome = WorldOutcome()
         write_part_programs(world, folder)
         self.nc = nc_of(configuration(world, kernel), folder)
@@ -45,8 +47,10 @@ class MotionPlayer:
             channel is not None and channel.keep_jerk,
         )
         self._requested = False
-        self._by_cycle = self.nc.compiled and kernel == "auto" and not CYCLES.cached
-        """True if machine code would have to be compiled for the watch."""
+        self._by_cycle = track is not None or (
+            self.nc.compiled and kernel == "auto" and not CYCLES.cached
+        )
+        """True if each cycle is recorded, or if machine code would have to be compiled first."""
 
     def report(self, invariant: str, what: str) -> None:
         """Note a violation; the world ends with the first one."""
@@ -88,6 +92,8 @@ class MotionPlayer:
             else:
                 done, verdict = self._axes.cycle(-(-(end_ns - self.now_ns) // nc.cycle_ns))
             self.now_ns += done * nc.cycle_ns
+            if self._track is not None:
+                self._track.take(self.now_ns, nc)
             wrong = Verdict.of(verdict)
             if wrong is not None:
                 self.report(*reason_of(wrong, nc, self._axes, self.now_ns))
