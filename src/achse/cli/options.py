@@ -1,7 +1,9 @@
 """Options that several commands share; those of a target are in `achse.cli.target`."""
 
+import inspect
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -28,6 +30,7 @@ __all__ = [
     "Sources",
     "TestedProject",
     "Watch",
+    "set_parameters",
 ]
 
 Watch = Annotated[bool, typer.Option("--watch", "-w", help="Show it live until Ctrl-C.")]
@@ -121,3 +124,9 @@ Sources = Annotated[
     ),
 ]
 """The sources of a PLC project."""
+
+
+def set_parameters(run: Callable[..., Any], parameters: Sequence[inspect.Parameter]) -> None:
+    """Let Typer see these parameters instead of those that `run` is written with."""
+    run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    run.__annotations__ = {each.name: each.annotation for each in parameters}

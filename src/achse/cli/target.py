@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn, get_type_hints
 import typer
 
 from achse.cli.failure import fail, fail_by
+from achse.cli.options import set_parameters
 
 if TYPE_CHECKING:
     from achse.ams import AdsError, NetId
@@ -94,8 +95,7 @@ def client_command(
                 "context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context
             )
             parameters.append(context)
-        run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-        run.__annotations__ = {item.name: item.annotation for item in parameters}
+        set_parameters(run, parameters)
         app.command(name, context_settings={"ignore_unknown_options": signed})(run)
         return command
 

@@ -23,7 +23,7 @@ def test_survivors_reports_and_exit_codes(tmp_path: Path) -> None:
     assert result.exit_code == 1
     assert "clamp.st:6: survived: F_Clamp: > becomes >=" in result.stdout
     assert "TOTAL 65.6% noticed, 80.8% of what tests run" in result.stdout
-    assert "mutants: expected at least 70% noticed, got 65.6%" in result.stdout
+    assert "mutants noticed: expected at least 70%, got 65.6%" in result.stdout
     (file,) = json.loads(report.read_text(encoding="utf-8"))["files"].values()
     assert len(file["mutants"]) == 38
     drawn = outcome_of(CLAMP, "--sample", "3", "-v", "--fail-under", "0")

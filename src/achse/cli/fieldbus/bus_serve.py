@@ -8,18 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from achse.cli.failure import fail
-from achse.cli.fieldbus.serving import (
-    CONTROL,
-    ControlOption,
-    FaultsOption,
-    FrameClockOption,
-    InterfacesOption,
-    RealTimeOption,
-    UdpOption,
-    control_place,
-    serve_slaves,
-)
-from achse.cli.options import Duration
+from achse.cli.fieldbus.serving import Fill, serving_command
 from achse.cli.output import print_json, print_table
 from achse.cli.target import SERVED_SLAVES, STATION_PORT, Json, client_command
 
@@ -35,7 +24,7 @@ _LONGEST = 1 << 22
 def register(bus: typer.Typer) -> None:
     """Put the commands beside those of `achse bus`."""
 
-    @bus.command()
+    @serving_command(bus, "achse bus")
     def serve(
         slaves: Annotated[
             list[str],
@@ -59,21 +48,13 @@ def register(bus: typer.Typer) -> None:
                 show_default=False,
             ),
         ] = None,
-        interface: InterfacesOption = None,
-        udp: UdpOption = None,
         alias: Annotated[
             int,
             typer.Option(
                 min=0, max=0xFFFF, help="Alias of the first slave, the others count up; 0: none."
             ),
         ] = 0,
-        duration: Duration = None,
-        faults: FaultsOption = None,
-        frame_clock: FrameClockOption = 0.0,
-        control: ControlOption = CONTROL,
-        real_time: RealTimeOption = True,
-        in_json: Json = False,
-    ) -> None:
+    ) -> Fill:
         """Put slaves of ESI files on an interface and answer EtherCAT masters until interrupted.
 
         Raw Ethernet needs the privilege CAP_NET_RAW; other interfaces are not touched.
@@ -81,7 +62,6 @@ def register(bus: typer.Typer) -> None:
         from achse.ethercat.master.esi_reader import EsiError
         from achse.station.slaves.esi_line import EsiLine
 
-        where_controlled = control_place(control)
         try:
             line = EsiLine(slaves, esi or [], behaviour or [], alias=alias)
         except EsiError as fault:
@@ -91,17 +71,7 @@ def register(bus: typer.Typer) -> None:
             segment.extend(line.slaves)
             return {"slaves": str(len(line.slaves))}
 
-        serve_slaves(
-            "achse bus",
-            fill,
-            interfaces=interface or (),
-            udp=udp,
-            control=where_controlled,
-            faults=faults,
-            frame_clock=frame_clock,
-            real_time=real_time,
-            duration=duration,
-        )
+        return fill
 
     @client_command(bus, STATION_PORT, signed=True, listens=SERVED_SLAVES)
     async def channel(

@@ -11,19 +11,8 @@ import typer
 
 from achse.cli.failure import fail
 from achse.cli.fieldbus import objects
-from achse.cli.fieldbus.serving import (
-    CONTROL,
-    ControlOption,
-    FaultsOption,
-    FrameClockOption,
-    InterfacesOption,
-    RealTimeOption,
-    UdpOption,
-    control_place,
-    serve_slaves,
-)
+from achse.cli.fieldbus.serving import Fill, serving_command
 from achse.cli.files import write_file
-from achse.cli.options import Duration
 from achse.cli.output import print_json
 from achse.cli.target import Json
 from achse.extras import needs_extra
@@ -69,11 +58,9 @@ IdentityOption = Annotated[
 KindOption = Annotated[str, typer.Option("--type", help=f"What it moves: {_TYPES}.")]
 
 
-@drive.command()
+@serving_command(drive, "achse drive")
 def serve(
     place: Annotated[str | None, typer.Argument(hidden=True, show_default=False)] = None,
-    interface: InterfacesOption = None,
-    udp: UdpOption = None,
     count: Annotated[
         int | None,
         typer.Option(
@@ -88,7 +75,6 @@ def serve(
             help=f"What they move: {_TYPES}. One for all, or one for each.",
         ),
     ] = "ac",
-    duration: Duration = None,
     alias: Annotated[
         int,
         typer.Option(
@@ -126,9 +112,6 @@ def serve(
             metavar="FILE", help="Keep here what masters store by 1010h.", show_default=False
         ),
     ] = None,
-    faults: FaultsOption = None,
-    frame_clock: FrameClockOption = 0.0,
-    control: ControlOption = CONTROL,
     compiled: Annotated[
         bool | None,
         typer.Option(
@@ -137,9 +120,7 @@ def serve(
             show_default="compiled where achse[fast] is installed",
         ),
     ] = None,
-    real_time: RealTimeOption = True,
-    as_json: Json = False,
-) -> None:
+) -> Fill:
     """Put drives on a network interface and answer EtherCAT masters until interrupted.
 
     Raw Ethernet needs the privilege CAP_NET_RAW; other interfaces are not touched.
@@ -150,7 +131,6 @@ def serve(
     if place is not None:
         option = "--udp" if ":" in place else "--interface"
         raise typer.BadParameter(f"an option says where: {option} {place}", param_hint=place)
-    where_controlled = control_place(control)
     types = _types(kinds, count)
     if alias + len(types) - 1 > _HIGHEST_ALIAS:
         raise typer.BadParameter(f"0..65535 for each drive, got {alias} for the first")
@@ -171,17 +151,7 @@ def serve(
         )
         return {"drives": str(len(types)), "type": kinds}
 
-    serve_slaves(
-        "achse drive",
-        fill,
-        interfaces=interface or (),
-        udp=udp,
-        control=where_controlled,
-        faults=faults,
-        frame_clock=frame_clock,
-        real_time=real_time,
-        duration=duration,
-    )
+    return fill
 
 
 @drive.command()

@@ -1,93 +1,137 @@
 """Slaves on a link: `achse drive serve` and `achse bus serve` answer masters until interrupted."""
 
+import functools
+import inspect
 import math
 import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from achse.cli.failure import fail
 from achse.cli.interrupts import ending_signals
+from achse.cli.options import Duration, set_parameters
 from achse.cli.output import tell_event
-from achse.cli.target import SERVED_SLAVES
+from achse.cli.target import SERVED_SLAVES, Json
 
 if TYPE_CHECKING:
     from achse.ethercat import Segment
     from achse.station.slaves.control_port import ControlPort
     from achse.transport.ethernet import Link
 
-__all__ = [
-    "CONTROL",
-    "ControlOption",
-    "FaultsOption",
-    "FrameClockOption",
-    "InterfacesOption",
-    "RealTimeOption",
-    "UdpOption",
-    "control_place",
-    "serve_slaves",
-]
+__all__ = ["CONTROL", "Fill", "control_place", "serving_command"]
 
 _PORT = 34980
 _ENDS = 2
 """A line has so many."""
 
-InterfacesOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--interface",
-        metavar="IF",
-        help="Network interface for raw Ethernet; a second one is the other end of the line.",
-        show_default=False,
-    ),
-]
-UdpOption = Annotated[
-    str | None,
-    typer.Option(metavar="HOST:PORT", help="EtherCAT over UDP instead.", show_default=False),
-]
-FaultsOption = Annotated[
-    Path | None,
-    typer.Option(
-        metavar="FILE",
-        help="TOML of fault tables: what goes wrong, and when.",
-        show_default=False,
-    ),
-]
-FrameClockOption = Annotated[
-    float,
-    typer.Option(
-        metavar="MS",
-        min=0.0,
-        max=1000.0,
-        help="Time passes with frames only: each with process data is so many milliseconds.",
-        show_default="the wall clock",
-    ),
-]
-ControlOption = Annotated[
-    str,
-    typer.Option(
-        metavar="HOST:PORT",
-        help="Where `bus state`, `bus sdo`, `fault` come in by --served; none: nowhere.",
-    ),
-]
 CONTROL = f"127.0.0.1:{SERVED_SLAVES[1]}"
 """Default place of the control service."""
-RealTimeOption = Annotated[
-    bool,
-    typer.Option(
-        "--real-time/--ordinary",
-        help="Run before other programs, where the system allows it and they still run.",
-    ),
-]
+
+Fill = Callable[["Segment"], dict[str, str]]
+"""Function that attaches slaves to a segment, and returns the facts of the ready line."""
 
 
-def serve_slaves(
+def serving_command(app: typer.Typer, what: str) -> Callable[[Callable[..., Fill]], None]:
+    """Make `command(…)`, which returns a `Fill`, the command `serve` of `app`.
+
+    Its options are its own and those of the link, the faults and the clock. It answers masters of
+    the slaves until interrupted.
+    """
+
+    def register(command: Callable[..., Fill]) -> None:
+        @functools.wraps(command)
+        def serve(
+            interface: list[str] | None,
+            udp: str | None,
+            duration: float | None,
+            faults: Path | None,
+            frame_clock: float,
+            control: str,
+            real_time: bool,
+            in_json: bool,
+            **own: Any,
+        ) -> None:
+            where_controlled = control_place(control)
+            _serve_slaves(
+                what,
+                command(**own),
+                interfaces=interface or (),
+                udp=udp,
+                control=where_controlled,
+                faults=faults,
+                frame_clock=frame_clock,
+                real_time=real_time,
+                duration=duration,
+            )
+
+        own = inspect.signature(command).parameters.values()
+        set_parameters(serve, [*own, *inspect.signature(_options).parameters.values()])
+        app.command("serve")(serve)
+
+    return register
+
+
+def _options(
+    *,
+    interface: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--interface",
+            metavar="IF",
+            help="Network interface for raw Ethernet; a second one is the other end of the line.",
+            show_default=False,
+        ),
+    ] = None,
+    udp: Annotated[
+        str | None,
+        typer.Option(metavar="HOST:PORT", help="EtherCAT over UDP instead.", show_default=False),
+    ] = None,
+    duration: Duration = None,
+    faults: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="TOML of fault tables: what goes wrong, and when.",
+            show_default=False,
+        ),
+    ] = None,
+    frame_clock: Annotated[
+        float,
+        typer.Option(
+            metavar="MS",
+            min=0.0,
+            max=1000.0,
+            help="Time passes with frames only: each with process data is so many milliseconds.",
+            show_default="the wall clock",
+        ),
+    ] = 0.0,
+    control: Annotated[
+        str,
+        typer.Option(
+            metavar="HOST:PORT",
+            help="Where `bus state`, `bus sdo`, `fault` come in by --served; none: nowhere.",
+        ),
+    ] = CONTROL,
+    real_time: Annotated[
+        bool,
+        typer.Option(
+            "--real-time/--ordinary",
+            help="Run before other programs, where the system allows it and they still run.",
+        ),
+    ] = True,
+    in_json: Json = False,
+) -> None:
+    """Options of each command that serves slaves."""
+
+
+def _serve_slaves(
     what: str,
-    fill: "Callable[[Segment], dict[str, str]]",
+    fill: Fill,
     *,
     interfaces: Sequence[str],
     udp: str | None,

@@ -1,6 +1,5 @@
 """`achse mutate` plants faults in a PLC project and lists those that no test notices."""
 
-import logging
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -8,6 +7,14 @@ import typer
 
 from achse.cli.failure import fail
 from achse.cli.options import Library, TestedProject
+from achse.cli.test.measures import (
+    FailUnder,
+    PlcTimeLimit,
+    check_endings,
+    reaches,
+    without_log,
+    write_reports,
+)
 
 if TYPE_CHECKING:
     from achse.tcunit.mutation.results import MutationRun
@@ -29,12 +36,7 @@ def mutate(
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the draw.")] = 1,
     jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, help="Runs at the same time.")] = 1,
-    limit: Annotated[
-        float,
-        typer.Option(
-            metavar="SECONDS", min=0.001, help="PLC time that the tests take without a fault."
-        ),
-    ] = 60.0,
+    limit: PlcTimeLimit = 60.0,
     report: Annotated[
         list[Path] | None,
         typer.Option(
@@ -43,16 +45,7 @@ def mutate(
             show_default=False,
         ),
     ] = None,
-    fail_under: Annotated[
-        float | None,
-        typer.Option(
-            metavar="PERCENT",
-            min=0,
-            max=100,
-            help="End with 1 if the tests notice less of the mutants.",
-            show_default=False,
-        ),
-    ] = None,
+    fail_under: FailUnder = None,
     verbose: Annotated[
         bool, typer.Option("--verbose", "-v", help="Name the mutants that are killed, too.")
     ] = False,
@@ -69,28 +62,22 @@ def mutate(
     from achse.tcunit.mutation.marks import mutation_options
     from achse.tcunit.mutation.report import FORMS
 
-    for file in report or []:
-        if file.suffix.lower() not in FORMS:
-            fail(f"--report: expected a file that ends in {', '.join(FORMS)}, got {file}")
-    logger = logging.getLogger("achse")
-    before = logger.level
+    check_endings("--report", report or [], FORMS)
     try:
-        logger.setLevel(logging.CRITICAL + 1)
-        run = run_mutants(
-            project,
-            libraries=library or [],
-            limit=limit,
-            sample=sample,
-            seed=seed,
-            jobs=jobs,
-            options=mutation_options(project),
-        )
+        with without_log():
+            run = run_mutants(
+                project,
+                libraries=library or [],
+                limit=limit,
+                sample=sample,
+                seed=seed,
+                jobs=jobs,
+                options=mutation_options(project),
+            )
     except LintOptionsError as failure:
         fail(str(failure), name="INVALID_FILE")
     except (ProjectError, TcUnitMissing) as refusal:
         fail(str(refusal))
-    finally:
-        logger.setLevel(before)
     if not _tell(run, report or [], fail_under, verbose):
         raise typer.Exit(1)
 
@@ -100,13 +87,5 @@ def _tell(run: "MutationRun", files: list[Path], least: float | None, verbose: b
     from achse.tcunit.mutation.report import report_of, summary_of
 
     print(summary_of(run, shows_all=verbose))
-    for file in files:
-        try:
-            file.write_text(report_of(run, file), encoding="utf-8")
-        except OSError as failure:
-            fail(f"{file}: {failure.strerror}")
-    found = run.score.percent
-    if least is None or found >= least:
-        return True
-    print(f"mutants: expected at least {least:g}% noticed, got {found:.1f}%")
-    return False
+    write_reports(files, lambda file: report_of(run, file))
+    return reaches("mutants noticed", run.score.percent, least)

@@ -1,6 +1,5 @@
 """`achse test` runs the TcUnit tests of a PLC project."""
 
-import logging
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,6 +8,14 @@ import typer
 from achse.cli.failure import fail
 from achse.cli.logs import LogFormat, LogLevel, set_up_logs
 from achse.cli.options import Library, TestedProject
+from achse.cli.test.measures import (
+    FailUnder,
+    PlcTimeLimit,
+    check_endings,
+    reaches,
+    without_log,
+    write_reports,
+)
 
 if TYPE_CHECKING:
     from achse.plc.coverage.results import CoverageResult
@@ -29,10 +36,7 @@ def run_unit_tests(
         Path | None,
         typer.Option(metavar="FILE", help="Write the results as JUnit XML.", show_default=False),
     ] = None,
-    limit: Annotated[
-        float,
-        typer.Option(metavar="SECONDS", min=0.001, help="PLC time that the tests may take."),
-    ] = 60.0,
+    limit: PlcTimeLimit = 60.0,
     timeout: Annotated[
         float,
         typer.Option(metavar="SECONDS", min=0.001, help="Real time that they may take."),
@@ -52,16 +56,7 @@ def run_unit_tests(
             show_default=False,
         ),
     ] = None,
-    fail_under: Annotated[
-        float | None,
-        typer.Option(
-            metavar="PERCENT",
-            min=0,
-            max=100,
-            help="End with 1 if less of statements and branches has run.",
-            show_default=False,
-        ),
-    ] = None,
+    fail_under: FailUnder = None,
     verbose: Annotated[
         bool, typer.Option("--verbose", "-v", help="Name the tests that pass, too.")
     ] = False,
@@ -82,45 +77,30 @@ def run_unit_tests(
     from achse.plc.coverage.report import FORMS
     from achse.tcunit import ProjectError, TcUnitMissing, junit_xml, run_tests
 
-    for file in coverage_report or []:
-        if file.suffix.lower() not in FORMS:
-            expected = ", ".join(FORMS)
-            fail(f"--coverage-report: expected a file that ends in {expected}, got {file}")
+    check_endings("--coverage-report", coverage_report or [], FORMS)
     coverage = coverage or mcdc
     measures = coverage or bool(coverage_report) or fail_under is not None
     if log_level is not None:
         set_up_logs(LogFormat.TEXT, log_level)
-    logger = logging.getLogger("achse")
-    before = logger.level
     try:
-        if log_level is None:
-            logger.setLevel(logging.CRITICAL + 1)
-        run = run_tests(
-            project,
-            libraries=library or [],
-            limit=limit,
-            timeout=timeout,
-            coverage="conditions" if mcdc else measures,
-        )
+        with without_log(log_level is None):
+            run = run_tests(
+                project,
+                libraries=library or [],
+                limit=limit,
+                timeout=timeout,
+                coverage="conditions" if mcdc else measures,
+            )
     except (ProjectError, TcUnitMissing) as refusal:
         fail(str(refusal))
-    finally:
-        logger.setLevel(before)
     _show(run, verbose)
     if junit is not None:
-        _write(junit, junit_xml(run))
+        write_reports([junit], lambda _: junit_xml(run))
     is_enough = True
     if run.coverage is not None:
         is_enough = _tell_coverage(run.coverage, coverage, coverage_report or [], fail_under)
     if not run.is_good or not is_enough:
         raise typer.Exit(1)
-
-
-def _write(file: Path, content: str) -> None:
-    try:
-        file.write_text(content, encoding="utf-8")
-    except OSError as failure:
-        fail(f"{file}: {failure.strerror}")
 
 
 def _tell_coverage(
@@ -132,13 +112,8 @@ def _tell_coverage(
 
     if shows:
         print(summary_of(result))
-    for file in files:
-        _write(file, report_of(result, file))
-    found = result.covered.percent
-    if least is None or found >= least:
-        return True
-    print(f"coverage: expected at least {least:g}%, got {found:.1f}%")
-    return False
+    write_reports(files, lambda file: report_of(result, file))
+    return reaches("coverage", result.covered.percent, least)
 
 
 def _show(run: "TestRun", verbose: bool) -> None:
