@@ -15,13 +15,11 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, cast
 
 from achse.ams import Command, Flags
-from achse.ams.frame import AMS_HEADER, TCP_HEADER
 from achse.router.forwarding.pending import PendingExchange, PendingRequest
+from achse.transport.connections.known.heads import KnownHeads
 from achse.transport.connections.known.requests import RUN, frames_alike
 from achse.transport.connections.known.single import (
     HEAD_SIZE,
-    HEADERS_SIZE,
-    MOST_HEADS,
     PORTION,
     SMALL_PORTION,
     SingleAnswer,
@@ -54,13 +52,13 @@ def _run_of(length: int) -> tuple[struct.Struct, struct.Struct]:
     return struct.Struct(f"<{HEAD_SIZE}s{rest}s"), struct.Struct(f"<{HEAD_SIZE}xII{rest - 8}x")
 
 
-class KnownAnswers:
+class KnownAnswers(KnownHeads[_Known]):
     """The answers and notifications of one connection that are passed on without decoding."""
 
     def __init__(self, far: "Peer", forwarding: "Forwarding") -> None:
+        super().__init__(far)
         self._far = far
         self._forwarding = forwarding
-        self._heads: dict[bytes, _Known] = {}
 
     def pass_on(self, data: bytes, position: int) -> int:
         """Pass on the known frames at `position`; return the position of what is left.
@@ -187,24 +185,11 @@ class KnownAnswers:
         deque(map(requests.__delitem__, invoke_ids), 0)
         return head + head.join(rests), count, load, cast(PendingRequest, asked[-1])
 
-    def _known(self, data: bytes, position: int) -> _Known | None:
-        """Return what is known of the frame at `position`; None if it has to be decoded."""
-        head = data[position : position + HEAD_SIZE]
-        known = self._heads.get(head)
-        if known is not None:
-            return known
-        if len(data) - position < HEADERS_SIZE:
-            return None
-        tcp_command, length = TCP_HEADER.unpack_from(head)
-        _, _, command, flags, size, error, _ = AMS_HEADER.unpack_from(
-            data, position + TCP_HEADER.size
-        )
-        if tcp_command or length != AMS_HEADER.size + size or error:
-            return None
+    def _learn(
+        self, head: bytes, command: int, flags: int, size: int, length: int
+    ) -> _Known | None:
         notification = command == _NOTIFICATION and flags == _NOTICE
         if not notification and (command not in _ANSWERED or flags != _ANSWER or size < 4):
-            return None
-        if length > self._far.owner.max_length:
             return None
         exchange = self._forwarding.requests.exchanges.get(head[6:22])
         if exchange is None or not exchange.live or exchange.session.handles is not None:
@@ -213,13 +198,5 @@ class KnownAnswers:
         takes = getattr(near, "takes_known", None)
         if takes is None or not takes():
             return None
-        if len(self._heads) >= MOST_HEADS:
-            self._heads.clear()
         changed = head[:6] + exchange.session.source + head[14:]
-        known = exchange, near, changed, TCP_HEADER.size + length, notification  # type: ignore[assignment]
-        self._heads[head] = known  # type: ignore[assignment]
-        return known
-
-    def clear(self) -> None:
-        """Forget all: the peer is gone."""
-        self._heads.clear()
+        return exchange, cast("Peer", near), changed, length, notification

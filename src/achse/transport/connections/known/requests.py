@@ -15,14 +15,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from achse.ams import Command, Flags
 from achse.ams.commands import READ, READ_WRITE
-from achse.ams.frame import AMS_HEADER, TCP_HEADER
 from achse.codes.ports import SYSTEM_PORT
 from achse.router.forwarding.ledger import HOLDING, RELEASING_WRITES, holds_nothing
 from achse.router.forwarding.pending import PendingExchange, PendingRequest
+from achse.transport.connections.known.heads import KnownHeads
 from achse.transport.connections.known.single import (
     HEAD_SIZE,
     HEADERS_SIZE,
-    MOST_HEADS,
     PORTION,
     SMALL_PORTION,
     SingleRequest,
@@ -111,12 +110,12 @@ def frames_alike(
     return rests[:count], position + count * layout.size
 
 
-class KnownRequests:
+class KnownRequests(KnownHeads[_Known]):
     """The requests of one connection that are forwarded without decoding."""
 
     def __init__(self, near: "Peer") -> None:
+        super().__init__(near)
         self._near = near
-        self._heads: dict[bytes, _Known] = {}
         self._ways: dict[bytes, KnownWay] = {}
         """By target and source."""
         self._changes = -1
@@ -273,33 +272,18 @@ class KnownRequests:
         requests.update(entered)
         return head + head.join(rests), count, weight * count
 
-    def _known(self, data: bytes, position: int) -> _Known | None:
-        """Return what is known of the request at `position`; None if it has to be decoded."""
-        head = data[position : position + HEAD_SIZE]
-        known = self._heads.get(head)
-        if known is not None:
-            return known
-        if len(data) - position < HEADERS_SIZE:
-            return None
-        near, start = self._near, position + TCP_HEADER.size
-        tcp_command, length = TCP_HEADER.unpack_from(head)
-        target, source, command, flags, size, error, _ = AMS_HEADER.unpack_from(data, start)
-        if tcp_command or length != AMS_HEADER.size + size or error or flags != _REQUEST:
-            return None
-        if length > near.owner.max_length or size < _SMALLEST.get(command, size + 1):
+    def _learn(
+        self, head: bytes, command: int, flags: int, size: int, length: int
+    ) -> _Known | None:
+        if flags != _REQUEST or size < _SMALLEST.get(command, size + 1):
             return None
         if command == _READ and size != READ.size:
             return None
-        if len(self._heads) >= MOST_HEADS:
-            self.clear()
-        way = self._ways.get(head[6:22]) or self._way(source, target)
+        way = self._ways.get(head[6:22]) or self._way(head[14:22], head[6:14])
         if way is None:
             return None
         self._ways[head[6:22]] = way
-        head = head[:14] + way.exchange.session.alias + head[22:]
-        known = way, head, TCP_HEADER.size + length, command
-        self._heads[data[position : position + HEAD_SIZE]] = known
-        return known
+        return way, head[:14] + way.exchange.session.alias + head[22:], length, command
 
     def _way(self, source: bytes, target: bytes) -> KnownWay | None:
         """Return the way from a client to a target; None before its first request was decoded.
@@ -319,6 +303,5 @@ class KnownRequests:
         return None if exchange is None else KnownWay(exchange, endpoint, far, forwarding)
 
     def clear(self) -> None:
-        """Forget all: the peer is gone."""
-        self._heads.clear()
+        super().clear()
         self._ways.clear()
