@@ -4,13 +4,14 @@ import asyncio
 import os
 from collections.abc import Generator
 from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 from achse.ams import AmsAddress, NetId
 from achse.client.links.link import GRANT_TIME, Dialer, Mode, RouterDialer, TcpDialer
 from achse.client.links.mqtt_link import MqttDialer
 from achse.client.links.secure_link import SECURE_SCHEME, SecureDialer, SecureTarget
 from achse.client.links.serial_link import SerialDialer
+from achse.client.session.closing import ClosedByBlock
 from achse.client.session.session import Advance, Backoff, Session
 from achse.client.target import Target
 from achse.router import Router
@@ -24,22 +25,11 @@ GOODBYE_TIME = 1.0
 """Seconds that giving back handles and subscriptions may take at the end."""
 
 
-class Client(Target):
+class Client(ClosedByBlock, Target):
     """The device `connect` was asked for, and the owner of the session.
 
     `at_port` gives other devices on the same connection; closing the client closes it for all.
     """
-
-    async def __aenter__(self) -> Self:
-        return self
-
-    async def __aexit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        await self.close()
 
     async def close(self) -> None:
         """Give back subscriptions and handles, then the port, and end the connection.

@@ -12,10 +12,10 @@ import json
 from collections.abc import AsyncIterator, Iterable
 from dataclasses import replace
 from inspect import isawaitable
-from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 from achse.ams import AmsAddress
+from achse.client.session.closing import ClosedByBlock
 from achse.client.session.raw import RawTarget
 from achse.scope.binary import CHUNK, chunks_in
 from achse.scope.channel import ScopeChannel, channel_of
@@ -106,7 +106,7 @@ def _server(target: RawTarget) -> RawTarget:
     return RawTarget(target.session, address, target.timeout)
 
 
-class RemoteScope:
+class RemoteScope(ClosedByBlock):
     """One scope of a station: one's own, or one that is there by its `number`.
 
     All methods raise AdsError; ScopeError where the station says what does not fit.
@@ -137,14 +137,6 @@ class RemoteScope:
             await self.close()
             raise
         return self
-
-    async def __aexit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        await self.close()
 
     async def open(self) -> None:
         """Make it at the station, if it is not there."""

@@ -152,19 +152,25 @@ def _has_unit(variable: UnitVariable) -> bool:
     return variable.type.is_real
 
 
+def _attributes(reference: int, variable: UnitVariable) -> dict[str, str]:
+    """Return the attributes that a variable has in both versions."""
+    attributes = {
+        "name": variable.name,
+        "valueReference": str(reference),
+        "causality": variable.causality,
+        "variability": _variability(variable),
+    }
+    if variable.description:
+        attributes["description"] = _printable(variable.description)
+    return attributes
+
+
 def _variables3(root: Element, variables: Sequence[UnitVariable], starts: Sequence[bytes]) -> None:
     model = ElementTree.SubElement(root, "ModelVariables")
     structure = ElementTree.SubElement(root, "ModelStructure")
     outputs: list[str] = []
     for reference, (each, start) in enumerate(zip(variables, starts, strict=True)):
-        attributes = {
-            "name": each.name,
-            "valueReference": str(reference),
-            "causality": each.causality,
-            "variability": _variability(each),
-        }
-        if each.description:
-            attributes["description"] = _printable(each.description)
+        attributes = _attributes(reference, each)
         if each.unit and _has_unit(each):
             attributes["unit"] = each.unit
         if each.is_settable and each.type is not ValueType.STRING:
@@ -191,14 +197,7 @@ def _variables2(root: Element, variables: Sequence[UnitVariable], starts: Sequen
         if each.name == TIME.name and not each.symbol:
             continue
         listed += 1
-        attributes = {
-            "name": each.name,
-            "valueReference": str(reference),
-            "causality": each.causality,
-            "variability": _variability(each),
-        }
-        if each.description:
-            attributes["description"] = _printable(each.description)
+        attributes = _attributes(reference, each)
         element = ElementTree.SubElement(model, "ScalarVariable", attributes)
         kind = _kind2(each.type)
         inner = {}

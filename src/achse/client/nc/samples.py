@@ -8,13 +8,13 @@ import asyncio
 import inspect
 from collections.abc import AsyncGenerator, Awaitable, Callable, Sequence
 from dataclasses import replace
-from types import TracebackType
-from typing import Protocol, Self
+from typing import Protocol
 
 from achse.ams import ConnectionLost, DeviceError, RequestTimeout
 from achse.ams.states import TransmissionMode
 from achse.client.nc.services import CYCLIC, NcLayout, NcService, named
 from achse.client.nc.status import AxisStatus
+from achse.client.session.closing import ClosedByBlock
 from achse.client.session.raw import RawTarget
 from achse.client.session.session import Advance
 from achse.client.session.subscription import Subscription, Timing, VariableLocation
@@ -182,7 +182,7 @@ class _Fetched:
         pass
 
 
-class AxisTrace:
+class AxisTrace(ClosedByBlock):
     """Samples of one axis as they come: `async for status in axis.trace(0.002)`.
 
     It begins with the first sample asked for, and ends after `duration` seconds of the controller's
@@ -212,17 +212,6 @@ class AxisTrace:
         self._duration = duration
         self._source: _Source | None = None
         self._over = False
-
-    async def __aenter__(self) -> Self:
-        return self
-
-    async def __aexit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        await self.close()
 
     async def close(self) -> None:
         """No more samples. Again is not an error."""

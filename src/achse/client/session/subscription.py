@@ -10,7 +10,6 @@ import contextlib
 from collections import deque
 from collections.abc import Awaitable, Callable, Sequence
 from datetime import datetime
-from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 from achse.ams import (
@@ -23,6 +22,7 @@ from achse.ams import (
 )
 from achse.ams.commands import AddNotificationRequest, DeleteNotificationRequest
 from achse.ams.filetime import to_datetime
+from achse.client.session.closing import ClosedByBlock
 from achse.client.session.raw import STALE, RawTarget
 from achse.client.session.session import DEFAULT_BACKOFF, Backoff
 from achse.client.session.sums import Outcome
@@ -117,7 +117,7 @@ class _Channel:
         self._subscription.push(self.place, filetime, data)
 
 
-class Subscription:
+class Subscription(ClosedByBlock):
     """Samples of variables of one target: `async with` sets it up, `async for` gives samples.
 
     `locate` finds the places of the variables, again at each set-up. `depth` bounds the queue.
@@ -174,14 +174,6 @@ class Subscription:
             await self.close()
             raise
         return self
-
-    async def __aexit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        await self.close()
 
     async def close(self) -> None:
         """End it: the target forgets the handles, the iterator ends."""
