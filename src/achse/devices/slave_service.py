@@ -87,7 +87,7 @@ class SlaveService(Device):
                 raise ValueError(f"there are {len(slaves)} slaves, got {number}")
             drive = slaves[number - 1].application
             if not isinstance(drive, Drive):
-                raise ValueError(f"slave {number} is no drive")
+                raise ValueError(f"expected the place of a drive, got slave {number}")
             index, subindex = int(request["index"]), int(request.get("subindex", 0))
             if "value" in request:
                 row = find(index, subindex)

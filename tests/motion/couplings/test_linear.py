@@ -8,26 +8,7 @@ from hypothesis import strategies as st
 
 from achse.codes import NcError
 from achse.motion import AxisParameters, Nc, commands
-
-VALUES = {
-    "control_dword": 7,
-    "velocity_override": 1_000_000,
-    "max_velocity": 1e4,
-    "default_acceleration": 5e3,
-    "default_deceleration": 5e3,
-    "default_jerk": 1e5,
-    "controller_following_error_position_monitoring_enable": 0,
-}
-
-
-def station(count: int = 2, *, compiled: bool | None = None, **values: float) -> Nc:
-    nc = Nc(
-        2_000_000,
-        [AxisParameters(n, values=VALUES | values) for n in range(1, count + 1)],
-        compiled=compiled,
-    )
-    nc.cycle(3)
-    return nc
+from tests.motion.enabled_axes import QUICK, enabled_axes
 
 
 def place(nc: Nc, axis_id: int, position: float) -> None:
@@ -40,7 +21,7 @@ def place(nc: Nc, axis_id: int, position: float) -> None:
 @pytest.mark.parametrize("compiled", [False, True])
 def test_worked_numbers(compiled: bool) -> None:
     """M0 = 100, s0 = 7, g = -0.25, M = 140, vM = 80: s = -3, v = -20."""
-    nc = station(compiled=compiled)
+    nc = enabled_axes(compiled=compiled)
     master, slave = nc
     place(nc, 1, 100.0)
     place(nc, 2, 7.0)
@@ -58,7 +39,7 @@ def test_worked_numbers(compiled: bool) -> None:
 
 def test_a_new_ratio_acts_at_once() -> None:
     """g 1 → 2 at M = 50, s = 50: M = 60 → s = 70."""
-    nc = station()
+    nc = enabled_axes()
     _master, slave = nc
     commands.couple(slave, 1, 1, 0, 0, 1.0)
     place(nc, 1, 50.0)
@@ -68,7 +49,7 @@ def test_a_new_ratio_acts_at_once() -> None:
 
 
 def test_a_new_ratio_in_motion_loses_no_way() -> None:
-    nc = station()
+    nc = enabled_axes()
     master, slave = nc
     commands.couple(slave, 1, 1, 0, 0, 1.0)
     commands.universal_start(master, 3, 0.0, 100.0)
@@ -81,7 +62,7 @@ def test_a_new_ratio_in_motion_loses_no_way() -> None:
 
 
 def test_a_phase_shift_acts() -> None:
-    nc = station()
+    nc = enabled_axes()
     _master, slave = nc
     commands.couple(slave, 1, 1, 0, 0, 2.0)
     assert commands.start_phasing(slave, 2, 0, 1, 10.0, 100.0, 1000.0, 1000.0, 10000.0) == 0
@@ -91,7 +72,7 @@ def test_a_phase_shift_acts() -> None:
 
 
 def test_renamed_positions_do_not_move_the_slave() -> None:
-    nc = station()
+    nc = enabled_axes()
     master, slave = nc
     commands.couple(slave, 1, 1, 0, 0, 1.0)
     place(nc, 1, 50.0)
@@ -106,7 +87,7 @@ def test_renamed_positions_do_not_move_the_slave() -> None:
 
 
 def test_without_its_enable_a_slave_waits_and_does_not_jump() -> None:
-    nc = station()
+    nc = enabled_axes()
     _master, slave = nc
     commands.couple(slave, 1, 1, 0, 0, 1.0)
     slave.control_dword = 0
@@ -121,7 +102,7 @@ def test_without_its_enable_a_slave_waits_and_does_not_jump() -> None:
 
 
 def test_a_slave_that_loses_its_enable_in_motion_brakes_alone() -> None:
-    nc = station()
+    nc = enabled_axes()
     master, slave = nc
     commands.couple(slave, 1, 1, 0, 0, 1.0)
     commands.universal_start(master, 3, 0.0, 100.0)
@@ -134,7 +115,7 @@ def test_a_slave_that_loses_its_enable_in_motion_brakes_alone() -> None:
 
 
 def test_a_soft_limit_of_the_slave_holds() -> None:
-    nc = station()
+    nc = enabled_axes()
     master, slave = nc
     slave.encoder.soft_limit_max, slave.encoder.soft_limit_max_enable = 100.0, 1
     commands.couple(slave, 1, 1, 0, 0, 1.0)
@@ -146,7 +127,7 @@ def test_a_soft_limit_of_the_slave_holds() -> None:
 
 
 def test_a_master_that_is_not_ready_does_not_pull() -> None:
-    nc = station()
+    nc = enabled_axes()
     master, slave = nc
     commands.couple(slave, 1, 1, 0, 0, 1.0)
     master.control_dword = 0
@@ -177,7 +158,7 @@ STEP = st.tuples(
 def test_slaves_of_slaves_keep_their_law(
     gears: list[float], steps: list[Any], begin: float
 ) -> None:
-    nc = station(len(gears) + 1, max_velocity=1e9)
+    nc = enabled_axes(len(gears) + 1, max_velocity=1e9)
     axes = list(nc)
     for n, gear in enumerate(gears):
         axes[n + 1].drive.reference_velocity = 1e9
@@ -210,7 +191,7 @@ def test_slaves_of_slaves_keep_their_law(
 def test_both_kernels_do_the_same(gear: float) -> None:
     digests = []
     for compiled in (False, True):
-        nc = station(3, compiled=compiled)
+        nc = enabled_axes(3, compiled=compiled)
         commands.couple(nc.axis(2), 1, 1, 0, 0, gear)
         commands.couple(nc.axis(3), 1, 2, 0, 0, 0.3)
         commands.universal_start(nc.axis(1), 1, 50.0, 100.0)
@@ -239,8 +220,8 @@ def test_a_new_ratio_never_makes_a_slave_too_fast(
     """It is refused and changes nothing, or the next cycle is not farther than both allow."""
     limits = {"encoder_soft_limit_max": room, "encoder_soft_limit_min": -room}
     enabled = {"encoder_soft_limit_max_enable": soft, "encoder_soft_limit_min_enable": soft}
-    slave_values = VALUES | limits | enabled | {"max_velocity": most}
-    parameters = [AxisParameters(1, values=VALUES), AxisParameters(2, values=slave_values)]
+    slave_values = QUICK | limits | enabled | {"max_velocity": most}
+    parameters = [AxisParameters(1, values=QUICK), AxisParameters(2, values=slave_values)]
     nc = Nc(2_000_000, parameters, compiled=False)
     nc.cycle(3)
     master, slave = nc
@@ -263,7 +244,9 @@ def test_a_new_ratio_never_makes_a_slave_too_fast(
 
 
 def test_a_ratio_that_the_slave_cannot_follow_is_refused() -> None:
-    nc = station(max_velocity=500.0, encoder_soft_limit_max=2e3, encoder_soft_limit_max_enable=1)
+    nc = enabled_axes(
+        max_velocity=500.0, encoder_soft_limit_max=2e3, encoder_soft_limit_max_enable=1
+    )
     master, slave = nc
     commands.couple(slave, 1, 1, 0, 0, 0.5)
     commands.universal_start(master, 3, 0.0, 200.0)

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.codes import NcError
-from achse.motion import AxisParameters, Nc, commands
+from achse.motion import Nc, commands
 from achse.motion.laws.element import ELEMENT, element_values, elements_of
 from achse.motion.laws.table import LAWS, MotionLaw
 from achse.motion.record import CAM
@@ -27,6 +27,7 @@ from achse.motion.tables.function import (
 )
 from achse.motion.tables.memory import cam_values
 from achse.motion.tables.table import PointActivation
+from tests.motion.enabled_axes import enabled_axes
 
 
 def point(
@@ -229,21 +230,9 @@ def test_slaves_read_the_elements_and_each_version_they_use() -> None:
     )
 
 
-VALUES = {
-    "control_dword": 7,
-    "velocity_override": 1_000_000,
-    "max_velocity": 1e4,
-    "default_acceleration": 5e3,
-    "default_deceleration": 5e3,
-    "default_jerk": 1e5,
-    "controller_following_error_position_monitoring_enable": 0,
-}
-
-
 def follower(points: Sequence[MotionPoint], *, compiled: bool = False, sub_type: int = 3) -> Nc:
     """Axis 2 follows axis 1 by a motion function, both from 0 on."""
-    nc = Nc(2_000_000, [AxisParameters(n, values=VALUES) for n in (1, 2)], compiled=compiled)
-    nc.cycle(3)
+    nc = enabled_axes(compiled=compiled)
     table = nc.tables.create(7, TableType.MOTION_FUNCTION, sub_type, len(points), 1)
     nc.tables.write_points(table, 0, packed(points))
     demand = commands.CamDemand(7, slave_absolute=1, master_absolute=1)

@@ -48,7 +48,7 @@ def explain(
 
 
 def _number(text: str) -> int | None:
-    """Return the number of an error code, None if the text is no number."""
+    """Return the number of an error code, None of another text."""
     try:
         return int(text, 0)
     except ValueError:

@@ -1,5 +1,6 @@
 """Universal flying saw: what is refused, what each bit of the mask does, new orders on the way."""
 
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -8,29 +9,14 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from achse.codes import NcError
-from achse.motion import AxisParameters, Nc, commands
+from achse.motion import Nc, commands
 from achse.motion.states import SynchronisingBit as Bit
+from tests.motion.enabled_axes import GENTLE, enabled_axes
 
-VALUES = {
-    "control_dword": 7,
-    "velocity_override": 1_000_000,
-    "max_velocity": 1e4,
-    "default_acceleration": 500.0,
-    "default_deceleration": 500.0,
-    "default_jerk": 5000.0,
-    "controller_following_error_position_monitoring_enable": 0,
-}
 RUNS = 13
 
 
-def station(count: int = 2, *, compiled: bool | None = None, **values: float) -> Nc:
-    nc = Nc(
-        2_000_000,
-        [AxisParameters(n, values=VALUES | values) for n in range(1, count + 1)],
-        compiled=compiled,
-    )
-    nc.cycle(3)
-    return nc
+station = partial(enabled_axes, **GENTLE)
 
 
 @pytest.fixture

@@ -1,35 +1,25 @@
 """Slave type 12: the slave turns with its master at the same angle, on the shortest way."""
 
 import random
+from functools import partial
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.codes import NcError
-from achse.motion import AxisParameters, Nc, commands
-
-VALUES = {
-    "control_dword": 7,
-    "velocity_override": 1_000_000,
-    "max_velocity": 2000.0,
-    "default_acceleration": 1000.0,
-    "default_deceleration": 800.0,
-    "default_jerk": 1e5,
-    "controller_following_error_position_monitoring_enable": 0,
-}
+from achse.motion import commands
+from tests.motion.enabled_axes import enabled_axes
 
 RUNS = 13
 
 
-def station(count: int = 2, *, compiled: bool | None = None, **values: float) -> Nc:
-    nc = Nc(
-        2_000_000,
-        [AxisParameters(n, values=VALUES | values) for n in range(1, count + 1)],
-        compiled=compiled,
-    )
-    nc.cycle(3)
-    return nc
+station = partial(
+    enabled_axes,
+    max_velocity=2000.0,
+    default_acceleration=1000.0,
+    default_deceleration=800.0,
+)
 
 
 def beside(place: float, other: float, period: float = 360.0) -> float:
