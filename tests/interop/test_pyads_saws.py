@@ -6,65 +6,20 @@ from typing import Any
 
 import pytest
 
-from tests.interop.waiting import until
+from tests.interop.pyads_bench import MASTER, SLAVE, AxisBench
 
 pyads = pytest.importorskip("pyads", exc_type=Exception)  # type: ignore[arg-type]
 
-MASTER, SLAVE = 1, 2
-STATE, FUNCTION, CYCLIC = 0x4100, 0x4200, 0x4300
 RUNS = 13
 
 
-class SawBench:
-    """Axis 1 and axis 2 as pyads reaches them: numbers from the manual, nothing of ours."""
-
-    def __init__(self, nc: Any) -> None:
-        self._nc = nc
-
-    def call(self, axis: int, offset: int, data: bytes = b"") -> None:
-        kind = pyads.PLCTYPE_BYTE * len(data) if data else None
-        self._nc.write(FUNCTION + axis, offset, list(data), kind)
-
-    def get(self, axis: int, offset: int, form: str) -> tuple[Any, ...]:
-        size = struct.calcsize(form)
-        return struct.unpack(
-            form, bytes(self._nc.read(STATE + axis, offset, pyads.PLCTYPE_BYTE * size))
-        )
-
-    def places(self) -> tuple[float, float]:
-        """Set positions of master and slave."""
-        return self.get(MASTER, 0x0A, "<d")[0], self.get(SLAVE, 0x0A, "<d")[0]
-
-    def until(self, condition: Callable[[], object]) -> None:
-        until(condition)
-
-    def enable(self, axis: int, bits: int) -> None:
-        self._nc.write(CYCLIC + axis, 0x01, bits, pyads.PLCTYPE_UDINT)
-        self._nc.write(CYCLIC + axis, 0x21, 1_000_000, pyads.PLCTYPE_UDINT)
-
-    def is_enabled(self, axis: int) -> bool:
-        return bool(self._nc.read(CYCLIC + axis, 0x81, pyads.PLCTYPE_UDINT) & 1)
-
-    def at_rest(self) -> bool:
-        return all(self.get(axis, 0x0E, "<d") == (0.0,) for axis in (MASTER, SLAVE))
-
-
 @pytest.fixture
-def bench(station: Any, pyads_connection: Callable[..., Any]) -> Iterator[SawBench]:
-    bench = SawBench(pyads_connection(station, 501))
-    for axis in (MASTER, SLAVE):
-        bench.call(axis, 0x01)
-        bench.enable(axis, 0b111)
-        bench.until(lambda axis=axis: bench.is_enabled(axis))  # type: ignore[misc]
-    yield bench
-    for axis in (MASTER, SLAVE):
-        bench.call(axis, 0x02)
-    bench.until(bench.at_rest)
-    for axis in (MASTER, SLAVE):
-        bench.enable(axis, 0)
+def bench(station: Any, pyads_connection: Callable[..., Any]) -> Iterator[AxisBench]:
+    with AxisBench.enabled(pyads_connection(station, 501)) as bench:
+        yield bench
 
 
-def test_a_saw_couples_synchronises_changes_and_is_let_go(bench: SawBench) -> None:
+def test_a_saw_couples_synchronises_changes_and_is_let_go(bench: AxisBench) -> None:
     begin, slave = bench.places()
     saw = (6, MASTER, 0, 0, 1.0, begin + 60.0, slave - 30.0, 0, 0, 0, 0, 0)
     with pytest.raises(pyads.ADSError) as refused:

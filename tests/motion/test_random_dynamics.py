@@ -23,8 +23,8 @@ import numpy as np
 import pytest
 
 from achse.motion import AxisParameters, Nc
-from achse.motion.record import LAYOUT, PART_OF
 from achse.motion.states import DriveOperationMode, MotionPhase
+from tests.motion.fields_seen import view
 
 
 def _load(name: str) -> Any:
@@ -84,35 +84,13 @@ STATES = (
 PHASE, LOOP, COMPENSATING, MODE, ERROR, EXTERNAL, NUMBER, LOW, HIGH = range(len(STATES))
 
 
-def view(nc: Nc) -> Callable[[], tuple[Any, Any]]:
-    """A function that reads what is `SEEN` of all axes, and the `STATES` they are in."""
-    if not nc.compiled:
-        return lambda: (
-            np.array([[getattr(axis, name) for name in SEEN] for axis in nc]),
-            np.array([[getattr(axis, name) for name in STATES] for axis in nc]),
-        )
-    first: Any = nc.axis(1)
-    reals = np.frombuffer(first._memory).reshape(len(nc), LAYOUT.words)
-    wholes = reals.view(np.int64)
-    return lambda: (_columns(nc, reals, SEEN), _columns(nc, wholes, STATES))
-
-
-def _columns(nc: Nc, words: Any, names: tuple[str, ...]) -> Any:
-    """These fields of all axes: from memory, those of the encoder one by one."""
-    found = words[:, [PART_OF[name][1].offset for name in names]]
-    for column, name in enumerate(names):
-        if PART_OF[name][0]:
-            found[:, column] = [getattr(axis, name) for axis in nc]
-    return found
-
-
 class Observer:
     """The set values of all axes, cycle by cycle, and what may be said of them."""
 
     def __init__(self, nc: Nc, players: list[Any]) -> None:
         self.nc = nc
         self.players = players
-        self.look = view(nc)
+        self.look = view(nc, SEEN, STATES)
         self.before, self.states = self.look()
         count = len(players)
         self.commanded = np.zeros(count)

@@ -3,68 +3,19 @@
 import pytest
 
 from achse.iec import plain
-from achse.plc.bodies import Bodies
 from achse.plc.runtime import PlcRuntime, PlcState
-from achse.plc.task import Task
-from achse.st.check import check
-from achse.st.declare import Declarations, declare
-from achse.st.lexis.source import Source
-from achse.st.syntax.parser import parse
-
-LIFE = """
-FUNCTION_BLOCK FB_Inner
-VAR nInit : INT; END_VAR
-METHOD FB_init : BOOL
-VAR_INPUT bInitRetains : BOOL; bInCopyCode : BOOL; nStart : INT; END_VAR
-nInit := nStart;
-GVL.sLog := CONCAT(GVL.sLog, 'i');
-END_METHOD
-METHOD FB_exit : BOOL
-VAR_INPUT bInCopyCode : BOOL; END_VAR
-GVL.sLog := CONCAT(GVL.sLog, 'e');
-END_METHOD
-METHOD FB_reinit : BOOL
-GVL.sLog := CONCAT(GVL.sLog, 'r');
-END_METHOD
-END_FUNCTION_BLOCK
-VAR_GLOBAL sLog : STRING; END_VAR
-PROGRAM MAIN
-VAR a : FB_Inner(nStart := 7); n : INT; {more} END_VAR
-n := n + {step};
-END_PROGRAM
-"""
-
-
-def _declared(text: str) -> Declarations:
-    return declare([parse(Source(text, "life.st"), name="GVL")])
-
-
-def _bodies(declared: Declarations) -> Bodies:
-    typed = check(declared)
-    assert not typed.faults, "\n".join(map(str, typed.faults))
-    return Bodies(typed)
-
-
-def _plc(text: str) -> PlcRuntime:
-    declared = _declared(text)
-    main = declared.programs["main"]
-    task = Task("PlcTask", 10_000_000, [main])
-    return PlcRuntime([task], declared.units, bodies=_bodies(declared))
-
-
-def _text(step: int = 1, more: str = "") -> str:
-    return LIFE.replace("{step}", str(step)).replace("{more}", more)
+from tests.plc.one_text import bodies_of, declared_text, life_text, plc_of
 
 
 def test_an_online_change_copies_values_and_goes_on() -> None:
-    plc = _plc(_text())
+    plc = plc_of(life_text())
     plc.run_due(30_000_000)
     assert plc.instance("MAIN")["n"] == 3
-    changed = _declared(_text(10, "x : LREAL := 2.5;"))
+    changed = declared_text(life_text(10, "x : LREAL := 2.5;"))
     plc.online_change(
         [unit for unit in changed.units if unit is not changed.programs["main"]],
         {"PlcTask": [changed.programs["main"]]},
-        bodies=_bodies(changed),
+        bodies=bodies_of(changed),
     )
     assert plc.state is PlcState.RUN, plc.failure
     plc.run_due(40_000_000)
@@ -118,11 +69,11 @@ def _changed(plc: PlcRuntime | None = None, **parts: str) -> PlcRuntime:
     for name in ("method", "more", "initial", "statics", "variable", "body"):
         text = text.replace(f"{{{name}}}", parts.get(name, ""))
     if plc is None:
-        return _plc(text)
-    declared = _declared(text)
+        return plc_of(text)
+    declared = declared_text(text)
     main = declared.programs["main"]
     units = [unit for unit in declared.units if unit is not main]
-    plc.online_change(units, {"PlcTask": [main]}, bodies=_bodies(declared))
+    plc.online_change(units, {"PlcTask": [main]}, bodies=bodies_of(declared))
     return plc
 
 
@@ -172,7 +123,7 @@ def test_changed_declarations_elsewhere_leave_instances_alone(parts: dict[str, s
 
 
 def test_a_reset_leaves_variables_with_no_init_alone() -> None:
-    plc = _plc(
+    plc = plc_of(
         """
         FUNCTION_BLOCK FB VAR {attribute 'noinit'} n : INT; m : INT; END_VAR END_FUNCTION_BLOCK
         PROGRAM MAIN VAR {attribute 'no_init'} a : INT := 2; b : INT; f : FB; END_VAR

@@ -1,23 +1,9 @@
 """Blocks whose Python class replaces the source."""
 
 from achse.plc.behaviour import with_behaviour
-from achse.plc.bodies import Bodies
 from achse.plc.runtime import PlcRuntime
 from achse.plc.task import Task
-from achse.st.check import check
-from achse.st.declare import Declarations, declare
-from achse.st.lexis.source import Source
-from achse.st.syntax.parser import parse
-
-
-def _declared(text: str) -> Declarations:
-    return declare([parse(Source(text, "life.st"), name="GVL")])
-
-
-def _bodies(declared: Declarations) -> Bodies:
-    typed = check(declared)
-    assert not typed.faults, "\n".join(map(str, typed.faults))
-    return Bodies(typed)
+from tests.plc.one_text import bodies_of, declared_text
 
 
 def test_blocks_of_python_that_take_turns_in_a_frame() -> None:
@@ -37,7 +23,7 @@ def test_blocks_of_python_that_take_turns_in_a_frame() -> None:
         def cycle(self) -> None:
             self.b = self.m * 10
 
-    declared = _declared("""
+    declared = declared_text("""
 FUNCTION_BLOCK FB_A VAR_INPUT n : INT; END_VAR VAR_OUTPUT a : INT; END_VAR END_FUNCTION_BLOCK
 FUNCTION_BLOCK FB_B VAR_INPUT m : INT; END_VAR VAR_OUTPUT b : INT; END_VAR END_FUNCTION_BLOCK
 FUNCTION F : INT VAR inner : FB_A; END_VAR inner(n := 3); F := inner.a; END_FUNCTION
@@ -47,7 +33,7 @@ x[0] := F(); x[1] := G(); x[2] := F(); x[3] := G();
 END_PROGRAM""")
     units = with_behaviour(declared.units, [First, Second], declared.types.values())
     task = Task("PlcTask", 10_000_000, list(declared.programs.values()))
-    plc = PlcRuntime([task], units, bodies=_bodies(declared))
+    plc = PlcRuntime([task], units, bodies=bodies_of(declared))
     plc.run_due(10_000_000)
     assert plc.failure == ""
     assert list(plc.instance("MAIN")["x"]) == [4, 30, 4, 30]

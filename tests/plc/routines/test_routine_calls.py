@@ -1,30 +1,6 @@
 """Calls of methods and properties from outside of a cycle."""
 
-from achse.plc.bodies import Bodies
-from achse.plc.runtime import PlcRuntime
-from achse.plc.task import Task
-from achse.st.check import check
-from achse.st.declare import Declarations, declare
-from achse.st.lexis.source import Source
-from achse.st.syntax.parser import parse
-
-
-def _declared(text: str) -> Declarations:
-    return declare([parse(Source(text, "life.st"), name="GVL")])
-
-
-def _bodies(declared: Declarations) -> Bodies:
-    typed = check(declared)
-    assert not typed.faults, "\n".join(map(str, typed.faults))
-    return Bodies(typed)
-
-
-def _plc(text: str) -> PlcRuntime:
-    declared = _declared(text)
-    main = declared.programs["main"]
-    task = Task("PlcTask", 10_000_000, [main])
-    return PlcRuntime([task], declared.units, bodies=_bodies(declared))
-
+from tests.plc.one_text import plc_of
 
 CALLED = """
 FUNCTION_BLOCK FB_Tank
@@ -55,7 +31,7 @@ END_PROGRAM
 
 
 def test_clients_call_methods_and_properties_by_their_bytes() -> None:
-    plc = _plc(CALLED)
+    plc = plc_of(CALLED)
     assert plc.bodies is not None
     tank = plc.instance("MAIN")["a"]
     method = type(tank).__iec__.method("Fill")

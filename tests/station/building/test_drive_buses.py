@@ -9,41 +9,22 @@ from achse.codes.axis import StartType
 from achse.motion import commands
 from achse.station.configuration.station_file import ConfigError, parse
 from achse.station.station import Station
-
-AXIS = {"max_velocity": 400.0, "default_acceleration": 2000.0, "default_deceleration": 2000.0,
-        "default_jerk": 20_000.0}  # fmt: skip
-
-
-def station(*drives: dict[str, Any], **more: Any) -> Station:
-    document = {
-        "bus": [{}],
-        "axis": [{"id": n, "name": f"A{n}", **AXIS} for n in range(1, len(drives) + 1)],
-        "drive": [{"axis": n} | drive for n, drive in enumerate(drives, 1)],
-    }
-    return Station(parse(document | more, "test"))
-
-
-def enable(made: Station) -> None:
-    assert made.nc is not None
-    for axis in made.nc:
-        axis.control_dword, axis.velocity_override = 7, 1_000_000
-    made.advance(1.5)
-    assert [axis.loop_closed for axis in made.nc] == [1] * len(made.nc)
+from tests.station.drive_stations import AXIS, drive_station, enable_axes
 
 
 def test_a_restart_brings_axes_and_drives_again() -> None:
-    made = station({})
-    enable(made)
+    made = drive_station({})
+    enable_axes(made)
     made.restart()
     made.advance(2.0)
-    enable(made)
+    enable_axes(made)
 
 
 def test_an_axis_without_a_drive_stays_simulated() -> None:
     document = {"axis": [{"id": 7, "name": "S", **AXIS}, {"id": 8, "name": "D", **AXIS}],
                 "bus": [{}], "drive": [{"axis": "d"}]}  # fmt: skip
     made = Station(parse(document, "test"))
-    enable(made)
+    enable_axes(made)
     assert made.nc is not None
     for axis in made.nc:
         commands.start(axis, StartType.ABSOLUTE, 10.0, 100.0)
@@ -72,7 +53,7 @@ def test_what_does_not_fit_is_told(document: dict[str, Any], told: str) -> None:
 
 def test_the_example_moves() -> None:
     made = Station.load(Path(__file__).parents[3] / "examples" / "drives" / "station.toml")
-    enable(made)
+    enable_axes(made)
     assert made.nc is not None
     for axis in made.nc:
         assert commands.start(axis, StartType.ABSOLUTE, 40.0, 100.0) == 0

@@ -16,36 +16,16 @@ from achse.codes.axis import StartType
 from achse.drive.alarms import Alarm
 from achse.motion import commands
 from achse.station.buses.ethercat_bus import EthercatBus
-from achse.station.configuration.station_file import parse
 from achse.station.station import Station
-
-AXIS = {"max_velocity": 400.0, "default_acceleration": 2000.0, "default_deceleration": 2000.0,
-        "default_jerk": 20_000.0}  # fmt: skip
-
-
-def station(*drives: dict[str, Any], **more: Any) -> Station:
-    document = {
-        "bus": [{}],
-        "axis": [{"id": n, "name": f"A{n}", **AXIS} for n in range(1, len(drives) + 1)],
-        "drive": [{"axis": n} | drive for n, drive in enumerate(drives, 1)],
-    }
-    return Station(parse(document | more, "test"))
-
-
-def enable(made: Station) -> None:
-    assert made.nc is not None
-    for axis in made.nc:
-        axis.control_dword, axis.velocity_override = 7, 1_000_000
-    made.advance(1.5)
-    assert [axis.loop_closed for axis in made.nc] == [1] * len(made.nc)
+from tests.station.drive_stations import drive_station, enable_axes
 
 
 @pytest.mark.parametrize("kernel", ["interpreted", "compiled"])
 def test_axes_in_each_mode_reach_their_targets(kernel: str) -> None:
     modes: list[dict[str, Any]] = [{"mode": mode} for mode in ("csp", "csv", "cst")]
     modes[1] |= {"inverted": True, "gear": [3, 1]}
-    made = station(*modes, nc={"kernel": kernel})
-    enable(made)
+    made = drive_station(*modes, nc={"kernel": kernel})
+    enable_axes(made)
     assert made.nc is not None
     for axis in made.nc:
         assert commands.start(axis, StartType.ABSOLUTE, 33.0, 100.0) == 0
@@ -58,8 +38,8 @@ def test_axes_in_each_mode_reach_their_targets(kernel: str) -> None:
 def test_equal_histories_have_equal_digests_on_either_kernel() -> None:
     digests = set()
     for kernel in ("interpreted", "compiled", "compiled"):
-        made = station({"mode": "csp"}, {"mode": "cst"}, nc={"kernel": kernel})
-        enable(made)
+        made = drive_station({"mode": "csp"}, {"mode": "cst"}, nc={"kernel": kernel})
+        enable_axes(made)
         assert made.nc is not None
         for axis in made.nc:
             commands.start(axis, StartType.ABSOLUTE, 20.0, 100.0)
@@ -69,8 +49,8 @@ def test_equal_histories_have_equal_digests_on_either_kernel() -> None:
 
 
 def test_32_axes_move_together() -> None:
-    made = station(*[{} for _ in range(32)])
-    enable(made)
+    made = drive_station(*[{} for _ in range(32)])
+    enable_axes(made)
     assert made.nc is not None
     for axis in made.nc:
         assert commands.start(axis, StartType.ABSOLUTE, float(axis.axis_id), 100.0) == 0
@@ -80,8 +60,8 @@ def test_32_axes_move_together() -> None:
 
 
 def test_a_fault_is_an_error_of_its_axis_alone() -> None:
-    made = station({}, {})
-    enable(made)
+    made = drive_station({}, {})
+    enable_axes(made)
     assert made.nc is not None
     made.buses[0].bus.drives[0].faults.alarm(Alarm.OVER_VOLTAGE, lasting=False)
     for axis in made.nc:
@@ -106,8 +86,8 @@ def test_a_clock_that_leaves_the_others_ends_in_documented_errors_and_comes_back
     drift: float, cycle: int, jump: bool, lasts: bool
 ) -> None:
     """What the manual promises: 0x001A and SafeOp, 0x4655 at the axis, all of it seen by ADS."""
-    made = station({}, {}, nc={"cycle": f"{cycle}ms", "kernel": "compiled"})
-    enable(made)
+    made = drive_station({}, {}, nc={"cycle": f"{cycle}ms", "kernel": "compiled"})
+    enable_axes(made)
     assert made.nc is not None
     other, axis = made.nc
     bus: Any = made.buses[0].bus
@@ -169,8 +149,8 @@ async def _given_up_as_clients_see_it(made: Station) -> None:
 
 
 def test_a_clock_that_the_drive_can_follow_stops_nothing() -> None:
-    made = station({}, {})
-    enable(made)
+    made = drive_station({}, {})
+    enable_axes(made)
     assert made.nc is not None
     bus: Any = made.buses[0].bus
     for ppm in (200.0, -400.0):
@@ -187,7 +167,7 @@ def test_a_clock_that_the_drive_can_follow_stops_nothing() -> None:
 
 
 async def test_enabling_names_the_condition_that_a_drive_misses() -> None:
-    made = station({"remote_bit": False}, {"voltage_bit": True})
+    made = drive_station({"remote_bit": False}, {"voltage_bit": True})
     made.advance(1.5)
     bus = next(iter(made.fieldbuses.values()))
     assert isinstance(bus, EthercatBus)
@@ -207,7 +187,7 @@ async def test_enabling_names_the_condition_that_a_drive_misses() -> None:
 
 
 def test_missing_condition_names_the_slave_that_is_not_in_op() -> None:
-    made = station({})
+    made = drive_station({})
     bus = next(iter(made.fieldbuses.values()))
     made.advance(1.5)
     bus.master.request(AlState.PREOP)
