@@ -1,8 +1,9 @@
 """Changes: whether new declarations are those of the running PLC, so that only bodies differ."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
+from achse.iec import Program
 from achse.iec.describe import types_within
 from achse.iec.enums import EnumType
 from achse.iec.structs import StaticRecord, StructType
@@ -12,8 +13,12 @@ from achse.plc.lifecycle.instance_paths import put_instance_paths
 from achse.plc.lifecycle.starts import put_start_values
 from achse.plc.memory import Memory
 from achse.plc.program import PlacedUnit, PlacedVariable, place, place_statics
+from achse.plc.task import Task
 
-__all__ = ["TrialPlacement"]
+if TYPE_CHECKING:
+    from achse.plc.bodies import Bodies
+
+__all__ = ["TrialPlacement", "calls_like", "with_code"]
 
 Row = tuple[Any, ...]
 
@@ -129,3 +134,25 @@ def _inside(type: IecType[Any]) -> Iterator[Any]:
             )
         for item in type.properties:
             yield (item.name, item.type.name, item.readable, item.writable)
+
+
+def calls_like(called: Mapping[Task, Sequence[type[Program]]], bodies: Sequence["Bodies"]) -> bool:
+    """Return True if tasks call the same programs as before, and no Python is involved."""
+    programs = [program for programs in called.values() for program in programs]
+    return (
+        not any(each.has_python for each in bodies)
+        and not any(callable(getattr(one, "cycle", None)) for one in programs)
+        and all(
+            [one.__iec__.name for one in programs] == [one.__iec__.name for one in task.programs]
+            for task, programs in called.items()
+        )
+    )
+
+
+def with_code(
+    declared: Mapping[type[StaticRecord], None], bodies: "Bodies | None"
+) -> list[type[StaticRecord]]:
+    """Return the units, and those of libraries that the code uses."""
+    names = {unit.__iec__.name.lower() for unit in declared}
+    of_code = [] if bodies is None else bodies.declared
+    return [*declared, *(unit for unit in of_code if unit.__iec__.name.lower() not in names)]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeVar
 from achse.iec import DeclarationError, PointerType, Program
 from achse.iec.structs import StaticRecord
 from achse.iec.variables import Section
-from achse.plc.changes import TrialPlacement
+from achse.plc.changes import TrialPlacement, calls_like, with_code
 from achse.plc.code.faults import FaultReport, report_of
 from achse.plc.lifecycle.instance_paths import put_instance_paths
 from achse.plc.lifecycle.lives import Moves, layouts
@@ -129,7 +129,7 @@ class PlcRuntime:
     def _place(self, previous: "Bodies | None" = None) -> None:
         programs = [program for task in self.tasks for program in task.programs]
         declared = dict.fromkeys([self._system, *self._globals, *programs])
-        self.units = place(_with_code(declared, self.bodies), self.memory)
+        self.units = place(with_code(declared, self.bodies), self.memory)
         self._statics = place_statics(self.units, self.memory)
         left = put_start_values(self.units, self._statics, self.memory)
         self.warnings = left if self.bodies is None else ()  # else its code does what is left
@@ -367,12 +367,12 @@ class PlcRuntime:
         declared = dict.fromkeys([self._system, *globals, *all_programs])
         memory = Memory(self.memory.sizes)
         memory.grow(sizes)
-        trial = TrialPlacement(_with_code(declared, bodies or self.bodies), memory)
+        trial = TrialPlacement(with_code(declared, bodies or self.bodies), memory)
         if self.bodies is not None:
             self.bodies.instances.refuse_other_layouts(layouts(trial.units))
         moves = Moves.between(self.variables, trial.variables)
         self._abandon()
-        if bodies is not None and self._is_of_bodies_only(trial, bodies, called):
+        if bodies is not None and self._changes_bodies_only(trial, bodies, called):
             self._put_bodies(bodies)
             return
         if self.bodies is not None:
@@ -435,23 +435,16 @@ class PlcRuntime:
         if previous is not None and previous is not self.bodies and previous.execution is not None:
             previous.execution.close()
 
-    def _is_of_bodies_only(
+    def _changes_bodies_only(
         self,
         trial: TrialPlacement,
         bodies: "Bodies",
         called: Mapping[Task, Sequence[type[Program]]],
     ) -> bool:
         """Return True if all declarations are as before, and no Python is involved."""
-        names = {
-            task: [program.__iec__.name for program in programs]
-            for task, programs in called.items()
-        }
-        programs = [program for programs in called.values() for program in programs]
         return (
             self.bodies is not None
-            and not (self.bodies.has_python or bodies.has_python)
-            and not any(callable(getattr(one, "cycle", None)) for one in programs)
-            and names == {task: [one.__iec__.name for one in task.programs] for task in self.tasks}
+            and calls_like(called, [self.bodies, bodies])
             and bodies.has_statics_of(self.bodies)
             and trial.is_like(self.units, self._statics)
             and trial.starts_like(self.units, self._statics, self._initial_of)
@@ -584,12 +577,3 @@ class PlcRuntime:
             counters = (task.due_ns, task.cycle_count, task.exceed_count, task.first_cycle)
             state.update(repr(counters).encode())
         return state.digest()
-
-
-def _with_code(
-    declared: Mapping[type[StaticRecord], None], bodies: "Bodies | None"
-) -> list[type[StaticRecord]]:
-    """The units, and those of libraries that the code uses."""
-    names = {unit.__iec__.name.lower() for unit in declared}
-    of_code = [] if bodies is None else bodies.declared
-    return [*declared, *(unit for unit in of_code if unit.__iec__.name.lower() not in names)]
