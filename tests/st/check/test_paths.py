@@ -66,21 +66,11 @@ VARIABLES = """st : ST_Whole; n : INT; d : DINT; l : LINT; a : ARRAY [1..3] OF I
     m : ARRAY [0..1, 0..2] OF INT; p : POINTER TO INT; s : STRING; b : BOOL;"""
 
 ROWS = [
-    ("n := a[n];", "n := a[EXTEND.DINT(n)];"),
-    ("n := a[l];", "n := a[l];"),
-    ("n := m[n, 2];", "n := m[EXTEND.DINT(n)];"),
-    ("n := m[n, d];", "n := m[EXTEND.DINT(n)][d];"),
-    ("n := a[0];", "fault: index 0 is outside 1..3 of ARRAY [1..3] OF INT"),
-    ("n := m[1];", "fault: ARRAY [0..1,0..2] OF INT takes 2 indices, got 1"),
-    ("n := a[1.5];", "fault: an index is a whole number, got a LREAL"),
-    ("n := n[1];", "fault: a INT has no elements"),
-    ("n := p[d];", "n := p^[d];"),
     ("n := p^;", "n := p^;"),
     ("n := (p + 2)^;", "n := ADD.POINTER TO INT(p, 2)^;"),
     ("n := n^;", "fault: INT is not a pointer: ^ leads nowhere"),
     ("n := p.x;", "fault: a POINTER TO INT has no members; write ^ before the dot"),
     ("n := st.y;", "fault: ST_Whole has no member 'y'"),
-    ("n := s[n];", "n := EXTEND.INT(s[EXTEND.DINT(n)]);"),
     ("n := F_Part().x;", "n := <__t1 := f_part()>+2;"),
     ("b := n.16;", "fault: a INT has parts 0..15, got 16"),
     ("n := b.0;", "fault: a bit of a whole number, got a BOOL"),

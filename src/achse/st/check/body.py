@@ -9,6 +9,7 @@ from achse.st.check.builtins import Builtins
 from achse.st.check.calls import CallChecker
 from achse.st.check.checks import ImplicitChecks
 from achse.st.check.conversions import Converter, converted
+from achse.st.check.elements import Elements
 from achse.st.check.expressions import ExpressionChecker
 from achse.st.check.initials import Initials
 from achse.st.check.names import NameResolver
@@ -45,6 +46,7 @@ class RoutineBody:
         self.converter = Converter(self.warn, checking.blocks.implements)
         self.names = NameResolver(self)
         self.paths = Paths(self)
+        self.elements = Elements(self)
         self.operators = Operators(self)
         self.builtins = Builtins(self)
         self.system = SystemOperators(self)

@@ -226,7 +226,7 @@ class ExpressionChecker:
         return self._body.paths.part_of(tree)
 
     def _index(self, tree: Index) -> Meaning:
-        return self._body.paths.index(tree)
+        return self._body.elements.index(tree)
 
     def _dereference(self, tree: Dereference) -> Meaning:
         return self._body.paths.dereference(tree)
