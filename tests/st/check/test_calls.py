@@ -13,10 +13,6 @@ VAR_OUTPUT over : BOOL; END_VAR
     F_Add := a + b;
 END_FUNCTION
 FUNCTION F_Swap VAR_IN_OUT x, y : INT; END_VAR x := y; END_FUNCTION
-FUNCTION F_Text : INT VAR_IN_OUT CONSTANT s : STRING(20); END_VAR F_Text := LEN(s); END_FUNCTION
-FUNCTION F_Sum : INT VAR_IN_OUT a : ARRAY [*] OF INT; END_VAR F_Sum := a[1]; END_FUNCTION
-FUNCTION F_Any : DINT VAR_INPUT x : ANY; END_VAR F_Any := x.diSize; END_FUNCTION
-FUNCTION F_Ref : INT VAR_INPUT r : REFERENCE TO INT; END_VAR F_Ref := r; END_FUNCTION
 FUNCTION_BLOCK FB
 VAR_INPUT i : INT; END_VAR
 VAR_IN_OUT io : INT; END_VAR
@@ -41,25 +37,6 @@ VARIABLES = """n, m : INT; d : DINT; s : STRING; b : BOOL; fb : FB; a : ARRAY [1
 
 ROWS = [
     ("d := F_Add(1, n);", "d := f_add(callee.a := 1, callee.b := n);"),
-    ("d := F_Add(b := n, a := 1);", "d := f_add(callee.b := n, callee.a := 1);"),
-    ("d := F_Add(a := 1);", "d := f_add(callee.a := 1);"),
-    ("d := F_Add(1, over => b);", "d := f_add(callee.a := 1 => b := callee.over);"),
-    ("d := F_Add(1, c := 2);", "fault: F_Add has no parameter 'c'; it has a, b, over"),
-    ("d := F_Add(1, 2, b, 4);", "fault: F_Add takes 3 arguments, got more"),
-    ("d := F_Add(1, a := 2);", "fault: a is given twice"),
-    ("d := F_Add('a');", "fault: a STRING(1) does not go into a DINT"),
-    ("F_Swap(n, m);", "f_swap(callee.x := ADR(n), callee.y := ADR(m));"),
-    ("F_Swap(n, 3);", "fault: y is a VAR_IN_OUT: it takes a variable, got a value"),
-    ("F_Swap(n);", "fault: F_Swap is called without its VAR_IN_OUT y"),
-    ("F_Swap(n, d);", "fault: y is a VAR_IN_OUT INT, got a DINT"),
-    ("n := F_Text('abc');", "n := f_text(callee.s := ADR(<__t1 := b'abc'>));"),
-    ("n := F_Sum(a);",
-     "n := f_sum(callee.a := ADR(a), callee.__a_lower1 := 1, callee.__a_upper1 := 3);"),
-    ("n := F_Sum(n);", "fault: a takes an array, got a INT"),
-    ("d := F_Any(n);", "d := f_any(callee.x := AnyType(+8 := ADR(n)));"),
-    ("d := F_Any(5);", "d := f_any(callee.x := AnyType(+8 := ADR(<__t1 := 5>)));"),
-    ("n := F_Ref(n);", "n := f_ref(callee.r := ADR(n));"),
-    ("n := F_Ref(r REF= n);", "n := f_ref(callee.r := ADR(n));"),
     ("fb(i := 1, io := n, q => m);",
      "ADR(fb)->fb(callee.i := 1, callee.io := ADR(n) => m := callee.q);"),
     ("fb(io := n, i := );", "ADR(fb)->fb(callee.io := ADR(n));"),

@@ -214,7 +214,7 @@ class Life:
         found += [self._flag(body, parameter, at) for parameter in signature.parameters[:2]]
         if written:
             rest = signature.parameters[2:]
-            inputs, _ = body.calls.bound(None, rest, CalleeBase(), written, at)
+            inputs, _ = body.arguments.bound(None, rest, CalleeBase(), written, at)
             found += inputs
         return tuple(found)
 
@@ -231,7 +231,7 @@ class Life:
         flags: Sequence[Stored] = ()
         if self._has_routine(type, LifeEvent.CREATE):
             parameters = self.signature(type, LifeEvent.CREATE).parameters[:2]
-            flags, _ = body.calls.bound(None, parameters, CalleeBase(), written, at)
+            flags, _ = body.arguments.bound(None, parameters, CalleeBase(), written, at)
         self._checking.require_record(type)
         step = LifeStep(LifeEvent.CREATE, storage, type, 1, type.size, tuple(flags), (), at)
         return [*body.initials.reset(storage, type, at), step]
