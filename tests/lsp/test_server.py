@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from lsprotocol import types
 
-from achse.st.files.files import SUFFIXES
+from achse.st.files.files import SOURCES
 from tests.lsp.client import InProcessClient, ServerRefused, opened, position_of
 from tests.st.workspace.sample import FILES, cold_findings, write_project
 
@@ -88,7 +88,7 @@ def test_any_incremental_edits_have_the_findings_of_a_cold_check(
             for note in _last_notes(client)
             for one in note["params"]["diagnostics"]
         }
-        names = {file.name for file in project_folder.rglob("*") if file.suffix.lower() in SUFFIXES}
+        names = {file.name for file in project_folder.rglob("*") if file.suffix.lower() in SOURCES}
         expected = {
             (client.uri(one.location.path), one.message)
             for kind in cold

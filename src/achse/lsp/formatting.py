@@ -6,6 +6,7 @@ from lsprotocol import types
 
 from achse.lsp.documents import Document
 from achse.lsp.editor import Editor
+from achse.st.files.forms import Content, has_content
 from achse.st.formatting.options import FormatOptions, FormatOptionsError, format_options
 from achse.st.formatting.sources import formatted_source
 
@@ -42,7 +43,7 @@ def _edits(
         options = format_options(file)
     except FormatOptionsError:  # which is shown already
         options = FormatOptions()
-    is_xml = file.suffix.lower() != ".st"
+    is_xml = not has_content(file, Content.TEXT)
     fallback = client.tab_size if client.insert_spaces else 0
     made = Document(
         formatted_source(document.text, options, is_xml=is_xml, fallback=fallback),

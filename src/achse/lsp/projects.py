@@ -10,13 +10,16 @@ from pathlib import Path
 from typing import Any
 
 from achse.plc.system_info import lists_of_runtime
-from achse.st.files.files import PROJECT, SUFFIXES
+from achse.st.files.files import SOURCES
+from achse.st.files.forms import Content, suffixes_of
 from achse.st.files.reading import file_key
 from achse.st.lexis.source import Diagnostic
 from achse.st.lint.options import lint_options
 from achse.st.workspace import Workspace
 
 __all__ = ["Projects"]
+
+(_PROJECT,) = suffixes_of(Content.PROJECT)
 
 _STATION = "station.toml"
 _MOST_PROJECTS = 8
@@ -52,18 +55,18 @@ class Projects:
         if rows:
             return rows
         projects = sorted(
-            item for item in folder.rglob(f"*{PROJECT}") if not _is_hidden(item, folder)
+            item for item in folder.rglob(f"*{_PROJECT}") if not _is_hidden(item, folder)
         )
         if projects:
             return [(item, ()) for item in projects]
-        if any(item.suffix.lower() in SUFFIXES for item in folder.rglob("*")):
+        if any(item.suffix.lower() in SOURCES for item in folder.rglob("*")):
             return [(folder, ())]
         return []
 
     def of(self, file: Path) -> list[Workspace]:
         """Return the projects that a file belongs to, loading the nearest one."""
         known = [one for one in self._workspaces.values() if one.has(file)]
-        if known or file.suffix.lower() not in SUFFIXES:
+        if known or file.suffix.lower() not in SOURCES:
             return known
         place, libraries = self._nearest(file)
         found = self._loaded(place, libraries)
@@ -78,12 +81,12 @@ class Projects:
                 if file.is_relative_to(place if place.is_dir() else place.parent):
                     return place, libraries
         for folder in file.parents if tops else ():
-            projects = sorted(folder.glob(f"*{PROJECT}"))
+            projects = sorted(folder.glob(f"*{_PROJECT}"))
             if projects:
                 return projects[0], ()
             if folder in tops:
                 break
-        if tops and not any(tops[0].rglob(f"*{PROJECT}")):
+        if tops and not any(tops[0].rglob(f"*{_PROJECT}")):
             return tops[0], ()
         return file, ()
 

@@ -15,6 +15,7 @@ from achse.lsp.editor import CursorPlace, Editor
 from achse.lsp.navigation import uses_of
 from achse.st.check.builtins import is_builtin
 from achse.st.check.warm import WarmChecking
+from achse.st.files.forms import Content, suffixes_of
 from achse.st.graphical.body import GraphicalBody
 from achse.st.lexis.words import KEYWORDS
 from achse.st.syntax.units import Action, FunctionBlock, GlobalList, Interface, Method, Property
@@ -26,7 +27,7 @@ __all__ = ["RenameRefused", "prepare_rename", "rename"]
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _REQUEST_FAILED = -32803
 _MOST_NAME = 255
-_IN_XML = (".tcpou", ".tcgvl", ".tcdut", ".tcio")
+_IN_XML = suffixes_of(Content.ENVELOPE)
 
 
 class RenameRefused(JsonRpcException):

@@ -36,6 +36,7 @@ from achse.lsp.navigation import (
 from achse.lsp.projects import Projects
 from achse.lsp.rename import prepare_rename, rename
 from achse.lsp.tokens import LEGEND, semantic_tokens
+from achse.st.files.forms import FORMS
 
 __all__ = ["LspServer", "new_server"]
 
@@ -45,8 +46,7 @@ _LINT_PAUSE_S = 0.3
 """Further time after which those of the linter are sent, which looks at the whole project."""
 
 _WATCHED = (
-    "**/*.{st,TcPOU,TcGVL,TcDUT,TcIO,TcTLEO,TcTTO}",
-    "**/*.{plcproj,tsproj,sln,tmc}",
+    f"**/*.{{{','.join(form.suffix[1:] for form in FORMS)}}}",
     "**/achse.toml",
 )
 

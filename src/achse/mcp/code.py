@@ -9,6 +9,7 @@ from achse.iec.nearest import did_you_mean
 from achse.mcp.folder import FolderError, ProjectFolder
 from achse.mcp.results import CodeExcerpt, SymbolMatch, SymbolMatches
 from achse.st.files.files import content_of
+from achse.st.files.forms import Content, has_content
 from achse.st.lexis.source import Source
 from achse.st.syntax.units import Action
 from achse.st.workspace import Workspace
@@ -139,7 +140,7 @@ def edit_file(
         raise CodeError(f"{file}: expected UTF-8") from None
     if "\r\n" in text:
         old, new = (each.replace("\r\n", "\n").replace("\n", "\r\n") for each in (old, new))
-    is_xml = path.suffix.lower() != ".st"
+    is_xml = not has_content(path, Content.TEXT)
     if is_xml and "]]>" in new:
         raise CodeError("new: expected code, got ']]>', which ends it in an XML file")
     code = [(m.start(1), m.end(1)) for m in _CDATA.finditer(text)] if is_xml else [(0, len(text))]

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from achse.st.files.files import source_files, symbol_files
+from achse.st.files.files import LIBRARY_TYPES, source_files, symbol_files
 from achse.station import StationConfig
 
 __all__ = ["FolderError", "ProjectFolder"]
@@ -102,7 +102,7 @@ class ProjectFolder:
         for plc in found.plc:
             for name in filter(None, (plc.sources, *plc.libraries)):
                 path = base / name
-                if path.suffix.lower() != ".tmc":
+                if path.suffix.lower() != LIBRARY_TYPES:
                     self.sources(path)
         return found
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from achse.mcp.folder import ProjectFolder
 from achse.mcp.results import CheckReport, CodeFinding
 from achse.plc.system_info import lists_of_runtime
+from achse.st.files.files import LIBRARY_TYPES
 from achse.st.lexis.source import SourceError
 from achse.st.lint.options import FILE, LintOptionsError, lint_options
 from achse.st.workspace import Workspace
@@ -46,7 +47,7 @@ class WarmProjects:
         key = path, libraries
         listed = [*self._folder.sources(path)]
         for library in libraries:
-            if library.suffix.lower() != ".tmc":
+            if library.suffix.lower() != LIBRARY_TYPES:
                 listed += self._folder.sources(library)
         stamps = self._stamps(path, listed)
         known = self._projects.pop(key, None)

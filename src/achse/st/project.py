@@ -12,7 +12,7 @@ from achse.st.declare import Declarations, examine
 from achse.st.files.envelope import TaskDeclaration
 from achse.st.files.event_classes import base_classes, event_classes, events_sources
 from achse.st.files.files import (
-    SYMBOL_FILE,
+    LIBRARY_TYPES,
     content_of,
     files_below,
     project_file,
@@ -263,7 +263,7 @@ def read_files(
     read."""
     faults: list[Diagnostic] = []
     others = [Path(item) for item in libraries]
-    named = [item for item in others if item.suffix.lower() == SYMBOL_FILE]
+    named = [item for item in others if item.suffix.lower() == LIBRARY_TYPES]
     sources, tasks = read_sources(Path(path), defines, faults)
     project = project_file(Path(path))
     references = references_in(project)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from achse.st.declared.resolve import Resolver, generics_of
 from achse.st.declared.scopes import DeclaredUnit, attributes_of
-from achse.st.files.files import PLCOPEN, SUFFIXES, TASK
+from achse.st.files.forms import Content, has_content
 from achse.st.lexis.source import Diagnostic, Source
 from achse.st.mentions import Mentions, mentions_of
 from achse.st.syntax.parser import Parsed
@@ -21,6 +21,8 @@ from achse.st.syntax.tree import NO_NOTE
 from achse.st.syntax.units import Function, GlobalList, Program
 
 __all__ = ["Findings", "Reach"]
+
+_WITH_UNITS = (Content.TEXT, Content.ENVELOPE, Content.EXPORT, Content.PLCOPEN)
 
 _CALLED_BY_RUNTIME = frozenset(
     ("linkalways", "call_after_global_init_slot", "call_after_online_change_slot")
@@ -180,8 +182,7 @@ class Reach:
     # faults ----------------------------------------------------------------------------------
 
     def _is_error(self, fault: Diagnostic) -> bool:
-        suffix = PurePosixPath(fault.location.path.lower()).suffix
-        if suffix not in (*SUFFIXES, PLCOPEN) or suffix == TASK:
+        if not has_content(PurePosixPath(fault.location.path), *_WITH_UNITS):
             return True
         owners = self._owners(fault)
         if not self.units.isdisjoint(owners) or any(map(self._is_shipped, owners)):

@@ -7,6 +7,7 @@ import types
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from achse.st.files.forms import Content, has_content
 from achse.station import Station
 from achse.swarm.st_checks import load_st_checks
 from achse.swarm.worlds.drawing import draw_surroundings
@@ -70,7 +71,7 @@ def load_checks(file: Path) -> Sequence[UserCheck]:
 
     Raises WorldError, OSError.
     """
-    if file.suffix.lower() == ".st":
+    if has_content(file, Content.TEXT):
         return load_st_checks(file)
     if file.suffix != ".py":
         raise WorldError(f"expected invariants as a file .py or .st, got {file}")

@@ -5,7 +5,8 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from achse.st.files.files import EXPORT, PLCOPEN, SUFFIXES, source_files
+from achse.st.files.files import SOURCES, source_files
+from achse.st.files.forms import Content, suffixes_of
 from achse.st.lexis.source import SourceError
 
 __all__ = ["VARIABLE", "TcUnitMissing", "find_tcunit", "has_tcunit", "units_of"]
@@ -101,7 +102,7 @@ def _tcunit_below(folder: Path) -> Path | None:
     return folder if has_tcunit(folder) else None
 
 
-_WITH_MANY = (".st", EXPORT, PLCOPEN)
+_WITH_MANY = suffixes_of(Content.TEXT, Content.EXPORT, Content.PLCOPEN)
 """Endings of files that may have any number of units."""
 
 
@@ -115,7 +116,7 @@ def _sources(path: Path, only: str = "") -> Iterator[tuple[Path, str]]:
         if count > _MOST_FILES:
             return
         suffix = file.suffix.lower()
-        if suffix not in (*SUFFIXES, *_WITH_MANY):
+        if suffix not in (*SOURCES, *_WITH_MANY):
             continue
         if only and suffix not in _WITH_MANY and file.stem.lower() != only:
             continue

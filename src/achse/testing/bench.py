@@ -21,7 +21,7 @@ from achse.plc.code.faults import CATCHABLE, FaultReport, report_of
 from achse.plc.system_info import lists_of_runtime
 from achse.st.check import check
 from achse.st.declare import Declarations, declare
-from achse.st.files.files import parse_file, source_files, symbol_files
+from achse.st.files.files import LIBRARY_TYPES, parse_file, source_files, symbol_files
 from achse.st.lexis.codes import Code
 from achse.st.lexis.lexer import Defines
 from achse.st.lexis.source import Diagnostic, Location, Source, SourceError
@@ -73,8 +73,8 @@ def plc_unit(
         parse_file(file, shown, defines=defines) for file, shown in source_files(Path(project))
     ]
     further = list(libraries)
-    others = [item for item in map(Path, further) if item.suffix.lower() != ".tmc"]
-    tables = [item for item in map(Path, further) if item.suffix.lower() == ".tmc"]
+    others = [item for item in map(Path, further) if item.suffix.lower() != LIBRARY_TYPES]
+    tables = [item for item in map(Path, further) if item.suffix.lower() == LIBRARY_TYPES]
     given = [
         parse_file(file, shown, defines=defines)
         for item in others

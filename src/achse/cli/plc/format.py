@@ -11,8 +11,6 @@ from achse.cli.files import write_file
 
 __all__ = ["register"]
 
-_SUFFIXES = (".st", ".tcpou", ".tcgvl", ".tcdut", ".tcio")
-
 
 def register(app: typer.Typer) -> None:
     """Add the command of this module to `app`."""
@@ -32,6 +30,7 @@ def format_sources(
     Words, comments and line ends stay, and of XML files all but the code. The table `format`
     of achse.toml says more: `indent`, `keywords`, `operators`.
     """
+    from achse.st.files.forms import Content, has_content
     from achse.st.formatting.options import FormatOptionsError, format_options
     from achse.st.formatting.sources import formatted_bytes
 
@@ -40,7 +39,7 @@ def format_sources(
         try:
             options = format_options(file.parent)
             data = file.read_bytes()
-            made = formatted_bytes(data, options, is_xml=file.suffix.lower() != ".st")
+            made = formatted_bytes(data, options, is_xml=not has_content(file, Content.TEXT))
         except FormatOptionsError as failure:
             fail(str(failure), name="INVALID_FILE")
         except OSError as failure:
@@ -57,9 +56,12 @@ def format_sources(
 
 def _files(paths: list[Path]) -> Iterator[Path]:
     """Return the sources among paths, those in folders in order."""
+    from achse.st.files.forms import Content, suffixes_of
+
+    suffixes = suffixes_of(Content.TEXT, Content.ENVELOPE)
     for path in paths:
         if path.is_dir():
-            below = (item for item in path.rglob("*") if item.suffix.lower() in _SUFFIXES)
+            below = (item for item in path.rglob("*") if item.suffix.lower() in suffixes)
             yield from sorted(item for item in below if item.is_file())
         else:
             yield path

@@ -252,6 +252,7 @@ def _of_running(port: int) -> "SymbolFile":
 
 def _of_origin(origin: Path) -> "SymbolFile":
     """Return the symbols that sources or a symbol file declare."""
+    from achse.st.files.forms import Content, has_content
     from achse.station import ConfigError
     from achse.station.configuration.plc import PlcConfig
     from achse.station.plcs.sources import PlcSource
@@ -261,7 +262,7 @@ def _of_origin(origin: Path) -> "SymbolFile":
             f"{origin}: a station is described there, no symbols: name the sources or the symbol"
             " file that its [[plc]] names, or ask a running station by `achse symbols`"
         )
-    if origin.suffix.lower() in (".tmc", ".tpy"):
+    if has_content(origin, Content.SYMBOLS):
         from achse.iec import DeclarationError
         from achse.st.symbolfiles import read_symbol_file
 
@@ -282,7 +283,9 @@ def _of_origin(origin: Path) -> "SymbolFile":
 
 def _plc_table(origin: Path, to: Path, port: int) -> str:
     """The `[[plc]]` table for a station.toml beside which `origin` lies."""
-    key = "symbols" if origin.suffix.lower() in (".tmc", ".tpy") else "sources"
+    from achse.st.files.forms import Content, has_content
+
+    key = "symbols" if has_content(origin, Content.SYMBOLS) else "sources"
     try:
         path = origin.resolve().relative_to(to.resolve().parent)
     except ValueError:

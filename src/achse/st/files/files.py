@@ -21,6 +21,7 @@ from weakref import WeakValueDictionary
 from achse.st.files.envelope import WITHOUT_TEXT, TaskDeclaration, parse_envelope, read_task
 from achse.st.files.exports import parse_export, tasks_of_export
 from achse.st.files.facts import DeclaredFacts
+from achse.st.files.forms import Content, form_of, has_content, suffixes_of
 from achse.st.files.plcopen.documents import (
     PLCOPEN_HEAD,
     is_plcopen,
@@ -36,13 +37,9 @@ from achse.st.lexis.xml import ENCRYPTED, Element, parse_xml
 from achse.st.syntax.parser import Parsed, parse
 
 __all__ = [
-    "EXPORT",
     "LEVELS_UP",
-    "PLCOPEN",
-    "PROJECT",
-    "SUFFIXES",
-    "SYMBOL_FILE",
-    "TASK",
+    "LIBRARY_TYPES",
+    "SOURCES",
     "content_of",
     "files_below",
     "parse_file",
@@ -52,28 +49,16 @@ __all__ = [
     "symbol_files",
 ]
 
-EXPORT = ".exp"
-"""Ending of exports of TwinCAT 2, in lower case."""
-
-PLCOPEN = ".xml"
-"""Ending of PLCopen XML, and of much else, in lower case."""
-
-SUFFIXES = (".st", ".tcpou", ".tcgvl", ".tcdut", ".tctleo", ".tcio", ".tctto", EXPORT)
-"""Endings of the files that are read, in lower case."""
-
-SYMBOL_FILE = ".tmc"
+LIBRARY_TYPES = ".tmc"
 """Ending of the files that have the types of libraries, in lower case."""
 
-PROJECT = ".plcproj"
-"""Ending of the file that says what is in a project, in lower case."""
-
-TASK = ".tctto"
-"""Ending of the files that declare tasks, in lower case."""
+SOURCES = suffixes_of(Content.TEXT, Content.ENVELOPE, Content.TASK, Content.EXPORT)
+"""Endings of the files that are read without a look inside, in lower case."""
 
 LEVELS_UP = 3
 """Folders above a project in which that of the solution may be."""
 
-_SOLUTIONS = (".sln", ".tsproj", ".tspproj")
+_SOLUTIONS = suffixes_of(Content.SOLUTION)
 _LARGEST_FILE = 1 << 26
 _MOST_ENTRIES = 200_000
 _LONGEST_CYCLE_NS = 100 * 0xFFFF_FFFF
@@ -92,12 +77,12 @@ def read_sources(
     asking: list[tuple[int, Path, str]] = []
     for file, name in source_files(path):
         try:
-            if file.suffix.lower() == TASK:
+            if has_content(file, Content.TASK):
                 tasks += _possible([read_task(parse_xml(content_of(file, name), name))], name)
                 continue
-            if file.suffix.lower() == EXPORT:
+            if has_content(file, Content.EXPORT):
                 tasks += _possible(tasks_of_export(_text(content_of(file, name))), name)
-            elif file.suffix.lower() == PLCOPEN:
+            elif has_content(file, Content.PLCOPEN):
                 tasks += _possible(tasks_of_plcopen(content_of(file, name), name), name)
             parsed = parse_file(file, name, defines=defines)
         except SourceError as error:
@@ -136,12 +121,12 @@ def _names(defines: Defines) -> Iterable[str]:
 def symbol_files(path: Path) -> list[Path]:
     """The `.tmc` files beside a project, that with its name first."""
     if path.is_dir():
-        projects = [file for file in files_below(path) if file.suffix.lower() == PROJECT]
+        projects = [file for file in files_below(path) if has_content(file, Content.PROJECT)]
         path = projects[0] if len(projects) == 1 else path
     folder = path if path.is_dir() else path.parent
-    found = [item for item in sorted(folder.iterdir()) if item.suffix.lower() == SYMBOL_FILE]
+    found = [item for item in sorted(folder.iterdir()) if item.suffix.lower() == LIBRARY_TYPES]
     found.sort(key=lambda item: item.stem.lower() != path.stem.lower())
-    if path.is_file() and path.suffix.lower() != PROJECT:
+    if path.is_file() and not has_content(path, Content.PROJECT):
         return [item for item in found if item.stem.lower() == path.stem.lower()]
     return found
 
@@ -152,15 +137,15 @@ def source_files(path: Path) -> list[tuple[Path, str]]:
     Raises `SourceError` if there are none, or if it is not clear which count.
     """
     if path.is_file():
-        if path.suffix.lower() == PROJECT:
+        if has_content(path, Content.PROJECT):
             return _listed(path)
-        if path.suffix.lower() not in SUFFIXES and not _is_plcopen(path):
-            raise _refused(path.name, f"expected a file like {', '.join(SUFFIXES)}")
+        if path.suffix.lower() not in SOURCES and not _is_plcopen(path):
+            raise _refused(path.name, f"expected a file like {', '.join(SOURCES)}")
         return [(path, path.name)]
     if not path.is_dir():
         raise _refused(str(path), "expected a folder of PLC sources or a source file")
     below = files_below(path)
-    projects = [item for item in below if item.suffix.lower() == PROJECT]
+    projects = [item for item in below if has_content(item, Content.PROJECT)]
     if len(projects) > 1:
         names = ", ".join(item.relative_to(path).as_posix() for item in projects[:5])
         raise _refused(str(path), f"several projects: name one of {names}")
@@ -169,18 +154,18 @@ def source_files(path: Path) -> list[tuple[Path, str]]:
     found = [
         item
         for item in below
-        if (item.suffix.lower() in SUFFIXES and item.is_file()) or _is_plcopen(item)
+        if (item.suffix.lower() in SOURCES and item.is_file()) or _is_plcopen(item)
     ]
-    own = [item for item in found if item.suffix.lower() not in (EXPORT, PLCOPEN)]
+    own = [item for item in found if not has_content(item, Content.EXPORT, Content.PLCOPEN)]
     files = [(item, item.relative_to(path).as_posix()) for item in own or found]
     if not files:
-        raise _refused(str(path), f"expected files like {', '.join(SUFFIXES)}")
+        raise _refused(str(path), f"expected files like {', '.join(SOURCES)}")
     return files
 
 
 def _is_plcopen(path: Path) -> bool:
     """Return True for a file in PLCopen XML."""
-    if path.suffix.lower() != PLCOPEN:
+    if not has_content(path, Content.PLCOPEN):
         return False
     try:
         with path.open("rb") as file:
@@ -209,9 +194,9 @@ def files_below(folder: Path) -> list[Path]:
 
 def project_file(path: Path) -> Path | None:
     """The `.plcproj` that says what is in a path; None without one."""
-    if path.suffix.lower() == PROJECT and path.is_file():
+    if has_content(path, Content.PROJECT) and path.is_file():
         return path
-    found = [item for item in files_below(path) if item.suffix.lower() == PROJECT]
+    found = [item for item in files_below(path) if has_content(item, Content.PROJECT)]
     return found[0] if len(found) == 1 else None
 
 
@@ -236,7 +221,7 @@ def _listed(project: Path) -> list[tuple[Path, str]]:
             continue
         if any(("Folder", str(folder)) in left_out for folder in key.parents):
             continue
-        if name.lower().endswith(SUFFIXES):
+        if name.lower().endswith(SOURCES):
             includes.setdefault(name, element.location)
     if not includes:
         raise _refused(project.name, "expected <Compile Include=…> of at least one source")
@@ -361,11 +346,13 @@ _held: WeakValueDictionary[tuple[object, ...], _Content] = WeakValueDictionary()
 
 
 def _parsed(file: Path, name: str, data: bytes, defines: Defines) -> Parsed:
-    if file.suffix.lower() == ".st":
+    form = form_of(file)
+    content = None if form is None else form.content
+    if content is Content.TEXT:
         return parse(Source(_text(data), name), name=file.stem, defines=defines)
-    if file.suffix.lower() == PLCOPEN:
+    if content is Content.PLCOPEN:
         return parse_plcopen(data, name, file.stem, defines)
-    if file.suffix.lower() == EXPORT:
+    if content is Content.EXPORT:
         return parse_export(_text(data), name, file.stem, defines)
     if not data.startswith((*_UTF_16, ENCRYPTED)) and _BINARY.search(data):
         raise _refused(name, "the source is encrypted or damaged: expected XML, got binary data")

@@ -16,13 +16,13 @@ from typing import NamedTuple
 from achse import libraries
 from achse.st.declared.standard import NAMED_LIST, library_files
 from achse.st.files.files import (
-    PROJECT,
-    SYMBOL_FILE,
+    LIBRARY_TYPES,
     content_of,
     files_below,
     read_sources,
     symbol_files,
 )
+from achse.st.files.forms import Content, has_content
 from achse.st.files.references import LibraryReference, plain_title, references_of
 from achse.st.lexis.codes import Code
 from achse.st.lexis.lexer import Defines
@@ -147,7 +147,9 @@ class _Shelf:
         self._only: dict[Path, Path] = {}
         for place in places:
             files = files_below(place) if place.is_dir() else [place]
-            found = [item for item in files if item.suffix.lower() == PROJECT and item.is_file()]
+            found = [
+                item for item in files if has_content(item, Content.PROJECT) and item.is_file()
+            ]
             if len(found) > 1:
                 for project in found:
                     for title in _titles(project):
@@ -174,7 +176,7 @@ class _Shelf:
     def title(self, place: Path) -> str:
         """The name space of what is at a place: the title of its project, else its own name."""
         project = self._only.get(place, place)
-        if project.suffix.lower() == PROJECT:
+        if has_content(project, Content.PROJECT):
             found = _TITLE.search(content_of(project, project.name))
             if found is not None:
                 return unescape(found[1].decode("utf-8", "replace")).strip() or project.stem
@@ -183,7 +185,7 @@ class _Shelf:
     def references(self, place: Path) -> list[LibraryReference]:
         """Return the references of a project found here, or of the only project of a place."""
         project = self._only.get(place, place)
-        return references_in(project if project.suffix.lower() == PROJECT else None)
+        return references_in(project if has_content(project, Content.PROJECT) else None)
 
 
 def _titles(project: Path) -> Iterator[str]:
@@ -199,7 +201,7 @@ def _titles(project: Path) -> Iterator[str]:
 
 
 def _is_source(item: Path) -> bool:
-    return item.suffix.lower() not in (*_CONTAINERS, SYMBOL_FILE) and item.is_file()
+    return item.suffix.lower() not in (*_CONTAINERS, LIBRARY_TYPES) and item.is_file()
 
 
 # parameters -----------------------------------------------------------------------------------

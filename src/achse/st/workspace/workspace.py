@@ -22,13 +22,13 @@ from achse.st.declare import Declarations, declare_again, faults_of, named_sourc
 from achse.st.declared.scopes import DEEPEST, DeclaredUnit
 from achse.st.files.envelope import TaskDeclaration
 from achse.st.files.files import (
-    PROJECT,
-    SUFFIXES,
-    SYMBOL_FILE,
+    LIBRARY_TYPES,
+    SOURCES,
     parse_file,
     project_file,
     source_files,
 )
+from achse.st.files.forms import Content, suffixes_of
 from achse.st.files.reading import file_key, reading
 from achse.st.lexis.lexer import Defines
 from achse.st.lexis.pragmas import asks_for_declarations
@@ -45,7 +45,7 @@ from achse.st.workspace.uses import SymbolUse, uses_in
 
 __all__ = ["Extent", "Workspace"]
 
-_BESIDE = (PROJECT, SYMBOL_FILE, ".tsproj", ".sln", ".tspproj")
+_BESIDE = (LIBRARY_TYPES, *suffixes_of(Content.PROJECT, Content.SOLUTION))
 """Endings of further files that say something about a project."""
 
 Given = Callable[[Sequence[TaskDeclaration]], Iterable[type[StaticRecord]]]
@@ -273,8 +273,8 @@ class Workspace:
         """Return True if the project may have a file, or reads it besides its sources."""
         if file.name == FILE:
             return self._lint_rules is not None
-        if file.suffix.lower() not in SUFFIXES or key in self._listed:
-            return file.suffix.lower() in (*_BESIDE, *SUFFIXES)
+        if file.suffix.lower() not in SOURCES or key in self._listed:
+            return file.suffix.lower() in (*_BESIDE, *SOURCES)
         folders = [*self.libraries, *(() if self._is_listing else (self.path,))]
         return self.has(file) or any(
             Path(key).is_relative_to(file_key(folder)) for folder in folders

@@ -19,6 +19,7 @@ from achse.plc import Memory, PlcRuntime, Task
 from achse.plc.behaviour import with_behaviour
 from achse.plc.program import area_sizes
 from achse.plc.system_info import system_info_list
+from achse.st.files.forms import form_of
 from achse.st.files.tasks import FileTask, called_tasks
 from achse.st.lexis.collection import collection_paused
 from achse.station.configuration.plc import PlcConfig, TaskConfig
@@ -35,9 +36,6 @@ if TYPE_CHECKING:
 
 __all__ = ["PlcSource"]
 
-_SOURCES = {
-    ".st", ".tcpou", ".tcgvl", ".tcdut", ".tcio", ".tctto", ".exp", ".xml", ".plcproj", ".tmc"
-}  # fmt: skip
 _SHOWN_FAULTS = 20
 _SHOWN_FILES = 5
 
@@ -254,9 +252,7 @@ class PlcSource:
                 continue
             root = self.base / name
             files += (
-                [file for file in root.rglob("*") if file.suffix.lower() in _SOURCES]
-                if root.is_dir()
-                else [root]
+                [file for file in root.rglob("*") if form_of(file)] if root.is_dir() else [root]
             )
         names = [*config.behaviour, *config.globals]
         names += [name for task in config.task for name in task.programs]
