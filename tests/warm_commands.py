@@ -346,7 +346,7 @@ def standard_streams() -> None:
         setattr(sys, f"__{name}__", stream)
 
 
-def end_as(command: Callable[[], None]) -> None:
+def end_as(command: Callable[[], object]) -> None:
     """Run the command and end the process, without freeing what it has loaded."""
     code: object = 0
     try:

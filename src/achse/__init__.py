@@ -25,7 +25,7 @@ _HOMES = {
     "plot": ("achse.plot", ""),
     "sweep": ("achse.sweeps", "sweep"),
 }
-"""Where each name lives: module, and attribute or nothing for the module itself."""
+"""Module of each name, and its attribute there; without one the module itself."""
 
 
 def __getattr__(name: str) -> "Any":

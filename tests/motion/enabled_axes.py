@@ -4,7 +4,7 @@ from typing import Any
 
 from achse.motion import AxisParameters, Nc
 
-__all__ = ["GENTLE", "QUICK", "enabled_axes"]
+__all__ = ["QUICK", "enabled_axes", "gentle_axes"]
 
 QUICK = {
     "control_dword": 7,
@@ -16,8 +16,7 @@ QUICK = {
     "controller_following_error_position_monitoring_enable": 0,
 }
 
-GENTLE = {"default_acceleration": 500.0, "default_deceleration": 500.0, "default_jerk": 5000.0}
-"""Dynamics that leave time to look at a synchronisation."""
+_GENTLE = {"default_acceleration": 500.0, "default_deceleration": 500.0, "default_jerk": 5000.0}
 
 
 def enabled_axes(
@@ -40,3 +39,8 @@ def enabled_axes(
     nc = Nc(cycle_ns, axes, compiled=compiled)
     nc.cycle(3)
     return nc
+
+
+def gentle_axes(count: int = 2, *, compiled: bool | None = None, **values: Any) -> Nc:
+    """Return axes whose dynamics leave time to look at a synchronisation."""
+    return enabled_axes(count, compiled=compiled, **_GENTLE | values)

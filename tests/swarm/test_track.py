@@ -1,6 +1,7 @@
 """The track of a world: the last cycles, of all axes, with the same outcome as without it."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 
@@ -26,9 +27,7 @@ def test_each_cycle_is_recorded_and_changes_nothing(motion: bool) -> None:
     assert track.names == [axis.name for axis in world.all_axes]
     times, *values = track.columns()
     assert len(track) == len(times) >= world.length_ns // world.cycle_ns
-    assert {round((b - a) * 1e9) for a, b in zip(times, times[1:], strict=False)} == {
-        world.cycle_ns
-    }
+    assert {round((b - a) * 1e9) for a, b in pairwise(times)} == {world.cycle_ns}
     assert len(values) == 3 * len(world.all_axes)
 
 

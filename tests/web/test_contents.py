@@ -1,4 +1,4 @@
-"""Contents of pages: calls read unless they say otherwise, and those about a router change nothing."""
+"""Contents of pages: calls read unless they say otherwise; those about a router change nothing."""
 
 from achse.client import connect
 from achse.gateway.figures import STATISTICS

@@ -172,7 +172,7 @@ class SecureFrames:
     def __init__(self, max_length: int = DEFAULT_MAX_LENGTH) -> None:
         self.max_length = max_length
         self._pending = bytearray()
-        self._left = 0
+        self._remaining_bytes = 0
         """Bytes of the present frame that are still to come."""
 
     @property
@@ -185,15 +185,15 @@ class SecureFrames:
         pending, out, position = self._pending, [], 0
         pending += data
         while True:
-            taken = min(self._left, len(pending) - position)
+            taken = min(self._remaining_bytes, len(pending) - position)
             if taken:
                 out.append(bytes(pending[position : position + taken]))
                 position += taken
-                self._left -= taken
-            if self._left or len(pending) - position < _HEADER:
+                self._remaining_bytes -= taken
+            if self._remaining_bytes or len(pending) - position < _HEADER:
                 break
-            self._left = self._length_at(position)
-            out.append(_TCP_HEADER.pack(0, self._left))
+            self._remaining_bytes = self._length_at(position)
+            out.append(_TCP_HEADER.pack(0, self._remaining_bytes))
         del pending[:position]
         return b"".join(out)
 

@@ -155,7 +155,9 @@ class CamSet:
         not, though its own row does."""
         by_name = {each.name: each for each in parameters}
         self.parameters = tuple(by_name[name] for name in order)
-        self._taken = {each.name for each in parameters if each.writable} - {shown} | {also}
+        self._writable_names = {each.name for each in parameters if each.writable} - {shown} | {
+            also
+        }
         self.form = struct.Struct("<" + "".join(each.code for each in self.parameters) + f"{pad}x")
 
     @property
@@ -175,7 +177,7 @@ class CamSet:
         return {
             each.name: each.check(value)
             for each, value in zip(self.parameters, self.form.unpack(data), strict=True)
-            if each.name in self._taken
+            if each.name in self._writable_names
         }
 
 

@@ -51,7 +51,7 @@ class LogWriter(logging.Handler):
         self._size = 0
         self._unread = self._left_out = 0
         """Dropped lines that were not told yet, by reason."""
-        self._told = 0.0
+        self._reported_at = 0.0
         """Time of the last report that lines were left out."""
         self._writing = self._ended = False
         self._changed = threading.Condition()
@@ -127,7 +127,7 @@ class LogWriter(logging.Handler):
                 self._changed.wait(1.0 if self._left_out else None)
             lines = bytearray()
             if self._is_to_tell():
-                self._told = time.monotonic()
+                self._reported_at = time.monotonic()
                 lines += self._warning("%d lines were left out: too many a second", self._left_out)
                 self._left_out = 0
             if not self._waiting:
@@ -145,7 +145,7 @@ class LogWriter(logging.Handler):
         return line
 
     def _is_to_tell(self) -> bool:
-        return self._left_out > 0 and time.monotonic() - self._told >= 1.0
+        return self._left_out > 0 and time.monotonic() - self._reported_at >= 1.0
 
     def _warning(self, text: str, count: int) -> bytes:
         place = ("achse.log", logging.WARNING, __file__, 0)

@@ -37,17 +37,17 @@ class Bank:
         self.turn = 0
         """Number of steps done; work postponed since the last step is postponed in this turn."""
         self.rows = Rows(LAYOUT, size)
-        self._taken = 0
+        self._row_count = 0
         self._postponed_records: list[CompiledRecord] = []
         address = self.rows.address
         self._exchange: Callable[[], int] = KERNEL.bind(address, size, address, size * LAYOUT.words)
 
     def take(self) -> int:
         """The index of a record that is not used yet; ValueError if there is none."""
-        if self._taken == self.rows.count:
-            raise ValueError(f"the bank holds {self._taken} drives, no more")
-        self._taken += 1
-        return self._taken - 1
+        if self._row_count == self.rows.count:
+            raise ValueError(f"the bank holds {self._row_count} drives, no more")
+        self._row_count += 1
+        return self._row_count - 1
 
     def postpone(self, record: "CompiledRecord") -> None:
         """The step that is noted in this record waits to be done."""

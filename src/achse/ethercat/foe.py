@@ -38,8 +38,8 @@ class FoeServer:
 
     def reset(self, out_length: int, in_length: int) -> None:
         """Begin again with mailboxes of these lengths, from and to the master."""
-        self._taken = out_length - _MAILBOX_HEADER - _HEAD.size
-        self._given = in_length - _MAILBOX_HEADER - _HEAD.size
+        self._longest_request = out_length - _MAILBOX_HEADER - _HEAD.size
+        self._longest_answer = in_length - _MAILBOX_HEADER - _HEAD.size
         self._leave()
 
     def _leave(self) -> None:
@@ -60,7 +60,7 @@ class FoeServer:
             return self._answer(operation, number, data[_HEAD.size :])
         except FileRefusal as refusal:
             self._leave()
-            text = refusal.reason.encode("latin-1", "replace")[: self._given]
+            text = refusal.reason.encode("latin-1", "replace")[: self._longest_answer]
             return (_HEAD.pack(FoeOperation.ERROR, refusal.code) + text,)
 
     def _answer(self, operation: int, number: int, data: bytes) -> Iterable[bytes]:
@@ -95,16 +95,16 @@ class FoeServer:
             return ()
         if number != self._number:
             raise FileRefusal(FoeError.PACKET_NUMBER, f"{self._number} expected, got {number}")
-        if len(self._last) < _HEAD.size + self._given:
+        if len(self._last) < _HEAD.size + self._longest_answer:
             self._leave()
             return ()
         return self._next()
 
     def _next(self) -> Iterable[bytes]:
         assert self._reading is not None
-        at = self._number * self._given
+        at = self._number * self._longest_answer
         self._number += 1
-        part = self._reading[at : at + self._given]
+        part = self._reading[at : at + self._longest_answer]
         self._last = _HEAD.pack(FoeOperation.DATA, self._number) + part
         return (self._last,)
 
@@ -128,7 +128,7 @@ class FoeServer:
             self._writing += data
             if len(self._writing) > self._files.longest_file:
                 raise FileRefusal(FoeError.DISK_FULL, f"{self._files.longest_file} bytes at most")
-            if len(data) < self._taken:
+            if len(data) < self._longest_request:
                 self._files.write_file(self._name, bytes(self._writing))
                 self._finishing = True
         if self._finishing:

@@ -35,7 +35,7 @@ class Plan:
     slave before it, `exact` is True and `exchange` processes the datagram slave by slave.
     """
 
-    __slots__ = ("_kept", "_parts", "count", "exact", "flags", "gives", "span", "takes")
+    __slots__ = ("_foreign_bits", "_parts", "count", "exact", "flags", "gives", "span", "takes")
 
     def __init__(
         self, escs: Iterable[Esc], command: DatagramCommand, address: int, length: int
@@ -74,13 +74,13 @@ class Plan:
         bits = [bit for _, bit in self.flags]
         if bits and (self.takes or self.gives or len(set(bits)) < len(bits)):
             self.exact = True
-        self._kept = ~sum(set(bits))
+        self._foreign_bits = ~sum(set(bits))
         self.span = _span([part for _, part in self.gives])
         """The part of the data that `gives` fill one after the other without gap, if they do."""
 
     def look(self, data: bytes) -> bytes:
         """`data` with the `flags` as they are now."""
-        value = int.from_bytes(data, "little") & self._kept
+        value = int.from_bytes(data, "little") & self._foreign_bits
         for full, bit in self.flags:
             if full():
                 value |= bit

@@ -56,7 +56,7 @@ class Request(IntEnum):
 
 
 class ValueSource(IntEnum):
-    """Where the shim gets a value from."""
+    """Source of a value in the shim."""
 
     IMAGE = 0
     REQUEST = 1

@@ -44,7 +44,7 @@ _UNNECESSARY = (Code.UNUSED_VARIABLE, Code.UNREACHABLE)
 
 
 class Published:
-    """What a client was told last: a list is sent again only if it changed."""
+    """Findings that a client has: a list is sent again only if it changed."""
 
     def __init__(self, editor: Editor) -> None:
         self._editor = editor

@@ -119,7 +119,7 @@ def plc_reports(station: Station) -> list[PlcReport]:
 
 
 class OpenStations:
-    """What lasts between calls: stations and recordings by handle; the oldest ones go."""
+    """Stations and recordings by handle, between calls; the oldest are closed first."""
 
     def __init__(self, folder: ProjectFolder, target: str | None = None) -> None:
         self._folder = folder

@@ -63,7 +63,7 @@ class KnownSymbols:
         """By index group, sorted by offset and size; made when somebody asks."""
         self._handles: dict[int, str] = {}
         self._types = TypeTable()
-        self._found: dict[str, IecType[Any] | None] = {}
+        self._type_by_name: dict[str, IecType[Any] | None] = {}
         self._uploads: dict[tuple[bytes, int], _Upload] = {}
         self._coding: Coding = "cp1252"
         self._version: bytes | None = None
@@ -78,14 +78,14 @@ class KnownSymbols:
         if entry.index_group:
             _keep(self._places.setdefault(entry.index_group, {}), _place(entry), entry)
             self._in_order.pop(entry.index_group, None)
-        self._found.clear()
+        self._type_by_name.clear()
 
     def learn_types(self, entries: Iterable[DataTypeEntry]) -> None:
         """Types that are not elementary."""
         for entry in entries:
             if entry.name and (len(self._types) < _MOST or entry.name in self._types):
                 self._types.add(entry)
-        self._found.clear()
+        self._type_by_name.clear()
 
     def learn_handle(self, name: str, data: bytes) -> None:
         """The answer to 0xF003: a handle, and the type if the client asked for it."""
@@ -143,7 +143,7 @@ class KnownSymbols:
             ):
                 known.clear()
             self._types = TypeTable(pointer_size=self._types.pointer_size)
-            self._found.clear()
+            self._type_by_name.clear()
             self.is_whole = False
         self._version = data
 
@@ -216,9 +216,9 @@ class KnownSymbols:
         if not self._entries:
             return None
         key = fold(name)
-        if key not in self._found:
-            _keep(self._found, key, self._find(name))
-        return self._found[key]
+        if key not in self._type_by_name:
+            _keep(self._type_by_name, key, self._find(name))
+        return self._type_by_name[key]
 
     def _find(self, name: str) -> IecType[Any] | None:
         try:

@@ -145,14 +145,14 @@ class Region:
     that becomes a large one gets another.
     """
 
-    __slots__ = ("_grows", "_initial", "_kept", "_used", "area", "data")
+    __slots__ = ("_grows", "_initial", "_retained_slices", "_used", "area", "data")
 
     def __init__(self, area: Area, size: int) -> None:
         self.area = area
         self.data = _zeros(size)
         self._grows = area in _GROWING
         self._initial: Mapping[int, bytes] = {}
-        self._kept: list[slice] = []
+        self._retained_slices: list[slice] = []
         self._used = 0
 
     def __len__(self) -> int:
@@ -211,7 +211,7 @@ class Region:
 
     def keep(self, offset: int, size: int) -> None:
         """Let a reset spare these bytes (retain and persistent variables)."""
-        self._kept.append(slice(offset, offset + size))
+        self._retained_slices.append(slice(offset, offset + size))
 
     def hold_initial(self) -> None:
         """Take the present content as what `reset` restores."""
@@ -231,7 +231,7 @@ class Region:
 
     def reset(self, *, origin: bool = False) -> None:
         """Restore the initial values: all (`origin`), or all that is not kept (cold)."""
-        kept = [] if origin else [(part, self.data[part]) for part in self._kept]
+        kept = [] if origin else [(part, self.data[part]) for part in self._retained_slices]
         _fill(self.data, self._initial)
         for part, content in kept:
             self.data[part] = content
@@ -240,7 +240,7 @@ class Region:
         """Forget all variables: zeros, nothing allocated, nothing kept. The size stays."""
         self.clear()
         self._initial = {}
-        self._kept.clear()
+        self._retained_slices.clear()
         self._used = 0
 
     # access ----------------------------------------------------------------------------------

@@ -13,17 +13,17 @@ class Rate:
     def __init__(self, per_second: int, at_once: int | None = None) -> None:
         self._full = (2 * per_second if at_once is None else at_once) * _SECOND
         self._per_second = per_second
-        self._left = self._full
+        self._tokens = self._full
         self._since: int | None = None
 
     def take(self, now: int) -> bool:
         """Consume one permit at `now`, ns; False if none is left."""
         if self._since is not None and now > self._since:
-            self._left = min(self._full, self._left + (now - self._since) * self._per_second)
+            self._tokens = min(self._full, self._tokens + (now - self._since) * self._per_second)
         self._since = now
-        if self._left < _SECOND:
+        if self._tokens < _SECOND:
             return False
-        self._left -= _SECOND
+        self._tokens -= _SECOND
         return True
 
 

@@ -52,7 +52,7 @@ class Recorder:
         """True if machine code takes the samples."""
         self._tick_ns = tick_ns
         self.decks: tuple[Deck, ...] = ()
-        self._chosen: list[tuple[ScopeChannel, ScopeSource, int]] = []
+        self._selection: list[tuple[ScopeChannel, ScopeSource, int]] = []
         self._stale = False
         """True if symbols may have moved since the channels were bound."""
         self._find()
@@ -72,7 +72,7 @@ class Recorder:
         watched = {steps[trigger.channel] for trigger in self.definition.triggers}
         if self.definition.combine == "all" and len(watched) > 1:
             raise ScopeError("combine: all triggers need channels of the same sample time")
-        self._chosen = chosen
+        self._selection = chosen
         self._stale = False
 
     # what it will cost -------------------------------------------------------------------------
@@ -83,13 +83,13 @@ class Recorder:
     @property
     def ring_bytes(self) -> int:
         """Memory of all rings, once it is started."""
-        return sum(WORD * self._capacity(step_ns) for _, _, step_ns in self._chosen)
+        return sum(WORD * self._capacity(step_ns) for _, _, step_ns in self._selection)
 
     def load(self, row_ns: float, in_memory_ns: float, called_ns: float) -> float:
         """Share of the time that sampling takes: by what a row, a value in memory and one that is
         computed take."""
-        share = sum(row_ns / step_ns for step_ns in {step_ns for _, _, step_ns in self._chosen})
-        for _, source, step_ns in self._chosen:
+        share = sum(row_ns / step_ns for step_ns in {step_ns for _, _, step_ns in self._selection})
+        for _, source, step_ns in self._selection:
             share += (in_memory_ns if source.in_memory else called_ns) / step_ns
         return share
 
@@ -110,7 +110,7 @@ class Recorder:
         if self._stale or any(each.lost for deck in self.decks for each in deck.channels):
             self._find()
         by_step: dict[int, list[DeckChannel]] = {}
-        for channel, source, step_ns in self._chosen:
+        for channel, source, step_ns in self._selection:
             by_step.setdefault(step_ns, []).append(DeckChannel(channel, source))
         decks = []
         for step_ns, channels in by_step.items():
@@ -256,7 +256,7 @@ class Recorder:
                 }
                 for deck in self.decks
             ],
-            "channels": [channel.name for channel, _, _ in self._chosen],
+            "channels": [channel.name for channel, _, _ in self._selection],
         }
 
 

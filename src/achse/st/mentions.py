@@ -53,7 +53,7 @@ class _Walk:
         self.mentions = Mentions()
         self._entry = entry
         self._scopes = scopes
-        self._seen: set[tuple[str, ...]] = set()
+        self._paths: set[tuple[str, ...]] = set()
 
     def own_names(self) -> frozenset[str]:
         """Variables and parts of the unit and of its bases, in lower case."""
@@ -118,9 +118,9 @@ class _Walk:
     def _note(self, path: Sequence[str]) -> None:
         """Note the unit that a path means: by its first name, else behind names of libraries."""
         keys = tuple(name.lower() for name in path)
-        if keys in self._seen:
+        if keys in self._paths:
             return
-        self._seen.add(keys)
+        self._paths.add(keys)
         scopes, space = self._scopes, self._entry.space
         by_name: tuple[Mapping[str, Sequence[DeclaredUnit]], ...] = (
             scopes.globals,

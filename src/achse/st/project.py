@@ -301,5 +301,9 @@ def _event_files(project: Path | None) -> Iterator[tuple[bytes, str]]:
     if project is None:
         return
     for file in files_below(project.parent):
-        if file.suffix.lower() == SYMBOL_FILE and file.parent != project.parent and file.is_file():
+        if (
+            file.suffix.lower() == LIBRARY_TYPES
+            and file.parent != project.parent
+            and file.is_file()
+        ):
             yield content_of(file, file.name), file.name

@@ -101,7 +101,7 @@ def _from_line(point: Point, begin: Point, end: Point) -> float:
 
 
 class ChannelWatch:
-    """What was seen of the channel of a world."""
+    """Observations of the channel of a world."""
 
     def __init__(self, part: DrawnChannel, report: Report) -> None:
         self._texts = {program_file(number): text for number, text in enumerate(part.programs)}

@@ -55,7 +55,7 @@ _MOST_KEPT = 64
 
 
 class Dialling(Protocol):
-    """What a client needs of the station."""
+    """Interface of the station to a client."""
 
     net_id: NetId
 

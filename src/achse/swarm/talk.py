@@ -25,7 +25,7 @@ _ANSWERED = 256
 
 
 class Disturbances(Protocol):
-    """What excuses frames and samples."""
+    """Excuses for lost frames and samples."""
 
     def frames_ns(self) -> int:
         """Return the time until which frames may be lost, late or changed, ns."""
@@ -68,7 +68,7 @@ class Subscription:
 
 @dataclass
 class ConnectionLedger:
-    """What one connection has under way."""
+    """Pending requests of one connection."""
 
     name: str
     clock: Callable[[], int]

@@ -43,7 +43,7 @@ class SweepStore:
             "seeds": plan.seeds,
         }
         self._count = 0
-        self._held: IO[str] | None = None
+        self._lock_file: IO[str] | None = None
 
     def __enter__(self) -> Self:
         """Raises SweepError if another sweep writes there, OSError."""
@@ -52,12 +52,12 @@ class SweepStore:
         if not lock_file(held):
             held.close()
             raise SweepError(f"another sweep writes {self.file} now: name another file")
-        self._held = held
+        self._lock_file = held
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._held is not None:
-            self._held.close()
+        if self._lock_file is not None:
+            self._lock_file.close()
 
     def begin(self) -> list[Row]:
         """The rows that are there already. Raises SweepError, OSError."""
@@ -87,8 +87,8 @@ class SweepStore:
         for part in self._parts.iterdir():
             if part.name != _LOCK:
                 part.unlink()
-        if self._held is not None:
-            self._held.close()
+        if self._lock_file is not None:
+            self._lock_file.close()
         (self._parts / _LOCK).unlink(missing_ok=True)
         self._parts.rmdir()
 

@@ -51,7 +51,7 @@ class Feed:
         self._given = given
         self._watchers: dict[tuple[PageOutbox, int], None] = {}
         self._newest = ""
-        self._kept: deque[str] = deque(maxlen=_KEPT_LINES)
+        self._history: deque[str] = deque(maxlen=_KEPT_LINES)
         self._task: asyncio.Task[None] | None = None
 
     @property
@@ -64,8 +64,8 @@ class Feed:
         self._watchers[outbox, watch] = None
         if self._newest:
             outbox.put_state(watch, self._newest)
-        if self._kept:
-            outbox.put_lines(watch, list(self._kept))
+        if self._history:
+            outbox.put_lines(watch, list(self._history))
         if self._task is None:
             self._task = asyncio.create_task(self._go())
 
@@ -88,7 +88,7 @@ class Feed:
         if self._newest:  # an error is over
             self._newest = ""
         texts = [dumped(line) for line in lines]
-        self._kept.extend(texts)
+        self._history.extend(texts)
         for outbox, watch in self._watchers:
             outbox.put_lines(watch, texts)
 

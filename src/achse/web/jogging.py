@@ -34,27 +34,27 @@ class Jogging:
     """The axes that one page jogs; each is halted when its key is let go or the page goes."""
 
     def __init__(self) -> None:
-        self._held: dict[int, _Held] = {}
+        self._axes: dict[int, _Held] = {}
         self._halting: set[asyncio.Task[None]] = set()
 
     @property
     def axes(self) -> list[int]:
         """Axes that are jogged now."""
-        return list(self._held)
+        return list(self._axes)
 
     async def press(self, number: int, axis: RemoteAxis, key: JogKey) -> None:
         """Jog, or go on: a key that stays the same starts nothing again."""
-        held = self._held.get(number)
+        held = self._axes.get(number)
         if held is None or held.key != key:
-            held = self._held[number] = _Held(axis, key)
+            held = self._axes[number] = _Held(axis, key)
             try:
                 await _start(axis, key)
             except BaseException:
-                self._held.pop(number, None)
+                self._axes.pop(number, None)
                 raise
         if held.timer is not None:
             held.timer.cancel()
-        if self._held.get(number) is held:
+        if self._axes.get(number) is held:
             loop = asyncio.get_running_loop()
             held.timer = loop.call_later(HELD_FOR, self._let_go, number)
 
@@ -64,12 +64,12 @@ class Jogging:
         await axis.halt(wait=False)
 
     def _forget(self, number: int) -> None:
-        held = self._held.pop(number, None)
+        held = self._axes.pop(number, None)
         if held is not None and held.timer is not None:
             held.timer.cancel()
 
     def _let_go(self, number: int) -> None:
-        held = self._held.get(number)
+        held = self._axes.get(number)
         if held is not None:
             self._forget(number)
             task = asyncio.ensure_future(_halted(held.axis))
@@ -78,7 +78,7 @@ class Jogging:
 
     async def end(self) -> None:
         """The page goes: halt what it jogs."""
-        for number in list(self._held):
+        for number in list(self._axes):
             self._let_go(number)
         await asyncio.gather(*self._halting)
 

@@ -43,7 +43,7 @@ class Pages:
             with as_file(files("achse.web") / "pages") as found:
                 folder = Path(found)
         self._folder = folder
-        self._known: dict[str, Page] = {}
+        self._pages: dict[str, Page] = {}
         self.names = self._listed()
 
     def _listed(self) -> dict[str, Path]:
@@ -61,9 +61,9 @@ class Pages:
         file = self.names[name]
         try:
             written = file.stat().st_mtime_ns
-            known = self._known.get(name)
+            known = self._pages.get(name)
             if known is None or known.written != written:
-                known = self._known[name] = _read(file, written)
+                known = self._pages[name] = _read(file, written)
         except OSError:
             return None
         return known

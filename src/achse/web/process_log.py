@@ -31,7 +31,7 @@ class ProcessLog(logging.Handler):
 
     def __init__(self) -> None:
         super().__init__(logging.INFO)
-        self._kept: deque[dict[str, Any]] = deque(maxlen=_KEPT)
+        self._lines: deque[dict[str, Any]] = deque(maxlen=_KEPT)
         self._rates = Rates(_PER_SECOND, _ALL_PER_SECOND)
         self._followers: dict[Receive, asyncio.AbstractEventLoop] = {}
         self._level_before: int | None = None
@@ -52,7 +52,7 @@ class ProcessLog(logging.Handler):
         logger.removeHandler(self)
         logger.setLevel(self._level_before)
         self._level_before = None
-        self._kept.clear()
+        self._lines.clear()
 
     def emit(self, record: logging.LogRecord) -> None:
         """Keep a line and pass it to the loops that follow; called in any thread."""
@@ -65,7 +65,7 @@ class ProcessLog(logging.Handler):
             "source": record.name.removeprefix(f"{_LOGGER}."),
             "text": record.getMessage(),
         }
-        self._kept.append(line)
+        self._lines.append(line)
         for receive, loop in list(self._followers.items()):
             with contextlib.suppress(RuntimeError):  # the loop is closed
                 loop.call_soon_threadsafe(receive, [line])
@@ -75,7 +75,7 @@ class ProcessLog(logging.Handler):
         """Call `receive` with the lines that are kept, and with each new one in this loop."""
         with self.lock or contextlib.nullcontext():
             self._followers[receive] = asyncio.get_running_loop()
-            kept = list(self._kept)
+            kept = list(self._lines)
         if kept:
             receive(kept)
         try:

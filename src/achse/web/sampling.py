@@ -129,7 +129,7 @@ class ScopeFeed:
         """Scopes of pages that are there or being opened."""
         self.poll = POLL
         self._zero_ns = zero_ns
-        self._kept: deque[SampleRows] = deque()
+        self._rows: deque[SampleRows] = deque()
         self._kept_bytes = 0
         self._encoded: tuple[SampleRows | None, int, bytes] = (None, 0, b"")
         self._ready: asyncio.Future[None] = asyncio.get_running_loop().create_future()
@@ -197,21 +197,21 @@ class ScopeFeed:
 
     def _keep(self, rows: SampleRows) -> None:
         if rows.gap:
-            self._kept.clear()
+            self._rows.clear()
             self._kept_bytes = 0
-        self._kept.append(rows)
+        self._rows.append(rows)
         self._kept_bytes += len(rows.rows)
         while self._kept_bytes > KEPT_BYTES:
-            self._kept_bytes -= len(self._kept.popleft().rows)
+            self._kept_bytes -= len(self._rows.popleft().rows)
 
     def data(self, name: str) -> ScopeData:
         """Return the buffered rows since the last gap as a recording with this name."""
-        if not self._kept:
+        if not self._rows:
             return ScopeData(name, ())
-        rows = b"".join(each.rows for each in self._kept)
-        count = sum(each.size for each in self._kept)
+        rows = b"".join(each.rows for each in self._rows)
+        count = sum(each.size for each in self._rows)
         deck = {
-            "begin_ns": self._kept[0].begin_ns,
+            "begin_ns": self._rows[0].begin_ns,
             "step_ns": self.step_ns,
             "channels": [
                 {**channel.document(), "type": type.name, "length": count}

@@ -162,4 +162,4 @@ async def test_routers_that_are_offline_are_forgotten_in_the_end(
     link = MqttLink(Onlooker(), MqttDialer(SETTINGS).source)
     for number in range(9):
         link.left(NetId(bytes((number, 1, 1, 1, 1, 1))))
-    assert len(link._gone) == 5
+    assert len(link._offline) == 5

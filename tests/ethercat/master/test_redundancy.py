@@ -256,4 +256,4 @@ def test_copies_that_are_none_are_counted(seed: int, size: int) -> None:
         for each in (dice.randbytes(size), bytes(broken), first[: dice.randrange(40)], first):
             ring.take(each, dice.randrange(2))
         ring.flush()
-    assert len(ring._sent) <= 256
+    assert len(ring._copies) <= 256

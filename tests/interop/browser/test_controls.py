@@ -233,8 +233,8 @@ def anew(tab: Any, name: str) -> Any:
 def does_something(page: Any, control: str, trips: int) -> bool | None:
     """Use a control, and return true if something is seen or asked for; None if it is not there."""
     for name in (FIRST.get(control), control):
-        found = name and page.evaluate(LOOK, name)
-        if not found:
+        found = page.evaluate(LOOK, name) if name else None
+        if name is None or not found:
             if name == control:
                 return None
             continue

@@ -351,9 +351,9 @@ def test_log_hears_of_one_refusal_of_a_host_in_five_seconds() -> None:
     assert [owner.untold("a") for _ in range(6)] == [0, None, None, 2, None, 1]
     for number in range(1023):
         assert owner.untold(f"host {number}") == 0
-    assert len(owner._told) == 1024
+    assert len(owner._refusals_by_host) == 1024
     assert owner.untold("another") == 0
-    assert owner._told.keys() == {"another"}
+    assert owner._refusals_by_host.keys() == {"another"}
 
 
 @pytest.mark.parametrize("has_line", [False, True])
@@ -395,10 +395,10 @@ def test_bytes_that_nobody_has_looked_at_are_kept_in_order() -> None:
     left = [b"ab", b"c"]
     owner: Any = SimpleNamespace(handshakes=SimpleNamespace(end=lambda _: left.pop(0)))
     client = _Counted.__new__(_Counted)
-    client._owner, client._left = owner, b""
+    client._owner, client._rest = owner, b""
     client._over(client)
     client._over(client)
-    assert client._left == b"abc"
+    assert client._rest == b"abc"
 
 
 async def test_closed_listener_checks_no_passwords_and_ends_handshakes() -> None:

@@ -156,7 +156,7 @@ async def test_what_follows_the_block_at_once_is_not_lost() -> None:
     while not pair.blocks:
         for wire, far in ((pair.here, pair.server), (pair.there, pair.client)):
             data = wire.take()
-            if wire is pair.here and pair.client._asked:
+            if wire is pair.here and pair.client._has_requested:
                 tls = pair.client._tls
                 assert tls is not None
                 tls.send(FRAME[6:])

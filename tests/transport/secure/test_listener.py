@@ -429,7 +429,7 @@ def test_what_waited_for_the_handshake_is_received_once_it_is_open(
     monkeypatch.setattr(SecureServer, "_open", lambda _: calls.append("open"))
     monkeypatch.setattr(SecureServer, "data_received", lambda _, data: calls.append(data))
     client = _Counted.__new__(_Counted)
-    client._left = b"waited"
+    client._rest = b"waited"
     client._open()
     client._open()
     assert calls == ["open", b"waited", "open"]
@@ -472,14 +472,14 @@ async def test_the_log_is_not_flooded_by_refusals(caplog: pytest.LogCaptureFixtu
             writer.close()
         assert caplog.text.count("is refused") == 1
         assert "more since the last one told" not in caplog.text
-        until, others = listener._told["127.0.0.1"]
+        until, others = listener._refusals_by_host["127.0.0.1"]
         assert others == 19
-        listener._told["127.0.0.1"] = until - 60.0, others
+        listener._refusals_by_host["127.0.0.1"] = until - 60.0, others
         assert await refusal(listener, known()) == SecureRefusal.UNKNOWN_CERTIFICATE
         assert "unknown certificate (19 more since the last one told)" in caplog.text
         for number in range(2000):
             listener.untold(f"10.0.{number // 256}.{number % 256}")
-        assert len(listener._told) <= 1024
+        assert len(listener._refusals_by_host) <= 1024
 
 
 async def test_what_is_not_tls_is_closed_at_once() -> None:

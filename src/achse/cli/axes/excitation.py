@@ -34,19 +34,19 @@ class ExcitationJudge(Judge):
     def __init__(self, axis: NcAxis, seconds: float) -> None:
         super().__init__(axis)
         self._seconds = seconds
-        self._begun = self._released = False
+        self._has_started = self._released = False
         self._accepted_at = inf
 
     def see(self, seconds: float, values: Mapping[str, Any], *, before: bool = False) -> None:
         state = values["state_dword"]
         going_on = bool(state & StateBit.HAS_JOB)
         self.target = values["actual_position"]
-        if not self._begun and not going_on:
+        if not self._has_started and not going_on:
             self.began = seconds
             if before:
                 return
             self._accepted_at = min(self._accepted_at, seconds)
-        self._begun |= going_on
+        self._has_started |= going_on
         self.trouble = self.failure(values)
         if self.trouble is not None or self.interrupted:
             return
@@ -54,9 +54,9 @@ class ExcitationJudge(Judge):
             self.done = bool(state & StateBit.NOT_MOVING) and not going_on
         elif going_on:
             self.over = self._released = seconds - self.began >= self._seconds
-        elif self._begun and not state & StateBit.HAS_BEEN_STOPPED:
+        elif self._has_started and not state & StateBit.HAS_BEEN_STOPPED:
             self.done = True
-        elif self._begun or seconds > self._accepted_at + ACTIVE_WITHIN:
+        elif self._has_started or seconds > self._accepted_at + ACTIVE_WITHIN:
             here = f"{decimal(self.target)} {self.axis.unit}"
-            what = "was stopped" if self._begun else "did not begin"
+            what = "was stopped" if self._has_started else "did not begin"
             self.trouble = f"{self.axis}: {what} at {here}"

@@ -27,19 +27,19 @@ class HomingJudge(Judge):
 
     def __init__(self, axis: NcAxis) -> None:
         super().__init__(axis)
-        self._begun = False
+        self._has_started = False
         self._accepted_at = inf
 
     def see(self, seconds: float, values: Mapping[str, Any], *, before: bool = False) -> None:
         state, step = values["state_dword"], values["homing_state"]
         asked = values["operation_mode_and_cycle"] & OperationModeBit.APPLICATION_REQUEST
         going_on = bool(state & StateBit.HOMING_BUSY or asked)
-        if not self._begun and not going_on:
+        if not self._has_started and not going_on:
             self.began = seconds
             if before:
                 return
             self._accepted_at = min(self._accepted_at, seconds)
-        self._begun |= going_on
+        self._has_started |= going_on
         if step and step in HomingState.__members__.values():
             name = HomingState(step).name
             if not self.steps or self.steps[-1][1] != name:
@@ -47,7 +47,7 @@ class HomingJudge(Judge):
         self.trouble = self.failure(values)
         if self.trouble is not None or self.interrupted or going_on:
             return
-        if self._begun or seconds > self._accepted_at + ACTIVE_WITHIN:
+        if self._has_started or seconds > self._accepted_at + ACTIVE_WITHIN:
             self.target = values["actual_position"]
             self.done = bool(state & StateBit.HOMED)
             if not self.done:

@@ -36,14 +36,16 @@ Fill = Callable[["Segment"], dict[str, str]]
 """Function that attaches slaves to a segment, and returns the facts of the ready line."""
 
 
-def serving_command(app: typer.Typer, what: str) -> Callable[[Callable[..., Fill]], None]:
+def serving_command(
+    app: typer.Typer, what: str
+) -> Callable[[Callable[..., Fill]], Callable[..., None]]:
     """Make `command(…)`, which returns a `Fill`, the command `serve` of `app`.
 
     Its options are its own and those of the link, the faults and the clock. It answers masters of
     the slaves until interrupted.
     """
 
-    def register(command: Callable[..., Fill]) -> None:
+    def register(command: Callable[..., Fill]) -> Callable[..., None]:
         @functools.wraps(command)
         def serve(
             interface: list[str] | None,
@@ -72,6 +74,7 @@ def serving_command(app: typer.Typer, what: str) -> Callable[[Callable[..., Fill
         own = inspect.signature(command).parameters.values()
         set_parameters(serve, [*own, *inspect.signature(_options).parameters.values()])
         app.command("serve")(serve)
+        return serve
 
     return register
 

@@ -52,7 +52,7 @@ class ScopePicture:
     def __init__(self, decks: list[dict[str, Any]], seconds: float | None, *, live: bool) -> None:
         self._decks = decks
         self._seconds = seconds
-        self._wanted = live
+        self._is_live = live
         self._live: Live | None = None
         self._time = 0.0
         self._samples = 0
@@ -63,7 +63,7 @@ class ScopePicture:
                     self._curves[number, place] = deque(maxlen=POINTS)
 
     def __enter__(self) -> Self:
-        if self._wanted:
+        if self._is_live:
             from rich.live import Live
 
             self._live = Live(self.picture(), refresh_per_second=10, transient=True)

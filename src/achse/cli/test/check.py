@@ -102,9 +102,12 @@ def check(
         return
     if in_json:
         report = ReportFormat.JSON
-    from achse.st.files.solution import SOLUTIONS
+    from achse.st.files.forms import Content, has_content
 
-    is_project = file.suffix.lower() not in (".toml", *SOLUTIONS) and file.exists()
+    is_station = file.suffix.lower() == ".toml" or has_content(
+        file, Content.SYSTEM, Content.SOLUTION
+    )
+    is_project = not is_station and file.exists()
     if watch:
         if not is_project or report is not ReportFormat.TEXT:
             fail(f"--watch prints the findings of a PLC project as text: got {file}, {report}")

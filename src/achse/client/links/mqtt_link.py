@@ -47,7 +47,7 @@ class MqttLink:
         self._full = False
         self._reason = ""
         self._unanswered = Unanswered()
-        self._gone: dict[NetId, None] = {}
+        self._offline: dict[NetId, None] = {}
         """Routers that say that they are offline."""
         self.came_late = False
         """True if the router to query came online after the first search for it."""
@@ -102,7 +102,7 @@ class MqttLink:
     def came(self, net_id: NetId, note: RouterNote) -> None:
         anew = net_id == self.peer_net_id and net_id not in self.partners
         self.partners[net_id] = note
-        self._gone.pop(net_id, None)
+        self._offline.pop(net_id, None)
         self.changed.set()
         if anew:  # it knows nothing of what was subscribed to before
             self.came_late = True
@@ -111,9 +111,9 @@ class MqttLink:
     def left(self, net_id: NetId) -> None:
         """Remove a router that is offline, and answer the requests that wait for it."""
         known = self.partners.pop(net_id, None) is not None
-        self._gone[net_id] = None
-        if len(self._gone) > _MOST_GONE:
-            del self._gone[next(iter(self._gone))]
+        self._offline[net_id] = None
+        if len(self._offline) > _MOST_GONE:
+            del self._offline[next(iter(self._offline))]
         self._fail(net_id)
         if known and net_id == self.peer_net_id:
             self._lose(f"{net_id} is offline")
@@ -139,7 +139,7 @@ class MqttLink:
         """Send within this turn of the loop. After a loss frames vanish; the session knows."""
         backwards = frame.is_response or frame.command == Command.NOTIFICATION
         self._unanswered.add(frame)
-        if self._gone and NetId(frame.target[:6]) in self._gone:
+        if self._offline and NetId(frame.target[:6]) in self._offline:
             asyncio.get_running_loop().call_soon(self._fail, NetId(frame.target[:6]))
             return
         self.network.send(NetId(frame.target[:6]), frame.encode_tcp()[6:], back=backwards)

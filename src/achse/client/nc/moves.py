@@ -242,7 +242,7 @@ class ReferencingJudge:
 
     def __init__(self, axis: str) -> None:
         self._axis = axis
-        self._begun = False
+        self._has_started = False
         self._first: float | None = None
         self._stall = _Stall(axis)
 
@@ -254,12 +254,12 @@ class ReferencingJudge:
         if self._first is None:
             self._first = status.time
         if going_on:
-            self._begun = True
+            self._has_started = True
             self._stall.see(status, busy=True)
             return False
-        if status.homed and (self._begun or status.time > self._first):
+        if status.homed and (self._has_started or status.time > self._first):
             return True
-        if self._begun or status.time > self._first + ACTIVE_WITHIN:
+        if self._has_started or status.time > self._first + ACTIVE_WITHIN:
             raise AxisAborted(
                 0, self._axis, f"homing ended at {status.position:.10g}, the axis is not homed"
             )

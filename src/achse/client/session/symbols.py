@@ -81,7 +81,7 @@ class SymbolBook:
         self._entries: dict[str, SymbolEntry] | None = None
         self._listing: dict[str, SymbolEntry] | None = None
         self._hints: dict[str, str] = {}
-        self._wanted: dict[str, _Wish] = {}
+        self._wishes: dict[str, _Wish] = {}
         self._edition = 0
 
     # asking ----------------------------------------------------------------------------------
@@ -101,13 +101,13 @@ class SymbolBook:
         found = self._places.get(key)
         if found is not None:
             return found
-        wish = self._wanted.get(key)
+        wish = self._wishes.get(key)
         if wish is None:
             wish = _Wish(name, self._wire_name(name), asyncio.get_running_loop().create_future())
             wish.place.add_done_callback(_seen)
-            if not self._wanted:
+            if not self._wishes:
                 self._session.spawn(self._fetch_wanted())
-            self._wanted[key] = wish
+            self._wishes[key] = wish
         return await asyncio.shield(wish.place)
 
     async def places(self, names: Sequence[str]) -> list[VariableLocation | AdsError]:
@@ -236,7 +236,7 @@ class SymbolBook:
     # fetching --------------------------------------------------------------------------------
 
     async def _fetch_wanted(self) -> None:
-        wanted, self._wanted = self._wanted, {}
+        wanted, self._wishes = self._wishes, {}
         if not self._kept:
             self._kept = True
             self._session.keep(self)

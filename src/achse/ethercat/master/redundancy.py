@@ -76,9 +76,9 @@ class Redundancy:
         self.reference: int | None = None
         self.turned = False
         """True if the last slave turns frames round: nothing comes back by the second adapter."""
-        self._sent: dict[int, tuple[bytes, bytes]] = {}
+        self._copies: dict[int, tuple[bytes, bytes]] = {}
         """Both copies of each frame by index; 256 at most."""
-        self._done: set[int] = set()
+        self._complete: set[int] = set()
         """Indices of frames that were handed over."""
         self._first: dict[int, _Half] = {}
         """Of a frame whose other copy is away: the one that is there."""
@@ -117,22 +117,22 @@ class Redundancy:
                     (position,) = _U16.unpack_from(frame, at + 2)
                     _U16.pack_into(second, at + 2, position + self.split & 0xFFFF)
         index = frame[_INDEX_AT]
-        copies = self._sent[index] = frame, bytes(second)
+        copies = self._copies[index] = frame, bytes(second)
         self._first.pop(index, None)
-        self._done.discard(index)
+        self._complete.discard(index)
         return copies
 
     def take(self, copy: bytes, adapter: int) -> bytes | None:
         """Take a copy that came at `adapter` (0, 1); the whole frame, or None while the other copy
         is away."""
-        if len(copy) < _LEAST or copy[_INDEX_AT] not in self._sent:
+        if len(copy) < _LEAST or copy[_INDEX_AT] not in self._copies:
             self.strays += 1
             return None
         index, number = copy[_INDEX_AT], copy[_SOURCE_END] & 1
         self.missing[number] = 0
         if adapter != number:
             self.missing[adapter] = 0  # it came round the ring, and so will the other one
-        if index in self._done:
+        if index in self._complete:
             return None  # the other copy was taken alone
         there = self._first.pop(index, None)
         if there is None or there.number == number:
@@ -142,8 +142,8 @@ class Redundancy:
             self._first[index] = half
             return None
         first, second = (there.copy, copy) if number else (copy, there.copy)
-        self._done.add(index)
-        merged = self._merge(first, second, self._sent[index])
+        self._complete.add(index)
+        merged = self._merge(first, second, self._copies[index])
         if merged is None:
             self.strays += 1
         return merged
@@ -175,10 +175,10 @@ class Redundancy:
         """
         index, number = half.copy[_INDEX_AT], half.number
         sure = self._known_away(1 - number)
-        self._done.add(index)
+        self._complete.add(index)
         if half.passed_nobody or (index in ACYCLIC and not sure):
             return None
-        sent = self._sent[index]
+        sent = self._copies[index]
         copies = (sent[0], half.copy) if number else (half.copy, sent[1])
         return self._merge(*copies, sent, sure=sure)
 

@@ -147,7 +147,7 @@ class Debugger:
         self._pauses = False
         self._step_depth = 0
         self._step_task: Task | None = None
-        self._seen: BaseException | None = None
+        self._last_exception: BaseException | None = None
         self._fuel = 0
         self._at: dict[int, list[Breakpoint]] = {}
         self._build: DebugBuild | None = None
@@ -269,7 +269,7 @@ class Debugger:
         """Run a cycle until it ends, or stands still. The PLC is told of its end."""
         self._task = task
         self._stack.clear()
-        self._seen = None
+        self._last_exception = None
         self._advance(lambda: self._carrier.run(cycle))
 
     def _advance(self, go: Callable[[], bool]) -> None:
@@ -406,9 +406,9 @@ class Debugger:
         return bool(self.own_paths) and path not in self.own_paths
 
     def _raised(self, call: CallRecord, failure: BaseException) -> None:
-        if not self._inside or self._abandons or failure is self._seen:
+        if not self._inside or self._abandons or failure is self._last_exception:
             return
-        self._seen = failure
+        self._last_exception = failure
         if not self.breaks_on_exceptions:
             return
         mark = self.build.mark(call[0])

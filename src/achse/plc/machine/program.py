@@ -88,7 +88,7 @@ class MachineProgram:
     def __init__(self, content: bytes, host: MachineHost, counters: int = 0) -> None:
         self._host = host
         self._routines = list(host.project.routines.values())
-        self._held: list[BaseException] = []
+        self._exceptions: list[BaseException] = []
         self._doors: dict[int, Callable[[int], None]] = {}
         self._makers: dict[int, Callable[[int, bytes], bytes]] = {}
         self._readers: dict[int, Callable[[bytes], int]] = {}
@@ -304,10 +304,10 @@ class MachineProgram:
             del failure
 
     def _hold(self) -> None:
-        self._held.append(self._failure())
+        self._exceptions.append(self._failure())
 
     def _again(self) -> None:
-        raise self._held.pop()
+        raise self._exceptions.pop()
 
     def _missing(self, address: int, number: int) -> None:
         self._host.dispatched(address, self.notes.texts[number])

@@ -42,12 +42,12 @@ from achse.st.typed.statements import Do
 if TYPE_CHECKING:
     from achse.st.check.body import RoutineBody
 
-__all__ = ["Arguments"]
+__all__ = ["ArgumentBinder"]
 
 _ANY = ("any", "any_bit", "any_date", "any_int", "any_num", "any_real", "any_string")
 
 
-class Arguments:
+class ArgumentBinder:
     """Binds the arguments of the calls of one routine."""
 
     def __init__(self, body: "RoutineBody") -> None:
@@ -61,7 +61,7 @@ class Arguments:
         arguments: Sequence[Argument],
         at: int,
     ) -> tuple[tuple[Stored, ...], tuple[Stored, ...]]:
-        """Arguments as stores into parameters, and outputs as stores from them."""
+        """ArgumentBinder as stores into parameters, and outputs as stores from them."""
         if signature is not None and parameters is signature.parameters:
             by_name = signature.by_name
         else:

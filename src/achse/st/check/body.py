@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from achse.iec.elementary import BOOL, INT, BoolType
 from achse.iec.structs import StructType
-from achse.st.check.arguments import Arguments
+from achse.st.check.arguments import ArgumentBinder
 from achse.st.check.assignments import Assignments
 from achse.st.check.builtins import Builtins
 from achse.st.check.calls import CallChecker
@@ -52,7 +52,7 @@ class RoutineBody:
         self.builtins = Builtins(self)
         self.system = SystemOperators(self)
         self.calls = CallChecker(self)
-        self.arguments = Arguments(self)
+        self.arguments = ArgumentBinder(self)
         self.checks = ImplicitChecks(self)
         self.assignments = Assignments(self)
         self.expressions = ExpressionChecker(self)

@@ -127,10 +127,10 @@ class Checking:
         self._faults: dict[Diagnostic, None] = {}
         self._warnings: dict[Diagnostic, None] = {}
         self._waiting: deque[Signature] = deque()
-        self._asked: set[str] = set()
+        self._pending_names: set[str] = set()
         self._notes: dict[str, dict[str, str]] = {}
         self._checked: list[CheckedRoutine] = []
-        self._done: dict[str, Routine] = {}
+        self._routine_by_key: dict[str, Routine] = {}
         self._left_out: dict[str, str] = {}
         self._inert: dict[str, str] = {}
         self._records: dict[str, TypedRecord] = {}
@@ -185,8 +185,8 @@ class Checking:
 
     def require(self, signature: Signature) -> None:
         """Have a routine checked, because something calls it."""
-        if signature.key not in self._asked:
-            self._asked.add(signature.key)
+        if signature.key not in self._pending_names:
+            self._pending_names.add(signature.key)
             self._waiting.append(signature)
 
     def require_record(self, type: StructType[Any]) -> None:
@@ -209,7 +209,9 @@ class Checking:
         for entry in own:
             self._guarded(entry, self._begin)
         self._work()
-        self._done = {checked.body.signature.key: checked.routine() for checked in self._checked}
+        self._routine_by_key = {
+            checked.body.signature.key: checked.routine() for checked in self._checked
+        }
         interfaces = self._interfaces()
         faults = [*list(self.names.scopes.faults)[self._known_faults :], *self._faults]
         contracts = Contracts(self.names, self.blocks, self.routines, self.fault)
@@ -218,15 +220,15 @@ class Checking:
         faults = sorted(dict.fromkeys(faults + list(self._faults)), key=lambda one: one.location)
         units = sorted(self._units.values(), key=lambda unit: unit.slot)
         return TypedProject(
-            self._done,
+            self._routine_by_key,
             self._blocks,
             self._records,
             {unit.type.name.lower(): unit for unit in units},
             interfaces,
             (*self._statics, *self._statics_of_blocks()),
-            slot_calls(AFTER_GLOBAL_INIT, self._done.values(), self._notes),
-            slot_calls(AFTER_ONLINE_CHANGE, self._done.values(), self._notes),
-            type_change_calls(self._done.values(), self._notes),
+            slot_calls(AFTER_GLOBAL_INIT, self._routine_by_key.values(), self._notes),
+            slot_calls(AFTER_ONLINE_CHANGE, self._routine_by_key.values(), self._notes),
+            type_change_calls(self._routine_by_key.values(), self._notes),
             tuple(faults),
             tuple(sorted(self._warnings, key=lambda one: one.location)),
             self._left_out,
@@ -518,9 +520,9 @@ class Checking:
 
     def _live(self, type: StructType[Any], event: LifeEvent) -> None:
         signature = self.life.signature(type, event)
-        if signature.key in self._asked:
+        if signature.key in self._pending_names:
             return
-        self._asked.add(signature.key)
+        self._pending_names.add(signature.key)
         body = RoutineBody(self, signature)
         self.current = body
         statements: list[TypedStatement] = []

@@ -54,7 +54,7 @@ class NameResolver:
     def __init__(self, body: "RoutineBody") -> None:
         self._body = body
         self._names = body.checking.names
-        self._found: dict[str, TypedOperand] = {}
+        self._variable_by_name: dict[str, TypedOperand] = {}
         """Variables looked up already: a body names the same few again and again."""
 
     # single names ----------------------------------------------------------------------------
@@ -148,12 +148,12 @@ class NameResolver:
 
     def variable(self, key: str, at: int) -> TypedOperand | None:
         """A variable of the routine, of its instance, or of its unit."""
-        known = self._found.get(key)
+        known = self._variable_by_name.get(key)
         if known is not None:
             return known
         found = self._variable(key, at)
         if found is not None:
-            self._found[key] = found
+            self._variable_by_name[key] = found
         return found
 
     def _variable(self, key: str, at: int) -> TypedOperand | None:

@@ -131,7 +131,7 @@ class Routines:
 
     def __init__(self, names: Resolver) -> None:
         self._names = names
-        self._known: dict[str, Signature | None] = {}
+        self._signature_by_key: dict[str, Signature | None] = {}
 
     def of_function(self, entry: DeclaredUnit) -> Signature:
         """A function. Raises `Failed`."""
@@ -170,7 +170,7 @@ class Routines:
         if accessor is None:
             return None
         name = f"{entry.name}.{'__get' if get else '__set'}{tree.name}"
-        known = self._known.get(name.lower())
+        known = self._signature_by_key.get(name.lower())
         if known is not None:
             return known
         scope = self._inside(entry, name, accessor.blocks)
@@ -183,7 +183,7 @@ class Routines:
 
     def made_again(self, known: Signature) -> Signature:
         """Return the signature of a routine once more, with an empty frame. Raises `Failed`."""
-        del self._known[known.key]
+        del self._signature_by_key[known.key]
         entry, tree = known.entry, known.tree
         match known.kind:
             case RoutineKind.FUNCTION:
@@ -204,20 +204,20 @@ class Routines:
 
     def forget(self, is_touched: Callable[[DeclaredUnit], bool]) -> None:
         """Forget the signatures in units that were declared again, and those that failed."""
-        self._known = {
+        self._signature_by_key = {
             key: one
-            for key, one in self._known.items()
+            for key, one in self._signature_by_key.items()
             if one is not None and not is_touched(one.entry)
         }
 
     @property
     def made(self) -> list[Signature]:
         """The signatures so far."""
-        return [one for one in self._known.values() if one is not None]
+        return [one for one in self._signature_by_key.values() if one is not None]
 
     def known(self, key: str) -> Signature | None:
         """The signature of that key, if it was asked for."""
-        return self._known.get(key)
+        return self._signature_by_key.get(key)
 
     def this(self, entry: DeclaredUnit) -> StructType[Any] | None:
         """The record of the instances that routines of a unit run on. Raises `Failed`."""
@@ -251,12 +251,12 @@ class Routines:
         property: Property | None = None,
     ) -> Signature:
         key = name.lower()
-        if key in self._known:
-            known = self._known[key]
+        if key in self._signature_by_key:
+            known = self._signature_by_key[key]
             if known is None:
                 raise Failed
             return known
-        self._known[key] = None
+        self._signature_by_key[key] = None
         frame = VariableFrame(name, self._names.rules)
         made = Signature(key, name, kind, entry, tree, scope, frame, this)
         with self._names.scopes.inside(entry.source):
@@ -268,7 +268,7 @@ class Routines:
                 value = frame.add(Variable(type, name=property.name, section=Section.INPUT))
                 made.parameters.append(DeclaredParameter(value, "VAR_INPUT", type))
             self._fill(made, tuple(getattr(tree, "blocks", ())))
-        self._known[key] = made
+        self._signature_by_key[key] = made
         return made
 
     def _result(

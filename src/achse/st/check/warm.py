@@ -160,7 +160,7 @@ class WarmChecking(Checking):
         dropped = {key for key in self.nodes if _is_among(self._owner_of(key), units)}
         for key in dropped:
             del self.nodes[key]
-            self._asked.discard(key)
+            self._pending_names.discard(key)
             self._left_out.pop(key, None)
             self._notes.pop(key, None)
         for key in units:

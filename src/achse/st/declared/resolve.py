@@ -102,7 +102,7 @@ class Resolver:
         """True if calls of blocks do nothing of which only the variables are known."""
         self._instances: dict[str, DeclaredUnit] = {}
         self.unknown_types: set[str] = set()
-        self._known: dict[tuple[str, str], IecType[Any]] = {}
+        self._type_by_name: dict[tuple[str, str], IecType[Any]] = {}
         """Types found already, by name and the name space it was seen from."""
         self._strings: dict[tuple[str, int], IecType[Any]] = {}
         self._arrays: dict[tuple[object, ...], IecType[Any]] = {}
@@ -170,9 +170,9 @@ class Resolver:
         if spec.generics:
             return self._found(spec, scope)
         key = (spec.name, scope.space)
-        known = self._known.get(key)
+        known = self._type_by_name.get(key)
         if known is None:
-            known = self._known[key] = self._found(spec, scope)
+            known = self._type_by_name[key] = self._found(spec, scope)
         return known
 
     def _found(self, spec: NamedType, scope: Scope) -> IecType[Any]:
@@ -483,7 +483,9 @@ class Resolver:
         def is_kept(name: str) -> bool:
             return all(word not in words for word in _WORD.findall(name.lower()))
 
-        self._known = {key: type for key, type in self._known.items() if is_kept(key[0])}
+        self._type_by_name = {
+            key: type for key, type in self._type_by_name.items() if is_kept(key[0])
+        }
         self._instances = {
             key: one
             for key, one in self._instances.items()

@@ -58,7 +58,7 @@ SOURCES = suffixes_of(Content.TEXT, Content.ENVELOPE, Content.TASK, Content.EXPO
 LEVELS_UP = 3
 """Folders above a project in which that of the solution may be."""
 
-_SOLUTIONS = suffixes_of(Content.SOLUTION)
+_SOLUTIONS = suffixes_of(Content.SYSTEM, Content.SOLUTION)
 _LARGEST_FILE = 1 << 26
 _MOST_ENTRIES = 200_000
 _LONGEST_CYCLE_NS = 100 * 0xFFFF_FFFF

@@ -1,4 +1,4 @@
-"""Forms of the files of PLC projects: one row for each ending, read by whoever meets a file.
+"""Forms of the files of PLC projects: one row for each ending, for all readers and writers.
 
 Source: files of TwinCAT 2 and 3 projects, seen in public projects.
 """
@@ -27,8 +27,10 @@ class Content(Enum):
     """Types and symbols, without bodies."""
     PROJECT = auto()
     """List of the files of a project."""
+    SYSTEM = auto()
+    """PLC projects, axes and terminals of a controller."""
     SOLUTION = auto()
-    """List of projects."""
+    """List of projects of all kinds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,8 +55,8 @@ FORMS = (
     FileForm(".tmc", Content.SYMBOLS, "types and symbols of a module"),
     FileForm(".tpy", Content.SYMBOLS, "types and symbols of a PLC"),
     FileForm(".plcproj", Content.PROJECT, "names of sources and libraries"),
-    FileForm(".tsproj", Content.SOLUTION, "PLCs, axes and their links"),
-    FileForm(".tspproj", Content.SOLUTION, "one PLC, alone"),
+    FileForm(".tsproj", Content.SYSTEM, "PLCs, axes and their links"),
+    FileForm(".tspproj", Content.SYSTEM, "one PLC, alone"),
     FileForm(".sln", Content.SOLUTION, "projects"),
 )
 

@@ -21,11 +21,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from achse.st.files.files import LEVELS_UP, content_of
+from achse.st.files.forms import Content, has_content
 
 __all__ = [
-    "SOLUTIONS",
-    "SOLUTION_LIST",
-    "SYSTEM_FILES",
     "AxisMapping",
     "TaskOptions",
     "axis_mappings",
@@ -33,14 +31,6 @@ __all__ = [
     "task_options",
     "type_files",
 ]
-
-SYSTEM_FILES = (".tsproj", ".tspproj")
-"""Endings of a solution's project, which has PLCs, axes and tasks, in lower case."""
-
-SOLUTION_LIST = ".sln"
-"""Ending of the file that lists projects of all kinds, in lower case."""
-
-SOLUTIONS = (SOLUTION_LIST, *SYSTEM_FILES)
 
 _TASK = re.compile(rb"<Task\b([^>]*)>\s*<Name>\s*([^<]*?)\s*</Name>")
 _TMC_FILE = re.compile(rb'<AdditionalTmcFile\b[^>]*\bFile="([^"]+)"')
@@ -91,7 +81,7 @@ def _solutions(path: Path) -> Iterator[Path]:
     for folder in [path, *path.absolute().parents][: LEVELS_UP + 1]:
         if folder.is_dir():
             for file in sorted(folder.iterdir()):
-                if file.suffix.lower() in SYSTEM_FILES and file.is_file():
+                if has_content(file, Content.SYSTEM) and file.is_file():
                     yield file
 
 

@@ -72,7 +72,7 @@ class BodyStatements:
         """Place of what is being written, as messages name it."""
         self.carried: Name | None = None
         """Accumulator that an instruction list hands on to a label."""
-        self._hidden = 0
+        self._temporary_count = 0
 
     # places ------------------------------------------------------------------------------------
 
@@ -114,8 +114,8 @@ class BodyStatements:
 
     def hidden(self, kind: str) -> str:
         """Return a new name for a hidden variable of the call."""
-        self._hidden += 1
-        return f"__{kind}{self._hidden}"
+        self._temporary_count += 1
+        return f"__{kind}{self._temporary_count}"
 
     def let(self, name: str, value: Expression, at: int) -> Name:
         """Write a value into a hidden variable of the call; return its name."""

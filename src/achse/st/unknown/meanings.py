@@ -91,7 +91,7 @@ class Meanings:
         self._results: set[int] = set()
         """Trees of the types that methods return, by identity."""
         self._others: dict[int, bool] = {}
-        self._known: dict[tuple[str, str], bool] = {}
+        self._is_other_by_name: dict[tuple[str, str], bool] = {}
         self._blocks: dict[str, StructType[Any]] = {}
         """Blocks of symbol files, whose bodies and methods nothing declares."""
         self._opaque: dict[str, IecType[Any]] = {}
@@ -100,14 +100,14 @@ class Meanings:
     def is_missing(self, spec: NamedType, scope: Scope) -> bool:
         """Return True if nothing declares the type of a name, or only the variables of a block."""
         key = (spec.name.lower(), scope.space)
-        if key not in self._known:
+        if key not in self._is_other_by_name:
             try:
-                self._known[key] = self._scopes.find(
+                self._is_other_by_name[key] = self._scopes.find(
                     spec.name, scope.space
                 ) is None and self._is_without_source(spec)
             except (Unexpected, Failed, IecError):
-                self._known[key] = False
-        return self._known[key]
+                self._is_other_by_name[key] = False
+        return self._is_other_by_name[key]
 
     def _is_without_source(self, spec: NamedType) -> bool:
         given = self._names.given

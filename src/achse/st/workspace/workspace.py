@@ -45,7 +45,7 @@ from achse.st.workspace.uses import SymbolUse, uses_in
 
 __all__ = ["Extent", "Workspace"]
 
-_BESIDE = (LIBRARY_TYPES, *suffixes_of(Content.PROJECT, Content.SOLUTION))
+_BESIDE = (LIBRARY_TYPES, *suffixes_of(Content.PROJECT, Content.SYSTEM, Content.SOLUTION))
 """Endings of further files that say something about a project."""
 
 Given = Callable[[Sequence[TaskDeclaration]], Iterable[type[StaticRecord]]]

@@ -20,8 +20,8 @@ from pathlib import Path, PureWindowsPath
 from typing import Any, NamedTuple
 
 from achse.motion.record import FIELDS
-from achse.st.files.files import PROJECT, SUFFIXES, content_of, files_below
-from achse.st.files.solution import SOLUTION_LIST, SOLUTIONS, SYSTEM_FILES
+from achse.st.files.files import content_of, files_below
+from achse.st.files.forms import Content, has_content
 from achse.st.lexis.source import SourceError
 from achse.st.lexis.xml import Element, parse_xml
 from achse.station.configuration.types import STATION_FILE, ConfigError
@@ -36,6 +36,7 @@ _UNITS_OF_CYCLE_NS = 100
 _FIRST_PORT = 851
 _OF_FILE = "__FILENAME__"
 """Name of an axis that has the name of its file."""
+_SOURCES = (Content.TEXT, Content.ENVELOPE, Content.EXPORT)
 _SHOWN = 5
 _LONGEST_NAME = 30
 
@@ -106,8 +107,9 @@ _WITHIN = (
 
 def is_project(path: Path) -> bool:
     """Return True for a path that is no station.toml, but can be a station as it is."""
-    suffix = path.suffix.lower()
-    return path.is_dir() or suffix in (*SOLUTIONS, PROJECT, *SUFFIXES)
+    return path.is_dir() or has_content(
+        path, Content.SOLUTION, Content.SYSTEM, Content.PROJECT, *_SOURCES
+    )
 
 
 def project_document(path: Path) -> dict[str, Any]:
@@ -123,20 +125,19 @@ def project_document(path: Path) -> dict[str, Any]:
 
 
 def _document(path: Path) -> dict[str, Any]:
-    suffix = path.suffix.lower()
     if path.is_dir():
         return _of_folder(path)
-    if suffix == SOLUTION_LIST:
+    if has_content(path, Content.SOLUTION):
         return _document(_only(path, list(_listed(path)), "a .tsproj"))
-    if suffix in SYSTEM_FILES:
+    if has_content(path, Content.SYSTEM):
         return _of_solution(path)
     path.stat()
     plc = {"port": _FIRST_PORT, "sources": str(path.absolute())}
     document = {"plc": [plc]}
-    if suffix == PROJECT:
+    if has_content(path, Content.PROJECT):
         for folder in list(path.absolute().parents)[:3]:
             for file in sorted(folder.iterdir()):
-                if file.suffix.lower() in SYSTEM_FILES and file.is_file():
+                if has_content(file, Content.SYSTEM) and file.is_file():
                     of_solution = _of_solution(file)
                     for row in of_solution["plc"]:
                         if os.path.samefile(row["sources"], path):
@@ -147,13 +148,13 @@ def _document(path: Path) -> dict[str, Any]:
 def _of_folder(folder: Path) -> dict[str, Any]:
     """The solution, project or sources of a folder; the highest ones count."""
     below = files_below(folder)
-    for endings, what in ((SYSTEM_FILES, "a .tsproj"), ((PROJECT,), "a .plcproj")):
-        found = [file for file in below if file.suffix.lower() in endings and file.is_file()]
+    for content, what in ((Content.SYSTEM, "a .tsproj"), (Content.PROJECT, "a .plcproj")):
+        found = [file for file in below if has_content(file, content) and file.is_file()]
         if found:
             least = min(len(file.parts) for file in found)
             highest = [file for file in found if len(file.parts) == least]
             return _document(_only(folder, highest, what))
-    if not any(file.suffix.lower() in SUFFIXES for file in below):
+    if not any(has_content(file, *_SOURCES) for file in below):
         raise ConfigError(
             f"{folder}: expected a {STATION_FILE}, or a folder with a .tsproj, a .plcproj or PLC"
             " sources"
@@ -174,7 +175,7 @@ def _listed(path: Path) -> Iterator[Path]:
     text = content_of(path, path.name).decode("utf-8", "replace")
     for name in _LISTED.findall(text):
         file = path.parent / PureWindowsPath(name)
-        if file.suffix.lower() in SYSTEM_FILES:
+        if has_content(file, Content.SYSTEM):
             yield file
 
 

@@ -44,7 +44,7 @@ class SnapshotFile:
     def __init__(self, path: Path, port: FilePort = DISK) -> None:
         self.path = path
         self._port = port
-        self._begun: tuple[bytes, int] | None = None
+        self._content: tuple[bytes, int] | None = None
         """Layout and length of the content in the file that this object has begun."""
         self._digest = b""
         """Digest of the header."""
@@ -64,29 +64,29 @@ class SnapshotFile:
 
         The last one is whole until this one is.
         """
-        if self._begun != (snapshot.layout, len(snapshot.content)):
+        if self._content != (snapshot.layout, len(snapshot.content)):
             self._begin(snapshot)
             return
         number = self._number + 1
         slot = _slot(number, self._digest, snapshot)
         size = len(snapshot.content)
         offset = _offset(number & 1, len(snapshot.layout), size)
-        begun, self._begun = self._begun, None  # after a failure another file is begun
+        begun, self._content = self._content, None  # after a failure another file is begun
         try:
             self._port.overwrite(self.path, offset, slot)
         except FileNotFoundError:
             self._begin(snapshot)
             return
-        self._begun, self._number = begun, number
+        self._content, self._number = begun, number
 
     def remove(self) -> None:
         """Remove the file. Raises OSError."""
-        self._begun = None
+        self._content = None
         self._port.remove(self.path)
 
     def _begin(self, snapshot: Snapshot) -> None:
         """Put a file with this snapshot and an empty slot in the place of the file."""
-        self._begun = None
+        self._content = None
         layout, size = snapshot.layout, len(snapshot.content)
         lengths = struct.pack("<8sQQ", _MAGIC, len(layout), size)
         digest = _digest(lengths, layout)
@@ -103,7 +103,7 @@ class SnapshotFile:
             with contextlib.suppress(OSError):
                 self._port.remove(fresh)
             raise
-        self._begun, self._digest, self._number = (layout, size), digest, 0
+        self._content, self._digest, self._number = (layout, size), digest, 0
 
 
 def _digest(*parts: bytes) -> bytes:

@@ -45,7 +45,7 @@ class Snapshots:
         self._clock = clock
         self._sleep = sleep
         self._lock = threading.Lock()
-        self._written: PersistentImage | None = None
+        self._stored_image: PersistentImage | None = None
         """The image that the file has, or another file that is newer."""
         self._saves = 0
         """Count of saves to the other file: images from before a save are out of date."""
@@ -58,7 +58,7 @@ class Snapshots:
         After a write that failed no file has it: it is written as soon as that is possible.
         """
         with self._lock:
-            self._written = None if self._failures.is_present else image
+            self._stored_image = None if self._failures.is_present else image
 
     async def run(self, capture: Callable[[], PersistentImage | None]) -> None:
         """Write what `capture` returns, until cancelled; None if there is nothing to write now."""
@@ -70,7 +70,7 @@ class Snapshots:
             image = capture()
             taken = self._clock()
             pause = max(self._interval_s, _SHARE * (taken - began))
-            if image is None or image.is_like(self._written):
+            if image is None or image.is_like(self._stored_image):
                 continue
             is_written = await asyncio.to_thread(self.write, image, self._saves)
             took = self._clock() - taken
@@ -90,7 +90,7 @@ class Snapshots:
             except OSError as failure:
                 self._report_failure(failure)
                 return False
-            self._written = image
+            self._stored_image = image
             self._report_success(self._clock() - began)
             return True
 
@@ -103,7 +103,7 @@ class Snapshots:
             self._saves += 1
             write()
             self._file.remove()
-            self._written = image
+            self._stored_image = image
 
     def _encode(self, layout: PersistentLayout) -> bytes:
         if self._encoded is None or self._encoded[0] is not layout:

@@ -142,7 +142,7 @@ class AxisLinks:
 
     def __init__(self, plc: PlcRuntime, wanted: Mapping[str, Axis]) -> None:
         self._plc = plc
-        self._wanted = {name.casefold(): axis for name, axis in wanted.items()}
+        self._axis_by_name = {name.casefold(): axis for name, axis in wanted.items()}
         self._inputs: list[_Shown] = []
         self._images: AxisImages | None = None
         self._copies: list[tuple[Region, int, memoryview]] = []
@@ -156,10 +156,10 @@ class AxisLinks:
         memory = self._plc.memory
         shown: list[_Shown] = []
         self._outputs = []
-        gone = dict(self._wanted)
+        gone = dict(self._axis_by_name)
         for at in axis_variables(self._plc.variables):
             for name in (at.name.casefold(), at.owner.casefold()):
-                axis = self._wanted.get(name)
+                axis = self._axis_by_name.get(name)
                 if axis is not None:
                     gone.pop(name, None)
                     if at.to_plc:

@@ -128,7 +128,7 @@ class ChannelLinks:
 
     def __init__(self, plc: PlcRuntime, wanted: Mapping[str, NcChannel]) -> None:
         self._plc = plc
-        self._wanted = {name.casefold(): channel for name, channel in wanted.items()}
+        self._channel_by_name = {name.casefold(): channel for name, channel in wanted.items()}
         self._inputs: list[_Shows] = []
         self._outputs: list[_Takes] = []
         self._refresh()
@@ -137,7 +137,7 @@ class ChannelLinks:
     def _refresh(self) -> None:
         before, memory = self._outputs, self._plc.memory
         self._inputs, self._outputs = [], []
-        gone = dict(self._wanted)
+        gone = dict(self._channel_by_name)
         for at in channel_variables(self._plc.variables):
             channel = gone.pop(at.name.casefold(), None)
             if channel is None:

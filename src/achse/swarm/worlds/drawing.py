@@ -32,7 +32,7 @@ _FULL = 1_000_000
 
 @dataclass(frozen=True)
 class Behaviour:
-    """What a kind of client does: acts a second, and the weight of each kind of act."""
+    """Acts of a kind of client: their rate, 1/s, and the weight of each kind."""
 
     rate: float
     weights: Mapping[str, float]
@@ -291,7 +291,7 @@ _VALUES: Mapping[str, Callable[[Stream, int], list[object]]] = {
 
 
 def _trouble(draws: Stream, axes: int, programs: int, length_ns: int) -> list[Act]:
-    """What happens to the station."""
+    """Draw the disturbances of the station."""
     acts: list[Act] = []
     for moment in moments(draws, 0.3 * draws.decades(-1.0, 0.5), length_ns):
         kind = draws.choice(

@@ -12,7 +12,7 @@ comes before they have noted its handle."""
 class Outbox:
     """Packets for a peer, until somebody takes them to send. Times in seconds of any clock."""
 
-    __slots__ = ("_held", "_until", "gathered", "held_size", "size")
+    __slots__ = ("_chunks", "_until", "gathered", "held_size", "size")
 
     def __init__(self) -> None:
         self.size = 0
@@ -21,7 +21,7 @@ class Outbox:
         """Bytes that are held back: `release` gathers them."""
         self.gathered: list[bytes] = []
         """Packets in order; `put` adds one."""
-        self._held: deque[tuple[float, bytes]] = deque()
+        self._chunks: deque[tuple[float, bytes]] = deque()
         self._until = 0.0
 
     def put(self, packet: bytes) -> None:
@@ -37,22 +37,22 @@ class Outbox:
         """Keep a notification back if an Add was answered a moment ago, or others are kept."""
         if not self.holds(now):
             return False
-        self._held.append((self._until, packet))
+        self._chunks.append((self._until, packet))
         self.held_size += len(packet)
         return True
 
     def holds(self, now: float) -> bool:
         """Return True if `hold` would keep a notification back."""
-        return bool(self._held) or now < self._until
+        return bool(self._chunks) or now < self._until
 
     @property
     def due(self) -> float | None:
         """Time of the next call of `release`; None if no notification is held back."""
-        return self._held[0][0] if self._held else None
+        return self._chunks[0][0] if self._chunks else None
 
     def release(self, now: float) -> None:
         """Gather the notifications that have waited long enough, in order."""
-        held = self._held
+        held = self._chunks
         while held and held[0][0] <= now:
             packet = held.popleft()[1]
             self.held_size -= len(packet)
@@ -70,5 +70,5 @@ class Outbox:
     def clear(self) -> None:
         """Forget all: the peer is gone."""
         self.gathered.clear()
-        self._held.clear()
+        self._chunks.clear()
         self.size = self.held_size = 0

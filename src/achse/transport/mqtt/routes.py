@@ -112,7 +112,7 @@ class MqttRoutes:
         self._partners: dict[NetId, _Partner] = {}
         self._strangers: dict[NetId, None] = {}
         self._running: asyncio.Task[None] | None = None
-        self._told = False
+        self._has_reported = False
         self._settled = asyncio.Event()
 
     def start(self) -> None:
@@ -129,7 +129,7 @@ class MqttRoutes:
         except TimeoutError:
             told = "%s: no answer within %g s, it is dialled on"
             log.warning(told, self.network.settings, within)
-            self._told = True
+            self._has_reported = True
             return False
         return True
 
@@ -158,17 +158,17 @@ class MqttRoutes:
 
     def joined(self) -> None:
         """Routes come with the infos."""
-        self._told = False
+        self._has_reported = False
         self._settled.set()
 
     def parted(self, reason: str) -> None:
         log.log(
-            logging.DEBUG if self._told else logging.WARNING,
+            logging.DEBUG if self._has_reported else logging.WARNING,
             "%s: %s",
             self.network.settings,
             reason,
         )
-        self._told = True
+        self._has_reported = True
         self._settled.set()
         for net_id in list(self._partners):
             self.left(net_id)

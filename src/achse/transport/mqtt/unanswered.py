@@ -14,10 +14,10 @@ class Unanswered:
     """Requests without their answers; the answers they get if their target vanishes."""
 
     def __init__(self) -> None:
-        self._asked: dict[tuple[bytes, bytes, int], Frame] = {}
+        self._requests: dict[tuple[bytes, bytes, int], Frame] = {}
 
     def __len__(self) -> int:
-        return len(self._asked)
+        return len(self._requests)
 
     def add(self, frame: Frame) -> None:
         """`frame` goes out; responses, notifications and what wants no answer are not kept."""
@@ -25,19 +25,19 @@ class Unanswered:
             return
         if frame.flags & Flags.NO_RESPONSE:
             return
-        if len(self._asked) >= _MOST:
-            del self._asked[next(iter(self._asked))]
+        if len(self._requests) >= _MOST:
+            del self._requests[next(iter(self._requests))]
         head = (frame.target, frame.source, frame.command, frame.flags, 0, frame.invoke_id)
-        self._asked[frame.source, frame.target, frame.invoke_id] = Frame(*head)
+        self._requests[frame.source, frame.target, frame.invoke_id] = Frame(*head)
 
     def answered(self, message: bytes) -> None:
         """A message came; if it is a response, nobody waits for it any more."""
         target, source, _, flags, _, _, invoke_id = AMS_HEADER.unpack_from(message)
         if flags & Flags.RESPONSE:
-            self._asked.pop((target, source, invoke_id), None)
+            self._requests.pop((target, source, invoke_id), None)
 
     def fail(self, net_id: bytes) -> list[Frame]:
         """Remove the requests to a router that is offline, and return their answers with 0x7."""
-        gone = [key for key in self._asked if key[1][:6] == net_id]
-        asked = [self._asked.pop(key) for key in gone]
+        gone = [key for key in self._requests if key[1][:6] == net_id]
+        asked = [self._requests.pop(key) for key in gone]
         return [each.reply(error=ReturnCode.TARGET_MACHINE_NOT_FOUND.number) for each in asked]

@@ -120,7 +120,7 @@ class SecureChannel(asyncio.Protocol):
         self._tcp: asyncio.Transport | None = None
         self._timer: asyncio.TimerHandle | None = None
         self._opened = False
-        self._said = 0
+        self._control_bytes = 0
         """Bytes of TLS itself since something was said by it."""
         self.host, self.port = "", 0
         """Address and TCP port of the far end."""
@@ -213,11 +213,11 @@ class SecureChannel(asyncio.Protocol):
             return
         data = self._tls.outgoing()
         if spoke and not self._tcp.get_write_buffer_size():
-            self._said = 0
+            self._control_bytes = 0
         if not data:
             return
-        self._said += len(data)
-        if self._said > _MOST_SAID:
+        self._control_bytes += len(data)
+        if self._control_bytes > _MOST_SAID:
             raise TlsError(f"more than {_MOST_SAID} bytes of what TLS answers, and not a word")
         self._tcp.write(data)
 
@@ -285,7 +285,7 @@ class SecureServer(SecureChannel):
         self._hello = bytearray()
         self._came = 0
         self._block: ConnectBlock | None = None
-        self._told = False
+        self._has_logged = False
 
     def _raw(self, data: bytes) -> bytes:
         if self._tls is not None and self._tls.established:
@@ -345,7 +345,7 @@ class SecureServer(SecureChannel):
             self._end(str(fault))
 
     def _refused(self, reason: str) -> None:
-        if not self._told:
+        if not self._has_logged:
             self._tell_log(reason)
         self._done()
 
@@ -357,8 +357,8 @@ class SecureServer(SecureChannel):
         )
 
     def _done(self) -> None:
-        if not self._told:
-            self._told = True
+        if not self._has_logged:
+            self._has_logged = True
             self._ended(self)
 
 
@@ -402,7 +402,7 @@ class SecureClient(SecureChannel):
         self._credentials = credentials
         self._target = target
         self._net_id = net_id
-        self._asked = False
+        self._has_requested = False
         self.opened: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self.opened.add_done_callback(self._given_up)
         self.fingerprint = ""
@@ -423,8 +423,8 @@ class SecureClient(SecureChannel):
         assert tls is not None
         if not tls.established:
             return
-        if not self._asked:
-            self._asked = True
+        if not self._has_requested:
+            self._has_requested = True
             self._check(tls)
             self._tell(self._block().encode())
         if len(self._plain) < BLOCK_SIZE:

@@ -145,7 +145,7 @@ class SecureListener(TcpListener):
         self._passwords: PasswordChecker[_Question] = PasswordChecker(
             self._users.check, self._decide
         )
-        self._told: dict[str, tuple[float, int]] = {}
+        self._refusals_by_host: dict[str, tuple[float, int]] = {}
         """By host: until when the log hears of no further refusals, and how many there were."""
         self.denied = 0
         """Clients that could not show who they are."""
@@ -196,14 +196,14 @@ class SecureListener(TcpListener):
 
     def untold(self, host: str) -> int | None:
         """Return the number of unlogged refusals of a host; None if it is too early to log one."""
-        until, others = self._told.get(host, (0.0, 0))
+        until, others = self._refusals_by_host.get(host, (0.0, 0))
         now = self.loop.time()
         if now < until:
-            self._told[host] = until, others + 1
+            self._refusals_by_host[host] = until, others + 1
             return None
-        if len(self._told) >= _MOST_TOLD:
-            self._told.clear()
-        self._told[host] = now + _TOLD_AGAIN, 0
+        if len(self._refusals_by_host) >= _MOST_TOLD:
+            self._refusals_by_host.clear()
+        self._refusals_by_host[host] = now + _TOLD_AGAIN, 0
         return others
 
     # who is let in --------------------------------------------------------------------------
@@ -307,7 +307,7 @@ class _Counted(SecureServer):
     def __init__(self, *parts: Any, owner: SecureListener, **more: Any) -> None:
         super().__init__(*parts, ended=self._over, **more)
         self._owner = owner
-        self._left = b""
+        self._rest = b""
         self._held_up = False
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -343,10 +343,10 @@ class _Counted(SecureServer):
             )
 
     def _over(self, _: SecureServer) -> None:
-        self._left += self._owner.handshakes.end(self)
+        self._rest += self._owner.handshakes.end(self)
 
     def _open(self) -> None:
         super()._open()
-        left, self._left = self._left, b""
+        left, self._rest = self._rest, b""
         if left:
             super().data_received(left)

@@ -393,7 +393,7 @@ class _ServedKeys:
 
     def __init__(self, keys: Mapping[str, bytes], names_matter: bool) -> None:
         self._names_matter = names_matter
-        self._known = {self._known_as(name): (name, key) for name, key in keys.items()}
+        self._key_by_name = {self._known_as(name): (name, key) for name, key in keys.items()}
 
     def _known_as(self, name: str) -> str:
         return name if self._names_matter else name.upper()
@@ -409,7 +409,7 @@ class _ServedKeys:
         named: list[str] = []
 
         def key_of(name: str | None) -> bytes:
-            identity, key = self._known.get(self._known_as(name or ""), ("", b""))
+            identity, key = self._key_by_name.get(self._known_as(name or ""), ("", b""))
             named[:] = [identity]
             return key
 

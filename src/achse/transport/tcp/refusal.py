@@ -57,10 +57,10 @@ class _Refusal(asyncio.Protocol):
         self._among = among
         self._transport = transport
         self._head = b""
-        self._said = False
+        self._has_logged = False
 
     def data_received(self, data: bytes) -> None:
-        if self._said:
+        if self._has_logged:
             return  # unread, it would turn the end of the connection into an RST
         self._head += data[: _HEADS - len(self._head)]
         if len(self._head) >= TCP_HEADER.size and TCP_HEADER.unpack_from(self._head)[0]:
@@ -88,7 +88,7 @@ class _Refusal(asyncio.Protocol):
         return request.reply(error=NO_ROOM.number).encode_tcp()
 
     def _say(self, answer: bytes) -> None:
-        self._said = True
+        self._has_logged = True
         if answer:
             self._transport.write(answer)
         self._transport.write_eof()

@@ -41,9 +41,9 @@ class HostNames:
         self._routes = routes
         self._look_up = look_up
         self._loop: asyncio.AbstractEventLoop
-        self._asked: dict[str, float] = {}
+        self._last_look_up: dict[str, float] = {}
         """Time of the last look-up of each name, loop time in s."""
-        self._found: dict[str, asyncio.Event] = {}
+        self._pending: dict[str, asyncio.Event] = {}
         self._queue: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         self._thread: threading.Thread | None = None
         self._timer: asyncio.TimerHandle | None = None
@@ -67,7 +67,7 @@ class HostNames:
 
     async def known(self, seconds: float) -> None:
         """Wait until each name was looked up once, at most so long."""
-        events = [self._found[name] for name in self._routes.host_names if name in self._found]
+        events = [self._pending[name] for name in self._routes.host_names if name in self._pending]
         if not events:
             return
         try:
@@ -83,18 +83,22 @@ class HostNames:
 
     def _changed(self, old: Route | None, new: Route | None) -> None:
         names = self._routes.host_names
-        self._asked = {name: at for name, at in self._asked.items() if name in names}
-        self._found = {name: event for name, event in self._found.items() if name in names}
-        if new is not None and (name := new.host_name) is not None and name not in self._asked:
+        self._last_look_up = {name: at for name, at in self._last_look_up.items() if name in names}
+        self._pending = {name: event for name, event in self._pending.items() if name in names}
+        if (
+            new is not None
+            and (name := new.host_name) is not None
+            and name not in self._last_look_up
+        ):
             self._ask(name)
 
     def _look_up_soon(self, name: str) -> None:
-        if self._loop.time() - self._asked.get(name, -_SOONEST) >= _SOONEST:
+        if self._loop.time() - self._last_look_up.get(name, -_SOONEST) >= _SOONEST:
             self._ask(name)
 
     def _ask(self, name: str) -> None:
-        self._asked[name] = self._loop.time()
-        self._found.setdefault(name, asyncio.Event())
+        self._last_look_up[name] = self._loop.time()
+        self._pending.setdefault(name, asyncio.Event())
         if self._thread is None:
             self._thread = threading.Thread(target=self._work, name="host names", daemon=True)
             self._thread.start()
@@ -109,7 +113,7 @@ class HostNames:
                 return
 
     def _locate(self, name: str, addresses: Sequence[str]) -> None:
-        event = self._found.get(name)
+        event = self._pending.get(name)
         if event is None or self._closed:
             return
         if not addresses:

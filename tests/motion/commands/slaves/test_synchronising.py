@@ -1,6 +1,5 @@
 """Universal flying saw: what is refused, what each bit of the mask does, new orders on the way."""
 
-from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -11,18 +10,15 @@ from hypothesis import strategies as st
 from achse.codes import NcError
 from achse.motion import Nc, commands
 from achse.motion.states import SynchronisingBit as Bit
-from tests.motion.enabled_axes import GENTLE, enabled_axes
+from tests.motion.enabled_axes import gentle_axes
 
 RUNS = 13
-
-
-station = partial(enabled_axes, **GENTLE)
 
 
 @pytest.fixture
 def moving() -> Nc:
     """Axis 1 moves with 100, axis 2 stands."""
-    nc = station()
+    nc = gentle_axes()
     commands.universal_start(nc.axis(1), 3, 0.0, 100.0)
     nc.cycle(1000)
     return nc
@@ -74,7 +70,7 @@ def test_what_is_refused(moving: Nc, change: dict[str, Any], code: NcError) -> N
 
 @pytest.mark.parametrize("kind", [5, 6])
 def test_a_slave_that_moves_while_its_master_stands_is_refused(kind: int) -> None:
-    nc = station()
+    nc = gentle_axes()
     slave = nc.axis(2)
     commands.universal_start(slave, 3, 0.0, 100.0)
     nc.cycle(500)
@@ -99,7 +95,7 @@ def test_the_service_by_four_parameters_does_not_couple_them(moving: Nc) -> None
 
 
 def test_a_ring_leaves_a_saw_that_runs_as_it_was() -> None:
-    nc = station(3)
+    nc = gentle_axes(3)
     first, second, third = nc
     assert commands.synchronise(second, 6, 1, 0, 0, 1.0, 100.0, 50.0, jerk=77.0, mask=1) == 0
     assert commands.couple(third, 1, 2, 0, 0, 1.0) == 0
@@ -215,7 +211,7 @@ def test_limits_are_kept_or_a_code_says_why_not(
     compiled: bool, swapped: bool, soft: float,
 ) -> None:  # fmt: skip
     """Every parameter is drawn; what the mask asks for holds in each cycle of the way."""
-    nc = station(compiled=compiled)
+    nc = gentle_axes(compiled=compiled)
     master, slave = reversed(list(nc)) if swapped else nc
     mask &= (CHECKS | ~CHECKS, ~CHECKS, 0x3F | ~CHECKS, 0x3C | ~CHECKS)[cut]
     if abs(speed) > 1.0:

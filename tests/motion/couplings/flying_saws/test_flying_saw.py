@@ -9,30 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.codes import NcError
-from achse.motion import AxisParameters, MotionState, Nc, commands
+from achse.motion import MotionState, commands
 from achse.motion.commands.slaves.synchronising import synchronise
-
-VALUES = {
-    "control_dword": 7,
-    "velocity_override": 1_000_000,
-    "max_velocity": 1e4,
-    "default_acceleration": 500.0,
-    "default_deceleration": 500.0,
-    "default_jerk": 5000.0,
-    "controller_following_error_position_monitoring_enable": 0,
-}
+from tests.motion.enabled_axes import gentle_axes
 
 WAITS, SYNCHRONISES, RUNS = 11, 12, 13
-
-
-def station(count: int = 2, *, compiled: bool | None = None, **values: float) -> Nc:
-    nc = Nc(
-        2_000_000,
-        [AxisParameters(n, values=VALUES | values) for n in range(1, count + 1)],
-        compiled=compiled,
-    )
-    nc.cycle(3)
-    return nc
 
 
 def closed_form(kind: int, m: float, gear: float = 2.0) -> tuple[float, float]:
@@ -60,7 +41,7 @@ def test_the_formulas_give_the_worked_numbers(kind: int) -> None:
 @pytest.mark.parametrize("compiled", [False, True])
 @pytest.mark.parametrize("kind", [2, 3])
 def test_a_diagonal_saw_keeps_its_law_and_says_what_it_does(kind: int, compiled: bool) -> None:
-    nc = station(compiled=compiled)
+    nc = gentle_axes(compiled=compiled)
     master, slave = nc
     commands.universal_start(master, 3, 0.0, 100.0)
     assert commands.couple(slave, kind, 1, 0, 0, 200.0, 50.0, 30.0, 1.0) == 0
@@ -80,7 +61,7 @@ def test_a_diagonal_saw_keeps_its_law_and_says_what_it_does(kind: int, compiled:
 
 @pytest.mark.parametrize("kind", [2, 3])
 def test_the_master_may_go_back_and_forth(kind: int) -> None:
-    nc = station()
+    nc = gentle_axes()
     master, slave = nc
     commands.couple(slave, kind, 1, 0, 0, 200.0, 50.0, 30.0, 0.0)
     for target in (170.0, 120.0, 190.0, 160.0, 230.0, 100.0):
@@ -96,7 +77,7 @@ def test_the_master_may_go_back_and_forth(kind: int) -> None:
 
 @pytest.mark.parametrize("kind", [2, 3])
 def test_a_master_that_moves_back(kind: int) -> None:
-    nc = station()
+    nc = gentle_axes()
     master, slave = nc
     commands.universal_start(master, 4, 0.0, 100.0)
     nc.cycle(100)
@@ -108,7 +89,7 @@ def test_a_master_that_moves_back(kind: int) -> None:
 
 def test_type_2_without_places_changes_over_at_once() -> None:
     """k = 1 / sin 30° = 2: rest to 200 with 500 and 5000 of the axis takes 0.5 s, 50 of way."""
-    nc = station()
+    nc = gentle_axes()
     master, slave = nc
     commands.universal_start(master, 3, 0.0, 100.0)
     nc.cycle(1000)
@@ -125,7 +106,7 @@ def test_type_2_without_places_changes_over_at_once() -> None:
 
 
 def test_other_gears_of_a_saw_that_runs() -> None:
-    nc = station()
+    nc = gentle_axes()
     master, slave = nc
     commands.couple(slave, 3, 1, 0, 0, 200.0, 50.0, 90.0, 1.0)
     commands.universal_start(master, 3, 0.0, 100.0)
@@ -140,7 +121,7 @@ def test_other_gears_of_a_saw_that_runs() -> None:
 
 
 def test_a_saw_that_waits_waits_by_new_parameters() -> None:
-    nc = station()
+    nc = gentle_axes()
     master, slave = nc
     commands.couple(slave, 3, 1, 0, 0, 2000.0, 50.0, 30.0, 1.0)
     commands.universal_start(master, 3, 0.0, 100.0)
@@ -152,7 +133,7 @@ def test_a_saw_that_waits_waits_by_new_parameters() -> None:
 
 
 def test_a_saw_on_its_way_takes_no_other_parameters() -> None:
-    nc = station()
+    nc = gentle_axes()
     master, slave = nc
     commands.couple(slave, 3, 1, 0, 0, 200.0, 50.0, 30.0, 1.0)
     commands.universal_start(master, 1, 175.0, 100.0)
@@ -181,7 +162,7 @@ def test_a_saw_on_its_way_takes_no_other_parameters() -> None:
 )
 @pytest.mark.parametrize("kind", [2, 3])
 def test_what_cannot_be_met_is_refused(kind: int, parameters: tuple[float, ...]) -> None:
-    nc = station()
+    nc = gentle_axes()
     _master, slave = nc
     before = slave.coupling.law
     code = commands.couple(slave, kind, 1, 0, 0, *parameters)
@@ -189,7 +170,7 @@ def test_what_cannot_be_met_is_refused(kind: int, parameters: tuple[float, ...])
 
 
 def test_a_slave_in_motion_is_refused_a_moving_master_is_not() -> None:
-    nc = station()
+    nc = gentle_axes()
     master, slave = nc
     commands.universal_start(slave, 3, 0.0, 10.0)
     nc.cycle(100)
@@ -202,7 +183,7 @@ def test_a_slave_in_motion_is_refused_a_moving_master_is_not() -> None:
 
 
 def test_places_are_those_of_renamed_axes() -> None:
-    nc = station(3)
+    nc = gentle_axes(3)
     master, slave, other = nc
     commands.couple(other, 1, 1, 0, 0, 1.0)
     commands.set_actual_position(master, 1, 1000.0)
@@ -221,7 +202,7 @@ def test_places_are_those_of_renamed_axes() -> None:
 
 
 def test_a_phase_shift_is_seen() -> None:
-    nc = station()
+    nc = gentle_axes()
     master, slave = nc
     commands.couple(slave, 3, 1, 0, 0, 200.0, 50.0, 30.0, 1.0)
     commands.start_phasing(slave, 2, 0, 1, 30.0, 100.0, 1000.0, 1000.0, 10000.0)
@@ -233,7 +214,7 @@ def test_a_phase_shift_is_seen() -> None:
 @pytest.mark.parametrize("state", [WAITS, SYNCHRONISES, RUNS])
 def test_a_loop_that_was_open(state: int) -> None:
     """Waiting it waits on; on its way it begins anew or stays; running it changes over smoothly."""
-    nc = station()
+    nc = gentle_axes()
     master, slave = nc
     commands.couple(slave, 3, 1, 0, 0, 200.0, 50.0, 30.0, 1.0)
     targets = {WAITS: 100.0, SYNCHRONISES: 175.0, RUNS: 250.0}
@@ -257,7 +238,7 @@ def test_a_loop_that_was_open(state: int) -> None:
 
 
 def test_a_master_that_is_an_encoder() -> None:
-    nc = station()
+    nc = gentle_axes()
     master, slave = nc
     master.axis_type = 5
     master.control_dword = 0
@@ -272,7 +253,7 @@ def test_a_master_that_is_an_encoder() -> None:
 
 
 def test_stopping_a_saw() -> None:
-    nc = station()
+    nc = gentle_axes()
     master, slave = nc
     commands.couple(slave, 3, 1, 0, 0, 200.0, 50.0, 30.0, 1.0)
     commands.universal_start(master, 3, 0.0, 100.0)
@@ -290,7 +271,7 @@ def test_stopping_a_saw() -> None:
 def test_kept_by_both_kernels() -> None:
     digests: list[Any] = []
     for compiled in (False, True):
-        nc = station(4, compiled=compiled)
+        nc = gentle_axes(4, compiled=compiled)
         first, second, third, fourth = nc
         commands.couple(second, 2, 1, 0, 0, 20.0, 5.0, 30.0, 1.0)
         commands.couple(third, 3, 2, 0, 0, 30.0, 5.0, 77.7, 0.7)
@@ -325,7 +306,7 @@ def test_whatever_the_master_does_the_saw_keeps_its_law_and_does_not_jump_when_l
     release: int, velocity: float, target: float,
 ) -> None:  # fmt: skip
     """Forms of release: those of 0x41, -1 without follow-up, -2 an error."""
-    nc = station(2, compiled=compiled)
+    nc = gentle_axes(2, compiled=compiled)
     master, slave = tuple(nc) if first else tuple(nc)[::-1]
     slave.drive.reference_velocity = 1e6
     commands.set_actual_position(master, 1, master_place)
@@ -404,7 +385,7 @@ def test_whatever_the_master_does_the_saw_keeps_its_law_and_does_not_jump_when_l
 @pytest.mark.parametrize("trembling", [0.0, 0.0005])
 def test_a_saw_takes_over_from_an_encoder_without_a_step(trembling: float) -> None:
     """Its velocity changes as its master's does, and by its own limit at most."""
-    nc = station(max_velocity=1e6)
+    nc = gentle_axes(max_velocity=1e6)
     master, slave = nc
     master.axis_type = 5
     master.control_dword = 0
@@ -436,7 +417,7 @@ def test_a_saw_takes_over_from_an_encoder_without_a_step(trembling: float) -> No
 @pytest.mark.parametrize("compiled", [False, True])
 def test_a_way_over_the_master_that_is_too_fast_is_an_error(type: int, compiled: bool) -> None:
     """Bare world 475: at a small angle the saw jumped 80 times as far as its velocity allows."""
-    nc = station(compiled=compiled, max_velocity=100.0)
+    nc = gentle_axes(compiled=compiled, max_velocity=100.0)
     master, slave = nc
     assert commands.couple(slave, type, 1, 0, 0, 5.0, 3.0, 0.7, 0.0) == 0
     assert commands.universal_start(master, 3, 0.0, 50.0) == 0
@@ -454,7 +435,7 @@ def test_a_way_over_the_master_that_is_too_fast_is_an_error(type: int, compiled:
 def test_slave_that_cannot_begin_takes_its_own_acceleration_away_by_its_jerk(seed: int) -> None:
     """Swarm seed 20398: it was dropped within a cycle."""
     dice = Random(seed)
-    nc = station(max_velocity=500.0, compiled=False)
+    nc = gentle_axes(max_velocity=500.0, compiled=False)
     master, slave = nc
     assert commands.universal_start(master, 3, 0.0, 450.0) == 0
     nc.cycle(1000)

@@ -1,6 +1,5 @@
 """Slave types 5 and 6 in the cycle: they keep their law, go back with their master, and stop."""
 
-from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -9,18 +8,15 @@ import pytest
 from achse.codes import NcError
 from achse.motion import commands
 from achse.motion.states import SynchronisingBit as Bit
-from tests.motion.enabled_axes import GENTLE, enabled_axes
+from tests.motion.enabled_axes import gentle_axes
 
 OFF, SYNCHRONISES, RUNS = 0, 12, 13
-
-
-station = partial(enabled_axes, **GENTLE)
 
 
 @pytest.mark.parametrize("compiled", [False, True])
 def test_by_position_from_rest(compiled: bool) -> None:
     """M 100 → 300, S 20 → 120, g = 1: the worked numbers at 150, 200 and 250."""
-    nc = station(compiled=compiled)
+    nc = gentle_axes(compiled=compiled)
     master, slave = nc
     commands.set_actual_position(master, 1, 100.0)
     commands.set_actual_position(slave, 1, 20.0)
@@ -37,7 +33,7 @@ def test_by_position_from_rest(compiled: bool) -> None:
 @pytest.mark.parametrize("compiled", [False, True])
 def test_by_position_in_motion(compiled: bool) -> None:
     """M 100 → 260, S 20 → 150, v0 = 0.25, g = 1.25: the formula in each cycle."""
-    nc = station(compiled=compiled)
+    nc = gentle_axes(compiled=compiled)
     master, slave = nc
     commands.universal_start(master, 3, 0.0, 100.0)
     commands.universal_start(slave, 3, 0.0, 25.0)
@@ -67,7 +63,7 @@ def test_by_position_in_motion(compiled: bool) -> None:
 
 def test_in_time_and_linear_from_then_on() -> None:
     """Δv = 100, a = 500, j = 5000: 0.3 s, 15 of way."""
-    nc = station()
+    nc = gentle_axes()
     master, slave = nc
     commands.universal_start(master, 3, 0.0, 100.0)
     nc.cycle(1000)
@@ -86,7 +82,7 @@ def test_in_time_and_linear_from_then_on() -> None:
 
 def saw_on_its_way(mask: int, *, moving: bool, ran: bool) -> Any:
     """A saw whose master comes back, behind where it was at coupling; samples of the slave."""
-    nc = station()
+    nc = gentle_axes()
     master, slave = nc
     commands.universal_start(master, 3, 0.0, 100.0)
     if moving:
@@ -148,7 +144,7 @@ def test_a_saw_from_rest_waits_and_begins_again() -> None:
 
 
 def test_another_gear() -> None:
-    nc = station()
+    nc = gentle_axes()
     master, slave = nc
     commands.universal_start(master, 3, 0.0, 100.0)
     nc.cycle(1000)
@@ -164,7 +160,7 @@ def test_another_gear() -> None:
 
 
 def test_another_gear_on_the_way_in_time_has_no_jump() -> None:
-    nc = station()
+    nc = gentle_axes()
     master, slave = nc
     commands.universal_start(master, 3, 0.0, 100.0)
     nc.cycle(1000)
@@ -180,7 +176,7 @@ def test_another_gear_on_the_way_in_time_has_no_jump() -> None:
 
 
 def test_the_velocity_limit_of_a_change_in_time_holds_while_the_master_is_faster() -> None:
-    nc = station()
+    nc = gentle_axes()
     master, slave = nc
     commands.universal_start(master, 3, 0.0, 100.0)
     nc.cycle(1000)
@@ -198,7 +194,7 @@ def test_the_velocity_limit_of_a_change_in_time_holds_while_the_master_is_faster
 @pytest.mark.parametrize("ran", [False, True])
 @pytest.mark.parametrize("kind", [5, 6])
 def test_a_loop_that_was_open(kind: int, ran: bool) -> None:
-    nc = station()
+    nc = gentle_axes()
     master, slave = nc
     commands.universal_start(master, 3, 0.0, 20.0)
     nc.cycle(1000)
@@ -224,7 +220,7 @@ def test_a_loop_that_was_open(kind: int, ran: bool) -> None:
 
 
 def test_an_encoder_that_trembles_is_met() -> None:
-    nc = station()
+    nc = gentle_axes()
     master, slave = nc
     master.axis_type = 5
     master.control_dword = 0
@@ -241,7 +237,7 @@ def test_an_encoder_that_trembles_is_met() -> None:
 def test_kept_by_both_kernels() -> None:
     digests = []
     for compiled in (False, True):
-        nc = station(4, compiled=compiled)
+        nc = gentle_axes(4, compiled=compiled)
         first, second, third, fourth = nc
         commands.universal_start(second, 3, 0.0, 100.0)
         commands.universal_start(third, 3, 0.0, 30.0)

@@ -56,7 +56,7 @@ class _Diagram:
     def __init__(self, elements: DiagramElements) -> None:
         self._of = elements
         self._inputs: list[ChartInput] = []
-        self._made: list[tuple[Element, Ordered]] = []
+        self._items: list[tuple[Element, Ordered]] = []
         self._sources: list[tuple[int, int]] = []
         self._outputs: dict[int, dict[str, int]] = {}
         self._led: dict[int, list[int]] = {}
@@ -116,7 +116,7 @@ class _Diagram:
             self._connect(pin, element, element)
             at, name = self._of.at(element), self._of.condition.get("name", "")
             output = ChartOutput(name, pin, "None", (0, _LAST), at)
-            self._made.append((element, output))
+            self._items.append((element, output))
 
     # pins --------------------------------------------------------------------------------------
 
@@ -207,7 +207,7 @@ class _Diagram:
         pin = self._pin() if not output else ChartPin(output, "", False)
         at, bounds = self._of.at(element), self._of.position(element)
         box = ChartBox("Operator", name, "", tuple(inputs), (pin,), False, bounds, at)
-        self._made.append((element, box))
+        self._items.append((element, box))
         return pin
 
     # elements ----------------------------------------------------------------------------------
@@ -233,12 +233,12 @@ class _Diagram:
                 self._block(element)
             case "label":
                 label = ChartLabel(element.attributes.get("label", ""), bounds, at)
-                self._made.append((element, label))
+                self._items.append((element, label))
             case "jump" | "return":
                 pin = self._pin(facts=element)
                 self._connect(pin, element, element)
                 label_name = element.attributes.get("label", "") if element.tag == "jump" else ""
-                self._made.append((element, ChartLeave(label_name, pin, bounds, at)))
+                self._items.append((element, ChartLeave(label_name, pin, bounds, at)))
             case "connector" | "continuation":
                 pass
             case tag if tag not in _SILENT:
@@ -288,7 +288,7 @@ class _Diagram:
             return
         at, bounds = self._of.at(element), self._of.position(element)
         output = ChartOutput(self._text(element, tag), pin, storing, bounds, at)
-        self._made.append((element, output))
+        self._items.append((element, output))
 
     def _block(self, element: Element) -> None:
         facts = element.attributes
@@ -321,7 +321,7 @@ class _Diagram:
             call, type, instance, tuple(inputs), tuple(outputs), False,
             self._of.position(element), self._of.at(element), enable, eno,
         )  # fmt: skip
-        self._made.append((element, box))
+        self._items.append((element, box))
 
     def _outputs_of(self, element: Element) -> tuple[list[ChartPin], ChartPin | None]:
         """The output pins of a block, and ENO."""
@@ -345,29 +345,29 @@ class _Diagram:
 
     def _ordered(self) -> list[Ordered]:
         """Elements of networks one after the other, each by data flow."""
-        numbers = [_order_of(element) for element, _ in self._made]
+        numbers = [_order_of(element) for element, _ in self._items]
         if numbers and all(numbers):
-            ranked = sorted(zip(numbers, self._made, strict=True), key=lambda item: item[0])
+            ranked = sorted(zip(numbers, self._items, strict=True), key=lambda item: item[0])
             return [made for _, (_, made) in ranked]
         networks = {} if self._of.condition else self._networks()
         groups: dict[str, list[int]] = {}
-        for index, (element, _) in enumerate(self._made):
+        for index, (element, _) in enumerate(self._items):
             groups.setdefault(networks.get(id(element), ""), []).append(index)
 
         def rank(group: list[int]) -> tuple[int, int, int, int]:
             orders = [numbers[index] for index in group if numbers[index]]
-            places = [self._of.position(self._made[index][0])[::-1] for index in group]
+            places = [self._of.position(self._items[index][0])[::-1] for index in group]
             top, left = min(places)
             return min(orders, default=0), top, left, group[0]
 
         producers = {
             pin.id: index
-            for index, (_, made) in enumerate(self._made)
+            for index, (_, made) in enumerate(self._items)
             if isinstance(made, ChartBox)
             for pin in (*made.outputs, *((made.enable_output,) if made.enable_output else ()))
         }
         consumers = {
-            pin: index for index, (_, made) in enumerate(self._made) for pin in _input_ids(made)
+            pin: index for index, (_, made) in enumerate(self._items) for pin in _input_ids(made)
         }
         found: list[Ordered] = []
         for group in sorted(groups.values(), key=rank):
@@ -377,7 +377,7 @@ class _Diagram:
                 for pin, source in self._sources
                 if producers.get(source) in place and consumers.get(pin) in place
             ]
-            found += execution_order([self._made[index][1] for index in group], edges)
+            found += execution_order([self._items[index][1] for index in group], edges)
         return found
 
     def _networks(self) -> dict[int, str]:
