@@ -19,7 +19,6 @@ from achse.plc import Memory, PlcRuntime, Task
 from achse.plc.behaviour import with_behaviour
 from achse.plc.program import area_sizes
 from achse.plc.system_info import system_info_list
-from achse.st.files.forms import form_of
 from achse.st.files.tasks import FileTask, called_tasks
 from achse.st.lexis.collection import collection_paused
 from achse.station.configuration.plc import PlcConfig, TaskConfig
@@ -245,6 +244,8 @@ class PlcSource:
 
     def stamps(self) -> Mapping[Path, tuple[int, int]]:
         """The files that the declarations come from, with their time of change and size."""
+        from achse.st.files.forms import form_of
+
         config = self.config
         files = [self.base / name for name in (config.symbols,) if name is not None]
         for name in (config.sources, *config.libraries):
