@@ -210,7 +210,6 @@ class CamController:
                 self.set_value(each, values[each.name])
 
     def cam_set(self, number: int) -> bytes:
-        """The set of a cam."""
         cam = self.cams[number - 1]
         return CAM_SET.encode({each.name: getattr(cam, each.name) for each in CAM_PARAMETERS})
 

@@ -117,7 +117,6 @@ class DistributedClock:
         return self._drifted + (now_ns - self._drift_since) * self._drift_ppb // 10**9
 
     def local_time(self, now_ns: int) -> int:
-        """Local time at a true time."""
         return now_ns + self.offset_ns + self._drift(now_ns)
 
     def system_time(self, now_ns: int) -> int:

@@ -83,7 +83,6 @@ class Loopback:
         )
 
     def objects(self) -> tuple[DictionaryObject, ...]:
-        """The dictionary."""
         return self._objects
 
     def read_object(self, index: int, subindex: int) -> bytes:

@@ -124,7 +124,6 @@ class Slave:
 
     @property
     def run_light(self) -> Light:
-        """The RUN light."""
         return Light(self.state)
 
     @property

@@ -95,7 +95,6 @@ class Terminal:
     # objects
 
     def objects(self) -> tuple[DictionaryObject, ...]:
-        """The dictionary."""
         return self._objects
 
     def read_object(self, index: int, subindex: int) -> bytes:

@@ -124,7 +124,6 @@ class CableFault(DriveFault):
         raise NotImplementedError
 
     def end(self, disturbance: Disturbance) -> None:
-        """End."""
         raise NotImplementedError
 
 

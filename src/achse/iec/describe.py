@@ -79,7 +79,6 @@ def _parts(type: IecType[Any], *, hidden: bool) -> list[IecType[Any]]:
 
 
 def describe_type(type: IecType[Any]) -> DataTypeEntry:
-    """The entry of a type."""
     flags = TypeFlag.TYPE | TypeFlag.TYPE_GUID
     if type.attributes:
         flags |= TypeFlag.ATTRIBUTES

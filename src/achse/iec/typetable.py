@@ -73,7 +73,6 @@ class TypeTable:
         self._types.clear()
 
     def entry(self, name: str) -> DataTypeEntry | None:
-        """The entry of that name, or None."""
         return self._entries.get(name.lower())
 
     def type(self, name: str) -> IecType[Any]:

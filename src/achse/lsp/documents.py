@@ -82,7 +82,6 @@ class Document:
         return self._starts[position.line] + self.encoding.index(line, max(position.character, 0))
 
     def position_at(self, offset: int) -> types.Position:
-        """Return the position of an offset."""
         offset = max(0, min(offset, len(self.text)))
         line = bisect_right(self._starts, offset) - 1
         return types.Position(line, self.encoding.units(self.text[self._starts[line] : offset]))
@@ -98,7 +97,6 @@ class Document:
         return types.Position(max(line - 1, 0), self.encoding.units(text))
 
     def text_of(self, place: types.Range) -> str:
-        """Return the text in a range."""
         return self.text[self.offset_at(place.start) : self.offset_at(place.end)]
 
     def edit(self, place: types.Range | None, text: str) -> None:

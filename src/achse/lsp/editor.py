@@ -33,7 +33,6 @@ class CursorPlace(NamedTuple):
 
 
 def uri_of(file: Path) -> str:
-    """Return the URI of a file."""
     return from_fs_path(str(file)) or ""
 
 

@@ -120,7 +120,6 @@ class Picture:
 
     @property
     def svg(self) -> str:
-        """The picture as SVG."""
         return self._file("svg").decode()
 
     def save(self, file: str | Path) -> None:

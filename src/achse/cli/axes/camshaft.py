@@ -159,5 +159,4 @@ async def _state(client: "Client", name: str) -> dict[str, Any]:
 
 
 def _tracks(bits: int) -> str:
-    """The tracks that are on."""
     return " ".join(str(track) for track in range(bits.bit_length()) if bits >> track & 1) or "-"

@@ -173,7 +173,6 @@ def _swinging(
 
 
 def _driven_by_torque(percent: float, ramp: float, limit: float, duration: float) -> "Excitation":
-    """Return the excitation by a torque."""
     from achse.cli.axes.excitation import Excitation
     from achse.motion.states import TorqueStartType
 

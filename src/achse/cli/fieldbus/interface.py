@@ -106,7 +106,6 @@ def scan(
 
 
 def _devices(files: list[Path]) -> list["EsiDevice"]:
-    """The devices of ESI files."""
     from achse.ethercat.master.esi_reader import EsiError, read_esi
 
     devices = []

@@ -57,7 +57,6 @@ class SlaveFiles:
         self._last = 0
 
     def groups(self) -> Iterator[IndexGroup]:
-        """The index groups of files."""
         for group, name, ask, request, response in (
             (
                 SlaveGroup.FILE_OPEN_READ,

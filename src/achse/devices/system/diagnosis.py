@@ -56,7 +56,6 @@ class Diagnosis:
         }
 
     def groups(self) -> Iterable[IndexGroup]:
-        """The index group."""
         yield RawGroup(
             0xF302,
             "IPC diagnosis",

@@ -53,7 +53,6 @@ class Processes:
         self._lock = threading.Lock()
 
     def groups(self) -> Iterable[IndexGroup]:
-        """The index group."""
         yield RawGroup(
             500,
             "start process",

@@ -78,7 +78,6 @@ class Registry:
         self._bytes = 0
 
     def groups(self) -> Iterable[IndexGroup]:
-        """The index groups."""
         for group, hive in HIVES.items():
             yield RawGroup(
                 group,

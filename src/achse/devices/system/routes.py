@@ -46,7 +46,6 @@ class RouteEntry(NamedTuple):
         )
 
     def encode(self) -> bytes:
-        """The bytes of the entry."""
         host, name = (text.encode("cp1252", "replace") + b"\0" for text in (self.host, self.name))
         head = _ENTRY.pack(
             *(self.net_id, self.transport, self.flags, self.timeout_ms, self.max_fragment),
@@ -99,7 +98,6 @@ class RouteServices:
         self._log = LimitedLog(log, clock)
 
     def groups(self) -> Iterable[IndexGroup]:
-        """The index groups."""
         layout = "NetId, UINT transport, UDINT flags, timeout, fragment, lengths, host, name"
         permission = (
             "0x723 without routes_over_ads in [router], and for routes of the configuration."

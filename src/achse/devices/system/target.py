@@ -21,7 +21,6 @@ class TargetDescription:
         self._device = device
 
     def groups(self) -> Iterable[IndexGroup]:
-        """The index group."""
         yield RawGroup(
             700,
             "target description",

@@ -30,7 +30,6 @@ class TimeService:
         self._clock = clock
 
     def groups(self) -> Iterable[IndexGroup]:
-        """The index group."""
         yield RawGroup(
             400,
             "time services",

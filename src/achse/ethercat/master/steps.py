@@ -92,7 +92,6 @@ def write(station: int, address: int, data: bytes, tries: int = TRIES) -> Steps[
 
 
 def write_number(station: int, register: Register, value: int) -> Steps[None]:
-    """Write a register."""
     yield from write(station, register, value.to_bytes(register.size, "little"))
 
 

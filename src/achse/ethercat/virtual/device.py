@@ -219,7 +219,6 @@ class VirtualDevice:
         }
 
     def objects(self) -> tuple[DictionaryObject, ...]:
-        """The dictionary."""
         return self._objects
 
     def _entry(self, index: int, subindex: int) -> DictionaryEntry:

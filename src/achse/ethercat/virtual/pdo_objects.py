@@ -43,7 +43,6 @@ class _List:
         return tuple(self.values[: self.count])
 
     def described(self, index: int) -> DictionaryObject:
-        """The object."""
         kind = DataType.U16 if self.bits == 16 else DataType.U32
         access = _PREOP if self.writable else _READ
         first = DictionaryEntry(

@@ -44,7 +44,6 @@ class NcChannel:
 
     @property
     def group_ids(self) -> list[int]:
-        """Ids of its groups."""
         return [group.group_id for group in self.groups]
 
     @property

@@ -63,7 +63,6 @@ class Channels:
         self._programs = [each for each in self if isinstance(each, ProgramChannel)]
 
     def ids(self) -> list[int]:
-        """Ids of all channels."""
         return list(self._channels)
 
     def channel(self, channel_id: int) -> NcChannel:

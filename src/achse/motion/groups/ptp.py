@@ -69,7 +69,6 @@ class PtpGroup:
 
     @property
     def channel(self) -> NcChannel:
-        """The channel of all PTP groups."""
         return self.axis.home_channel
 
     @property

@@ -374,7 +374,6 @@ def _real(
     operands: Sequence[nodes.LoweredValue],
     rounds: bool,
 ) -> CodeExpression:
-    """An operator of reals."""
     if operator in _ARITHMETIC:
         return reduce(partial(_real_joined, operator, rounds), pieces)
     match operator:

@@ -69,7 +69,6 @@ class StatementWriter:
             self.list_of(statements)
 
     def list_of(self, statements: nodes.LoweredStatements) -> None:
-        """A list of statements."""
         if any(isinstance(one, JumpMark) for one in statements):
             self._with_marks(statements)
             return
@@ -79,7 +78,6 @@ class StatementWriter:
             self._lines.add("pass")
 
     def statement(self, statement: nodes.LoweredStatement) -> None:
-        """One statement."""
         lines = self._lines
         if statement.at:
             lines.place(statement.at)

@@ -88,7 +88,6 @@ class Storages:
         return f"{letter}_{code}", " + ".join(parts)
 
     def address(self, place: ResolvedPlace) -> CodeExpression:
-        """The address of a place."""
         parts: list[str] = []
         offset, is_fixed = place.offset, False
         if place.home is Home.ADDRESS:

@@ -87,7 +87,6 @@ class DebugBuild:
         return self._marks.marks[number]
 
     def routine(self, number: int) -> Routine:
-        """The routine of a number."""
         return self._marks.routines[number]
 
     @property

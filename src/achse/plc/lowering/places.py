@@ -60,7 +60,6 @@ class PlaceLowering:
         self._offsets = [variable.offset for variable in self._variables]
 
     def value(self, value: TypedValue) -> nodes.LoweredValue:
-        """Lower a value."""
         raise NotImplementedError
 
     def temporary(self, type: IecType[Any] | None) -> nodes.Temporary:
@@ -85,7 +84,6 @@ class PlaceLowering:
     # where it is -----------------------------------------------------------------------------
 
     def place(self, storage: Storage) -> nodes.ResolvedPlace:
-        """Return the place of a storage."""
         base = storage.base
         place = nodes.ResolvedPlace(nodes.Home.AREA, storage.offset, storage.type, storage.bit)
         match base:
@@ -169,7 +167,6 @@ class PlaceLowering:
         return self._with_value(storage, nodes.LoadValue(place, spends))
 
     def address(self, storage: Storage, type: IecType[Any] = ADDRESS_TYPE) -> nodes.LoweredValue:
-        """The address of a storage."""
         return self._with_value(storage, nodes.PlaceAddress(self.place(storage), type))
 
     def store(self, storage: Storage, value: TypedValue, *, alone: bool) -> nodes.LoweredValue:

@@ -152,7 +152,6 @@ class ExpressionTranslator:
         return value if value.type is type else self.builder.convert(value, type)
 
     def text(self, value: nodes.LoweredValue) -> MachineText:
-        """A text."""
         found = self.value(value)
         assert isinstance(found, MachineText)
         return found

@@ -97,7 +97,6 @@ class ProjectTranslator:
         return self.notes.sites
 
     def translated(self) -> ModuleBuilder:
-        """The module."""
         done: set[str] = set()
         for key, routine in self.project.routines.items():
             why = self._untranslatable(routine)

@@ -40,7 +40,6 @@ class RealTranslator:
         self._of = expressions
 
     def computed(self, value: Compute) -> Operand:
-        """A real."""
         of = self._of
         b, operator = of.builder, value.operator
         type = machine_type(value.type)

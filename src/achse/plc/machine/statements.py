@@ -77,7 +77,6 @@ class StatementTranslator:
             self.statement(one)
 
     def statement(self, statement: nodes.LoweredStatement) -> None:
-        """One statement."""
         of = self._of
         b = of.builder
         if statement.at:

@@ -43,7 +43,6 @@ KnownPointers: TypeAlias = dict[int, Sequence[Pointer]]
 
 
 def pointers_within(type: IecType[Any], known: KnownPointers | None = None) -> Sequence[Pointer]:
-    """Each pointer in a type."""
     known = {} if known is None else known
     type = resolved(type)
     found = known.get(id(type))

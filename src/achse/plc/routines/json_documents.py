@@ -168,7 +168,6 @@ class JsonDocuments:
     # values ----------------------------------------------------------------------------------
 
     def value(self, number: int) -> _Value | None:
-        """A value by its number."""
         return self._values.get(number)
 
     def items(self, number: int) -> list[_Value]:

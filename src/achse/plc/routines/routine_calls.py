@@ -52,7 +52,6 @@ class RoutineCalls:
         self._guard = guard
 
     def block_of(self, type: StructType[Any]) -> TypedBlock | None:
-        """The block of a type."""
         return self._project.blocks.get(type.name.lower())
 
     def call_encoded(self, record: Record, method: Method, data: bytes) -> bytes | None:

@@ -33,7 +33,6 @@ class GroupFinder:
         self._single = {axis.axis_id: PtpGroup(axis) for axis in nc}
 
     def ids(self) -> list[int]:
-        """Ids of all groups."""
         return sorted([*self._single, *(group.group_id for group in self._nc.groups)])
 
     def find(self, group_id: int) -> AnyGroup:
