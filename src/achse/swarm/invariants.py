@@ -87,6 +87,13 @@ INVARIANTS = (
         "worlds with a station around the motion", where="motion/player",
     ),
     Invariant(
+        "drive-error",
+        "An axis whose drive has an alarm or STO reports an error, or its loop is open.",
+        "NC errors 0x4650 (drive not ready in motion), 0x4225",
+        "the first 100 ms; a drive whose processor hangs, and says nothing",
+        where="drive_watch",
+    ),
+    Invariant(
         "channel-states", "A channel changes its state by drawn transitions, commanded or its own.",
         "achse.motion.channels.states: TRANSITIONS", "cycles with a request, active faults",
         where="channel_watch",

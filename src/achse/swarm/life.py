@@ -15,11 +15,13 @@ from achse.station.configuration.station_file import StationConfig, parse
 from achse.station.station import DEFAULT_EPOCH_NS
 from achse.swarm.clients import Client
 from achse.swarm.disk import MemoryDisk
+from achse.swarm.drive_watch import DriveWatch
 from achse.swarm.motion.watch import MotionWatch
 from achse.swarm.road import Road, StationTurns
 from achse.swarm.talk import ConnectionLedger
 from achse.swarm.track import Track
 from achse.swarm.worlds.channels import CHANNEL, GROUP, HANDSHAKE, program_file
+from achse.swarm.worlds.machine import drive_axes
 from achse.swarm.worlds.program import SAVED, TASK_NS, source_of
 from achse.swarm.worlds.world import DrawnChannel, World
 from achse.transport.connections.fair_queue import FairQueue
@@ -79,7 +81,7 @@ def configuration(world: World, kernel: str) -> StationConfig:
         ]
     if world.channel is not None:
         document |= _channel(world.channel, len(world.axes) + 1)
-    return parse(document, "world")
+    return parse(document | world.machine, "world")
 
 
 def _channel(channel: DrawnChannel, first: int) -> dict[str, Any]:
@@ -150,6 +152,10 @@ class StationLife:
         self.station.admit(self.listener)
         self.watch = MotionWatch(self.station, world.all_axes, checks, report, world.channel)
         self.station.cycle.add(self.watch)
+        self.drive_watch: DriveWatch | None = None
+        if world.machine:
+            self.drive_watch = DriveWatch(self.station, drive_axes(world), report)
+            self.station.cycle.add(self.drive_watch)
         self._port = _FIRST_PORT
         self._frames_ns = self._sample_frames_ns = self._samples_ns = -1
         self._disturbed = self._samples_disturbed = False
@@ -286,6 +292,15 @@ class StationLife:
         if nc is not None:
             setattr(nc.axis(axis), name, value)
 
+    def drive_fault(self, fields: Mapping[str, Any]) -> None:
+        """Let something of the drives or their cable go wrong."""
+        for faults in self.station.drive_faults:
+            if faults is not None:
+                try:
+                    faults.add(fields["kind"], **_rest(fields))
+                except FaultError as refusal:
+                    logging.getLogger("achse.swarm").debug("no fault: %s", refusal)
+
     def full_disk(self, full: bool) -> None:
         """Leave no room on the disk, or make some."""
         self.disk.full = full
@@ -310,6 +325,8 @@ class StationLife:
             if not road.ended:
                 road._end()
         self.station.cycle.remove(self.watch)
+        if self.drive_watch is not None:
+            self.station.cycle.remove(self.drive_watch)
 
 
 def _hits_samples(fault: object) -> bool:
@@ -328,5 +345,6 @@ STATION_ACTS: Mapping[str, Callable[..., None]] = {
     "online_change": StationLife.online_change,
     "inject": StationLife.inject,
     "full_disk": StationLife.full_disk,
+    "drive_fault": StationLife.drive_fault,
 }
 """Acts of the station by name; `save`, `kill` and `cut` are of the world that runs it."""

@@ -4,14 +4,15 @@ Each part has its own stream (`achse.swarm.worlds.draws`), so that worlds change
 draws more than before.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from achse.motion.states import OverrideType
 from achse.swarm.worlds.channels import draw_channel, draw_channel_acts
 from achse.swarm.worlds.couplings import draw_rare_motion
-from achse.swarm.worlds.draws import Stream
+from achse.swarm.worlds.draws import Stream, moments
 from achse.swarm.worlds.layers import LEAST_PART, draw_layers
+from achse.swarm.worlds.machine import with_drives
 from achse.swarm.worlds.operators import draw_motion
 from achse.swarm.worlds.program import draw_programs
 from achse.swarm.worlds.world import STATION, Act, DrawnAxis, DrawnClient, Program, World
@@ -23,7 +24,6 @@ __all__ = [
     "draw_cam",
     "draw_surroundings",
     "draw_world",
-    "moments",
 ]
 
 _SECOND = 1_000_000_000
@@ -92,7 +92,7 @@ def draw_world(seed: int) -> World:
     axes = [draw_axis(Stream(seed, "axis", n), n) for n in range(draws.randrange(1, 5))]
     cams = [draw_cam(Stream(seed, "cam", n)) for n in range(draws.randrange(3))]
     world = draw_surroundings(seed, draws, axes, cams, draw_programs(Stream(seed, "programs")))
-    return _with_layers(_with_rare_motion(_with_channel(world)))
+    return with_drives(_with_layers(_with_rare_motion(_with_channel(world))))
 
 
 def _with_channel(world: World) -> World:
@@ -218,17 +218,6 @@ def _client(draws: Stream) -> DrawnClient:
         draws.choice((0, 0, 0, 7, 100)),
         draws.chance(0.5),
     )
-
-
-def moments(draws: Stream, rate: float, length_ns: int) -> Iterator[int]:
-    """Yield moments at random, so many a second; some in bursts."""
-    now = 0.0
-    while True:
-        gap = draws.expovariate(rate)
-        now += gap * (0.01 if draws.chance(0.3) else 1.4)
-        if now * _SECOND >= length_ns:
-            return
-        yield round(now * 1000) * 1_000_000
 
 
 def _acts(

@@ -5,8 +5,9 @@ nothing of the others.
 """
 
 import random
+from collections.abc import Iterator
 
-__all__ = ["SEEDS", "Stream"]
+__all__ = ["SEEDS", "Stream", "moments"]
 
 SEEDS = 1 << 64
 """Number of seeds: 64 bits."""
@@ -29,3 +30,14 @@ class Stream(random.Random):
     def rounded(self, value: float, digits: int = 4) -> float:
         """Return `value` in so many digits, so that a written world is short."""
         return float(f"{value:.{digits}g}")
+
+
+def moments(draws: Stream, rate: float, length_ns: int) -> Iterator[int]:
+    """Yield moments at random, so many a second; some in bursts."""
+    now = 0.0
+    while True:
+        gap = draws.expovariate(rate)
+        now += gap * (0.01 if draws.chance(0.3) else 1.4)
+        if now * 1e9 >= length_ns:
+            return
+        yield round(now * 1000) * 1_000_000

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from achse.swarm.worlds.channels import draw_channel, draw_channel_acts
 from achse.swarm.worlds.couplings import draw_rare_motion
-from achse.swarm.worlds.drawing import draw_axis, draw_cam, moments
-from achse.swarm.worlds.draws import Stream
+from achse.swarm.worlds.drawing import draw_axis, draw_cam
+from achse.swarm.worlds.draws import Stream, moments
 from achse.swarm.worlds.layers import LEAST_PART, draw_layers, layered
 from achse.swarm.worlds.operators import draw_motion
 from achse.swarm.worlds.world import Act, World

@@ -104,6 +104,9 @@ class World:
     motion_only: bool = False
     """True for an NC without a station around it."""
 
+    machine: Mapping[str, Any] = field(default_factory=dict)
+    """Further tables of the station.toml: buses and drives."""
+
     @property
     def all_axes(self) -> Sequence[DrawnAxis]:
         """All axes in the order of their ids: those of the channel come last."""
