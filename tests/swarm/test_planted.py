@@ -12,7 +12,7 @@ FOUND = [
     ("move_too_fast", 2031),
     ("gear_with_another_ratio", 2031),
     ("saw_with_any_gear", 1035),
-    ("cam_exchange_that_jumps", 2032),
+    ("cam_exchange_that_jumps", 2058),
     ("jerk_too_strong", 1000),
     ("notification_lost", 1000),
     ("notification_twice", 1000),

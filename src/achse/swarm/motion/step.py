@@ -99,6 +99,8 @@ class MotionStep:
     superposed_acceleration: float = 0.0
     leading: float = 0.0
     """Position of the master, as the slave saw it."""
+    turned: float = 0.0
+    """Gear of the last cycle: that of cyclic gears changes by its slope, whatever the axis may."""
     speeds: list[float] = [0.0] * _SPEEDS  # a declaration
     speed_count: int = 0
     number: int = 0
@@ -228,5 +230,7 @@ def _look_at_masters(step: MotionStep, ax: AxisFields, rows: NcRows) -> None:
         step.speeds[i] = speed
     step.speed_count = count + 1
     ratio = max(abs(coupling.gear), abs(coupling.parameters[0]), abs(coupling.parameters[1]))
-    step.pull = ratio * change
+    turn = abs(coupling.gear - step.turned) * abs(step.speeds[0])
+    step.turned = coupling.gear
+    step.pull = ratio * change + turn
     step.over_master = int(ax.sync.method == BY_POSITION)
