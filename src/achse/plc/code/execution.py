@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.native.backend import compiler_installed
+from achse.plc.code.code_store import CodeStore
 from achse.plc.code.faults import CATCHABLE, ExceptionCode, PlcFault, code_of
 from achse.plc.code.frames import Frames, Heap
 from achse.plc.code.linker import Linker, Probe
@@ -63,6 +64,9 @@ DEEPEST_CALLS = 2000
 _CATCHES = 1000
 """Most exceptions that a program may catch in a cycle that does nothing else."""
 
+_FEWEST_KEPT = 50
+"""Routines from which on their compiled code is kept in the user's cache."""
+
 _OVERFLOWS = 50
 """The same of stack overflows, which take long to unwind."""
 
@@ -90,7 +94,7 @@ class Execution:
     "floating point exceptions". `after` is the execution that this one follows in the same memory:
     what `__NEW` made stays, and with `keeps_statics` so do VAR_STAT variables of functions.
     `form` says what routines become; both forms leave the same bytes.
-    `cached`: machine code comes from the user's cache if it is there; that is for projects that
+    `cached`: code comes from the user's cache if it is there; that is for projects that
     come from sources, which are what the cache knows them by. Routines that are `covered` count,
     with `conditions` their decisions, too.
     """
@@ -177,7 +181,7 @@ class Execution:
         if self.coverage is not None:
             self.namespace |= {"COUNTS": self.coverage.counts, "count": self.coverage.count}
         self.renew()
-        self._link()
+        self._link(cached)
 
     # functions -------------------------------------------------------------------------------
 
@@ -233,8 +237,11 @@ class Execution:
         for key, why in self.kept_plain.items():
             log.debug("%s stays plain: %s", key, why)
 
-    def _link(self) -> None:
+    def _link(self, cached: bool) -> None:
         in_machine = {} if self.machine is None else self.machine.keys
+        store = None
+        if cached and self.machine is None and len(self.project.routines) >= _FEWEST_KEPT:
+            store = CodeStore({each.source.path for each in self.project.routines.values()})
         for key, routine in self.project.routines.items():
             name = self._linker.name_of(key)
             if self.machine is not None and key in in_machine:
@@ -245,13 +252,15 @@ class Execution:
                 continue
             try:
                 lines = emit_routine(routine, self._linker)
-                function = compiled(routine, lines, self.namespace, self._linker.names)
+                function = compiled(routine, lines, self.namespace, self._linker.names, store)
             except MissingPlaceError as missing:
                 self._leave_out(key, f"{missing.args[0]} has no memory in this PLC")
             except (SyntaxError, RecursionError, MemoryError) as refusal:
                 self._leave_out(key, f"too large or too deep for Python: {refusal}")
             else:
                 self.namespace[name] = function
+        if store is not None:
+            store.save()
         self.namespace.update(self._linker.constants)
         self.namespace.update(self.views.namespace())
         self._tables = self._all_tables()

@@ -6,6 +6,7 @@ from functools import lru_cache
 from types import CodeType, FunctionType
 from typing import Any, cast
 
+from achse.plc.code.code_store import CodeStore
 from achse.plc.code.expressions import ExpressionWriter
 from achse.plc.code.linker import Linker
 from achse.plc.code.source import SourceLine, SourceLines
@@ -108,14 +109,19 @@ def _frame(
 
 
 def compiled(
-    routine: Routine, lines: list[SourceLine], namespace: dict[str, Any], names: Mapping[str, str]
+    routine: Routine,
+    lines: list[SourceLine],
+    namespace: dict[str, Any],
+    names: Mapping[str, str],
+    store: CodeStore | None = None,
 ) -> FunctionType:
-    """The function, whose lines are those of the Structured Text."""
+    """The function, whose lines are those of the Structured Text; `store` keeps its code."""
     text = "\n".join(line.text for line in lines)
     offsets = {line.at: routine.locate(line.at).line for line in lines}
     places = tuple(offsets[line.at] for line in lines)
     make = _code if len(text) <= _LONGEST_KEPT else _code.__wrapped__
-    code = make(text, places, routine.source.path)
+    path = routine.source.path
+    code = make(text, places, path) if store is None else store.code(text, places, path, make)
     # A copy: CPython specialises code for one namespace.
     return FunctionType(_named(code, routine.name), namespace, names[routine.key])
 

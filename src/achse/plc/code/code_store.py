@@ -1,0 +1,50 @@
+"""Compiled routines in the user's cache, for processes to come.
+
+Of a start with plain code, a sixth is the work of Python's compiler. A file has the routines of one
+set of source files; a routine is known by its Python source, so that after an edit the others stay.
+"""
+
+import hashlib
+import marshal
+from collections.abc import Callable, Iterable
+from importlib.util import MAGIC_NUMBER
+from types import CodeType
+
+from achse.native.backend.cache import ObjectCache
+
+__all__ = ["CodeStore"]
+
+_DIGEST_SIZE = 20
+
+
+class CodeStore:
+    """Codes of the routines of some source files, by their Python sources."""
+
+    def __init__(self, paths: Iterable[str]) -> None:
+        content = repr((MAGIC_NUMBER, sorted(paths))).encode()
+        digest = hashlib.blake2b(content, digest_size=_DIGEST_SIZE).hexdigest()
+        self._file = ObjectCache("plain", digest)
+        kept = self._file.load()
+        self._kept: dict[bytes, CodeType] = {} if kept is None else marshal.loads(kept)
+        self._used: dict[bytes, CodeType] = {}
+
+    def code(
+        self,
+        text: str,
+        places: tuple[int, ...],
+        path: str,
+        make: Callable[[str, tuple[int, ...], str], CodeType],
+    ) -> CodeType:
+        """Return the code of a Python source whose lines are at `places` of `path`; `make` compiles
+        one that is not kept.
+        """
+        source = repr((text, places, path)).encode()
+        key = hashlib.blake2b(source, digest_size=_DIGEST_SIZE).digest()
+        found = self._kept.get(key)
+        self._used[key] = code = make(text, places, path) if found is None else found
+        return code
+
+    def save(self) -> None:
+        """Keep the codes that were used, and no others."""
+        if self._used.keys() != self._kept.keys():
+            self._file.save(marshal.dumps(self._used))
