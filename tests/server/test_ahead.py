@@ -83,7 +83,8 @@ class World:
     def __init__(self, clients: int, room: int = 1 << 18) -> None:
         self.now = 0
         rows = Rows(WORDS, 2)
-        self.view, self.words = RowView(rows, 0), rows.memory.cast("q")
+        self.view = RowView(rows, 0)
+        self.words: Any = rows.memory.cast("q")
         self.notifications = Notifications(
             lambda: START + self.now, lambda context: 10 * MS, ClientLimits()
         )

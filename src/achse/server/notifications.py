@@ -259,7 +259,7 @@ class Notifications(Scheduled):
             pulse = self._pulses[key] = Pulse(key)
             self._sequence += 1
             heappush(self._due, (last + cycle, self._sequence, pulse))
-            self.due_ns = min(self.due_ns, last + cycle)
+            self.be_due(min(self.due_ns, last + cycle))
         return pulse
 
     def _on_grid(self, task_cycle: int) -> int:
@@ -328,7 +328,7 @@ class Notifications(Scheduled):
             self._warned.discard(channel.client)
         if channel.subscriptions:
             self._over.append(channel)
-            self.due_ns = 0
+            self.be_due(0)
 
     def _clear(self, count: float = math.inf) -> None:
         """Clear up to `count` subscriptions of clients that are gone."""
@@ -415,7 +415,7 @@ class Notifications(Scheduled):
     def _open_batch(self, batch: Batch) -> None:
         if not batch.count:
             self._open.append(batch)
-            self.due_ns = 0
+            self.be_due(0)
 
     def send_first(self) -> None:
         """Send the value at the time of the Add, or hold it up to the largest delay."""
@@ -491,15 +491,16 @@ class Notifications(Scheduled):
         """Be due at this time next: the samples of the only pulse were taken until then."""
         _, sequence, pulse = self._due[0]
         self._due[0] = due_ns, sequence, pulse
-        self.due_ns = due_ns
+        self.be_due(due_ns)
 
     def _look_ahead(self) -> None:
         if self._open or self._waiting or self._over or self.usage.budget.waiting:
-            self.due_ns = 0
+            self.be_due(0)
             return
-        self.due_ns = self._due[0][0] if self._due else math.inf
-        if self._deadlines and self._deadlines[0][0] < self.due_ns:
-            self.due_ns = self._deadlines[0][0]
+        due_ns = self._due[0][0] if self._due else math.inf
+        if self._deadlines and self._deadlines[0][0] < due_ns:
+            due_ns = self._deadlines[0][0]
+        self.be_due(due_ns)
 
     def _send(self, now: int, sampled_ns: int) -> None:
         ready = self._waiting

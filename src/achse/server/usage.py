@@ -68,16 +68,12 @@ class Scheduled:
     """Owner of samples that are due at `due_ns`, of which the budget of its usage knows."""
 
     usage: "Usage"
-    _due_ns: float = math.inf
+    due_ns: float = math.inf
+    """Time before which `tick` has nothing to do, ns; infinite if nothing is due. See `be_due`."""
 
-    @property
-    def due_ns(self) -> float:
-        """Time before which `tick` has nothing to do, ns; infinite if nothing is due."""
-        return self._due_ns
-
-    @due_ns.setter
-    def due_ns(self, due_ns: float) -> None:
-        self._due_ns = due_ns
+    def be_due(self, due_ns: float) -> None:
+        """Set `due_ns`."""
+        self.due_ns = due_ns
         budget = self.usage.budget
         if due_ns < budget.first_due_ns:
             budget.first_due_ns = due_ns

@@ -186,11 +186,11 @@ def test_cycles_and_samples_are_done_together() -> None:
     notify = next(each for each in station.cycle.phases if isinstance(each, NotificationPhase))
     step = notify.step
 
-    def counted(now: int) -> None:
-        steps.append(now)
-        step(now)
+    def counted(now_ns: int) -> None:
+        steps.append(now_ns)
+        step(now_ns)
 
-    notify.step = counted  # type: ignore[method-assign, assignment]
+    notify.step = counted  # type: ignore[method-assign]
     station.advance(10.0)
     assert len(steps) <= 15  # the first ones, and those beside the look after clients
     assert station.nc is not None
