@@ -1,7 +1,6 @@
 """Options of tasks and links of axes in the solution's project."""
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -115,5 +114,5 @@ def test_a_project_has_the_types_of_its_solution(tmp_path: Path) -> None:
         "PROGRAM MAIN VAR a : E_Kind := E_Kind.FIRST; b : E_More := E_More.FIRST; END_VAR"
         " END_PROGRAM"
     )
-    main: Any = load_project(folder).declarations.programs["main"].__iec__
-    assert [int(main.member(name).initial) for name in ("a", "b")] == [3, 3]
+    main = load_project(folder).declarations.programs["main"].__iec__
+    assert [main.member(name).initial for name in ("a", "b")] == [3, 3]
