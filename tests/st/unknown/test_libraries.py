@@ -167,3 +167,13 @@ def test_block_inside_a_block_of_a_symbol_file_gets_its_methods(tmp_path: Path) 
     project, faults = _examined(tmp_path, f"{text} END_PROGRAM")
     assert faults == []
     assert check(project.declarations).faults == ()
+
+
+def test_functions_of_the_runtime_are_not_made_up(tmp_path: Path) -> None:
+    text = """PROGRAM P VAR a : FB_Any; b : BOOL; hr : HRESULT; n : DINT; END_VAR
+a(bExecute := SUCCEEDED(hr)); b := FAILED(hr); n := GETCURTASKINDEXEX();
+IF b THEN F_RaiseException(3); END_IF END_PROGRAM"""
+    project, faults = _examined(tmp_path, text)
+    assert faults == []
+    assert check(project.declarations).faults == ()
+    assert "FUNCTION " not in project.stand_ins["types.st"].replace("FUNCTION_BLOCK", "")
