@@ -29,9 +29,7 @@ _NAMES: Mapping[str, str] = {
     "tc2_serialcom": r"(?:Com|Serial)\w*Buffer|(?:Send|Receive)(?:String|Byte|Data)\w*"
     r"|SerialLine\w+|EL6(?:in|out)Data\w+|KL6\w+|PcComm\w+",
     "tc2_modbusrtu": r"Modbus\w+",
-    "tc2_controllertoolbox": r"(?:FB|ST|E)_CTRL_\w+",
     "tc2_dataexchange": r"FB_(?:Read|Write)AdsSym\w+",
-    "tc2_sups": r"\w+_S_UPS_\w+|eSUPS_\w+",
     "tc3_vision": r"(?:FB_VN|F_VN|ST_VN|E_VN|ITcVn)\w+",
     "tc3_dynamicmemory": r"FB_DynMem\w+",
     "tc2_mdp": r"\w+_MDP_\w+",
