@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.ams import AmsAddress, Command, Frame, NetId
-from achse.ams.commands import ReadRequest, WriteRequest
+from achse.ams.commands import ReadRequest, ReadWriteRequest, WriteRequest
 from achse.router.rights import Right
 from achse.router.routes import Route
 from tests.transport.connections.known.test_frames import DEVICES, SOURCES, World
@@ -21,9 +21,9 @@ def world() -> World:
     return made
 
 
-def read(number: int, length: int = 4) -> bytes:
+def read(number: int, length: int = 4, device: AmsAddress = DEVICES[0]) -> bytes:
     data = ReadRequest(0x4020, 0, length).encode()
-    return Frame(DEVICES[0], SOURCES[0], Command.READ, 4, 0, number, data).encode_tcp()
+    return Frame(device, SOURCES[0], Command.READ, 4, 0, number, data).encode_tcp()
 
 
 def forwarded(made: World, data: bytes) -> int:
@@ -58,6 +58,20 @@ def test_whole_requests_of_a_known_client_go_under_its_alias(
         each[22:] for each in packets[: ends.index(done)]
     ]
     assert {each.source for each in sent} <= {alias}
+
+
+@pytest.mark.parametrize("command", [Command.READ, Command.WRITE, Command.READ_WRITE])
+def test_of_the_system_service_reads_alone_are_known(command: Command) -> None:
+    """Other requests may open and close files."""
+    made, system = world(), DEVICES[1]
+    made.take(made.clients[0][0], read(2, device=system), ())
+    data = {
+        Command.READ: ReadRequest(1, 0, 4).encode(),
+        Command.WRITE: WriteRequest(1, 0, b"").encode(),
+        Command.READ_WRITE: ReadWriteRequest(0xF082, 1, 4, bytes(16)).encode(),
+    }[command]
+    packet = Frame(system, SOURCES[0], command, 4, 0, 9, data).encode_tcp()
+    assert forwarded(made, packet) == (len(packet) if command == Command.READ else 0)
 
 
 def test_requests_with_a_repeated_invoke_id_are_left() -> None:

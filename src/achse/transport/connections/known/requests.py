@@ -279,6 +279,8 @@ class KnownRequests(KnownHeads[_Known]):
             return None
         if command == _READ and size != READ.size:
             return None
+        if command != _READ and head[12:14] == _SYSTEM:  # it may open or close a file
+            return None
         way = self._ways.get(head[6:22]) or self._way(head[14:22], head[6:14])
         if way is None:
             return None
@@ -286,12 +288,7 @@ class KnownRequests(KnownHeads[_Known]):
         return way, head[:14] + way.exchange.session.alias + head[22:], length, command
 
     def _way(self, source: bytes, target: bytes) -> KnownWay | None:
-        """Return the way from a client to a target; None before its first request was decoded.
-
-        None for the system service: each of its requests may open a file.
-        """
-        if target[6:] == _SYSTEM:
-            return None
+        """Return the way from a client to a target; None before its first request was decoded."""
         near = self._near
         endpoint: Any = near.router.beyond(target)
         find = getattr(endpoint, "way_for_known", None)
