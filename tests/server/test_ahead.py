@@ -144,7 +144,7 @@ def test_clients_get_the_same_as_one_by_one(
         each.pass_time(3, lambda words=each.words: step(words, *cycles))  # type: ignore[misc]
     slow, fast = worlds
     for moments in runs:
-        slow.pass_time(moments, lambda: step(slow.words, *cycles))  # type: ignore[arg-type]
+        slow.pass_time(moments, lambda: step(slow.words, *cycles))
         while moments:
             done = fast.run_ahead(moments, cycles)
             assert 1 <= done <= moments

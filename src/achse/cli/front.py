@@ -1,4 +1,4 @@
-"""The root of the command tree: errors of the command line are told like all others."""
+"""The root of the command tree; it reports errors of the command line like all others."""
 
 import sys
 from collections.abc import Sequence
@@ -44,7 +44,7 @@ _ELSEWHERE = {
     "debug": "plc debug",
     "password": "hash-password",
 }
-"""Commands as other tools call them, and ours."""
+"""Commands of other tools, and ours for them."""
 
 _INSIDE = {
     **dict.fromkeys(("list", "ls", "status", "state", "print"), ("show", "state", "objects")),
@@ -69,7 +69,7 @@ _INSIDE = {
     "pause": ("step",),
     "load": ("start",),
 }
-"""Words that others use inside a group, and the commands for them: the first that the group has."""
+"""Words of other tools inside a group, and ours for them: the first that the group has."""
 
 _UsageError = cast(type[Exception], typer.BadParameter.__base__)
 _CommandError = cast(type[Exception], _UsageError.__base__)
@@ -103,7 +103,7 @@ class Front(TyperGroup):
             except _CommandError as fault:
                 if not standalone_mode:
                     raise
-                code = _told(fault)
+                code = _report(fault)
             except typer.Abort:
                 if not standalone_mode:
                     raise
@@ -114,8 +114,8 @@ class Front(TyperGroup):
         sys.exit(code)
 
 
-def _told(fault: Any) -> int:
-    """Tell an error of the command line; gives the exit code."""
+def _report(fault: Any) -> int:
+    """Report an error of the command line; return the exit code."""
     fault.message = (fault.message or "").removeprefix("Value error, ")  # how the parser checks
     if fault.message.startswith("Got unexpected extra argument"):
         fault.message += _options(fault)
@@ -141,7 +141,7 @@ def _command_for(word: str, fault: Any) -> str | None:
 
 
 def _options(fault: Any) -> str:
-    """`; an option says what a value is: --to, --by`, as the command has them."""
+    """Return `; options say what a value is: --to, --by` with the options of the command."""
     context = getattr(fault, "ctx", None)
     known = [] if context is None else context.command.params
     names = [

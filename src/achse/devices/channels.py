@@ -21,7 +21,7 @@ _KNOWN_FIELDS = {"slave", "channel", "value"}
 
 
 def channels_group(segment: Callable[[], Segment]) -> RawGroup:
-    """The group of the virtual slaves of a segment."""
+    """Return the index group of the virtual slaves of a segment."""
     return RawGroup(
         CHANNELS,
         "channels",
@@ -35,14 +35,14 @@ def channels_group(segment: Callable[[], Segment]) -> RawGroup:
 
 
 def _states(segment: Segment) -> list[dict[str, Any]]:
-    """The present value of each channel."""
-    found: list[dict[str, Any]] = []
+    """Return the present value of each channel."""
+    rows: list[dict[str, Any]] = []
     for number, slave in enumerate(segment.slaves, 1):
         device = slave.application
         if not isinstance(device, VirtualDevice):
             continue
         whole = {channel.name: channel for channel in device.channels.values()}
-        found += [
+        rows += [
             {
                 "slave": number,
                 "type": device.name,
@@ -53,7 +53,7 @@ def _states(segment: Segment) -> list[dict[str, Any]]:
             }
             for name, channel in whole.items()
         ]
-    return found
+    return rows
 
 
 def _access(segment: Segment, data: bytes) -> bytes:

@@ -33,7 +33,7 @@ _LAST = 0x01
 
 @dataclass(slots=True)
 class _Transfer:
-    """A segmented transfer under way; `data` is what is still to be sent, or what came so far."""
+    """Segmented transfer in progress; `data` has the bytes still to send, or those received."""
 
     upload: bool
     index: int
@@ -51,16 +51,16 @@ class SdoServer:
         self._application = application
         self._objects = objects
         self._transfer: _Transfer | None = None
-        self._told: tuple[int, int, str] | None = None
+        self._last_warning: tuple[int, int, str] | None = None
 
     def reset(self) -> None:
-        """Forget a transfer under way."""
+        """Drop the transfer in progress."""
         self._transfer = None
 
     def answer(self, request: bytes, capacity: int) -> tuple[bytes | None, bool]:
-        """The reply to a request of at least 8 bytes, and whether it is an abort.
+        """Return the reply to a request of at least 8 bytes, and True if it is an abort.
 
-        `capacity` is the room for the reply. None: there is nothing to say.
+        `capacity` is the room for the reply, bytes. None: no reply.
         """
         command, index, subindex = _HEAD.unpack_from(request)
         specifier = command >> 5
@@ -88,13 +88,13 @@ class SdoServer:
             raise SdoAbort(AbortCode.COMMAND)
         except SdoAbort as abort:
             self._transfer = None
-            self._tell(index, subindex, abort)
+            self._log(index, subindex, abort)
             return _WITH_NUMBER.pack(0x80, index, subindex, abort.code.number), True
 
-    def _tell(self, index: int, subindex: int, abort: SdoAbort) -> None:
-        """Log why, where more is known than travels; the same one after the other only once."""
-        if abort.reason and (index, subindex, abort.reason) != self._told:
-            self._told = (index, subindex, abort.reason)
+    def _log(self, index: int, subindex: int, abort: SdoAbort) -> None:
+        """Log the reason, which the abort does not carry; repeated reasons are logged once."""
+        if abort.reason and (index, subindex, abort.reason) != self._last_warning:
+            self._last_warning = (index, subindex, abort.reason)
             log.warning("%04X:%02X refused with %s", index, subindex, abort)
 
     # master ← slave

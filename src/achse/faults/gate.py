@@ -32,19 +32,19 @@ Onward = Callable[[Frame], bool]
 
 
 class FrameGate:
-    """The gate in the router through which all frames pass while a frame fault is at work."""
+    """Filter in the router that all frames pass while a frame fault is active."""
 
     def __init__(self, router: Router, later: Later, finish: Callable[[ActiveFault], None]) -> None:
         self.router = router
         self.later = later
         self._finish = finish
-        self._standing = False
+        self._is_in_router = False
         self._on_requests: list[_Entry] = []
         self._on_samples: list[_Entry] = []
         self._marked: dict[tuple[Any, ...], list[_Hit]] = {}
         self.held: dict[int, tuple[Frame, Onward]] = {}
-        """By fault number: the frame that waits to be overtaken."""
-        self._kept = 0
+        """Frame that waits until another one overtakes it, by the number of the fault."""
+        self._waiting_bytes = 0
 
     def begin(self, active: ActiveFault, fault: "FrameFault", selection: Selection) -> Undo:
         """Let the fault disturb the frames that are selected."""
@@ -52,36 +52,36 @@ class FrameGate:
         samples = selection.command == Command.NOTIFICATION
         faults = self._on_samples if samples else self._on_requests
         faults.append(entry)
-        self._stand()
+        self._update()
 
         def undo() -> None:
             faults.remove(entry)
-            self._stand()
+            self._update()
 
         return undo
 
     def keep(self, seconds: float, frame: Frame, action: Callable[[], None]) -> bool:
-        """Call `action` later, for a frame that waits until then; False if too much waits."""
+        """Call `action` later for a delayed frame; return False if too many bytes wait."""
         size = len(frame.data) + _FRAME_BYTES
-        if self._kept + size > _KEPT_BYTES:
+        if self._waiting_bytes + size > _KEPT_BYTES:
             return False
-        self._kept += size
+        self._waiting_bytes += size
 
         def due() -> None:
-            self._kept -= size
+            self._waiting_bytes -= size
             action()
 
         self.later(seconds, due)
         return True
 
-    def _stand(self) -> None:
-        """Be in the way of the frames as long as there is something to do."""
+    def _update(self) -> None:
+        """Enter the router, or leave it if no fault needs the frames."""
         needed = bool(self._on_requests or self._on_samples or self._marked)
-        if needed and not self._standing:
+        if needed and not self._is_in_router:
             self.router.put_gate(self._gate)
-        elif self._standing and not needed:
+        elif self._is_in_router and not needed:
             self.router.put_gate(None)
-        self._standing = needed
+        self._is_in_router = needed
 
     def _gate(self, frame: Frame, onward: Onward) -> bool:
         if frame.command == Command.NOTIFICATION:
@@ -89,7 +89,7 @@ class FrameGate:
         elif frame.is_response:
             hits = self._marked.pop(_exchange(frame), [])
             if hits:
-                self._stand()
+                self._update()
         elif port_of(frame.target) == SPARED_PORT:
             return onward(frame)
         else:
@@ -99,7 +99,7 @@ class FrameGate:
                 self._marked[_exchange(frame)] = later
                 if len(self._marked) > _REMEMBERED:
                     del self._marked[next(iter(self._marked))]
-                self._stand()
+                self._update()
                 hits = [each for each in hits if each not in later]
         for hit in hits:
             onward = self._disturbed(hit, onward)
@@ -107,20 +107,20 @@ class FrameGate:
 
     def _take(self, entries: list["_Entry"], selects: Callable[[Selection], bool]) -> list["_Hit"]:
         """Return the faults that hit this frame, and end those that are used up."""
-        found = [entry for entry in entries if selects(entry.selection)]
-        hits = [_Hit(entry.active, entry.fault) for entry in found if entry.active.take()][-_HITS:]
+        matches = [entry for entry in entries if selects(entry.selection)]
+        hits = [_Hit(each.active, each.fault) for each in matches if each.active.take()][-_HITS:]
         for hit in hits:
             if hit.active.used_up:
                 self._finish(hit.active)
         return hits
 
     def _disturbed(self, hit: "_Hit", onward: Onward) -> Onward:
-        """`onward` with the fault in its way."""
+        """Return `onward` behind the fault."""
         return lambda frame: hit.fault.disturb(self, hit.active, frame, onward)
 
 
 class FrameFault(RequestFault):
-    """A fault that disturbs frames on their way."""
+    """Fault that disturbs frames in the router."""
 
     @property
     def on_answer(self) -> bool:
@@ -129,7 +129,7 @@ class FrameFault(RequestFault):
 
     @abstractmethod
     def disturb(self, gate: FrameGate, active: ActiveFault, frame: Frame, onward: Onward) -> bool:
-        """Do something else than `onward(frame)`; whether the frame was taken."""
+        """Disturb the frame instead of `onward(frame)`; return True if the frame was accepted."""
 
 
 class _Entry(NamedTuple):

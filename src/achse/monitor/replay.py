@@ -26,7 +26,7 @@ __all__ = ["Replay", "ReplayDevice"]
 log = logging.getLogger("achse.replay")
 
 _TICK = 0.005
-"""Seconds between looks at what samples are due."""
+"""Seconds between two checks for samples that are due."""
 
 _GRID_NS = 1_000_000
 
@@ -34,9 +34,9 @@ _GRID_NS = 1_000_000
 class Replay:
     """The target of a recording on a router of its own: `async with Replay(recording).serving()`.
 
-    - The same question gets the answers in the order they were recorded, then the last again.
+    - A repeated request gets the recorded answers in their order, then the last one again.
     - A subscription gets the recorded samples, as long after it as they came then.
-    - What was never asked is answered 0x701 and logged once.
+    - A request that is not in the recording is answered 0x701 and logged once.
 
     `clock` gives Unix ns; without one it is the time of day at the start, and what went by since.
     """
@@ -66,12 +66,12 @@ class Replay:
         listener = TcpListener(self.router)
         await listener.open(host, tcp_port)
 
-        async def go_on() -> None:
+        async def tick_forever() -> None:
             while True:
                 await asyncio.sleep(_TICK)
                 self.tick()
 
-        ticking = asyncio.create_task(go_on())
+        ticking = asyncio.create_task(tick_forever())
         try:
             yield listener
         finally:
@@ -87,7 +87,7 @@ class ReplayDevice(Device):
         self.recorded = recorded
         self.clock = clock
         self._next: dict[Key, int] = {}
-        self._told: set[Key] = set()
+        self._logged_keys: set[Key] = set()
         info, state = recorded.info, recorded.state
         groups = {key.group for key in (*recorded.answers, *recorded.samples)}
         groups -= {ReservedGroup.DEVICE, 0, *SUMS}
@@ -112,11 +112,11 @@ class ReplayDevice(Device):
         )
 
     def next(self, key: Key) -> bytes:
-        """The next recorded answer; raises DeviceError as the target did."""
+        """Return the next recorded answer; raise DeviceError as the target did."""
         answers = self.recorded.answers.get(key)
         if answers is None:
-            if key not in self._told:
-                self._told.add(key)
+            if key not in self._logged_keys:
+                self._logged_keys.add(key)
                 log.warning("not in the recording: %s 0x%X:0x%X %r", key[0].name, *key[1:])
             raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, "not in the recording")
         number = self._next.get(key, 0)
@@ -128,7 +128,7 @@ class ReplayDevice(Device):
         return outcome.data
 
     def write_control(self, ads_state: int, device_state: int, data: bytes) -> None:
-        """Is not replayed: 0x701."""
+        """Refuse with 0x701: a recording has one state."""
         raise DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, "a recording has one state")
 
 

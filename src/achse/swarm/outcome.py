@@ -19,7 +19,7 @@ class BrokenInvariant:
 
 @dataclass
 class WorldOutcome:
-    """What a world was like."""
+    """Result of a world."""
 
     violation: BrokenInvariant | None = None
     digest: str = ""
@@ -31,7 +31,7 @@ class WorldOutcome:
     samples: int = 0
     restarts: int = 0
     excuses: Counter[str] = field(default_factory=Counter)
-    """How often each excuse of `achse.swarm.excuses` was used."""
+    """Uses of each excuse of `achse.swarm.excuses`."""
     ended_ns: int = 0
     """Time of the world at its end."""
     cpu_s: float = 0.0

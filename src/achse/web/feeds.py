@@ -1,4 +1,4 @@
-"""Feeds: what is watched is asked for once, however many pages watch it."""
+"""Feeds: one subscription at the station for all pages that watch the same topic."""
 
 import asyncio
 import logging
@@ -18,23 +18,23 @@ __all__ = ["MOST_FEEDS", "Feed", "Feeds", "Pause", "Topic"]
 log = logging.getLogger("achse.web")
 
 Pause = Callable[[float], Awaitable[Any]]
-"""Waits for seconds; tests hand in their own."""
+"""Function that waits for seconds; tests pass their own."""
 
 MOST_FEEDS = 256
-"""Of all pages: those that watch the same share one."""
+"""Feeds of all pages; pages that watch the same topic share one."""
 
 _AGAIN = 1.0
-"""Seconds until a target that refused is asked again."""
+"""Seconds until the next request to a target that refused."""
 
 _KEPT_LINES = 500
-"""Lines that a page gets which begins to watch later than others."""
+"""Earlier lines for a page that begins to watch later than others."""
 
 
 class Topic(NamedTuple):
-    """A kind of thing that can be watched."""
+    """Subject that pages can watch."""
 
     run: "Callable[[Feed, Arguments], Awaitable[None]]"
-    """Shows values until it is cancelled."""
+    """Function that shows values until it is cancelled."""
     lines: bool = False
     """True if each value counts (a log), not only the newest (a state)."""
     needs: Right = Right.READ
@@ -44,11 +44,11 @@ class Topic(NamedTuple):
 class Feed:
     """One running topic and the pages that watch it."""
 
-    def __init__(self, name: str, topic: Topic, given: Arguments, pause: Pause) -> None:
+    def __init__(self, name: str, topic: Topic, arguments: Arguments, pause: Pause) -> None:
         self.name = name
         self.pause = pause
         self._topic = topic
-        self._given = given
+        self._arguments = arguments
         self._watchers: dict[tuple[PageOutbox, int], None] = {}
         self._newest = ""
         self._history: deque[str] = deque(maxlen=_KEPT_LINES)
@@ -60,55 +60,55 @@ class Feed:
         return len(self._watchers)
 
     def add(self, outbox: PageOutbox, watch: int) -> None:
-        """Show everything to a page from now on, and at once what is known already."""
+        """Add a page: it gets the newest value or earlier lines at once, and all that follow."""
         self._watchers[outbox, watch] = None
         if self._newest:
             outbox.put_state(watch, self._newest)
         if self._history:
             outbox.put_lines(watch, list(self._history))
         if self._task is None:
-            self._task = asyncio.create_task(self._go())
+            self._task = asyncio.create_task(self._run())
 
     def remove(self, outbox: PageOutbox, watch: int) -> None:
-        """A page watches no longer."""
+        """Remove a page."""
         self._watchers.pop((outbox, watch), None)
 
     def close(self) -> None:
-        """End."""
+        """End the feed."""
         if self._task is not None:
             self._task.cancel()
             self._task = None
 
     def show(self, value: Any) -> None:
-        """A new value of a state; one that is the same is not sent again."""
-        self._say(f'"value":{dumped(value)}')
+        """Send the value of a state to all pages, unless they have it."""
+        self._send(f'"value":{dumped(value)}')
 
     def show_lines(self, lines: list[Any]) -> None:
-        """New lines."""
-        if self._newest:  # an error is over
+        """Send lines to all pages, and keep them for later ones."""
+        if self._newest:  # the error has ended
             self._newest = ""
         texts = [dumped(line) for line in lines]
         self._history.extend(texts)
         for outbox, watch in self._watchers:
             outbox.put_lines(watch, texts)
 
-    def _say(self, fields: str) -> None:
+    def _send(self, fields: str) -> None:
         if fields == self._newest:
             return
         self._newest = fields
         for outbox, watch in self._watchers:
             outbox.put_state(watch, fields)
 
-    async def _go(self) -> None:
+    async def _run(self) -> None:
         while True:
             try:
-                await self._topic.run(self, self._given)
+                await self._topic.run(self, self._arguments)
                 return
             except (AdsError, CallError, ValueError) as failure:
-                self._say(f'"value":null,"error":{dumped(error_of(failure))}')
+                self._send(f'"value":null,"error":{dumped(error_of(failure))}')
             except Exception as failure:
                 log.exception("watching %s", self.name)
-                self._say(f'"value":null,"error":{dumped(error_of(failure))}')
+                self._send(f'"value":null,"error":{dumped(error_of(failure))}')
             await self.pause(_AGAIN)
 
 
@@ -130,7 +130,7 @@ class Feeds:
         return len(self._running)
 
     def watch(self, outbox: PageOutbox, watch: int, fields: dict[str, Any]) -> Feed:
-        """The feed that shows what was asked for; a page is one of its watchers from now on.
+        """Return the feed of a topic, with the page among its watchers.
 
         Raises CallError for an unknown topic, DeviceError 0x723 for one without the right to it.
         """
@@ -140,24 +140,24 @@ class Feeds:
             raise CallError(f"topic: expected {', '.join(sorted(self._topics))}, got {name!r:.60}")
         if topic.needs & ~self._rights:
             raise DeviceError(ReturnCode.DEVICE_ACCESS_DENIED, f"{name}: not on this page")
-        wish = dumped(dict(sorted(fields.items())))
-        feed = self._running.get(wish)
+        key = dumped(dict(sorted(fields.items())))
+        feed = self._running.get(key)
         if feed is None:
             if len(self._running) >= MOST_FEEDS:
                 raise CallError(f"all pages together watch up to {MOST_FEEDS} different things")
-            feed = self._running[wish] = Feed(name, topic, Arguments(fields), self._pause)
+            feed = self._running[key] = Feed(name, topic, Arguments(fields), self._pause)
         feed.add(outbox, watch)
         return feed
 
     def unwatch(self, feed: Feed, outbox: PageOutbox, watch: int) -> None:
-        """A page watches no longer; a feed without pages ends."""
+        """Remove a page from a feed; a feed without pages ends."""
         feed.remove(outbox, watch)
         if not feed.watchers:
             feed.close()
             self._running = {key: each for key, each in self._running.items() if each is not feed}
 
     def close(self) -> None:
-        """End all."""
+        """End all feeds."""
         for feed in self._running.values():
             feed.close()
         self._running.clear()

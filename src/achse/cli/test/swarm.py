@@ -30,7 +30,7 @@ _MOST_PLAYED = 100_000
 
 @dataclass(frozen=True)
 class _Names:
-    """What the seeds are drawn for: files of a user, or motion alone."""
+    """Files of a user that the seeds are drawn for, or motion alone."""
 
     project: str
     invariants: str

@@ -32,20 +32,20 @@ class Resubscription:
 
     def __init__(self, rules: Sequence[ClientRule] = ()) -> None:
         self._rules = tuple(rules)
-        self._chosen: weakref.WeakKeyDictionary[Endpoint, bool] = weakref.WeakKeyDictionary()
+        self._choices: weakref.WeakKeyDictionary[Endpoint, bool] = weakref.WeakKeyDictionary()
         """Requests of clients, by connection."""
 
     def __len__(self) -> int:
         """Connections whose client has chosen."""
-        return len(self._chosen)
+        return len(self._choices)
 
     def choose(self, client: Endpoint, wanted: bool) -> None:
         """Apply the request of a client from now on to all that it fetches by this connection."""
-        self._chosen[client] = wanted
+        self._choices[client] = wanted
 
     def applies(self, client: Endpoint, source: bytes, default: bool) -> bool:
         """True if resources of this client are to be made again; `default` is the target's key."""
-        chosen = self._chosen.get(client)
+        chosen = self._choices.get(client)
         if chosen is not None:
             return chosen
         for rule in self._rules:

@@ -26,7 +26,7 @@ from achse.st.lexis.source import SourceError
 from achse.st.lexis.xml import Element, parse_xml
 from achse.station.configuration.types import STATION_FILE, ConfigError
 
-__all__ = ["is_project", "project_document"]
+__all__ = ["PARAMETERS", "AxisPara", "is_project", "project_document"]
 
 log = logging.getLogger("achse.station")
 
@@ -106,7 +106,7 @@ _WITHIN = (
 
 
 def is_project(path: Path) -> bool:
-    """Return True for a path that is no station.toml, but can be a station as it is."""
+    """Return True for a solution, a PLC project, a source or a folder."""
     return path.is_dir() or has_content(
         path, Content.SOLUTION, Content.SYSTEM, Content.PROJECT, *_SOURCES
     )
