@@ -3,10 +3,12 @@
 import json
 import os
 import signal
+import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -32,6 +34,26 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     yield folder
     for station in detached_stations():
         os.kill(station.pid, signal.SIGKILL)
+
+
+@pytest.fixture
+def forked(monkeypatch: pytest.MonkeyPatch, warm_commands: WarmCommands) -> Iterator[None]:
+    """Stations are forked from a process that has loaded achse; others are new interpreters."""
+    started: list[subprocess.Popen[str]] = []
+    closed = SimpleNamespace(fileno=lambda: -1)
+
+    def popen(words: list[str], **options: Any) -> "subprocess.Popen[str]":
+        started.append(warm_commands.popen(*words[3:], **options))
+        return started[-1]
+
+    module = SimpleNamespace(Popen=popen, DEVNULL=subprocess.DEVNULL)
+    monkeypatch.setattr("achse.cli.start.detached.subprocess", module)
+    yield
+    for each in started:
+        if getattr(each, "line", closed).fileno() >= 0:
+            each.returncode = None  # achse says that it has ended: it is not waited for
+            each.kill()
+            each.wait()
 
 
 def _cli(*words: str, exit_code: int = 0) -> Any:
@@ -66,6 +88,7 @@ def test_a_station_is_started_waited_for_and_stopped(config: Path, folder: Path)
     assert f"no detached station runs: no records in {folder}" in _cli("stop", exit_code=1).stderr
 
 
+@pytest.mark.usefixtures("forked")
 def test_of_several_the_name_is_needed_or_all(config: Path) -> None:
     for _ in range(2):
         _cli("run", str(config), "-d", "--tcp-port", "0")
@@ -78,6 +101,7 @@ def test_of_several_the_name_is_needed_or_all(config: Path) -> None:
     assert _cli("stop", "--all").stdout == "no detached station runs\n"
 
 
+@pytest.mark.usefixtures("forked")
 def test_a_station_that_cannot_start_says_why(tmp_path: Path, folder: Path) -> None:
     wrong = tmp_path / "wrong.toml"
     wrong.write_text("[nc]\ncycle = 1\n")
@@ -86,6 +110,7 @@ def test_a_station_that_cannot_start_says_why(tmp_path: Path, folder: Path) -> N
     assert not list(folder.iterdir())
 
 
+@pytest.mark.usefixtures("forked")
 def test_a_killed_station_leaves_a_record_that_is_cleaned(config: Path, folder: Path) -> None:
     told = json.loads(_cli("run", str(config), "-d", "--tcp-port", "0", "--json").stdout)
     os.kill(told["pid"], signal.SIGKILL)
@@ -189,6 +214,7 @@ def test_waiting_ends_with_the_time() -> None:
     assert "127.0.0.1:1 is not ready after 0.1 s: cannot connect" in told
 
 
+@pytest.mark.usefixtures("forked")
 def test_a_station_that_is_started_meanwhile_is_waited_for(
     free_host: Callable[[], str], warm_commands: WarmCommands
 ) -> None:
@@ -235,6 +261,7 @@ def test_a_folder_that_cannot_be_made_is_told() -> None:
         assert "/dev/null/x: Not a directory" in refused.stderr
 
 
+@pytest.mark.usefixtures("forked")
 def test_a_port_in_use_names_the_station_that_has_it(
     config: Path, warm_commands: WarmCommands
 ) -> None:
@@ -253,6 +280,7 @@ def _is_pending(pid: int, number: signal.Signals) -> bool:
     return bool(int(pending, 16) & 1 << (number - 1))
 
 
+@pytest.mark.usefixtures("forked")
 def test_stop_ends_where_the_station_is_killed_meanwhile(
     config: Path, warm_commands: WarmCommands
 ) -> None:
