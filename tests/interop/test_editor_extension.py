@@ -5,11 +5,12 @@ import json
 import os
 import shutil
 import subprocess
-import sys
 import zipfile
 from pathlib import Path
 
 import pytest
+
+from tests.warm_commands import WarmCommands
 
 FOLDER = Path(__file__).parents[2] / "packaging" / "vscode"
 
@@ -19,8 +20,8 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def _npm(folder: Path, script: str) -> str:
-    words = json.dumps([sys.executable, "-m", "achse"])
+def _npm(folder: Path, script: str, achse: Path | None = None) -> str:
+    words = json.dumps([str(achse)])
     done = subprocess.run(
         ["npm", "run", script],
         cwd=folder,
@@ -43,8 +44,8 @@ def copy(tmp_path: Path) -> Path:
     return place
 
 
-def test_extension_speaks_with_server_and_debugger(copy: Path) -> None:
-    output = _npm(copy, "test")
+def test_extension_speaks_with_server_and_debugger(copy: Path, warm_commands: WarmCommands) -> None:
+    output = _npm(copy, "test", warm_commands.folder / "achse")
     assert "not ok" not in output
     assert "ok 10" in output
     assert "# SKIP" not in output

@@ -6,7 +6,6 @@ do decides nothing.
 
 import json
 import subprocess
-import sys
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -16,6 +15,7 @@ import pytest
 
 from achse.testing import LiveStation
 from tests.interop.conftest import PATIENT_MS
+from tests.warm_commands import WarmCommands
 
 pyads = pytest.importorskip("pyads", exc_type=Exception)  # type: ignore[arg-type]
 
@@ -306,11 +306,12 @@ def test_a_restart_of_the_station_keeps_the_connection(
 # where faults come from
 
 
-def test_from_the_command_line(achse_station: LiveStation, plc: Any) -> None:
+def test_from_the_command_line(
+    achse_station: LiveStation, plc: Any, warm_commands: WarmCommands
+) -> None:
     def fault(*arguments: str) -> str:
-        command = [sys.executable, "-m", "achse", "fault", *arguments]
-        where = ["--host", achse_station.host, "--net-id", achse_station.net_id]
-        done = subprocess.run([*command, *where], capture_output=True, text=True)
+        where = ("--host", achse_station.host, "--net-id", achse_station.net_id)
+        done = warm_commands.run("fault", *arguments, *where)
         assert done.returncode == 0, done.stderr
         return done.stdout
 

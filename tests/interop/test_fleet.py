@@ -4,7 +4,6 @@ import asyncio
 import json
 import os
 import signal
-import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -16,6 +15,7 @@ import achse
 from achse.ams import AdsError
 from achse.fleet.orders import give_order
 from tests.interop.test_mosquitto import Mosquitto
+from tests.warm_commands import WarmCommands
 
 PATIENCE = 600.0
 """Seconds of a request, a guard against hanging."""
@@ -36,7 +36,8 @@ def broker(witness: Callable[[str], None], tmp_path: Path) -> Iterator[Mosquitto
 class Fleet:
     """A fleet that is up."""
 
-    def __init__(self, folder: Path, port: int) -> None:
+    def __init__(self, commands: WarmCommands, folder: Path, port: int) -> None:
+        self._commands = commands
         self._environment = os.environ | {"ACHSE_RUNTIME_DIR": str(folder / "run")}
         (folder / "press.toml").write_text('[[plc]]\nglobals = ["achse.station.demo:GVL"]\n')
         file = folder / "fleet.toml"
@@ -50,8 +51,7 @@ class Fleet:
         self._supervisor = record["port"], record["key"]
 
     def command(self, *words: str) -> str:
-        command = (sys.executable, "-m", "achse", "fleet", *words)
-        told = subprocess.run(command, env=self._environment, capture_output=True, text=True)
+        told = self._commands.run("fleet", *words, env=self._environment)
         assert told.returncode == 0, told.stdout + told.stderr
         return told.stdout
 
@@ -101,8 +101,10 @@ async def _read_each_other(rows: list[dict[str, Any]]) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="kills a process")
-async def test_a_fleet_of_eight(broker: Mosquitto, tmp_path: Path) -> None:
-    fleet = Fleet(tmp_path, broker.port)
+async def test_a_fleet_of_eight(
+    broker: Mosquitto, warm_commands: WarmCommands, tmp_path: Path
+) -> None:
+    fleet = Fleet(warm_commands, tmp_path, broker.port)
     try:
         rows = await fleet.until(_all_see_all)
         await _read_each_other(rows)

@@ -7,7 +7,6 @@ TCP segment.
 import asyncio
 import struct
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ import pytest
 import achse
 from achse.ams import AdsState, RequestTimeout
 from achse.iec import UDINT
+from tests.warm_commands import WarmCommands
 
 pytestmark = pytest.mark.filterwarnings(
     # A request it does not know ends the server's thread.
@@ -77,17 +77,20 @@ def test_a_question_it_dies_of_is_a_time_out(foreign: Any) -> None:
 
 
 def test_the_monitor_between_a_client_and_a_target_of_others(
-    foreign: Any, free_host: Callable[[], str], witness: Callable[[str], None], tmp_path: Path
+    foreign: Any,
+    free_host: Callable[[], str],
+    warm_commands: WarmCommands,
+    witness: Callable[[str], None],
+    tmp_path: Path,
 ) -> None:
     witness("tshark")
     import pyads
 
     host, capture = free_host(), tmp_path / "session.pcapng"
-    command = [
-        *(sys.executable, "-m", "achse", "monitor", "--via", f"127.0.0.1:{foreign.port}"),
-        *("--host", host, "--write", str(capture)),
-    ]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as monitor:
+    way = ("--via", f"127.0.0.1:{foreign.port}", "--host", host)
+    with warm_commands.popen(
+        "monitor", *way, "--write", str(capture), stdout=subprocess.PIPE
+    ) as monitor:
         assert monitor.stdout is not None
         assert monitor.stdout.readline().startswith(f"achse ready tap={host}:48898")
         with pyads.Connection("127.0.0.1.1.1", 851, host) as plc:

@@ -1,13 +1,13 @@
 """The server of the pages goes and comes back; so does the target behind it."""
 
 import socket
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
 import pytest
+
+from tests.warm_commands import PIPES, WarmCommands
 
 Show = Callable[..., AbstractContextManager[Any]]
 
@@ -23,21 +23,15 @@ def port() -> int:
 
 
 @pytest.fixture
-def serve(station: Any, port: int) -> Callable[..., AbstractContextManager[None]]:
+def serve(
+    station: Any, port: int, warm_commands: WarmCommands
+) -> Callable[..., AbstractContextManager[None]]:
     """`with serve():` is `achse web` for the station at that port, in its own process."""
 
     @contextmanager
     def start(*options: str) -> Iterator[None]:
-        process = subprocess.Popen(
-            [
-                *(sys.executable, "-m", "achse", "web", "--web-port", str(port)),
-                *("--host", station.host, "--tcp-port", str(station.port)),
-                *options,
-            ],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+        where = ("--host", station.host, "--tcp-port", str(station.port))
+        process = warm_commands.popen("web", "--web-port", str(port), *where, *options, **PIPES)
         try:
             assert process.stdout is not None
             line = process.stdout.readline()
