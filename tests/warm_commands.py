@@ -391,6 +391,12 @@ def load() -> Callable[[], None]:
     return achse.cli.main
 
 
+def run_module() -> None:
+    """Be `python -m MODULE`."""
+    del sys.argv[:2]
+    runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+
+
 if __name__ == "__main__":
     command = load()
     gc.collect()
@@ -400,7 +406,4 @@ if __name__ == "__main__":
     os.write(1, b"ready\n")
     server.serve()
     standard_streams()
-    if sys.argv[1:2] == ["-m"]:
-        del sys.argv[:2]
-        end_as(lambda: runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True))
-    end_as(command)
+    end_as(run_module if sys.argv[1:2] == ["-m"] else command)

@@ -232,9 +232,9 @@ def anew(tab: Any, name: str) -> Any:
 
 def does_something(page: Any, control: str, trips: int) -> bool | None:
     """Use a control, and return true if something is seen or asked for; None if it is not there."""
-    for name in (FIRST.get(control), control):
-        found = page.evaluate(LOOK, name) if name else None
-        if name is None or not found:
+    for name in filter(None, (FIRST.get(control), control)):
+        found = page.evaluate(LOOK, name)
+        if not found:
             if name == control:
                 return None
             continue
