@@ -81,7 +81,7 @@ def configuration(world: World, kernel: str) -> StationConfig:
         ]
     if world.channel is not None:
         document |= _channel(world.channel, len(world.axes) + 1)
-    return parse(document | world.machine, "world")
+    return parse({**document, **world.machine}, "world")
 
 
 def _channel(channel: DrawnChannel, first: int) -> dict[str, Any]:
