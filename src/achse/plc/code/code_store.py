@@ -25,7 +25,7 @@ class CodeStore:
         digest = hashlib.blake2b(content, digest_size=_DIGEST_SIZE).hexdigest()
         self._file = ObjectCache("plain", digest)
         kept = self._file.load()
-        self._kept: dict[bytes, CodeType] = {} if kept is None else marshal.loads(kept)
+        self._codes: dict[bytes, CodeType] = {} if kept is None else marshal.loads(kept)
         self._used: dict[bytes, CodeType] = {}
 
     def code(
@@ -40,11 +40,11 @@ class CodeStore:
         """
         source = repr((text, places, path)).encode()
         key = hashlib.blake2b(source, digest_size=_DIGEST_SIZE).digest()
-        found = self._kept.get(key)
+        found = self._codes.get(key)
         self._used[key] = code = make(text, places, path) if found is None else found
         return code
 
     def save(self) -> None:
         """Keep the codes that were used, and no others."""
-        if self._used.keys() != self._kept.keys():
+        if self._used.keys() != self._codes.keys():
             self._file.save(marshal.dumps(self._used))
