@@ -62,7 +62,6 @@ def compiler_installed() -> bool:
     return False
 
 
-@cache
 def identity() -> str:
     """Compiler and processor: machine code of one is not for another."""
     import llvmlite
@@ -70,6 +69,7 @@ def identity() -> str:
     return f"{llvmlite.__version__} {_processor()}"
 
 
+@cache
 def _processor() -> str:
     """Return all that LLVM goes by when it compiles for the processor we run on."""
     if object_file.is_supported():
