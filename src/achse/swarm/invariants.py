@@ -76,7 +76,7 @@ INVARIANTS = (
         "decisions 0035, 0037",
         f"{_ABRUPT}; gears and cams, see gear-law and slave-step; the first cycle of a law and of"
         " its parameters (0037: a saw takes another gear at once); saws on a curve over their"
-        " master; slaves of slaves that may jump",
+        " master, or that their mask stops at once; slaves of slaves that may jump",
     ),
     Invariant(
         "new-ratio", "A new ratio makes no slave faster than axis and drive may be.",

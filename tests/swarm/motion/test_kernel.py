@@ -5,7 +5,7 @@ import pytest
 from achse.motion import AxisParameters, Nc, commands
 from achse.native.declare import pack
 from achse.swarm.motion.checks import NAMES
-from achse.swarm.motion.kernel import ACTIVE, AxesUnderWatch, BrokenStep
+from achse.swarm.motion.kernel import ACTIVE, AxesUnderWatch, WrongSetPoint
 from achse.swarm.motion.step import STEP
 from achse.swarm.motion.watch import axes_under_watch
 from achse.swarm.worlds.drawing import draw_world
@@ -36,7 +36,7 @@ def test_machine_code_sees_what_plain_python_sees(seed: int) -> None:
         nc, axes = rig(seed, compiled)
         start(nc, 0.05)
         done, verdict = axes.cycle(50)
-        assert (done, BrokenStep.of(verdict)) == (50, None)
+        assert (done, WrongSetPoint.of(verdict)) == (50, None)
         seen.append((nc.digest(), [pack(STEP, step) for step in axes.steps]))
     assert seen[0] == seen[1]
 
@@ -49,7 +49,7 @@ def test_cycles_end_with_a_wrong_set_point() -> None:
     assert nc.cycle_count == before + LONG
     nc.axis(1).set.position += 1.0
     done, verdict = axes.cycle(LONG)
-    wrong = BrokenStep.of(verdict)
+    wrong = WrongSetPoint.of(verdict)
     assert wrong is not None
     assert (done, wrong.axis, NAMES[wrong.check]) == (1, 0, "position")
     assert axes.moves == len(list(nc))

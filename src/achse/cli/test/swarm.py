@@ -30,7 +30,7 @@ _MOST_PLAYED = 100_000
 
 @dataclass(frozen=True)
 class _Names:
-    """Files of a user that the seeds are drawn for, or motion alone."""
+    """Subject of the seeds: files of a user, or motion alone."""
 
     project: str
     invariants: str

@@ -18,10 +18,10 @@ from achse.native.memory import Rows, structure_of
 from achse.swarm.motion.checks import CHECKS
 from achse.swarm.motion.step import STEP, MotionStep, look
 
-__all__ = ["ACTIVE", "AxesUnderWatch", "BrokenStep", "StepRows", "cycles_under_watch", "watch"]
+__all__ = ["ACTIVE", "AxesUnderWatch", "StepRows", "WrongSetPoint", "cycles_under_watch", "watch"]
 
 ACTIVE = 1
-"""BrokenStep on axes of which one moves or waits; 0: all rest."""
+"""WrongSetPoint on axes of which one moves or waits; 0: all rest."""
 
 _FIRST = 2
 _CHECK_COUNT = len(CHECKS)
@@ -29,20 +29,20 @@ _CHECK_COUNT = len(CHECKS)
 
 @dataclass
 class StepRows:
-    """Steps of all axes; machine code gets address and number."""
+    """What is seen of all axes; machine code gets address and number."""
 
     steps: Sequence[MotionStep]
 
 
 @dataclass(frozen=True)
-class BrokenStep:
+class WrongSetPoint:
     """A set point that is wrong: row of its axis, number of the check in `CHECKS`."""
 
     axis: int
     check: int
 
     @classmethod
-    def of(cls, number: int) -> "BrokenStep | None":
+    def of(cls, number: int) -> "WrongSetPoint | None":
         """Return the verdict with this number, None if all holds."""
         return None if number < _FIRST else cls(*divmod(number - _FIRST, _CHECK_COUNT))
 

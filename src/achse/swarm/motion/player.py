@@ -15,7 +15,7 @@ from achse.swarm.channel_watch import ChannelWatch
 from achse.swarm.clients import encode_ratios, encode_service
 from achse.swarm.life import configuration, write_part_programs
 from achse.swarm.motion.checks import NAMES
-from achse.swarm.motion.kernel import CYCLES, BrokenStep
+from achse.swarm.motion.kernel import CYCLES, WrongSetPoint
 from achse.swarm.motion.watch import axes_under_watch, reason_of
 from achse.swarm.outcome import BrokenInvariant, WorldOutcome
 from achse.swarm.track import Track
@@ -94,7 +94,7 @@ class MotionPlayer:
             self.now_ns += done * nc.cycle_ns
             if self._track is not None:
                 self._track.take(self.now_ns, nc)
-            wrong = BrokenStep.of(verdict)
+            wrong = WrongSetPoint.of(verdict)
             if wrong is not None:
                 self.report(*reason_of(wrong, nc, self._axes, self.now_ns))
             if self._channel is not None:

@@ -9,11 +9,11 @@ Kernel source, in the language of `achse.native`.
 from math import nan
 
 from achse.codes import NcError
-from achse.motion.couplings.flying_saws.approach import BY_POSITION
+from achse.motion.couplings.flying_saws.approach import BY_POSITION, INACTIVE
 from achse.motion.fields.coupling import COUPLING_PARAMETERS, MASTERS
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
-from achse.motion.states import MotionPhase
+from achse.motion.states import MotionPhase, SynchronisingBit
 from achse.native.declare import Slot, lay_out
 
 __all__ = ["STEP", "MotionStep", "look", "set_limits"]
@@ -61,7 +61,8 @@ class MotionStep:
     pull: float = 0.0
     """Velocity by which masters change the slave's in this cycle."""
     over_master: int = 0
-    """True for a slave on a curve over its master, which has no limit of its own (0037)."""
+    """True for a slave on a curve over its master, which has no limit of its own (0037), or that its
+    mask has stopped at once behind one."""
     smooth: int = 0
     bent: int = 0
     beyond: int = 0
@@ -233,4 +234,8 @@ def _look_at_masters(step: MotionStep, ax: AxisFields, rows: NcRows) -> None:
     turn = abs(coupling.gear - step.turned) * abs(step.speeds[0])
     step.turned = coupling.gear
     step.pull = ratio * change + turn
-    step.over_master = int(ax.sync.method == BY_POSITION)
+    at_once = SynchronisingBit.INSTANT_STOP_ON_ROLLBACK
+    step.over_master = int(
+        ax.sync.method == BY_POSITION
+        or (ax.sync.mask & at_once != 0 and ax.sync.method == INACTIVE)
+    )

@@ -13,7 +13,7 @@ from achse.station import Station
 from achse.station.clocks.cycle import Phase, PhasePlace
 from achse.swarm.channel_watch import ChannelWatch
 from achse.swarm.motion.checks import NAMES, describe
-from achse.swarm.motion.kernel import ACTIVE, AxesUnderWatch, BrokenStep
+from achse.swarm.motion.kernel import ACTIVE, AxesUnderWatch, WrongSetPoint
 from achse.swarm.motion.step import set_limits
 from achse.swarm.worlds.world import DrawnAxis, DrawnChannel
 
@@ -91,7 +91,7 @@ class MotionWatch(Phase):
         self.due_ns = now_ns - now_ns % cycle_ns + cycle_ns
         verdict = self._axes.look()
         active = verdict >= ACTIVE
-        wrong = BrokenStep.of(verdict)
+        wrong = WrongSetPoint.of(verdict)
         if wrong is not None:
             self._report(*reason_of(wrong, nc, self._axes, self._station.time_ns))
         self.cycles += len(nc)
@@ -135,7 +135,7 @@ def axes_under_watch(
     return watched
 
 
-def reason_of(wrong: BrokenStep, nc: Nc, axes: AxesUnderWatch, now_ns: int) -> tuple[str, str]:
+def reason_of(wrong: WrongSetPoint, nc: Nc, axes: AxesUnderWatch, now_ns: int) -> tuple[str, str]:
     """Return the name of the invariant that does not hold, and what has happened."""
     axis = list(nc)[wrong.axis]
     what = f"axis {axis.name} at {now_ns / 1e9:.6f} s: {describe(axes.steps[wrong.axis])}"
