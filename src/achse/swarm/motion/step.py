@@ -61,8 +61,8 @@ class MotionStep:
     pull: float = 0.0
     """Velocity by which masters change the slave's in this cycle."""
     over_master: int = 0
-    """True for a slave on a curve over its master, which has no limit of its own (0037), or that its
-    mask has stopped at once behind one."""
+    """True for a slave on a curve over its master, which has no limit of its own (0037), and behind
+    one that its mask stopped at once."""
     smooth: int = 0
     bent: int = 0
     beyond: int = 0
