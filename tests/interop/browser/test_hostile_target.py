@@ -52,7 +52,7 @@ ANSWERS: dict[str, Any] = {
         "name": EVIL,
         "control": True,
         "time": None,
-        "features": ["axes", "symbols", "drives", "bus", "log", "traffic", "faults"],
+        "features": ["overview", "axes", "symbols", "drives", "bus", "log", "traffic", "faults"],
     },
     "axes.parameters": [{"group": EVIL, "rows": [{**ROW, "writable": True}]}],
     "symbols.list": {"rows": [SYMBOL], "more": 3},
