@@ -278,7 +278,7 @@ def _real_path(path: Path) -> Path:
 
 def _has_solution(folder: Path) -> bool:
     try:
-        return any(file.suffix.lower() in _SOLUTIONS for file in folder.iterdir())
+        return any(name.lower().endswith(_SOLUTIONS) for name in os.listdir(folder))
     except OSError:
         return False
 

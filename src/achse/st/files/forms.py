@@ -3,11 +3,12 @@
 Source: files of TwinCAT 2 and 3 projects, seen in public projects.
 """
 
+import os
 from dataclasses import dataclass
 from enum import Enum, auto
-from pathlib import PurePath
+from pathlib import Path, PurePath
 
-__all__ = ["FORMS", "Content", "FileForm", "form_of", "has_content", "suffixes_of"]
+__all__ = ["FORMS", "Content", "FileForm", "files_with", "form_of", "has_content", "suffixes_of"]
 
 
 class Content(Enum):
@@ -77,3 +78,13 @@ def has_content(file: PurePath, *contents: Content) -> bool:
 def suffixes_of(*contents: Content) -> tuple[str, ...]:
     """Return the endings of files with these contents, in lower case, in the order of the table."""
     return tuple(key for key, form in _BY_SUFFIX.items() if form.content in contents)
+
+
+def files_with(folder: Path, *contents: Content) -> list[Path]:
+    """Return the files of a folder with these contents, in order of their names.
+
+    The folders above a project may have thousands of others.
+    """
+    suffixes = suffixes_of(*contents)
+    named = (folder / name for name in os.listdir(folder) if name.lower().endswith(suffixes))
+    return [file for file in sorted(named) if has_content(file, *contents) and file.is_file()]

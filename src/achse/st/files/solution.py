@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from achse.st.files.files import LEVELS_UP, content_of
-from achse.st.files.forms import Content, has_content
+from achse.st.files.forms import Content, files_with
 
 __all__ = [
     "AxisMapping",
@@ -80,9 +80,7 @@ def type_files(path: Path) -> Iterator[tuple[bytes, str]]:
 def _solutions(path: Path) -> Iterator[Path]:
     for folder in [path, *path.absolute().parents][: LEVELS_UP + 1]:
         if folder.is_dir():
-            for file in sorted(folder.iterdir()):
-                if has_content(file, Content.SYSTEM) and file.is_file():
-                    yield file
+            yield from files_with(folder, Content.SYSTEM)
 
 
 class AxisMapping(NamedTuple):

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 from achse.motion.record import FIELDS
 from achse.st.files.files import content_of, files_below
-from achse.st.files.forms import Content, has_content
+from achse.st.files.forms import Content, files_with, has_content
 from achse.st.lexis.source import SourceError
 from achse.st.lexis.xml import Element, parse_xml
 from achse.station.configuration.types import STATION_FILE, ConfigError
@@ -136,12 +136,11 @@ def _document(path: Path) -> dict[str, Any]:
     document = {"plc": [plc]}
     if has_content(path, Content.PROJECT):
         for folder in list(path.absolute().parents)[:3]:
-            for file in sorted(folder.iterdir()):
-                if has_content(file, Content.SYSTEM) and file.is_file():
-                    of_solution = _of_solution(file)
-                    for row in of_solution["plc"]:
-                        if os.path.samefile(row["sources"], path):
-                            return {**of_solution, "plc": [row]}
+            for file in files_with(folder, Content.SYSTEM):
+                of_solution = _of_solution(file)
+                for row in of_solution["plc"]:
+                    if os.path.samefile(row["sources"], path):
+                        return {**of_solution, "plc": [row]}
     return document
 
 
