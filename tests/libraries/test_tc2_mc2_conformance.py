@@ -107,8 +107,15 @@ class Case:
     def short(self) -> bool:
         return self.calls <= SHORT
 
-    def bench(self, folder: Path, form: str, at: str = "X", **more: str) -> Bench:
-        return Bench(folder, form, self.axis, at, **{"it": self.block, **self.others, **more})
+    @property
+    def lasts(self) -> bool:
+        """Return True if it is busy in many calls until a motion ends or forever."""
+        return not self.short and self.held != "B D"
+
+    def bench(self, folder: Path, form: str) -> Bench:
+        """The block, and all further ones of its tests, so that these have the same program."""
+        takes_over = self.abort[0] if self.abort else {}
+        return Bench(folder, form, self.axis, **{"it": self.block, **self.others, **takes_over})
 
 
 SHORT = 6
@@ -161,7 +168,7 @@ def shifts(on: Bench) -> None:
     on.edge("shift", 25, PhaseShift=50.0, Velocity=80.0)
 
 
-CASES = (
+_CASES = (
     move("MC_MoveAbsolute", Position=50.0),
     move("MC_MoveRelative", Distance=50.0),
     move("MC_MoveAdditive", Distance=50.0),
@@ -255,6 +262,10 @@ CASES = (
          prepare=follows, refused=({"MasterScaling": 0.0}, 0x425B)),
     Case("MC_CamOut", slave=True, calls=SHORT, others=CAM, prepare=follows),
 )  # fmt: skip
+
+CASES = sorted(_CASES, key=lambda case: (case.abort is None, not case.lasts))
+"""First those with further tests: pytest lets tests with the same number run one after the other,
+and they share the code of their program."""
 
 OWN_TESTS = {"MC_Power", "MC_PowerStepper", "MC_Stop", "MC_Jog"}
 """Blocks whose outputs differ from all others by the manual; see below, and test_tc2_mc2_drive."""
@@ -399,7 +410,7 @@ def test_another_block_takes_over(case: Case, dropped: bool, tmp_path: Path, for
     """CommandAborted while Execute is held, else for one call; the other one is done."""
     assert case.abort is not None
     others, take = case.abort
-    on = case.bench(tmp_path, form, **others)
+    on = case.bench(tmp_path, form)
     case.prepare(on)
     on.edge("it", 4 if case.short else 8, case.key, **case.inputs)
     if dropped and "B" not in on.shown("it").replace("DB", ""):
@@ -424,7 +435,7 @@ def test_another_block_takes_over(case: Case, dropped: bool, tmp_path: Path, for
     assert on.shown(name) == "D"
 
 
-LASTING = [case for case in CASES if case.calls > SHORT and case.held != "B D"]
+LASTING = [case for case in CASES if case.lasts]
 
 
 @pytest.mark.parametrize("case", LASTING, ids=lambda case: case.block, scope="module")
