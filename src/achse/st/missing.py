@@ -1,11 +1,12 @@
-"""Libraries that a project references and nobody has: which units need them, and for what.
+"""Libraries that a project references and nobody has, or that lack a name that it uses: which units
+need them, and for what.
 
 Source: names as public projects and their symbol files use them.
 """
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from achse.st.files.references import LibraryReference
 from achse.st.lexis.source import Diagnostic
@@ -15,6 +16,7 @@ __all__ = [
     "MissingLibrary",
     "findings_by_library",
     "is_known",
+    "lacking_libraries",
     "line_of_library",
     "missing_libraries",
     "name_pattern",
@@ -35,6 +37,37 @@ _NAMES: Mapping[str, str] = {
     "tc2_mdp": r"\w+_MDP_\w+",
     "tc3_packml_v3": r"\w*_?PMLV?\w+|\w*PackML\w*",
     "tcunit": r"FB_TestSuite|TEST(?:_FINISHED|_ORDERED)?|Assert\w+|TcUnit",
+    # libraries that come with achse
+    "tc2_system": r"(?:FB|F|ST|E|T)_(?:File|Ads|Ams|IecCritical|Pc|Create|Remove|EnumFind|Get|Set"
+    r"|Tc|System|Check|Scan|Split|IO)\w*|Ads\w+|ADSERR_\w+|DEVICE_[A-Z]+|TCEVENT\w*|SYSTEMSERVICE_\w+"
+    r"|OPENPATH\w*|Tc(?:Adds|Task)\w+",
+    "tc2_utilities": r"(?:FB|F|ST|E|T)_(?:Get|Set|Enum|Local|Connect|Disconnect|CSV|Buffered|Basic"
+    r"|Reg(?:istry)?|Format|Mem|File|String|Hash|LinkedList|Translate|Scope|Rout|TimeZone|Tz|Ads"
+    r"|Ams|AddRoute|RemoveRoute|Arg|U?Huge|U?Large|Fix|Fixed|DayOfWeek|IPv|Format)\w*|NT_\w+|PLC_\w+"
+    r"|DCF77_\w+|TC_\w+|U?HUGE\w+|U?LARGE\w+|U?Int64\w+|FIX16\w+|T_\w*(?:INTEGER|FILETIME)\w*"
+    r"|(?:\w+_TO_)?(?:FILETIME|SYSTEMTIME|HEX|CSV\w*|BCD|DEC|OTSTRUCT|GUID|ARG\w*)(?:_TO_\w+)?",
+    "tc2_controllertoolbox": r"(?:FB|ST|E)_CTRL_\w+",
+    "tc2_ethercat": r"(?:FB|F|ST|E|T)_(?:Get|Set|Check|Reset|Read|Write)?"
+    r"(?:(?-i:Ec[A-Z])|EtherCAT|SoE|CoE|FoE|EoE|AoE|DC)\w*|\w*DCTIME\w*",
+    "tc2_iofunctions": r"IOF_\w+",
+    "tc2_mc2_drive": r"(?:FB|ST|E)_(?:SoE|CoE|BrakeControl|ParkAxis|AX\d|\w*Drive)\w*",
+    "tc2_modbussrv": r"FB_MB\w+",
+    "tc2_ncdrive": r"(?:FB|ST|E)_(?:SoE|CoE|BrakeControl|ParkAxis|AX\d|\w*Drive)\w*",
+    "tc2_nci": r"Itp\w+|NCI_\w+",
+    "tc2_sups": r"\w+_S_UPS\w*",
+    "tc2_tcpip": r"(?:FB|ST|E|T)_(?:H?Sock|ClientServer|ServerClient|Tls|Connectionless)\w*",
+    "tc3_eventlogger": r"(?:FB|ST|E|T|F)_\w*(?:Event|Tc)\w*|I_\w*(?:Event|Tc|Listener)\w*"
+    r"|FB_Async\w+|I?Tc(?:Event|Alarm|Message|Source)\w*",
+    "tc3_ipcdiag": r"(?:FB|F|ST|E)_\w*IPCDiag\w*",
+    "tc3_jsonxml": r"FB_\w*(?:Json|Xml)\w*|S(?:Json|Xml)\w+|EJson\w+",
+    "tc3_mc2_advancedhoming": r"MC_\w+",
+    "tc3_mc3planarmotion": r"(?:MC|CDT)_\w+|(?:ST|E|I|IPlc)_?\w*(?:Planar|Mover|Track)\w*"
+    r"|Planar\w+",
+    "tc3_module": r"ITCom\w*|ITc[A-Z]\w*|FW_\w+|TCOM\w*|(?:IID|CLSID|CTC|OTCID|PTCID)_?\w*|Guid\w+",
+    "tc3_plcopen_opcua": r"UA_\w+|UA(?-i:[A-Z])\w+|(?:FB|F|ST|E)_(?:OPC)?UA_\w+",
+    "recipe_management": r"Recipe\w+",
+    "sysdir": r"SysDir\w+",
+    "sysfile": r"SysFile\w+",
 }
 """Patterns of the names in a library, as public projects use them."""
 
@@ -50,6 +83,16 @@ class MissingLibrary:
     """Files of the project that need it, each with the names it uses of the library."""
     container: str = ""
     """A file of the library that is there and cannot be read."""
+    is_here: bool = False
+    """True if it comes with achse, without the names that are used."""
+
+    def only(self, names: Container[str]) -> "MissingLibrary":
+        """Return it with the uses of these names, in lower case, alone."""
+        found = {
+            file: tuple(name for name in used if name.lower() in names)
+            for file, used in self.uses.items()
+        }
+        return replace(self, uses={file: used for file, used in found.items() if used})
 
     def __str__(self) -> str:
         """Return a message: the missing library, the files that need it, and the file to add."""
@@ -61,6 +104,11 @@ class MissingLibrary:
         ]
         if len(self.uses) > _SHOWN_FILES:
             files.append(f"{len(self.uses) - _SHOWN_FILES} more files")
+        if self.is_here:
+            return (
+                f"library {self.reference.title} comes with achse, without all that it has: lacking"
+                f" is what is needed by {', '.join(files)}"
+            )
         unread = (
             f" {self.container} is in a form that only the vendor's tools read."
             if self.container
@@ -82,6 +130,8 @@ def findings_by_library(
     """
     owners: dict[str, MissingLibrary] = {}
     for library in libraries:
+        if library.is_here:
+            continue
         owners.setdefault(library.reference.namespace.lower(), library)
         owners.setdefault(library.reference.title.lower(), library)
         for names in library.uses.values():
@@ -153,6 +203,17 @@ def missing_libraries(
         )
         for item in references
     )
+
+
+def lacking_libraries(
+    references: Iterable[LibraryReference],
+    sources: Iterable[Parsed],
+    is_declared: Callable[[str], bool],
+) -> tuple[MissingLibrary, ...]:
+    """Return the libraries that come with achse and lack names that are used, by the form of the
+    names: some of these may be variables."""
+    found = missing_libraries(references, {}, sources, (), is_declared)
+    return tuple(replace(item, is_here=True) for item in found if item.uses)
 
 
 def is_known(reference: LibraryReference) -> bool:

@@ -28,6 +28,7 @@ from achse.st.missing import (
     MissingLibrary,
     findings_by_library,
     is_known,
+    lacking_libraries,
     line_of_library,
     missing_libraries,
     name_pattern,
@@ -59,7 +60,8 @@ class Project:
     sources: tuple[Parsed, ...]
     rules: LayoutRules
     missing: tuple[MissingLibrary, ...] = ()
-    """Libraries that its `.plcproj` references and that are not here."""
+    """Libraries that its `.plcproj` references and that are not here, or lack names that it
+    uses."""
     stand_ins: Mapping[str, str] = field(default_factory=dict)
     """Files of declarations made for undeclared names, by name."""
     reach: Reach | None = None
@@ -192,16 +194,29 @@ class ProjectFiles:
             lambda word: names.scopes.find(word) is not None,
         )
         made: dict[str, str] = {}
-        has_some = bool(missing) or names.given.has_shells
+        lacking: tuple[MissingLibrary, ...] = ()
+        if unknown == "libraries":
+            lacking = lacking_libraries(
+                self.found.here,
+                (*self.sources, *self.found.sources),
+                lambda word: names.scopes.find(word) is not None or word in names.given,
+            )
+        has_some = bool(missing) or bool(lacking) or names.given.has_shells
         if unknown == "opaque" or (unknown == "libraries" and has_some):
-            made = _stand_ins(declared, missing if unknown == "libraries" else None)
+            made, kept = _stand_ins(
+                declared,
+                None if unknown == "opaque" else (*missing, *lacking),
+                [item.namespace.lower() for item in self.found.here],
+            )
+            lacking = tuple(found for item in lacking if (found := item.only(kept)).uses)
             again = [parse(Source(text, name), name=Path(name).stem) for name, text in made.items()]
             if made:
                 found_again = self.declared(types, constants, again)
                 if error is not None or found_again[1] is None:
                     declared, error = found_again
                 else:  # only bodies miss something, and its stand-ins are wrong
-                    made = {}
+                    made, lacking = {}, ()
+        missing += lacking
         declared.names.blocks_do_nothing = unknown != "refuse"
         if error is not None:
             faults += error.faults
@@ -233,22 +248,32 @@ class ProjectFiles:
 
 
 def _stand_ins(
-    declared: Declarations, libraries: tuple[MissingLibrary, ...] | None
-) -> dict[str, str]:
-    """Stand-ins for the undeclared names of missing libraries, or for all."""
+    declared: Declarations,
+    libraries: tuple[MissingLibrary, ...] | None,
+    spaces: Iterable[str],
+) -> tuple[dict[str, str], frozenset[str]]:
+    """Stand-ins for the undeclared names of these libraries, or for all, and which names these
+    are."""
     from achse.st.unknown import MissingNames, keep_names_of, stand_ins  # few need it
 
     names = MissingNames(declared.names)
     if libraries is not None:
-        own = [name for name, unit in declared.names.scopes.entries.items() if not unit.is_library]
-        references = [item.reference for item in libraries]
+        entries = declared.names.scopes.entries
+        own = [name for name, unit in entries.items() if not unit.is_library]
+        references = [item.reference for item in libraries if not item.is_here]
+        here = [name for name, unit in entries.items() if unit.is_built_in]
         keep_names_of(
             [name_pattern(item) for item in references],
             names.meanings,
             own,
             is_any=not all(map(is_known, references)),
+            lacking=[name_pattern(item.reference) for item in libraries if item.is_here],
+            here=here,
+            spaces=spaces,
         )
-    return stand_ins(names)
+    named = (use.library.lower() for use in names.meanings.types.values())
+    kept = frozenset({*names.meanings.types, *names.meanings.names, *named})
+    return stand_ins(names), kept
 
 
 @collection_paused()

@@ -177,3 +177,41 @@ IF b THEN F_RaiseException(3); END_IF END_PROGRAM"""
     assert faults == []
     assert check(project.declarations).faults == ()
     assert "FUNCTION " not in project.stand_ins["types.st"].replace("FUNCTION_BLOCK", "")
+
+
+PROJECT = (
+    '<P><Compile Include="a.st"/><LibraryReference Include="Tc2_Utilities,*,v"/>'
+    '<LibraryReference Include="Tc3_EventLogger,*,v"/></P>'
+)
+
+
+@pytest.mark.parametrize(
+    "uses",
+    [
+        "VAR a : FB_GetRouterStatusInfo; END_VAR a(bExecute := TRUE);",
+        "VAR a : Tc2_Utilities.T_OTHER; END_VAR a.nLow := 1;",
+        "VAR a : FB_ReadTc3Events; n : DINT; END_VAR a(); n := F_GetThing(3);",
+    ],
+)
+def test_names_that_a_library_of_ours_lacks_get_stand_ins(tmp_path: Path, uses: str) -> None:
+    (tmp_path / "a.st").write_text(f"PROGRAM P {uses} END_PROGRAM")
+    (tmp_path / "a.plcproj").write_text(PROJECT)
+    project = load_project(tmp_path)
+    assert check(project.declarations).faults == ()
+    assert project.stand_ins
+    assert "comes with achse, without all that it has" in str(project.missing[0])
+    assert check(examine_project(tmp_path, unknown="refuse")[0].declarations).faults != () or (
+        examine_project(tmp_path, unknown="refuse")[1] is not None
+    )
+
+
+@pytest.mark.parametrize(
+    "name", ["FB_Mine", "FB_LocalSystmTime", "FB_CTRL_PTn"], ids=["own", "misspelt", "not-named"]
+)
+def test_other_names_are_faults_where_each_library_is_here(tmp_path: Path, name: str) -> None:
+    (tmp_path / "a.st").write_text(f"PROGRAM P VAR a : {name}; END_VAR a(); END_PROGRAM")
+    (tmp_path / "a.plcproj").write_text(PROJECT)
+    project, error = examine_project(tmp_path)
+    assert error is not None
+    assert project.missing == ()
+    assert project.stand_ins == {}

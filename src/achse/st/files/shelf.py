@@ -58,6 +58,8 @@ class Gathered(NamedTuple):
     own: Mapping[str, Mapping[str, Sequence[str]]]
     """Libraries that come with achse, as the project (empty name) and each library reference them,
     with the name spaces of each."""
+    here: tuple[LibraryReference, ...] = ()
+    """References of those libraries, one each."""
 
 
 def references_in(project: Path | None) -> list[LibraryReference]:
@@ -95,12 +97,16 @@ def gather(
         waiting += further
     here = {plain_title(name) for name in (*libraries.names(), *_FURTHER_TITLES)}
     seen: set[str] = set()
+    come_along: dict[str, LibraryReference] = {}
     for reference in waiting:  # grows on the way
         titles = reference.titles
         title = titles[0]
         if reference.parameters and title not in seen:
             sources += _own_lists(reference, faults)
-        if title in seen or not here.isdisjoint(titles) or title.startswith(_WITHOUT_EFFECT):
+        if not here.isdisjoint(titles):
+            come_along.setdefault(title, reference)
+            continue
+        if title in seen or title.startswith(_WITHOUT_EFFECT):
             continue
         seen.add(title)
         if not shelf.titles_of_whole.isdisjoint(titles):
@@ -121,7 +127,14 @@ def gather(
     containers = {title: shelf.containers[title] for title in missing if title in shelf.containers}
     projects = [*shelf.only_projects, *taken]
     beside = dict.fromkeys(file for project in projects for file in symbol_files(project))
-    return Gathered(tuple(sources), tuple(missing.values()), containers, tuple(beside), own)
+    return Gathered(
+        tuple(sources),
+        tuple(missing.values()),
+        containers,
+        tuple(beside),
+        own,
+        tuple(come_along.values()),
+    )
 
 
 def _come_with_achse(references: Iterable[LibraryReference]) -> Mapping[str, Sequence[str]]:

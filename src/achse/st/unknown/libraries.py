@@ -5,20 +5,25 @@ that the library is known to have. Of libraries that nothing is known of, it may
 function that is called, and any list or enumeration; a name close to one that is declared is a
 misspelling rather.
 
+Of a library that comes with achse, and lacks some of its names, a name is missing if it has the
+form of those and is no misspelling of one that is here; no plain variable is.
+
 Source: names as public projects use them of the libraries that their `.plcproj` references.
 """
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
 from difflib import get_close_matches
 
-from achse.st.unknown.meanings import Meanings
+from achse.st.unknown.meanings import Meanings, is_built_in
 from achse.st.unknown.standins import is_list
 from achse.st.unknown.uses import MissingUse
 
 __all__ = ["keep_names_of"]
 
 _CLOSE = 0.9
+_MISSPELT = 0.95
+_DIGITS = "0123456789"
 
 
 def keep_names_of(
@@ -27,16 +32,33 @@ def keep_names_of(
     declared: Iterable[str],
     *,
     is_any: bool,
+    lacking: Sequence[re.Pattern[str]] = (),
+    here: Iterable[str] = (),
+    spaces: Iterable[str] = (),
 ) -> None:
     """Leave out every missing name that belongs to none of the libraries.
 
-    `patterns` are those of their names; with `is_any`, nothing is known of one of them. Without a
-    library, interfaces and blocks with methods of symbol files are left.
+    `patterns` are those of their names; with `is_any`, nothing is known of one of them. `lacking`
+    are those of libraries that come with achse, which has the names `here` and these name `spaces`,
+    in lower case. Without a library,
+    interfaces and blocks with methods of symbol files are left.
     """
     own = [name.lower() for name in declared]
+    known = [name.lower() for name in here]
+    for space in spaces:
+        _keep_functions(meanings.names, space, frozenset(known))
 
-    def belongs(key: str, *, is_free: bool) -> bool:
+    def is_lacking(name: str) -> bool:
+        key = name.lower()
+        return any(pattern.fullmatch(name) for pattern in lacking) and not any(
+            other.rstrip(_DIGITS) != key.rstrip(_DIGITS)
+            for other in get_close_matches(key, known, 1, _MISSPELT)
+        )
+
+    def belongs(key: str, use: MissingUse, *, is_free: bool) -> bool:
         if any(pattern.fullmatch(key) for pattern in patterns):
+            return True
+        if (is_free or use.name.isupper()) and is_lacking(use.name):
             return True
         alike = (name for name in own if name[:1] == key[:1])
         return is_any and is_free and not get_close_matches(key, alike, 1, _CLOSE)
@@ -51,11 +73,25 @@ def keep_names_of(
         lambda key, use: (
             use.is_opaque
             or (use.block is not None and (bool(patterns) or _has_methods(use)))
-            or (use.is_qualified and bool(patterns))
-            or belongs(key, is_free=True)
+            or (bool(use.library) and bool(patterns))
+            or any(pattern.fullmatch(use.library) for pattern in lacking)
+            or belongs(key, use, is_free=True)
         ),
     )
-    _keep(meanings.names, lambda key, use: belongs(key, is_free=is_free(key, use)))
+    _keep(meanings.names, lambda key, use: belongs(key, use, is_free=is_free(key, use)))
+
+
+def _keep_functions(names: dict[str, MissingUse], space: str, here: Container[str]) -> None:
+    """Keep of what is named behind a library that comes with achse the functions that it lacks."""
+    if space in names:
+        _keep(
+            names[space].members,
+            lambda key, use: (
+                use.is_called and not use.members and key not in here and not is_built_in(key)
+            ),
+        )
+        if not names[space].members:
+            del names[space]
 
 
 def _has_methods(use: MissingUse) -> bool:

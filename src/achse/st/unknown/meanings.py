@@ -74,6 +74,11 @@ Sense: TypeAlias = "MissingUse | DeclaredUnit | tuple[TypeSpec, Scope] | None"
 """Of an expression: a missing name, a unit, a declared type and where it is seen from, neither."""
 
 
+def is_built_in(name: str) -> bool:
+    """Return True for a name of the language or the runtime, which needs no declaration."""
+    return name.upper() in _BUILT_IN or is_standard(name.upper())
+
+
 class Meanings:
     """Knows which names are missing, and what expressions mean by them.
 
@@ -163,7 +168,7 @@ class Meanings:
             if key in self._blocks or key in self._opaque:
                 self.types[key].signature = self._names.given.signature(spec.name)
         use = self.types[key]
-        use.is_qualified |= bool(space)
+        use.library = use.library or space
         return use
 
     # what an expression means ------------------------------------------------------------------

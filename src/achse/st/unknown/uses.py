@@ -63,8 +63,8 @@ class MissingUse:
     highest: int = 0
     target: "MissingUse | None" = None
     """Target of the pointer, if it is one."""
-    is_qualified: bool = False
-    """True if a use names a library in front of it."""
+    library: str = ""
+    """The library that a use names in front of it."""
     block: StructType[Any] | None = None
     """The block of a symbol file, of which only the variables are known."""
     signature: BlockSignature | None = None
