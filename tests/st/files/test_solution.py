@@ -18,7 +18,8 @@ FILE = b"""<?xml version="1.0"?>
 <TcSmProject><Project><System><Tasks>
 <Task Id="3" Priority="20" CycleTime="100000" AmsPort="355" AdtTasks="true" ExceedWarning="4">
   <Name>PlcTask</Name></Task>
-<Task Id="4" AmsPort="99999999" ExceedWarning="999999999"><Name> A &amp; B </Name></Task>
+<Task Id="4" AmsPort="99999999" ExceedWarning="999999999" DisableFpExceptions="true">
+  <Name> A &amp; B </Name></Task>
 <Task Id="5" AmsPort="x"><Name>plctask</Name></Task>
 </Tasks></System></Project></TcSmProject>
 """
@@ -29,7 +30,7 @@ TASK = b"""<?xml version="1.0"?><TcPlcObject><Task Name="PlcTask"><CycleTime>500
 def test_options_by_name() -> None:
     assert task_options([(FILE, "a.tsproj")]) == {
         "plctask": TaskOptions(4, 355),
-        "a & b": TaskOptions(1_000_000, 0),
+        "a & b": TaskOptions(1_000_000, 0, False),
     }
 
 

@@ -199,6 +199,35 @@ def test_unchecked_bounds_let_an_index_reach_the_next_variable(
     assert (station.plcs[851].fault is not None) is checks
 
 
+@pytest.mark.parametrize(
+    ("key", "option", "runs"),
+    [
+        ("", "", False),
+        ("", "DisableFpExceptions='true'", True),
+        ("floating_point_exceptions = true", "DisableFpExceptions='true'", False),
+        ("floating_point_exceptions = false", "", True),
+    ],
+)
+def test_the_solution_says_whether_tasks_have_floating_point_exceptions(
+    folder: Path, key: str, option: str, runs: bool
+) -> None:
+    (folder / "root.st").write_text(
+        "PROGRAM MAIN VAR r, less : LREAL; END_VAR less := -1; r := SQRT(less); END_PROGRAM"
+    )
+    option = option.replace("'", '"')
+    (folder / "a.tsproj").write_text(f"<Task {option}><Name>PlcTask</Name></Task>")
+    (folder / "PlcTask.TcTTO").write_text(
+        '<TcPlcObject><Task Name="PlcTask"><CycleTime>1000</CycleTime><Priority>20</Priority>'
+        "<PouCall><Name>MAIN</Name></PouCall></Task></TcPlcObject>"
+    )
+    (folder / "a.plcproj").write_text(
+        '<P><Compile Include="root.st"/><Compile Include="PlcTask.TcTTO"/></P>'
+    )
+    station = _station(folder, f'[[plc]]\nsources = "a.plcproj"\n{key}\n')
+    station.advance(0.01)
+    assert (station.plcs[851].fault is None) is runs
+
+
 def test_areas_that_share_a_large_range_take_memory_where_something_is(folder: Path) -> None:
     import resource
 

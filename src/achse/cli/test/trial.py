@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from achse.iec import DeclarationError
 from achse.plc import Memory, PlcRuntime, Task
 from achse.plc.program import area_sizes
-from achse.st.files.tasks import FileTask, called_tasks
+from achse.st.files.tasks import FileTask, called_tasks, has_floating_point_exceptions
 
 if TYPE_CHECKING:
     from achse.plc.routines.builtins import Services
@@ -43,7 +43,8 @@ def try_project(project: "Project", typed: "TypedProject") -> TrialResult:
     programs = declared.programs
     names = [program.__iec__.name for program in programs.values()]
     tasks = []
-    for task in called_tasks([FileTask(*task) for task in project.tasks], names):
+    own = called_tasks([FileTask(*task) for task in project.tasks], names)
+    for task in own:
         missing = [name for name in task.programs if name.lower() not in programs]
         if missing:
             return TrialResult(
@@ -66,7 +67,11 @@ def try_project(project: "Project", typed: "TypedProject") -> TrialResult:
                 memory=Memory(area_sizes(units)),
                 pointer_size=project.rules.pointer_size,
                 bodies=Bodies(
-                    typed, services=_services(typed), epoch=lambda: _EPOCH_NS, form=CodeForm.PLAIN
+                    typed,
+                    exceptions=has_floating_point_exceptions(own),
+                    services=_services(typed),
+                    epoch=lambda: _EPOCH_NS,
+                    form=CodeForm.PLAIN,
                 ),
             )
     except DeclarationError as fault:

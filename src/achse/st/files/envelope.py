@@ -53,8 +53,9 @@ class TaskDeclaration(NamedTuple):
     priority: int
     programs: tuple[str, ...]
     watchdog_cycles: int = 0
-    """These two are in the `.tsproj` of the solution; 0 if it is not there."""
+    """This and the following are in the `.tsproj` of the solution; 0 if it is not there."""
     port: int = 0
+    floating_point_exceptions: bool = True
 
 
 def read_task(root: Element) -> TaskDeclaration:

@@ -1,8 +1,8 @@
 """Options of tasks, links of axes and types, which only the solution's project (`.tsproj`) has.
 
-A `.TcTTO` says cycle, priority and programs; how many cycles may take too long and the AMS port are
-attributes of `<Task>` in the `.tsproj`. Links of axes are in its `<Mappings>`, from one owner to
-another, in either order:
+A `.TcTTO` says cycle, priority and programs; how many cycles may take too long, the AMS port and
+whether floating-point exceptions are off are attributes of `<Task>` in the `.tsproj`. Links of axes
+are in its `<Mappings>`, from one owner to another, in either order:
 
     <OwnerA Name="TIPC^Plc^Plc Instance"><OwnerB Name="TINC^NC-Task 1 SAF^Axes^Axis 1">
     <Link VarA="PlcTask Inputs^MAIN.Axis1.NcToPlc" VarB="Outputs^ToPlc"/></OwnerB></OwnerA>
@@ -35,6 +35,7 @@ __all__ = [
 _TASK = re.compile(rb"<Task\b([^>]*)>\s*<Name>\s*([^<]*?)\s*</Name>")
 _TMC_FILE = re.compile(rb'<AdditionalTmcFile\b[^>]*\bFile="([^"]+)"')
 _ATTRIBUTE = re.compile(rb'(\w+)="([0-9]{1,9})"')
+_NO_EXCEPTIONS = re.compile(rb'\bDisableFpExceptions="(?:true|1)"', re.IGNORECASE)
 
 _MOST_CYCLES = 1_000_000
 _MOST_PORT = 0xFFFF
@@ -47,6 +48,8 @@ class TaskOptions(NamedTuple):
     """`ExceedWarning`: cycles in a row that took too long before a warning; 0 for never."""
     port: int = 0
     """`AmsPort`; 0 if it is not said."""
+    floating_point_exceptions: bool = True
+    """False with `DisableFpExceptions`."""
 
 
 def task_options(files: Iterable[tuple[bytes, str]]) -> Mapping[str, TaskOptions]:
@@ -56,7 +59,11 @@ def task_options(files: Iterable[tuple[bytes, str]]) -> Mapping[str, TaskOptions
         for head, name in _TASK.findall(data):
             said = {key.decode().lower(): int(value) for key, value in _ATTRIBUTE.findall(head)}
             cycles, port = said.get("exceedwarning", 0), said.get("amsport", 0)
-            options = TaskOptions(min(cycles, _MOST_CYCLES), port if 0 < port <= _MOST_PORT else 0)
+            options = TaskOptions(
+                min(cycles, _MOST_CYCLES),
+                port if 0 < port <= _MOST_PORT else 0,
+                _NO_EXCEPTIONS.search(head) is None,
+            )
             found.setdefault(unescape(name.decode("utf-8", "replace")).lower(), options)
     return found
 

@@ -25,6 +25,12 @@ class FileTask(NamedTuple):
     programs: tuple[str, ...] = ()
     watchdog_cycles: int = 0
     port: int = 0
+    floating_point_exceptions: bool = True
+
+
+def has_floating_point_exceptions(tasks: Iterable[FileTask]) -> bool:
+    """Return False if a task of a PLC has them off: code that tasks share exists once."""
+    return all(task.floating_point_exceptions for task in tasks)
 
 
 def called_tasks(declared: Iterable[FileTask], programs: Sequence[str]) -> list[FileTask]:

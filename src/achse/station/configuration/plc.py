@@ -44,9 +44,10 @@ class PlcConfig(ConfigTable):
     here, `opaque` of all, with the members that the sources use; stubs do nothing."""
     execute: bool = True
     """True if the programs of `sources` run; if not, they are declared only."""
-    floating_point_exceptions: bool = True
+    floating_point_exceptions: bool | None = None
     """The task option of that name: a REAL divided by 0, the root of -1 stop the program; if off
-    they are infinity and NaN."""
+    they are infinity and NaN. By default on, but off if the solution of the sources has
+    `DisableFpExceptions` at a task."""
     check_bounds: bool = True
     """True if an index outside of its array stops the program; if not, it reads or writes the
     neighbouring bytes, as on a target without CheckBounds. Outside of PLC memory it stops."""

@@ -19,7 +19,7 @@ from achse.plc import Memory, PlcRuntime, Task
 from achse.plc.behaviour import with_behaviour
 from achse.plc.program import area_sizes
 from achse.plc.system_info import system_info_list
-from achse.st.files.tasks import FileTask, called_tasks
+from achse.st.files.tasks import FileTask, called_tasks, has_floating_point_exceptions
 from achse.st.lexis.collection import collection_paused
 from achse.station.configuration.plc import PlcConfig, TaskConfig
 from achse.station.configuration.types import ConfigError
@@ -109,7 +109,7 @@ class PlcSource:
                 port=config.port,
                 memory=Memory(sizes),
                 pointer_size=declared.pointer_size,
-                bodies=self._bodies(declared, len(tasks)),
+                bodies=self._bodies(declared, tasks),
             ),
         )
 
@@ -127,7 +127,7 @@ class PlcSource:
         own = {root.stem.casefold(), root.absolute().parent.name.casefold()}
         return [each for each in found if each.plc.casefold() in own] or found
 
-    def _bodies(self, declared: _Declared, tasks: int) -> "Bodies | None":
+    def _bodies(self, declared: _Declared, tasks: Sequence[FileTask]) -> "Bodies | None":
         """Return the bodies of the sources; None if there are none, or `execute` is off.
 
         A fault in a body is logged; its routine is left out.
@@ -143,7 +143,7 @@ class PlcSource:
 
         if self.config.code == CodeForm.MACHINE.value and not compiler_installed():
             raise ConfigError(needs_extra(f"{self.key}.code: machine", "fast"))
-        list_of_tasks = [Task()] * tasks
+        list_of_tasks = [Task()] * len(tasks)
         system = system_info_list(list_of_tasks, app_name="", project_name="", port=0, timestamp=0)
         project = check(
             declared.declarations,
@@ -154,10 +154,13 @@ class PlcSource:
         )
         self._log_unreached(project.unreached)
         self._log_faults(declared.missing, project.faults)
+        exceptions = self.config.floating_point_exceptions
+        if exceptions is None:
+            exceptions = has_floating_point_exceptions(tasks)
         return Bodies(
             project,
             budget=self.config.budget,
-            exceptions=self.config.floating_point_exceptions,
+            exceptions=exceptions,
             services=self.services,
             epoch=self.epoch,
             form=CodeForm(self.config.code),
@@ -209,7 +212,7 @@ class PlcSource:
         ]:
             raise ConfigError(f"{self.key}: tasks and their cycles take a restart to change")
         sizes = area_sizes([*globals, *(one for of_task in programs.values() for one in of_task)])
-        bodies = self._bodies(declared, len(tasks))
+        bodies = self._bodies(declared, tasks)
         self._refuse_new_faults(plc.bodies, bodies)
         self._checked("", lambda: plc.online_change(globals, programs, sizes, bodies))
 
