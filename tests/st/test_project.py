@@ -53,7 +53,7 @@ def test_a_folder(folder: Path) -> None:
     project = load_project(folder)
     assert [unit.__iec__.name for unit in project.declarations.units] == ["GVL", "MAIN"]
     assert project.declarations.types["st_x"].default == b"\3\0"
-    ((name, cycle_ns, priority, programs, _, _),) = project.tasks
+    ((name, cycle_ns, priority, programs, *_),) = project.tasks
     assert (name, cycle_ns, priority, programs) == ("PlcTask", 2_000_000, 5, ("MAIN",))
     assert len(project.sources) == 3
 
