@@ -410,6 +410,12 @@ elsewhere(
     "tests/web/test_feeds.py::test_a_topic_needs_what_the_station_allows",
 )
 elsewhere(
+    "With `--web-edit` or `[web] edit` they read the sources of the PLCs, and save them with all"
+    " rights: files that the project lists, and no other.",
+    "tests/web/test_sources.py::test_what_is_refused",
+    "tests/web/test_sources.py::test_pages_that_may_only_look_do_not_write",
+)
+elsewhere(
     "Strangers behind a route that the station dialled may no more than that route, and nothing"
     " with `strict`.",
     "tests/transport/uplinks/test_dialled.py::test_strangers_behind_it_may_no_more_than_the_route",

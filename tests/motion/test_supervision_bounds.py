@@ -300,19 +300,24 @@ def test_soft_limit_ends_each_motion_at_once_unless_it_stands(rig: Any, sign: in
     """What no table makes is braked ahead of the limit."""
     axis = rig.axis
     put(axis, error_reaction_mode=1, error_reaction_delay=1.0)
-    for phase, compensating, external, reached, place, velocity in product(
-        (MotionPhase.ENDLESS, MotionPhase.SINE), (0, 1), (0, 1), (0, 1), (0.0, 59.999), (0.0, 32.0)
+    for phase, compensating, external, leads, reached, place, velocity in product(
+        (MotionPhase.ENDLESS, MotionPhase.SINE),
+        *((0, 1),) * 4,
+        (0.0, 59.999),
+        (0.0, 32.0),
     ):
         moving(axis, phase, sign * velocity)
         put(axis, limits__low=-60.0, limits__high=60.0, delayed_error_code=0, delayed_error__cut=0)
         put(axis, compensating=compensating, external_setpoint_active=external)
         put(axis, external_set_direction=0, set_position=sign * place)
+        put(axis, external_set__velocity=float(leads), external__velocity=0.0)
+        put(axis, external_set__position=0.0, external__position=0.0, external__acceleration=0.0)
         put(axis, limits__reached=sign * reached)
         _supervise_limits(axis, DT)
-        unplanned = compensating or external or UNPLANNED[phase]
+        unplanned = compensating or (external and leads) or UNPLANNED[phase]
         ahead = unplanned and place > 0.0 and velocity > 0.0
         code = 0 if not (reached or ahead) else MAX if sign > 0 else MIN
-        case = phase, compensating, external, reached, place, velocity
+        case = phase, compensating, external, leads, reached, place, velocity
         stands = velocity == 0.0
         assert axis.error_code == (0 if stands else code), case
         assert axis.delayed_error_code == (code if stands else 0), case

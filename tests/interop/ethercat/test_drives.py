@@ -205,7 +205,7 @@ def test_faults_come_from_the_command_line_while_a_master_exchanges(
     with bus.beside("pysoem_faults.py", "watch", ready="in Op") as found:
         bus.run(bus.achse, "fault", "add", "--served", "alarm", "code=AL.720", "drive=1")
         bus.run(bus.achse, "fault", "add", "--served", "link_break", "drive=2")
-        watched = bus.run(bus.achse, "drive", "watch", "--for", "0", "--json")
+        watched = bus.run(bus.achse, "bus", "state", "--served", "--json")
         bus.run(bus.achse, "fault", "clear", "--served")
     bus.end_record()
     assert [each["alarm"] for each in json.loads(watched)] == ["AL.720", ""]

@@ -25,14 +25,15 @@ def register(app: typer.Typer) -> None:
 
 async def stats(client: "Client", in_json: Json = False) -> None:
     """Show connections, clients, handles, queues and latencies of a station or `achse router`."""
-    from achse.ams import RouterError
+    from achse.ams import DeviceError, RouterError
     from achse.codes import ReturnCode
     from achse.devices.station import STATISTICS
 
     try:
         figures: dict[str, Any] = json.loads(await client.read_raw(STATISTICS, 0, LONGEST))
-    except RouterError as refusal:
-        if refusal.code != ReturnCode.TARGET_PORT_NOT_FOUND.number:
+    except (RouterError, DeviceError) as refusal:
+        answers = ReturnCode.TARGET_PORT_NOT_FOUND.number, ReturnCode.INVALID_GROUP.number
+        if refusal.code not in answers:  # an `achse router` has its figures at another port
             raise
         gateway = await _gateway(client)
         if gateway is None:
