@@ -29,7 +29,7 @@ _CHECK_COUNT = len(CHECKS)
 
 @dataclass
 class StepRows:
-    """What is seen of all axes; machine code gets address and number."""
+    """Steps of all axes; machine code gets address and number."""
 
     steps: Sequence[MotionStep]
 
