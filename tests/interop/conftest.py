@@ -36,6 +36,11 @@ PATIENT_MS = 600_000
 """Time-out of requests: a guard against hanging. On a busy machine the 5 s of pyads may pass."""
 
 
+NO_LATE_REQUESTS = {"deleteUnknownSubscriptions": False}
+"""Setting of ads-client. Else it deletes a subscription once more when a sample comes after the
+answer to its delete; while it disconnects, nobody answers, and Node runs until PATIENT_MS."""
+
+
 @pytest.fixture(autouse=True, scope="session")
 def patient_clients() -> Iterator[None]:
     """Requests of pyads and of our own clients have PATIENT_MS, unless a test says otherwise."""
@@ -149,7 +154,7 @@ def pass_station_time(
 
 @pytest.fixture
 def node(witness: Callable[[str], None]) -> Callable[..., Any]:
-    """`node("variables.mjs", station, "direct")` runs a script of npm/ and gives what it found.
+    """`node("variables.mjs", station, "direct")` runs a script of npm/ and returns its result.
 
     In router mode ads-client registers a port with the router; in direct mode it brings its own
     NetId and port, as from another machine.
@@ -163,6 +168,7 @@ def node(witness: Callable[[str], None]) -> Callable[..., Any]:
             "targetAmsNetId": station.net_id,
             "targetAdsPort": 851,
             "timeoutDelay": PATIENT_MS,
+            **NO_LATE_REQUESTS,
         }
         if mode == "direct":
             settings |= {"localAmsNetId": "192.0.2.7.1.1", "localAdsPort": 32750}

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from achse.testing import LiveStation
-from tests.interop.conftest import PATIENT_MS
+from tests.interop.conftest import NO_LATE_REQUESTS, PATIENT_MS
 from tests.warm_commands import WarmCommands
 
 pyads = pytest.importorskip("pyads", exc_type=Exception)  # type: ignore[arg-type]
@@ -61,6 +61,7 @@ def asking(station: LiveStation, *requests: tuple[int, int], limit_ms: int = PAT
         "targetAdsPort": 851,
         "requests": requests,
         "timeLimit": limit_ms,
+        **NO_LATE_REQUESTS,
     }
     finished = subprocess.run(
         ["node", "faults.mjs", json.dumps(settings)],
@@ -129,10 +130,12 @@ def test_notifications_are_dropped(
     handles = plc.add_device_notification(UDINT, cyclic, note)
     try:
         achse_station.advance(0.03)
-        until(lambda: counts == [0, 1, 2, 3])
+        until(lambda: counts[-1:] == [3])
         achse_station.fault("drop", command="notification", count=3)
         achse_station.advance(0.06)
-        until(lambda: counts == [0, 1, 2, 3, 7, 8, 9])
+        until(lambda: counts[-1:] == [9])
+        # pyads drops a sample that arrives before it has noted the handle: the first may be missing
+        assert counts[counts[0] == 0 :] == [1, 2, 3, 7, 8, 9]
     finally:  # pyads crashes if it closes before its notifications are over
         plc.del_device_notification(*handles)
 
@@ -148,7 +151,7 @@ def test_reorder(achse_station: LiveStation, plc: Any, witness: Callable[[str], 
     witness("ads-client")
     for offset in (0, 4, 8, 12):
         plc.write(0x4020, offset, offset, pyads.PLCTYPE_UDINT)
-    achse_station.fault("reorder", command="read", group=0x4020)
+    achse_station.fault("reorder", command="read", group=0x4020, by=PATIENT_MS / 1e3)
     found = asking(achse_station, *((0x4020, offset) for offset in (0, 4, 8, 12)))
     assert found["arrived"] == [4, 0, 12, 8]
     assert found["outcomes"] == [0, 4, 8, 12]
