@@ -6,7 +6,7 @@ import struct
 import subprocess
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, suppress
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +21,20 @@ if TYPE_CHECKING:
 
 NPM = Path(__file__).parent / "npm"
 TCP_PORT = 48898
+
+
+@pytest.fixture(scope="session")
+def start_station(
+    start_station: Callable[..., AbstractContextManager[Any]],
+) -> Callable[..., AbstractContextManager[Any]]:
+    """`start_station` of all tests; here a wait fails when the station has ended."""
+
+    @contextmanager
+    def start(*arguments: str, real: bool = False) -> Iterator[Any]:
+        with start_station(*arguments, real=real) as running, waiting.needed(running.process):
+            yield running
+
+    return start
 
 
 @pytest.fixture(scope="module")
