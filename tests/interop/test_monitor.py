@@ -1,7 +1,6 @@
 """`achse monitor --via`: what foreign clients do at a target is told with names and types."""
 
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import SimpleNamespace
@@ -10,6 +9,7 @@ from typing import Any
 import pytest
 
 from achse.testing import LiveStation
+from tests.warm_commands import WarmCommands
 
 pyads = pytest.importorskip("pyads", exc_type=Exception)  # type: ignore[arg-type]
 
@@ -17,15 +17,13 @@ POINT = "(fX := 1.0, fY := 2.0, sName := 'home', bValid := TRUE)"
 
 
 @contextmanager
-def tap(station: LiveStation, host: str, *options: str) -> Iterator[Callable[[str], str]]:
+def tap(
+    commands: WarmCommands, station: LiveStation, host: str, *options: str
+) -> Iterator[Callable[[str], str]]:
     """A tap in front of a station; `expect(text)` reads on to the line that contains it."""
-    process = subprocess.Popen(
-        [
-            *(sys.executable, "-m", "achse", "monitor"),
-            *("--via", station.host, "--host", host, "--for", "100", *options),
-        ],
+    process = commands.popen(
+        *("monitor", "--via", station.host, "--host", host, "--for", "100", *options),
         stdout=subprocess.PIPE,
-        text=True,
     )
     assert process.stdout is not None
     lines = process.stdout
@@ -61,10 +59,13 @@ def behind(free_host: Callable[[], str]) -> Iterator[Callable[[LiveStation, str]
 
 
 def test_pyads_asks_for_bytes_and_the_tap_that_has_asked_tells_values(
-    free_host: Callable[[], str], behind: Callable[..., Any]
+    free_host: Callable[[], str], behind: Callable[..., Any], warm_commands: WarmCommands
 ) -> None:
     host = free_host()
-    with LiveStation() as station, tap(station, host, "--ask", station.net_id) as expect:
+    with (
+        LiveStation() as station,
+        tap(warm_commands, station, host, "--ask", station.net_id) as expect,
+    ):
         plc = behind(station, host)
         assert plc.read_by_name("GVL.nInt", pyads.PLCTYPE_INT) == -16
         assert expect(" read GVL.nInt") == "read GVL.nInt = -16"
@@ -82,10 +83,10 @@ def test_pyads_asks_for_bytes_and_the_tap_that_has_asked_tells_values(
 
 
 def test_what_ads_client_asks_is_enough_for_a_tap_that_asks_nothing(
-    free_host: Callable[[], str], node: Callable[..., Any]
+    free_host: Callable[[], str], node: Callable[..., Any], warm_commands: WarmCommands
 ) -> None:
     host = free_host()
-    with LiveStation() as station, tap(station, host) as expect:
+    with LiveStation() as station, tap(warm_commands, station, host) as expect:
         place = SimpleNamespace(host=host, port=station.tcp_port, net_id=station.net_id)
         node("point.mjs", place, "direct")
         assert expect(" read GVL.stPoint") == f"read GVL.stPoint = {POINT}"

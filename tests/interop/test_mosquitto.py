@@ -6,7 +6,6 @@ import os
 import signal
 import socket
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import AsyncExitStack, contextmanager
 from pathlib import Path
@@ -22,6 +21,7 @@ from achse.station.configuration.station_file import parse
 from achse.transport.mqtt.network import MqttNetwork, MqttSettings
 from tests.interop.waiting import until, until_async
 from tests.transport.certificates import authority, signed
+from tests.warm_commands import WarmCommands
 
 FIFTY = 50
 SCRIPT = Path(__file__).with_name("aioads_client.py")
@@ -97,10 +97,9 @@ def toml(folder: Path, number: int, port: int) -> str:
 
 
 @contextmanager
-def doomed(file: str) -> Iterator[subprocess.Popen[str]]:
+def doomed(commands: WarmCommands, file: str) -> Iterator[subprocess.Popen[str]]:
     """A station that may be killed."""
-    command = (sys.executable, "-m", "achse", "run", file)
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    with commands.popen("run", file, stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
         assert process.stdout.readline().startswith("achse ready")
         try:
@@ -118,11 +117,14 @@ async def partners(network: str, count: int) -> None:
 
 
 async def test_a_killed_station_is_known_at_once_and_what_it_was_asked_fails(
-    broker: Mosquitto, tmp_path: Path, start_station: Callable[..., Any]
+    broker: Mosquitto,
+    tmp_path: Path,
+    start_station: Callable[..., Any],
+    warm_commands: WarmCommands,
 ) -> None:
     with (
         start_station(toml(tmp_path, 0, broker.port)) as first,
-        doomed(toml(tmp_path, 1, broker.port)) as second,
+        doomed(warm_commands, toml(tmp_path, 1, broker.port)) as second,
     ):
         await partners(broker.network(), 2)
         async with achse.connect(
