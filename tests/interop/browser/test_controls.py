@@ -50,7 +50,11 @@ const paper = new OffscreenCanvas(160, 120).getContext("2d", { willReadFrequentl
 globalThis.small = (sheet) => {
   paper.clearRect(0, 0, 160, 120);
   paper.drawImage(sheet, 0, 0, 160, 120);
-  return paper.getImageData(0, 0, 160, 120).data.reduce((sum, value) => (sum * 31 + value) | 0, 0);
+  let sum = 0;
+  for (const each of new Uint32Array(paper.getImageData(0, 0, 160, 120).data.buffer)) {
+    sum = (Math.imul(sum, 31) + each) | 0;
+  }
+  return sum;
 };
 const click = HTMLAnchorElement.prototype.click;
 HTMLAnchorElement.prototype.click = function () {
@@ -122,21 +126,19 @@ FULL = f"""async (trips) => {{
 }}"""
 """Names of the controls of a page when no more of them come."""
 
-BACK = f"""async ([hash, trips]) => {{
+LOOK = f"""async ([name, hash, trips]) => {{
   const seen = {SEEN};
-  for (const each of document.querySelectorAll("dialog[open]")) each.close();
-  location.hash = hash;
-  let before = "";
-  for (let trip = 0; trip < trips; trip += 1) {{
-    await globalThis.trip();
-    const now = seen();
-    if (now === before && globalThis.asked.size === 0) return;
-    before = now;
+  if (hash !== null) {{
+    for (const each of document.querySelectorAll("dialog[open]")) each.close();
+    location.hash = hash;
+    let before = "";
+    for (let trip = 0; trip < trips; trip += 1) {{
+      await globalThis.trip();
+      const now = seen();
+      if (now === before && globalThis.asked.size === 0) break;
+      before = now;
+    }}
   }}
-}}"""
-"""Bring the page back to an address, and return when nothing is shown or asked any more."""
-
-LOOK = f"""async (name) => {{
   ({MARK})();
   const each = [...document.querySelectorAll("[data-control]")]
     .find(({{ dataset }}) => dataset.control === name);
@@ -149,23 +151,29 @@ LOOK = f"""async (name) => {{
     others: each.options ? [...each.options].map(({{ value }}) => value) : [],
     value: each.value,
   }};
-  return [place, ({SEEN})()];
+  return [place, seen()];
 }}"""
-"""What a control is and what the page shows; null if the page does not have it."""
+"""Kind of a control and what the page shows; null if the page does not have the control.
 
+With an address the page goes back there first, until nothing is shown or asked any more.
+"""
+
+FOLLOW = "button Follow the newest samples"
 FIRST = {
-    "button Cursor A": "button Cursor B",
-    "button Follow the newest samples": "button Zoom in",
-    "button Drop the held": "button Hold what is seen",
-    "tab Log": "tab Traffic",
-    "button 3D": "button XZ",
-    "button Zoom in": "button Load",
-    "button Zoom out": "button Load",
-    "select Kind of trigger": "select Trigger",
-    "input Level": "select Trigger",
-    "input Part before the trigger in percent": "select Trigger",
+    "button Cursor A": ["button Cursor B"],
+    FOLLOW: ["button Zoom in"],
+    "button Earlier": [FOLLOW],
+    "button Later": [FOLLOW],
+    "button Drop the held": ["button Hold what is seen"],
+    "tab Log": ["tab Traffic"],
+    "button 3D": ["button XZ"],
+    "button Zoom in": ["button Load", FOLLOW],
+    "button Zoom out": ["button Load", FOLLOW],
+    "select Kind of trigger": ["select Trigger"],
+    "input Level": ["select Trigger"],
+    "input Part before the trigger in percent": ["select Trigger"],
 }
-"""What is to be pressed before a control has anything to do."""
+"""Controls to use before a control has anything to do, as far as the page has them."""
 
 KEEPS = {"select Add to", "select Recording"}
 """What is chosen here is used by the button beside it."""
@@ -216,8 +224,10 @@ def use(page: Any, name: str, control: dict[str, Any]) -> None:
         now = control["value"]
         if control["others"]:
             place.select_option(next((each for each in control["others"] if each != now), now))
-    elif kind in ("range", "canvas"):
+    elif kind == "range":
         place.press("ArrowLeft")
+    elif kind == "canvas":
+        place.press("ArrowRight")  # a cursor is at the left first
     else:
         place.click()
         if role == "treeitem":  # the place itself may be gone now
@@ -230,28 +240,27 @@ def anew(tab: Any, name: str) -> Any:
     return tab.open(name)
 
 
-def does_something(page: Any, control: str, trips: int) -> bool | None:
-    """Use a control, and return true if something is seen or asked for; None if it is not there."""
-    for name in filter(None, (FIRST.get(control), control)):
-        found = page.evaluate(LOOK, name)
+def does_something(page: Any, control: str, trips: int, address: str | None = None) -> bool | None:
+    """Use a control, and return true if something is seen or asked for; None if it is not there.
+
+    With an address the page is brought back there first.
+    """
+    for name in (*FIRST.get(control, []), control):
+        found = page.evaluate(LOOK, [name, address, FULL_AFTER])
+        address = None
         if not found:
-            if name == control:
-                return None
             continue
         place, before = found
         if place["window"] is not None:
             return re.match("https?://", place["window"]) is not None
         use(page, name, place)
-        if not page.evaluate(CHANGED, [before, trips]):
-            return False
-    return True
+        changed = bool(page.evaluate(CHANGED, [before, trips]))
+    return changed if found else None
 
 
 def is_idle(tab: Any, name: str, address: str, control: str) -> bool:
     """Return true if a control does nothing, on the page as it is and on a new one."""
-    page = tab.page
-    page.evaluate(BACK, [address, FULL_AFTER])
-    if does_something(page, control, FULL_AFTER):
+    if does_something(tab.page, control, FULL_AFTER, address):
         return False
     for trips in (1, FULL_AFTER, 10 * FULL_AFTER):  # some controls need samples, which come later
         page = anew(tab, name)
