@@ -126,7 +126,7 @@ FULL = f"""async (trips) => {{
 }}"""
 """Names of the controls of a page when no more of them come."""
 
-LOOK = f"""async ([name, hash, trips]) => {{
+LOOK = f"""async ([name, hash, trips, patience]) => {{
   const seen = {SEEN};
   if (hash !== null) {{
     for (const each of document.querySelectorAll("dialog[open]")) each.close();
@@ -139,9 +139,16 @@ LOOK = f"""async ([name, hash, trips]) => {{
       before = now;
     }}
   }}
-  ({MARK})();
-  const each = [...document.querySelectorAll("[data-control]")]
-    .find(({{ dataset }}) => dataset.control === name);
+  const find = () => {{
+    ({MARK})();
+    return [...document.querySelectorAll("[data-control]")]
+      .find(({{ dataset }}) => dataset.control === name);
+  }};
+  let each = find();
+  for (let trip = 0; !each && trip < patience; trip += 1) {{
+    await globalThis.trip();
+    each = find();
+  }}
   if (!each) return null;
   const place = {{
     kind: each.type || each.tagName.toLowerCase(),
@@ -155,7 +162,8 @@ LOOK = f"""async ([name, hash, trips]) => {{
 }}"""
 """Kind of a control and what the page shows; null if the page does not have the control.
 
-With an address the page goes back there first, until nothing is shown or asked any more.
+With an address the page goes back there first, until nothing is shown or asked any more. The
+control may come so many round trips later.
 """
 
 FOLLOW = "button Follow the newest samples"
@@ -246,7 +254,8 @@ def does_something(page: Any, control: str, trips: int, address: str | None = No
     With an address the page is brought back there first.
     """
     for name in (*FIRST.get(control, []), control):
-        found = page.evaluate(LOOK, [name, address, FULL_AFTER])
+        patience = FULL_AFTER if name == control and address is not None else 0
+        found = page.evaluate(LOOK, [name, address, FULL_AFTER, patience])
         address = None
         if not found:
             continue
@@ -259,7 +268,10 @@ def does_something(page: Any, control: str, trips: int, address: str | None = No
 
 
 def is_idle(tab: Any, name: str, address: str, control: str) -> bool:
-    """Return true if a control does nothing, on the page as it is and on a new one."""
+    """Return true if a control does nothing: on the page as it is, shown again, and loaded anew."""
+    if does_something(tab.page, control, FULL_AFTER, address):
+        return False
+    tab.page.evaluate("location.hash = '#none'")
     if does_something(tab.page, control, FULL_AFTER, address):
         return False
     for trips in (1, FULL_AFTER, 10 * FULL_AFTER):  # some controls need samples, which come later
