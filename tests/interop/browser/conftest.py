@@ -40,11 +40,11 @@ ADDRESS = re.compile(r"^achse web .*?\burl=(\S+)", re.MULTILINE)
 class Shown:
     """A page of a station as a user has it: opened by its name, judged by what it says."""
 
-    def __init__(self, page: "Page", url: str, artefacts: Path) -> None:
+    def __init__(self, page: "Page", url: str, artefacts: Path | None) -> None:
         self.page = page
         self.url = url
         self.complaints: list[str] = []
-        self._artefacts = artefacts
+        self.artefacts = artefacts
         self._listeners: dict[Any, Any] = {
             "pageerror": lambda error: self.complaints.append(str(error)),
             "console": self._heard,
@@ -79,11 +79,10 @@ class Shown:
         for event, listener in self._listeners.items():
             self.page.remove_listener(event, listener)
 
-    def picture(self, name: str) -> Path:
-        """Keep a screenshot as an artefact of the run."""
-        path = self._artefacts / f"{name}.png"
-        self.page.screenshot(path=path)
-        return path
+    def picture(self, name: str) -> None:
+        """Keep a screenshot as an artefact of the run, if the run keeps them."""
+        if self.artefacts is not None:
+            self.page.screenshot(path=self.artefacts / f"{name}.png")
 
 
 OPEN = contextlib.ExitStack()
@@ -121,10 +120,12 @@ def pytest_runtest_teardown(nextitem: pytest.Item | None) -> None:
 
 
 @pytest.fixture(scope="session")
-def artefacts(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where screenshots are kept: ACHSE_ARTEFACTS, or pytest's own folder."""
+def artefacts() -> Path | None:
+    """Folder of screenshots, ACHSE_ARTEFACTS; None if they are not kept."""
     chosen = os.environ.get("ACHSE_ARTEFACTS")
-    folder = Path(chosen) if chosen else tmp_path_factory.mktemp("screenshots")
+    if not chosen:
+        return None
+    folder = Path(chosen)
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 
@@ -152,7 +153,7 @@ def init_script(page: "Page", script: str) -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def show(browser: "Browser", artefacts: Path) -> Callable[..., AbstractContextManager[Shown]]:
+def show(browser: "Browser", artefacts: Path | None) -> Callable[..., AbstractContextManager[Shown]]:
     """`with show(url, viewport=PHONE) as shown:` is a tab that knows nothing of other tests.
 
     `script` runs before those of each page. With `fresh` not even files are in the tab's cache,

@@ -101,7 +101,7 @@ def test_a_channel_is_found_and_shows_what_pyads_reads(shown: Any, nc: Any, unti
 
     other = page.context.new_page()
     other.goto(f"{shown.url}#axes?axis=1")
-    tab = type(shown)(other, shown.url, shown.picture("scope-before").parent)
+    tab = type(shown)(other, shown.url, shown.artefacts)
     move(tab, nc, 12.5, until)
     move(tab, nc, 40.0, until)
     other.close()
