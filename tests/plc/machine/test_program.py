@@ -103,7 +103,6 @@ def test_programs_that_ended_are_unloaded_though_python_does_not_search(
     run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(program, "_MOST_UNSEARCHED", 4)
-    monkeypatch.setattr(gc, "get_stats", lambda: [{"collections": 7}])
     monkeypatch.setattr(program, "_PROGRAMS", program._LoadedPrograms())
 
     def ended() -> weakref.ref[Any]:
@@ -130,6 +129,7 @@ def test_programs_that_an_online_change_replaces_are_unloaded_at_once(
     if form is CodeForm.PLAIN:
         pytest.skip("plain code is objects of Python, which it counts")
     ran = run(MIXED, has_twin=False)
+    before = len(program._PROGRAMS._there)
     unloaded = []
     gc.disable()
     try:
@@ -150,22 +150,37 @@ def test_programs_that_an_online_change_replaces_are_unloaded_at_once(
     finally:
         gc.enable()
     assert left == [None] * len(unloaded)
-    assert program._PROGRAMS._number <= program._MOST_UNSEARCHED
+    assert len(program._PROGRAMS._there) <= before + 1
 
 
-def test_a_search_by_python_itself_begins_the_count_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    searches, own = [0], [0]
+class Loaded:
+    """Stands in for a program."""
 
-    def collect() -> None:
-        own[0] += 1
 
-    monkeypatch.setattr(gc, "get_stats", lambda: [{"collections": searches[0]}])
+def test_one_search_of_all_objects_is_for_many_programs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """None for those that a search of young objects finds; one for each sixteen in use."""
+    searches: list[tuple[int, ...]] = []
+    remains: list[Loaded] = []
+
+    def collect(*generation: int) -> None:
+        searches.append(generation)
+        remains.clear()
+
     monkeypatch.setattr(gc, "collect", collect)
     programs = program._LoadedPrograms()
-    for loads in range(100):
-        searches[0] = loads // 10
-        programs.count()
-    assert own == [0]
-    for _ in range(program._MOST_UNSEARCHED + 1):
-        programs.count()
-    assert own == [1]
+    for _ in range(100):
+        remains.append(Loaded())
+        programs.count(remains[-1])
+    assert set(searches) == {(1,)}
+    assert len(searches) < 10
+    searches.clear()
+    used = [Loaded() for _ in range(100)]
+    for one in used:
+        programs.count(one)
+    assert 4 <= searches.count(()) <= 7
+    for one in used:
+        programs.closed(one)
+    searches.clear()
+    for one in used:
+        programs.count(one)
+    assert not searches

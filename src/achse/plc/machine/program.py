@@ -2,6 +2,7 @@
 
 import ctypes
 import gc
+import weakref
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -52,7 +53,7 @@ class MachineHost:
 
 
 class _LoadedPrograms:
-    """Programs loaded since Python last searched all objects for garbage, but those closed.
+    """Programs in memory.
 
     Behind the few objects of a program are megabytes that Python does not count: areas, machine
     code, tables of LLVM. Who replaces a program closes it. Of whole stations that are dropped,
@@ -60,22 +61,22 @@ class _LoadedPrograms:
     """
 
     def __init__(self) -> None:
-        self._number = 0
-        self._searches = 0
+        self._there: weakref.WeakSet[Any] = weakref.WeakSet()
+        self._most = _MOST_UNSEARCHED
 
-    def count(self) -> None:
-        """Another program is about to be loaded: search first if there are many."""
-        searches = gc.get_stats()[-1]["collections"]
-        if searches != self._searches:
-            self._searches, self._number = searches, 0
-        self._number += 1
-        if self._number > _MOST_UNSEARCHED:
-            self._number = 0
-            gc.collect()
+    def count(self, program: object) -> None:
+        """Another program is about to be loaded: search first if many more are there than are in
+        use, the young objects first, a tenth of the work."""
+        if len(self._there) >= self._most:
+            gc.collect(1)
+            if len(self._there) > self._most - _MOST_UNSEARCHED // 2:
+                gc.collect()
+                self._most = len(self._there) + _MOST_UNSEARCHED
+        self._there.add(program)
 
-    def closed(self) -> None:
+    def closed(self, program: object) -> None:
         """A program is unloaded without a search."""
-        self._number = max(self._number - 1, 0)
+        self._there.discard(program)
 
 
 _MOST_UNSEARCHED = 16
@@ -92,7 +93,7 @@ class MachineProgram:
         self._doors: dict[int, Callable[[int], None]] = {}
         self._makers: dict[int, Callable[[int, bytes], bytes]] = {}
         self._readers: dict[int, Callable[[bytes], int]] = {}
-        _PROGRAMS.count()
+        _PROGRAMS.count(self)
         counts = {COUNT_WORDS: counters} if counters else {}
         code = MachineCode(
             content,
@@ -151,7 +152,7 @@ class MachineProgram:
         if self._code.is_running:
             return
         self._code.close()
-        _PROGRAMS.closed()
+        _PROGRAMS.closed(self)
 
     # Python calls machine code ---------------------------------------------------------------
 
