@@ -1,8 +1,8 @@
 """Unit tests of a PLC project as pytest's items, in a pytest run of its own."""
 
-import subprocess
-import sys
 from pathlib import Path
+
+from tests.warm_commands import WarmCommands
 
 DATA = Path(__file__).parents[1] / "data" / "unit_tests"
 
@@ -29,22 +29,23 @@ END_PROGRAM
 """
 
 
-def run(folder: Path, *arguments: str) -> "subprocess.CompletedProcess[str]":
-    return subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-W", "error", "-rA", *arguments],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-    )
+WARNINGS = ("-W", "error", "-W", "ignore::pytest.PytestAssertRewriteWarning")
+"""In a process that is forked, achse is loaded before pytest could rewrite its assertions."""
 
 
-def test_a_project_named_in_the_configuration(tmp_path: Path) -> None:
+def run(commands: WarmCommands, folder: Path, *arguments: str) -> str:
+    """Return what pytest prints."""
+    words = ("-m", "pytest", "-q", *WARNINGS, "-rA", *arguments)
+    return commands.run(*words, cwd=folder).stdout
+
+
+def test_a_project_named_in_the_configuration(tmp_path: Path, warm_commands: WarmCommands) -> None:
     (tmp_path / "ours.st").write_text(SOURCE)
     (tmp_path / "other.st").write_text("nonsense")
     (tmp_path / "pytest.ini").write_text(
         f"[pytest]\nachse_plc_tests = ours.st\nachse_plc_libraries = {DATA / 'standin'}\n"
     )
-    out = run(tmp_path, "-k", "not left_out").stdout
+    out = run(warm_commands, tmp_path, "-k", "not left_out")
     assert "3 failed, 1 passed, 1 skipped, 1 deselected" in out, out
     assert "ours.st:7: wrong sum: expected TRUE, got FALSE" in out
     assert "not all tests ended within 60 s of PLC time" in out
@@ -53,10 +54,10 @@ def test_a_project_named_in_the_configuration(tmp_path: Path) -> None:
     assert "Traceback" not in out
 
 
-def test_a_project_named_on_the_command_line(tmp_path: Path) -> None:
+def test_a_project_named_on_the_command_line(tmp_path: Path, warm_commands: WarmCommands) -> None:
     (tmp_path / "ours.st").write_text(SOURCE)
     (tmp_path / "other.st").write_text("nonsense")
     (tmp_path / "pytest.ini").write_text("[pytest]\n")
-    result = run(tmp_path, "ours.st")
-    assert "other.st" not in result.stdout
-    assert "get its sources (github.com/tcunit/TcUnit" in result.stdout
+    out = run(warm_commands, tmp_path, "ours.st")
+    assert "other.st" not in out
+    assert "get its sources (github.com/tcunit/TcUnit" in out

@@ -1,8 +1,6 @@
 """`achse new`: what it writes can be used as it is, and nothing is replaced."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +27,7 @@ from achse.station.configuration.station_file import (
     SystemConfig,
     parse,
 )
+from tests.warm_commands import WarmCommands
 
 
 def _new(*words: str, exit_code: int = 0) -> Any:
@@ -63,19 +62,17 @@ def test_the_station_runs(tmp_path: Path, plc: PlcKind, axes: str) -> None:
 
 
 @pytest.mark.parametrize("plc", PlcKind)
-def test_its_tests_pass(tmp_path: Path, plc: PlcKind, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_its_tests_pass(
+    tmp_path: Path, plc: PlcKind, monkeypatch: pytest.MonkeyPatch, warm_commands: WarmCommands
+) -> None:
     _new(str(tmp_path), "--plc", plc.value)
     monkeypatch.chdir(tmp_path)
     _new("tests/test_feed.py")
     (tmp_path / "rig").mkdir()
     _new("rig/none", "--no-tests", "--axes", "", "--plc", "none")
     _new("rig/tests/time passes.py", "--station", "rig/none/station.toml")
-    run = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(tmp_path)],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-    )
+    words = ("-m", "pytest", "-q", "-p", "no:cacheprovider", str(tmp_path))
+    run = warm_commands.run(*words, cwd=tmp_path)
     assert run.returncode == 0, run.stdout
     assert "3 passed" in run.stdout
 
