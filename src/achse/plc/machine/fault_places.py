@@ -4,6 +4,7 @@ import ast
 from array import array
 from collections.abc import Mapping, Sequence
 from enum import IntEnum
+from functools import lru_cache
 from types import CodeType, FrameType, TracebackType
 from typing import NamedTuple
 
@@ -157,15 +158,22 @@ def _traced(routine: Routine, at: int, inner: TracebackType | None) -> Traceback
         del frame  # it knows its callers: this one is among them
 
 
-def _frame(routine: Routine, line: int) -> FrameType:
-    """A frame of Python that is at that line of the source."""
+@lru_cache(1024)
+def _raising(path: str, routine: str, line: int) -> CodeType:
+    """Return code that raises `here` at that line of a source: a caught fault comes in each cycle,
+    a deep recursion has a place many times."""
     tree = ast.parse("raise here")
     for node in ast.walk(tree):
         if isinstance(node, ast.stmt | ast.expr):
             node.lineno = node.end_lineno = line
             node.col_offset = node.end_col_offset = 0
-    made: CodeType = compile(tree, routine.source.path, "exec")
-    made = made.replace(co_name=routine.name, co_qualname=routine.name)
+    made: CodeType = compile(tree, path, "exec")
+    return made.replace(co_name=routine, co_qualname=routine)
+
+
+def _frame(routine: Routine, line: int) -> FrameType:
+    """A frame of Python that is at that line of the source."""
+    made = _raising(routine.source.path, routine.name, line)
     try:
         exec(made, {"here": _HereError})
     except _HereError as here:
