@@ -40,7 +40,7 @@ _NAMES: Mapping[str, str] = {
     # libraries that come with achse
     "tc2_system": r"(?:FB|F|ST|E|T)_(?:File|Ads|Ams|IecCritical|Pc|Create|Remove|EnumFind|Get|Set"
     r"|Tc|System|Check|Scan|Split|IO)\w*|Ads\w+|ADSERR_\w+|DEVICE_[A-Z]+|TCEVENT\w*|SYSTEMSERVICE_\w+"
-    r"|OPENPATH\w*|Tc(?:Adds|Task)\w+",
+    r"|OPENPATH\w*|Tc(?:Adds|Task)\w+|E_HRESULT\w+",
     "tc2_utilities": r"(?:FB|F|ST|E|T)_(?:Get|Set|Enum|Local|Connect|Disconnect|CSV|Buffered|Basic"
     r"|Reg(?:istry)?|Format|Mem|File|String|Hash|LinkedList|Translate|Scope|Rout|TimeZone|Tz|Ads"
     r"|Ams|AddRoute|RemoveRoute|Arg|U?Huge|U?Large|Fix|Fixed|DayOfWeek|IPv|Format)\w*|NT_\w+|PLC_\w+"
@@ -63,7 +63,8 @@ _NAMES: Mapping[str, str] = {
     "tc3_mc2_advancedhoming": r"MC_\w+",
     "tc3_mc3planarmotion": r"(?:MC|CDT)_\w+|(?:ST|E|I|IPlc)_?\w*(?:Planar|Mover|Track)\w*"
     r"|Planar\w+",
-    "tc3_module": r"ITCom\w*|ITc[A-Z]\w*|FW_\w+|TCOM\w*|(?:IID|CLSID|CTC|OTCID|PTCID)_?\w*|Guid\w+",
+    "tc3_module": r"ITCom\w*|ITc[A-Z]\w*|FW_\w+|TCOM\w*|TC_GLOBAL_\w+"
+    r"|(?:IID|CLSID|CTC|OTCID|PTCID)_?\w*|Guid\w+|ITCUNKNOWN_TO_\w+",
     "tc3_plcopen_opcua": r"UA_\w+|UA(?-i:[A-Z])\w+|(?:FB|F|ST|E)_(?:OPC)?UA_\w+",
     "recipe_management": r"Recipe\w+",
     "sysdir": r"SysDir\w+",
