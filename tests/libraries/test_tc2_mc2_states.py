@@ -5,10 +5,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from achse.codes import NcError
 from achse.motion import commands
 from tests.libraries.mc2 import Bench
+from tests.plc.code.conftest import Ran
 
 UNDEFINED, DISABLED, STANDSTILL, ERRORSTOP, STOPPING = range(5)
 HOMING, DISCRETE, CONTINUOUS, SYNCHRONIZED = range(5, 9)
@@ -232,3 +235,17 @@ def test_an_axis_without_link_is_undefined(tmp_path: Path) -> None:
     on.call()
     assert on.main["status"]["Error"]
     assert on.main["status"]["Status"]["MotionState"] == UNDEFINED
+
+
+@settings(max_examples=5)
+@given(value=st.integers(0, 2**32 - 1), bit=st.integers(0, 31))
+def test_words_of_the_cyclic_structures_are_dwords_to_programs(value: int, bit: int) -> None:
+    ran = Ran(
+        "PROGRAM MAIN VAR a : AXIS_REF; d : DWORD; one, error, some : BOOL; END_VAR"
+        f" a.NcToPlc.StateDWord := {value}; d := a.NcToPlc.StateDWord;"
+        f" one := a.NcToPlc.StateDWord.{bit}; error := a.NcToPlc.StateDWord.Error;"
+        f" a.PlcToNc.ControlDWord.{bit} := TRUE; some := a.PlcToNc.ControlDWord > 0; END_PROGRAM"
+    ).cycle()
+    assert ran.plc.failure == ""
+    assert (ran["d"], ran["one"], ran["error"]) == (value, bool(value >> bit & 1), value >> 31 == 1)
+    assert ran["some"]

@@ -1,11 +1,12 @@
 """Operands: what an expression is while it is being checked."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from achse.iec.derived import PointerType, ReferenceType, resolved
-from achse.iec.elementary import BOOL, LREAL, BoolType, RealType
+from achse.iec.elementary import BOOL, DWORD, LREAL, BoolType, RealType
 from achse.iec.strings import STRING, StringType
+from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.st.check.kinds import natural
 from achse.st.lexis.codes import Code
@@ -49,6 +50,8 @@ class TypedOperand:
     """The variable of another block, by its name, if it is not an input of that."""
     is_bits: bool = False
     """A constant written as bits: 16#FF, 2#1010."""
+    bits_of: StructType[Any] | None = None
+    """The structure of its bits, if programs know a value of that type as a DWORD."""
 
     @property
     def flat(self) -> IecType[Any]:
@@ -69,11 +72,18 @@ class TypedOperand:
         return isinstance(self.value, Known)
 
 
+_WORD = "as_dword"
+"""Attribute of structures that clients see, and programs may use as a DWORD, too."""
+
+
 def read(storage: Storage, type: IecType[Any], at: int) -> TypedOperand:
     """Return the value in a storage; for a reference, the value that it refers to."""
     real = resolved(type)
     if isinstance(real, ReferenceType):
         return _followed(storage, real, at)
+    if isinstance(real, StructType) and _WORD in real.attributes:
+        word = replace(storage, type=DWORD)
+        return TypedOperand(Read(word, DWORD, at), DWORD, word, bits_of=real)
     return TypedOperand(Read(storage, storage.type, at), type, storage)
 
 

@@ -103,6 +103,8 @@ class Paths:
         """A member, method, property or action of an operand."""
         type = whole.flat
         key = name.lower()
+        if whole.bits_of is not None and whole.bits_of.has_member(key):
+            return self._variable_of(whole, whole.bits_of, key, at)
         if isinstance(type, StructType):
             if type.has_member(key):
                 return self._variable_of(whole, type, key, at)
