@@ -66,6 +66,7 @@ _NAMES: Mapping[str, str] = {
     "tc3_module": r"ITCom\w*|ITc[A-Z]\w*|FW_\w+|TCOM\w*|TC_GLOBAL_\w+"
     r"|(?:IID|CLSID|CTC|OTCID|PTCID)_?\w*|Guid\w+|ITCUNKNOWN_TO_\w+",
     "tc3_plcopen_opcua": r"UA_\w+|UA(?-i:[A-Z])\w+|(?:FB|F|ST|E)_(?:OPC)?UA_\w+",
+    "visuelemeventtable": r"FB_ReadTc3Events\w*|ST_ReadEvent\w*",
     "recipe_management": r"Recipe\w+",
     "sysdir": r"SysDir\w+",
     "sysfile": r"SysFile\w+",
@@ -85,7 +86,7 @@ class MissingLibrary:
     container: str = ""
     """A file of the library that is there and cannot be read."""
     is_here: bool = False
-    """True if it comes with achse, without the names that are used."""
+    """True if it comes with achse, or is for screens alone, and lacks the names that are used."""
 
     def only(self, names: Container[str]) -> "MissingLibrary":
         """Return it with the uses of these names, in lower case, alone."""
@@ -107,8 +108,8 @@ class MissingLibrary:
             files.append(f"{len(self.uses) - _SHOWN_FILES} more files")
         if self.is_here:
             return (
-                f"library {self.reference.title} comes with achse, without all that it has: lacking"
-                f" is what is needed by {', '.join(files)}"
+                f"library {self.reference.title} lacks here what is needed by {', '.join(files)}:"
+                " stand-ins, which do nothing"
             )
         unread = (
             f" {self.container} is in a form that only the vendor's tools read."

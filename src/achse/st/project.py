@@ -206,7 +206,12 @@ class ProjectFiles:
             made, kept = _stand_ins(
                 declared,
                 None if unknown == "opaque" else (*missing, *lacking),
-                [item.namespace.lower() for item in self.found.here],
+                {
+                    space.lower()
+                    for folders in self.found.own.values()
+                    for spaces in folders.values()
+                    for space in spaces
+                },
             )
             lacking = tuple(found for item in lacking if (found := item.only(kept)).uses)
             again = [parse(Source(text, name), name=Path(name).stem) for name, text in made.items()]

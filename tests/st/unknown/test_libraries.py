@@ -181,7 +181,8 @@ IF b THEN F_RaiseException(3); END_IF END_PROGRAM"""
 
 PROJECT = (
     '<P><Compile Include="a.st"/><LibraryReference Include="Tc2_Utilities,*,v"/>'
-    '<LibraryReference Include="Tc3_EventLogger,*,v"/></P>'
+    '<LibraryReference Include="Tc3_EventLogger,*,v"/>'
+    '<LibraryReference Include="VisuElemEventTable,*,v"/></P>'
 )
 
 
@@ -190,6 +191,7 @@ PROJECT = (
     [
         "VAR a : FB_GetRouterStatusInfo; END_VAR a(bExecute := TRUE);",
         "VAR a : Tc2_Utilities.T_OTHER; END_VAR a.nLow := 1;",
+        "VAR a : ARRAY [1..9] OF ST_ReadEvent; s : STRING; END_VAR s := a[1].sText;",
         "VAR a : FB_ReadTc3Events; n : DINT; END_VAR a(); n := F_GetThing(3);",
     ],
 )
@@ -199,7 +201,7 @@ def test_names_that_a_library_of_ours_lacks_get_stand_ins(tmp_path: Path, uses: 
     project = load_project(tmp_path)
     assert check(project.declarations).faults == ()
     assert project.stand_ins
-    assert "comes with achse, without all that it has" in str(project.missing[0])
+    assert "lacks here what is needed by a.st" in str(project.missing[0])
     assert check(examine_project(tmp_path, unknown="refuse")[0].declarations).faults != () or (
         examine_project(tmp_path, unknown="refuse")[1] is not None
     )

@@ -162,3 +162,16 @@ def test_what_is_no_solution_is_told(tmp_path: Path, name: str, text: str, told:
     file.write_text(text)
     with pytest.raises(ConfigError, match=told):
         load(file.parent if name.startswith("empty") else file)
+
+
+@given(names=st.lists(st.sampled_from(("A" * 40, "A" * 35, "B")), min_size=2, max_size=6))
+def test_axes_whose_names_are_too_long_are_told_apart(
+    tmp_path_factory: pytest.TempPathFactory, names: list[str]
+) -> None:
+    axes = "".join(
+        AXIS.replace('Id="3"', f'Id="{number}"').replace(">X<", f">{name}<")
+        for number, name in enumerate(names, 1)
+    )
+    found = load(solution(tmp_path_factory.mktemp("line"), axes) / "Line.sln").axis
+    assert len({axis.name for axis in found}) == len(names)
+    assert all(axis.name[:1] == name[:1] for axis, name in zip(found, names, strict=True))

@@ -59,7 +59,7 @@ class Gathered(NamedTuple):
     """Libraries that come with achse, as the project (empty name) and each library reference them,
     with the name spaces of each."""
     here: tuple[LibraryReference, ...] = ()
-    """References of those libraries, one each."""
+    """References of those libraries, and of those without effect, one each."""
 
 
 def references_in(project: Path | None) -> list[LibraryReference]:
@@ -103,10 +103,10 @@ def gather(
         title = titles[0]
         if reference.parameters and title not in seen:
             sources += _own_lists(reference, faults)
-        if not here.isdisjoint(titles):
+        if not here.isdisjoint(titles) or title.startswith(_WITHOUT_EFFECT):
             come_along.setdefault(title, reference)
             continue
-        if title in seen or title.startswith(_WITHOUT_EFFECT):
+        if title in seen:
             continue
         seen.add(title)
         if not shelf.titles_of_whole.isdisjoint(titles):

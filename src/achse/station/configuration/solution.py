@@ -15,6 +15,7 @@ import logging
 import math
 import os
 import re
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path, PureWindowsPath
 from typing import Any, NamedTuple
@@ -209,6 +210,7 @@ def _of_solution(path: Path) -> dict[str, Any]:
         if cycle:
             document["nc"] = {"cycle": f"{cycle * _UNITS_OF_CYCLE_NS}ns"}
         document["axis"] = [_axis(each, path) for each in _axes(folder, place, element)]
+        _tell_apart(document["axis"])
     return document
 
 
@@ -287,6 +289,15 @@ def _axis(element: Element, path: Path) -> dict[str, Any]:
         for key in keys if limit in axis else ():
             axis.setdefault(key, min(FIELDS[key].default, axis[limit]))
     return axis
+
+
+def _tell_apart(axes: list[dict[str, Any]]) -> None:
+    """Give axes of the same name, where it is too long for a station, names with their ids."""
+    names = Counter(axis["name"] for axis in axes)
+    for axis in axes:
+        if names[axis["name"]] > 1:
+            end = f" {axis['id']}"
+            axis["name"] = axis["name"][: _LONGEST_NAME - len(end)] + end
 
 
 def _attribute(element: Element, path: str, name: str) -> str | None:
