@@ -39,7 +39,7 @@ def pauses() -> Iterator[float]:
         yield pause
         for process in PROCESSES:
             code = process.poll()
-            assert code is None, f"waiting in vain: {process.args} ended with {code}"
+            assert code is None, f"waiting in vain: {process.args!r} ended with {code}"
         pause = min(pause * GROWTH, LAST_S)
 
 
