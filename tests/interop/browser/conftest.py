@@ -37,6 +37,16 @@ globalThis.cancelAnimationFrame = clearTimeout;
 ADDRESS = re.compile(r"^achse web .*?\burl=(\S+)", re.MULTILINE)
 
 
+AXE = Path(__file__).parents[1] / "npm" / "node_modules" / "axe-core" / "axe.min.js"
+
+SERIOUS = """async (rules) => {
+  const { violations } = await axe.run(document, { resultTypes: ["violations"], ...rules });
+  return violations.filter(({ impact }) => ["serious", "critical"].includes(impact))
+    .map(({ id, nodes }) => [id, nodes.map(({ html }) => html)]);
+}"""
+"""Rules that a page breaks, each with the elements."""
+
+
 class Shown:
     """A page of a station as a user has it: opened by its name, judged by what it says."""
 
@@ -78,6 +88,16 @@ class Shown:
         """Hear no more of the page."""
         for event, listener in self._listeners.items():
             self.page.remove_listener(event, listener)
+
+    def serious_findings(self, **rules: Any) -> list[list[Any]]:
+        """Return what axe-core finds serious on the page: rules with their elements.
+
+        `rules` are options of axe-core; the test needs its witness.
+        """
+        if not self.page.evaluate("'axe' in globalThis"):
+            self.page.evaluate(AXE.read_text(encoding="utf-8"))
+        findings: list[list[Any]] = self.page.evaluate(SERIOUS, rules)
+        return findings
 
     def picture(self, name: str) -> None:
         """Keep a screenshot as an artefact of the run, if the run keeps them."""
@@ -153,7 +173,9 @@ def init_script(page: "Page", script: str) -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def show(browser: "Browser", artefacts: Path | None) -> Callable[..., AbstractContextManager[Shown]]:
+def show(
+    browser: "Browser", artefacts: Path | None
+) -> Callable[..., AbstractContextManager[Shown]]:
     """`with show(url, viewport=PHONE) as shown:` is a tab that knows nothing of other tests.
 
     `script` runs before those of each page. With `fresh` not even files are in the tab's cache,

@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-AXE = Path(__file__).parents[1] / "npm" / "node_modules" / "axe-core" / "axe.min.js"
 SCENE = Path(__file__).parents[3] / "examples" / "scene" / "station.toml"
 WIDE, PHONE = {"width": 1280, "height": 900}, {"width": 390, "height": 844}
 
@@ -70,14 +69,9 @@ def mill(
 
 def check(tab: Any, name: str) -> None:
     """axe-core finds nothing serious in both themes; a phone is wide enough; pictures are kept."""
-    tab.page.evaluate(AXE.read_text(encoding="utf-8"))
     for theme in ("light", "dark"):
         tab.page.emulate_media(color_scheme=theme)
-        found = tab.page.evaluate("axe.run(document)")
-        serious = [
-            each for each in found["violations"] if each["impact"] in ("serious", "critical")
-        ]
-        assert serious == [], theme
+        assert tab.serious_findings() == [], theme
         tab.page.evaluate("scrollTo(0, 0)")
         tab.picture(f"{name}-{theme}")
     tab.page.set_viewport_size(PHONE)

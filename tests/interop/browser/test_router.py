@@ -4,7 +4,6 @@ import asyncio
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -16,7 +15,6 @@ from tests.gateway.stations import NET_ID, gateway
 
 Show = Callable[..., AbstractContextManager[Any]]
 
-AXE = Path(__file__).parents[1] / "npm" / "node_modules" / "axe-core" / "axe.min.js"
 PHONE = {"width": 390, "height": 844}
 
 
@@ -57,9 +55,7 @@ def test_targets_programs_and_traffic_of_a_router_are_seen(
         until(lambda: "unreachable" in (row.first.text_content() or ""))
         assert not page.locator("#stop").is_visible()
         assert page.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
-        page.evaluate(AXE.read_text(encoding="utf-8"))
-        found = page.evaluate("axe.run(document)")["violations"]
-        assert [each["id"] for each in found if each["impact"] in ("serious", "critical")] == []
+        assert tab.serious_findings() == []
         tab.picture("router-phone")
         page = tab.open("log?show=traffic")
         lines = page.get_by_role("log")
