@@ -3,6 +3,7 @@
 import contextlib
 import os
 import re
+import shutil
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -37,6 +38,7 @@ globalThis.cancelAnimationFrame = clearTimeout;
 ADDRESS = re.compile(r"^achse web .*?\burl=(\S+)", re.MULTILINE)
 
 
+EXAMPLES = Path(__file__).parents[3] / "examples"
 AXE = Path(__file__).parents[1] / "npm" / "node_modules" / "axe-core" / "axe.min.js"
 
 SERIOUS = """async (rules) => {
@@ -236,6 +238,23 @@ def web_station(
 ) -> Iterator["Served"]:
     """The demo station with its pages."""
     with serve_pages() as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def portal(
+    serve_pages: Callable[..., AbstractContextManager["Served"]],
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Iterator["Served"]:
+    """The station of examples/scene with its clamp open: what a test does alone changes the
+    picture."""
+    folder = tmp_path_factory.mktemp("portal") / "scene"
+    shutil.copytree(EXAMPLES / "scene", folder)
+    program = folder / "MAIN.st"
+    text = program.read_text(encoding="utf-8")
+    assert "NOT bClamped" in text
+    program.write_text(text.replace("NOT bClamped", "bClamped"), encoding="utf-8")
+    with serve_pages(str(folder / "station.toml")) as running:
         yield running
 
 

@@ -212,13 +212,6 @@ def drives(serve_pages: Any) -> Iterator[Any]:
         yield running
 
 
-@pytest.fixture(scope="module")
-def portal(serve_pages: Any) -> Iterator[Any]:
-    """A station with a picture of its machine."""
-    with serve_pages(str(EXAMPLES / "scene" / "station.toml")) as running:
-        yield running
-
-
 def use(page: Any, name: str, control: dict[str, Any]) -> None:
     """What a user does with a control: types into it, chooses another, presses it."""
     place = page.locator(f"[data-control={json.dumps(name, ensure_ascii=False)}]").first

@@ -4,14 +4,12 @@ import json
 import re
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 Show = Callable[..., AbstractContextManager[Any]]
 
-SCENE = Path(__file__).parents[3] / "examples" / "scene" / "station.toml"
 WIDE = {"width": 1280, "height": 1000}
 TRACES = "traces=Axes.X.ActPos~1|Axes.X.ActVelo~2&width=1"
 
@@ -40,13 +38,6 @@ def shown(show: Show, web_station: Any) -> Iterator[Any]:
     """A tab on the demo station, which keeps what it asks of axes."""
     with show(web_station.url, viewport=WIDE, script=RECORD) as tab:
         yield tab
-
-
-@pytest.fixture(scope="module")
-def portal(serve_pages: Any) -> Iterator[Any]:
-    """A station with a picture of its machine."""
-    with serve_pages(str(SCENE)) as running:
-        yield running
 
 
 def sent(page: Any) -> list[dict[str, Any]]:

@@ -3,12 +3,10 @@
 import re
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-SCENE = Path(__file__).parents[3] / "examples" / "scene" / "station.toml"
 WIDE, PHONE = {"width": 1280, "height": 900}, {"width": 390, "height": 844}
 
 STATION = """
@@ -133,18 +131,15 @@ def test_a_part_program_is_started_and_its_way_drawn(show: Show, mill: Any, unti
 
 
 def test_a_machine_is_drawn_and_moves(
-    show: Show,
-    serve_pages: Callable[..., AbstractContextManager[Any]],
-    until: Any,
-    witness: Callable[[str], None],
+    show: Show, portal: Any, until: Any, witness: Callable[[str], None]
 ) -> None:
     witness("axe-core")
-    with serve_pages(str(SCENE)) as portal, show(portal.url, viewport=WIDE) as tab:
+    with show(portal.url, viewport=WIDE) as tab:
         page = tab.open("scene")
         picture = page.get_by_role("img", name="The machine")
         picture.wait_for()
         until(lambda: picture.evaluate(PAINTED) > 2000)
-        until(lambda: page.locator("dl.facts dt").count() == 3)
+        until(lambda: page.locator("dl.facts dt").count() == len("XYZ") + 1)  # and the clamp
         still = picture.evaluate("canvas => canvas.toDataURL()")
         tab.open("axes?axis=1")
         page.get_by_role("button", name="Enable", exact=True).click()
