@@ -466,23 +466,28 @@ ENABLED: tuple[tuple[str, Mapping[str, Any], str], ...] = (
 """Blocks that act in each call while Enable is TRUE, and what they show then."""
 
 
+@pytest.fixture(scope="module")
+def with_enable(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    """Every block with Enable in one PLC; each test leaves its own disabled."""
+    named = {f"it_{row[0]}": row[0] for row in ENABLED}
+    return Bench(tmp_path_factory.mktemp("enabled"), "plain", {}, **named)
+
+
 @pytest.mark.parametrize(("block", "inputs", "valid"), ENABLED)
-def test_enable(
-    block: str, inputs: Mapping[str, Any], valid: str, tmp_path: Path, form: str
-) -> None:
-    on = Bench(tmp_path, form, {}, it=block)
+def test_enable(block: str, inputs: Mapping[str, Any], valid: str, with_enable: Bench) -> None:
+    on, it = with_enable, f"it_{block}"
     corrects(on)
-    on.set("it", **inputs, Enable=True)
+    on.set(it, **inputs, Enable=True)
     on.call(4)
     if valid:
-        assert on.main["it"][valid]
-        assert not on.main["it"]["Error"]
+        assert on.main[it][valid]
+        assert not on.main[it]["Error"]
     else:
-        assert (on.main["it"]["Error"], on.main["it"]["ErrorID"]) == (True, 0x4B43)
-    on.set("it", Enable=False)
+        assert (on.main[it]["Error"], on.main[it]["ErrorID"]) == (True, 0x4B43)
+    on.set(it, Enable=False)
     on.call(2)
-    assert not on.main["it"][valid or "Enabled"]
-    assert (on.main["it"]["Error"], on.main["it"]["ErrorID"]) == (False, 0)
+    assert not on.main[it][valid or "Enabled"]
+    assert (on.main[it]["Error"], on.main[it]["ErrorID"]) == (False, 0)
 
 
 @pytest.mark.parametrize(("block", "inputs", "valid"), ENABLED)
