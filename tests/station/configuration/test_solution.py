@@ -79,6 +79,21 @@ def test_a_solution_runs(tmp_path: Path) -> None:
     assert [axis.id for axis in station.config.axis] == [3]
 
 
+def test_projects_of_a_solution_are_libraries_of_one_another(tmp_path: Path) -> None:
+    solution(tmp_path)
+    cell, tools = tmp_path / "Line" / "Cell", tmp_path / "Line" / "Tools"
+    tools.mkdir()
+    (tools / "Tools.plcproj").write_text('<P><Compile Include="f.st"/><Title>Tools</Title></P>')
+    (tools / "f.st").write_text("FUNCTION F_Two : INT F_Two := 2; END_FUNCTION")
+    (cell / "Cell.plcproj").write_text(
+        PROJECT.replace("</ItemGroup>", '<LibraryReference Include="Tools,*,v"/></ItemGroup>')
+    )
+    (cell / "POUs" / "MAIN.TcPOU").write_text(POU.replace("n + 1", "F_Two()"))
+    station = Station.load(tmp_path / "Line.sln")
+    station.advance(0.1)
+    assert station.plcs[853].instance("MAIN")["n"] == 2
+
+
 def test_sources_alone_are_a_station(tmp_path: Path) -> None:
     file = tmp_path / "MAIN.st"
     file.write_text(MAIN)

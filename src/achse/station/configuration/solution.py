@@ -8,6 +8,9 @@ only parameters that differ from the development system's defaults.
     <Motion><NC><SafTask CycleTime="20000"/>
       <Axis Id="1"><Name>X</Name><AxisPara><Velo Maximum="200"/></AxisPara></Axis></NC></Motion>
 
+PLC projects of one solution may reference one another as libraries, which are installed where they
+are developed: a folder with several projects is a folder of libraries, too.
+
 Source: project files of TwinCAT 3.1 (builds 4022 to 4026), seen in public projects.
 """
 
@@ -189,6 +192,8 @@ def _of_solution(path: Path) -> dict[str, Any]:
     document: dict[str, Any] = {"name": path.stem[:_LONGEST_NAME], "plc": []}
     plc = project.find("Plc")
     ports: set[int] = set()
+    projects = [each for each in files_below(folder) if has_content(each, Content.PROJECT)]
+    libraries = {"libraries": [str(folder)]} if len(projects) > 1 else {}
     for element in () if plc is None else plc.all("Project"):
         place = folder
         if "File" in element.attributes:
@@ -201,7 +206,7 @@ def _of_solution(path: Path) -> dict[str, Any]:
             port += 1
         ports.add(port)
         sources = _inside(folder, place / PureWindowsPath(name))
-        document["plc"].append({"port": port, "sources": str(sources)})
+        document["plc"].append({"port": port, "sources": str(sources), **libraries})
     nc = _nc(folder, project)
     if nc is not None:
         place, element = nc
