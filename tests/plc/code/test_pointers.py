@@ -5,13 +5,14 @@ from functools import partial
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from achse.plc.code.faults import PlcFault
 from achse.plc.code.pointers import pointer_operations
 from achse.plc.code.views import FORMATS, Views
 from achse.plc.memory import Area, Memory
+from tests.plc.code.conftest import Ran
 
 MEMORY = Memory()
 VIEWS = Views(MEMORY)
@@ -58,3 +59,20 @@ def test_texts_bits_and_parts() -> None:
     assert OF["load_B"](address) == 0
     OF["store_parts"](address, b"12345678", ((0, 2), (4, 8)))
     assert OF["load_bytes"](address, 2) == b"12"
+
+
+@settings(max_examples=5)
+@given(number=st.integers(-(2**15), 2**15 - 1), at=st.integers(0, 2))
+def test_raw_memory_becomes_a_block_by_an_assignment(number: int, at: int) -> None:
+    ran = Ran(
+        "FUNCTION_BLOCK FB_Inner VAR_OUTPUT n : INT; END_VAR"
+        " METHOD Get : INT Get := n; END_METHOD END_FUNCTION_BLOCK"
+        " FUNCTION_BLOCK FB VAR_INPUT n : INT; END_VAR VAR fb : FB_Inner; END_VAR"
+        " METHOD Set VAR_INPUT x : INT; END_VAR n := x; fb.n := x; END_METHOD"
+        " METHOD Sum : INT Sum := n - fb.Get() + n; END_METHOD END_FUNCTION_BLOCK"
+        " PROGRAM MAIN VAR fb : FB; p : POINTER TO FB; sum : INT; END_VAR"
+        f" fb.Set({number}); p := __NEW(BYTE, TO_UDINT(SIZEOF(FB) * 3)); p[{at}] := fb;"
+        f" sum := p[{at}].Sum(); __DELETE(p); END_PROGRAM"
+    ).cycle()
+    assert ran.plc.failure == ""
+    assert ran["sum"] == number

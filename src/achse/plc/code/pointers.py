@@ -92,9 +92,14 @@ def pointer_operations(views: Views) -> dict[str, Callable[..., Any]]:
         return value
 
     def store_parts(address: int, value: bytes, parts: Parts) -> bytes:
-        """A record without the headers of its function blocks."""
-        for start, end in parts:
+        """A record without the headers of its function blocks, but for those that are empty: raw
+        memory becomes a block by an assignment."""
+        at = 0
+        for start, end in (*parts, (len(value), len(value))):
+            if start > at and not any(load_bytes(address + at, start - at)):
+                store_bytes(address + at, value[at:start])
             store_bytes(address + start, value[start:end])
+            at = end
         return value
 
     def load_text(address: int, length: int) -> bytes:

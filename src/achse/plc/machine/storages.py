@@ -13,7 +13,7 @@ from achse.iec.elementary import BoolType
 from achse.iec.strings import StringType
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
-from achse.native.backend import BOOL, I64, U8, U64, LocalVariable, Operand, Relation
+from achse.native.backend import BOOL, I64, U8, U32, U64, LocalVariable, Operand, Relation
 from achse.plc.lowering.nodes import Home, ResolvedPlace, StoreValue
 from achse.plc.lowering.places import BYTES_A_PASS
 from achse.plc.machine.fault_places import FaultKind
@@ -26,7 +26,7 @@ from achse.plc.machine.values import (
     machine_type,
 )
 from achse.plc.memory import Area
-from achse.plc.retention.layout import parts_without_headers
+from achse.plc.retention.layout import headers_within, parts_without_headers
 
 if TYPE_CHECKING:
     from achse.plc.machine.expressions import ExpressionTranslator
@@ -312,6 +312,13 @@ class MachineStorages:
             address = b.add(aim.base, b.constant(U64, start)) if start else aim.base
             base = self.looked_up(address, end - start)
             b.copy(base, b.address(given.address, start), end - start)
+        headers = list(headers_within(type))
+        base = self.looked_up(aim.base, type.size) if headers else aim.base
+        for at, block in headers:  # raw memory becomes a block by an assignment
+            word = U64 if block.rules.pointer_size == 8 else U32
+            own, other = b.load(word, base, at), b.load(word, given.address, at)
+            is_empty = b.compare(Relation.EQUAL, own, b.constant(word, 0))
+            b.store(b.select(is_empty, other, own), base, at)
         return given
 
 

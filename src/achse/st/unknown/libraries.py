@@ -6,7 +6,7 @@ function that is called, and any list or enumeration; a name close to one that i
 misspelling rather.
 
 Of a library that comes with achse, and lacks some of its names, a name is missing if it has the
-form of those and does not misspell one that is here; no plain variable is.
+form of those and is not a misspelling of one that is here; no plain variable is.
 
 Source: names as public projects use them of the libraries that their `.plcproj` references.
 """
