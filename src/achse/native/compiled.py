@@ -119,7 +119,7 @@ class Kernel:
     def available(self) -> bool:
         """True if there can be machine code: a compiler, and sources to compile; if not, logged."""
         if not compiler_installed():
-            _LOG.info("the %s kernel runs as plain Python: llvmlite is not installed", self.name)
+            _LOG.info("the %s kernel runs as plain Python: no compiler may be used", self.name)
             return False
         try:
             _ = self._digest

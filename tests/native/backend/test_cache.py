@@ -121,7 +121,12 @@ def test_what_belongs_to_somebody_else_is_not_loaded(
     saved = ObjectCache("pump", "ef")
     saved.save(b"code")
     theirs = folder if whose == "folder" else saved.path
-    stat = Path.stat
+    stat, fstat = Path.stat, os.fstat
+
+    def told_of_open(handle: int) -> os.stat_result:
+        facts = list(fstat(handle))
+        facts[4] += whose == "file"
+        return os.stat_result(facts)
 
     def told(path: Path, **how: bool) -> os.stat_result:
         facts = list(stat(path, **how))
@@ -130,6 +135,7 @@ def test_what_belongs_to_somebody_else_is_not_loaded(
         return os.stat_result(facts)
 
     monkeypatch.setattr(Path, "stat", told)
+    monkeypatch.setattr(os, "fstat", told_of_open)
     assert saved.load() is None
     assert f"{theirs} belongs to user {os.getuid() + 1}" in caplog.text
 
@@ -142,3 +148,19 @@ def test_the_cache_is_the_users(monkeypatch: pytest.MonkeyPatch) -> None:
     assert cache_directory() == Path("/xdg/achse")
     monkeypatch.delenv("XDG_CACHE_HOME")
     assert cache_directory() == Path.home() / ".cache" / "achse"
+
+
+def test_a_folder_that_may_not_be_entered_does_not_matter(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As in a container whose user has the home of another."""
+    saved = ObjectCache("pump", "01")
+    saved.save(b"code")
+
+    def refuse(*_: object, **__: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "stat", refuse)
+    assert saved.load() is None
+    monkeypatch.setattr(Path, "open", refuse)
+    assert saved.load() is None

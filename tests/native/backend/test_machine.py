@@ -2,6 +2,7 @@
 
 import doctest
 import gc
+import io
 import sys
 import weakref
 from typing import Any
@@ -20,8 +21,10 @@ from achse.native.backend import (
     compile_module,
     compiler_installed,
     identity,
+    machine,
+    object_file,
 )
-from achse.native.backend.module import MATH
+from achse.native.backend.module import MATH, ModuleInterface
 
 
 def test_the_example_of_the_package_runs() -> None:
@@ -99,6 +102,35 @@ def test_a_missing_compiler_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     assert identity() == identity()
     monkeypatch.setitem(sys.modules, "llvmlite", None)
     assert not compiler_installed()
+
+
+@pytest.mark.skipif(not object_file.is_supported(), reason="LLVM tells the processor here")
+def test_facts_of_a_processor_may_end_without_an_empty_line(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for text in ("", "model\t\t: 7\nflags\t\t: fpu"):
+        monkeypatch.setattr(machine, "open", lambda *_, **__: io.StringIO(text), raising=False)  # noqa: B023
+        assert ("fpu" in machine._processor.__wrapped__().split()) == ("fpu" in text.split())
+
+
+def test_where_memory_may_not_be_executed_there_is_no_compiler(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """LLVM does not see that it was refused: the first call ended the process."""
+    content = compile_module("define i64 @one() { ret i64 1 }")
+    monkeypatch.setattr(object_file, "_let_execute", lambda address, size: 13)
+    once = (object_file.memory_may_be_executed, machine._told_executable)
+    for each in once:
+        each.cache_clear()
+    try:
+        if sys.platform == "linux":
+            assert not compiler_installed()
+            assert "this system refuses memory for machine code" in caplog.text
+            with pytest.raises(OSError, match="expected memory for machine code"):
+                MachineCode(content, ModuleInterface({}))
+    finally:
+        for each in once:
+            each.cache_clear()
 
 
 def test_numbers_are_cut_to_the_parameters() -> None:

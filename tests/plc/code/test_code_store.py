@@ -1,5 +1,6 @@
 """Compiled routines are kept by their sources, and do what they did."""
 
+import marshal
 from collections.abc import Callable, Iterator
 from types import CodeType, FunctionType
 
@@ -69,3 +70,11 @@ def test_other_files_have_other_codes() -> None:
     store.save()
     with pytest.raises(AssertionError, match="compiled again"):
         results(CodeStore(["c.st", "d.st"]), [(1, [1, 1])], refuse)
+
+
+@pytest.mark.parametrize("kept", [b"", b"x", marshal.dumps([1]), marshal.dumps({b"": 3})])
+def test_what_is_not_of_codes_is_made_again(kept: bytes) -> None:
+    store = CodeStore(["c.st"])
+    store._file.save(kept)
+    again = CodeStore(["c.st"])
+    assert results(again, [(3, [1, 2])], compile_text) == [21]

@@ -59,15 +59,15 @@ class ObjectCache:
 
         One in a folder that others own or may write to is not loaded, nor one of theirs.
         """
-        if not self.path.exists():
-            return None
-        why = _distrusted(self.path.parent) or _distrusted(self.path)
-        if why:
-            log.warning("a file in the cache is made again, not loaded: %s", why)
-            return None
         try:
-            content = self.path.read_bytes()
-        except OSError:
+            with self.path.open("rb") as file:
+                opened = os.fstat(file.fileno())
+                why = _distrusted(self.path.parent) or _reason(self.path, opened)
+                if why:
+                    log.warning("a file in the cache is made again, not loaded: %s", why)
+                    return None
+                content = file.read()
+        except (OSError, MemoryError):
             return None
         with suppress(OSError):
             os.utime(self.path)  # it was used now
@@ -134,12 +134,18 @@ def _distrusted(path: Path) -> str:
 
     On Windows nothing is looked at: the folders of a user are the user's.
     """
-    if not hasattr(os, "getuid"):
-        return ""
     try:
-        facts = path.stat()
+        return _reason(path, path.stat())
     except OSError as failure:
         return f"{path}: {failure.strerror}"
+
+
+def _reason(path: Path, facts: os.stat_result) -> str:
+    """Return the reason why others may have written what has these `facts`; empty if there is
+    none.
+    """
+    if not hasattr(os, "getuid"):
+        return ""
     if facts.st_uid != os.getuid():
         return f"{path} belongs to user {facts.st_uid}, this is user {os.getuid()}"
     if facts.st_mode & (stat.S_IWGRP | stat.S_IWOTH):

@@ -6,6 +6,7 @@ that is only to compile.
 
 import ctypes
 import importlib.util
+import logging
 import platform
 import sys
 import threading
@@ -13,6 +14,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from enum import Enum
 from functools import cache, lru_cache
+from itertools import takewhile
 from typing import Any
 
 from achse.native.backend import object_file
@@ -40,6 +42,8 @@ __all__ = [
     "identity",
 ]
 
+log = logging.getLogger("achse.native")
+
 _PROCESSOR_FACTS = "vendor_id", "cpu family", "model", "stepping", "flags"
 
 DEEPEST = 1000
@@ -56,10 +60,21 @@ class Effort(Enum):
 
 
 def compiler_installed() -> bool:
-    """Return True if llvmlite can be imported, without importing it."""
+    """Return True if llvmlite can be imported, without importing it, and its code be executed."""
+    if not _told_executable():
+        return False
     with suppress(ValueError):  # find_spec of a module that is None in sys.modules
         return importlib.util.find_spec("llvmlite") is not None
     return False
+
+
+@cache
+def _told_executable() -> bool:
+    """Return True if machine code may be executed; if not, it is logged once."""
+    executable = object_file.memory_may_be_executed()
+    if not executable:
+        log.warning("this system refuses memory for machine code: all runs as plain Python")
+    return executable
 
 
 def identity() -> str:
@@ -74,7 +89,8 @@ def _processor() -> str:
     """Return all that LLVM goes by when it compiles for the processor we run on."""
     if object_file.is_supported():
         with suppress(OSError), open("/proc/cpuinfo", encoding="utf-8") as file:
-            facts = dict(line.split("\t", 1) for line in iter(file.readline, "\n") if "\t" in line)
+            first = takewhile(str.strip, file)
+            facts = dict(line.split("\t", 1) for line in first if "\t" in line)
             if "flags" in facts:
                 return " ".join(facts.get(name, "").strip("\t:\n ") for name in _PROCESSOR_FACTS)
     import llvmlite.binding as llvm
@@ -123,7 +139,9 @@ class _LoadedModule:
         self._load(content)
 
     def _load(self, content: bytes) -> None:
-        """Let LLVM load the file."""
+        """Let LLVM load the file. Raises OSError where memory may not be executed."""
+        if not object_file.memory_may_be_executed():
+            raise OSError("expected memory for machine code, this system refuses it")
         import llvmlite.binding as llvm
 
         engine = llvm.create_mcjit_compiler(

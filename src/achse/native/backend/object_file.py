@@ -13,9 +13,10 @@ import struct
 import sys
 from collections.abc import Callable, Iterator
 from enum import IntEnum, IntFlag
+from functools import cache
 from typing import NamedTuple
 
-__all__ = ["ObjectFile", "ObjectFileError", "is_supported"]
+__all__ = ["ObjectFile", "ObjectFileError", "is_supported", "memory_may_be_executed"]
 
 _MAGIC = b"\x7fELF\x02\x01"
 """64 bits, the lowest byte first."""
@@ -29,7 +30,7 @@ _RELOCATION = struct.Struct("<QQq")
 _FRAMES = ".eh_frame"
 """Section for those who unwind stacks, whom nobody calls here."""
 
-_UNDEFINED, _RESERVED = 0, 0xFF00
+_UNDEFINED, _RESERVED, _COMMON = 0, 0xFF00, 0xFFF2
 """Section numbers of symbols."""
 
 _SLOT = 8
@@ -116,7 +117,9 @@ class ObjectFile:
         """Places of jumps in memory, by the address to which they lead."""
         try:
             self._load()
-        except (struct.error, LookupError, UnicodeError) as failure:
+        except ObjectFileError:
+            raise
+        except (struct.error, LookupError, ValueError, OverflowError, OSError) as failure:
             raise ObjectFileError(f"expected a whole object file: {failure}") from None
         finally:
             self._content = b""
@@ -184,6 +187,8 @@ class ObjectFile:
                 self._spare = -(-end // _SLOT) * _SLOT
                 end = self._protected = _whole_pages(self._spare + entries)
             alignment = max(section.alignment, 1)
+            if alignment > mmap.PAGESIZE:
+                raise ObjectFileError(f"expected an alignment of a page at most, got {alignment}")
             self._places[n] = end = -(-end // alignment) * alignment
             end += section.size
         if not self._protected:
@@ -210,6 +215,8 @@ class ObjectFile:
                 raise ObjectFileError(f"expected a function outside, {name!r} is unknown")
             return address
         if symbol.section >= _RESERVED:
+            if symbol.section == _COMMON:
+                raise ObjectFileError("expected data in sections")
             return symbol.value
         place = self._places.get(symbol.section)
         return 0 if place is None else self._base + place + symbol.value
@@ -262,11 +269,31 @@ class ObjectFile:
 
     def _protect(self) -> None:
         """Let code and constants be executed and read, no longer written."""
-        library = ctypes.CDLL(None, use_errno=True)
-        protection = mmap.PROT_READ | mmap.PROT_EXEC
-        place = ctypes.c_void_p(self._base)
-        if library.mprotect(place, ctypes.c_size_t(self._protected), protection):
-            raise ObjectFileError(f"expected memory for code, error {ctypes.get_errno()}")
+        error = _let_execute(self._base, self._protected)
+        if error:
+            raise ObjectFileError(f"expected memory for code, error {error}")
+
+
+def _let_execute(address: int, size: int) -> int:
+    """Let pages be executed and read, no longer written; return the error, 0 for none."""
+    library = ctypes.CDLL(None, use_errno=True)
+    protection = mmap.PROT_READ | mmap.PROT_EXEC
+    if library.mprotect(ctypes.c_void_p(address), ctypes.c_size_t(size), protection):
+        return ctypes.get_errno()
+    return 0
+
+
+@cache
+def memory_may_be_executed() -> bool:
+    """True if memory that was written may be executed.
+
+    Hardened services may not (systemd's MemoryDenyWriteExecute, SELinux without execmem). LLVM does
+    not see that it was refused: its code would end the process.
+    """
+    if sys.platform != "linux":
+        return True
+    page = mmap.mmap(-1, mmap.PAGESIZE, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+    return not _let_execute(ctypes.addressof(ctypes.c_char.from_buffer(page)), mmap.PAGESIZE)
 
 
 def _whole_pages(size: int) -> int:

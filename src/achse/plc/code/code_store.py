@@ -6,6 +6,7 @@ set of source files; a routine is known by its Python source, so that after an e
 
 import hashlib
 import marshal
+import sys
 from collections.abc import Callable, Iterable
 from importlib.util import MAGIC_NUMBER
 from types import CodeType
@@ -21,11 +22,11 @@ class CodeStore:
     """Codes of the routines of some source files, by their Python sources."""
 
     def __init__(self, paths: Iterable[str]) -> None:
-        content = repr((MAGIC_NUMBER, sorted(paths))).encode()
+        python = MAGIC_NUMBER, sys.implementation.cache_tag, sys.flags.optimize
+        content = repr((python, sorted(paths))).encode()
         digest = hashlib.blake2b(content, digest_size=_DIGEST_SIZE).hexdigest()
         self._file = ObjectCache("plain", digest)
-        kept = self._file.load()
-        self._codes: dict[bytes, CodeType] = {} if kept is None else marshal.loads(kept)
+        self._codes = _read(self._file.load())
         self._used: dict[bytes, CodeType] = {}
 
     def code(
@@ -48,3 +49,16 @@ class CodeStore:
         """Keep the codes that were used, and no others."""
         if self._used.keys() != self._codes.keys():
             self._file.save(marshal.dumps(self._used))
+
+
+def _read(kept: bytes | None) -> dict[bytes, CodeType]:
+    """Return the kept codes; none if they are of another kind."""
+    if kept is None:
+        return {}
+    try:
+        codes = marshal.loads(kept)
+    except (ValueError, EOFError, TypeError):
+        return {}
+    if isinstance(codes, dict) and all(type(each) is CodeType for each in codes.values()):
+        return codes
+    return {}
