@@ -30,6 +30,8 @@ SOLUTION = """<?xml version="1.0"?><TcSmProject><Project ProjectGUID="{1}"><Syst
 <Project Name="Old" PrjFilePath="Old\\Old.plcproj" AmsPort="851" Disabled="true"/></Plc>
 <Motion><NC><SafTask Priority="4" CycleTime="10000" AmsPort="501"/>AXES</NC></Motion>
 </Project></TcSmProject>"""
+PLC = "<TcSmProject><Plc><Project PLC/></Plc></TcSmProject>"
+NC = "<TcSmProject><Motion><NC/></Motion></TcSmProject>"
 LIST = """Microsoft Visual Studio Solution File, Format Version 12.00
 Project("{B1E792BE}") = "Cell", "Line\\Line.tsproj", "{1}"
 EndProject
@@ -155,6 +157,35 @@ def test_a_value_out_of_range_is_left_out(
         assert FIELDS[key].least <= axis[key] <= FIELDS[key].most
 
 
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "cp1252"])
+def test_encodings_and_capitals_are_those_of_windows(tmp_path: Path, encoding: str) -> None:
+    solution(tmp_path)
+    (tmp_path / "Line").rename(tmp_path / "Größe")
+    text = LIST.replace("Line\\Line.tsproj", "größe\\LINE.tsproj")
+    (tmp_path / "Line.sln").write_text(text, encoding=encoding)
+    tsproj = tmp_path / "Größe" / "Line.tsproj"
+    tsproj.write_text(tsproj.read_text().replace("Cell\\Cell", "cell\\CELL"))
+    [plc] = load(tmp_path / "Line.sln").plc
+    assert Path(plc.sources or "").exists()
+
+
+def test_other_plcs_of_the_solution_may_be_missing(tmp_path: Path) -> None:
+    tsproj = solution(tmp_path) / "Line" / "Line.tsproj"
+    text = tsproj.read_text()
+    missing = '<Plc><Project PrjFilePath="No\\No.plcproj"/>'
+    tsproj.write_text(text.replace("<Plc>", missing))
+    [plc] = load(tmp_path / "Line" / "Cell" / "Cell.plcproj").plc
+    assert plc.port == 853
+
+
+def test_a_file_is_read_once(tmp_path: Path) -> None:
+    axes = solution(tmp_path, '<Axis File="X.xti"/>' * 2) / "Line" / "_Config" / "NC" / "Axes"
+    axes.mkdir(parents=True)
+    (axes / "X.xti").write_text(f"<TcSmItem>{AXIS}</TcSmItem>")
+    with pytest.raises(ConfigError, match="each file once"):
+        load(tmp_path / "Line.sln")
+
+
 @pytest.mark.parametrize(
     ("name", "text", "told"),
     [
@@ -162,12 +193,20 @@ def test_a_value_out_of_range_is_left_out(
         ("a.tsproj", "<!DOCTYPE a><a/>", "DOCTYPE"),
         (
             "a.tsproj",
-            '<a><Plc><Project File="..\\..\\..\\..\\x.xti"/></Plc></a>',
+            PLC.replace("PLC", 'File="..\\..\\..\\..\\x.xti"'),
             "a file of the solution",
         ),
-        ("a.tsproj", '<a><Motion><NC File="NC.xti"/></Motion></a>', "No such file"),
+        ("a.tsproj", PLC.replace("PLC", ""), "a.tsproj: PLC : PrjFilePath: expected a .plcproj"),
+        ("a.tsproj", "<html/>", "expected <TcSmProject>, got <html>"),
+        (
+            "a.tsproj",
+            NC.replace("NC/", 'NC File="NC.xti"/'),
+            "one/_Config/NC/NC.xti:1:1: .*No such",
+        ),
+        ("a.tsproj", SOLUTION.replace("AXES", "<Axis/>" * 256), "up to 255 axes, got 256"),
+        ("a.sln", LIST.replace("Line\\Line", "..\\..\\..\\x"), "a file of the solution"),
         ("a.sln", LIST.replace("Line.tsproj", "Line.vcxproj"), "expected a .tsproj in it"),
-        ("a.sln", LIST + LIST, "say which"),
+        ("a.sln", LIST + LIST.replace("Line.tsproj", "B.tsproj"), "say which"),
         ("empty/notes.txt", "", "or a folder with a .tsproj"),
     ],
 )

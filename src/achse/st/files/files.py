@@ -47,6 +47,8 @@ __all__ = [
     "read_sources",
     "source_files",
     "symbol_files",
+    "text_of",
+    "without_case",
 ]
 
 LIBRARY_TYPES = ".tmc"
@@ -81,7 +83,7 @@ def read_sources(
                 tasks += _possible([read_task(parse_xml(content_of(file, name), name))], name)
                 continue
             if has_content(file, Content.EXPORT):
-                tasks += _possible(tasks_of_export(_text(content_of(file, name))), name)
+                tasks += _possible(tasks_of_export(text_of(content_of(file, name))), name)
             elif has_content(file, Content.PLCOPEN):
                 tasks += _possible(tasks_of_plcopen(content_of(file, name), name), name)
             parsed = parse_file(file, name, defines=defines)
@@ -230,7 +232,7 @@ def _listed(project: Path) -> list[tuple[Path, str]]:
     for name, location in includes.items():
         file = project.parent / name
         if not file.exists():
-            file = _without_case(file)
+            file = without_case(file)
         real = solution.real_path(file, name, location)
         files.setdefault(real, (file, name))
     if solution.faults:
@@ -288,11 +290,11 @@ def _included(element: Element) -> str:
     return PureWindowsPath(unquote(element.attributes.get("Include", ""))).as_posix()
 
 
-def _without_case(path: Path) -> Path:
+def without_case(path: Path) -> Path:
     """The file of that name where capitals do not count, as where the project was made."""
     if path.exists() or path.parent == path:
         return path
-    folder = _without_case(path.parent)
+    folder = without_case(path.parent)
     if not folder.is_dir():
         return path
     alike = (item for item in folder.iterdir() if item.name.lower() == path.name.lower())
@@ -349,11 +351,11 @@ def _parsed(file: Path, name: str, data: bytes, defines: Defines) -> Parsed:
     form = form_of(file)
     content = None if form is None else form.content
     if content is Content.TEXT:
-        return parse(Source(_text(data), name), name=file.stem, defines=defines)
+        return parse(Source(text_of(data), name), name=file.stem, defines=defines)
     if content is Content.PLCOPEN:
         return parse_plcopen(data, name, file.stem, defines)
     if content is Content.EXPORT:
-        return parse_export(_text(data), name, file.stem, defines)
+        return parse_export(text_of(data), name, file.stem, defines)
     if not data.startswith((*_UTF_16, ENCRYPTED)) and _BINARY.search(data):
         raise _refused(name, "the source is encrypted or damaged: expected XML, got binary data")
     return parse_envelope(parse_xml(data, name, skip=WITHOUT_TEXT), name, defines)
@@ -374,7 +376,8 @@ def content_of(file: Path, name: str) -> bytes:
         raise _refused(name, "cannot be read: this is not a file name") from None
 
 
-def _text(data: bytes) -> str:
+def text_of(data: bytes) -> str:
+    """Return the text of a file, in UTF-8, UTF-16 or cp1252; lines end with a line feed."""
     try:
         text = data.decode("utf-16" if data.startswith(_UTF_16) else "utf-8-sig")
     except UnicodeDecodeError:

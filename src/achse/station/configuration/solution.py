@@ -24,7 +24,7 @@ from pathlib import Path, PureWindowsPath
 from typing import Any, NamedTuple
 
 from achse.motion.record import FIELDS
-from achse.st.files.files import content_of, files_below
+from achse.st.files.files import content_of, files_below, text_of, without_case
 from achse.st.files.forms import Content, files_with, has_content
 from achse.st.lexis.source import SourceError
 from achse.st.lexis.xml import Element, parse_xml
@@ -43,6 +43,8 @@ _OF_FILE = "__FILENAME__"
 _SOURCES = (Content.TEXT, Content.ENVELOPE, Content.EXPORT)
 _SHOWN = 5
 _LONGEST_NAME = 30
+_MOST_AXES = 255
+_ROOT = "TcSmProject"
 
 
 class AxisPara(NamedTuple):
@@ -132,7 +134,7 @@ def _document(path: Path) -> dict[str, Any]:
     if path.is_dir():
         return _of_folder(path)
     if has_content(path, Content.SOLUTION):
-        return _document(_only(path, list(_listed(path)), "a .tsproj"))
+        return _document(_only(path, list(dict.fromkeys(_listed(path))), "a .tsproj"))
     if has_content(path, Content.SYSTEM):
         return _of_solution(path)
     path.stat()
@@ -143,7 +145,8 @@ def _document(path: Path) -> dict[str, Any]:
             for file in files_with(folder, Content.SYSTEM):
                 of_solution = _of_solution(file)
                 for row in of_solution["plc"]:
-                    if os.path.samefile(row["sources"], path):
+                    there = row["sources"]
+                    if os.path.exists(there) and os.path.samefile(there, path):
                         return {**of_solution, "plc": [row]}
     return document
 
@@ -175,19 +178,53 @@ def _only(path: Path, found: list[Path], what: str) -> Path:
 
 
 def _listed(path: Path) -> Iterator[Path]:
-    text = content_of(path, path.name).decode("utf-8", "replace")
-    for name in _LISTED.findall(text):
-        file = path.parent / PureWindowsPath(name)
-        if has_content(file, Content.SYSTEM):
-            yield file
+    files = _Files(path)
+    for name in _LISTED.findall(text_of(content_of(path, str(path)))):
+        if has_content(PureWindowsPath(name), Content.SYSTEM):
+            yield files.named(path.absolute().parent, name)
 
 
 # a .tsproj -----------------------------------------------------------------------------------
 
 
+class _Files:
+    """The files that a solution names: each of them once, and none of other folders."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._seen: set[Path] = set()
+
+    def named(self, place: Path, name: str) -> Path:
+        """Return the file of a name, in which capitals do not count."""
+        if not name.strip():
+            raise ConfigError(f"{self._path}: expected the name of a file, got {name!r}")
+        file = Path(os.path.abspath(without_case(place / PureWindowsPath(name).as_posix())))
+        for level in (os.path.abspath, os.path.realpath):
+            if not Path(level(file)).is_relative_to(level(self._path.absolute().parent.parent)):
+                raise ConfigError(
+                    f"{self._path}: expected a file of the solution in {self._path.parent}, got"
+                    f" {name}"
+                )
+        return file
+
+    def nested(self, place: Path, element: Element, tag: str) -> tuple[Path, Element]:
+        """Return the element of a file that another names, and the folder of that file."""
+        file = self.named(place, element.attributes["File"])
+        if file in self._seen:
+            raise ConfigError(f"{self._path}: expected each file once, got {file} more than once")
+        self._seen.add(file)
+        for found in _read(file).walk():
+            if found.tag == tag:
+                return file.parent, found
+        raise ConfigError(f"{file}: expected <{tag}>")
+
+
 def _of_solution(path: Path) -> dict[str, Any]:
     root = _read(path)
+    if root.tag != _ROOT:
+        raise ConfigError(f"{path}: expected <{_ROOT}>, got <{root.tag:.40}>")
     folder = path.absolute().parent
+    files = _Files(path)
     project = root.find("Project") or root
     document: dict[str, Any] = {"name": path.stem[:_LONGEST_NAME], "plc": []}
     plc = project.find("Plc")
@@ -197,29 +234,37 @@ def _of_solution(path: Path) -> dict[str, Any]:
     for element in () if plc is None else plc.all("Project"):
         place = folder
         if "File" in element.attributes:
-            place, element = _nested(folder, folder / "_Config" / "PLC", element, "Project")
+            place, element = files.nested(folder / "_Config" / "PLC", element, "Project")
         if element.attributes.get("Disabled", "").lower() == "true":
             continue
         name = element.attributes.get("PrjFilePath", "")
+        if not has_content(PureWindowsPath(name), Content.PROJECT):
+            raise ConfigError(
+                f"{path}: PLC {element.attributes.get('Name', ''):.40}: PrjFilePath: expected a"
+                f" .plcproj, got {name!r:.80}"
+            )
         port = _whole(element.attributes.get("AmsPort", "")) or _FIRST_PORT
         while port in ports:
             port += 1
         ports.add(port)
-        sources = _inside(folder, place / PureWindowsPath(name))
-        document["plc"].append({"port": port, "sources": str(sources), **libraries})
-    nc = _nc(folder, project)
+        document["plc"].append(
+            {"port": port, "sources": str(files.named(place, name)), **libraries}
+        )
+    nc = _nc(folder, files, project)
     if nc is not None:
         place, element = nc
         task = element.find("SafTask")
         cycle = 0 if task is None else _whole(task.attributes.get("CycleTime", ""))
         if cycle:
             document["nc"] = {"cycle": f"{cycle * _UNITS_OF_CYCLE_NS}ns"}
-        document["axis"] = [_axis(each, path) for each in _axes(folder, place, element)]
+        if (count := len(element.all("Axis"))) > _MOST_AXES:
+            raise ConfigError(f"{path}: expected up to {_MOST_AXES} axes, got {count}")
+        document["axis"] = [_axis(each, path) for each in _axes(files, place, element)]
         _tell_apart(document["axis"])
     return document
 
 
-def _nc(folder: Path, project: Element) -> tuple[Path, Element] | None:
+def _nc(folder: Path, files: _Files, project: Element) -> tuple[Path, Element] | None:
     """The NC, and the folder that names of further files begin at."""
     motion = project.find("Motion")
     found = (motion or project).find("NC")
@@ -227,17 +272,17 @@ def _nc(folder: Path, project: Element) -> tuple[Path, Element] | None:
         return None
     place = folder / "_Config" / "NC"
     if "File" in found.attributes:
-        _, found = _nested(folder, place, found, "NC")
+        _, found = files.nested(place, found, "NC")
     return place / "Axes", found
 
 
-def _axes(folder: Path, place: Path, nc: Element) -> Iterator[Element]:
+def _axes(files: _Files, place: Path, nc: Element) -> Iterator[Element]:
     for element in nc.all("Axis"):
         if "File" not in element.attributes:
             yield element
             continue
         number = element.attributes.get("Id")
-        _, found = _nested(folder, place, element, "Axis")
+        _, found = files.nested(place, element, "Axis")
         if number is not None:
             found.attributes["Id"] = number
         name = found.find("Name")
@@ -246,25 +291,8 @@ def _axes(folder: Path, place: Path, nc: Element) -> Iterator[Element]:
         yield found
 
 
-def _nested(folder: Path, place: Path, element: Element, tag: str) -> tuple[Path, Element]:
-    """The element of a file that another names, and the folder of that file."""
-    file = _inside(folder, place / PureWindowsPath(element.attributes["File"]))
-    for found in _read(file).walk():
-        if found.tag == tag:
-            return file.parent, found
-    raise ConfigError(f"{file}: expected <{tag}>")
-
-
 def _read(file: Path) -> Element:
-    return parse_xml(content_of(file, file.name), file.name, skip=_SKIPPED)
-
-
-def _inside(folder: Path, file: Path) -> Path:
-    """A file that a solution names; those of other folders are refused."""
-    there = Path(os.path.abspath(file))
-    if not there.is_relative_to(folder.parent):
-        raise ConfigError(f"{file}: expected a file of the solution in {folder}")
-    return there
+    return parse_xml(content_of(file, str(file)), str(file), skip=_SKIPPED)
 
 
 def _whole(text: str) -> int:
