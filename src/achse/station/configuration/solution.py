@@ -192,7 +192,7 @@ class _Files:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._seen: set[Path] = set()
+        self._nested: set[Path] = set()
 
     def named(self, place: Path, name: str) -> Path:
         """Return the file of a name, in which capitals do not count."""
@@ -210,9 +210,9 @@ class _Files:
     def nested(self, place: Path, element: Element, tag: str) -> tuple[Path, Element]:
         """Return the element of a file that another names, and the folder of that file."""
         file = self.named(place, element.attributes["File"])
-        if file in self._seen:
+        if file in self._nested:
             raise ConfigError(f"{self._path}: expected each file once, got {file} more than once")
-        self._seen.add(file)
+        self._nested.add(file)
         for found in _read(file).walk():
             if found.tag == tag:
                 return file.parent, found
