@@ -283,7 +283,7 @@ def test_empty_lists_lead_on(shown: Any, until: Any) -> None:
     page.get_by_role("link", name="Set one").click()
     page.get_by_role("heading", name="Set a fault").wait_for()
     page.goto(f"{shown.url}#nope")
-    page.get_by_role("link", name="Go to the overview").click()
+    page.get_by_role("link", name="Go to the first page").click()
     page.get_by_role("heading", name="Station").wait_for()
 
 
