@@ -147,11 +147,13 @@ def survey(folder: Path, page: Path, only: Sequence[str] = (), begin: str = "") 
         for job in projects_below(folder)
         if job[0].name >= begin and (not only or any(word in job[0].name for word in only))
     ]
-    rows = rows_of(page.read_text(encoding="utf-8")) if page.exists() else {}
+    before = page.read_text(encoding="utf-8") if page.exists() else ""
+    rows = rows_of(before.partition("\n## ")[0])
+    sections = "".join(before.partition("\n## ")[1:])
     with ThreadPoolExecutor(2) as pool:
         for outcome in pool.map(lambda job: _apart(folder, *job), jobs):
             rows[outcome.repository, outcome.project] = row_of(outcome)
-            page.write_text(page_of(rows), encoding="utf-8")
+            page.write_text(page_of(rows) + sections, encoding="utf-8")
 
 
 def _apart(folder: Path, repository: Path, project: Path) -> Outcome:

@@ -38,9 +38,9 @@ _NAMES: Mapping[str, str] = {
     "tc3_packml_v3": r"\w*_?PMLV?\w+|\w*PackML\w*",
     "tcunit": r"FB_TestSuite|TEST(?:_FINISHED|_ORDERED)?|Assert\w+|TcUnit",
     # libraries that come with achse
-    "tc2_system": r"(?:FB|F|ST|E|T)_(?:File|Ads|Ams|IecCritical|Pc|Create|Remove|EnumFind|Get|Set"
-    r"|Tc|System|Check|Scan|Split|IO)\w*|Ads\w+|ADSERR_\w+|DEVICE_[A-Z]+|TCEVENT\w*|SYSTEMSERVICE_\w+"
-    r"|OPENPATH\w*|Tc(?:Adds|Task)\w+|E_HRESULT\w+",
+    "tc2_system": r"(?:FB|F|ST|E|T)_(?:File|Ads|Ams|IecCritical|Simple|Pc|Create|Remove|EnumFind"
+    r"|Get|Set|Tc|System|Check|Scan|Split|IO)\w*|Ads\w+|ADSERR_\w+|DEVICE_[A-Z]+|TCEVENT\w*"
+    r"|SYSTEMSERVICE_\w+|OPENPATH\w*|Tc(?:Adds|Task)\w+|E_HRESULT\w+",
     "tc2_utilities": r"(?:FB|F|ST|E|T)_(?:Get|Set|Enum|Local|Connect|Disconnect|CSV|Buffered|Basic"
     r"|Reg(?:istry)?|Format|Mem|File|String|Hash|LinkedList|Translate|Scope|Rout|TimeZone|Tz|Ads"
     r"|Ams|AddRoute|RemoveRoute|Arg|U?Huge|U?Large|Fix|Fixed|DayOfWeek|IPv|Format)\w*|NT_\w+|PLC_\w+"
