@@ -24,6 +24,8 @@ def _run(*words: str) -> Any:
         (("axis", "list", "--json"), "No such command 'list'. Did you mean 'show'?"),
         (("bus", "show", "--json"), "No such command 'show'. Did you mean 'state'?"),
         (("bus", "get", "--json"), "No such command 'get'. Did you mean 'sdo'?"),
+        (("drive", "get", "--json"), "No such command 'get'. Did you mean 'bus sdo --served'?"),
+        (("new", "project", "x", "--json"), "argument(s) (x). Did you mean 'new NAME'?"),
         (("start", "--json"), "No such command 'start'. Did you mean 'run'?"),
         (("ads", "read", "--json"), "Missing argument"),
         (("ads", "state", "--net-id", "1.2", "--json"), "six numbers"),

@@ -71,6 +71,32 @@ _INSIDE = {
 }
 """Words of other tools inside a group, and ours for them: the first that the group has."""
 
+_MOVED = {
+    "ads router": "ads stats",
+    "ads symbols": "symbols",
+    "bus fault": "fault --bus",
+    "channel offsets": "channel show --offsets",
+    "channel tools": "channel show --tools",
+    "drive fault": "fault --served",
+    "drive get": "bus sdo --served",
+    "drive sdo": "bus sdo --served",
+    "drive set": "bus sdo --served",
+    "drive state": "bus state --served",
+    "drive watch": "bus state --served --watch",
+    "fault kinds": "fault list --kinds",
+    "fleet station": "fleet up --station",
+    "gcode check": "gcode FILE",
+    "gcode plot": "gcode FILE --plot",
+    "gcode time": "gcode FILE --time",
+    "certificate show": "certificate HOST",
+    "new project": "new NAME",
+    "new station": "new NAME --no-tests",
+    "new test": "new tests/test_NAME.py",
+    "plc end": "plc continue --end",
+    "router status": "ads stats",
+}
+"""Commands of earlier versions whose words are not those of ours, and what they are now."""
+
 _UsageError = cast(type[Exception], typer.BadParameter.__base__)
 _CommandError = cast(type[Exception], _UsageError.__base__)
 """Base of the exceptions from the command line's parser; Typer does not export it."""
@@ -117,10 +143,12 @@ class Front(TyperGroup):
 def _report(fault: Any) -> int:
     """Report an error of the command line; return the exit code."""
     fault.message = (fault.message or "").removeprefix("Value error, ")  # how the parser checks
-    if fault.message.startswith("Got unexpected extra argument"):
-        fault.message += _options(fault)
     unknown = fault.message.removeprefix("No such command '").partition("'")[0]
-    if near := _command_for(unknown, fault):  # what is meant goes before what is spelled alike
+    moved = _moved(unknown, fault)
+    if fault.message.startswith("Got unexpected extra argument"):
+        fault.message += "." if moved else _options(fault)
+    # what is meant goes before what is spelled alike
+    if near := moved or _command_for(unknown, fault):
         fault.message = f"{fault.message.partition(' Did you mean')[0]} Did you mean '{near}'?"
     if in_json():
         tell(fault.format_message(), name="USAGE" if isinstance(fault, _UsageError) else "FAILED")
@@ -129,6 +157,16 @@ def _report(fault: Any) -> int:
 
         rich_format_error(fault)
     return int(fault.exit_code)
+
+
+def _moved(word: str, fault: Any) -> str | None:
+    """Return what a command of an earlier version is now; its last word may be an argument."""
+    context = getattr(fault, "ctx", None)
+    if context is None:
+        return None
+    group = context.command_path.partition(" ")[2]
+    words = (word, *(str(value) for value in context.params.values()))
+    return next((_MOVED[typed] for one in words if (typed := f"{group} {one}") in _MOVED), None)
 
 
 def _command_for(word: str, fault: Any) -> str | None:
