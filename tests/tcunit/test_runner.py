@@ -197,6 +197,16 @@ def test_a_station_with_its_own_libraries(project: Write, standin: Path, tmp_pat
         run_tests(station)
 
 
+def test_a_solution_has_the_tests_of_its_plcs(project: Write, standin: Path) -> None:
+    project(source("TEST('adds');", "AssertTrue(FALSE, 'no');", "TEST_FINISHED();"))
+    project('<Project><Compile Include="ours.st"/></Project>', "Ours.plcproj")
+    solution = project(
+        '<TcSmProject><Plc><Project PrjFilePath="Ours.plcproj"/></Plc></TcSmProject>', "a.tsproj"
+    )
+    run = run_tests(solution, libraries=[standin])
+    assert run.count(TestOutcome.FAILED) == 1
+
+
 def test_type_classes_need_only_their_name_space(project: Write, standin: Path) -> None:
     """As TcUnit's own tests write them; a variable of that name comes first."""
     path = project(

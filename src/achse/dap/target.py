@@ -11,6 +11,7 @@ from achse.client import connect
 from achse.client.links.link import TcpDialer
 from achse.dap.link import DebugLink
 from achse.devices.station import SERVICE_PORT
+from achse.st.files.forms import has_station
 from achse.station import Station
 from achse.station.configuration.station_file import parse
 from achse.transport.tcp.listener import TCP_PORT
@@ -58,7 +59,7 @@ class Target:
         path = Path(program)
         if not path.exists():
             raise TargetError(f"launch: {path} does not exist")
-        if path.suffix.lower() == ".toml":
+        if has_station(path):
             return Station.load(path)
         libraries = self._settings.get("libraries", [])
         if not isinstance(libraries, list) or not all(isinstance(one, str) for one in libraries):

@@ -11,6 +11,7 @@ from achse.plc.code.execution import Execution
 from achse.plc.coverage.counters import CoverageCounters
 from achse.plc.coverage.results import CoverageResult, measured
 from achse.st.files.files import source_files
+from achse.st.files.forms import has_station
 from achse.st.lexis.source import SourceError
 from achse.st.typed.expressions import DirectTarget, Invocation
 from achse.st.typed.nodes import nodes_in
@@ -78,7 +79,7 @@ class TestBench:
         coverage: bool | Literal["conditions"],
     ) -> None:
         self._path = path
-        if path.suffix.lower() == ".toml":
+        if has_station(path):
             base, config = path.parent, load(path)
         else:
             source_files(path)  # says what is wrong with the path, before TcUnit is looked for

@@ -29,14 +29,14 @@ MARKER = "achse_station"
 
 _PROJECTS = "achse_plc_tests"
 _LIBRARIES = "achse_plc_libraries"
-_ENDINGS = (".plcproj", ".toml", ".st")
+_ENDINGS = (".plcproj", ".toml", ".st", ".sln", ".tsproj", ".tspproj")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the settings of PLC projects."""
     parser.addini(
         _PROJECTS,
-        "Projects with TcUnit tests: .plcproj, .st or station.toml, from the folder of this file.",
+        "Projects with TcUnit tests: station.toml, .sln, .tsproj, .plcproj, .st; from this folder.",
         type="paths",
         default=[],
     )

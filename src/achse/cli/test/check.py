@@ -102,12 +102,9 @@ def check(
         return
     if in_json:
         report = ReportFormat.JSON
-    from achse.st.files.forms import Content, has_content
+    from achse.st.files.forms import has_station
 
-    is_station = file.suffix.lower() == ".toml" or has_content(
-        file, Content.SYSTEM, Content.SOLUTION
-    )
-    is_project = not is_station and file.exists()
+    is_project = not has_station(file) and file.exists()
     if watch:
         if not is_project or report is not ReportFormat.TEXT:
             fail(f"--watch prints the findings of a PLC project as text: got {file}, {report}")

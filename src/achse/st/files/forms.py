@@ -8,7 +8,16 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from pathlib import Path, PurePath
 
-__all__ = ["FORMS", "Content", "FileForm", "files_with", "form_of", "has_content", "suffixes_of"]
+__all__ = [
+    "FORMS",
+    "Content",
+    "FileForm",
+    "files_with",
+    "form_of",
+    "has_content",
+    "has_station",
+    "suffixes_of",
+]
 
 
 class Content(Enum):
@@ -73,6 +82,11 @@ def has_content(file: PurePath, *contents: Content) -> bool:
     """Return True if a file's ending is that of one of these contents."""
     form = form_of(file)
     return form is not None and form.content in contents
+
+
+def has_station(file: PurePath) -> bool:
+    """Return True for a file that describes a whole station: a station.toml or a solution."""
+    return file.suffix.lower() == ".toml" or has_content(file, Content.SYSTEM, Content.SOLUTION)
 
 
 def suffixes_of(*contents: Content) -> tuple[str, ...]:
