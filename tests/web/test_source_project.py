@@ -59,6 +59,35 @@ async def test_places_of_findings_lie_in_sections(shown: Shows, project: Path) -
         assert (row["line"], row["column"]) == (2, 14)
 
 
+async def test_a_draft_that_is_left_is_forgotten(shown: Shows, project: Path) -> None:
+    async with shown(station(project), settings(project)) as it, it.page() as page:
+        await page.done("sources.check", project=0, file="MAIN.st", texts=["PROGRAM MAIN\nwrong"])
+        read = await page.done("sources.read", project=0, file="F_Twice.TcPOU")
+        assert read["findings"]["rows"] == []
+        texts = [each["text"] for each in read["sections"]]
+        await page.done("sources.check", project=0, file="MAIN.st", texts=["PROGRAM MAIN\nwrong"])
+        found = await page.done("sources.check", project=0, file="F_Twice.TcPOU", texts=texts)
+        assert found["rows"] == []
+
+
+async def test_what_other_programs_do_to_the_files_is_seen(shown: Shows, project: Path) -> None:
+    async with shown(station(project), settings(project)) as it, it.page() as page:
+        await page.done("sources.list")
+        (project / "F_Twice.TcPOU").unlink()
+        (project / "New.st").write_text("FUNCTION F_New : INT\nF_New := wrong;\nEND_FUNCTION\n")
+        [row] = await page.done("sources.list")
+        assert [each["file"] for each in row["files"]] == ["MAIN.st", "New.st"]
+        (project / "New.st").write_text("FUNCTION F_New : INT\nF_New := 1;\nEND_FUNCTION\n")
+        read = await page.done("sources.read", project=0, file="MAIN.st")
+        assert sum(read["findings"]["counts"].values()) == 0
+        for name in ("MAIN.st", "New.st"):
+            (project / name).unlink()
+        [row] = await page.done("sources.list")
+        assert row["files"] == []
+        refused = await page.refused("sources.check", project=0, file="MAIN.st", texts=[MAIN])
+        assert "MAIN.st" in refused["text"]
+
+
 async def test_errors_leave_the_program_as_it_is(shown: Shows, project: Path) -> None:
     async with shown(station(project), settings(project)) as it, it.page() as page:
         read = await page.done("sources.read", project=0, file="MAIN.st")

@@ -11,7 +11,7 @@ from achse.codes.links import SITE, finding_link, on_site
 from achse.plc.system_info import lists_of_runtime
 from achse.st.files.files import source_files
 from achse.st.files.sections import CodeSection, SectionError, edited, sections_of
-from achse.st.lexis.source import Diagnostic
+from achse.st.lexis.source import Diagnostic, SourceError
 from achse.st.workspace import Workspace
 from achse.web.messages import CallError
 from achse.web.settings import EditedProject
@@ -32,8 +32,9 @@ _LARGEST = 1 << 20
 class SourceProject:
     """The sources of one project, as pages edit them.
 
-    A text that a page is typing is a draft: it is checked as if it were saved, until the file is
-    read again. Not for two threads at once.
+    A text that a page is typing is a draft: it is checked as if it were saved. There is one at a
+    time: a check of another file, or a page that opens one, is told nothing of it. Not for two
+    threads at once.
     """
 
     def __init__(self, project: EditedProject) -> None:
@@ -41,12 +42,38 @@ class SourceProject:
         self._workspace = Workspace(
             project.path, libraries=project.libraries, given=lists_of_runtime
         )
+        self._draft: Path | None = None
+        self._names: dict[Path, str] = {}
+        """Sources of the project at the last look, and what they are called."""
+        self._stamps: dict[Path, tuple[int, int]] | None = None
+        self._look()
+
+    def _look(self) -> None:
+        """Take what other programs did to the files: came, went, changed."""
+        try:
+            names = dict(source_files(self._path))
+        except SourceError:
+            names = {}  # the findings tell why
+        stamps = {file: _stamp(file) for file in names}
+        before, self._names = self._stamps, names
+        self._stamps = stamps
+        if before is None:
+            return
+        if stamps.keys() != before.keys():
+            self._workspace.load()
+            return
+        for file in names:
+            if stamps[file] != before[file]:
+                self._workspace.reread(file)
 
     def _files(self) -> Iterator[tuple[Path, str]]:
         """Files whose code can be edited, with their names in the project."""
-        for file, name in source_files(self._path):
-            if file.suffix.lower() in EDITABLE and not self._leads_away(file):
+        for file, name in self._names.items():
+            if self._may_edit(file):
                 yield file, name
+
+    def _may_edit(self, file: Path) -> bool:
+        return file.suffix.lower() in EDITABLE and not self._leads_away(file)
 
     def _leads_away(self, file: Path) -> bool:
         """Return True for a file that a link takes out of the folder of the project."""
@@ -57,13 +84,14 @@ class SourceProject:
         )
 
     def _file(self, name: str) -> Path:
-        for file, known in self._files():
-            if known == name:
+        for file, known in self._names.items():
+            if known == name and self._may_edit(file):
                 return file
         raise CallError(f"file: expected a source of the project, got {name!r:.80}")
 
     def files(self) -> list[dict[str, Any]]:
         """Files that can be edited, each with the number of its errors."""
+        self._look()
         errors: dict[Path, int] = {}
         for finding in self._workspace.findings.errors:
             file = self._workspace.file_of(finding)
@@ -72,11 +100,11 @@ class SourceProject:
 
     def read(self, name: str) -> dict[str, Any]:
         """The code of a file as it is on disk; a draft of it is dropped."""
+        self._look()
         file = self._file(name)
         content = _content(file, name)
         sections = _sections(content, file, name)
-        self._workspace.close(file)
-        self._workspace.reread(file)
+        self._on_disk(file)
         return {
             "tag": _tag(content),
             "sections": [{"name": s.name, "kind": s.kind, "text": s.text} for s in sections],
@@ -86,7 +114,11 @@ class SourceProject:
     def check(self, name: str, texts: Sequence[str]) -> dict[str, Any]:
         """The findings with other code in a file, which becomes its draft."""
         file = self._file(name)
-        self._workspace.edit(file, _edited(_content(file, name), texts, file, name))
+        draft = _edited(_content(file, name), texts, file, name)
+        if self._draft != file:
+            self._drop_draft()
+        self._draft = file
+        self._workspace.edit(file, draft)
         return self.findings()
 
     def save(self, name: str, texts: Sequence[str], tag: str) -> dict[str, Any]:
@@ -100,14 +132,22 @@ class SourceProject:
             _write(file, saved)
         except OSError as failure:
             raise CallError(f"{name}: cannot be written: {failure.strerror}") from None
-        self._workspace.close(file)
-        self._workspace.reread(file)
+        self._on_disk(file)
         return {"tag": _tag(saved), "findings": self.findings()}
+
+    def _drop_draft(self) -> None:
+        if self._draft is not None:
+            self._workspace.close(self._draft)
+        self._draft = None
+
+    def _on_disk(self, file: Path) -> None:
+        """Check the project as it is on disk, a file of it anew."""
+        self._drop_draft()
+        self._workspace.reread(file)
 
     def findings(self) -> dict[str, Any]:
         """The findings of the project: their number by kind, and the first of them as rows."""
         found = self._workspace.findings
-        names = dict(source_files(self._path))
         sections: dict[Path, tuple[CodeSection, ...]] = {}
         rows: list[dict[str, Any]] = []
         kinds = {"error": found.errors, "warning": found.warnings, "unreached": found.unreached}
@@ -125,7 +165,7 @@ class SourceProject:
                     "kind": kind,
                     "code": finding.code.value,
                     "text": finding.message,
-                    "file": names.get(file, file.name),
+                    "file": self._names.get(file, file.name),
                     **place,
                     "link": link,
                 }
@@ -156,6 +196,14 @@ def _place(finding: Diagnostic, sections: Sequence[CodeSection]) -> dict[str, in
         column -= section.column - 1 if line == section.line else 0
         line -= section.line - 1
     return {"section": number, "line": line, "column": column}
+
+
+def _stamp(file: Path) -> tuple[int, int]:
+    try:
+        found = file.stat()
+    except OSError:
+        return 0, 0
+    return found.st_mtime_ns, found.st_size
 
 
 def _content(file: Path, name: str) -> bytes:

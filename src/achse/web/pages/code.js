@@ -229,15 +229,16 @@ class Editor {
     if (!this.isDraft) return true;
     this._later.cancel();
     const texts = this._current();
+    const { project, file } = this;
     const asked = ++this._asked;
-    const answer = await this._session.do("sources.save",
-      { project: this.project, file: this.file, texts, tag: this._tag }, `${this.file}: saved.`);
-    if (answer === undefined || asked !== this._asked) return false;
+    const answer = await this._session.do("sources.save", { project, file, texts, tag: this._tag }, `${file}: saved.`);
+    if (answer === undefined || file !== this.file || project !== this.project) return false;
+    // what is typed meanwhile is a draft of the file as it is saved now
     this._tag = answer.tag;
     this._saved = texts;
     this._changed();
-    this._told(answer.findings);
-    return true;
+    if (asked === this._asked) this._told(answer.findings);
+    return !this.isDraft;
   }
 
   async apply() {
