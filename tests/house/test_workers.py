@@ -99,7 +99,7 @@ def test_lost_worker_fails_its_test_only(tmp_path: Path) -> None:
     assert "7 failed, 12 passed, 3 skipped" in printed
     assert (
         len(re.findall(r"(?:achse-left-\w+(?:, )?){3} stayed in the temporary folder", printed))
-        == 1
+        >= 1  # twice where pytest shows messages whole, as in CI
     )
     assert printed.count("the worker ended during this test, exit code -9") >= 3
 

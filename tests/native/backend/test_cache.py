@@ -4,7 +4,9 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -157,10 +159,14 @@ def test_a_folder_that_may_not_be_entered_does_not_matter(
     saved = ObjectCache("pump", "01")
     saved.save(b"code")
 
-    def refuse(*_: object, **__: object) -> None:
-        raise PermissionError(13, "Permission denied")
+    def refusing(method: Callable[..., Any]) -> Callable[..., Any]:
+        def call(path: Path, *given: Any, **named: Any) -> Any:
+            if path.is_relative_to(saved.path.parent):
+                raise PermissionError(13, "Permission denied")
+            return method(path, *given, **named)
 
-    monkeypatch.setattr(Path, "stat", refuse)
-    assert saved.load() is None
-    monkeypatch.setattr(Path, "open", refuse)
-    assert saved.load() is None
+        return call
+
+    for name in ("stat", "open"):
+        monkeypatch.setattr(Path, name, refusing(getattr(Path, name)))
+        assert saved.load() is None
