@@ -141,7 +141,7 @@ class SourceProject:
         self._draft = None
 
     def _on_disk(self, file: Path) -> None:
-        """Check the project as it is on disk, a file of it anew."""
+        """Check the project as it is on disk, and read a file of it again."""
         self._drop_draft()
         self._workspace.reread(file)
 
