@@ -29,5 +29,11 @@ def test_code_is_typed_checked_and_applied(
         finding.wait_for(state="detached")
         page.get_by_role("button", name="Apply").click()
         page.get_by_role("cell", name="8", exact=True).wait_for()
+        code.fill("not saved")
+        page.once("dialog", lambda dialog: dialog.dismiss())
+        page.evaluate("location.hash = '#axes'")
+        assert code.input_value() == "not saved"
+        assert page.evaluate("location.hash").startswith("#code")
+        code.fill(MAIN.replace("7", "8"))
         assert (tmp_path / "MAIN.st").read_text() == MAIN.replace("7", "8")
         assert not tab.complaints

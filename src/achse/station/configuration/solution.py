@@ -8,6 +8,9 @@ only parameters that differ from the development system's defaults.
     <Motion><NC><SafTask CycleTime="20000"/>
       <Axis Id="1"><Name>X</Name><AxisPara><Velo Maximum="200"/></AxisPara></Axis></NC></Motion>
 
+PLC projects of one solution may reference one another as libraries, which are installed where they
+are developed: a folder with several projects is a folder of libraries, too.
+
 Source: project files of TwinCAT 3.1 (builds 4022 to 4026), seen in public projects.
 """
 
@@ -15,6 +18,7 @@ import logging
 import math
 import os
 import re
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path, PureWindowsPath
 from typing import Any, NamedTuple
@@ -225,6 +229,8 @@ def _of_solution(path: Path) -> dict[str, Any]:
     document: dict[str, Any] = {"name": path.stem[:_LONGEST_NAME], "plc": []}
     plc = project.find("Plc")
     ports: set[int] = set()
+    projects = [each for each in files_below(folder) if has_content(each, Content.PROJECT)]
+    libraries = {"libraries": [str(folder)]} if len(projects) > 1 else {}
     for element in () if plc is None else plc.all("Project"):
         place = folder
         if "File" in element.attributes:
@@ -241,7 +247,9 @@ def _of_solution(path: Path) -> dict[str, Any]:
         while port in ports:
             port += 1
         ports.add(port)
-        document["plc"].append({"port": port, "sources": str(files.named(place, name))})
+        document["plc"].append(
+            {"port": port, "sources": str(files.named(place, name)), **libraries}
+        )
     nc = _nc(folder, files, project)
     if nc is not None:
         place, element = nc
@@ -251,8 +259,8 @@ def _of_solution(path: Path) -> dict[str, Any]:
             document["nc"] = {"cycle": f"{cycle * _UNITS_OF_CYCLE_NS}ns"}
         if (count := len(element.all("Axis"))) > _MOST_AXES:
             raise ConfigError(f"{path}: expected up to {_MOST_AXES} axes, got {count}")
-        names: set[str] = set()
-        document["axis"] = [_axis(each, path, names) for each in _axes(files, place, element)]
+        document["axis"] = [_axis(each, path) for each in _axes(files, place, element)]
+        _tell_apart(document["axis"])
     return document
 
 
@@ -294,15 +302,10 @@ def _whole(text: str) -> int:
 # axes ----------------------------------------------------------------------------------------
 
 
-def _axis(element: Element, path: Path, names: set[str]) -> dict[str, Any]:
-    """An axis; `names` has those that are taken, which a name that is cut must not have."""
+def _axis(element: Element, path: Path) -> dict[str, Any]:
     name = element.text_of("Name").strip()
     axis: dict[str, Any] = {"id": _whole(element.attributes.get("Id", ""))}
     axis["name"] = name[:_LONGEST_NAME] or f"Axis {axis['id']}"
-    if len(name) > _LONGEST_NAME and axis["name"] in names:
-        end = f"~{axis['id']}"
-        axis["name"] = name[: _LONGEST_NAME - len(end)] + end
-    names.add(axis["name"])
     unit = _attribute(element, f"{_AXIS}/General", "UnitName")
     if unit:
         axis["unit"] = unit[:10]
@@ -319,6 +322,15 @@ def _axis(element: Element, path: Path, names: set[str]) -> dict[str, Any]:
         for key in keys if limit in axis else ():
             axis.setdefault(key, min(FIELDS[key].default, axis[limit]))
     return axis
+
+
+def _tell_apart(axes: list[dict[str, Any]]) -> None:
+    """Give axes of the same name, where it is too long for a station, names with their ids."""
+    names = Counter(axis["name"] for axis in axes)
+    for axis in axes:
+        if names[axis["name"]] > 1:
+            end = f" {axis['id']}"
+            axis["name"] = axis["name"][: _LONGEST_NAME - len(end)] + end
 
 
 def _attribute(element: Element, path: str, name: str) -> str | None:

@@ -259,8 +259,12 @@ document.querySelector(".skip").addEventListener("click", (event) => {
   at("main").focus();
 });
 addEventListener("keydown", pressed);
-addEventListener("hashchange", () => {
+addEventListener("hashchange", ({ oldURL }) => {
   if (!connection.hello) return;
+  if (page?.unmount?.mayLeave?.() === false) {
+    history.replaceState(null, "", oldURL);
+    return;
+  }
   open();
   at("main").focus({ preventScroll: false });
 });

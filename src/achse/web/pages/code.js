@@ -31,14 +31,18 @@ export function mount(element, session) {
   };
   addEventListener("beforeunload", closing);
   files.load(session.view.get("file")).then((row) => row && open(row));
-  return () => {
+  const unmount = () => {
     removeEventListener("beforeunload", closing);
     editor.end();
   };
+  return Object.assign(unmount, { mayLeave });
+
+  function mayLeave() {
+    return !editor.isDraft || globalThis.confirm("The file has changes that are not saved. Leave it?");
+  }
 
   function leaveFor(row) {
-    if (editor.isDraft && !globalThis.confirm("The file has changes that are not saved. Leave it?")) return;
-    open(row);
+    if (mayLeave()) open(row);
   }
 
   async function open(row, at = null) {

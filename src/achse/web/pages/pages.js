@@ -7,10 +7,10 @@
  *
  * `element` is an empty <div> for the page alone; `session` is what session.js describes (calls,
  * watches, the view in the URL, messages). The function that `mount` returns is called when the
- * page is left: it ends timers and listeners on `window`. Watches that the page made by
- * `session.watch` end by themselves. Whatever comes from the target is shown as text only: build
- * elements by `h` of dom.js, never from strings of HTML. No style attributes: the content policy
- * refuses them (set classes, or `element.style.…` from code).
+ * page is left: it ends timers and listeners on `window`; its property `mayLeave`, if it has one, is
+ * asked before that. Watches that the page made by `session.watch` end by themselves. Whatever comes
+ * from the target is shown as text only: build elements by `h` of dom.js, never from strings of HTML.
+ * No style attributes: the content policy refuses them (set classes, or `element.style.…` from code).
  *
  * - name: in the URL, `#name?key=value`; also the key of the page's title in the navigation
  * - title: in the navigation and as heading
