@@ -126,7 +126,9 @@ def test_where_memory_may_not_be_executed_there_is_no_compiler(
         if sys.platform == "linux":
             assert not compiler_installed()
             assert "this system refuses memory for machine code" in caplog.text
-            with pytest.raises(OSError, match="expected memory for machine code"):
+            with pytest.raises(
+                object_file.ExecutableMemoryError, match="expected memory for machine code"
+            ):
                 MachineCode(content, ModuleInterface({}))
     finally:
         for each in once:

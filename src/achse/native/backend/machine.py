@@ -61,10 +61,8 @@ class Effort(Enum):
 
 def compiler_installed() -> bool:
     """Return True if llvmlite can be imported, without importing it, and its code be executed."""
-    if not _told_executable():
-        return False
     with suppress(ValueError):  # find_spec of a module that is None in sys.modules
-        return importlib.util.find_spec("llvmlite") is not None
+        return importlib.util.find_spec("llvmlite") is not None and _told_executable()
     return False
 
 
@@ -139,9 +137,11 @@ class _LoadedModule:
         self._load(content)
 
     def _load(self, content: bytes) -> None:
-        """Let LLVM load the file. Raises OSError where memory may not be executed."""
+        """Let LLVM load the file. Raises ExecutableMemoryError."""
         if not object_file.memory_may_be_executed():
-            raise OSError("expected memory for machine code, this system refuses it")
+            raise object_file.ExecutableMemoryError(
+                "expected memory for machine code, this system refuses it"
+            )
         import llvmlite.binding as llvm
 
         engine = llvm.create_mcjit_compiler(

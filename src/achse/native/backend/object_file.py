@@ -16,7 +16,13 @@ from enum import IntEnum, IntFlag
 from functools import cache
 from typing import NamedTuple
 
-__all__ = ["ObjectFile", "ObjectFileError", "is_supported", "memory_may_be_executed"]
+__all__ = [
+    "ExecutableMemoryError",
+    "ObjectFile",
+    "ObjectFileError",
+    "is_supported",
+    "memory_may_be_executed",
+]
 
 _MAGIC = b"\x7fELF\x02\x01"
 """64 bits, the lowest byte first."""
@@ -41,6 +47,10 @@ _JUMP_SIZE = 6
 
 class ObjectFileError(ValueError):
     """An object file is not of the kind that is loaded here."""
+
+
+class ExecutableMemoryError(RuntimeError):
+    """The system refuses memory for machine code."""
 
 
 class _Type(IntEnum):

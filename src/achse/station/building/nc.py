@@ -19,6 +19,7 @@ from achse.motion.tables.function import MotionPoint
 from achse.motion.tables.joining import Boundary
 from achse.motion.tables.limits import TableLimits
 from achse.motion.tables.text import TableContent, TableTextError, content_of
+from achse.native.backend.object_file import ExecutableMemoryError
 from achse.native.sampling import KERNEL as SAMPLING
 from achse.station.building.building import Building
 from achse.station.clocks.phases import NcPhase
@@ -122,6 +123,8 @@ def nc_of(config: StationConfig, base: Path) -> Nc:
         raise ConfigError(f"table: {fault}") from None
     except ImportError as failure:
         raise ConfigError(f"{needs_extra('nc.kernel: compiled', 'fast')} ({failure})") from None
+    except ExecutableMemoryError as failure:
+        raise ConfigError(f"nc.kernel: compiled: {failure}") from None
     limits = config.limits
     nc.tables.limits = TableLimits(limits.table_numbers, limits.all_table_numbers)
     return nc
