@@ -127,18 +127,23 @@ def tick_at_rest() -> Call:
     return lambda: station.advance(0.01)
 
 
+def move_without_end(station: Any, client: Requester, axis: int) -> None:
+    """Enable an axis, give it full override, and start it without end."""
+    for group, offset, data in (
+        (0x4300, 0x01, struct.pack("<I", 7)),
+        (0x4300, 0x21, struct.pack("<I", 1_000_000)),
+        (0x4200, 0x20, struct.pack("<I4xdd", 3, 0.0, 100.0)),
+    ):
+        place = struct.pack("<III", group + axis, offset, len(data))
+        client.request(501, WRITE, place + data)()
+        station.advance(0.1)
+
+
 def tick_moving() -> Call:
     """Set up a station whose axes move without end."""
     station, client = demo()
     for axis in range(1, 4):
-        for group, offset, data in (
-            (0x4300, 0x01, struct.pack("<I", 7)),
-            (0x4300, 0x21, struct.pack("<I", 1_000_000)),
-            (0x4200, 0x20, struct.pack("<I4xdd", 3, 0.0, 100.0)),
-        ):
-            place = struct.pack("<III", group + axis, offset, len(data))
-            client.request(501, WRITE, place + data)()
-            station.advance(0.1)
+        move_without_end(station, client, axis)
     station.advance(2.0)
     return lambda: station.advance(0.01)
 
@@ -211,14 +216,7 @@ def _watched(moving: bool, other_cycle_ns: int = 0) -> Call:
     target = AmsAddress.of(station.router.net_id, 501)
     for axis in range(1, 5):
         if moving:
-            for group, offset, data in (
-                (0x4300, 0x01, struct.pack("<I", 7)),
-                (0x4300, 0x21, struct.pack("<I", 1_000_000)),
-                (0x4200, 0x20, struct.pack("<I4xdd", 3, 0.0, 100.0)),
-            ):
-                place = struct.pack("<III", group + axis, offset, len(data))
-                client.request(501, WRITE, place + data)()
-                station.advance(0.1)
+            move_without_end(station, client, axis)
         for offset, size in WATCHED:
             body = struct.pack("<IIIIII16x", 0x4100 + axis, offset, size, 4, 0, 100_000)
             frame = Frame(

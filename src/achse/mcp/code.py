@@ -1,6 +1,5 @@
 """Code of a project: symbols by name, the text of one unit, and edits of one place."""
 
-import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,6 +9,7 @@ from achse.mcp.folder import FolderError, ProjectFolder
 from achse.mcp.results import CodeExcerpt, SymbolMatch, SymbolMatches
 from achse.st.files.files import content_of
 from achse.st.files.forms import Content, has_content
+from achse.st.files.sections import replace_source
 from achse.st.lexis.source import Source
 from achse.st.syntax.units import Action
 from achse.st.workspace import Workspace
@@ -150,10 +150,7 @@ def edit_file(
         raise CodeError(f"old: expected a text that is in the code of {file} once, it is {count}")
     at = places[0]
     edited = text[:at] + new + text[at + len(old) :]
-    waiting = path.with_name(f".{path.name}.new")
-    with open(waiting, "xb") as stream:
-        stream.write(edited.encode("utf-8"))
-    os.replace(waiting, path)
+    replace_source(path, edited.encode("utf-8"))
     return path, text.count("\n", 0, at) + 1
 
 

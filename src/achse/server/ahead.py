@@ -1,7 +1,7 @@
 """Samples ahead: machine code samples and encodes coming moments, as long as nothing else is due.
 
-In virtual time nobody looks in between. What clients get, and when in their streams, is the same as
-with samples one by one.
+In virtual time a station is not observed between two moments. Clients get the same, at the same
+place of their streams, as with samples one by one.
 """
 
 from collections.abc import Callable, Sequence

@@ -99,7 +99,7 @@ class SampleBudget:
         self.late = 0
         """Samples that were due again before they were taken, so far: they are missing."""
         self.first_due_ns: float = math.inf
-        """Time before which nobody has samples due, ns."""
+        """Time before which no samples are due, ns."""
         self.share = 1.0
         """Of the budget: less while the station is behind the clock."""
         self._since: int | None = None

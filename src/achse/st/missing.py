@@ -1,5 +1,5 @@
-"""Libraries that a project references and nobody has, or that lack a name that it uses: which units
-need them, and for what.
+"""Libraries that a project references and that are not here, or that lack a name that it uses,
+and the units that need them.
 
 Source: names as public projects and their symbol files use them.
 """

@@ -2,7 +2,6 @@
 
 import hashlib
 import os
-import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,17 +9,23 @@ from typing import Any
 from achse.codes.links import SITE, finding_link, on_site
 from achse.plc.system_info import lists_of_runtime
 from achse.st.files.files import source_files
-from achse.st.files.sections import CodeSection, SectionError, edited, sections_of
+from achse.st.files.forms import Content, has_content
+from achse.st.files.sections import (
+    CodeSection,
+    SectionError,
+    edited,
+    replace_source,
+    sections_of,
+)
 from achse.st.lexis.source import Diagnostic, SourceError
 from achse.st.workspace import Workspace
 from achse.web.messages import CallError
 from achse.web.settings import EditedProject
 
-__all__ = ["EDITABLE", "MOST_FINDINGS", "SourceProject"]
+__all__ = ["MOST_FINDINGS", "SourceProject"]
 
-_TEXT = ".st"
-EDITABLE = (_TEXT, ".tcpou", ".tcgvl", ".tcdut", ".tcio")
-"""Endings of the files whose code can be edited, in lower case."""
+_EDITABLE = (Content.TEXT, Content.ENVELOPE)
+"""Contents of the files whose code can be edited."""
 
 MOST_FINDINGS = 200
 """Findings that a page is sent at most; the rest is counted."""
@@ -44,7 +49,7 @@ class SourceProject:
         )
         self._draft: Path | None = None
         self._names: dict[Path, str] = {}
-        """Sources of the project at the last look, and what they are called."""
+        """Names of the project's sources at the last look."""
         self._stamps: dict[Path, tuple[int, int]] | None = None
         self._look()
 
@@ -73,7 +78,7 @@ class SourceProject:
                 yield file, name
 
     def _may_edit(self, file: Path) -> bool:
-        return file.suffix.lower() in EDITABLE and not self._leads_away(file)
+        return has_content(file, *_EDITABLE) and not self._leads_away(file)
 
     def _leads_away(self, file: Path) -> bool:
         """Return True for a file that a link takes out of the folder of the project."""
@@ -129,7 +134,7 @@ class SourceProject:
             raise CallError(f"{name} was written by another program meanwhile: read it again")
         saved = _edited(content, texts, file, name)
         try:
-            _write(file, saved)
+            replace_source(file, saved)
         except OSError as failure:
             raise CallError(f"{name}: cannot be written: {failure.strerror}") from None
         self._on_disk(file)
@@ -174,7 +179,7 @@ class SourceProject:
 
     def _sections_now(self, file: Path) -> tuple[CodeSection, ...]:
         """Sections of a file or its draft; none if it has no code that can be edited."""
-        if file.suffix.lower() not in EDITABLE:
+        if not has_content(file, *_EDITABLE):
             return ()
         draft = self._workspace.text_of(file)
         try:
@@ -217,33 +222,17 @@ def _content(file: Path, name: str) -> bytes:
 
 def _sections(content: bytes, file: Path, name: str) -> tuple[CodeSection, ...]:
     try:
-        return sections_of(content, is_xml=file.suffix.lower() != _TEXT)
+        return sections_of(content, is_xml=has_content(file, Content.ENVELOPE))
     except SectionError as failure:
         raise CallError(f"{name}: {failure}") from None
 
 
 def _edited(content: bytes, texts: Sequence[str], file: Path, name: str) -> bytes:
     try:
-        return edited(content, texts, is_xml=file.suffix.lower() != _TEXT)
+        return edited(content, texts, is_xml=has_content(file, Content.ENVELOPE))
     except SectionError as failure:
         raise CallError(f"{name}: {failure}") from None
 
 
 def _tag(content: bytes) -> str:
     return hashlib.blake2b(content, digest_size=12).hexdigest()
-
-
-def _write(file: Path, content: bytes) -> None:
-    """Replace a file in one step; a link stays one. Raises OSError."""
-    target = file.resolve()
-    handle, waiting = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.chmod(waiting, target.stat().st_mode & 0o7777)
-        os.replace(waiting, target)
-    except BaseException:
-        Path(waiting).unlink(missing_ok=True)
-        raise

@@ -1,10 +1,18 @@
 """Code sections of source files: found, changed, and nothing else touched."""
 
+from pathlib import Path
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.st.files.sections import CodeSection, SectionError, edited, sections_of
+from achse.st.files.sections import (
+    CodeSection,
+    SectionError,
+    edited,
+    replace_source,
+    sections_of,
+)
 
 POU = """\ufeff<?xml version="1.0" encoding="utf-8"?>\r
 <TcPlcObject Version="1.1.0.1">\r
@@ -97,3 +105,16 @@ def test_what_a_file_cannot_hold_is_refused(
 ) -> None:
     with pytest.raises(SectionError, match=told):
         edited(content, texts, is_xml=is_xml)
+
+
+def test_a_file_is_replaced_whole_with_its_permissions(tmp_path: Path) -> None:
+    file, link = tmp_path / "MAIN.st", tmp_path / "link.st"
+    file.write_bytes(b"old")
+    file.chmod(0o640)
+    link.symlink_to(file)
+    replace_source(link, b"new")
+    assert (file.read_bytes(), file.stat().st_mode & 0o777) == (b"new", 0o640)
+    assert link.is_symlink()
+    with pytest.raises(OSError, match="directory"):
+        replace_source(tmp_path / "gone" / "MAIN.st", b"new")
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["MAIN.st", "link.st"]

@@ -34,7 +34,7 @@ _SYMBOL = struct.Struct("<IBBHQQ")
 _RELOCATION = struct.Struct("<QQq")
 
 _FRAMES = ".eh_frame"
-"""Section for those who unwind stacks, whom nobody calls here."""
+"""Section for unwinding the stack, which machine code does not do here."""
 
 _UNDEFINED, _RESERVED, _COMMON = 0, 0xFF00, 0xFFF2
 """Section numbers of symbols."""

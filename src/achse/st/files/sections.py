@@ -6,12 +6,15 @@ A text file is one section. In the XML files of TwinCAT 3 each CDATA part of a `
 Source: files of TwinCAT 3 projects, seen in public projects.
 """
 
+import os
 import re
+import tempfile
 from collections.abc import Sequence
+from pathlib import Path
 from typing import NamedTuple
 from xml.parsers import expat
 
-__all__ = ["CodeSection", "SectionError", "edited", "sections_of"]
+__all__ = ["CodeSection", "SectionError", "edited", "replace_source", "sections_of"]
 
 _HEAD = len("<![CDATA[")
 _KINDS = {"Declaration": "declaration", "ST": "implementation"}
@@ -136,3 +139,20 @@ def edited(content: bytes, texts: Sequence[str], *, is_xml: bool) -> bytes:
             sign = text[failure.start]
             raise SectionError(f"the file is in {encoding}, which has no {sign!r}") from None
     return b"".join([*pieces, content[at:]])
+
+
+def replace_source(file: Path, content: bytes) -> None:
+    """Replace a file in one step, with its permissions; a link stays one. Raises OSError."""
+    target = file.resolve()
+    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    waiting = Path(name)
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+        waiting.chmod(target.stat().st_mode & 0o7777)
+        waiting.replace(target)
+    except BaseException:
+        waiting.unlink(missing_ok=True)
+        raise

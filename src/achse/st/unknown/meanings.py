@@ -63,10 +63,35 @@ _COMPARING = ("=", "<>", "<", "<=", ">", ">=")
 _LONG_SUM = 8
 """Most operands of one expression whose types are looked up."""
 _BUILT_IN = frozenset(
-    """ADR ADRINST BITADR SIZEOF XSIZEOF INDEXOF LOWER_BOUND UPPER_BOUND TEST_AND_SET TIME LTIME
-    __NEW __DELETE __ISVALIDREF __QUERYINTERFACE __QUERYPOINTER __VARINFO __POUNAME __POSITION
-    __CURRENTTASK TWINCAT_SYSTEMINFOVARLIST _APPINFO _TASKINFO
-    GETCURTASKINDEXEX F_RAISEEXCEPTION SUCCEEDED FAILED""".split()  # noqa: SIM905
+    (
+        "ADR",
+        "ADRINST",
+        "BITADR",
+        "SIZEOF",
+        "XSIZEOF",
+        "INDEXOF",
+        "LOWER_BOUND",
+        "UPPER_BOUND",
+        "TEST_AND_SET",
+        "TIME",
+        "LTIME",
+        "__NEW",
+        "__DELETE",
+        "__ISVALIDREF",
+        "__QUERYINTERFACE",
+        "__QUERYPOINTER",
+        "__VARINFO",
+        "__POUNAME",
+        "__POSITION",
+        "__CURRENTTASK",
+        "TWINCAT_SYSTEMINFOVARLIST",
+        "_APPINFO",
+        "_TASKINFO",
+        "GETCURTASKINDEXEX",
+        "F_RAISEEXCEPTION",
+        "SUCCEEDED",
+        "FAILED",
+    )
 )
 """Names that need no declaration."""
 
