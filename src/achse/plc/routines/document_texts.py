@@ -1,9 +1,21 @@
-"""Texts of PLC programs that documents are read from and written to."""
+"""Documents of PLC programs, and the texts that they are read from and written to."""
+
+from abc import ABC, abstractmethod
+from typing import Generic, Protocol, TypeVar
 
 from achse.plc.code.faults import PlcFault
 from achse.plc.routines.builtins import BuiltinContext
 
-__all__ = ["LONGEST_TEXT", "PendingFile", "copy_part", "copy_text", "decoded", "text_at"]
+__all__ = [
+    "LONGEST_TEXT",
+    "KeptDocuments",
+    "KeptNode",
+    "PendingFile",
+    "copy_part",
+    "copy_text",
+    "decoded",
+    "text_at",
+]
 
 LONGEST_TEXT = 1 << 22
 """Bytes of the longest text that is read."""
@@ -63,3 +75,65 @@ class PendingFile:
         pending = self._bytes.setdefault(document, bytearray())
         pending += data[: LONGEST_TEXT - len(pending)]
         return decoded(bytes(self._bytes.pop(document))) if is_last else None
+
+
+class KeptNode(Protocol):
+    """A node of a document, known by its number."""
+
+    number: int
+
+
+Node = TypeVar("Node", bound=KeptNode)
+"""Type of the nodes of a kind of document."""
+
+
+class KeptDocuments(ABC, Generic[Node]):
+    """The documents of one PLC: each is a tree of nodes, which programs know by numbers."""
+
+    def __init__(self) -> None:
+        self._roots: dict[int, Node] = {}
+        self._last = 0
+        self._pending = PendingFile()
+
+    def start(self, document: int) -> int:
+        """Return the number of an empty document: number 0 gets a new one."""
+        if document not in self._roots:
+            document = self._next()
+        else:
+            self._drop(self._roots[document])
+        self._roots[document] = self._keep(self._empty(), None)
+        return document
+
+    def end(self, document: int) -> None:
+        """Forget a document."""
+        root = self._roots.pop(document, None)
+        if root is not None:
+            self._drop(root)
+
+    def root(self, document: int) -> int:
+        """Return the number of the node that holds the whole document."""
+        root = self._roots.get(document)
+        return 0 if root is None else root.number
+
+    @abstractmethod
+    def read(self, document: int, text: str) -> bool:
+        """Put a text into a document; False if it is not of its form."""
+        ...
+
+    def feed(self, document: int, data: bytes, is_last: bool) -> bool:
+        """Put the next bytes of a file into a document, which is read with the last of them."""
+        text = self._pending.add(document, data, is_last)
+        return text is None or self.read(document, text)
+
+    def _next(self) -> int:
+        self._last += 1
+        return self._last
+
+    @abstractmethod
+    def _empty(self) -> Node: ...
+
+    @abstractmethod
+    def _keep(self, node: Node, parent: Node | None) -> Node: ...
+
+    @abstractmethod
+    def _drop(self, node: Node) -> None: ...

@@ -19,7 +19,7 @@ from weakref import WeakKeyDictionary
 from achse.plc.routines.builtins import BuiltinContext, FunctionBody
 from achse.plc.routines.document_texts import (
     LONGEST_TEXT,
-    PendingFile,
+    KeptDocuments,
     copy_part,
     copy_text,
     decoded,
@@ -75,25 +75,14 @@ class _Value:
         return self.content
 
 
-class JsonDocuments:
+class JsonDocuments(KeptDocuments[_Value]):
     """The documents of one PLC."""
 
     def __init__(self) -> None:
+        super().__init__()
         self._values: dict[int, _Value] = {}
-        self._roots: dict[int, _Value] = {}
-        self._last = 0
-        self._pending = PendingFile()
 
     # documents -------------------------------------------------------------------------------
-
-    def start(self, document: int) -> int:
-        """An empty document: number 0 gets a new one. Gives its number."""
-        if document not in self._roots:
-            document = self._next()
-        else:
-            self._drop(self._roots[document])
-        self._roots[document] = self._keep(_Value(JsonKind.NULL), None)
-        return document
 
     def read(self, document: int, text: str) -> bool:
         """Put a text into a document; whether it is JSON. If not, the document is empty."""
@@ -107,26 +96,6 @@ class JsonDocuments:
         self._drop(self._roots[document])
         self._roots[document] = self._keep(made, None)
         return True
-
-    def feed(self, document: int, data: bytes, is_last: bool) -> bool:
-        """Put the next bytes of a file into a document, which is read with the last of them."""
-        text = self._pending.add(document, data, is_last)
-        return text is None or self.read(document, text)
-
-    def end(self, document: int) -> None:
-        """Nobody needs the document any more."""
-        root = self._roots.pop(document, None)
-        if root is not None:
-            self._drop(root)
-
-    def root(self, document: int) -> int:
-        """The value that is the whole document."""
-        root = self._roots.get(document)
-        return 0 if root is None else root.number
-
-    def _next(self) -> int:
-        self._last += 1
-        return self._last
 
     def _made(self, plain: Any, depth: int) -> _Value:
         if depth > _DEEPEST:
@@ -147,6 +116,9 @@ class JsonDocuments:
         if isinstance(plain, bool):
             return _Value(JsonKind.TRUE if plain else JsonKind.FALSE, plain)
         return _Value(JsonKind.NUMBER, plain)
+
+    def _empty(self) -> _Value:
+        return _Value(JsonKind.NULL)
 
     def _keep(self, value: _Value, parent: _Value | None) -> _Value:
         waiting: list[tuple[_Value, _Value | None]] = [(value, parent)]

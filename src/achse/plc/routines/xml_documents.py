@@ -16,7 +16,7 @@ from xml.parsers import expat
 from xml.sax.saxutils import escape
 
 from achse.plc.routines.builtins import BuiltinContext, FunctionBody
-from achse.plc.routines.document_texts import PendingFile, copy_part, copy_text, text_at
+from achse.plc.routines.document_texts import KeptDocuments, copy_part, copy_text, text_at
 
 __all__ = ["XML_FUNCTIONS", "XmlDocuments"]
 
@@ -59,36 +59,14 @@ class _Item:
         return made
 
 
-class XmlDocuments:
+class XmlDocuments(KeptDocuments[_Item]):
     """The documents of one PLC."""
 
     def __init__(self) -> None:
+        super().__init__()
         self._items: dict[int, _Item] = {}
-        self._roots: dict[int, _Item] = {}
-        self._pending = PendingFile()
-        self._last = 0
 
     # documents -------------------------------------------------------------------------------
-
-    def start(self, document: int) -> int:
-        """Return the number of an empty document: number 0 gets a new one."""
-        if document not in self._roots:
-            document = self._next()
-        else:
-            self._drop(self._roots[document])
-        self._roots[document] = self._keep(_Item(""), None)
-        return document
-
-    def end(self, document: int) -> None:
-        """Forget a document."""
-        root = self._roots.pop(document, None)
-        if root is not None:
-            self._drop(root)
-
-    def root(self, document: int) -> int:
-        """Return the number of the node that top elements are in."""
-        root = self._roots.get(document)
-        return 0 if root is None else root.number
 
     def read(self, document: int, text: str) -> bool:
         """Put a text into a document; False if it is not XML: then the document is empty."""
@@ -99,11 +77,6 @@ class XmlDocuments:
         self._drop(self._roots[document])
         self._roots[document] = self._keep(made, None)
         return True
-
-    def feed(self, document: int, data: bytes, is_last: bool) -> bool:
-        """Put the next bytes of a file into a document, which is read with the last of them."""
-        text = self._pending.add(document, data, is_last)
-        return text is None or self.read(document, text)
 
     # items -----------------------------------------------------------------------------------
 
@@ -203,9 +176,8 @@ class XmlDocuments:
             return _DECLARATION + "".join(_lines(item.children or (), 0))
         return "".join(_lines([item], 0)) if item.children is not None else ""
 
-    def _next(self) -> int:
-        self._last += 1
-        return self._last
+    def _empty(self) -> _Item:
+        return _Item("")
 
     def _keep(self, made: _Item, parent: _Item | None) -> _Item:
         waiting: list[tuple[_Item, _Item | None]] = [(made, parent)]
