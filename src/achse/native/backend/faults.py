@@ -55,16 +55,16 @@ TRAIL_LENGTH = 64
 """Places of a trail that are kept: those next to the fault."""
 
 RUNTIME = f"""\
-{BUDGET} = global i64 0
-{DEPTH} = global i64 0
-{FAULT} = global [3 x i64] zeroinitializer
+{BUDGET} = dso_local global i64 0
+{DEPTH} = dso_local global i64 0
+{FAULT} = dso_local global [3 x i64] zeroinitializer
 define internal void {RAISE}(i64 %number, i64 %first, i64 %second) cold noinline nounwind {{
   store i64 %number, ptr {FAULT}
   store i64 %first, ptr getelementptr (i8, ptr {FAULT}, i64 8)
   store i64 %second, ptr getelementptr (i8, ptr {FAULT}, i64 16)
   ret void
 }}
-{TRAIL} = global [{TRAIL_LENGTH + 1} x i64] zeroinitializer
+{TRAIL} = dso_local global [{TRAIL_LENGTH + 1} x i64] zeroinitializer
 define internal void {PASS}(i64 %place) cold noinline nounwind {{
   %length = load i64, ptr {TRAIL}
   %full = icmp uge i64 %length, {TRAIL_LENGTH}

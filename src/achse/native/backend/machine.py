@@ -54,7 +54,7 @@ class Effort(Enum):
     """Effort of the compiler: LLVM's level."""
 
     FAST = 0
-    """No passes, the quick selection of instructions: 40 µs for a statement."""
+    """No passes, the quick selection of instructions: 20 µs for a statement."""
     FULL = 2
     """LLVM's O2, without loops unrolled or made vectors: floats stay as they are."""
 
@@ -391,19 +391,19 @@ def _target_machine(effort: Effort) -> Any:
         features=llvm.get_host_cpu_features().flatten(),
         opt=effort.value,
         jit=True,
-        **_addressing(effort),
+        **_addressing(),
     )
 
 
-def _addressing(effort: Effort) -> dict[str, str]:
+def _addressing() -> dict[str, str]:
     """Return the addressing of constants and functions; LLVM's own choice is by addresses of 64
     bits.
 
-    On x86-64 these are three instructions for each constant and call, a tenth of a kernel. Offsets
-    do where all of an object file lies close together, and calls outside go by a table; the quick
-    selection of instructions knows no such table.
+    On x86-64 these are three instructions for each constant and call, a tenth of a kernel, and the
+    quick selection of instructions leaves such calls to the slow one. Offsets do where all of an
+    object file lies close together; calls outside go by a table.
     """
-    if effort is Effort.FULL and sys.platform == "linux" and platform.machine() == "x86_64":
+    if sys.platform == "linux" and platform.machine() == "x86_64":
         return {"codemodel": "small", "reloc": "pic"}
     return {"codemodel": "jitdefault"}
 

@@ -175,13 +175,16 @@ class ModuleBuilder:
             f"{symbol} = private constant {_characters(content)}, align 8"
             for content, symbol in self._data.items()
         ]
-        pointers = [f"{callback.symbol} = global ptr null" for callback in self._callbacks.values()]
+        pointers = [
+            f"{callback.symbol} = dso_local global ptr null"
+            for callback in self._callbacks.values()
+        ]
         words = [
-            f'@"words.{name}" = global [{count} x i64] zeroinitializer'
+            f'@"words.{name}" = dso_local global [{count} x i64] zeroinitializer'
             for name, count in self._words.items()
         ]
         tables = [
-            f'@"table.{name}" = constant [{len(functions)} x ptr] [{_pointers(functions)}]'
+            f'@"table.{name}" = dso_local constant [{len(functions)} x ptr] [{_pointers(functions)}]'
             for name, functions in self._tables.items()
         ]
         used = [*self._declared.values(), *data, *pointers, *words, *tables]
@@ -190,7 +193,7 @@ class ModuleBuilder:
         if any(guards):
             used.append(measuring([guard for guard in guards if guard is not None]))
         if self.notes:
-            used.append(f"{NOTES} = constant {_characters(_counted(self.notes))}")
+            used.append(f"{NOTES} = dso_local constant {_characters(_counted(self.notes))}")
         return "\n".join([*used, *bodies, f"{EMPTY_NOTE} = !{{}}", _CALLS])
 
     def _is_exported(self, function: CallTarget) -> bool:

@@ -42,7 +42,7 @@ MEASURING_STACK = 32 << 20
 
 _LARGEST_FRAME = 30 << 20
 
-STACK_RUNTIME = f"{STACK} = global [3 x i64] zeroinitializer"
+STACK_RUNTIME = f"{STACK} = dso_local global [3 x i64] zeroinitializer"
 
 _MARGIN = 256
 """Bytes on top of a frame as measured, for what a call pushes."""
