@@ -184,7 +184,8 @@ class ModuleBuilder:
             for name, count in self._words.items()
         ]
         tables = [
-            f'@"table.{name}" = dso_local constant [{len(functions)} x ptr] [{_pointers(functions)}]'
+            f'@"table.{name}" = dso_local constant'
+            f" [{len(functions)} x ptr] [{_pointers(functions)}]"
             for name, functions in self._tables.items()
         ]
         used = [*self._declared.values(), *data, *pointers, *words, *tables]
