@@ -16,6 +16,7 @@ from achse.client.nc.blocking_tables import RemoteTable
 from achse.client.nc.status import AxisStatus
 from achse.client.scope_blocking import BlockingScope
 from achse.client.wrapper import ContextWrapper, Wrapper, blocking, wrapping
+from tests.public_names import public_names
 
 
 class Line:
@@ -114,7 +115,7 @@ def test_docstring_shows_blocking_code() -> None:
     "kind",
     [
         *(client.Target, client.Client, client.Subscription, BlockingScope, RemoteTable),
-        *(getattr(nc, name) for name in nc.__all__),
+        *(getattr(nc, name) for name in public_names(nc)),
     ],
 )
 def test_no_docstring_of_the_blocking_client_shows_asyncio(kind: type) -> None:

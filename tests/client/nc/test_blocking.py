@@ -8,12 +8,13 @@ import pytest
 from achse.client import nc
 from achse.client.nc import AxisTimeout, blocking
 from achse.testing import LiveStation
+from tests.public_names import public_names
 
 NOT_FOR_USERS = {"located", "request", "follow", "nc", "known_unit", "target", "decoded", "service"}
 """Of the awaited form: what its own modules use."""
 
 
-@pytest.mark.parametrize("name", blocking.__all__)
+@pytest.mark.parametrize("name", public_names(blocking))
 def test_it_has_the_same_methods_with_the_same_arguments(name: str) -> None:
     awaited, blocked = getattr(nc, name), getattr(blocking, name)
     public = {each for each in dir(awaited) if not each.startswith("_")} - NOT_FOR_USERS

@@ -8,6 +8,7 @@ import pytest
 from achse.ams import AdsError, DeviceError
 from achse.client.nc import AxisAborted, AxisError, AxisRefused
 from achse.client.nc import errors as module
+from tests.public_names import public_names
 
 
 def test_they_name_axis_code_and_meaning() -> None:
@@ -17,7 +18,7 @@ def test_they_name_axis_code_and_meaning() -> None:
     assert str(AxisAborted(0, "X", "was stopped")) == "X: was stopped"
 
 
-@pytest.mark.parametrize("name", module.__all__)
+@pytest.mark.parametrize("name", public_names(module))
 def test_each_is_an_ads_error_that_can_be_copied(name: str) -> None:
     kind: type[AxisError] = getattr(module, name)
     error = kind(0x4260, "Y", "in error")

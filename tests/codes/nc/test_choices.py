@@ -6,8 +6,9 @@ import pytest
 
 from achse.codes.nc import choices
 from achse.motion import states
+from tests.public_names import public_names
 
-KINDS: list[type[IntEnum]] = [getattr(choices, name) for name in choices.__all__]
+KINDS: list[type[IntEnum]] = [getattr(choices, name) for name in public_names(choices)]
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)

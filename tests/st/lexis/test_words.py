@@ -17,9 +17,10 @@ from achse.st.lexis.words import (
     SIGNS,
     STATEMENT_WORDS,
 )
+from tests.public_names import public_names
 
 
-@pytest.mark.parametrize("name", words.__all__)
+@pytest.mark.parametrize("name", public_names(words))
 def test_words_are_written_in_capitals_without_blanks(name: str) -> None:
     for word in getattr(words, name):
         assert word

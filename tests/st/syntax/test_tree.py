@@ -7,10 +7,11 @@ import pytest
 from achse.st.syntax import tree
 from achse.st.syntax.nodes import changed
 from achse.st.syntax.parser import parse_expression, parse_statements
+from tests.public_names import public_names
 
 NODES = [
     node
-    for name in tree.__all__
+    for name in public_names(tree)
     if isinstance(node := getattr(tree, name), type) and is_dataclass(node)
 ]
 

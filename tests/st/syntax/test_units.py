@@ -15,8 +15,9 @@ from achse.st.syntax.units import (
     Property,
     Unit,
 )
+from tests.public_names import public_names
 
-NODES = [node for name in units.__all__ if is_dataclass(node := getattr(units, name))]
+NODES = [node for name in public_names(units) if is_dataclass(node := getattr(units, name))]
 
 TEXTS = [
     "TYPE T_Alias : INT; END_TYPE",
