@@ -525,6 +525,31 @@ class Slave:
             self.due_ns == self._sync0_due,
         ) == (AlState.OP, _NO_ERROR, False, None, False, False, cycle_ns, True, True)
 
+    @property
+    def exchanges_only(self) -> bool:
+        """True if frames do nothing to it now but exchange its process data in Op."""
+        if self.state is not AlState.OP or self.error is not _NO_ERROR or self._hung:
+            return False
+        full = self._has_mailbox and self.esc.sync_managers[self._mailbox_in].full
+        managers = self.esc.sync_managers
+        sinks = all(managers[each].sink is sink for each, sink in self._sinks.items())
+        waits = full or self._mailbox.waiting or self._message is not None
+        return sinks and self.esc.clock.steady and not waits
+
+    def exchange(self, outputs: bytes | memoryview) -> bytes:
+        """Take its outputs and return its inputs, as a frame in Op does."""
+        at, inputs = 0, b""
+        for buffer in self._buffers:
+            size, manager = buffer.size(), self.esc.sync_managers[buffer.number]
+            if not size:
+                continue
+            if buffer.output and manager.sink is not None:
+                manager.sink(bytes(outputs[at : at + size]))
+                at += size
+            elif manager.source is not None:
+                inputs += manager.source()
+        return inputs
+
     def skip(self, elapsed_ns: int, ahead_ns: int = 0) -> None:
         """Whole cycles have passed, whose steps somebody else did: with outputs, on time.
 

@@ -9,6 +9,7 @@ from achse.codes import AlStatus
 from achse.codes.axis import StartType
 from achse.ethercat import Disturbance
 from achse.ethercat.ring_segment import RingSegment
+from achse.ethercat.terminals import AnalogTerminal, DigitalTerminal, Terminal
 from achse.motion import commands
 from achse.native.compiled import compiler_installed
 from achse.station.buses.ethercat_bus import EthercatBus
@@ -78,6 +79,50 @@ def test_most_cycles_of_a_quiet_bus_need_no_frames() -> None:
     made.advance(5.0)
     assert shortcut_of(made).cycles > 0.7 * 2500
     assert bus_of(made).segment.counters.frames < 1500
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_terminals_beside_drives_get_what_frames_bring(seed: int) -> None:
+    chance = random.Random(seed)
+    terminals: list[dict[str, Any]] = [
+        {"name": f"T{n}", "inputs": chance.choice((0, 5, 8, 16)), "outputs": chance.choice((8, 16))}
+        if chance.random() < 0.7
+        else {"name": f"T{n}", "kind": "analog", "inputs": chance.randint(1, 3)}
+        for n in range(chance.randint(1, 3))
+    ]
+    both = [station([{}], shortcut, terminal=terminals) for shortcut in (True, False)]
+    for made in both:
+        assert made.nc is not None
+        made.nc.axis(1).control_dword, made.nc.axis(1).velocity_override = 7, 1_000_000
+        made.advance(1.3)
+    for _ in range(12):
+        seconds, volts = chance.choice((0.002, 0.004, 0.05, 0.7)), chance.uniform(-11, 11)
+        number, bits = chance.randrange(len(terminals)), chance.randbytes(8)
+        fall, move = chance.random() < 0.2, chance.uniform(-30.0, 30.0)
+        seen = []
+        for made in both:
+            bus = bus_of(made)
+            device, slave = bus.terminals[number], bus.terminal_slaves[number]
+            if isinstance(device, AnalogTerminal):
+                device.set_voltage(0, volts)
+            elif isinstance(device, DigitalTerminal) and device.inputs:
+                device.set_input(device.inputs - 1, volts > 0)
+            slave.outputs[:] = bits[: len(slave.outputs)]
+            if fall:
+                bus.segment.slaves[slave.position].fail(AlStatus.WATCHDOG)
+            elif made.nc is not None:
+                commands.start(made.nc.axis(1), StartType.ABSOLUTE, move, 100.0)
+            made.advance(seconds)
+            seen.append(
+                [
+                    (bytes(slave.inputs), slave.input_toggle, each.output_image, slave.state)
+                    for each, slave in zip(bus.terminals, bus.terminal_slaves, strict=True)
+                    if isinstance(each, Terminal)
+                ]
+            )
+        assert seen[0] == seen[1]
+        assert told(both[0]) == told(both[1])
+    assert shortcut_of(both[0]).cycles > 200
 
 
 def test_an_open_ring_is_one_of_frames() -> None:

@@ -25,7 +25,7 @@ log = logging.getLogger("achse.station")
 
 _CYCLE_NS = 1_000_000
 _MANY = 16
-"""From so many cams on machine code is worth its start-up time."""
+"""From so many cams on machine code is worth compiling; with fewer it is taken if it is cached."""
 
 Take = Callable[[], float]
 
@@ -101,7 +101,7 @@ def _make(building: Building, number: int, config: CamshaftConfig) -> ServedCams
     key = f"camshaft[{number}]"
     cycle_ns = _cycle_ns(building, config)
     kernel = ground.config.nc.kernel
-    compiled = kernel != "interpreted" and (kernel == "compiled" or len(config.cam) >= _MANY)
+    wanted = kernel == "compiled" or len(config.cam) >= _MANY or KERNEL.cached
     controller = CamController(
         number,
         cycle_ns=cycle_ns,
@@ -109,7 +109,7 @@ def _make(building: Building, number: int, config: CamshaftConfig) -> ServedCams
         and_mask_linked=config.and_mask_input
         or config.input_image is not None
         or "and_mask" in config.input,
-        compiled=compiled and KERNEL.available,
+        compiled=kernel != "interpreted" and KERNEL.available and wanted,
     )
     for name, value in config.parameters().items():
         setattr(controller.record, name, value)

@@ -112,9 +112,7 @@ class AxisBus:
         self._link()
         bus.on_renewal(self._link)
         self.shortcut = (
-            KernelCycles(nc, self.servos, bus)
-            if isinstance(bus, EthercatBus) and not bus.terminals
-            else None
+            KernelCycles(nc, self.servos, bus) if isinstance(bus, EthercatBus) else None
         )
 
     def _link(self) -> None:

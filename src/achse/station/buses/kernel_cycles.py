@@ -11,6 +11,8 @@ from typing import Any
 
 from achse.drive.compiled import Bank
 from achse.drive.drive import LONGEST_CYCLE_NS
+from achse.ethercat.master import BusSlave
+from achse.ethercat.terminals import Terminal
 from achse.motion import Nc
 from achse.motion.servo import Servos
 from achse.native.memory import Rows
@@ -19,18 +21,24 @@ from achse.station.buses.whole_cycle import KERNEL, STRAND
 
 __all__ = ["KernelCycles"]
 
-_FEWEST = 2
-"""Fewer cycles are done by frames."""
-
 
 class KernelCycles:
     """Does cycles of an NC and its only bus, if that is possible now."""
 
     def __init__(self, nc: Nc, servos: Servos, bus: EthercatBus) -> None:
         self._nc, self._servos, self._bus = nc, servos, bus
+        slaves = bus.segment.slaves
+        self._drive_slaves = [slaves[each.position] for each in bus.slaves]
+        self._terminals = [(each, slaves[each.position]) for each in bus.terminal_slaves]
         self._run: Callable[[int], int] | None = None
         self._arguments: tuple[Any, ...] = ()
-        self.allowed = nc.compiled and bus.bank is not None and KERNEL.available and KERNEL.cached
+        self.allowed = (
+            nc.compiled
+            and bus.bank is not None
+            and all(map(self._is_passive, bus.terminals, bus.terminal_slaves))
+            and KERNEL.available
+            and KERNEL.cached
+        )
         """True if its machine code is cached (`achse warmup` compiles it); other parts may clear
         it."""
         self.cycles = 0
@@ -50,17 +58,24 @@ class KernelCycles:
             self._parts.append((slice(read, ends[0]), slice(written, ends[1])))
             read, written = ends
 
+    def _is_passive(self, device: object, slave: BusSlave) -> bool:
+        """Return True for a terminal that does nothing by time, and has bytes of its own in the
+        frames."""
+        image = self._bus.master.image
+        shares = image.outputs[slave.position].bits or image.inputs[slave.position].bits
+        return isinstance(device, Terminal) and type(device).step is Terminal.step and not shares
+
     def run(self, count: int) -> int:
         """Up to `count` cycles; how many were done, 0 if frames have to do them."""
         bus = self._bus
-        if count < _FEWEST or not self.allowed or bus.faults:  # they begin and end with frames
+        segment = bus.segment
+        if not self.allowed or bus.faults or segment.disturbance is not None or not segment.whole:
             return 0
         cycle_ns = bus.cycle_ns
         room = (bus.master.quiet_until_ns - 1 - bus.now_ns) // cycle_ns
-        count = min(count, room)
-        if count < _FEWEST or bus.segment.disturbance is not None or not bus.segment.whole:
+        if room <= 0:
             return 0
-        for slave in bus.segment.slaves:
+        for slave in self._drive_slaves:
             if not slave.steps_by(cycle_ns):
                 return 0
         for drive in bus.drives:
@@ -69,7 +84,10 @@ class KernelCycles:
         for servo in self._servos.servos:
             if not (servo.valid and servo.has_begun):
                 return 0
-        return self._skip(count)
+        for _, slave in self._terminals:
+            if not slave.exchanges_only:
+                return 0
+        return self._skip(1 if self._terminals else min(count, room))
 
     def _skip(self, count: int) -> int:
         bus, servos = self._bus, self._servos
@@ -85,7 +103,7 @@ class KernelCycles:
         elapsed = whole * bus.cycle_ns
         bus.now_ns += elapsed
         bus.segment.time.now_ns += elapsed
-        for each in bus.segment.slaves:
+        for each in self._drive_slaves:
             each.skip(elapsed, bus.cycle_ns if unfinished else 0)
         bus.master.skip(whole)
         for slave, drive, (read, written) in zip(bus.slaves, bus.drives, self._parts, strict=True):
@@ -94,6 +112,11 @@ class KernelCycles:
             drive.take_steps(None if unfinished else bytes(outputs[written]))
         if unfinished:
             bus.exchange()
+        elif self._terminals:
+            bus.segment.advance(bus.now_ns)
+            for terminal, slave in self._terminals:
+                given = slave.exchange(terminal.outputs)
+                bus.master.cyclic.exchanged(terminal.position)[:] = given
         self.cycles += whole
         return done
 
