@@ -111,9 +111,7 @@ class AxisBus:
         self.servos: Servos
         self._link()
         bus.on_renewal(self._link)
-        self.shortcut = (
-            KernelCycles(nc, self.servos, bus) if isinstance(bus, EthercatBus) else None
-        )
+        self.shortcut = KernelCycles(nc, self.servos, bus) if isinstance(bus, EthercatBus) else None
 
     def _link(self) -> None:
         """Join the axes with the slaves that there are now."""
