@@ -297,6 +297,7 @@ class Notifications(Scheduled):
         if not batch.subscriptions:
             del channel.batches[batch.max_delay]
             self._drop(batch)
+        channel.forget(handle)
         if not channel.subscriptions:
             self._end(channel)
 
@@ -583,7 +584,7 @@ class Notifications(Scheduled):
             frame = channel.frame(limits.frame_bytes)
             self._keep(channel.queued - before)
             try:
-                if self.sender is not None:
+                if self.sender is not None and frame is not None:
                     channel.away = not self.sender.deliver(frame)
             except Exception:  # a fault of one client in this process is not a fault of the cycle
                 log.exception("%s failed to take its notifications", _name(channel.client))

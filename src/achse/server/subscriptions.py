@@ -117,8 +117,8 @@ class Channel:
     """The way to one client as it asked: its address, ours as it wrote it, its connection."""
 
     __slots__ = (
-        "away", "batches", "client", "dropped", "key", "over", "queue", "queued", "server",
-        "subscriptions", "via", "watched",
+        "away", "batches", "client", "deleted", "dropped", "key", "over", "queue", "queued",
+        "server", "subscriptions", "via", "watched",
     )  # fmt: skip
 
     def __init__(self, client: bytes, server: bytes, via: Endpoint | None) -> None:
@@ -134,6 +134,8 @@ class Channel:
         self.queue: deque[tuple[int, bytes]] = deque()
         """Encoded stamps ready to go, each with its number of samples."""
         self.queued = 0
+        self.deleted: set[int] = set()
+        """Handles that were deleted while samples were kept: theirs are not sent any more."""
         self.dropped = 0
         """Samples lost since the client last read."""
         self.away = False
@@ -167,6 +169,20 @@ class Channel:
         """Bytes of all samples that are not under way yet."""
         return self.queued + sum(batch.size for batch in self.batches.values())
 
+    def forget(self, handle: int) -> None:
+        """Send no sample of a deleted handle any more, nor any behind the answer that is next (its
+        connection's `subscription_ended`, if it has one)."""
+        if self._keeps_samples:
+            self.deleted.add(handle)
+        ended: Callable[[], None] | None = getattr(self.via, "subscription_ended", None)
+        if ended is not None:
+            ended()
+
+    @property
+    def _keeps_samples(self) -> bool:
+        """True if there are samples that are not under way yet."""
+        return bool(self.queue) or any(each.stamps or each.count for each in self.batches.values())
+
     def discard(self) -> int:
         """Drop all that is kept; how many bytes."""
         size = self.kept
@@ -176,8 +192,8 @@ class Channel:
             batch.discard()
         return size
 
-    def frame(self, size: int) -> Frame:
-        """The oldest stamps as one frame of about `size` bytes."""
+    def frame(self, size: int) -> Frame | None:
+        """The oldest stamps as one frame of about `size` bytes; None if nothing is left of them."""
         queue = self.queue
         if self.queued <= size:
             stamps = [stamp for _, stamp in queue]
@@ -190,11 +206,30 @@ class Channel:
                 stamps.append(stamp)
                 size -= len(stamp)
                 self.queued -= len(stamp)
+        if self.deleted:
+            stamps = [left for stamp in stamps if (left := _without(stamp, self.deleted))]
+            if not self._keeps_samples:
+                self.deleted.clear()
+            if not stamps:
+                return None
         body = b"".join(stamps)
         payload = _STREAM.pack(len(body) + 4, len(stamps)) + body
         frame = Frame(self.client, self.server, Command.NOTIFICATION, 4, 0, 0, payload)
         frame.via = self.via
         return frame
+
+
+def _without(stamp: bytes, handles: set[int]) -> bytes:
+    """Return a stamp without the samples of some handles; empty if none is left."""
+    filetime, count = _STAMP.unpack_from(stamp)
+    at, left = _STAMP.size, []
+    for _ in range(count):
+        handle, length = _SAMPLE.unpack_from(stamp, at)
+        end = at + _SAMPLE.size + length
+        if handle not in handles:
+            left.append(stamp[at:end])
+        at = end
+    return _STAMP.pack(filetime, len(left)) + b"".join(left) if left else b""
 
 
 class Batch:

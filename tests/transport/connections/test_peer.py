@@ -6,7 +6,7 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from achse.ams import AmsAddress, Command, Flags, Frame, NetId
+from achse.ams import AmsAddress, Command, Connection, Flags, Frame, NetId
 from achse.router import FIRST_CLIENT_PORT, LOOPBACK_NET_ID, Router
 from achse.transport.connections.fair_queue import FairQueue
 from achse.transport.connections.peer import Peer
@@ -78,6 +78,51 @@ def test_requests_are_done_in_order_however_much_others_ask(
         assert done == list(range(count))
         assert not wire.paused
         assert (peer.held, wire.gone) == (0, False)
+
+
+class Recorded(Wire):
+    """A wire that keeps what is written."""
+
+    def __init__(self, loop: Loop) -> None:
+        super().__init__(loop)
+        self.stream = Connection()
+        self.frames: list[Frame] = []
+
+    def write(self, data: bytes | bytearray | memoryview) -> None:
+        super().write(data)
+        self.frames += [each for each in self.stream.receive(data) if isinstance(each, Frame)]
+
+
+@given(
+    st.lists(st.sampled_from(("add", "sample", "delete", "sum", "read", "wait")), max_size=40),
+    st.booleans(),
+)
+@settings(max_examples=60)
+def test_no_sample_comes_after_the_answer_to_a_delete(steps: list[str], forwarded: bool) -> None:
+    """Samples wait behind the answer to an Add: the answer to a Delete waits behind them."""
+    loop = Loop()
+    wire = Recorded(loop)
+    wire.peer = peer = Peer(listener(loop))
+    peer.begin(wire, "10.0.0.1", 1)
+    deletes, sent = [], 0
+    for number, step in enumerate(steps):
+        if step == "wait":
+            loop.run(0.004)
+            continue
+        command = {"add": 6, "sample": 8, "delete": 7, "sum": 9, "read": 2}[step]
+        frame = Frame(CLIENT, PLC, command, 4 if step == "sample" else 5, 0, number, bytes(8))
+        if step == "sum" or (step == "delete" and not forwarded):
+            peer.subscription_ended()
+        if step in ("delete", "sum"):
+            deletes.append(number)
+        assert peer.deliver(frame)
+        sent += 1
+    loop.run(1.0)
+    order = [frame.invoke_id for frame in wire.frames]
+    assert len(order) == sent
+    for delete in deletes:
+        samples = [n for n, step in enumerate(steps) if step == "sample" and n < delete]
+        assert all(order.index(each) < order.index(delete) for each in samples)
 
 
 def test_a_peer_that_leaves_takes_what_waits_with_it() -> None:

@@ -41,6 +41,15 @@ class Outbox:
         self.held_size += len(packet)
         return True
 
+    def hold_answer(self, packet: bytes) -> bool:
+        """Keep the answer to a Delete behind the notifications that are kept back, if any are: none
+        comes after it."""
+        if not self._chunks:
+            return False
+        self._chunks.append((self._chunks[-1][0], packet))
+        self.held_size += len(packet)
+        return True
+
     def holds(self, now: float) -> bool:
         """Return True if `hold` would keep a notification back."""
         return bool(self._chunks) or now < self._until

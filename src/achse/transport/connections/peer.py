@@ -64,6 +64,9 @@ class Peer(PeerWriter):
     _memory: LinkMemory | None = None
     """Clients of this connection until the next one is there; None: they are not kept."""
 
+    _ends_subscription = False
+    """True if the next answer has to come behind the notifications that are kept back."""
+
     _unchanged = True
     """True if frames are passed on without changes to their addresses."""
 
@@ -451,10 +454,20 @@ class Peer(PeerWriter):
         packet = frame.encode_tcp()
         if frame.command == Command.ADD_NOTIFICATION and frame.is_response:
             self._out.added(self.owner.loop.time())
-        elif frame.command == Command.NOTIFICATION and self._hold(packet):
-            return True
+        elif frame.command == Command.NOTIFICATION:
+            if self._hold(packet):
+                return True
+        elif self._ends_subscription or frame.command == Command.DELETE_NOTIFICATION:
+            self._ends_subscription = False
+            if self._out.hold_answer(packet):
+                self.count()
+                return True
         self._put(packet)
         return True
+
+    def subscription_ended(self) -> None:
+        """The next answer says that a subscription has ended: no sample comes after it."""
+        self._ends_subscription = self._out.due is not None
 
     @property
     def unprocessed(self) -> int:
