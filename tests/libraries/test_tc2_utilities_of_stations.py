@@ -4,6 +4,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from achse.station import Station
+from achse.station.configuration.station_file import parse
+
 
 def test_who_and_where(steps: Callable[..., Any]) -> None:
     ran = steps(
@@ -123,3 +130,41 @@ def test_no_watchdog_and_guids_that_differ(steps: Callable[..., Any]) -> None:
     assert ran["e"] == 0x701
     assert bytes(ran["a.Data4"]) != bytes(ran["b.Data4"])
     assert ran["s"][14] == "4"
+
+
+LIST = (
+    "PROGRAM MAIN VAR find : FB_EnumFindFileList; list : ARRAY [0..2] OF ST_FindFileEntry;"
+    " router : FB_GetRouterStatusInfo; ups : FB_GetUPSStatus; names : ARRAY [0..19] OF T_MaxString;"
+    " n, runs : INT; step : INT; i : UDINT; END_VAR"
+    " router(bExecute := TRUE); ups(bEnable := TRUE); find(bExecute := FALSE);"
+    " CASE step OF 0: find(sPathName := 'f*.txt', pFindList := ADR(list),"
+    " cbFindList := SIZEOF(list), bExecute := TRUE, eCmd := SEL(runs = 0,"
+    " E_EnumCmdType.eEnumCmd_Next, E_EnumCmdType.eEnumCmd_First)); runs := runs + 1; step := 1;"
+    " 1: IF NOT find.bBusy THEN i := 0; WHILE i < find.nFindFiles DO"
+    " names[n] := list[i].sFileName; n := n + 1; i := i + 1; END_WHILE"
+    " step := SEL(find.bEOE OR find.bError, 0, 2); END_IF END_CASE END_PROGRAM"
+)
+
+
+@given(count=st.integers(0, 8))
+@settings(max_examples=4, deadline=None)
+def test_files_of_a_folder_come_in_lists(
+    tmp_path_factory: pytest.TempPathFactory, count: int
+) -> None:
+    folder = tmp_path_factory.mktemp("found")
+    (folder / "shown").mkdir()
+    for number in range(count):
+        (folder / f"shown/f{number}.txt").write_text("x")
+    (folder / "a.st").write_text(LIST)
+    document: dict[str, Any] = {
+        "system": {"root": "shown"},
+        "plc": [{"sources": "a.st"}],
+    }
+    station = Station(parse(document, "a.toml"), base=folder)
+    station.advance(2)
+    main: Any = station.plcs[851].instance("MAIN")
+    assert station.plcs[851].failure == ""
+    assert (main["step"], main["runs"]) == (2, count // 3 + 1)
+    assert sorted(list(main["names"])[:count]) == [f"f{number}.txt" for number in range(count)]
+    assert (main["find"].bError, main["n"]) == (False, count)
+    assert (main["router"].nErrId, main["ups"].nErrId) == (0x701, 6)
