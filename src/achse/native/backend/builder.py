@@ -80,6 +80,7 @@ class FunctionBuilder(Instructions):
         self._deep = False
         self._too_deep = int(OwnFault.TOO_DEEP)
         self._handler: Label | None = None
+        self._fault_counter: tuple[Operand, int] | None = None
         self.place: Callable[[], int] | None = None
         """Gives what is written down when a call from here on leaves with a fault: see
         `MachineCode.caught`."""
@@ -369,6 +370,8 @@ class FunctionBuilder(Instructions):
         self._give_up()
 
     def _give_up(self) -> None:
+        if self._fault_counter is not None:
+            self.increment(*self._fault_counter)
         if self._handler is not None:
             self.jump(self._handler)
             return
@@ -404,6 +407,13 @@ class FunctionBuilder(Instructions):
         before, self._handler = self._handler, handler
         yield
         self._handler = before
+
+    @contextmanager
+    def counting_faults(self, base: Operand, offset: int) -> Iterator[None]:
+        """Faults within add 1 to the word at `base` and `offset` bytes on their way out."""
+        before, self._fault_counter = self._fault_counter, (base, offset)
+        yield
+        self._fault_counter = before
 
     @contextmanager
     def aside(self, label: Label) -> Iterator[None]:

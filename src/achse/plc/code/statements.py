@@ -86,8 +86,9 @@ class StatementWriter:
             return
         self._mark(statement)
         match statement:
-            case nodes.Effects(values):
-                self.effects(values)
+            case nodes.Effects(values, _, faults):
+                with self._counting_faults(faults):
+                    self.effects(values)
             case nodes.Branches(branches, otherwise):
                 self._branches(
                     [
@@ -100,8 +101,8 @@ class StatementWriter:
                 self._selection(statement)
             case nodes.Loop():
                 self._loop(statement)
-            case nodes.Spend(cost):
-                self._spend(cost)
+            case nodes.Spend(cost, _, faults):
+                self._spend(cost, faults)
             case nodes.Count(number):
                 lines.add(_counting(number))
             case nodes.LoweredTry():
@@ -131,10 +132,21 @@ class StatementWriter:
         for value in values:
             self._lines.add(self._of.effect(value))
 
-    def _spend(self, cost: int) -> None:
+    @contextmanager
+    def _counting_faults(self, number: int | None) -> Iterator[None]:
+        """Lines whose exceptions count on their way out, which takes no time until then."""
+        if number is None:
+            yield
+            return
+        with self._lines.within("try:"):
+            yield
+        self._lines.add(f"except BaseException: {_counting(number)}; raise")
+
+    def _spend(self, cost: int, faults: int | None = None) -> None:
         """Take from the budget; CYCLE_TIME_EXCEED if it is not enough."""
+        count = "" if faults is None else f"{_counting(faults)}; "
         self._lines.add(f"F[0] = fuel = F[0] - {cost}")
-        self._lines.add("if fuel < 0: exhausted()")
+        self._lines.add(f"if fuel < 0: {count}exhausted()")
 
     def _piece(self, statement: nodes.LoweredStatement) -> None:
         """A statement as a function of its own."""
@@ -235,7 +247,7 @@ class StatementWriter:
         self._depth += 1
         with self._passing("LoopLeft" if raised else ""):
             with lines.within(f"while {head}:"):
-                self._spend(statement.cost)
+                self._spend(statement.cost, statement.faults)
                 self._loops.append(("raised" if raised else "plain", statement, self._function))
                 with self._passing("LoopGoesOn" if raised else ""):
                     self.list_of(body)

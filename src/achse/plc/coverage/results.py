@@ -226,7 +226,7 @@ def _routine(
     covered: CoveredRoutine, of: CoverageCounters, texts: ConditionTexts
 ) -> RoutineCoverage:
     routine, counters = covered
-    source, counts = routine.source, of.counts
+    source, counts = routine.source, counters.values(of.counts)
     statements = tuple(
         StatementHits(source.locate(one.at).line, source.place(one.at), one.tally.of(counts))
         for one in counters.statements
@@ -245,7 +245,7 @@ def _routine(
             source.place(one.at),
             one.shape,
             tuple(texts.of(at, number) for number, at in enumerate(one.conditions)),
-            tuple(counts[one.first : one.first + (1 << one.shape.count)]),
+            tuple(counts[one.first + vector] for vector in range(1 << one.shape.count)),
         )
         for one in sorted(counters.decisions, key=lambda one: (one.at, one.first))
     )

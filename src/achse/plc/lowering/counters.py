@@ -1,10 +1,11 @@
 """Counters: how often statements begin and branches are taken, in as few counters as are exact.
 
 Statements behind each other share a counter as long as the first of them cannot leave: by a
-fault, an exit, a jump. A number that follows from others needs no counter: that of an ELSE, say.
+fault, an exit, a jump. A number that follows from others needs no counter: that of an ELSE, or of a
+statement behind one that failed a known number of times. Faults are counted on their way out.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -24,6 +25,10 @@ __all__ = [
 ]
 
 
+_MOST_TERMS = 6
+"""Terms of a tally that others are made of."""
+
+
 @dataclass(frozen=True, slots=True)
 class Tally:
     """A number of times: the sum of some counters, less that of others."""
@@ -41,8 +46,11 @@ class Tally:
                 minus.append(counter)
         return Tally(tuple(plus), tuple(minus))
 
-    def of(self, counts: Sequence[int]) -> int:
-        """The number, from the values of all counters."""
+    def __add__(self, other: "Tally") -> "Tally":
+        return self - Tally(other.minus, other.plus)
+
+    def of(self, counts: Sequence[int] | Mapping[int, int]) -> int:
+        """The number, from the values of counters: see `RoutineCounters.values`."""
         return sum(counts[one] for one in self.plus) - sum(counts[one] for one in self.minus)
 
 
@@ -85,11 +93,30 @@ class RoutineCounters:
     branches: list[BranchPoint] = field(default_factory=list)
     decisions: list[DecisionPoint] = field(default_factory=list)
     """Decisions of two conditions or more, if conditions count."""
+    sums: list[Tally] = field(default_factory=list)
+    """Tallies that others refer to, by -1, -2 and so on; each of counters and of those before."""
 
     def new(self, count: int = 1) -> int:
         """The number of one more counter, or the first of several."""
         self.size += count
         return self.first + self.size - count
+
+    def named(self, tally: Tally) -> Tally:
+        """The same number as one term, which `sums` has."""
+        self.sums.append(tally)
+        return Tally((-len(self.sums),))
+
+    def short(self, tally: Tally) -> Tally:
+        """The same number in a few terms."""
+        terms = len(tally.plus) + len(tally.minus)
+        return tally if terms <= _MOST_TERMS else self.named(tally)
+
+    def values(self, counts: Sequence[int] | Mapping[int, int]) -> dict[int, int]:
+        """Values of the counters of the routine and of its `sums`, by their numbers."""
+        found = {number: counts[number] for number in range(self.first, self.first + self.size)}
+        for number, tally in enumerate(self.sums, 1):
+            found[-number] = tally.of(found)
+        return found
 
     def statement(self, at: int, tally: Tally) -> None:
         """Note how often a statement begins."""
@@ -120,7 +147,7 @@ def can_leave(statements: nodes.LoweredStatements) -> bool:
         match one:
             case nodes.Count():
                 pass
-            case nodes.Effects(values):
+            case nodes.Effects(values, _):
                 if not all(map(is_straight, values)):
                     return True
             case nodes.Branches(branches, otherwise):

@@ -363,6 +363,8 @@ class Effects:
 
     values: tuple[LoweredValue, ...]
     at: int
+    faults: int | None = None
+    """Counter of the times that one of them fails."""
 
 
 @node
@@ -415,7 +417,9 @@ class Loop:
     after: LoweredValue | None
     at: int
     ends: int | None = None
-    """Counter of the times that `before` or `after` ends it."""
+    """Counter of the times that `before` or `after` ends it; None if others tell."""
+    faults: int | None = None
+    """Counter of the times that the budget ends it."""
 
 
 @node
@@ -424,6 +428,8 @@ class Spend:
 
     cost: int
     at: int
+    faults: int | None = None
+    """Counter of the times that it is not enough."""
 
 
 @node

@@ -2,7 +2,8 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 from achse.iec.elementary import LINT
 from achse.plc.lowering import nodes
@@ -43,6 +44,7 @@ from achse.st.typed.statements import (
     LoopNext,
     Protected,
     RoutineExit,
+    TypedStatement,
     TypedStatements,
 )
 
@@ -69,6 +71,11 @@ class StatementLowering(ValueLowering):
         self.counters = counters
         self._begins = Tally()
         """Number of times that the present statement begins."""
+        self._completes: Tally | None = None
+        """Number of times that the statement or list before ended and went on to the next; None if
+        that does not follow from other counters."""
+        self._loops: list[_LoopExits] = []
+        """Loops around the present statement."""
         self._decides_at: int | None = None
         """Offset of the statement or ELSIF whose decisions count; None if they do not."""
         self._conditions: dict[int, tuple[nodes.Temporary, int]] = {}
@@ -103,6 +110,16 @@ class StatementLowering(ValueLowering):
 
         `entered`: how often it begins, where that is known.
         """
+        counters = self.counters
+        if counters is not None and entered is not None and statements:
+            counters.sums.append(entered)  # without what the budget ends at once, see below
+            place = len(counters.sums)
+            lowered, cost = self.priced(statements, Tally((-place,)))
+            if not cost:
+                return lowered
+            faults = counters.new()
+            counters.sums[place - 1] = entered - Tally((faults,))
+            return (nodes.Spend(cost, statements[0].at, faults), *lowered)
         lowered, cost = self.priced(statements, entered)
         if cost:
             return (nodes.Spend(cost, statements[0].at), *lowered)
@@ -126,13 +143,14 @@ class StatementLowering(ValueLowering):
         """
         lowered: list[nodes.LoweredStatement] = []
         has_marks = any(isinstance(one, JumpMark) for one in statements)
-        counters = self.counters
+        of_routine = self.counters
         with self._counting() as count:
             for place, one in enumerate(statements):
                 number = None
+                self.counters = counters = None if place < uncounted else of_routine
                 if isinstance(one, JumpMark):
                     entered = None
-                elif counters is not None and place >= uncounted:
+                elif counters is not None:
                     if entered is None:
                         number = counters.new()
                         entered = Tally((number,))
@@ -140,6 +158,7 @@ class StatementLowering(ValueLowering):
                     counters.statement(one.at, entered)
                 is_counted = self.project.conditions and place >= uncounted
                 self._decides_at = one.at if is_counted else None
+                self._completes = None
                 each = [*_LOWERINGS[type(one)](self, one)]
                 if has_marks and (cost := count()):
                     lowered.append(nodes.Spend(cost, one.at))
@@ -147,8 +166,12 @@ class StatementLowering(ValueLowering):
                 if number is not None:
                     lowered.append(nodes.Count(number))
                 lowered += each
-                if has_marks or counters is None or can_leave(tuple(each)):
+                if counters is None or has_marks:
                     entered = None
+                elif can_leave(tuple(each)):
+                    completes = self._completes
+                    entered = None if completes is None else counters.short(completes)
+            self.counters, self._completes = of_routine, entered
             return tuple(lowered), count()
 
     @contextmanager
@@ -174,13 +197,18 @@ class StatementLowering(ValueLowering):
             known = Known(value.sets, value.storage.type)
             store = nodes.Effects((self.store(value.storage, known, alone=True),), 0)
             yield nodes.Branches((nodes.LoweredBranch(condition, (store,), at),), (), at)
-        else:
-            yield nodes.Effects(self.effects(value), at)
+            return
+        effects, faults = self.effects(value), None
+        if self.counters is not None and not all(map(is_straight, effects)):
+            faults = self.counters.new()
+            self._completes = self._begins - Tally((faults,))
+        yield nodes.Effects(effects, at, faults)
 
     def conditional(self, statement: Conditional) -> Iterator[nodes.LoweredStatement]:
         """IF."""
         counters, evaluated = self.counters, self._begins
         branches = []
+        completes: list[Tally | None] = []
         waiting: int | None = None
         """Counter of the times that the conditions so far are FALSE, if it needs one."""
         for one in statement.branches:
@@ -190,6 +218,7 @@ class StatementLowering(ValueLowering):
                 self._decides_at = at
             condition = self.value(one.condition)
             body, taken = self._counted(one.body)
+            completes.append(self._completes)
             if counters is not None:
                 if is_straight(condition):
                     evaluated -= taken
@@ -203,6 +232,7 @@ class StatementLowering(ValueLowering):
                 condition = nodes.Sequence((nodes.Count(before),), condition)
             branches.append(nodes.LoweredBranch(condition, body, at))
         otherwise = self.block(statement.otherwise, evaluated)
+        self._completes = _together([*completes, self._completes])
         if waiting is not None:
             otherwise = (nodes.Count(waiting), *otherwise)
         yield nodes.Branches(tuple(branches), otherwise, statement.at)
@@ -214,9 +244,11 @@ class StatementLowering(ValueLowering):
         assert selector.type is not None
         whole = counted(selector.type)
         cases = []
+        completes: list[Tally | None] = []
         for one in statement.choices:
             at = one.at or statement.at
             body, taken = self._counted(one.body)
+            completes.append(self._completes)
             labels = tuple((max(low, whole.low), min(high, whole.high)) for low, high in one.labels)
             cases.append(nodes.LoweredCase(labels, body, at))
             if counters is not None:
@@ -226,61 +258,98 @@ class StatementLowering(ValueLowering):
             otherwise = self.block(statement.otherwise, rest)
         else:
             otherwise, rest = self._counted(statement.otherwise)
+        self._completes = _together([*completes, self._completes])
         if counters is not None:
             counters.branch(statement.at, "ELSE", rest)
         yield nodes.LoweredSelection(selector, tuple(cases), otherwise, statement.at)
 
     def _loop_body(
-        self, body: TypedStatements
-    ) -> tuple[nodes.LoweredStatements, int, Tally, int | None]:
-        """The body of a loop, its cost, the number of passes, and the counter of ends."""
+        self, body: TypedStatements, begins: Tally
+    ) -> tuple[nodes.LoweredStatements, int, "_LoopCounters | None"]:
+        """The body of a loop that begins so often, its cost, and what is counted."""
         if self.counters is None:
-            return (*self.priced(body), Tally(), None)
-        number, ends = self.counters.new(), self.counters.new()
+            return (*self.priced(body), None)
+        number, faults = self.counters.new(), self.counters.new()
         passes = Tally((number,))
+        self._loops.append(exits := _LoopExits())
         lowered, cost = self.priced(body, passes)
-        return (nodes.Count(number), *lowered), cost, passes, ends
+        self._loops.pop()
+        ends = None
+        if self._completes is not None and exits.are_known:
+            ends = begins - passes + self._completes + exits.continues - Tally((faults,))
+        counted = _LoopCounters(passes, faults, ends, exits)
+        return (nodes.Count(number), *lowered), cost, counted
+
+    def _loop_ends(self, counted: "_LoopCounters", is_sure: bool) -> tuple[Tally, int | None]:
+        """How often the condition of a loop ends it, and the counter of that if it needs one.
+
+        `is_sure`: nothing between its passes leaves it.
+        """
+        assert self.counters is not None
+        exits, ends, number = counted.exits, counted.ends, None
+        if ends is None or not is_sure:
+            number = self.counters.new()
+            ends = Tally((number,))
+        self._completes = ends + exits.exits if exits.are_known else None
+        return self.counters.short(ends), number
 
     def counted_loop(self, statement: CountedLoop) -> Iterator[nodes.LoweredStatement]:
         """FOR."""
-        start = self.effects(statement.start)
+        start, begins = self.effects(statement.start), self._begins
         decides_at = self._decides_at
         with self._counting() as count:
             beyond = self.value(statement.beyond)
             assert beyond.type is not None
             before = nodes.Compute(Operator.NOT, (beyond,), beyond.type)
-            body, cost, passes, ends = self._loop_body(statement.body)
+            body, cost, counted = self._loop_body(statement.body, begins)
             self._decides_at = decides_at
             advance = self.effects(statement.advance)
             cost += 1 + count()
-        if self.counters is not None and ends is not None:
-            self.counters.branch(statement.at, "PASS", passes)
-            self.counters.branch(statement.at, "END", Tally((ends,)))
-        yield nodes.Loop(cost, start, before, body, advance, None, statement.at, ends)
+        number = faults = None
+        if self.counters is not None and counted is not None:
+            faults = counted.faults
+            is_sure = all(map(is_straight, (*start, before, *advance)))
+            ends, number = self._loop_ends(counted, is_sure)
+            self.counters.branch(statement.at, "PASS", counted.passes)
+            self.counters.branch(statement.at, "END", ends)
+        yield nodes.Loop(cost, start, before, body, advance, None, statement.at, number, faults)
 
     def condition_loop(self, statement: ConditionLoop) -> Iterator[nodes.LoweredStatement]:
         """WHILE, REPEAT."""
         begins = self._begins
         with self._counting() as count:
             condition = self.value(statement.condition)
-            body, cost, passes, ends = self._loop_body(statement.body)
+            body, cost, counted = self._loop_body(statement.body, begins)
             cost += 1 + count()
-        is_decision = not isinstance(statement.condition, Known)
-        if self.counters is not None and ends is not None and is_decision:
-            again = passes if statement.before else passes - begins
-            self.counters.branch(statement.at, "PASS" if statement.before else "AGAIN", again)
-            self.counters.branch(statement.at, "END", Tally((ends,)))
-        if statement.before:
-            yield nodes.Loop(cost, (), condition, body, (), None, statement.at, ends)
-        else:
-            yield nodes.Loop(cost, (), None, body, (), condition, statement.at, ends)
+        number = faults = None
+        if self.counters is not None and counted is not None:
+            faults, passes = counted.faults, counted.passes
+            ends, number = self._loop_ends(counted, is_straight(condition))
+            if not isinstance(statement.condition, Known):
+                again = passes if statement.before else passes + Tally((faults,)) - begins
+                self.counters.branch(statement.at, "PASS" if statement.before else "AGAIN", again)
+                self.counters.branch(statement.at, "END", ends)
+        before, after = (condition, None) if statement.before else (None, condition)
+        yield nodes.Loop(cost, (), before, body, (), after, statement.at, number, faults)
+
+    def goes_elsewhere(self, statement: TypedStatement) -> None:
+        """Note how often EXIT and CONTINUE are done; none of their kind goes on to the next."""
+        if self._loops and isinstance(statement, LoopExit):
+            self._loops[-1].exits += self._begins
+        elif self._loops and isinstance(statement, LoopNext):
+            self._loops[-1].continues += self._begins
+        self._completes = Tally()
 
     def protected(self, statement: Protected) -> Iterator[nodes.LoweredStatement]:
-        """__TRY."""
+        """__TRY. Who leaves it may fail in its FINALLY."""
+        for loop in self._loops:
+            loop.are_known = False
         code = None if statement.code is None else self.place(statement.code)
         body = self.block(statement.body, self._begins if self.counters else None)
         handler = self.block(statement.handler)
-        yield nodes.LoweredTry(body, code, handler, self.block(statement.final), statement.at)
+        final = self.block(statement.final)
+        self._completes = None
+        yield nodes.LoweredTry(body, code, handler, final, statement.at)
 
     def life(self, statement: LifeStep) -> Iterator[nodes.LoweredStatement]:
         """A step in the lifecycle of records."""
@@ -307,12 +376,45 @@ class StatementLowering(ValueLowering):
             yield from each([self.life_call(key, statement.arguments, pointer)])
 
 
+@dataclass(slots=True)
+class _LoopExits:
+    """Ways out of the passes of a loop."""
+
+    exits: Tally = field(default_factory=Tally)
+    continues: Tally = field(default_factory=Tally)
+    are_known: bool = True
+    """True if both numbers are exact."""
+
+
+class _LoopCounters(NamedTuple):
+    """What is counted of a loop."""
+
+    passes: Tally
+    faults: int
+    """Counter of the times that the budget ends it."""
+    ends: Tally | None
+    """How often its condition ends it, if nothing between passes leaves it."""
+    exits: _LoopExits
+
+
+def _together(tallies: list[Tally | None]) -> Tally | None:
+    """The sum, if all are known."""
+    total = Tally()
+    for one in tallies:
+        if one is None:
+            return None
+        total += one
+    return total
+
+
 def _written(labels: tuple[tuple[int, int], ...]) -> str:
     """Labels of a CASE as numbers."""
     return ", ".join(str(low) if low == high else f"{low}..{high}" for low, high in labels)
 
 
-def _same(_: StatementLowering, statement: Any) -> Iterator[nodes.LoweredStatement]:
+def _same(of: StatementLowering, statement: Any) -> Iterator[nodes.LoweredStatement]:
+    """What goes elsewhere."""
+    of.goes_elsewhere(statement)
     yield statement
 
 

@@ -1,6 +1,7 @@
 """Values of the lowered form in machine code."""
 
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 from achse.iec.elementary import BoolType, RealType
@@ -229,6 +230,13 @@ class ExpressionTranslator:
         assert counts is not None
         b.increment(counts, number * 8)
         return b.constant(I64, 0)
+
+    def counting_faults(self, number: int | None) -> AbstractContextManager[None]:
+        """One more in a counter for each fault that leaves what is written within."""
+        counts = self.module.counts
+        if number is None or counts is None:
+            return nullcontext()
+        return self.builder.counting_faults(counts, number * 8)
 
     def condition_bit(self, value: nodes.ConditionBit) -> Operand:
         """A condition, which is a bit of a vector, too."""

@@ -82,16 +82,18 @@ class StatementTranslator:
         if statement.at:
             of.place(statement.at)
         match statement:
-            case nodes.Effects(values):
-                self._effects(values)
+            case nodes.Effects(values, _, faults):
+                with of.counting_faults(faults):
+                    self._effects(values)
             case nodes.Branches():
                 self._branches(statement)
             case nodes.LoweredSelection():
                 self._selection(statement)
             case nodes.Loop():
                 self._loop(statement)
-            case nodes.Spend(cost):
-                b.spend(cost, of.site(FaultKind.BUDGET))
+            case nodes.Spend(cost, _, faults):
+                with of.counting_faults(faults):
+                    b.spend(cost, of.site(FaultKind.BUDGET))
             case nodes.Count(number):
                 of.count(number)
             case nodes.LoweredTry():
@@ -207,7 +209,8 @@ class StatementTranslator:
         if statement.before is not None:
             self._branch(statement.before, body, self._ends(statement, end))
         b.begin(body)
-        b.spend(statement.cost, of.site(FaultKind.BUDGET))
+        with of.counting_faults(statement.faults):
+            b.spend(statement.cost, of.site(FaultKind.BUDGET))
         self._loops.append(loop)
         self.block(statement.body)
         self._loops.pop()

@@ -1,6 +1,7 @@
 """Reach of test suites: which of them run which statements, from the counters of coverage."""
 
-from collections.abc import Callable, MutableSequence
+from collections import Counter
+from collections.abc import Callable, Mapping, MutableSequence
 from dataclasses import dataclass, field
 from itertools import compress
 from typing import Any
@@ -42,6 +43,8 @@ class SuiteReach:
 
     counts: dict[int, dict[int, int]] = field(default_factory=dict)
     """Counts that are not 0, by owner and number of the counter."""
+    _values: dict[str, dict[int, Mapping[int, int]]] = field(default_factory=dict)
+    """Values of a routine's counters, by the routine and the owner."""
 
     def of(self, mutant: Mutant, counters: CoverageCounters) -> Reached:
         """The suites that run the statement of a mutant; none if it has no counters."""
@@ -53,19 +56,17 @@ class SuiteReach:
             if mutant.branch is not None:
                 tallies = [one.tally for one in points.branches if one.at == mutant.branch]
             tallies = tallies or [one.tally for one in points.statements if one.at == at]
+            if mutant.routine.key not in self._values:
+                self._values[mutant.routine.key] = {
+                    owner: points.values(Counter(counts)) for owner, counts in self.counts.items()
+                }
+        values = self._values.get(mutant.routine.key, {})
         found = {
-            owner
-            for owner, counts in self.counts.items()
-            if any(_hits(tally, counts) for tally in tallies)
+            owner for owner, of in values.items() if any(tally.of(of) > 0 for tally in tallies)
         }
         return Reached(
             frozenset(found - {AT_START, ELSEWHERE}), AT_START in found, ELSEWHERE in found
         )
-
-
-def _hits(tally: Tally, counts: dict[int, int]) -> bool:
-    plus = sum(counts.get(one, 0) for one in tally.plus)
-    return plus > sum(counts.get(one, 0) for one in tally.minus)
 
 
 class _Ledger:
