@@ -22,6 +22,8 @@ DECISIONS = Path(__file__).parents[2] / "data" / "coverage" / "decisions.st"
 
 COUNTED = Path(__file__).parents[2] / "data" / "coverage" / "counted.st"
 
+LEAVING = COUNTED.with_name("leaving.st")
+
 _CYCLE_NS = 10_000_000
 
 

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable
 
 from achse.plc.debug.build import DebugBuild
-from tests.plc.coverage.conftest import COUNTED, Counting
+from tests.plc.coverage.conftest import COUNTED, LEAVING, Counting
 
 Count = Callable[[str], Counting]
 
@@ -49,13 +49,15 @@ def _measured(counting: Counting) -> Rows:
     return dict(sorted(found.items()))
 
 
-def test_a_set_of_routines_counted_by_hand(count: Count) -> None:
-    text = COUNTED.read_text(encoding="utf-8")
-    counting = count(text).run()
-    assert counting.plc.fault is None
-    assert _measured(counting) == _by_hand(text)
-    names = [routine.name for file in counting.result for routine in file.routines]
-    assert len(names) > 40
+def test_a_set_of_100_routines_counted_by_hand(count: Count) -> None:
+    names = set()
+    for path in (COUNTED, LEAVING):
+        text = path.read_text(encoding="utf-8")
+        counting = count(text).run()
+        assert counting.plc.fault is None
+        assert _measured(counting) == _by_hand(text)
+        names |= {routine.name for file in counting.result for routine in file.routines}
+    assert len(names) >= 100
 
 
 def test_counts_add_up_and_outlive_a_reset(count: Count) -> None:
