@@ -1,5 +1,6 @@
 // A program with the npm package ads-client for many_programs.py; `.ci/run` installs it.
-// It subscribes so many times to a counter, ends with its standard input, and prints what came.
+// It subscribes so many times to a counter, and prints what came behind each line of its standard
+// input, and at its end.
 // Arguments: NetId of the target, address of the router, number of the program, subscriptions.
 import { createRequire } from "node:module";
 
@@ -39,8 +40,9 @@ for (let each = 0; each < Number(subscriptions); each += 1) {
   await client.subscribeValue(`MAIN.aCount[${number}]`, (data) => came(each, data.value), 0, true);
 }
 console.log("ready");
+const report = () => console.log(JSON.stringify({ ...counts, subscriptions: last.size }));
+process.stdin.on("data", report);
 process.stdin.on("end", () => {
-  console.log(JSON.stringify({ ...counts, subscriptions: last.size }));
+  report();
   process.kill(process.pid, "SIGKILL");
 });
-process.stdin.resume();

@@ -1,5 +1,6 @@
 // A program with the vendor's AdsLib for many_programs.py; `.ci/foreign-suites` builds it.
-// It subscribes so many times to a counter, ends with its standard input, and prints what came.
+// It subscribes so many times to a counter, and prints what came behind each line of its standard
+// input, and at its end.
 // Arguments: NetId of the target, address of the router, number of the program, subscriptions.
 #include <cstdio>
 #include <cstdlib>
@@ -68,12 +69,15 @@ int main(int, char **words)
     }
     std::printf("ready\n");
     std::fflush(stdout);
-    while (std::getchar() != EOF) {
+    for (int character = 0; character != EOF;) {
+        character = std::getchar();
+        if (character != '\n' && character != EOF)
+            continue;
+        std::lock_guard<std::mutex> lock(guard);
+        std::printf("{\"samples\": %lu, \"missed\": %lu, \"gaps\": %lu, \"restarts\": %lu, "
+                    "\"foreign\": %lu, \"ends\": %lu, \"subscriptions\": %zu}\n",
+                    samples, missed, gaps, restarts, foreign, ends, last.size());
+        std::fflush(stdout);
     }
-    std::lock_guard<std::mutex> lock(guard);
-    std::printf("{\"samples\": %lu, \"missed\": %lu, \"gaps\": %lu, \"restarts\": %lu, "
-                "\"foreign\": %lu, \"ends\": %lu, \"subscriptions\": %zu}\n",
-                samples, missed, gaps, restarts, foreign, ends, last.size());
-    std::fflush(stdout);
     std::_Exit(0);
 }

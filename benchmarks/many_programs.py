@@ -7,7 +7,8 @@ Each program subscribes to a counter of its own so many times. Meanwhile the sta
 one connection per host, is killed and started again, and the cable between router and station is
 pulled. A program counts its samples, the counts that it missed, and samples of other programs. What
 is missed is what passed while there was no connection: as often as the cable was pulled, for each
-subscription once. A program that is killed must leave nothing at the station.
+subscription once. What came through the cable is counted there too: at the end it is held, so that
+the programs have all that came. A program that is killed must leave nothing at the station.
 Usage: python benchmarks/many_programs.py [PROGRAMS] [SUBSCRIPTIONS] [SECONDS]
 The full length: python benchmarks/many_programs.py 8 500 3600
 """
@@ -17,16 +18,20 @@ import contextlib
 import json
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
 import time
 from collections import Counter
 from collections.abc import AsyncIterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import achse
+from achse.ams import Command
+from achse.ams.frame import TCP_HEADER
 
 NET_ID, OWN = "5.1.2.3.1.1", "5.7.7.7.1.1"
 STATION, ROUTER = "127.0.0.91", "127.0.0.92"
@@ -34,6 +39,9 @@ PULSE_MS = 500
 """Time between two counts."""
 
 RESTARTS, PULLS = 2, 3
+
+NOTIFICATION = int(Command.NOTIFICATION)
+STREAM_HEAD, STAMP, SAMPLE_HEAD = (struct.Struct(each) for each in ("<II", "<QI", "<II"))
 
 ROOT = Path(__file__).parents[1]
 ADSLIB = ROOT / ".foreign" / "pyads-3.6.0" / "many_programs"
@@ -50,7 +58,7 @@ END_PROGRAM
 
 
 def program(number: int, subscriptions: int) -> None:
-    """One program: it ends with its standard input, and prints what came."""
+    """One program: it prints what came behind each line of its standard input, and at its end."""
     import pyads
 
     last: dict[int, int] = {}
@@ -79,9 +87,9 @@ def program(number: int, subscriptions: int) -> None:
             f"MAIN.aCount[{number}]", pyads.NotificationAttrib(4), came
         )
     print("ready", flush=True)
-    sys.stdin.read()
-    counts["subscriptions"] = len(last)
-    print(json.dumps(counts), flush=True)
+    for _ in chain(sys.stdin, [""]):
+        counts["subscriptions"] = len(last)
+        print(json.dumps(counts), flush=True)
     signal.raise_signal(signal.SIGKILL)
 
 
@@ -100,14 +108,50 @@ def commands(programs: int, subscriptions: int) -> list[tuple[str, list[str]]]:
     ]
 
 
-class Cable:
-    """A TCP connection through this process, which can be pulled."""
+class SampleCounter:
+    """Counts the samples of notifications in a stream of AMS/TCP packets."""
 
     def __init__(self) -> None:
+        self.samples = 0
+        self._partial = b""
+
+    def receive(self, data: bytes) -> None:
+        data = self._partial + data
+        position = 0
+        while len(data) - position >= TCP_HEADER.size:
+            end = position + TCP_HEADER.size + TCP_HEADER.unpack_from(data, position)[1]
+            if end > len(data):
+                break
+            if int.from_bytes(data[position + 22 : position + 24], "little") == NOTIFICATION:
+                self._count(data, position + 38)
+            position = end
+        self._partial = data[position:]
+
+    def _count(self, data: bytes, position: int) -> None:
+        _, stamps = STREAM_HEAD.unpack_from(data, position)
+        position += STREAM_HEAD.size
+        for _ in range(stamps):
+            count = STAMP.unpack_from(data, position)[1]
+            position += STAMP.size
+            for _ in range(count):
+                position += SAMPLE_HEAD.size + SAMPLE_HEAD.unpack_from(data, position)[1]
+            self.samples += count
+
+
+class Cable:
+    """A TCP connection through this process, which can be pulled, or held for a while."""
+
+    def __init__(self) -> None:
+        self.samples = 0
+        """Samples that went to the router."""
+        self.flows = asyncio.Event()
+        """While it is not set nothing goes to the router."""
+        self.flows.set()
         self.port = 0
         self.connections = 0
         self.most_at_once = 0
         self._writers: set[asyncio.StreamWriter] = set()
+        self._counters: set[SampleCounter] = set()
 
     async def connected(self, here: asyncio.StreamReader, back: asyncio.StreamWriter) -> None:
         try:
@@ -119,15 +163,43 @@ class Cable:
         pair = {back, out}
         self._writers |= pair
         self.most_at_once = max(self.most_at_once, len(self._writers) // 2)
-        await asyncio.gather(self._carry(here, out), self._carry(there, back))
+        back.transport.set_write_buffer_limits(high=0)
+        counter = SampleCounter()
+        await asyncio.gather(self._carry(here, out), self._carry(there, back, counter))
+        self.samples += counter.samples
+        self._counters.discard(counter)
         self._writers -= pair
 
-    async def _carry(self, source: asyncio.StreamReader, to: asyncio.StreamWriter) -> None:
+    async def _carry(
+        self,
+        source: asyncio.StreamReader,
+        to: asyncio.StreamWriter,
+        counter: SampleCounter | None = None,
+    ) -> None:
+        if counter is not None:
+            self._counters.add(counter)
         with contextlib.suppress(OSError):
             while data := await source.read(1 << 16):
+                if counter is not None:
+                    await self.flows.wait()
                 to.write(data)
                 await to.drain()
+                if counter is not None:
+                    counter.receive(data)
         to.close()
+
+    @property
+    def passed(self) -> int:
+        """Samples that went to the router so far."""
+        return self.samples + sum(each.samples for each in self._counters)
+
+    @contextlib.asynccontextmanager
+    async def held(self) -> AsyncIterator[None]:
+        """Let nothing go to the router; all that went before is with the programs."""
+        self.flows.clear()
+        await asyncio.sleep(2.0)
+        yield
+        self.flows.set()
 
     def pull(self) -> None:
         for writer in self._writers:
@@ -149,6 +221,15 @@ async def process(*command: str, ready: str) -> AsyncIterator[asyncio.subprocess
         with contextlib.suppress(ProcessLookupError):
             running.kill()
         await running.wait()
+
+
+async def so_far(running: asyncio.subprocess.Process) -> int:
+    """Samples that a program has received."""
+    assert running.stdin is not None
+    assert running.stdout is not None
+    running.stdin.write(b"\n")
+    counts: dict[str, int] = json.loads(await running.stdout.readline())
+    return counts["samples"] + counts["ends"]
 
 
 async def status() -> dict[str, Any]:
@@ -181,6 +262,8 @@ async def measure(programs: int, subscriptions: int, seconds: float, folder: Pat
         ]
         for kind, count in Counter(kind for kind, _ in started).items():
             print(f"{count} {kind} with {subscriptions} subscriptions each", flush=True)
+        async with cable.held():  # a program may drop samples while it subscribes
+            early = sum([await so_far(each) for each in clients]) - cable.passed
         pause = seconds / (RESTARTS + PULLS + 1)
         for step in range(RESTARTS + PULLS):
             await asyncio.sleep(pause)
@@ -191,11 +274,12 @@ async def measure(programs: int, subscriptions: int, seconds: float, folder: Pat
             else:
                 cable.pull()
         await asyncio.sleep(pause)
-        figures = await status()
         total: dict[str, Counter[str]] = {kind: Counter() for kind, _ in started}
-        for (kind, _), each in zip(started, clients, strict=True):
-            output = (await each.communicate(b""))[0].decode().strip()
-            total[kind].update(json.loads(output))
+        async with cable.held():
+            figures, passed = await status(), cable.passed
+            for (kind, _), each in zip(started, clients, strict=True):
+                output = (await each.communicate(b""))[0].decode().strip()
+                total[kind].update(json.loads(output))
         begin = time.monotonic()
         while True:
             [target] = (await status())["targets"]
@@ -209,6 +293,9 @@ async def measure(programs: int, subscriptions: int, seconds: float, folder: Pat
     print(f"{'':14} " + " ".join(f"{kind:>10}" for kind in total))
     for name in next(iter(total.values())):
         print(f"{name:14} " + " ".join(f"{each[name]:10}" for each in total.values()))
+    received = sum(each["samples"] + each["ends"] for each in total.values())
+    print(f"samples        {passed} through the cable, {received} received:", end=" ")
+    print(f"{early:+} while programs subscribed, {received - passed - early:+} later")
     print(f"connections    {cable.connections:9}, at once {cable.most_at_once}")
     print(f"router: losses {target['losses']}, lost frames {figures['lost_frames']},", end=" ")
     print(f"50 % {target['latency_50'] * 1e3:.2f} ms, 99 % {target['latency_99'] * 1e3:.2f} ms")
