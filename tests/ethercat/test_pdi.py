@@ -83,6 +83,36 @@ def test_a_device_that_looks_serves_a_mailbox(esc: Esc) -> None:
     assert not esc.pdi_access.write(0x1100, b"x"), "full"
     assert esc.read(0x1100, 32) == b"answer".ljust(31, b"\0") + b"\xaa"
     assert request(esc) == AlEvent.SYNC_MANAGER_0 << 1, "the master took it"
+    esc.pdi_access.write(0x1100, b"x")
+    assert request(esc) == 0, "the device begins the next"
+
+
+def test_a_device_that_looks_switches_sync_managers_and_exchanges_buffers(esc: Esc) -> None:
+    esc.write(0x0800, mailbox(0x1000, 0x24) + mailbox(0x1100, 0x20))
+    for number in (0, 1):
+        assert esc.read(0x0807 + 8 * number, 1) == b"\1"
+        assert esc.pdi_access.write(0x0807 + 8 * number, b"\0")
+        assert esc.pdi_access.read(0x0807 + 8 * number, 1) == b"\0"
+        assert not esc.pdi_access.write(0x0806 + 8 * number, b"\0"), "the master's"
+    for value in (b"one", b"two"):
+        assert esc.write(0x1000, value.ljust(32))
+        assert esc.pdi_access.read(0x1000, 32) == value.ljust(32)
+        assert esc.pdi_access.write(0x1100, value.ljust(32))
+        assert esc.read(0x1100, 32) == value.ljust(32)
+        assert esc.read(0x1100, 32) == value.ljust(32), "a buffer is never empty"
+    assert esc.pdi_access.write(0x0807, b"\1")
+    assert not esc.write(0x1000, bytes(32))
+    assert esc.pdi_access.write(0x080F, b"\2")
+    assert esc.read(0x080F, 1) == b"\2", "a repeat is acknowledged"
+    assert not esc.pdi_access.write(0x0827, b"\0"), "there are four"
+
+
+def test_status_and_code_are_written_apart(esc: Esc) -> None:
+    esc.pdi_access.write(0x0134, b"\x1d\0")
+    esc.pdi_access.write(0x0130, b"\x12\0")
+    assert esc.read(0x0130, 6) == b"\x12\0\0\0\x1d\0"
+    esc.pdi_access.write(0x0130, b"\2\0")
+    assert esc.read(0x0130, 6) == b"\2\0\0\0\x1d\0"
 
 
 def test_the_watchdog_is_an_event_until_its_status_is_read(esc: Esc) -> None:

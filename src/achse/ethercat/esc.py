@@ -7,6 +7,7 @@ below "the application's side"; or it looks by itself, through `pdi_access`.
 Source: ETG.1000.4 §6.1 to §6.8.
 """
 
+import struct
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from typing import TypeAlias
@@ -35,10 +36,8 @@ _EVENT_LATCH = 0x0001
 _EVENT_DL_STATUS = 0x0004
 _EVENT_AL_STATUS = 0x0008
 
-_PDI = 0x03
-"""DL status: the PDI is operational, its watchdog has not expired."""
-
-_PDI_WATCHDOG = 0x02
+_PDI, _PDI_WATCHDOG = 0x03, 0x02
+"""DL status: the PDI is operational, its watchdog has not expired; the latter alone."""
 
 _DL_CONTROL, _STATION, _SYSTEM_TIME = (
     int(each) for each in (Register.DL_CONTROL, Register.STATION_ADDRESS, Register.SYSTEM_TIME)
@@ -49,9 +48,7 @@ rest."""
 _LOOP_CONTROL, _ALIAS_USE = _DL_CONTROL + 1, _DL_CONTROL + 3
 """Bytes of DL control: what the ports do, whether the alias is in use."""
 
-_ERROR = 0x0010
-_ID_LOADED = 0x0020
-
+_ERROR, _ID_LOADED = 0x0010, 0x0020
 
 _Action: TypeAlias = "Callable[[Esc, int, int], None]"
 _ACTIONS: dict[Register, _Action] = {}
@@ -497,8 +494,11 @@ class Esc:
         if identification and not number:
             status |= _ID_LOADED
             number = identification
-        Register.AL_STATUS.set(self.memory, status)
-        Register.AL_STATUS_CODE.set(self.memory, number)
+        self.show_al_status(Register.AL_STATUS, struct.pack("<HxxH", status, number))
+
+    def show_al_status(self, address: int, data: bytes) -> None:
+        """Show what the device's program wrote to AL status or its code."""
+        self.memory[address : address + len(data)] = data
         self._raise_event(_EVENT_AL_STATUS)
 
     def set_links(self, linked: Sequence[bool]) -> list[bool]:

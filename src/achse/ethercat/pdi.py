@@ -9,7 +9,7 @@ Source: ETG.1000.4 §6.1.5, §6.1.6 and §6.3.
 from enum import IntFlag
 from typing import TYPE_CHECKING, Protocol
 
-from achse.codes import AlState, AlStatus
+from achse.codes import AlState
 from achse.ethercat.registers import RAM_BASE, SM_BASE, Register
 
 if TYPE_CHECKING:
@@ -65,8 +65,11 @@ class Pdi(Protocol):
         ...
 
 
-_ERROR = 0x10
-_STATES = {int(state): state for state in AlState}
+_STATE = 0x0F
+_STATES = {int(state) for state in AlState}
+_MANAGER_SIZE, _PDI_CONTROL = 8, 7
+"""Registers of a SyncManager, and which of them the device writes."""
+_OFF, _REPEAT_ACKNOWLEDGE = 0x01, 0x02
 _OWN = (Register.STATION_ALIAS, Register.AL_EVENT_MASK)
 """Registers that only the device writes."""
 
@@ -113,33 +116,25 @@ class PdiAccess:
         return data
 
     def write(self, address: int, data: bytes) -> bool:
-        """Write AL status with its code, alias, event mask, a message or memory; False if not so.
+        """Write what the device may write; False if it may not.
 
-        A message is complete when its last byte is written.
+        That is AL status and its code, alias, event mask, PDI control of SyncManagers, messages and
+        memory. A message is complete when its last byte is written.
         """
         esc = self._esc
         esc.pdi_alive()
         end = address + len(data)
         if address >= RAM_BASE:
-            for sync_manager in esc.sync_managers:
-                if sync_manager.start <= address and end <= sync_manager.end:
-                    if sync_manager.to_application or sync_manager.full:
-                        return False
-                    break
-            else:
-                sync_manager = None
-            esc.memory[address:end] = data
-            if sync_manager is not None and end == sync_manager.end:
-                esc.put(
-                    sync_manager.number, bytes(esc.memory[sync_manager.start : sync_manager.end])
-                )
-            return True
-        if address == Register.AL_STATUS and len(data) >= 2:
-            state = _STATES.get(data[0] & 0x0F)
-            code = AlStatus.of(int.from_bytes(data[4:6], "little"))
-            if state is None or code is None:
+            return self._write_ram(address, data)
+        if address >= Register.AL_STATUS and end <= Register.AL_STATUS_CODE.end:
+            if address == Register.AL_STATUS and data[0] & _STATE not in _STATES:
                 return False
-            esc.set_al_status(state, code if data[0] & _ERROR else AlStatus.NO_ERROR)
+            esc.show_al_status(address, data)
+            return True
+        number, place = divmod(address - SM_BASE, _MANAGER_SIZE)
+        if place == _PDI_CONTROL and 0 <= number < len(esc.sync_managers) and len(data) == 1:
+            esc.lock(number, bool(data[0] & _OFF))
+            esc.sync_managers[number].repeat_acknowledge = bool(data[0] & _REPEAT_ACKNOWLEDGE)
             return True
         for register in _OWN:
             if register <= address and end <= register.end:
@@ -147,3 +142,21 @@ class PdiAccess:
                 esc.readdressed()
                 return True
         return False
+
+    def _write_ram(self, address: int, data: bytes) -> bool:
+        esc, end = self._esc, address + len(data)
+        for sync_manager in esc.sync_managers:
+            if sync_manager.start <= address and end <= sync_manager.end:
+                if sync_manager.to_application or sync_manager.full:
+                    return False
+                break
+        else:
+            sync_manager = None
+        esc.memory[address:end] = data
+        if sync_manager is None:
+            return True
+        if address == sync_manager.start:
+            sync_manager.events = 0  # that the message before was taken
+        if end == sync_manager.end:
+            esc.put(sync_manager.number, bytes(esc.memory[sync_manager.start : sync_manager.end]))
+        return True

@@ -154,9 +154,11 @@ class SyncManager:
     # the application's side
 
     def put(self, message: bytes) -> None:
-        """Fill a mailbox to the master; the message is padded to the mailbox's length."""
-        self._newest = self._reading = message.ljust(self.length, b"\0")
-        self.full = True
+        """Fill a mailbox or buffer to the master, padded to its length."""
+        self._newest = message.ljust(self.length, b"\0")
+        if not self.buffered:
+            self._reading = self._newest
+        self.full = not self.buffered
         self.events = _WRITE_EVENT
 
     def release(self) -> None:
