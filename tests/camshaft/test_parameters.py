@@ -1,7 +1,6 @@
 """Parameters: every row of the manual with offset, size, access and range; complete sets."""
 
 import csv
-import re
 import struct
 from pathlib import Path
 
@@ -24,11 +23,9 @@ from achse.camshaft.parameters import (
 FILE = Path(__file__).parents[1] / "data" / "camshaft_services.tsv"
 
 with FILE.open(encoding="utf-8") as file:
-    ROWS = [
-        row
-        for row in csv.DictReader(file, delimiter="\t")
-        if row["area"] in ("encoder", "controller", "cam") and "[n]" not in row["data_type"]
-    ]
+    LISTED = list(csv.DictReader(file, delimiter="\t"))
+WHOLE_SETS = {"encoder": 0x200, "controller": 0, "cam": 0}
+ROWS = [row for row in LISTED if int(row["offset"], 16) != WHOLE_SETS[row["part"]]]
 
 OF = {
     "encoder": ENCODER_PARAMETERS,
@@ -38,29 +35,30 @@ OF = {
 SETS = {"encoder": ENCODER_SET, "controller": CONTROLLER_SET, "cam": CAM_SET}
 
 
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row['area']} {row['index_offset']}")
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row['part']} {row['offset']}")
 def test_each_row_is_a_parameter(row: dict[str, str]) -> None:
-    offset = int(row["index_offset"], 16)
-    [parameter] = [each for each in OF[row["area"]] if each.offset == offset]
-    assert {"UINT8": "B", "UINT32": "I"}[row["data_type"]] == parameter.code
-    assert parameter.writable == (row["access"] == "R/W")
-    printed = re.fullmatch(r"(\d+(?:\.\d+)?)[-/](\d+(?:\.\d+)?)(?: (ms|s))?", row["range"] or "")
-    if printed and parameter.name != "type":  # 0-3 in the range, 4 in the text
-        # times are printed in ms or s, and count in ms or 0.1 ms
-        scale = {None: 1, "ms": 10, "s": 1000}[printed[3]]
-        assert parameter.least == float(printed[1]) * scale
-        assert parameter.most == float(printed[2]) * scale
+    offset = int(row["offset"], 16)
+    [parameter] = [each for each in OF[row["part"]] if each.offset == offset]
+    assert struct.calcsize(parameter.code) == int(row["bytes"])
+    assert parameter.writable == (row["set_by_clients"] == "yes")
+    if row["most"]:
+        assert (parameter.least, parameter.most) == (int(row["least"]), int(row["most"]))
 
 
 def test_nothing_else_is_there() -> None:
-    for area, parameters in OF.items():
-        rows = {int(row["index_offset"], 16) for row in ROWS if row["area"] == area}
-        extra = {0x201, 0x202, 0x210} if area == "encoder" else set()
-        assert {each.offset for each in parameters} == rows | extra
+    for part, parameters in OF.items():
+        offsets = {int(row["offset"], 16) for row in ROWS if row["part"] == part}
+        assert {each.offset for each in parameters} == offsets
 
 
-def test_the_sizes_of_complete_sets() -> None:
-    assert (ENCODER_SET.size, CONTROLLER_SET.size, CAM_SET.size) == (12, 61, 44)
+@pytest.mark.parametrize("part", SETS)
+def test_a_complete_set_has_its_size(part: str) -> None:
+    [size] = [
+        int(row["bytes"])
+        for row in LISTED
+        if row["part"] == part and int(row["offset"], 16) == WHOLE_SETS[part]
+    ]
+    assert SETS[part].size == size
 
 
 @given(st.sampled_from(sorted(SETS)), st.data())

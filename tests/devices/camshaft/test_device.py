@@ -14,51 +14,44 @@ from achse.camshaft.parameters import (
     CAM_PARAMETERS,
     CONTROLLER_PARAMETERS,
     ENCODER_PARAMETERS,
-    CamParameter,
 )
 from achse.codes import ReservedGroup, ReturnCode
 from achse.devices.camshaft import CamshaftDevice, ServedCamshaft
 from achse.devices.camshaft.device import CAMSHAFT_PORT, IMAGE_STEP
 
 with (Path(__file__).parents[2] / "data" / "camshaft_services.tsv").open(encoding="utf-8") as file:
-    TABLE = list(csv.DictReader(file, delimiter="\t"))
+    ROWS = list(csv.DictReader(file, delimiter="\t"))
 
-ROWS = [row for row in TABLE if row["area"] in ("encoder", "controller", "cam")]
+GROUPS = {"encoder": 0x1001, "controller": 0x1000, "cam": 0x1101}
 PARAMETERS = {
     0x1000: {each.offset: each for each in CONTROLLER_PARAMETERS},
     0x1001: {each.offset: each for each in ENCODER_PARAMETERS},
     0x1101: {each.offset: each for each in CAM_PARAMETERS},
 }
-SETS = {(0x1000, 0x0): 61, (0x1001, 0x200): 12, (0x1101, 0x0): 44}
 FLAGS = {0x20, 0x21, 0x22}
 CONTROLLERS = (1, 2, 4)
 CAM = struct.pack("<8B9I", 1, 1, 1, 0, 0, 0, 0, 0, 90, 180, 4, 0, 1, 0, 1, 0, 2)
 
 
-def size_of(parameter: CamParameter) -> int:
-    return struct.calcsize(parameter.code)
-
-
 def test_the_table_is_whole() -> None:
-    assert len(TABLE) == 55
+    assert len(ROWS) == 45
     assert CAMSHAFT_PORT == 900
 
 
 @pytest.mark.parametrize("number", CONTROLLERS)
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row['area']} {row['index_offset']}")
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row['part']} {row['offset']}")
 def test_every_row_is_served_as_the_table_says(
     camshaft: Any, refused: Any, row: dict[str, str], number: int
 ) -> None:
     """Access, length and range of each row, at each controller; cams at both ends."""
-    group, offset = int(row["index_group"], 16), int(row["index_offset"], 16)
+    group, offset, size = GROUPS[row["part"]], int(row["offset"], 16), int(row["bytes"])
     parameter = PARAMETERS[group].get(offset)
-    size = SETS.get((group, offset)) or size_of(parameter)  # type: ignore[arg-type]
     base = group + (number - 1) * 0x1000
-    for place in (base, base + CAMS - 1) if row["area"] == "cam" else (base,):
+    for place in (base, base + CAMS - 1) if row["part"] == "cam" else (base,):
         before = camshaft.read(place, offset, 1000)
         assert len(before) == size
         assert camshaft.read(place, offset, 0) == b""
-        if "W" not in row["access"]:
+        if row["set_by_clients"] == "no":
             with refused(0x704):
                 camshaft.write(place, offset, before)
             continue
