@@ -1,11 +1,12 @@
 """Steps of a table that become statements of the function that calls them."""
 
+from itertools import permutations
 from typing import Any
 
 import pytest
 
 from achse.native.compiled import Kernel
-from achse.native.merging import merge_steps
+from achse.native.merging import _code_named, merge_steps
 
 SOURCE = """
 def add(total: list[int], n: int) -> None:
@@ -89,3 +90,11 @@ def test_plain_kernel_is_merged_unless_switched_off(
     plain = Kernel("steps", module.run, {}).plain
     assert plain([1], 2) == 12
     assert ("STEPS" in plain.__code__.co_names) is not merges
+
+
+@pytest.mark.parametrize("names", [*permutations(("__annotate__", "run"))])
+def test_the_code_of_a_function_is_found_beside_that_of_its_annotations(
+    names: tuple[str, ...],
+) -> None:
+    module = compile("".join(f"def {name}():\n pass\n" for name in names), "m", "exec")
+    assert _code_named(module, "run").co_name == "run"

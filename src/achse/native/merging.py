@@ -6,7 +6,6 @@ themselves, and so has a plain kernel after `merge_steps`. Files and lines stay 
 
 import ast
 import linecache
-from collections.abc import Iterator
 from types import CodeType, FunctionType
 
 __all__ = ["merge_steps"]
@@ -39,8 +38,7 @@ def merge_steps(function: FunctionType) -> None:
         return
     merged = _Merger(function, sources).visit(source)
     module = ast.fix_missing_locations(ast.Module([merged], []))
-    (code,) = _functions(compile(module, file, "exec"))
-    function.__code__ = code
+    function.__code__ = _code_named(compile(module, file, "exec"), function.__name__)
 
 
 def _is_table(thing: object, function: FunctionType) -> bool:
@@ -54,8 +52,10 @@ def _is_table(thing: object, function: FunctionType) -> bool:
     )
 
 
-def _functions(code: CodeType) -> Iterator[CodeType]:
-    return (each for each in code.co_consts if isinstance(each, CodeType))
+def _code_named(module: CodeType, name: str) -> CodeType:
+    """Return the code of a function; from Python 3.14 on its annotations are code beside it."""
+    codes = (each for each in module.co_consts if isinstance(each, CodeType))
+    return next(each for each in codes if each.co_name == name)
 
 
 class _Merger(ast.NodeTransformer):
