@@ -8,12 +8,12 @@ from achse.codes.links import code_link, library_link, service_link
 @pytest.mark.parametrize(
     ("code", "link"),
     [
-        (0x4655, "reference/nc-errors/#0x4655"),
-        (0x745, "reference/return-codes/#0x745"),
+        (0x4655, "reference/0x4655/"),
+        (0x745, "reference/0x745/"),
         (0xFFFF_FFFE, None),
     ],
 )
-def test_a_code_has_the_anchor_of_its_table(code: int, link: str | None) -> None:
+def test_a_code_has_its_page(code: int, link: str | None) -> None:
     assert code_link(code) == link
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from achse.site.hooks import ROOT, anchored, generated_pages, relinked
+from achse.site.moving import CAST_FILE
 
 
 @pytest.mark.parametrize(
@@ -41,14 +42,25 @@ KNOWN = {"index.md", "how-to/a.md", "how-to/b.md", "examples/drives/README.md", 
         ("[code](../../src/achse/x.py)", "how-to/a.md", "code"),
         ("[far](https://example.org/x.md)", "index.md", "[far](https://example.org/x.md)"),
         ("[here](#part)", "index.md", "[here](#part)"),
-        ("<!-- picture: profile -->", "how-to/a.md", "![profile](../pictures/profile.svg)"),
+        ("<!-- picture: other -->", "how-to/a.md", "![other](../pictures/other.svg)"),
     ],
 )
 def test_links_lead_to_pages_of_the_site(text: str, uri: str, found: str) -> None:
     assert relinked(text, uri, KNOWN) == found
 
 
-def test_pages_made_from_rows_replace_those_that_were_written(tmp_path: Path) -> None:
+def test_a_moving_picture_has_a_still_one_beside_it() -> None:
+    text = relinked("<!-- picture: demo -->", "index.md", KNOWN)
+    assert "(pictures/demo.svg){ .moving }" in text
+    assert "(pictures/demo_still.svg){ .still }" in text
+
+
+def test_pages_made_from_rows_replace_those_that_were_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cast = tmp_path / "demo.cast"
+    cast.write_text('{"version": 2}\n[0.1, "o", "$ achse\\r\\n"]\n')
+    monkeypatch.setenv(CAST_FILE, str(cast))
     pytest.importorskip("mkdocs", reason="needs the extra docs")
     from mkdocs.config import load_config
     from mkdocs.structure.files import File, Files

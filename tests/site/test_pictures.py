@@ -1,20 +1,30 @@
 """Pictures show what the code does, the same each time, and ask no other host."""
 
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import pytest
 
-from achse.site.pictures import PICTURES, _histories, _samples
+from achse.site.moving import CAST_FILE
+from achse.site.pictures import MOVING, PICTURES, TEXTS, _histories, _samples
 
 
 @pytest.mark.parametrize("name", PICTURES)
-def test_a_picture_is_svg(name: str) -> None:
+def test_a_picture_is_svg(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cast = tmp_path / "demo.cast"
+    cast.write_text('{"version": 2}\n[0.1, "o", "$ achse axis enable X\\r\\n"]\n')
+    monkeypatch.setenv(CAST_FILE, str(cast))
     if name in ("profile", "ledger"):
         pytest.importorskip("matplotlib")
     drawn = PICTURES[name]()
     assert ET.fromstring(drawn).tag.endswith("svg")
     assert "@font-face" not in drawn
     assert "url(http" not in drawn
+
+
+def test_each_picture_says_what_it_shows() -> None:
+    assert {name.removesuffix("_still") for name in PICTURES} == TEXTS.keys()
+    assert {name.removesuffix("_still") for name in PICTURES if "_still" in name} == MOVING
 
 
 def test_the_profile_ends_where_it_must() -> None:

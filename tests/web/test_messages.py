@@ -65,7 +65,7 @@ def test_errors_have_code_name_and_text() -> None:
 def test_an_error_has_a_link_where_a_site_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
     assert error_of(DeviceError(0x4655))["link"] is None
     monkeypatch.setenv("ACHSE_DOCS", "http://127.0.0.1:8000/")
-    link = "http://127.0.0.1:8000/reference/nc-errors/#0x4655"
+    link = "http://127.0.0.1:8000/reference/0x4655/"
     assert error_of(DeviceError(0x4655))["link"] == link
     assert error_of(CallError("to: expected a number"))["link"] is None
     monkeypatch.setenv("ACHSE_DOCS", "javascript:alert(1)//")

@@ -13,14 +13,12 @@ SITE = "ACHSE_DOCS"
 
 
 def code_link(code: int) -> str | None:
-    """The page and anchor of an ADS return code or NC error: `reference/nc-errors/#0x4655`.
+    """The page of an ADS return code or NC error: `reference/0x4655/`.
 
     None for a code that no table has.
     """
-    for page, codes in (("return-codes", ReturnCode), ("nc-errors", NcError)):
-        if codes.of(code) is not None:
-            return f"reference/{page}/#0x{code:X}"
-    return None
+    known = ReturnCode.of(code) or NcError.of(code)
+    return None if known is None else f"reference/0x{code:X}/"
 
 
 def service_link(port: int, group: int, offset: int) -> str:

@@ -7,6 +7,7 @@
   (`0x4101-0xA`), or its name (`MC_Power`): see `achse.codes.links`.
 - Pages of reference/ and the coverage of the NC are made now, from the rows
   (`achse.site.reference`); what `achse docs` has written into docs/ gives way to them.
+- Each error code gets a page of its own when the others are built (`achse.site.code_pages`).
 - Pictures are made now, in virtual time (`achse.site.pictures`), and stand where a page has
   `<!-- picture: NAME -->`.
 
@@ -19,10 +20,19 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from achse.site.code_pages import write_code_pages
 from achse.site.navigation import navigation, overview
-from achse.site.pictures import PICTURES
+from achse.site.pictures import MOVING, PICTURES, TEXTS
 
-__all__ = ["PAGES", "anchored", "generated_pages", "on_files", "on_page_markdown", "relinked"]
+__all__ = [
+    "PAGES",
+    "anchored",
+    "generated_pages",
+    "on_files",
+    "on_page_markdown",
+    "on_post_build",
+    "relinked",
+]
 
 ROOT = Path(__file__).parents[3]
 
@@ -75,6 +85,8 @@ def on_files(files: Any, *, config: Any) -> Any:
         if written is not None:
             files.remove(written)
         files.append(File.generated(config, uri, content=text))
+    style = Path(__file__).with_name("pages.css").read_text(encoding="utf-8")
+    files.append(File.generated(config, "assets/pages.css", content=style))
     for name, make in PICTURES.items():
         files.append(File.generated(config, f"pictures/{name}.svg", content=make()))
     texts = {file.src_uri: file.content_string for file in files.documentation_pages()}
@@ -94,6 +106,11 @@ def on_page_markdown(markdown: str, *, page: Any, config: Any, files: Any) -> st
     return "".join(parts)
 
 
+def on_post_build(*, config: Any) -> None:
+    """Add the pages of error codes to the site that was built."""
+    write_code_pages(Path(config.site_dir))
+
+
 def relinked(text: str, uri: str, known: set[str]) -> str:
     """Links of a page at `uri` to files of the repository lead to the pages of the site."""
     pages = _pages()
@@ -109,7 +126,11 @@ def relinked(text: str, uri: str, known: set[str]) -> str:
 
     def picture(found: re.Match[str]) -> str:
         way = posixpath.relpath(f"pictures/{found[1]}.svg", posixpath.dirname(uri) or ".")
-        return f"![{found[1].replace('_', ' ')}]({way})"
+        shown = f"![{TEXTS.get(found[1], found[1])}]({way})"
+        if found[1] in MOVING:  # the style sheet shows one of the two
+            still = way.removesuffix(".svg") + "_still.svg"
+            shown += f"{{ .moving }}![{TEXTS[found[1]]}]({still}){{ .still }}"
+        return shown
 
     return _PICTURE.sub(picture, _LINK.sub(link, text))
 

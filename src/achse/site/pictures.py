@@ -11,7 +11,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-__all__ = ["PICTURES"]
+from achse.site.moving import demo_picture, still_demo_picture
+
+__all__ = ["MOVING", "PICTURES", "TEXTS"]
 
 _LEDGER = Path(__file__).parents[3] / "benchmarks" / "ledger" / "figures.tsv"
 _STEP = 0.002
@@ -152,8 +154,22 @@ def _histories() -> dict[str, list[tuple[str, int]]]:
 
 
 PICTURES: Mapping[str, Callable[[], str]] = {
+    "demo": demo_picture,
+    "demo_still": still_demo_picture,
     "profile": _profile,
     "terminal": _terminal,
     "ledger": _ledger,
 }
 """By name, what makes its SVG."""
+
+TEXTS: Mapping[str, str] = {
+    "demo": "A terminal plays achse demo: an axis is enabled and moves from 0 to 100 mm, the scope"
+    " records the next move, and reads of a variable are refused on demand",
+    "profile": "Position, velocity and acceleration of a jerk-limited move over time",
+    "terminal": "A terminal shows what achse check finds in a program with two errors",
+    "ledger": "Instructions of each fixed work over the commits, relative to its first line",
+}
+"""By name, what a reader is told who does not see the picture."""
+
+MOVING = frozenset({"demo"})
+"""Pictures with a still one beside them, for readers who want less motion."""

@@ -64,7 +64,7 @@ def reference_pages(devices: Iterable["Device"]) -> Iterator[tuple[str, str]]:
             for code, name, text in table
         ]
         yield f"reference/{file}", _page(title, CODE_COLUMNS, lines)
-    for title, file, text in _drive_pages():
+    for title, file, text in (*_bus_code_pages(), *_drive_pages()):
         listed.append((title, file))
         yield f"reference/{file}", text
     for title, file, text in _library_pages():
@@ -84,6 +84,17 @@ CODE_COLUMNS = ("hex", "decimal", "name", "meaning", "remedy")
 
 ALL_PAGES = "reference/all.md"
 """Page that lists the others."""
+
+
+def _bus_code_pages() -> Iterator[tuple[str, str, str]]:
+    """Title, file and text of the pages about codes that slaves report to their master."""
+    from achse.codes import AbortCode, AlStatus
+
+    columns = ("hex", "name", "meaning")
+    aborts = [(f"0x{each.number:08X}", f"`{each.name}`", _text(each.text)) for each in AbortCode]
+    yield "SDO abort codes", "sdo-aborts.md", _page("SDO abort codes", columns, aborts)
+    states = [(f"0x{each.number:X}", f"`{each.name}`", _text(each.text)) for each in AlStatus]
+    yield "AL status codes", "al-status.md", _page("AL status codes", columns, states)
 
 
 def _drive_pages() -> Iterator[tuple[str, str, str]]:

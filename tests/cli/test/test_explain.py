@@ -48,7 +48,7 @@ def test_error_code_has_its_remedy() -> None:
     name, remedy, link = explained("0x4A18").stdout.splitlines()
     assert name.startswith("0x4A18  TABLE_SLAVE_RANGE  ")
     assert remedy.startswith("remedy: the slave would jump: ")
-    assert link == "reference/nc-errors/#0x4A18"
+    assert link == "reference/0x4A18/"
     shown = json.loads(explained("1", "--json").stdout)
     assert (shown["name"], shown["remedy"]) == ("INTERNAL_ERROR", None)
     assert "no table has the code 0xABCDEF" in explained("0xabcdef").stderr
