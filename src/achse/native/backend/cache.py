@@ -102,8 +102,8 @@ def _keep_small(folder: Path, newest: Path) -> None:
 
 
 def _make_room(folder: Path, newest: Path) -> int:
-    """Remove the files that were not used for the longest time until the rest is small enough;
-    return the bytes of the rest.
+    """Remove the files that were not used for the longest time if all are too large, until a
+    process can save `_UNSEEN` more; return the bytes of the rest.
 
     Only our own kinds of files; others may remove some of them meanwhile.
     """
@@ -120,8 +120,9 @@ def _make_room(folder: Path, newest: Path) -> int:
                 path.unlink()
     found.sort()
     used = newest.stat().st_size + sum(size for _, size, _ in found)
+    wanted = used if used <= _LARGEST else _LARGEST * (1 - _UNSEEN)
     for _, size, path in found:
-        if used <= _LARGEST:
+        if used <= wanted:
             break
         with suppress(OSError):
             path.unlink()
