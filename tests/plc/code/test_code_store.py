@@ -25,24 +25,24 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         yield
 
 
-def compile_text(text: str, places: tuple[int, ...], path: str) -> CodeType:
-    module = compile(text, path, "exec")
+def compile_text(text: str, places: tuple[int, ...]) -> CodeType:
+    module = compile(text, "", "exec")
     return next(each for each in module.co_consts if isinstance(each, CodeType))
 
 
-def refuse(text: str, places: tuple[int, ...], path: str) -> CodeType:
+def refuse(text: str, places: tuple[int, ...]) -> CodeType:
     raise AssertionError(f"compiled again: {text}")
 
 
 def results(
     store: CodeStore,
     sources: list[tuple[int, list[int]]],
-    make: Callable[[str, tuple[int, ...], str], CodeType],
+    make: Callable[[str, tuple[int, ...]], CodeType],
 ) -> list[int]:
     found = []
     for number, places in sources:
         text = f"def f():\n return {number} * 7"
-        code = store.code(text, tuple(places), "a.st", make)
+        code = store.code(text, tuple(places), make)
         found.append(FunctionType(code, {})())
     return found
 

@@ -33,16 +33,15 @@ class CodeStore:
         self,
         text: str,
         places: tuple[int, ...],
-        path: str,
-        make: Callable[[str, tuple[int, ...], str], CodeType],
+        make: Callable[[str, tuple[int, ...]], CodeType],
     ) -> CodeType:
-        """Return the code of a Python source whose lines are at `places` of `path`; `make` compiles
-        one that is not kept.
+        """Return the code of a Python source whose lines are at `places`; `make` compiles one that
+        is not kept.
         """
-        source = repr((text, places, path)).encode()
+        source = repr((text, places)).encode()
         key = hashlib.blake2b(source, digest_size=_DIGEST_SIZE).digest()
         found = self._codes.get(key)
-        self._used[key] = code = make(text, places, path) if found is None else found
+        self._used[key] = code = make(text, places) if found is None else found
         return code
 
     def save(self) -> None:

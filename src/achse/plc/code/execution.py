@@ -3,25 +3,28 @@
 import logging
 import struct
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Container, Iterable, Mapping
 from dataclasses import replace
 from enum import Enum
-from types import FrameType
+from functools import partial
+from types import CodeType, FrameType
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from achse.iec.structs import StructType
 from achse.iec.types import IecType
 from achse.native.backend import compiler_installed
 from achse.plc.code.code_store import CodeStore
+from achse.plc.code.emitted_programs import EMITTED, EmittedProgram
 from achse.plc.code.faults import CATCHABLE, ExceptionCode, PlcFault, code_of
 from achse.plc.code.frames import Frames, Heap
 from achse.plc.code.linker import Linker, Probe
 from achse.plc.code.operations import OPERATIONS, real_operations
 from achse.plc.code.pointers import pointer_operations
-from achse.plc.code.routines import compiled, emit_routine
+from achse.plc.code.routines import compiled, emit_routine, function_of, routine_code
 from achse.plc.code.texts import TEXTS
 from achse.plc.code.views import Views
 from achse.plc.coverage.counters import CoverageCounters
+from achse.plc.lowering.digest import project_digest
 from achse.plc.lowering.placement import MissingPlaceError, Placement
 from achse.plc.lowering.places import BYTES_A_PASS
 from achse.plc.lowering.project import LoweredProject
@@ -176,42 +179,52 @@ class Execution:
         """The machine code; None if all is plain."""
         self.kept_plain: Mapping[str, str] = {}
         """Routines that are plain beside machine code, and why."""
+        by_python = sorted(key for key in self._overrides if key in project.routines)
+        digest = ""
+        if cached:
+            digest = project_digest(
+                project,
+                placement,
+                variables,
+                by_python,
+                exceptions=exceptions,
+                counted=self._linker.project.counted,
+                conditions=conditions,
+            )
         if form is not CodeForm.PLAIN:
-            self._translate_if_possible(form, variables, exceptions, cached)
+            self._translate_if_possible(form, by_python, digest)
         if self.coverage is not None:
             self.namespace |= {"COUNTS": self.coverage.counts, "count": self.coverage.count}
         self.renew()
-        self._link(cached)
+        self._link(digest)
 
     # functions -------------------------------------------------------------------------------
 
     def _translate_if_possible(
-        self, form: CodeForm, variables: list[PlacedVariable], exceptions: bool, cached: bool
+        self, form: CodeForm, by_python: Collection[str], digest: str
     ) -> None:
         """Of `CodeForm.AUTO`, whatever keeps machine code away leaves all plain."""
         if form is CodeForm.AUTO and not compiler_installed():
             return
         try:
-            self._translate(variables, exceptions, cached)
+            self._translate(by_python, digest)
         except Exception as failure:
             if form is CodeForm.MACHINE:
                 raise
             log.warning("programs run as plain Python, not as machine code: %r", failure)
 
-    def _translate(self, variables: list[PlacedVariable], exceptions: bool, cached: bool) -> None:
+    def _translate(self, by_python: Collection[str], digest: str) -> None:
         """Make machine code of what can be; the rest shares budget and frames with it."""
         from achse.plc.machine.build import machine_code
         from achse.plc.machine.program import MachineHost, MachineProgram
 
-        by_python = sorted(key for key in self._overrides if key in self.project.routines)
         counters = 0 if self.coverage is None else self.coverage.size
         content = machine_code(
             self.project,
             self.placement,
-            variables,
             by_python,
-            exceptions=exceptions,
-            cached=cached,
+            exceptions=self._linker.project.exceptions,
+            digest=digest,
             counted=self._linker.project.counted,
             counters=counters,
             conditions=self._linker.project.conditions,
@@ -237,33 +250,53 @@ class Execution:
         for key, why in self.kept_plain.items():
             log.debug("%s stays plain: %s", key, why)
 
-    def _link(self, cached: bool) -> None:
+    def _link(self, digest: str) -> None:
         in_machine = {} if self.machine is None else self.machine.keys
-        store = None
-        if cached and self.machine is None and len(self.project.routines) >= _FEWEST_KEPT:
-            store = CodeStore({each.source.path for each in self.project.routines.values()})
+        program = self._emitted(digest, in_machine)
+        self._linker.adopt(program.constants)
+        self.left_out.update(program.left_out)
         for key, routine in self.project.routines.items():
             name = self._linker.name_of(key)
             if self.machine is not None and key in in_machine:
                 self.namespace[name] = self.machine.function(key)
-                continue
-            if routine.body is None or key in self._overrides:
-                self.namespace[name] = self._without_text(routine)
-                continue
-            try:
-                lines = emit_routine(routine, self._linker)
-                function = compiled(routine, lines, self.namespace, self._linker.names, store)
-            except MissingPlaceError as missing:
-                self._leave_out(key, f"{missing.args[0]} has no memory in this PLC")
-            except (SyntaxError, RecursionError, MemoryError) as refusal:
-                self._leave_out(key, f"too large or too deep for Python: {refusal}")
+            elif key in program.codes:
+                self.namespace[name] = function_of(routine, program.codes[key], self.namespace)
+            elif key in program.left_out:
+                self.namespace[name] = partial(_left_out, f"{key}: {program.left_out[key]}")
             else:
-                self.namespace[name] = function
-        if store is not None:
-            store.save()
+                self.namespace[name] = self._without_text(routine)
         self.namespace.update(self._linker.constants)
         self.namespace.update(self.views.namespace())
         self._tables = self._all_tables()
+
+    def _emitted(self, digest: str, in_machine: Container[str]) -> EmittedProgram:
+        """The plain routines; with a digest, those of a PLC before with the same program."""
+        known = f"{digest} {'plain' if self.machine is None else 'beside machine code'}"
+        program = EMITTED.get(known) if digest else None
+        if program is None:
+            program = self._emit(in_machine, is_kept=digest != "")
+            if digest:
+                EMITTED.add(known, program)
+        return program
+
+    def _emit(self, in_machine: Container[str], *, is_kept: bool) -> EmittedProgram:
+        store = None
+        if is_kept and self.machine is None and len(self.project.routines) >= _FEWEST_KEPT:
+            store = CodeStore({each.source.path for each in self.project.routines.values()})
+        codes: dict[str, CodeType] = {}
+        left_out: dict[str, str] = {}
+        for key, routine in self.project.routines.items():
+            if key in in_machine or routine.body is None or key in self._overrides:
+                continue
+            try:
+                codes[key] = routine_code(routine, emit_routine(routine, self._linker), store)
+            except MissingPlaceError as missing:
+                left_out[key] = f"{missing.args[0]} has no memory in this PLC"
+            except (SyntaxError, RecursionError, MemoryError) as refusal:
+                left_out[key] = f"too large or too deep for Python: {refusal}"
+        if store is not None:
+            store.save()
+        return EmittedProgram(codes, left_out, dict(self._linker.constants))
 
     def _all_tables(self) -> dict[int, dict[str, Callable[..., Any]]]:
         """The functions that calls through an address find, by the number of the block."""
@@ -275,10 +308,6 @@ class Execution:
             }
             for number, block in self.project.block_numbered.items()
         }
-
-    def _leave_out(self, key: str, why: str) -> None:
-        self.left_out[key] = why
-        self.namespace[self._linker.name_of(key)] = lambda *_, **__: _unavailable(f"{key}: {why}")
 
     def _without_text(self, routine: Routine) -> Callable[..., Any]:
         found = self._overrides.get(routine.key)
@@ -331,7 +360,7 @@ class Execution:
                 if routine.body is None or key in self._overrides or key in self.left_out:
                     continue
                 lines = emit_routine(routine, self._linker)
-                made[key] = compiled(routine, lines, self.namespace, self._linker.names)
+                made[key] = compiled(routine, lines, self.namespace)
         finally:
             self._linker.probe = None
         self.namespace.update(self._linker.constants)
@@ -353,7 +382,7 @@ class Execution:
 
         def make() -> Callable[..., Any]:
             self.namespace.update(self._linker.constants)
-            return compiled(routine, lines, self.namespace, self._linker.names)
+            return compiled(routine, lines, self.namespace)
 
         return "\n".join(line.text for line in lines), make
 
@@ -369,7 +398,7 @@ class Execution:
         if routine is None or not body or key in self.left_out:
             return None
         lines = emit_routine(replace(routine, body=body), self._linker)
-        function = compiled(routine, lines, self.namespace, self._linker.names)
+        function = compiled(routine, lines, self.namespace)
         self.namespace.update(self._linker.constants)
         return function
 
@@ -527,6 +556,10 @@ def _misaligned(address: int) -> None:
 
 def _unavailable(why: str) -> NoReturn:
     raise PlcFault(ExceptionCode.UNRESOLVED_EXTREFS, why)
+
+
+def _left_out(why: str, *_: Any, **__: Any) -> NoReturn:
+    _unavailable(why)
 
 
 def _enum_name(number: int, names: Mapping[int, bytes]) -> bytes:

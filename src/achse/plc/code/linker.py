@@ -1,5 +1,7 @@
 """The linker: what emitted code refers to by name, and where it is."""
 
+import hashlib
+import re
 from collections.abc import Mapping
 from typing import Any, Protocol
 
@@ -24,33 +26,59 @@ class Probe(Protocol):
 
 
 class Linker:
-    """Names in emitted code: `R12` is a routine, `K7` a constant. Both stay as they are."""
+    """Names in emitted code: `routine_main` is a routine, `K_6f1e…` a constant.
+
+    A name follows from the routine's key or from the constant's content, so that the routines of a
+    library have the same text in all programs. Constants of equal names are numbered.
+    """
 
     def __init__(self, project: LoweredProject) -> None:
         self.project = project
         self.probe: Probe | None = None
         """Of a debug build: what code says before each statement."""
         self.constants: dict[str, Any] = {}
-        self._names: dict[str, str] = {}
         self._constant_names: dict[Any, str] = {}
 
     def name_of(self, key: str) -> str:
         """The Python name of a routine."""
-        name = self._names.get(key)
-        if name is None:
-            name = self._names[key] = f"R{len(self._names)}"
-        return name
-
-    @property
-    def names(self) -> Mapping[str, str]:
-        """Python names of all routines that something refers to, by key."""
-        return self._names
+        return f"routine_{_identifier(key)}"
 
     def constant(self, value: Any) -> str:
         """The name of something that is not a literal of Python."""
-        key = (type(value), id(value) if isinstance(value, IecType | dict) else repr(value))
+        key = _identity(value)
         name = self._constant_names.get(key)
         if name is None:
-            name = self._constant_names[key] = f"K{len(self._constant_names)}"
+            base = name = _constant_name(value)
+            number = 1
+            while name in self.constants:
+                number += 1
+                name = f"{base}_{number}"
+            self._constant_names[key] = name
             self.constants[name] = value
         return name
+
+    def adopt(self, constants: Mapping[str, Any]) -> None:
+        """Begin with the constants of code that was emitted before."""
+        self.constants.update(constants)
+        self._constant_names.update({_identity(value): name for name, value in constants.items()})
+
+
+def _identity(value: Any) -> Any:
+    """Return the same for constants that can share a name."""
+    return type(value), id(value) if isinstance(value, IecType) else repr(value)
+
+
+def _constant_name(value: Any) -> str:
+    """Return a name that follows from the content; types of equal names may share it."""
+    content = value.name.lower() if isinstance(value, IecType) else repr(value)
+    named = f"{type(value).__name__} {content}".encode("utf-8", "surrogatepass")
+    return f"K_{hashlib.blake2b(named, digest_size=8).hexdigest()}"
+
+
+def _identifier(text: str) -> str:
+    """Return an identifier of Python that no other text has."""
+    return _SPECIAL.sub(lambda match: _ESCAPES.get(match[0]) or f"U{ord(match[0]):x}U", text)
+
+
+_SPECIAL = re.compile("[^a-z0-9_]")
+_ESCAPES = {".": "DOT"}

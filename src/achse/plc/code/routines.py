@@ -1,7 +1,6 @@
 """Routines as Python functions: head, frame, body, and the places of their lines."""
 
 import ast
-from collections.abc import Mapping
 from functools import lru_cache
 from types import CodeType, FunctionType
 from typing import Any, cast
@@ -18,7 +17,7 @@ from achse.plc.lowering.routines import lowered
 from achse.plc.memory import ADDRESS_BITS
 from achse.st.typed.project import Routine
 
-__all__ = ["compiled", "emit_routine", "source_of"]
+__all__ = ["compiled", "emit_routine", "function_of", "routine_code", "source_of"]
 
 
 def source_of(routine: Routine, linker: Linker) -> str:
@@ -108,22 +107,27 @@ def _frame(
             lines.add("returned(call)")
 
 
-def compiled(
-    routine: Routine,
-    lines: list[SourceLine],
-    namespace: dict[str, Any],
-    names: Mapping[str, str],
-    store: CodeStore | None = None,
-) -> FunctionType:
-    """The function, whose lines are those of the Structured Text; `store` keeps its code."""
+def routine_code(
+    routine: Routine, lines: list[SourceLine], store: CodeStore | None = None
+) -> CodeType:
+    """The code of emitted lines, without the name of the routine and of its file; `store` keeps
+    it."""
     text = "\n".join(line.text for line in lines)
     offsets = {line.at: routine.locate(line.at).line for line in lines}
     places = tuple(offsets[line.at] for line in lines)
     make = _code if len(text) <= _LONGEST_KEPT else _code.__wrapped__
-    path = routine.source.path
-    code = make(text, places, path) if store is None else store.code(text, places, path, make)
+    return make(text, places) if store is None else store.code(text, places, make)
+
+
+def function_of(routine: Routine, code: CodeType, namespace: dict[str, Any]) -> FunctionType:
+    """The function of a routine, whose lines are those of the Structured Text."""
     # A copy: CPython specialises code for one namespace.
-    return FunctionType(_named(code, routine.name), namespace, names[routine.key])
+    return FunctionType(_named(code, routine.name, routine.source.path), namespace, code.co_name)
+
+
+def compiled(routine: Routine, lines: list[SourceLine], namespace: dict[str, Any]) -> FunctionType:
+    """The function of emitted lines."""
+    return function_of(routine, routine_code(routine, lines), namespace)
 
 
 _LONGEST_KEPT = 1 << 15
@@ -131,20 +135,22 @@ _LONGEST_KEPT = 1 << 15
 
 
 @lru_cache(512)
-def _code(text: str, places: tuple[int, ...], path: str) -> CodeType:
+def _code(text: str, places: tuple[int, ...]) -> CodeType:
     """Return the code of a function whose lines are at `places`: an online change, and the next
-    PLC with the same sources, need most of it again."""
+    PLC with the same library, need most of it again."""
     tree = ast.parse(text)
     for node in ast.walk(tree):
         if hasattr(node, "lineno"):
             place = cast("ast.stmt", node)
             place.lineno = place.end_lineno = places[place.lineno - 1]
             place.col_offset = place.end_col_offset = 0
-    module = compile(tree, path, "exec")
+    module = compile(tree, "", "exec")
     return next(one for one in module.co_consts if isinstance(one, CodeType))
 
 
-def _named(code: CodeType, name: str) -> CodeType:
-    """The code and the functions inside it with the name of the routine, for reports."""
-    inner = tuple(_named(one, name) if isinstance(one, CodeType) else one for one in code.co_consts)
-    return code.replace(co_name=name, co_qualname=name, co_consts=inner)
+def _named(code: CodeType, name: str, path: str) -> CodeType:
+    """The code and the functions inside it with the name and file of the routine, for reports."""
+    inner = tuple(
+        _named(one, name, path) if isinstance(one, CodeType) else one for one in code.co_consts
+    )
+    return code.replace(co_name=name, co_qualname=name, co_filename=path, co_consts=inner)

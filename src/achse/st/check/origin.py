@@ -1,7 +1,7 @@
 """Digest of the inputs of a typed project: it differs wherever the project could.
 
-Inputs are all sources that were read, all constants that were computed from them or passed in, and
-the declarations of the runtime. The digest is the key of cached results.
+Inputs are the contents of all sources that were read, wherever their files are, all constants that
+were computed from them or passed in, and the declarations of the runtime. The digest is the key of cached results.
 """
 
 import hashlib
@@ -21,7 +21,7 @@ def origin_of(
     entries = names.scopes.entries
     sources = {id(entry.source): entry.source for entry in entries.values()}
     for source in sources.values():
-        found.update(source.digest)
+        found.update(source.content_digest + f"{source.library}\0".encode())
     # Which of their parts count can depend on names that were defined for the parser.
     found.update(" ".join(f"{name}:{entry.at}" for name, entry in entries.items()).encode())
     for owner, name, value in names.constants.known():

@@ -255,8 +255,14 @@ class Source:
 
     @cached_property
     def digest(self) -> bytes:
-        """A hash of path and text, 20 bytes."""
-        content = f"{self.path}\0{self.text}".encode("utf-8", "surrogatepass")
+        """A hash of path and content, 20 bytes."""
+        path = f"{self.path}\0".encode("utf-8", "surrogatepass")
+        return hashlib.blake2b(path + self.content_digest, digest_size=20).digest()
+
+    @cached_property
+    def content_digest(self) -> bytes:
+        """A hash of text, places in the file and drawings, 20 bytes."""
+        content = f"{self.pieces}\0{self.text}".encode("utf-8", "surrogatepass")
         found = hashlib.blake2b(content, digest_size=20)
         for drawing in self.drawings:
             found.update(drawing.digest)
