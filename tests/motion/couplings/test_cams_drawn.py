@@ -2,6 +2,7 @@
 
 import random
 from bisect import bisect_right
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -13,6 +14,7 @@ import pytest
 from achse.codes import NcError
 from achse.motion import Axis, AxisParameters, Nc, commands
 from achse.motion.commands import CamDemand
+from achse.motion.setpoints.dynamics import fastest
 from achse.motion.states import (
     CamActivation,
     CamInterpolation,
@@ -22,6 +24,7 @@ from achse.motion.states import (
     TableSubType,
     TableType,
 )
+from achse.motion.tables import TableError
 from achse.motion.tables.memory import COUNT, HEADER, PIECE
 
 VALUES = {
@@ -443,3 +446,63 @@ def test_requests_in_motion_neither_jump_nor_wait_for_a_cycle(seed: int) -> None
             for nc in both:
                 nc.cycle()
             assert abs(both[0].axis(3).set_position - before) <= limit
+
+
+def _any_request(dice: random.Random, kind: int, nc: Nc) -> Callable[[Axis], int]:
+    """A request of `_drawn_request`, offsets (0x43), or an edit of a table at work."""
+    numbers = [dice.uniform(-3.0, 3.0) for _ in range(4)]
+    match dice.randint(0, 9):
+        case 0:
+            more = numbers[2:] if dice.random() < 0.5 else []
+            return lambda axis: commands.change_cam_offsets(axis, *numbers[:2], *more)
+        case 1:
+            table = nc.tables.find(dice.choice((7, 8, 9)))
+            place = 2 * dice.randrange(len(table.values) // 2) + 1
+            value = table.values[place] + dice.choice((0.1, 1.0, 5.0)) * numbers[0]
+            return lambda _: _written(nc, table, place, value)
+    return _drawn_request(dice, kind)
+
+
+def _written(nc: Nc, table: Any, place: int, value: float) -> int:
+    try:
+        nc.tables.write(table, place, [value])
+    except TableError:
+        return NcError.TABLE_SLAVE_RANGE
+    return 0
+
+
+def test_slave_never_steps_farther_than_its_velocity_allows(many: Callable[[int], int]) -> None:
+    """Whatever is accepted: cams, layers, exchanges (0x4A, 0x45), scalings (0x49, 0x4D), edits."""
+    accepted: Counter[bool] = Counter()
+    for seed in range(many(16)):
+        dice = random.Random(f"step {seed}")
+        kind = dice.choice((10, 11, 11))
+        nc = _plain_nc(dice, compiled=True)
+        slave, masters = nc.axis(3), (nc.axis(1), nc.axis(2))
+        slave.max_velocity = 10.0 ** dice.uniform(1.7, 3.5)
+        low, high = -(10.0 ** dice.uniform(0.5, 3.0)), 10.0 ** dice.uniform(0.5, 3.0)
+        limited = dice.random() < 0.6
+        if limited:
+            slave.encoder.soft_limit_min, slave.encoder.soft_limit_max = low, high
+            slave.encoder.soft_limit_min_enable = slave.encoder.soft_limit_max_enable = 1
+        nc.cycle(3)
+        farthest = fastest(slave) * nc.cycle_seconds * (1 + 1e-6) + 1e-6
+        for _ in range(20):
+            if not slave.coupling.law:
+                for axis in nc:
+                    commands.reset(axis) if axis.error_code else commands.stop(axis)
+                nc.cycle(2000)
+            for _ in range(3):
+                coupled = bool(slave.coupling.law)
+                accepted[coupled] += _any_request(dice, kind, nc)(slave) == 0
+            for master in masters:
+                place, velocity = dice.uniform(-400.0, 400.0), 10.0 ** dice.uniform(0.5, 2.7)
+                commands.start(master, StartType.ABSOLUTE, place, velocity)
+            for _ in range(dice.randint(1, 40)):
+                before = slave.set_position
+                nc.cycle()
+                assert abs(slave.set_position - before) <= farthest
+                if limited:
+                    assert low - 1e-3 <= slave.set_position <= high + 1e-3
+    assert accepted[True] > 100
+    assert accepted[False] > 50

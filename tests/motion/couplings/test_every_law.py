@@ -18,6 +18,7 @@ from achse.motion.states import (
     MotionPhase,
     MotionState,
     SlaveType,
+    StateBit,
     TableType,
 )
 from achse.motion.tables import MOTION_POINT
@@ -328,3 +329,47 @@ def _compare(seed: int, healthy: bool) -> None:
     )
     for one, other in zip(plain, compiled, strict=True):
         assert one == other
+
+
+RAMPS = (SlaveType.CYCLIC_GEAR, SlaveType.SURFACE_SPEED, SlaveType.MULTI_MASTER)
+"""Laws whose ratio changes by a ramp, cycle by cycle."""
+
+
+def shown(slave: Axis) -> tuple[object, ...]:
+    """What clients read of a coupling besides its ratio: law, state, masters, table, its bits."""
+    law, bits = slave.coupling.law, slave.state_dword & _BITS
+    return law, slave.coupling_state, tuple(slave.followed), slave.coupling_table_index, bits
+
+
+_BITS = (
+    StateBit.CAM_TABLE_QUEUED
+    | StateBit.CAM_SCALING_PENDING
+    | StateBit.CAM_DATA_QUEUED
+    | StateBit.PROTECTED
+)
+
+
+def test_what_was_answered_is_visible_before_the_next_cycle() -> None:
+    """Requests of all kinds of couplings, masters at rest: a cycle changes nothing of them."""
+    accepted: set[int] = set()
+    for seed in range(12):
+        dice = random.Random(f"visible {seed}")
+        nc = station(dice, compiled=True)
+        for _ in range(60):
+            slave = dice.choice(list(nc))
+            if not slave.coupling.law:
+                code = couple(nc, dice, slave)
+            elif dice.random() < 0.5:
+                code = change(dice, slave)
+            else:
+                code = commands.decouple(slave)
+            before, ratio = shown(slave), slave.set_gear_ratio
+            at_rest = all(axis.set_velocity == 0.0 for axis in nc)
+            nc.cycle()
+            if code == 0 and at_rest:
+                accepted.add(slave.coupling.law)
+                assert shown(slave) == before
+                if slave.set_velocity == 0.0 and slave.coupling.law not in RAMPS:
+                    assert slave.set_gear_ratio == pytest.approx(ratio, abs=1e-5)
+            nc.cycle(200)
+    assert accepted >= {0, SlaveType.MULTI_MASTER, *LAWS} - {SlaveType.SEVERAL_CYCLIC_GEARS}
