@@ -38,3 +38,14 @@ def test_a_word_of_no_page_is_told(tmp_path: Path) -> None:
     assert result.exit_code == 1
     assert "no page about robot; there are: Services of TwinCAT Router: port 1;" in result.stderr
     assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("word", ["write", "serve", "build", "site"])
+def test_word_of_an_action_leads_to_its_option_and_writes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, word: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, ["docs", word])
+    assert result.exit_code
+    assert f"docs has no command '{word}': 'achse docs" in result.stderr
+    assert not list(tmp_path.iterdir())

@@ -18,6 +18,15 @@ from achse.extras import needs_extra
 __all__ = ["register"]
 
 
+_INSTEAD = {
+    "write": "'achse docs' writes the pages",
+    "serve": "'achse docs --serve' shows the site",
+    "build": "'achse docs --site FOLDER' writes the site",
+    "site": "'achse docs --site FOLDER' writes the site",
+}
+"""What a word that names no page but an action leads to."""
+
+
 def register(app: typer.Typer) -> None:
     """Add the command of this module to `app`."""
     app.command()(docs)
@@ -55,6 +64,9 @@ def docs(
     elif serve:
         _mkdocs("serve", "--dev-addr", f"{host}:{port}")
     else:
+        for word in words or []:
+            if word in _INSTEAD:
+                fail(f"docs has no command {word!r}: {_INSTEAD[word]}", name="USAGE")
         _write(words or [], out, in_json)
 
 
