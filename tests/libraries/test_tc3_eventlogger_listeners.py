@@ -197,7 +197,7 @@ def test_an_event_that_was_not_taken_comes_again(run: Callable[..., Any]) -> Non
 def test_a_listener_that_falls_behind_loses_the_oldest(run: Callable[..., Any]) -> None:
     steps = """IF step = 2 THEN
     WHILE results[1] < 70 DO hello.Send(INT_TO_ULINT(step)); results[1] := results[1] + 1; END_WHILE
-    heard.reader := heard.reader + 56;
+    heard.reader_ := heard.reader_ + 56;
     END_IF"""
     main = run("heard.Subscribe(0, 0);", steps)
     assert main["heard"]["seen"] == "m2(MAIN.hello)" * 14
@@ -243,3 +243,15 @@ def test_patterns_describe_texts() -> None:
     ]
     assert 20 < sum(expected) < 130
     assert list(ran.cycle()["is"]) == expected
+
+
+def test_names_of_a_derived_listener_are_its_own() -> None:
+    names = ("subscribed", "messages", "alarms", "filter", "reader", "record", "event")
+    ran = Ran(
+        "FUNCTION_BLOCK FB_Own EXTENDS FB_ListenerBase2 VAR_OUTPUT "
+        + " ".join(f"{name} : INT := {number};" for number, name in enumerate(names, start=1))
+        + " END_VAR END_FUNCTION_BLOCK PROGRAM MAIN VAR own : FB_Own; sum : INT; ok : BOOL; END_VAR"
+        " ok := NOT own.bSubscribed; own.Subscribe2(0); ok := ok AND own.bSubscribed;"
+        " own.Execute(); sum := " + " + ".join(f"own.{name}" for name in names) + "; END_PROGRAM"
+    ).cycle()
+    assert (ran.plc.failure, ran["sum"], ran["ok"]) == ("", 28, True)

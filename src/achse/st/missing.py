@@ -65,13 +65,18 @@ _NAMES: Mapping[str, str] = {
     r"|Planar\w+",
     "tc3_module": r"ITCom\w*|ITc[A-Z]\w*|FW_\w+|TCOM\w*|TC_GLOBAL_\w+"
     r"|(?:IID|CLSID|CTC|OTCID|PTCID)_?\w*|Guid\w+|ITCUNKNOWN_TO_\w+",
-    "tc3_plcopen_opcua": r"UA_\w+|UA(?-i:[A-Z])\w+|(?:FB|F|ST|E)_(?:OPC)?UA_\w+",
+    "tc3_plcopen_opcua": r"UA_\w+|UA(?-i:[A-Z])\w+|(?:FB|F)_(?:OPC)?UA_\w+|(?:ST|E)_UA\w+",
     "visuelemeventtable": r"FB_ReadTc3Events\w*|ST_ReadEvent\w*",
     "recipe_management": r"Recipe\w+",
     "sysdir": r"SysDir\w+",
     "sysfile": r"SysFile\w+",
+    "process data of devices": r"MDP\d{2,}\w*",
 }
 """Patterns of the names in a library, as public projects use them."""
+
+_OF_DEVICES = LibraryReference("process data of devices", "", "", {})
+"""Types that the development system makes of the process data of EtherCAT slaves: a copy of a
+project often lacks them."""
 
 _WORD = re.compile(r"[A-Za-z_]\w*")
 
@@ -214,7 +219,7 @@ def lacking_libraries(
 ) -> tuple[MissingLibrary, ...]:
     """Return the libraries that come with achse and lack names that are used, by the form of the
     names: some of these may be variables."""
-    found = missing_libraries(references, {}, sources, (), is_declared)
+    found = missing_libraries((*references, _OF_DEVICES), {}, sources, (), is_declared)
     return tuple(replace(item, is_here=True) for item in found if item.uses)
 
 

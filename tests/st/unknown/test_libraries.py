@@ -189,7 +189,7 @@ PROJECT = (
 @pytest.mark.parametrize(
     "uses",
     [
-        "VAR a : FB_GetRouterStatusInfo; END_VAR a(bExecute := TRUE);",
+        "VAR a : FB_EnumScopeServers; END_VAR a(bExecute := TRUE);",
         "VAR a : Tc2_Utilities.T_OTHER; END_VAR a.nLow := 1;",
         "VAR a : ARRAY [1..9] OF ST_ReadEvent; s : STRING; END_VAR s := a[1].sText;",
         "VAR a : FB_ReadTc3Events; n : DINT; END_VAR a(); n := F_GetThing(3);",
