@@ -65,10 +65,9 @@ class SourceProject:
         if before is None:
             return
         if stamps.keys() != before.keys():
-            self._workspace.load()
-            return
+            self._workspace.relist()
         for file in names:
-            if stamps[file] != before[file]:
+            if stamps[file] != before.get(file, stamps[file]):
                 self._workspace.reread(file)
 
     def _files(self) -> Iterator[tuple[Path, str]]:

@@ -173,12 +173,75 @@ def test_files_come_and_go(tmp_path: Path) -> None:
     workspace = Workspace(folder)
     assert not workspace.findings.errors
     (folder / "DUTs" / "E_State.TcDUT").unlink()
-    assert workspace.reread(folder / "DUTs" / "E_State.TcDUT") is Extent.FILES
+    assert workspace.reread(folder / "DUTs" / "E_State.TcDUT") is Extent.PROJECT
     assert workspace.findings == cold_findings(folder, {})
     assert workspace.findings.errors
     (folder / "More.st").write_text("TYPE E_State : (Idle, Moving, Failed); END_TYPE")
-    assert workspace.reread(folder / "More.st") is Extent.FILES
+    assert workspace.reread(folder / "More.st") is Extent.DECLARATIONS
+    assert workspace.reread(folder / "More.st") is Extent.NOTHING
     assert not workspace.findings.errors
+    (folder / "Other.TcTTO").write_text(FILES["Task.TcTTO"].replace("PlcTask", "Other"))
+    assert workspace.reread(folder / "Other.TcTTO") is Extent.FILES
+    assert workspace.findings == cold_findings(folder, {})
+
+
+def test_a_project_file_names_files_that_come_and_go(tmp_path: Path) -> None:
+    folder = write_project(tmp_path)
+    lines = [f'<Compile Include="{name}" />' for name in FILES if name != "Functions.st"]
+    project = folder / "Plc.plcproj"
+
+    def listing(*more: str) -> None:
+        project.write_text(f"<Project><ItemGroup>{''.join([*lines, *more])}</ItemGroup></Project>")
+
+    listing()
+    workspace = Workspace(folder)
+    assert workspace.findings.errors
+    listing('<Compile Include="Functions.st"><SubType>Code</SubType></Compile>\n')
+    assert workspace.reread(project) is Extent.DECLARATIONS
+    assert workspace.findings == cold_findings(folder, {})
+    assert not workspace.findings.errors
+    listing('<Compile Include="Functions.st" />', "<Version>2</Version>")
+    assert workspace.reread(project) is Extent.FILES
+
+
+_COMING = (
+    *("TYPE E_State : (Idle, Moving, Failed := 3); END_TYPE", "VAR_GLOBAL\n n : INT;\nEND_VAR"),
+    *("FUNCTION F_Add : DINT\nVAR_INPUT a, b, c : DINT; END_VAR\nEND_FUNCTION", "PROGRAM P\n"),
+    *("FUNCTION_BLOCK TON\nEND_FUNCTION_BLOCK", "FUNCTION F : INT\nF := GVL.nCount;\nEND_FUNCTION"),
+    *(
+        "",
+        "TYPE ST_New : STRUCT e : E_State; b : FB_Drive; END_STRUCT END_TYPE",
+        "GVL.nCount := 1;",
+    ),
+    *("FUNCTION_BLOCK FB_New EXTENDS FB_Fast\nEND_FUNCTION_BLOCK\n", "NAMESPACE N\nEND_NAMESPACE"),
+)
+
+
+@settings(deadline=None, max_examples=5)
+@given(st.randoms(use_true_random=False))
+def test_any_files_that_come_and_go_have_the_findings_of_a_cold_check(
+    tmp_path_factory: pytest.TempPathFactory, random: random.Random
+) -> None:
+    folder = write_project(tmp_path_factory.mktemp("files"))
+    workspace = Workspace(folder)
+    names = [name for name in FILES if name != "POUs/MAIN.TcPOU"]
+    for _ in range(random.randint(1, 4)):
+        changed = random.sample(
+            [*names, "New.st", "DUTs/A.st", "Z.st", "GVL.st"], random.randint(1, 3)
+        )
+        for name in changed:
+            if not (folder / name).exists():
+                (folder / name).write_text(FILES.get(name) or random.choice(_COMING), "utf-8")
+            elif random.random() < 0.3 and not (folder / "Moved.st").exists():
+                (folder / name).rename(folder / "Moved.st")
+            else:
+                (folder / name).unlink()
+        if random.random() < 0.5:
+            workspace.relist()
+        else:
+            for name in (*changed, "Moved.st"):
+                workspace.reread(folder / name)
+        assert workspace.findings == cold_findings(folder, {})
 
 
 def test_a_folder_without_sources_is_a_finding(tmp_path: Path) -> None:

@@ -2,11 +2,11 @@
 
 An edit of bodies alone checks the changed routines again, on the same declarations. An edit of
 declarations declares and checks again what names the changed units, directly or not. Files that did
-not change are not parsed again. What files the
-project has is read again if one is added or taken away, or if a `.plcproj`, a task or a library
-changes.
+not change are not parsed again. A file that is added or taken away is an edit of its declarations.
+All files are read again if a task or a library changes, or a `.plcproj` apart from its files.
 """
 
+import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from enum import Enum
@@ -24,11 +24,12 @@ from achse.st.files.envelope import TaskDeclaration
 from achse.st.files.files import (
     LIBRARY_TYPES,
     SOURCES,
+    content_of,
     parse_file,
     project_file,
     source_files,
 )
-from achse.st.files.forms import Content, suffixes_of
+from achse.st.files.forms import Content, has_content, suffixes_of
 from achse.st.files.reading import file_key, reading
 from achse.st.lexis.lexer import Defines
 from achse.st.lexis.pragmas import asks_for_declarations
@@ -48,6 +49,12 @@ __all__ = ["Extent", "Workspace"]
 _BESIDE = (LIBRARY_TYPES, *suffixes_of(Content.PROJECT, Content.SYSTEM, Content.SOLUTION))
 """Endings of further files that say something about a project."""
 
+_NAMED_FILES = re.compile(rb"<(Compile|Folder)\b[^>]*?(?:/>|>.*?</\1>)", re.DOTALL)
+"""Files and folders in a `.plcproj`."""
+
+_MOST_FILES = 16
+"""Files that come and go at once; of more the project is read again."""
+
 Given = Callable[[Sequence[TaskDeclaration]], Iterable[type[StaticRecord]]]
 LintRules = Callable[[Path], LintOptions]
 
@@ -62,6 +69,21 @@ class Extent(Enum):
     PROJECT = "project"
     FILES = "files"
     """The project, after its files were read again."""
+
+
+def _project_options(path: Path) -> bytes:
+    """Return the content of a `.plcproj` apart from files and blanks; nothing without one."""
+    project = project_file(path)
+    if project is None:
+        return b""
+    return b"".join(_NAMED_FILES.sub(b"", content_of(project, project.name)).split())
+
+
+def _emptied(parsed: Parsed) -> Parsed:
+    """Return a file without code in the place of one that came or went."""
+    source = Source("", parsed.source.path)
+    source.file = parsed.source.file
+    return Parsed(source, (), ())
 
 
 def _nothing_given(tasks: Sequence[TaskDeclaration]) -> Iterable[type[StaticRecord]]:
@@ -101,6 +123,8 @@ class Workspace:
         """Files of the project by `file_key`, those that cannot be read too."""
         self._named_files: dict[str, Path] = {}
         self._uses: dict[Source, Sequence[SymbolUse]] = {}
+        self._options = b""
+        """Content of the `.plcproj` apart from the files that it names."""
         self._is_listing = False
         """True if a `.plcproj` says what is in the project."""
         self._asking = False
@@ -139,7 +163,8 @@ class Workspace:
         self._sources = {file_key(Path(one.source.file)): one for one in self._files.sources}
         self._named_files = {name: file for file, name in source_files(self.path)}
         self._listed = frozenset(map(file_key, self._named_files.values()))
-        self._is_listing = project_file(self.path) is not None
+        self._options = _project_options(self.path)
+        self._is_listing = bool(self._options)
         self._asking = any(asks_for_declarations(one.source.text) for one in self.sources)
         self._examine()
 
@@ -235,36 +260,104 @@ class Workspace:
         return self._changed(key, file)
 
     def reread(self, file: Path) -> Extent:
-        """Look at a file that may have changed on disk."""
+        """Look at a file that may have changed on disk, have come or gone."""
         key = file_key(file)
-        return Extent.NOTHING if key in self._contents else self._changed(key, file)
+        if key in self._sources and not file.is_file():
+            return self.relist()
+        is_open = key in self._contents and key in self._sources
+        return Extent.NOTHING if is_open else self._changed(key, file)
+
+    def relist(self) -> Extent:
+        """Look for files that came and went."""
+        try:
+            listed = {file_key(file): (file, name) for file, name in source_files(self.path)}
+            if self._options != _project_options(self.path):
+                return self._load_again()
+        except SourceError:
+            return self._load_again()
+        came = [key for key in listed if key not in self._listed]
+        gone = [key for key in self._listed if key not in listed]
+        if not came and not gone:
+            return Extent.NOTHING
+        if len(came) + len(gone) > _MOST_FILES or not self._may_take(came, gone):
+            return self._load_again()
+        parsed: dict[str, Parsed] = {}
+        try:
+            with reading(self._contents, self._trees):
+                for key in came:
+                    file, name = listed[key]
+                    parsed[key] = parse_file(file, name, defines=self._defines)
+        except SourceError:
+            return self._load_again()
+        if any(asks_for_declarations(one.source.text) for one in parsed.values()):
+            return self._load_again()
+        self._listed = frozenset(listed)
+        self._named_files = {name: file for file, name in listed.values()}
+        every = {**self._sources, **parsed}
+        is_exact = True
+        for key in gone:
+            known = self._sources.pop(key)
+            is_exact = is_exact and self._edit_units(known, _emptied(known))
+        for key, one in parsed.items():
+            present = {*self._sources, key}
+            self._sources = {each: every[each] for each in listed if each in present}
+            is_exact = is_exact and self._edit_units(_emptied(one), one)
+        if not is_exact:
+            self._examine()
+            return Extent.PROJECT
+        return Extent.DECLARATIONS
+
+    def _may_take(self, came: Iterable[str], gone: Iterable[str]) -> bool:
+        """Return True if files that came and went are sources, on which nothing else depends."""
+        if self._files is None or self._files.events or self._asking:
+            return False
+        is_code = all(has_content(Path(key), Content.TEXT, Content.ENVELOPE) for key in came)
+        return is_code and all(key in self._sources for key in gone)
+
+    def _load_again(self) -> Extent:
+        self.load()
+        return Extent.FILES
+
+    def _edit_units(self, known: Parsed, edited: Parsed) -> bool:
+        """Take other units of a file, which the project's sources have; False if everything is to
+        be checked."""
+        self._take_sources()
+        return self._edit_declarations(known, edited)
+
+    def _take_sources(self) -> None:
+        assert self._files is not None
+        self._files = replace(self._files, sources=self.sources)
 
     def _changed(self, key: str, file: Path) -> Extent:
         known = self._sources.get(key)
         if known is None or self._files is None:
             if not self._may_read(key, file):
                 return Extent.NOTHING
-            self.load()
-            return Extent.FILES
+            is_code = has_content(file, Content.TEXT, Content.ENVELOPE, Content.PROJECT)
+            if self._files is None or not is_code or key in self._listed:
+                return self._load_again()
+            in_library = self.has(file) or any(
+                Path(key).is_relative_to(file_key(folder)) for folder in self.libraries
+            )
+            return self._load_again() if in_library else self.relist()
+        if not file.is_file():
+            return self.relist()
         try:
             with reading(self._contents, self._trees):
                 edited = parse_file(
                     Path(known.source.file), known.source.path, defines=self._defines
                 )
         except SourceError:
-            self.load()
-            return Extent.FILES
+            return self._load_again()
         if self._asking or asks_for_declarations(edited.source.text):
-            self.load()
-            return Extent.FILES
+            return self._load_again()
         if edited.source.text == known.source.text and edited.source.pieces == known.source.pieces:
             return Extent.NOTHING
         edit = self._edit_of(known, edited)
         if edit is not None and self._edit_bodies(key, edit, edited):
             return Extent.BODIES
         self._sources[key] = edited
-        self._files = replace(self._files, sources=self.sources)
-        if self._edit_declarations(known, edited):
+        if self._edit_units(known, edited):
             return Extent.DECLARATIONS
         self._examine()
         return Extent.PROJECT
@@ -416,7 +509,7 @@ class Workspace:
     def _examine(self) -> None:
         """Declare and check everything."""
         assert self._files is not None
-        self._files = replace(self._files, sources=self.sources)
+        self._take_sources()
         self.declarations, _ = self._files.declared()
         names = self.declarations.names
         self._named = named_sources(names)
