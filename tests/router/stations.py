@@ -73,17 +73,36 @@ class Wire:
         self.other: Wire
         self.end: Any
         self.over = False
+        self.stalled = False
+        """True while the other end takes nothing."""
+        self._unread: list[bytes] = []
 
     def write(self, data: bytes) -> None:
-        if not self.over:
+        if self.over:
+            return
+        if self.stalled:
+            self._unread.append(data)
+            if len(self._unread) == 1:
+                self.end.count()
+        else:
             self.loop.call_soon(lambda: self.other.end.receive(data))
 
     def get_write_buffer_size(self) -> int:
-        return 0
+        return sum(map(len, self._unread))
+
+    def stall(self, stalled: bool) -> None:
+        """Let the other end take nothing from now on, or again what waits."""
+        self.stalled = stalled
+        if self._unread and not stalled:
+            unread, self._unread = self._unread, []
+            for data in unread:
+                self.write(data)
+            self.end.count()
 
     def close(self) -> None:
         if not self.over:
             self.over = True
+            self._unread.clear()
             self.loop.call_soon(self.end.ended)
             self.loop.call_soon(self.other.close)
 
@@ -171,7 +190,7 @@ class Host:
 
     def accept(self, line: Wire, host: str = "192.0.2.1") -> None:
         line.end = Peer(self)
-        line.end.begin(line, host, 1)
+        line.end.begin(line, host, 1, counts=True)
 
     def leads(self, net_id: NetId, to: "Callable[[], Host | None]") -> Uplink:
         """Route to `net_id` by the host that `to` gives; None: it cannot be reached."""

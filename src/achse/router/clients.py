@@ -15,13 +15,15 @@ LISTED_CLIENTS = 200
 class ClientFigures:
     """The figures of one AMS address."""
 
-    __slots__ = ("errors", "requests")
+    __slots__ = ("errors", "forgotten", "requests")
 
     def __init__(self) -> None:
         self.requests = 0
         """Requests that came from there."""
         self.errors = 0
         """Answers to it with an error in the AMS header or as their result, denied ones too."""
+        self.forgotten = False
+        """True once they count no more."""
 
 
 class Clients:
@@ -51,14 +53,18 @@ class Clients:
         """Return the clients with the most requests, those first."""
         return heapq.nlargest(most, self.known, key=lambda each: self.known[each].requests)
 
-    def asked(self, source: bytes, count: int = 1) -> None:
-        """So many requests came from `source`."""
+    def figures(self, source: bytes) -> ClientFigures:
+        """Return the figures to which requests of `source` are added."""
         known = self.known.get(source)
         if known is None:
             known = self.known[source] = ClientFigures()
             if len(self.known) > MOST_CLIENTS:
-                del self.known[next(iter(self.known))]
-        known.requests += count
+                self.forget(next(iter(self.known)))
+        return known
+
+    def asked(self, source: bytes, count: int = 1) -> None:
+        """So many requests came from `source`."""
+        self.figures(source).requests += count
 
     def refused(self, source: bytes) -> None:
         """`source` got an error for an answer. Unknown is not an error."""
@@ -68,4 +74,6 @@ class Clients:
 
     def forget(self, source: bytes) -> None:
         """`source` has gone. Unknown is not an error."""
-        self.known.pop(source, None)
+        known = self.known.pop(source, None)
+        if known is not None:
+            known.forgotten = True

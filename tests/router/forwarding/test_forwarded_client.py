@@ -4,6 +4,7 @@ from achse.ams import AmsAddress, Command, Frame
 from achse.ams.notification import NotificationStream
 from achse.router.forwarding.forwarded_client import ForwardedClient
 from achse.router.forwarding.ledger import Resource, ResourceKind
+from achse.router.forwarding.pending import PendingExchange, PendingRequest
 
 PLC = bytes(AmsAddress("5.0.0.9.1.1:851"))
 SOURCE = bytes(AmsAddress("192.168.0.9.1.1:30000"))
@@ -17,10 +18,15 @@ class Connection:
 def test_client_is_idle_without_requests_releases_and_resources() -> None:
     client = ForwardedClient(Connection(), SOURCE, SOURCE, False)
     assert client.idle
-    for name in ("pending", "releasing"):
-        setattr(client, name, 1)
-        assert not client.idle
-        setattr(client, name, 0)
+    client.releasing = 1
+    assert not client.idle
+    client.releasing = 0
+    exchange = client.exchanges[PLC] = PendingExchange(client, PLC)
+    exchange.requests[1] = PendingRequest(client, Command.READ, 4, None, 0, 0)
+    assert client.pending
+    assert not client.idle
+    exchange.requests.clear()
+    assert client.idle
     client.resources[Resource(ResourceKind.SYMBOL_HANDLE, PLC, 7)] = 1
     assert not client.idle
 

@@ -16,7 +16,9 @@ class Peer:
         self.told: list[Any] = []
 
     def __getattr__(self, name: str) -> Any:
-        return lambda *arguments: self.told.append((name, *arguments))
+        return lambda *arguments, **settings: self.told.append(
+            (name, *arguments, *settings.items())
+        )
 
 
 class Transport(asyncio.Transport):
@@ -42,7 +44,7 @@ def test_each_event_reaches_the_peer(name: Any, where: tuple[Any, ...]) -> None:
     connection.eof_received()
     connection.connection_lost(None)
     assert peer.told == [
-        ("begin", line, *where),
+        ("begin", line, *where, ("counts", True)),
         ("receive", b"bytes"),
         ("count",),
         ("count",),

@@ -40,8 +40,8 @@ class ForwardedClient:
     """A client: its connection, its source address, and what it holds at the targets."""
 
     __slots__ = (
-        "alias", "client", "exchanges", "gone", "handles", "listed", "load", "pending",
-        "recipes", "registered", "releasing", "resources", "restored_from", "source", "subscribed",
+        "alias", "client", "exchanges", "gone", "handles", "listed", "load", "recipes",
+        "registered", "releasing", "resources", "restored_from", "source", "subscribed",
     )  # fmt: skip
 
     def __init__(
@@ -72,8 +72,6 @@ class ForwardedClient:
         self.restored_from: ForwardedClient | None = None
         """Session of before, while its resources are made again."""
         self.load = load or ClientLoad()
-        self.pending = 0
-        """Requests without an answer."""
         self.releasing = 0
         """Releases of its resources without an answer, those that are not sent yet included."""
         self.subscribed = False
@@ -84,9 +82,14 @@ class ForwardedClient:
         """True once its connection or its port is closed."""
 
     @property
+    def pending(self) -> bool:
+        """True if it has requests without an answer."""
+        return any(each.requests for each in self.exchanges.values())
+
+    @property
     def idle(self) -> bool:
         """True if nothing more comes for its alias."""
-        return not (self.pending or self.releasing or self.resources)
+        return not (self.releasing or self.resources or self.pending)
 
     @property
     def holds(self) -> bool:

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 from achse.ams import AmsAddress, Command, Endpoint, Flags, Frame
 from achse.codes import ReturnCode
 from achse.router.forwarding.forwarded_client import ForwardedClient
-from achse.router.forwarding.latency import Latencies
+from achse.router.forwarding.latency import MEASURED, Latencies
 from achse.router.forwarding.ledger import (
     Resource,
     ResourceAction,
@@ -36,9 +36,6 @@ __all__ = ["Forwarding"]
 _NO_RESPONSE = int(Flags.NO_RESPONSE)
 
 _READS = (int(Command.READ), int(Command.READ_WRITE))
-
-_MEASURED = 16
-"""The latency of one in so many answers is counted."""
 
 _ROUNDS, _ROUND_NS = 48, 1_000_000_000
 """Sessions of a connection that all began with the same request within this time: it goes in
@@ -251,21 +248,21 @@ class Forwarding:
         """So many requests like this one were removed from an exchange: they are answered."""
         before = self.returned
         self.returned += count
-        measured = self.returned // _MEASURED - before // _MEASURED
+        measured = self.returned // MEASURED - before // MEASURED
         if measured and self._clock is not None:
             self.latencies.add(int(self._clock() * 1e9) - request.time, measured)
         self.requests.added(-count)
         self.requests.answered(request, count, size)
         self._sessions.rest(request.session)
 
-    def returned_one(self, request: PendingRequest) -> None:
-        """The answer to this request, which `requests` has settled, goes to its client."""
-        self.returned += 1
-        if self.returned % _MEASURED == 0 and self._clock is not None:
+    def measure(self, request: PendingRequest) -> None:
+        """Count the latency of a request that is answered now."""
+        if self._clock is not None:
             self.latencies.add(int(self._clock() * 1e9) - request.time)
-        session = request.session
-        if session.gone or not session.listed:
-            self._sessions.rest(session)
+
+    def rest(self, session: ForwardedClient) -> None:
+        """Keep a session for a while if nothing more comes for it."""
+        self._sessions.rest(session)
 
     # answers and notifications ---------------------------------------------------------------
 
@@ -300,8 +297,8 @@ class Forwarding:
                 self._apply(session, request.change, answer.data)
                 if session.handles is not None:
                     answer.data = session.handles.answer(request.change, answer.data)
-            if self._clock is not None and self.returned % _MEASURED == 0:
-                self.latencies.add(int(self._clock() * 1e9) - request.time)
+            if self.returned % MEASURED == 0:
+                self.measure(request)
             self._sessions.rest(session)
         return False
 

@@ -2,7 +2,10 @@
 
 from bisect import bisect_left
 
-__all__ = ["Latencies"]
+__all__ = ["MEASURED", "Latencies"]
+
+MEASURED = 16
+"""The latency of one in so many answers is counted."""
 
 _FIRST_NS = 1_024
 """Upper bound of the first bucket; each further one has a fourth more, up to minutes."""

@@ -14,7 +14,7 @@ from achse.codes import ReturnCode
 from achse.router.forwarding.forwarded_client import ClientLoad, ForwardedClient
 from achse.router.forwarding.ledger import ResourceChange
 
-__all__ = ["PendingExchange", "PendingRequest", "PendingRequests"]
+__all__ = ["SMALL_REQUEST", "PendingExchange", "PendingRequest", "PendingRequests"]
 
 _PENDING = 1 << 14
 """Requests that may be unanswered; beyond, the oldest is forgotten for one of a client that has a
@@ -29,7 +29,7 @@ _CLIENT_BYTES = 1 << 22
 _ALL_BYTES = 1 << 26
 """The same of all clients; beyond, requests that are not small are refused."""
 
-_SMALL = 1 << 12
+SMALL_REQUEST = 1 << 12
 """Bytes of a request and its answer that are not load. A client that has nothing else under way may
 ask for so much at any time."""
 
@@ -130,8 +130,8 @@ class PendingRequests:
         self._answered = answered
         self.exchanges: dict[bytes, PendingExchange] = {}
         """By alias and target, as answers are addressed."""
-        self._size = 0
-        """Bytes of all loads."""
+        self.size = 0
+        """Bytes of the requests that count as load."""
         self.different = 0
         """Pending requests with different addresses or invoke ids."""
         self._full_until = 0
@@ -147,11 +147,6 @@ class PendingRequests:
         alias, target, invoke_id = key
         exchange = self.exchanges.get(alias + target)
         return exchange is not None and invoke_id in exchange.requests
-
-    @property
-    def size(self) -> int:
-        """Bytes of the requests that count as load."""
-        return self._size
 
     def exchange(self, session: ForwardedClient, target: bytes) -> PendingExchange:
         """Return the exchange of a client with a target."""
@@ -178,7 +173,7 @@ class PendingRequests:
     def is_too_much(self, session: ForwardedClient, size: int, now: int, congested: bool) -> bool:
         """True if a request of this size has to be refused, for what is under way."""
         load = self._load(session, now)
-        if size > _SMALL and (congested or (self._size and self._size + size > _ALL_BYTES)):
+        if size > SMALL_REQUEST and (congested or (self.size and self.size + size > _ALL_BYTES)):
             return True
         return bool(load.count) and (
             congested or load.count >= _CLIENT_PENDING or load.size + size > _CLIENT_BYTES
@@ -187,7 +182,7 @@ class PendingRequests:
     def _load(self, session: ForwardedClient, now: int) -> ClientLoad:
         load = session.load
         if load.count and now - load.time >= _LOST_NS:
-            self._size -= load.size - load.waiting_size
+            self.size -= load.size - load.waiting_size
             load.count, load.size = len(load.waiting), load.waiting_size
         return load
 
@@ -196,7 +191,7 @@ class PendingRequests:
         load = self._load(session, now)
         if self.different + count > _PENDING or load.count + count > _CLIENT_PENDING:
             return 0
-        return min(_CLIENT_BYTES - load.size, _ALL_BYTES - self._size)
+        return min(_CLIENT_BYTES - load.size, _ALL_BYTES - self.size)
 
     def enter(
         self, exchange: PendingExchange, invoke_id: int, command: int, size: int, now: int
@@ -212,7 +207,7 @@ class PendingRequests:
             or load.waiting
             or (count and now - load.time >= _LOST_NS)
             or load.size + size > _CLIENT_BYTES
-            or self._size + size > _ALL_BYTES
+            or self.size + size > _ALL_BYTES
             or self.different >= _PENDING
         ):
             return False
@@ -224,11 +219,10 @@ class PendingRequests:
             record.time, record.size = now, size
         requests[invoke_id] = record
         self.different += 1
-        self._size += size
+        self.size += size
         load.time = now
         load.count = count + 1
         load.size += size
-        session.pending += 1
         return True
 
     def add(
@@ -282,8 +276,7 @@ class PendingRequests:
         load.time = now
         load.count += count
         load.size += size
-        self._size += size
-        session.pending += count
+        self.size += size
 
     def pop(self, exchange: PendingExchange, invoke_id: int) -> PendingRequest | None:
         """Remove the oldest request with this invoke id, and return it."""
@@ -294,36 +287,28 @@ class PendingRequests:
             self.answered(request, 1, request.size)
         return request
 
-    def settle(self, exchange: PendingExchange, invoke_id: int) -> PendingRequest | None:
-        """Remove the request with this invoke id; None if there is more to do for its answer."""
-        requests = exchange.requests
-        request = requests.get(invoke_id)
-        if request is None or request.change is not None or exchange.further:
-            return None
-        del requests[invoke_id]
-        self.different -= 1
-        self.answered(request, 1, request.size)
-        return request
-
     def added(self, count: int) -> None:
         """So many requests were entered into exchanges; negative: removed."""
         self.different += count
 
     def answered(self, request: PendingRequest, count: int, size: int) -> None:
         """So many requests like `request` are under way no longer."""
-        session = request.session
-        session.pending -= count
-        load = session.load
+        load = request.session.load
         if load.count > count:
             size = min(size, load.size)
             load.count -= count
             load.size -= size
-            self._size -= size
+            self.size -= size
         elif load.count:
-            self._size -= load.size - load.waiting_size
+            self.size -= load.size - load.waiting_size
             load.count, load.size = len(load.waiting), load.waiting_size
         if load.waiting:
             self._answered(load)
+
+    def stop(self) -> None:
+        """Let nothing go that is not looked at: the connection ends."""
+        for exchange in self.exchanges.values():
+            exchange.live = False
 
     def end(self, code: ReturnCode | None) -> list[Frame]:
         """Forget all; return the answer `code`, if there is one, to each request."""
@@ -334,10 +319,9 @@ class PendingRequests:
             if code is not None
             and (answer := request.refuse(exchange.target, invoke_id, code)) is not None
         ]
-        for exchange in self.exchanges.values():
-            exchange.live = False
+        self.stop()
         self.exchanges.clear()
-        self._size = self.different = self._full_until = 0
+        self.size = self.different = self._full_until = 0
         return answers
 
 

@@ -129,7 +129,7 @@ class Sessions:
 
     def rest(self, session: ForwardedClient) -> None:
         """Keep a session that is idle for a while; its alias is free once it is gone."""
-        if session.pending or session.releasing or session.resources:
+        if not session.idle:
             return
         if session.gone:
             if session.subscribed:

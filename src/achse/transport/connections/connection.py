@@ -28,7 +28,7 @@ class TcpConnection(asyncio.Protocol):
         self.peer.socket = line.get_extra_info("socket")
         _keep_alive(self.peer.socket)
         name: Any = line.get_extra_info("peername")
-        self.peer.begin(line, *(name[:2] if name else ()))
+        self.peer.begin(line, *(name[:2] if name else ()), counts=True)
 
     def pause_writing(self) -> None:
         self.peer.count()

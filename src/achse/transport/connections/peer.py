@@ -28,7 +28,7 @@ from achse.router.rights import ALL_RIGHTS, Right
 from achse.router.routes import Admission, Route
 from achse.transport.connections.circles import CircleWarning
 from achse.transport.connections.known.frames import KnownFrames
-from achse.transport.connections.known.single import HEAD_SIZE, SMALL_PORTION
+from achse.transport.connections.known.single import HEAD, SMALL_PORTION
 from achse.transport.connections.line import Line, PeerOwner, Timer, Turns
 from achse.transport.connections.port_service import serve_ports
 from achse.transport.connections.repeated import REQUEST_SIZE, RepeatedReads
@@ -106,13 +106,21 @@ class Peer(PeerWriter):
     # the line ----------------------------------------------------------------------------------
 
     def begin(
-        self, line: Line, host: str = "", port: int = 0, *, congested: int = CONGESTED
+        self,
+        line: Line,
+        host: str = "",
+        port: int = 0,
+        *,
+        congested: int = CONGESTED,
+        counts: bool = False,
     ) -> None:
         """Bytes go by `line` from now on; its far end is at `host`:`port`, if that is known.
 
-        More than `congested` bytes that wait on it are too many for what can wait as well.
+        More than `congested` bytes that wait on it are too many for what can wait as well. With
+        `counts` it calls `count` as soon as something that was written waits.
         """
         self._line = line
+        self.direct_write = line.write if counts else self.write
         self._congested = congested
         self.connected = True
         if host:
@@ -136,6 +144,9 @@ class Peer(PeerWriter):
 
     def receive(self, data: bytes) -> None:
         """Take bytes as they come."""
+        single = self._singles.get(data[HEAD])
+        if single is not None and single(data):
+            return
         if not self.connected:
             return
         if self._undone:
@@ -144,9 +155,6 @@ class Peer(PeerWriter):
             return
         if len(data) <= SMALL_PORTION:
             if self._known is not None and not self._partial:
-                single = self._singles.get(data[:HEAD_SIZE])
-                if single is not None and single(data):
-                    return
                 done = self._known.pass_on_portion(data)
                 if done == len(data):
                     return
@@ -157,7 +165,7 @@ class Peer(PeerWriter):
                 answers, done = self._repeated.answer(data, self.last_source)
                 if done:
                     self.router.asking.asked(self.last_source, done // REQUEST_SIZE)
-                    self._out.put(answers)
+                    self.outbox.put(answers)
                     if done == len(data):
                         self._flush()
                         return
@@ -253,7 +261,9 @@ class Peer(PeerWriter):
         """From here on the peer is unreachable and holds nothing."""
         was_open = self.connected
         self.connected = False
-        self._out.clear()
+        if self._forwarding is not None:
+            self._forwarding.requests.stop()
+        self.outbox.clear()
         self._events, self._undone = iter(()), 0
         self._late.clear()
         self._stream.drop()
@@ -453,13 +463,13 @@ class Peer(PeerWriter):
             return True
         packet = frame.encode_tcp()
         if frame.command == Command.ADD_NOTIFICATION and frame.is_response:
-            self._out.added(self.owner.loop.time())
+            self.outbox.added(self.owner.loop.time())
         elif frame.command == Command.NOTIFICATION:
             if self._hold(packet):
                 return True
         elif self._ends_subscription or frame.command == Command.DELETE_NOTIFICATION:
             self._ends_subscription = False
-            if self._out.hold_answer(packet):
+            if self.outbox.hold_answer(packet):
                 self.count()
                 return True
         self._put(packet)
@@ -467,7 +477,7 @@ class Peer(PeerWriter):
 
     def subscription_ended(self) -> None:
         """The next answer says that a subscription has ended: no sample comes after it."""
-        self._ends_subscription = self._out.due is not None
+        self._ends_subscription = self.outbox.due is not None
 
     @property
     def unprocessed(self) -> int:
@@ -477,7 +487,7 @@ class Peer(PeerWriter):
     def break_off(self, frame: Frame) -> None:
         """Send the first half of `frame`, then end the connection: a cable pulled in between."""
         packet = frame.encode_tcp()
-        self._out.put(packet[: len(packet) // 2])
+        self.outbox.put(packet[: len(packet) // 2])
         self.close()
 
     @property

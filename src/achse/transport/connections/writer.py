@@ -1,7 +1,7 @@
 """The outgoing half of a peer: frames are gathered, and written once per turn of the loop."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from achse.transport.connections.line import Line, PeerOwner
 from achse.transport.connections.outbox import Outbox
@@ -23,7 +23,7 @@ class PeerWriter(ABC):
 
     def __init__(self, owner: PeerOwner) -> None:
         self.owner = owner
-        self._out = Outbox()
+        self.outbox = Outbox()
         self._counted = 0
         """Bytes that `owner.held` counts for this peer."""
         self._flush_due = False
@@ -32,6 +32,8 @@ class PeerWriter(ABC):
         self._congested = CONGESTED
         self.unread = 0
         """Bytes that waited on the line behind the last write."""
+        self.direct_write: Callable[[bytes], object] = self.write
+        """Sends a frame at once, where nothing is gathered or unread before it."""
         self._line: Line | None = None
         self.connected = False
         """True while something comes from the peer and goes to it."""
@@ -53,7 +55,7 @@ class PeerWriter(ABC):
 
     def write(self, packet: bytes) -> None:
         """Send an encoded frame at once, unless others are gathered before it."""
-        out, line = self._out, self._line
+        out, line = self.outbox, self._line
         if out.size or self._receiving or line is None:
             self.put((packet,), len(packet))
             return
@@ -76,9 +78,9 @@ class PeerWriter(ABC):
         """Bytes of notifications that may be `put` in one go, as they would be one by one; 0 while
         they are kept back."""
         line = self._line
-        if line is None or not self.connected or self._out.holds(self.owner.loop.time()):
+        if line is None or not self.connected or self.outbox.holds(self.owner.loop.time()):
             return 0
-        return 0 if self.congested else max(_FLUSH_SIZE - self._out.size, 0)
+        return 0 if self.congested else max(_FLUSH_SIZE - self.outbox.size, 0)
 
     def _put(self, packet: bytes) -> None:
         self.put((packet,), len(packet))
@@ -90,7 +92,7 @@ class PeerWriter(ABC):
 
     def gather(self, packets: Iterable[bytes], size: int) -> None:
         """Keep encoded frames until `flush` or `flush_soon`."""
-        out = self._out
+        out = self.outbox
         out.gathered += packets
         out.size += size
         if out.size > _FLUSH_SIZE:
@@ -98,7 +100,7 @@ class PeerWriter(ABC):
 
     def flush_soon(self) -> None:
         """Write what is gathered at the end of this turn."""
-        size = self._out.size
+        size = self.outbox.size
         if size and not self._receiving:
             if not self._flush_due:
                 self._flush_due = True
@@ -113,7 +115,7 @@ class PeerWriter(ABC):
 
     def _hold(self, packet: bytes) -> bool:
         """Keep a notification back if it must not come yet."""
-        out, loop = self._out, self.owner.loop
+        out, loop = self.outbox, self.owner.loop
         waited = out.due is not None
         if not out.hold(packet, loop.time()):
             return False
@@ -128,7 +130,7 @@ class PeerWriter(ABC):
 
     def _release(self) -> None:
         """Send the notifications that have waited long enough, in order."""
-        out, due = self._out, self._out.due
+        out, due = self.outbox, self.outbox.due
         if self.connected and due is not None:
             out.release(max(self.owner.loop.time(), due))  # timers may be early by their resolution
             self._release_at(out.due)
@@ -144,17 +146,19 @@ class PeerWriter(ABC):
     def backlog(self) -> int:
         """Bytes that the peer has not taken yet."""
         line = self._line
-        return self._out.size + (0 if line is None else line.get_write_buffer_size())
+        return self.outbox.size + (0 if line is None else line.get_write_buffer_size())
 
     @property
     def held(self) -> int:
         """Bytes it has not taken, also after the end, and packets that lack their end."""
         if self.cut_off:
             return 0
-        return self.backlog + self._out.held_size + self.unprocessed
+        return self.backlog + self.outbox.held_size + self.unprocessed
 
     def count(self) -> None:
         """Update the send-buffer budget after a change of the buffered bytes."""
+        line = self._line
+        self.unread = 0 if line is None else line.get_write_buffer_size()
         held = self.held
         if held != self._counted:
             self._counted = held
@@ -168,7 +172,7 @@ class PeerWriter(ABC):
 
     def _flush(self) -> None:
         self._flush_due = False
-        out, line = self._out, self._line
+        out, line = self.outbox, self._line
         if not out.size or line is None:
             return
         line.write(out.take())

@@ -62,6 +62,8 @@ class World:
             lambda uplink: uplink.failed("nobody is there"),
         )
         self.far: Peer | None = None
+        self.line: Wire | None = None
+        """The line of the far end."""
         self.asked: list[Frame] = []
         self.seen = 0
         self.watched: list[Frame] = []
@@ -75,7 +77,8 @@ class World:
         there.end = End()
         self.targets.append(there.end)
         self.asked, self.seen = [], 0
-        self.far.begin(here, "192.0.2.2", 48898)
+        self.far.begin(here, "192.0.2.2", 48898, counts=True)
+        self.line = here
 
     def come(self) -> None:
         here, there = wires(self.loop)
@@ -238,6 +241,7 @@ STEP = st.one_of(
     st.tuples(st.just("notify"), st.integers(0, 9), st.integers(0, 60), st.integers(1, 9), CUTS),
     st.tuples(st.sampled_from(("come", "watch", "port", "cut", "dial"))),
     st.tuples(st.just("leave"), st.integers(0, 3)),
+    st.tuples(st.just("stall"), st.integers(0, 3), st.booleans()),
     st.tuples(
         *(st.just("forge"), st.integers(0, 3), st.integers(0, 9), st.booleans()),
         *(st.integers(1, 9), CUTS),
@@ -322,6 +326,10 @@ def _do(world: World, step: tuple[Any, ...]) -> None:
             far.abort()
         case ("leave", which) if living:
             living[which % len(living)][2].close()
+        case ("stall", 3, stalled) if world.line is not None:
+            world.line.stall(stalled)
+        case ("stall", which, stalled) if living:
+            living[which % len(living)][2].stall(stalled)
         case ("junk", which, data) if living:
             world.take(living[which % len(living)][0], data, ())
         case ("wait", seconds):

@@ -55,7 +55,7 @@ def test_many_under_way_are_gathered_for_a_turn(numbers: list[int]) -> None:
     assert [each.invoke_id for each in made.requests()] == numbers
 
 
-@pytest.mark.parametrize("change", ["rights", "gate", "route", "far", "source", "length"])
+@pytest.mark.parametrize("change", ["rights", "gate", "route", "far", "source", "length", "unread"])
 def test_single_request_is_looked_at_after_a_change(change: str) -> None:
     made = polled()
     [(peer, _, _)] = made.clients
@@ -74,6 +74,11 @@ def test_single_request_is_looked_at_after_a_change(change: str) -> None:
         case "source":
             head = (DEVICES[0], SOURCES[1], Command.READ_STATE, 4, 0, 1)
             made.take(peer, Frame(*head, b"").encode_tcp(), ())
+        case "unread":
+            assert made.line is not None
+            made.line.stall(True)
+            assert single(data)
+            data = read(10)
         case "length":
             data += b"\0"
     assert not single(data)

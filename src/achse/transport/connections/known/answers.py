@@ -22,7 +22,8 @@ from achse.transport.connections.known.single import (
     HEAD_SIZE,
     PORTION,
     SMALL_PORTION,
-    SingleAnswer,
+    PassOn,
+    single_answer,
 )  # fmt: skip
 
 if TYPE_CHECKING:
@@ -94,16 +95,14 @@ class KnownAnswers(KnownHeads[_Known]):
             near.flush() if size <= SMALL_PORTION else near.flush_soon()
         return position
 
-    def single(self, data: bytes) -> SingleAnswer | None:
-        """Return the handler of frames like `data`; None if `data` is not one whole frame.
-
-        `data` was passed on.
-        """
+    def single(self, data: bytes) -> PassOn | None:
+        """Return the function that passes on frames like `data`; None if `data` is not one whole
+        frame. `data` was passed on."""
         known = self._heads.get(data[:HEAD_SIZE])
         if known is None or known[3] != len(data):
             return None
         exchange, near, head, length, notification = known
-        return SingleAnswer(self._far, near, exchange, head, length, notification)
+        return single_answer(self._far, near, exchange, head, length, notification)
 
     def _pass_on_to(
         self, exchange: PendingExchange, near: "Peer", data: bytes, position: int, end: int
@@ -141,11 +140,13 @@ class KnownAnswers(KnownHeads[_Known]):
                     continue
                 together = False
             invoke_id, result = _ID_AND_RESULT.unpack_from(data, rest)
-            request = requests.get(invoke_id)
-            if request is None or request.change is not None:
+            request = requests.pop(invoke_id, None)
+            if request is None:
+                break
+            if request.change is not None:
+                requests[invoke_id] = request
                 break
             last = request
-            del requests[invoke_id]
             load += request.size
             if result:
                 failed += 1

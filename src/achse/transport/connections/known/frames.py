@@ -1,6 +1,6 @@
 """Frames of a connection that are passed on without decoding, and events of the others."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from achse.ams import Connection, Event
@@ -10,8 +10,7 @@ from achse.transport.connections.known.requests import KnownRequests
 from achse.transport.connections.known.single import (
     HEAD_SIZE,
     MOST_HEADS,
-    SingleAnswer,
-    SingleRequest,
+    PassOn,
 )
 
 if TYPE_CHECKING:
@@ -31,7 +30,7 @@ class KnownFrames:
         self._stream = stream
         self._requests = KnownRequests(peer)
         self._answers: KnownAnswers | None = None
-        self.singles: dict[bytes, Callable[[bytes], bool]] = {}
+        self.singles: dict[bytes, PassOn] = {}
         """Functions that pass on a portion that is one frame, by its first bytes."""
 
     def pass_on_portion(self, data: bytes) -> int:
@@ -43,13 +42,13 @@ class KnownFrames:
 
     def _note_single(self, data: bytes) -> None:
         """Remember how a portion was passed on, if it was one frame."""
-        known: SingleAnswer | SingleRequest | None
+        known: PassOn | None
         known = None if self._answers is None else self._answers.single(data)
         known = known or self._requests.single(data)
         if known is not None:
             if len(self.singles) >= MOST_HEADS:
                 self.singles.clear()
-            self.singles[data[:HEAD_SIZE]] = known.pass_on
+            self.singles[data[:HEAD_SIZE]] = known
 
     def pass_on(self, data: bytes, position: int = 0) -> int:
         """Pass on the known frames at `position`; return the position of what is left."""

@@ -24,7 +24,8 @@ from achse.transport.connections.known.single import (
     HEADERS_SIZE,
     PORTION,
     SMALL_PORTION,
-    SingleRequest,
+    PassOn,
+    single_request,
 )  # fmt: skip
 
 if TYPE_CHECKING:
@@ -80,6 +81,9 @@ class KnownWay(NamedTuple):
     far: "Peer"
     forwarding: "Forwarding"
 
+
+_Records = dict[int, PendingRequest]
+"""Requests of a portion with the same command, by their bytes."""
 
 _Known = tuple[KnownWay, bytes, int, int]
 """KnownWay, head with the alias, length of the frame and command."""
@@ -153,16 +157,14 @@ class KnownRequests(KnownHeads[_Known]):
             far.flush() if size <= SMALL_PORTION else far.flush_soon()
         return position
 
-    def single(self, data: bytes) -> SingleRequest | None:
-        """Return the handler of requests like `data`; None if `data` is not one whole request.
-
-        `data` was forwarded.
-        """
+    def single(self, data: bytes) -> PassOn | None:
+        """Return the function that forwards requests like `data`; None if `data` is not one whole
+        request. `data` was forwarded."""
         known = self._heads.get(data[:HEAD_SIZE])
         if known is None or known[2] != len(data):
             return None
         way, head, length, command = known
-        return SingleRequest(self._near, way, head, length, command)
+        return single_request(self._near, way, head, length, command)
 
     def _forward_to(self, way: KnownWay, data: bytes, position: int, end: int) -> int:
         """Forward requests at `position` as long as all go the same way."""
@@ -171,11 +173,12 @@ class KnownRequests(KnownHeads[_Known]):
         room = way.forwarding.requests.room(way.exchange.session, now, _MOST_IN_PORTION)
         requests, session = exchange.requests, exchange.session
         parts: list[bytes] = []
-        records: dict[int, PendingRequest] = {}
-        begin, count, load, record_size = position, 0, 0, -1
+        reads: _Records = {}
+        writes: _Records = {}
+        others: _Records = {}
+        begin, count, load = position, 0, 0
         before: _Known | None = None
         together = True
-        record: Any = None
         while position < end:
             rest = position + HEAD_SIZE
             known = heads.get(data[position:rest])
@@ -188,7 +191,7 @@ class KnownRequests(KnownHeads[_Known]):
             if stop > size or its_way is not way:
                 break
             if known is not before:
-                before, record_size = known, -1
+                before = known
             elif command == _READ and together and end - position >= RUN * length:
                 taken = self._run(known, data, position, end, requests, room - load, now)
                 if taken is not None:
@@ -202,11 +205,13 @@ class KnownRequests(KnownHeads[_Known]):
             if command == _READ:
                 invoke_id, weight = _ID_AND_LENGTH.unpack_from(data, rest)
                 weight += 12
+                records = reads
             elif command == _WRITE:
                 invoke_id, group = _ID_AND_GROUP.unpack_from(data, rest)
                 if group in RELEASING_WRITES:
                     break
                 weight = length - HEADERS_SIZE
+                records = writes
             else:
                 invoke_id, group, weight = _ID_GROUP_AND_LENGTH.unpack_from(data, rest)
                 if group in HOLDING and not holds_nothing(
@@ -214,17 +219,15 @@ class KnownRequests(KnownHeads[_Known]):
                 ):
                     break
                 weight += length - HEADERS_SIZE
+                records = others
             load += weight
             if load > room or invoke_id in requests:
                 load -= weight
                 break
-            if weight != record_size:
-                alike = weight << 8 | command
-                record = records.get(alike)
-                if record is None:
-                    record = PendingRequest(session, command, _REQUEST, None, now, weight)
-                    records[alike] = record
-                record_size = weight
+            record = records.get(weight)
+            if record is None:
+                record = PendingRequest(session, command, _REQUEST, None, now, weight)
+                records[weight] = record
             requests[invoke_id] = record
             parts += (head, data[rest:stop])
             position = stop

@@ -10,11 +10,14 @@ instead: one call of the system then writes those of many clients.
 """
 
 import struct
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from achse.ams import Command
+from achse.ams import Command, Flags
 from achse.ams.frame import AMS_HEADER, TCP_HEADER
+from achse.router.forwarding.latency import MEASURED
 from achse.router.forwarding.ledger import RELEASING_WRITES, holds_nothing
+from achse.router.forwarding.pending import SMALL_REQUEST, PendingRequest
 
 if TYPE_CHECKING:
     from achse.router.forwarding.pending import PendingExchange
@@ -22,17 +25,22 @@ if TYPE_CHECKING:
     from achse.transport.connections.peer import Peer
 
 __all__ = [
+    "HEAD",
     "HEADERS_SIZE",
     "HEAD_SIZE",
     "MOST_HEADS",
     "PORTION",
     "SMALL_PORTION",
-    "SingleAnswer",
-    "SingleRequest",
+    "PassOn",
+    "single_answer",
+    "single_request",
 ]
 
 HEAD_SIZE = TCP_HEADER.size + AMS_HEADER.size - 4
 """Bytes of a frame before its invoke id."""
+
+HEAD, REST = slice(HEAD_SIZE), slice(HEAD_SIZE, None)
+"""Places of these bytes, and of those behind them."""
 
 HEADERS_SIZE = TCP_HEADER.size + AMS_HEADER.size
 
@@ -53,124 +61,129 @@ _ID_AND_RESULT = struct.Struct("<II")
 
 _READ, _WRITE = int(Command.READ), int(Command.WRITE)
 
+_REQUEST = int(Flags.ADS_COMMAND)
 
-class SingleRequest:
-    """Requests of one head."""
+PassOn = Callable[[bytes], bool]
+"""Passes on the frame that is all of the data; False if it has to be looked at."""
 
-    __slots__ = (
-        "_changes", "_clients", "_command", "_exchange", "_far", "_head", "_length", "_near",
-        "_router", "_source", "_table", "_time", "_uplink", "_weight",
-    )  # fmt: skip
 
-    def __init__(
-        self, near: "Peer", way: "KnownWay", head: bytes, length: int, command: int
-    ) -> None:
-        self._near, self._far = near, way.far
-        self._router = near.router
-        self._changes = near.router.changes
-        self._exchange = way.exchange
-        self._source = way.exchange.session.source
-        self._uplink = way.uplink
-        self._clients = near.router.asking
-        self._table = way.forwarding.requests
-        self._time = near.owner.loop.time
-        self._head = head
-        self._length = length
-        self._command = command
-        self._weight = 12 if command == _READ else length - HEADERS_SIZE
+def single_request(near: "Peer", way: "KnownWay", head: bytes, length: int, command: int) -> PassOn:
+    """Return the function that forwards requests of one head.
 
-    def pass_on(self, data: bytes) -> bool:
-        """Forward the request that is all of `data`; False if it has to be looked at."""
-        near, far, command = self._near, self._far, self._command
+    What stays as long as `router.changes` and `exchange.live` do is bound here.
+    """
+    router, far = near.router, way.far
+    changes, limited = router.changes, near.rights.limited
+    exchange, uplink = way.exchange, way.uplink
+    session, requests = exchange.session, exchange.requests
+    source, load = session.source, session.load
+    table, clients = way.forwarding.requests, router.asking
+    figures = clients.figures(source)
+    time, unpack = near.owner.loop.time, _ID_GROUP_AND_LENGTH.unpack_from
+    is_read, is_write = command == _READ, command == _WRITE
+    fixed = 12 if is_read else length - HEADERS_SIZE
+    alone = PendingRequest(session, command, _REQUEST, None, 0, 0)
+    out, write = far.outbox, far.direct_write
+
+    def pass_on(data: bytes) -> bool:
         if (
-            len(data) != self._length
-            or self._router.changes != self._changes
-            or not self._exchange.live
-            or near.last_source != self._source
-            or near.lies
-            or near.rights.limited
-            or not far.connected
-            or (far.unread and far.congested)
+            len(data) != length
+            or router.changes != changes
+            or not exchange.live
+            or near.last_source != source
+            or limited
+            or far.unread
         ):
             return False
-        invoke_id, group, weight = _ID_GROUP_AND_LENGTH.unpack_from(data, HEAD_SIZE)
-        if command == _WRITE:
+        invoke_id, group, weight = unpack(data, HEAD_SIZE)
+        if is_read:
+            weight += fixed
+        elif is_write:
             if group in RELEASING_WRITES:
                 return False
-            weight = self._weight
-        elif command == _READ or holds_nothing(group, data, HEADERS_SIZE, self._length):
-            weight += self._weight
+            weight = fixed
+        elif holds_nothing(group, data, HEADERS_SIZE, length):
+            weight += fixed
         else:
             return False
-        table = self._table
-        now = self._time()
-        few = table.different < _FEW
-        if not table.enter(self._exchange, invoke_id, command, weight, int(now * 1e9)):
-            return False
-        figures = self._clients.known.get(self._source)
-        if figures is None:
-            self._clients.asked(self._source)
+        now = time()
+        if requests or load.count or table.different >= _FEW or out.size or weight > SMALL_REQUEST:
+            few = table.different < _FEW
+            if not table.enter(exchange, invoke_id, command, weight, int(now * 1e9)):
+                return False
+            if few:
+                far.write(head + data[REST])
+            else:
+                far.put((head, data[REST]), length)
+        else:
+            requests[invoke_id] = alone
+            alone.time = load.time = int(now * 1e9)
+            alone.size = load.size = weight
+            load.count = 1
+            table.size += weight
+            table.different += 1
+            write(head + data[REST])
+        if figures.forgotten:
+            clients.asked(source)
         else:
             figures.requests += 1
-        self._uplink.last_request = now
-        if few:
-            far.write(self._head + data[HEAD_SIZE:])
-        else:
-            far.put((self._head, data[HEAD_SIZE:]), self._length)
+        uplink.last_request = now
         return True
 
+    return pass_on
 
-class SingleAnswer:
-    """Answers or notifications of one head."""
 
-    __slots__ = (
-        "_changes", "_exchange", "_far", "_forwarding", "_head", "_length", "_near",
-        "_notification", "_router", "_source", "_table", "_target",
-    )  # fmt: skip
+def single_answer(
+    far: "Peer",
+    near: "Peer",
+    exchange: "PendingExchange",
+    head: bytes,
+    length: int,
+    notification: bool,
+) -> PassOn:
+    """Return the function that passes on answers or notifications of one head."""
+    router, forwarding = far.router, far.forwarding
+    assert forwarding is not None
+    changes, table = router.changes, forwarding.requests
+    session, requests, further = exchange.session, exchange.requests, exchange.further
+    source, target, load = session.source, exchange.target, session.load
+    unpack, get = _ID_AND_RESULT.unpack_from, requests.get
+    out, write = near.outbox, near.direct_write
 
-    def __init__(
-        self,
-        far: "Peer",
-        near: "Peer",
-        exchange: "PendingExchange",
-        head: bytes,
-        length: int,
-        notification: bool,
-    ) -> None:
-        assert far.forwarding is not None
-        self._far, self._near = far, near
-        self._router = far.router
-        self._changes = far.router.changes
-        self._forwarding = far.forwarding
-        self._table = far.forwarding.requests
-        self._exchange = exchange
-        self._source, self._target = exchange.session.source, exchange.target
-        self._head = head
-        self._length = length
-        self._notification = notification
-
-    def pass_on(self, data: bytes) -> bool:
-        """Pass on the frame that is all of `data`; False if it has to be looked at."""
-        far, near, exchange = self._far, self._near, self._exchange
+    def pass_on(data: bytes) -> bool:
         if (
-            len(data) != self._length
-            or self._router.changes != self._changes
+            len(data) != length
+            or router.changes != changes
             or not exchange.live
-            or far.last_source != self._target
-            or far.lies
-            or not near.connected
+            or far.last_source != target
         ):
             return False
-        if self._notification:
-            self._forwarding.returned += 1
-            near.write_notification(self._head + data[HEAD_SIZE:])
+        if notification:
+            forwarding.returned += 1
+            near.write_notification(head + data[REST])
             return True
-        invoke_id, result = _ID_AND_RESULT.unpack_from(data, HEAD_SIZE)
-        request = self._table.settle(exchange, invoke_id)
-        if request is None:
+        invoke_id, result = unpack(data, HEAD_SIZE)
+        request = get(invoke_id)
+        if request is None or request.change is not None or further:
             return False
-        self._forwarding.returned_one(request)
+        del requests[invoke_id]
+        table.different -= 1
+        if load.count == 1 and not load.waiting:
+            table.size -= load.size
+            load.count = load.size = 0
+        else:
+            table.answered(request, 1, request.size)
+        forwarding.returned = returned = forwarding.returned + 1
+        if not returned % MEASURED:
+            forwarding.measure(request)
+        if not session.listed:
+            forwarding.rest(session)
         if result:
-            self._router.asking.refused(self._source)
-        near.write(self._head + data[HEAD_SIZE:])
+            router.asking.refused(source)
+        if out.size or near.unread:
+            near.write(head + data[REST])
+        else:
+            write(head + data[REST])
         return True
+
+    return pass_on
