@@ -1,10 +1,21 @@
 """XML that is bounded: no DOCTYPE wherever it is, no depth, no size that hurts."""
 
+from pathlib import Path
+from xml.etree.ElementTree import Element
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from achse.ethercat.master.xml_document import XmlRefusal, flag, number, number_of, parse_xml
+from achse.ethercat.master.xml_document import (
+    XmlRefusal,
+    encoding_of,
+    flag,
+    number,
+    number_of,
+    parse_xml,
+    read_bounded,
+)
 
 GROWING = "".join(f"<!ENTITY a{n} '{f'&a{n - 1};' * 10}'>" for n in range(1, 10))
 BOMB = f"<!DOCTYPE a [<!ENTITY a0 'x'>{GROWING}]><a>&a9;</a>"
@@ -29,9 +40,54 @@ def test_what_is_refused(text: str | bytes, told: str) -> None:
         parse_xml(text)
 
 
-def test_a_file_beyond_the_limit_is_not_looked_at() -> None:
+def test_a_file_beyond_the_limit_is_not_looked_at(tmp_path: Path) -> None:
     with pytest.raises(XmlRefusal, match="bytes"):
         parse_xml(bytes((64 << 20) + 1))
+    file = tmp_path / "long.xml"
+    with file.open("wb") as opened:
+        opened.truncate(200 << 20)
+    with pytest.raises(XmlRefusal, match="209715200 bytes, 67108864 are read"):
+        read_bounded(file)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("<a " + " ".join(f'b{n}=""' for n in range(300_000)) + "/>", "a tag or comment"),
+        ("<a><!--" + "x" * (3 << 20) + "--></a>", "a tag or comment"),
+        ("<a>" + "".join(f"<b{n}/>" for n in range(21_000)) + "</a>", "more than 20000 names"),
+    ],
+)
+def test_what_grows_is_refused(text: str, told: str) -> None:
+    with pytest.raises(XmlRefusal, match=told):
+        parse_xml(text)
+
+
+@given(st.lists(st.lists(st.booleans(), max_size=5), max_size=5))
+def test_dropped_elements_take_no_room(rows: list[list[bool]]) -> None:
+    """The limit is of those that are kept; each is seen whole, at its place in the text."""
+    text = "".join(f"<b>{'<c/>' * len(row)}<d> {any(row)} </d></b>\n" for row in rows)
+    data = f"<a>{text}</a>".encode()
+    seen: list[bytes] = []
+
+    def handle(element: Element, place: slice) -> bool:
+        seen.append(data[place] + b"</b>")
+        assert len(element) == seen[-1].count(b"<c/>") + 1
+        return element.findtext("d") == " True "
+
+    with pytest.MonkeyPatch.context() as patch:
+        kept = sum(len(row) + 2 for row in rows if any(row))
+        largest = max((len(row) + 2 for row in rows), default=0)
+        patch.setattr("achse.ethercat.master.xml_document._MOST_KEPT", kept + largest + 1)
+        root = parse_xml(data, handlers={"a/b": handle})
+    assert len(root) == sum(map(any, rows))
+    assert b"\n".join(seen) == text.strip().encode()
+    with pytest.raises(KeyError, match="of a handler"):
+        parse_xml("<a><b/></a>", handlers={"a/b": _refuse})
+
+
+def _refuse(element: Element, place: slice) -> bool:
+    raise KeyError("of a handler")
 
 
 @pytest.mark.parametrize(
@@ -52,3 +108,18 @@ def test_flags_and_what_is_no_number() -> None:
     assert not flag(None, "one")
     with pytest.raises(ValueError, match="it: expected a number, got '#x'"):
         number_of("#x", "it")
+
+
+@pytest.mark.parametrize(
+    ("data", "name"),
+    [
+        (b"<a/>", "utf-8"),
+        (b"<?xml version='1.0'?><a/>", "utf-8"),
+        (b"<?xml version='1.0' encoding='ISO-8859-1'?><a/>", "ISO-8859-1"),
+        ("<a/>".encode("utf-16"), "UTF-16LE"),
+        (b"\xfe\xff" + "<a/>".encode("utf-16-be"), "UTF-16BE"),
+        (b"<?xml version='1.0' encoding='klingon'?><a/>", "klingon"),
+    ],
+)
+def test_encodings(data: bytes, name: str) -> None:
+    assert encoding_of(data) == name

@@ -3,10 +3,12 @@
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from achse.ethercat.master.esi_reader import EsiError
+from achse.ethercat.master.esi_reader import EsiError, read_esi
 from achse.ethercat.virtual.esi_folder import EsiFolder
-from tests.ethercat.virtual.esi_text import DIGITAL_IN, device, esi
+from tests.ethercat.virtual.esi_text import DIGITAL_IN, device, drawn_devices, esi
 
 
 @pytest.fixture
@@ -44,8 +46,53 @@ def test_wrong_name_tells_what_there_is(folder: Path, name: str, told: str) -> N
 
 
 def test_file_that_is_named_has_to_be_one(folder: Path) -> None:
-    assert len(EsiFolder([folder / "inputs.xml"]).devices) == 1
+    assert len(EsiFolder([folder / "inputs.xml"]).types) == 1
     with pytest.raises(EsiError, match=r"notes.xml: expected EtherCATInfo"):
         EsiFolder([folder / "notes.xml"])
     with pytest.raises(EsiError, match="No such file"):
         EsiFolder([folder / "none.xml"])
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    st.lists(drawn_devices(), min_size=1, max_size=3),
+    st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "iso-8859-1", "windows-1252"]),
+    st.booleans(),
+)
+def test_device_alone_is_what_the_whole_file_has(
+    tmp_path_factory: pytest.TempPathFactory, drawn: list[str], encoding: str, modules: bool
+) -> None:
+    """In each encoding, with the modules of the file and without."""
+    file = tmp_path_factory.mktemp("esi") / "drawn.xml"
+    module = '<Module><Type ModuleIdent="1">Mödul</Type></Module>' if modules else ""
+    declared = "" if encoding.startswith("utf") else f"<?xml version='1.0' encoding='{encoding}'?>"
+    file.write_bytes((declared + esi(*drawn, modules=module)).encode(encoding))
+    whole, found = read_esi(file.read_bytes()), EsiFolder([file])
+    assert [each.type_name for each in found.types] == [each.type_name for each in whole]
+    for each in {each.type_name: each for each in reversed(whole)}.values():
+        alone = found.find(each.type_name)
+        assert alone == each
+        assert alone.modules is not None
+        assert [kind.text for kind in alone.modules.iterfind("Module/Type")] == ["Mödul"] * modules
+    assert found.find(whole[0].type_name) is found.find(whole[0].type_name)
+
+
+def test_file_that_is_another_one_meanwhile_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "box.xml"
+    file.write_text(esi(DIGITAL_IN))
+    found = EsiFolder([file])
+    file.write_text("")
+    with pytest.raises(EsiError, match=r"box.xml: changed while|box.xml: an ESI file"):
+        found.find("DI8")
+    file.unlink()
+    with pytest.raises(EsiError, match="No such file"):
+        found.find("DI8")
+
+
+def test_types_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("achse.ethercat.virtual.esi_folder._MOST_TYPES", 3)
+    for name in ("one", "two"):
+        (tmp_path / f"{name}.xml").write_text(esi(*[DIGITAL_IN] * 2))
+    found = EsiFolder([tmp_path])
+    assert len(found.types) == 2
+    assert "more than 3 devices" in found.refused[0]

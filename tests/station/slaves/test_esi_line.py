@@ -77,6 +77,7 @@ def test_behaviours_by_place(folder: Path) -> None:
     [
         (["XX"], [], "no device 'XX'"),
         (["DI8*0"], [], "expected 1 to 1000 slaves"),
+        (["DI8*100000"], [], "expected 1 to 1000 slaves, got 100000"),
         (["DI8*900", "DI8*200"], [], "1000 slaves at most"),
         (["=*"], [], "expected TYPE"),
         (["DI8=M1"], [], "has no slots"),

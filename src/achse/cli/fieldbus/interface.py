@@ -107,12 +107,13 @@ def scan(
 
 def _devices(files: list[Path]) -> list["EsiDevice"]:
     from achse.ethercat.master.esi_reader import EsiError, read_esi
+    from achse.ethercat.master.xml_document import XmlRefusal, read_bounded
 
     devices = []
     for each in files:
         try:
-            devices += read_esi(each.read_bytes())
-        except (EsiError, OSError) as fault:
+            devices += read_esi(read_bounded(each))
+        except (EsiError, XmlRefusal, OSError) as fault:
             fail(f"{each}: {fault}")
     return devices
 

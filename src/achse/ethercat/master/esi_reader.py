@@ -6,8 +6,9 @@ Dictionaries, and modules of modular devices, stay in `EsiDevice.element`.
 Source: ETG.2000; published ESI files of drives and terminals.
 """
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import count
 from xml.etree.ElementTree import Element
 
 from achse.ethercat.description import MailboxBit, Pdo, PdoEntry, SyncManagerArea
@@ -19,9 +20,17 @@ from achse.ethercat.master.configuration import (
     StateTimes,
 )
 from achse.ethercat.master.eni import TYPE_NUMBERS
-from achse.ethercat.master.xml_document import XmlRefusal, flag, number, number_of, parse_xml
+from achse.ethercat.master.xml_document import (
+    ElementHandler,
+    XmlRefusal,
+    flag,
+    number,
+    number_of,
+    parse_xml,
+)
 
 __all__ = [
+    "DEVICE_PATH",
     "EsiDevice",
     "EsiError",
     "EsiMode",
@@ -30,6 +39,8 @@ __all__ = [
     "EsiTime",
     "described",
     "from_esi",
+    "identity_of",
+    "parse_esi",
     "read_esi",
     "read_pdo",
 ]
@@ -41,6 +52,8 @@ _USES = ("MBoxOut", "MBoxIn", "Outputs", "Inputs")
 _PROTOCOLS = ("AoE", "EoE", "CoE", "FoE", "SoE", "VoE")
 _ENGLISH = "1033"
 _LAST_SYNC_MANAGER = 15
+DEVICE_PATH = "EtherCATInfo/Descriptions/Devices/Device"
+"""The way to a device from the root of a file."""
 
 
 class EsiError(ValueError):
@@ -157,40 +170,65 @@ class EsiDevice:
 
 
 def read_esi(
-    text: str | bytes, *, product_code: int = 0, revision_number: int = 0
+    text: str | bytes,
+    *,
+    product_code: int = 0,
+    revision_number: int = 0,
+    encoding: str | None = None,
 ) -> list[EsiDevice]:
     """The devices of an ESI file, all or those with that product and revision.
 
     Raises `EsiError` for other files, and for a wanted device that cannot be read.
     """
+    places = count(1)
+    wanted: list[tuple[Element, str, tuple[int, int]]] = []
+
+    def consider(element: Element, _: slice) -> bool:
+        place, kind = next(places), element.find("Type")
+        if kind is None:
+            return False
+        name = (kind.text or "").strip() or f"device {place}"
+        try:
+            product, revision = identity_of(kind)
+        except ValueError as fault:
+            raise EsiError(f"{name}: {fault}") from None
+        if product_code not in (0, product) or revision_number not in (0, revision):
+            return False
+        wanted.append((element, name, (product, revision)))
+        return True
+
+    root = parse_esi(text, {DEVICE_PATH: consider}, encoding)
+    modules = root.find("Descriptions/Modules")
+    found = []
+    for element, name, identity in wanted:
+        try:
+            vendor = _within(number(root, "Vendor/Id"), 0xFFFF_FFFF, "Vendor Id")
+            found.append(replace(_device(element, name, (vendor, *identity)), modules=modules))
+        except ValueError as fault:
+            raise EsiError(f"{name}: {fault}") from None
+    return found
+
+
+def parse_esi(
+    text: str | bytes, handlers: Mapping[str, ElementHandler], encoding: str | None = None
+) -> Element:
+    """The root of an ESI file; raises `EsiError`."""
     try:
-        root = parse_xml(text)
+        root = parse_xml(text, encoding=encoding, handlers=handlers)
     except XmlRefusal as refusal:
         raise EsiError(f"an ESI file: {refusal}") from None
     if root.tag != "EtherCATInfo":
         raise EsiError(f"expected EtherCATInfo, the root is {root.tag}")
-    found = []
-    for place, element in enumerate(root.iterfind("Descriptions/Devices/Device"), 1):
-        kind = element.find("Type")
-        if kind is None:
-            continue
-        name = (kind.text or "").strip() or f"device {place}"
-        try:
-            vendor, product, revision = (
-                _within(value, 0xFFFF_FFFF, name)
-                for value, name in (
-                    (number(root, "Vendor/Id"), "Vendor Id"),
-                    (number_of(kind.get("ProductCode", "0"), "ProductCode"), "ProductCode"),
-                    (number_of(kind.get("RevisionNo", "0"), "RevisionNo"), "RevisionNo"),
-                )
-            )
-            if product_code not in (0, product) or revision_number not in (0, revision):
-                continue
-            made = _device(element, name, (vendor, product, revision))
-            found.append(replace(made, modules=root.find("Descriptions/Modules")))
-        except ValueError as fault:
-            raise EsiError(f"{name}: {fault}") from None
-    return found
+    return root
+
+
+def identity_of(kind: Element) -> tuple[int, int]:
+    """Product code and revision number of a Type; ValueError for what is none."""
+    product, revision = (
+        _within(number_of(kind.get(name, "0"), name), 0xFFFF_FFFF, name)
+        for name in ("ProductCode", "RevisionNo")
+    )
+    return product, revision
 
 
 def _device(element: Element, type_name: str, identity: tuple[int, int, int]) -> EsiDevice:

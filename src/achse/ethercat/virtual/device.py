@@ -31,7 +31,7 @@ from achse.ethercat.virtual.channels import (
     encode_value,
 )
 from achse.ethercat.virtual.esi_dictionary import read_dictionary
-from achse.ethercat.virtual.pdo_objects import PdoObjects
+from achse.ethercat.virtual.pdo_objects import MOST_BITS, PdoObjects, bits_of
 
 __all__ = ["VirtualDevice", "VirtualFileDevice"]
 
@@ -125,6 +125,13 @@ class VirtualDevice:
         )
         self._values: dict[_Place, bytes] = self._identity_values()
         self._made: dict[int, _Image] = {}
+        for each in self._managers:
+            bits = bits_of(self._lists.assigned(each))
+            if bits > MOST_BITS:
+                raise EsiError(
+                    f"{device.type_name}: SyncManager {each}: expected"
+                    f" {MOST_BITS >> 3} bytes of process data at most, got {bits + 7 >> 3}"
+                )
         self._channels = channels_of(
             (each.pdo for each in device.outputs), (each.pdo for each in device.inputs)
         )

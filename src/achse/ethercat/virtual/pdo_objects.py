@@ -6,7 +6,7 @@ when the list is checked.
 Source: ETG.1000.6 §5.6.7.4; ETG.2000, CoE PdoAssign and PdoConfig, Fixed and Exclude of PDOs.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from achse.codes import AbortCode, DataType, SdoAbort
 from achse.ethercat.application import ObjectAccess, ObjectCode
@@ -14,11 +14,13 @@ from achse.ethercat.description import Pdo, PdoEntry
 from achse.ethercat.dictionary import DictionaryEntry, DictionaryObject
 from achse.ethercat.master.esi_reader import EsiDevice, EsiPdo
 
-__all__ = ["ASSIGNMENT", "PdoObjects"]
+__all__ = ["ASSIGNMENT", "MOST_BITS", "PdoObjects", "bits_of"]
 
 ASSIGNMENT = 0x1C10
 """Object of SyncManager 0; those of the others follow."""
 
+MOST_BITS = 8 * 0xFFFF
+"""Process data of a SyncManager, whose length has 16 bits."""
 _MOST = 0xFE
 _ROOM = 32
 """Entries that a list has room for at least, if a master may change it."""
@@ -169,6 +171,9 @@ class PdoObjects:
             if against:
                 names = ", ".join(f"{each:04X}" for each in sorted(against))
                 raise SdoAbort(AbortCode.NOT_MAPPABLE, f"PDO {value:04X} excludes {names}")
+        bits = bits_of(self.pdo(value) for value in values)
+        if bits > MOST_BITS:
+            raise SdoAbort(AbortCode.PDO_LENGTH, f"{bits} bits, {MOST_BITS} at most")
 
     def _check_entry(self, pdo: int, value: int) -> None:
         index, subindex, bits = value >> 16, value >> 8 & 0xFF, value & 0xFF
@@ -178,6 +183,11 @@ class PdoObjects:
         wanted = ObjectAccess.RX_PDO if pdo in self._outputs else ObjectAccess.TX_PDO
         if not entry.access & wanted or bits != entry.bits & 0xFF:
             raise SdoAbort(AbortCode.NOT_MAPPABLE, f"{index:04X}:{subindex:02X}, {bits} bits")
+
+
+def bits_of(pdos: Iterable[Pdo]) -> int:
+    """Bits of PDOs one behind the other."""
+    return sum(entry.bits for pdo in pdos for entry in pdo.entries)
 
 
 def _excluded(pdo: EsiPdo) -> set[int]:

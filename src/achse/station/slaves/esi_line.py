@@ -12,7 +12,7 @@ __all__ = ["EsiLine"]
 
 _MOST = 1000
 """Slaves of one line; beyond that station addresses and frames get short."""
-_SPEC = re.compile(r"(?P<type>[^=*]+)(?:=(?P<modules>[^*]+))?(?:\*(?P<count>[0-9]{1,4}))?")
+_SPEC = re.compile(r"(?P<type>[^=*]+)(?:=(?P<modules>[^*]+))?(?:\*(?P<count>[0-9]{1,18}))?")
 _HIGHEST_ALIAS = 0xFFFF
 
 
@@ -61,7 +61,7 @@ def _chosen(spec: str, folder: EsiFolder) -> list[tuple[EsiDevice, tuple[str, ..
     """The devices of a spec, with the modules in their slots."""
     if spec.lower().endswith(".xml"):
         found = esi_devices(Path(spec))
-        names = list(dict.fromkeys(each.type_name for each in found.devices))
+        names = list(dict.fromkeys(each.type_name for each in found.types))
         if len(names) != 1:
             there = ", ".join(names[:10]) or "none"
             raise EsiError(f"{spec}: expected a file of one type, got {there}; use --esi {spec}")
