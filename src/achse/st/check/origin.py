@@ -1,7 +1,8 @@
 """Digest of the inputs of a typed project: it differs wherever the project could.
 
 Inputs are the contents of all sources that were read, wherever their files are, all constants that
-were computed from them or passed in, and the declarations of the runtime. The digest is the key of cached results.
+were computed from them or passed in, and the declarations of the runtime. The digest is the key of
+cached results.
 """
 
 import hashlib
