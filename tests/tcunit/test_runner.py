@@ -1,5 +1,7 @@
 """A project with 30 tests of which 10 must fail, and all that can keep tests from running."""
 
+import re
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -243,3 +245,38 @@ def test_a_caller_sees_the_configuration_and_each_cycle(press: Path, standin: Pa
 
     with pytest.raises(ValueError, match="not here"):
         run_tests(press, libraries=[standin], confine=refuse)
+
+
+def test_project_that_declares_each_name_of_tcunit_again_has_its_tests_run(
+    project: Write, standin: Path, tmp_path: Path
+) -> None:
+    library = tmp_path / "library" / "TcUnit"
+    shutil.copytree(standin, library)
+    unit = re.compile(r"^(FUNCTION_BLOCK|INTERFACE|FUNCTION|TYPE) (\w+)", re.MULTILINE)
+    names = [found for file in library.glob("*.st") for found in unit.findall(file.read_text())]
+    assert len(names) >= 10
+    forms = {
+        "FUNCTION_BLOCK": "FUNCTION_BLOCK {}\nVAR fOther : LREAL; END_VAR\nEND_FUNCTION_BLOCK\n",
+        "INTERFACE": "INTERFACE {}\nMETHOD Other : LREAL\nEND_METHOD\nEND_INTERFACE\n",
+        "FUNCTION": "FUNCTION {0} : LREAL\n{0} := 7.0;\nEND_FUNCTION\n",
+        "TYPE": "TYPE {} : STRUCT fOther : LREAL; END_STRUCT END_TYPE\n",
+    }
+    again = "".join(forms[kind].format(name) for kind, name in names)
+    body = """
+    FUNCTION_BLOCK FB_Ours EXTENDS TcUnit.FB_TestSuite
+    METHOD Both
+    TcUnit.TEST('right'); AssertTrue(TEST() = 7.0, 'no'); TcUnit.TEST_FINISHED();
+    TcUnit.TEST('wrong'); AssertTrue(FALSE, 'yes'); TcUnit.TEST_FINISHED();
+    END_METHOD
+    Both();
+    END_FUNCTION_BLOCK
+    PROGRAM PRG_TEST
+    VAR fbOurs : FB_Ours; END_VAR
+    TcUnit.RUN();
+    END_PROGRAM
+    """
+    run = run_tests(project(again + body), libraries=[library])
+    assert [(test.name, test.outcome) for test in run] == [
+        ("right", TestOutcome.PASSED),
+        ("wrong", TestOutcome.FAILED),
+    ]

@@ -1,9 +1,12 @@
 """Names: the nearest declaration wins, and what means nothing is told."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from achse.plc.bodies import Bodies
 from achse.plc.code.execution import CodeForm
@@ -136,6 +139,60 @@ def test_function_of_the_project_replaces_none_in_libraries(tmp_path: Path) -> N
     assert (main["sQualified"], main["nQualified"]) == ("ab", 2)
     assert main["sLibrary"] == "OP ERROR"
     assert main["sTime"] == "2000-01-01-00:16:40.000000000"
+
+
+LIBRARY = """
+TYPE E_Mode : (Off := 1, On := 2); END_TYPE
+TYPE T_Length : INT; END_TYPE
+TYPE ST_Part : STRUCT eMode : E_Mode; nLength : T_Length; END_STRUCT END_TYPE
+TYPE ST_Whole EXTENDS ST_Part : STRUCT aParts : ARRAY [1..2] OF ST_Part; END_STRUCT END_TYPE
+INTERFACE I_Count METHOD Count : DINT END_METHOD END_INTERFACE
+FUNCTION_BLOCK FB_Base IMPLEMENTS I_Count
+VAR stPart : ST_Part := (eMode := E_Mode.On, nLength := 5); END_VAR
+METHOD Count : DINT Count := F_Twice(stPart.nLength); END_METHOD
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK FB_Derived EXTENDS FB_Base
+VAR iCount : I_Count; stWhole : ST_Whole; pPart : POINTER TO ST_Part; END_VAR
+METHOD Total : DINT
+iCount := THIS^;
+pPart := ADR(stWhole.aParts[2]);
+pPart^.nLength := 3;
+Total := iCount.Count() + stWhole.aParts[2].nLength + TO_DINT(stPart.eMode) + SIZEOF(ST_Whole);
+END_METHOD
+END_FUNCTION_BLOCK
+FUNCTION F_Twice : DINT VAR_INPUT n : T_Length; END_VAR F_Twice := 2 * n; END_FUNCTION
+"""
+AGAIN = (
+    "TYPE {} : STRUCT fOther : ARRAY [1..9] OF LREAL; END_STRUCT END_TYPE",
+    "TYPE {} : (Other := 77, More := 78); END_TYPE",
+    "TYPE {} : STRING(200); END_TYPE",
+    "INTERFACE {} METHOD Other : LREAL END_METHOD END_INTERFACE",
+    "FUNCTION_BLOCK {} VAR fOther : LREAL; END_VAR METHOD Count : LREAL Count := 9.5; END_METHOD"
+    " END_FUNCTION_BLOCK",
+    "FUNCTION {0} : LREAL VAR_INPUT a, b, c : LREAL; END_VAR {0} := 9.5; END_FUNCTION",
+)
+
+
+@given(again=st.lists(st.sampled_from((None, *AGAIN)), min_size=8, max_size=8))
+@settings(max_examples=8)
+def test_types_of_the_project_replace_none_in_a_library(
+    tmp_path_factory: pytest.TempPathFactory, again: list[str | None]
+) -> None:
+    """Each name that a library declares is declared again by its project, as anything else."""
+    folder = tmp_path_factory.mktemp("names")
+    (folder / "Lib").mkdir()
+    (folder / "Lib" / "library.st").write_text(LIBRARY)
+    names = re.findall(r"^(?:TYPE|INTERFACE|FUNCTION_BLOCK|FUNCTION) (\w+)", LIBRARY, re.MULTILINE)
+    own = [form.format(name) for form, name in zip(again, names, strict=True) if form]
+    main = "PROGRAM MAIN VAR fb : Lib.FB_Derived; n : DINT; END_VAR n := fb.Total(); END_PROGRAM"
+    (folder / "MAIN.st").write_text("\n".join((*own, main)))
+    declared = load_project(folder / "MAIN.st", libraries=[folder / "Lib"]).declarations
+    typed = check(declared)
+    assert [str(fault) for fault in typed.faults] == []
+    task = Task("PlcTask", 10_000_000, [declared.programs["main"]])
+    plc = PlcRuntime([task], declared.units, bodies=Bodies(typed, form=CodeForm.PLAIN))
+    plc.run_due(10_000_000)
+    assert plc.instance("MAIN")["n"] == 10 + 3 + 2 + 12
 
 
 def test_one_name_means_different_things_in_different_routines(
