@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from typing import Any
 
+import pytest
+
 from achse.plc.code.linker import Linker
 from achse.plc.code.routines import source_of
 from achse.plc.lowering.placement import Placement
@@ -120,3 +122,29 @@ PROGRAM MAIN VAR f : FB; a : INT := f.Twice; b : INT; END_VAR
 b := f.m;
 END_PROGRAM""")
     assert (ran["a"], ran["b"]) == (6, 6)
+
+
+@pytest.mark.parametrize("way", ["b", "i", "r"])
+def test_a_property_has_the_accessor_of_its_base_that_it_lacks(run: Run, way: str) -> None:
+    use = {"b": "c", "i": "i", "r": "r"}[way]
+    ran = run(f"""
+INTERFACE I_A
+PROPERTY Value : INT GET END_GET END_PROPERTY
+END_INTERFACE
+INTERFACE I_B EXTENDS I_A
+PROPERTY Value : INT SET END_SET END_PROPERTY
+END_INTERFACE
+FUNCTION_BLOCK A IMPLEMENTS I_A
+VAR x : INT; END_VAR
+PROPERTY Value : INT GET Value := x; END_GET END_PROPERTY
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK B EXTENDS A IMPLEMENTS I_B
+PROPERTY Value : INT SET x := Value + 1; END_SET END_PROPERTY
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK C EXTENDS B
+PROPERTY Value : INT GET Value := 100 + x; END_GET END_PROPERTY
+END_FUNCTION_BLOCK
+PROGRAM MAIN VAR b : B; c : C; i : I_B := c; r : REFERENCE TO B REF= c; k, m : INT; END_VAR
+b.Value := 4; k := b.Value; {use}.Value := 6; m := {use}.Value;
+END_PROGRAM""")
+    assert (ran["k"], ran["m"]) == (5, 107)

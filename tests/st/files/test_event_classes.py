@@ -18,14 +18,14 @@ FILE = b"""<TcModuleClass><DataTypes>
 <DisplayName TxtId=""><![CDATA[CNC events]]></DisplayName>
 <EventId><Name Id="1">Start</Name><DisplayName><![CDATA[It's {0} $5 of {1}]]></DisplayName>
 <Severity>Warning</Severity></EventId>
-<EventId><Name Id="2">Odd</Name><Severity>Loud</Severity></EventId>
+<EventId><Name Id="2">__2</Name><Severity>Loud</Severity></EventId>
 <EventId><Name Id="x">NoNumber</Name></EventId><EventId><Name Id="4">no name</Name></EventId>
 </DataType>
 <DataType><Name GUID="{AC}">BadGuid</Name><EventId><Name Id="1">A</Name></EventId></DataType>
 </DataTypes></TcModuleClass>"""
 MAIN = """PROGRAM MAIN VAR e : TcEventEntry; t, n, u : STRING(255); END_VAR
 e := TC_Events.CNC_Events.Start; t := TC_EVENT_TEXT(e); n := TC_EVENT_CLASS_NAME(e);
-u := TC_EVENT_TEXT(TC_EVENTS.CNC_Events.Odd); END_PROGRAM"""
+u := TC_EVENT_TEXT(TC_EVENTS.CNC_Events._IECCONF_2); END_PROGRAM"""
 
 
 def test_classes_of_a_file() -> None:
@@ -34,7 +34,7 @@ def test_classes_of_a_file() -> None:
     assert one.uuid == UUID("{AC1249EC-7A00-4AA4-851B-9BA1B619868E}")
     assert [(event.name, event.number, event.severity) for event in one.events] == [
         ("Start", 1, "Warning"),
-        ("Odd", 2, "Info"),
+        ("__2", 2, "Info"),
     ]
     assert events_sources([]) == []
 

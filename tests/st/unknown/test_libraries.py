@@ -193,6 +193,7 @@ PROJECT = (
         "VAR a : Tc2_Utilities.T_OTHER; END_VAR a.nLow := 1;",
         "VAR a : ARRAY [1..9] OF ST_ReadEvent; s : STRING; END_VAR s := a[1].sText;",
         "VAR a : FB_ReadTc3Events; n : DINT; END_VAR a(); n := F_GetThing(3);",
+        "VAR a : MDP5001_341_A3044239; n : INT; END_VAR n := a.Value;",
     ],
 )
 def test_names_that_a_library_of_ours_lacks_get_stand_ins(tmp_path: Path, uses: str) -> None:

@@ -8,7 +8,7 @@ from achse.iec.structs import StructType
 from achse.st.declared.resolve import Resolver
 from achse.st.declared.scopes import DeclaredUnit
 from achse.st.syntax.tree import NamedType
-from achse.st.syntax.units import FunctionBlock, GlobalList, Interface, Part, Program
+from achse.st.syntax.units import FunctionBlock, GlobalList, Interface, Part, Program, Property
 
 __all__ = ["Blocks", "FoundPart"]
 
@@ -104,6 +104,20 @@ class Blocks:
         if is_final:
             self._parts[id(entry)] = found
         return found
+
+    def accessor(
+        self, entry: DeclaredUnit, tree: Property, *, get: bool
+    ) -> tuple[DeclaredUnit, Property]:
+        """The property whose GET or SET is called: its own, or that of the nearest base with one."""
+        units = self.chain(entry)
+        if isinstance(entry.tree, Interface):
+            units += self.bases_of_interface(entry)
+        key = tree.name.lower()
+        for here in units:
+            part = self.own_parts(here).get(key)
+            if isinstance(part, Property) and (part.get if get else part.set) is not None:
+                return here, part
+        return entry, tree
 
     def interfaces(self, entry: DeclaredUnit) -> frozenset[str]:
         """The keys of all interfaces that a block (or interface) has, its bases' included."""

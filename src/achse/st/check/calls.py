@@ -247,7 +247,7 @@ class CallChecker:
 
     def read_property(self, use: PropertyUse) -> TypedOperand:
         """The value of a property: its GET is called."""
-        signature = self._body.checking.routines.of_accessor(use.entry, use.tree, get=True)
+        signature = self._accessor(use, get=True)
         if signature is None:
             raise Unexpected(
                 use.at,
@@ -259,8 +259,7 @@ class CallChecker:
 
     def write_property(self, use: PropertyUse, operand: TypedOperand, at: int) -> TypedValue:
         """An assignment to a property: its SET is called."""
-        routines = self._body.checking.routines
-        signature = routines.of_accessor(use.entry, use.tree, get=False)
+        signature = self._accessor(use, get=False)
         if signature is None:
             raise Unexpected(
                 use.at,
@@ -274,7 +273,13 @@ class CallChecker:
 
     def has_set(self, use: PropertyUse) -> bool:
         """Return True if a property can be written."""
-        return use.tree.set is not None
+        blocks = self._body.checking.blocks
+        return blocks.accessor(use.entry, use.tree, get=False)[1].set is not None
+
+    def _accessor(self, use: PropertyUse, *, get: bool) -> Signature | None:
+        checking = self._body.checking
+        entry, tree = checking.blocks.accessor(use.entry, use.tree, get=get)
+        return checking.routines.of_accessor(entry, tree, get=get)
 
 
 def _table_name(signature: Signature) -> str:

@@ -125,7 +125,7 @@ def events_sources(classes: Iterable[EventClass]) -> list[Parsed]:
     for one in classes:
         lines.append(f"TYPE ST_{one.name}_Events : STRUCT")
         lines += (
-            f"    {event.name} : TcEventEntry := (uuidEventClass := {_guid(one.uuid)},"
+            f"    {_member(event)} : TcEventEntry := (uuidEventClass := {_guid(one.uuid)},"
             f" nEventId := {event.number}, eSeverity := TcEventSeverity.{event.severity});"
             for event in one.events
         )
@@ -138,6 +138,13 @@ def events_sources(classes: Iterable[EventClass]) -> list[Parsed]:
     guids = [f"    {one.name} : GUID := {_guid(one.uuid)};" for one in classes]
     guids = ["{attribute 'qualified_only'} VAR_GLOBAL CONSTANT", *guids, "END_VAR"]
     return [_parsed(lines, "TC_EVENTS"), _parsed(guids, "TC_EVENT_CLASSES")]
+
+
+def _member(event: ProjectEvent) -> str:
+    """Return the name by which a program knows an event: `__1` is `_IECCONF_1`, as a public
+    project shows."""
+    name = event.name
+    return f"_IECCONF_{name[2:]}" if name.startswith("__") else name
 
 
 def _parsed(lines: Iterable[str], name: str) -> Parsed:

@@ -502,5 +502,7 @@ def _is_constant(use: MissingUse) -> bool:
 
 def _guessed(name: str) -> str:
     """A type from the name alone."""
+    if name.upper().startswith("IID_"):
+        return "IID"
     found = _PREFIX.match(name)
     return _WORDS.get(name.lower()) or _PREFIXES.get(found[1] if found else "", "DINT")
