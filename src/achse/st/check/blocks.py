@@ -108,7 +108,7 @@ class Blocks:
     def accessor(
         self, entry: DeclaredUnit, tree: Property, *, get: bool
     ) -> tuple[DeclaredUnit, Property]:
-        """The property whose GET or SET is called: its own, or that of the nearest base with one."""
+        """The property whose GET or SET is called: its own, or the nearest base's with one."""
         units = self.chain(entry)
         if isinstance(entry.tree, Interface):
             units += self.bases_of_interface(entry)

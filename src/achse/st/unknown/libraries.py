@@ -66,7 +66,7 @@ def keep_names_of(
     def is_free(key: str, use: MissingUse) -> bool:
         if key in meanings.lists and not use.is_called:
             return is_list(use)  # and no instance that is not declared
-        return use.is_called
+        return use.is_called or use.is_bound
 
     _keep(
         meanings.types,
