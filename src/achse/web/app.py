@@ -14,10 +14,12 @@ from achse.web.contents import Download
 from achse.web.door import SECURITY_HEADERS, Door
 from achse.web.pages import Pages
 
-__all__ = ["MOST_BYTES", "PageSocket", "web_app"]
+__all__ = ["MOST_BYTES", "MOST_BYTES_OF_CODE", "PageSocket", "web_app"]
 
 MOST_BYTES = 64 * 1024
 """Length of a message from a page; a longer one ends the connection (1009)."""
+MOST_BYTES_OF_CODE = 4 << 20
+"""The same where pages edit sources."""
 
 TOO_BIG, TRY_LATER, POLICY, UNSUPPORTED = 1009, 1013, 1008, 1003
 """Codes that a WebSocket is closed with."""
@@ -29,8 +31,9 @@ Serve = Callable[["PageSocket"], Coroutine[Any, Any, bool]]
 class PageSocket:
     """The WebSocket of a page, as texts and bytes."""
 
-    def __init__(self, socket: WebSocket) -> None:
+    def __init__(self, socket: WebSocket, most_bytes: int = MOST_BYTES) -> None:
         self._socket = socket
+        self._most_bytes = most_bytes
 
     async def receive(self) -> str | None:
         """The next text; None at the end, and after what a page must not send."""
@@ -41,8 +44,8 @@ class PageSocket:
         if not isinstance(text, str):
             await self._socket.close(UNSUPPORTED, "a page sends texts")
             return None
-        if len(text.encode()) > MOST_BYTES:
-            await self._socket.close(TOO_BIG, f"more than {MOST_BYTES} bytes")
+        if len(text.encode()) > self._most_bytes:
+            await self._socket.close(TOO_BIG, f"more than {self._most_bytes} bytes")
             return None
         return text
 
@@ -54,7 +57,9 @@ class PageSocket:
             await self._socket.send_bytes(message)
 
 
-def web_app(door: Door, pages: Pages, serve: Serve, download: Download) -> Starlette:
+def web_app(
+    door: Door, pages: Pages, serve: Serve, download: Download, most_bytes: int = MOST_BYTES
+) -> Starlette:
     """The ASGI application of one server."""
 
     def refused(connection: HTTPConnection) -> tuple[int, str] | None:
@@ -103,7 +108,7 @@ def web_app(door: Door, pages: Pages, serve: Serve, download: Download) -> Starl
             return
         await connection.accept()
         try:
-            served = await serve(PageSocket(connection))
+            served = await serve(PageSocket(connection, most_bytes))
             if not served:
                 await connection.close(TRY_LATER, "too many pages are open")
         except (WebSocketDisconnect, RuntimeError):

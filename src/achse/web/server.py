@@ -106,14 +106,18 @@ class WebServer:
             from achse.web.app import web_app
         except ImportError:
             raise WebExtraMissing from None
-        return web_app(
-            Door(self._token, port), Pages(self._pages), self.serve, self._contents.download
-        )
+        door, pages = Door(self._token, port), Pages(self._pages)
+        return web_app(door, pages, self.serve, self._contents.download, self._most_bytes())
+
+    def _most_bytes(self) -> int:
+        """Length of the longest message from a page."""
+        from achse.web.app import MOST_BYTES, MOST_BYTES_OF_CODE
+
+        return MOST_BYTES_OF_CODE if self.settings.projects else MOST_BYTES
 
     async def open(self) -> None:
         """Listen. Raises OSError if that cannot be, WebExtraMissing without the extra `web`."""
         try:
-            from achse.web.app import MOST_BYTES
             from achse.web.listening import listen, server_for
         except ImportError:
             raise WebExtraMissing from None
@@ -122,7 +126,7 @@ class WebServer:
         self._host_for_others = await asyncio.to_thread(address_for_others, self.host)
         if not self._token and not is_own_computer(self.host):
             self._token = Door.new_token()
-        server = self._server = server_for(self.app(self.port), MOST_BYTES)
+        server = self._server = server_for(self.app(self.port), self._most_bytes())
         self._serving = asyncio.create_task(server.serve(sockets=[listener]))
         ready = asyncio.create_task(server.ready.wait())
         await asyncio.wait((ready, self._serving), return_when=asyncio.FIRST_COMPLETED)

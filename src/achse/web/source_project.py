@@ -115,15 +115,17 @@ class SourceProject:
             "findings": self.findings(),
         }
 
-    def check(self, name: str, texts: Sequence[str]) -> dict[str, Any]:
-        """The findings with other code in a file, which becomes its draft."""
+    def check(self, name: str, texts: Sequence[str], tag: str = "") -> dict[str, Any]:
+        """The findings with other code in a file, which becomes its draft; `is_changed` if others
+        wrote the file since `tag` was told."""
         file = self._file(name)
-        draft = _edited(_content(file, name), texts, file, name)
+        content = _content(file, name)
+        draft = _edited(content, texts, file, name)
         if self._draft != file:
             self._drop_draft()
         self._draft = file
         self._workspace.edit(file, draft)
-        return self.findings()
+        return {**self.findings(), "is_changed": bool(tag) and tag != _tag(content)}
 
     def save(self, name: str, texts: Sequence[str], tag: str) -> dict[str, Any]:
         """Write the code of a file, if nobody else wrote it since `tag` was told."""

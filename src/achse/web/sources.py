@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["LONGEST_CODE", "SourceDesk"]
 
-LONGEST_CODE = 60_000
-"""Characters of all sections of a file that a page may send."""
+LONGEST_CODE = 1 << 20
+"""Characters of all sections of a file that a page may send: those of the largest file."""
 
 _T = TypeVar("_T")
 
@@ -71,9 +71,12 @@ class SourceDesk:
         return await self._work(lambda: self._project(number).read(name))
 
     async def check(self, given: Arguments) -> dict[str, Any]:
-        """Call `sources.check`: findings of the project with other code in one of its files."""
-        (number, name), texts = self._named(given), _texts(given)
-        return await self._work(lambda: self._project(number).check(name, texts))
+        """Call `sources.check`: findings of the project with other code in one of its files.
+
+        `is_changed` if the file has not the given `tag` any more: others wrote it meanwhile.
+        """
+        (number, name), texts, tag = self._named(given), _texts(given), given.text("tag", "")
+        return await self._work(lambda: self._project(number).check(name, texts, tag))
 
     async def save(self, given: Arguments) -> dict[str, Any]:
         """Call `sources.save`: write the code of a file that still has the given `tag`."""

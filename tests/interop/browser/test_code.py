@@ -36,4 +36,17 @@ def test_code_is_typed_checked_and_applied(
         assert page.evaluate("location.hash").startswith("#code")
         code.fill(MAIN.replace("7", "8"))
         assert (tmp_path / "MAIN.st").read_text() == MAIN.replace("7", "8")
+        long = MAIN.replace("7", "8") + "// one of 2,000 lines, \u20ac\n" * 2_000
+        code.fill(long)
+        code.press("Control+s")
+        page.get_by_text("MAIN.st: saved.").first.wait_for()
+        (tmp_path / "MAIN.st").write_text(MAIN)
+        code.press("x")
+        page.get_by_text("written by others meanwhile").wait_for()
+        code.press("Control+s")
+        page.get_by_text("read it again").wait_for()
+        assert (tmp_path / "MAIN.st").read_text() == MAIN
+        page.get_by_role("button", name="Discard").click()
+        page.locator("button:disabled", has_text="Discard").wait_for()
+        assert code.input_value() == MAIN
         assert not tab.complaints

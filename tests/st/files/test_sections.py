@@ -78,6 +78,8 @@ def _around(content: bytes, sections: tuple[CodeSection, ...]) -> list[bytes]:
     [
         (b"a\r\nb", "c\nd", b"c\r\nd"),
         (b"\xef\xbb\xbfa\n", "b\n", b"\xef\xbb\xbfb\n"),
+        (b"\xff\xfea\x00\r\x00\n\x00", "\u20ac\nb", b"\xff\xfe\xac\x20\r\x00\n\x00b\x00"),
+        (b"\xfe\xff\x00a", "b\n", b"\xfe\xff\x00b\x00\n"),
         ("grün".encode("cp1252"), "größer", "größer".encode("cp1252")),
         (b"a\rb", "a\nb", b"a\rb"),  # the same text: the same bytes
     ],

@@ -6,6 +6,7 @@ A text file is one section. In the XML files of TwinCAT 3 each CDATA part of a `
 Source: files of TwinCAT 3 projects, seen in public projects.
 """
 
+import codecs
 import os
 import re
 import tempfile
@@ -21,6 +22,12 @@ _KINDS = {"Declaration": "declaration", "ST": "implementation"}
 _NAMED = ("POU", "GVL", "DUT", "Itf", "Method", "Property", "Action", "Transition", "Get", "Set")
 _UNFIT = re.compile("[\\x00-\\x08\\x0b\\x0c\\x0e-\\x1f\\ud800-\\udfff\\ufffe\\uffff]")
 _ENCODINGS = ("utf-8", "cp1252")
+_MARKS = {
+    codecs.BOM_UTF8: "utf-8",
+    codecs.BOM_UTF16_LE: "utf-16-le",
+    codecs.BOM_UTF16_BE: "utf-16-be",
+}
+"""Encodings by the byte order mark that a text file begins with."""
 
 
 class SectionError(ValueError):
@@ -48,20 +55,21 @@ def sections_of(content: bytes, *, is_xml: bool) -> tuple[CodeSection, ...]:
     """Return the sections of a file in their order. Raises SectionError."""
     encoding = _encoding(content, is_xml)
     if not is_xml:
-        begin = 3 if content.startswith(b"\xef\xbb\xbf") else 0
+        begin = next((len(mark) for mark in _MARKS if content.startswith(mark)), 0)
         text = content[begin:].decode(encoding)
         return (CodeSection("", "file", _plain(text), begin, len(content), 1, 1),)
     return _xml_sections(content)
 
 
 def _encoding(content: bytes, is_xml: bool) -> str:
-    for encoding in _ENCODINGS[: 1 if is_xml else 2]:
+    marked = "" if is_xml else next((_MARKS[m] for m in _MARKS if content.startswith(m)), "")
+    for encoding in (marked,) if marked else _ENCODINGS[: 1 if is_xml else 2]:
         try:
             content.decode(encoding)
         except UnicodeDecodeError:
             continue
         return encoding
-    raise SectionError("expected a file in UTF-8" + ("" if is_xml else " or cp1252"))
+    raise SectionError("expected a file in UTF-8" + ("" if is_xml else ", UTF-16 or cp1252"))
 
 
 def _plain(text: str) -> str:
@@ -120,7 +128,7 @@ def edited(content: bytes, texts: Sequence[str], *, is_xml: bool) -> bytes:
     if len(texts) != len(sections):
         raise SectionError(f"expected {len(sections)} sections, got {len(texts)}")
     encoding = _encoding(content, is_xml)
-    line_end = "\r\n" if b"\r\n" in content else "\n"
+    line_end = "\r\n" if "\r\n".encode(encoding) in content else "\n"
     pieces, at = [], 0
     for section, text in zip(sections, map(_plain, texts), strict=True):
         pieces.append(content[at : section.start])

@@ -184,6 +184,8 @@ class Editor {
     const { tag, sections, findings } = answer;
     Object.assign(this, { project, file, sections, _tag: tag, _saved: sections.map(({ text }) => text) });
     show(this._title, file);
+    show(this._state, "");
+    mark(this._state, "class", "dim");
     this._fields = sections.map((section) => this._field(section));
     this._texts.replaceChildren(...(sections.length ? this._fields.map((field, n) => h("label", { class: "source" },
       sections[n].name ? h("span", { class: "dim" }, `${sections[n].name} – ${sections[n].kind}`) : null, field))
@@ -222,9 +224,12 @@ class Editor {
     const asked = ++this._asked;
     const before = performance.now();
     const findings = await this._session.do("sources.check",
-      { project: this.project, file: this.file, texts: this._current() });
+      { project: this.project, file: this.file, texts: this._current(), tag: this._tag });
     if (findings === undefined || asked !== this._asked) return;
-    show(this._state, `checked in ${number(performance.now() - before, 0)} ms`);
+    const { is_changed: isChanged } = findings;
+    show(this._state, isChanged ? "written by others meanwhile: cannot be saved over it"
+      : `checked in ${number(performance.now() - before, 0)} ms`);
+    mark(this._state, "class", isChanged ? "bad" : "dim");
     this._told(findings);
   }
 
