@@ -4,6 +4,7 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
+from achse.motion.profiles.profile import plan_to_position
 from achse.motion.profiles.ramps import (
     append_ramp,
     append_velocity_ramp,
@@ -146,3 +147,25 @@ def test_too_short_to_release_the_acceleration() -> None:
 
 def test_limits_that_no_axis_has_count_as_the_bounds() -> None:
     assert (bounded(1e-12), bounded(5.0), bounded(1e20)) == (1e-9, 5.0, 1e12)
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        (390.5568513606846, 104.45050677456842, 581.2680698229168, 390.67689624727353,
+         104.78382313944036, 38.835138, 581.2680698229168, 466.09616791202114, 506834.65410684893),
+        (-834.6886729792603, -41.357522017249536, -683.4820067725678, -835.9316840739216,
+         50.33071570314278, 18.58980490458199, 683.4820067725678, 14.08569523211829,
+         26030.177768364043),
+    ],
+)  # fmt: skip
+def test_rise_that_the_present_acceleration_just_reaches_ends_without_acceleration(
+    case: tuple[float, ...],
+) -> None:
+    """Found by `achse swarm --plans`: what was left for a weaker ramp was rounding."""
+    p, v, a, target, end, top, acc, dec, jerk = case
+    times, jerks = [0.0] * MAX_SEGMENTS, [0.0] * MAX_SEGMENTS
+    count = plan_to_position(times, jerks, p, v, a, target, end, top, acc, dec, jerk)
+    end_p, end_v, end_a = end_state(times, jerks, count, p, v, a)
+    assert (end_p, abs(end_v)) == pytest.approx((target, end), rel=1e-9)
+    assert end_a == pytest.approx(0.0, abs=1e-9 * acc)

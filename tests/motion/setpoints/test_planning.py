@@ -101,3 +101,33 @@ def test_a_blended_move_back_passes_its_border_as_fast_as_from_the_turn(
     way = 1.0 + away * (away / jerk) ** 0.5  # from the turn
     fastest = (jerk * way * way) ** (1.0 / 3.0)
     assert -axis.set_velocity == pytest.approx(fastest, rel=0.05)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_change_on_a_blended_border_does_not_turn_the_axis(rig: Any, sign: float) -> None:
+    """Found by `achse swarm --plans`: too fast exactly there, it was led back."""
+    axis, ramps = rig.axis, (V, 3000.0, 3000.0, 50_000.0)
+    commands.universal_start(axis, StartType.ABSOLUTE, sign * 100.0, *ramps)
+    blending = BufferMode.BLENDING_NEXT
+    assert commands.universal_start(axis, 1, sign * 300.0, *ramps, blending) == 0
+    rig.until(lambda axis: sign * axis.set_position > 100.0 - 2.0 * V * rig.dt)
+    axis.set_position, axis.velocity_override = sign * 100.0, 900_000
+    samples = rig.trace(1500)
+    assert min(sign * speed for _, speed, _ in samples) >= 0.0
+    assert max(sign * speed for _, speed, _ in samples) <= V * (1.0 + 1e-9)
+    assert samples[-1][0] == sign * 300.0
+
+
+def test_change_beyond_the_target_does_not_end_a_loop(rig: Any) -> None:
+    """Found by `achse swarm --plans`: on the way around its target, the next command began."""
+    axis, ramps = rig.axis, (V, 3000.0, 3000.0, 50_000.0)
+    axis.loop_enable, axis.loop_distance = 1, 20.0
+    commands.universal_start(axis, StartType.ABSOLUTE, 100.0, *ramps)
+    number = axis.set_command_number
+    assert commands.universal_start(axis, 1, 300.0, *ramps, BufferMode.BLENDING_NEXT) == 0
+    rig.until(lambda axis: axis.set_position > 105.0)
+    axis.velocity_override = 900_000
+    rig.until(lambda axis: axis.set_velocity < 0.0)
+    assert axis.set_command_number == number
+    rig.until(lambda axis: axis.set_command_number != number)
+    assert axis.set_position == pytest.approx(100.0, abs=V * rig.dt)

@@ -400,7 +400,7 @@ def _append_rise(
     way = distance - lead * (v + jerk * lead * lead / 3.0)
     root = way * way - 2.0 * mean * change * change / jerk
     hold = 0.5 * (way + (sqrt(root) if root > 0.0 else 0.0)) / mean
-    limit = change / hold if hold > 0.0 else 0.0
+    limit = change / hold if change < a * hold else a  # both may be rounding
     n = append_segment(seg_time, seg_jerk, n, (a - limit) / jerk, -sign * jerk)
     n = append_segment(seg_time, seg_jerk, n, hold, 0.0)
     return append_segment(seg_time, seg_jerk, n, limit / jerk, -sign * jerk)

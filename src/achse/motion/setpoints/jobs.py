@@ -28,7 +28,7 @@ def set_request(
     """Set the request of a job, which begins where the axis is then."""
     job.number = number
     job.start_type = int(start_type)
-    job.mode = BufferMode.ABORTING.value
+    job.mode = int(BufferMode.ABORTING)
     job.position = position
     job.velocity = velocity
     job.acceleration = acceleration

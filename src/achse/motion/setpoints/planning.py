@@ -189,10 +189,12 @@ def _time_to_border(ax: AxisFields, count: int) -> float:
 
 
 def _is_past_border(ax: AxisFields) -> int:
-    """Return 1 if the border to the next command was passed before planning, else 0."""
+    """Return 1 if the border to the next command was reached before planning, else 0."""
     if ax.border.velocity == 0.0 or ax.set.velocity * ax.job.direction <= 0.0:
         return 0
-    return 1 if (ax.set.position - ax.border.position) * ax.job.direction > 0.0 else 0
+    if ax.loop.outward:  # on its way around the border
+        return 0
+    return 1 if (ax.set.position - ax.border.position) * ax.job.direction >= 0.0 else 0
 
 
 def _find_limit(ax: AxisFields) -> int:
