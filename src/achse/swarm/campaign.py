@@ -105,6 +105,7 @@ def seeds_one_by_one(
     project: str = "",
     invariants: str = "",
     motion: bool = False,
+    plans: bool = False,
     clock: Callable[[], float] = time.process_time,
     stopped: Callable[[], bool] = bool,
 ) -> Iterator[dict[str, Any]]:
@@ -116,6 +117,11 @@ def seeds_one_by_one(
     number = 0
     while (runs is None or number < runs) and clock() < end and not stopped():
         yield run(
-            first=first % SEEDS, project=project, invariants=invariants, seed=number, motion=motion
+            first=first % SEEDS,
+            project=project,
+            invariants=invariants,
+            seed=number,
+            motion=motion,
+            plans=plans,
         )
         number += 1

@@ -37,10 +37,12 @@ def failure_lines(
     invariants: str = "",
     *,
     motion: bool = False,
+    plans: bool = False,
 ) -> list[str]:
     """Return what is printed of a failure, with the command that shows it again."""
     words = ["achse", "swarm", *([project] if project else []), "--seed", str(seed), "--replay"]
     words += ["--motion"] if motion else []
+    words += ["--plans"] if plans else []
     words += ["--invariants", invariants] if invariants else []
     return [f"seed {seed} commit {commit()} failed: {violation}", f"  {shlex.join(words)}"]
 

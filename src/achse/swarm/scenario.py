@@ -1,11 +1,13 @@
 """One seed of the swarm as a scenario of `achse.sweeps`: workers play it, and give its figures."""
 
+import time
 from pathlib import Path
 from typing import Any
 
 from achse.swarm.excuses import EXCUSES
 from achse.swarm.motion.kernel import CYCLES
 from achse.swarm.outcome import WorldOutcome
+from achse.swarm.plans.player import play_plans
 from achse.swarm.play import play, play_twice
 from achse.swarm.project import draw_project_world, load_checks
 from achse.swarm.track import Track
@@ -54,11 +56,22 @@ def play_seed(
 
 
 def run(
-    *, first: int, project: str, invariants: str, seed: int, motion: bool = False
+    *,
+    first: int,
+    project: str,
+    invariants: str,
+    seed: int,
+    motion: bool = False,
+    plans: bool = False,
 ) -> dict[str, Any]:
     """Return the figures of seed number `seed` from `first` on."""
     number = (first + seed) % SEEDS
-    outcome = play_seed(number, project, invariants, motion=motion)
+    if plans:
+        begin = time.process_time()
+        outcome = play_plans(number)
+        outcome.cpu_s = time.process_time() - begin
+    else:
+        outcome = play_seed(number, project, invariants, motion=motion)
     violation = outcome.violation
     return {
         "world": str(number),  # beyond 63 bits no column holds it

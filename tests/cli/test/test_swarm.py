@@ -47,6 +47,17 @@ def test_motion_alone_is_drawn_summed_up_and_replayed() -> None:
     assert told[-1].startswith(f"seed {seed}: no violation in ")
 
 
+def test_plans_alone_are_summed_up_and_replayed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("achse.swarm.plans.player.CHAINS_OF_A_SEED", 100)
+    facts = json.loads(run("--plans", "--seed", "3", "--runs", "2", "--json").stdout)
+    assert (facts["seeds"], facts["failed"], facts["machine_years"]) == (2, 0, 0.0)
+    assert facts["moves"] > 80
+    told = run("--plans", "--seed", "3", "--replay").stdout
+    assert told.startswith("seed 3: no violation in ")
+    told = run("--plans", "--motion", exit_code=1).output
+    assert "--plans has no cycles: expected no --motion" in " ".join(told.split())
+
+
 def test_replay_is_a_page_for_the_browser(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     seed = next(s for s in range(100) if 0 < len(draw_motion_world(s).acts) < 40)

@@ -30,16 +30,19 @@ _MOST_PLAYED = 100_000
 
 @dataclass(frozen=True)
 class _Names:
-    """Subject of the seeds: files of a user, or motion alone."""
+    """Subject of the seeds: files of a user, motion alone, or plans without cycles."""
 
     project: str
     invariants: str
     motion: bool
+    plans: bool
 
     def failure_lines(self, seed: int, broken: "BrokenInvariant") -> list[str]:
         from achse.swarm.report import failure_lines
 
-        return failure_lines(seed, broken, self.project, self.invariants, motion=self.motion)
+        return failure_lines(
+            *(seed, broken, self.project, self.invariants), motion=self.motion, plans=self.plans
+        )
 
 
 def register(app: typer.Typer) -> None:
@@ -78,6 +81,10 @@ def swarm(
             "--motion", help="Axes, couplings, cams and channels alone, without a station."
         ),
     ] = False,
+    plans: Annotated[
+        bool,
+        typer.Option("--plans", help="Plan and judge moves alone, without cycles: millions each."),
+    ] = False,
     replay: Annotated[
         bool, typer.Option("--replay", help="Run one seed, and print its acts and its end.")
     ] = False,
@@ -108,14 +115,18 @@ def swarm(
     from achse.swarm.worlds.world import WorldError
 
     first = secrets.randbits(64) if seed is None else seed
-    if motion and (project is not None or invariants is not None):
-        fail("--motion draws its own axes: expected no project and no --invariants")
+    if (motion or plans) and (project is not None or invariants is not None):
+        own = "--motion" if motion else "--plans"
+        fail(f"{own} draws its own axes: expected no project and no --invariants")
+    if plans and (motion or scope or keep is not None):
+        fail("--plans has no cycles: expected no --motion, --scope or --keep")
     if scope and not replay:
         fail("--scope needs --replay")
     names = _Names(
         "" if project is None else str(project.resolve()),
         "" if invariants is None else str(invariants.resolve()),
         motion,
+        plans,
     )
     signals: list[int] = []
 
@@ -181,7 +192,8 @@ def _campaign(
         played = _played_by_workers(first, min(runs, _MOST_PLAYED), workers, names)
     else:
         played = seeds_one_by_one(
-            *(first, runs, cpu, names.project, names.invariants, names.motion), stopped=stopped
+            *(first, runs, cpu, names.project, names.invariants, names.motion, names.plans),
+            stopped=stopped,
         )
     for row in played:
         failure = campaign.add(row)
@@ -212,6 +224,7 @@ def _played_by_workers(first: int, runs: int, workers: int, names: _Names) -> An
         "project": [names.project],
         "invariants": [names.invariants],
         "motion": [int(names.motion)],
+        "plans": [int(names.plans)],
     }
     try:
         return sweep(scenario.__file__, parameters, seeds=runs, workers=workers).rows
@@ -224,6 +237,8 @@ def _replay(seed: int, names: _Names, *, scope: bool) -> None:
     from achse.swarm.scenario import play_seed, world_of
     from achse.swarm.track import Track
 
+    if names.plans:
+        _replay_plans(seed, names)
     world = world_of(seed, names.project, motion=names.motion)
     track = Track() if scope else None
     outcome = play_seed(seed, names.project, names.invariants, motion=names.motion, track=track)
@@ -244,6 +259,18 @@ def _replay(seed: int, names: _Names, *, scope: bool) -> None:
         if on_terminal():
             webbrowser.open(file.resolve().as_uri())
     raise typer.Exit(1 if wrong is not None else 0)
+
+
+def _replay_plans(seed: int, names: _Names) -> None:
+    """Play the chains of a seed, and print the first wrong move."""
+    from achse.swarm.plans.player import play_plans
+
+    outcome = play_plans(seed)
+    if outcome.violation is not None:
+        print("\n".join(names.failure_lines(seed, outcome.violation)))
+    else:
+        print(f"seed {seed}: no violation in {outcome.moves} moves, digest {outcome.digest}")
+    raise typer.Exit(0 if outcome.violation is None else 1)
 
 
 def _act_line(act: "Act") -> str:
