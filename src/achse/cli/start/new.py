@@ -427,7 +427,7 @@ jobs:
     strategy:
       matrix:
         os: [ubuntu-latest, windows-latest]
-        python: ["3.11", "3.12", "3.13"]
+        python: ["3.11", "3.12", "3.13", "3.14"]
     runs-on: ${{ matrix.os }}
     steps:
       - uses: actions/checkout@v4
@@ -442,7 +442,7 @@ jobs:
 GITLAB = """tests:
   parallel:
     matrix:
-      - PYTHON: ["3.11", "3.12", "3.13"]
+      - PYTHON: ["3.11", "3.12", "3.13", "3.14"]
   image: python:$PYTHON
   script:
 {note}    - pip install "{achse}" pytest
