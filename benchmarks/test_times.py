@@ -7,7 +7,6 @@ out, and workers start with the dearest.
 Usage: python benchmarks/test_times.py [--write] [PYTEST ARGUMENTS]
 """
 
-import contextlib
 import os
 import sys
 from collections import Counter
@@ -30,27 +29,12 @@ CPU_SECONDS = "cpu_seconds"
 
 def processor_s() -> float:
     """Processor time of this process, of its children that ended and of those that run."""
+    from tests.process_times import cpu_seconds_of, processes_below
+
     times = os.times()
     ended = times.children_user + times.children_system
-    return times.user + times.system + ended + _below(os.getpid()) / os.sysconf("SC_CLK_TCK")
-
-
-def _below(process: int | str) -> int:
-    """Ticks of the processes below one: of those that run, and of their children that ended."""
-    ticks = 0
-    for children in Path("/proc", str(process), "task").glob("*/children"):
-        with contextlib.suppress(OSError):
-            for child in children.read_text().split():
-                ticks += _ticks(child) + _below(child)
-    return ticks
-
-
-def _ticks(process: str) -> int:
-    """Of a process, and of its children that ended."""
-    with contextlib.suppress(OSError):
-        fields = Path("/proc", process, "stat").read_text().rpartition(")")[2].split()
-        return sum(map(int, fields[11:15]))
-    return 0
+    running = sum(map(cpu_seconds_of, processes_below(os.getpid())))
+    return times.user + times.system + ended + running
 
 
 class Meter:

@@ -21,6 +21,9 @@ them."""
 PROCESSES: list[subprocess.Popen[Any]] = []
 """Processes whose end fails each wait."""
 
+IN_VAIN: list[str] = []
+"""Reasons why what is waited for will not come: they fail each wait."""
+
 
 @contextmanager
 def needed(process: subprocess.Popen[Any]) -> Iterator[None]:
@@ -33,10 +36,11 @@ def needed(process: subprocess.Popen[Any]) -> Iterator[None]:
 
 
 def pauses() -> Iterator[float]:
-    """Yield the pauses of one wait; raises AssertionError if a process that is needed has ended."""
+    """Yield the pauses of one wait; raises AssertionError if it waits in vain."""
     pause = FIRST_S
     while True:
         yield pause
+        assert not IN_VAIN, f"waiting in vain: {', '.join(IN_VAIN)}"
         for process in PROCESSES:
             code = process.poll()
             assert code is None, f"waiting in vain: {process.args!r} ended with {code}"

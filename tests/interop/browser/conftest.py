@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 from tests.conftest import browser_binary
+from tests.interop.browser.guard import BrowserGuard
 
 FLAGS = [
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
@@ -23,7 +24,9 @@ FLAGS = [
 """A container's Chromium as root, which asks nobody but the station."""
 
 NO_LIMIT_MS = 0
-"""For every wait: what else the machine has to do decides nothing."""
+"""For every wait: what else the machine has to do decides nothing. `GUARD` ends those in vain."""
+
+GUARD = BrowserGuard()
 
 DESK = {"width": 1280, "height": 720}
 """Size of a window where a test does not care."""
@@ -117,28 +120,48 @@ TABS: "list[Page]" = []
 """The one that tests use one after the other: a new one costs three times as much."""
 
 
-@pytest.fixture(scope="module")
-def browser(witness: Callable[[str], None]) -> "Browser":
-    """One Chromium for the tests of this folder."""
+@pytest.fixture(scope="session")
+def browser(witness: Callable[[str], None]) -> "Callable[[], Browser]":
+    """Return the Chromium for the tests of this folder: another one if it was killed."""
     witness("playwright")
     witness("chromium")
-    from playwright.sync_api import sync_playwright
+    from playwright.sync_api import Error, sync_playwright
 
-    if not CHROMIUM:
-        driver = OPEN.enter_context(sync_playwright())
-        running = driver.chromium.launch(executable_path=browser_binary(), args=FLAGS)
-        OPEN.callback(running.close)
-        CHROMIUM.append(running)
-    return CHROMIUM[0]
+    def running() -> "Browser":
+        try:
+            for one in CHROMIUM:
+                one.new_browser_cdp_session().detach()
+        except Error:  # it was killed
+            close_browser()
+        if not CHROMIUM:
+            driver = OPEN.enter_context(sync_playwright())
+            started = driver.chromium.launch(executable_path=browser_binary(), args=FLAGS)
+            OPEN.callback(started.close)
+            CHROMIUM.append(started)
+        return CHROMIUM[0]
+
+    return running
+
+
+def close_browser() -> None:
+    """Close the Chromium, if one runs."""
+    TABS.clear()
+    CHROMIUM.clear()
+    OPEN.close()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call() -> Iterator[None]:
+    """Fail a test that waits in vain, with what it waited for."""
+    with GUARD.limit():
+        return (yield)
 
 
 @pytest.hookimpl(trylast=True)
 def pytest_runtest_teardown(nextitem: pytest.Item | None) -> None:
     """Close the Chromium after the last test of this folder."""
     if nextitem is None or nextitem.path.parent != Path(__file__).parent:
-        TABS.clear()
-        CHROMIUM.clear()
-        OPEN.close()
+        close_browser()
 
 
 @pytest.fixture(scope="session")
@@ -176,7 +199,7 @@ def init_script(page: "Page", script: str) -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def show(
-    browser: "Browser", artefacts: Path | None
+    browser: "Callable[[], Browser]", artefacts: Path | None
 ) -> Callable[..., AbstractContextManager[Shown]]:
     """`with show(url, viewport=PHONE) as shown:` is a tab that knows nothing of other tests.
 
@@ -193,7 +216,8 @@ def show(
         script: str = "",
         fresh: bool = False,
     ) -> Iterator[Shown]:
-        page = TABS.pop() if TABS and not fresh else new_tab(browser)
+        chromium = browser()
+        page = TABS.pop() if TABS and not fresh else new_tab(chromium)
         try:
             page.emulate_media(color_scheme=color_scheme, reduced_motion="reduce")
             page.set_viewport_size(viewport)
@@ -227,7 +251,8 @@ def serve_pages(
             line = running.process.stdout.readline()
             found = ADDRESS.search(line)
             assert found, line
-            yield Served(running, found[1])
+            with GUARD.counting(running.process.pid):
+                yield Served(running, found[1])
 
     return start
 

@@ -1,6 +1,6 @@
 """Emitted programs of this process: the next PLC with the same program is linked from them.
 
-A station that is restarted, and each test of a project, makes its PLC anew from the same sources.
+A restart of a station, and each test of a project, makes its PLC from the same sources again.
 Lowering and writing all routines once more takes longer than the rest of that start.
 """
 
