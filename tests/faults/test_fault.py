@@ -8,6 +8,7 @@ import pytest
 from achse.faults.fault import ActiveFault, FaultError, FaultState
 from achse.faults.frames import Drop
 from achse.faults.kinds import STATION_FAULTS
+from achse.station import Station
 
 
 @pytest.mark.parametrize(
@@ -95,3 +96,8 @@ def test_a_moment_has_a_unit_as_in_toml(text: str, seconds: float) -> None:
 def test_a_moment_that_cannot_be_is_refused(text: str, told: str) -> None:
     with pytest.raises(FaultError, match=re.escape(told)):
         STATION_FAULTS.of({"kind": "drop", "lasting": text})
+
+
+def test_moments_have_units_in_python_as_in_toml() -> None:
+    fault = Station.demo().faults.add("drop", lasting="1s", at="20ms").fault
+    assert (fault.lasting, fault.at) == (1.0, 0.02)
