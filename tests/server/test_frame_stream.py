@@ -52,7 +52,9 @@ def expected(
         if batch.count:
             batch.close_stamp(from_unix_ns(begin_ns + n * cycle_ns), 1 << 18)
             batch.release()
-            frames.append(channel.frame(1 << 18).encode_tcp())
+            frame = channel.frame(1 << 18)
+            assert frame is not None
+            frames.append(frame.encode_tcp())
     return frames
 
 

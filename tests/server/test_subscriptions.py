@@ -35,7 +35,9 @@ def subscription(batch: Batch, values: list[bytes], length: int = 2) -> Notifica
 
 
 def decoded(channel: Channel, size: int = 1000) -> list[Any]:
-    stream = NotificationStream.decode(channel.frame(size).data)
+    frame = channel.frame(size)
+    assert frame is not None
+    stream = NotificationStream.decode(frame.data)
     return [(stamp.filetime, [tuple(sample) for sample in stamp.samples]) for stamp in stream[0]]
 
 

@@ -90,7 +90,9 @@ class Recorded(Wire):
 
     def write(self, data: bytes | bytearray | memoryview) -> None:
         super().write(data)
-        self.frames += [each for each in self.stream.receive(data) if isinstance(each, Frame)]
+        self.frames += [
+            each for each in self.stream.receive(bytes(data)) if isinstance(each, Frame)
+        ]
 
 
 @given(

@@ -114,8 +114,8 @@ class KernelCycles:
             bus.exchange()
         elif self._terminals:
             bus.segment.advance(bus.now_ns)
-            for terminal, slave in self._terminals:
-                given = slave.exchange(terminal.outputs)
+            for terminal, own in self._terminals:
+                given = own.exchange(terminal.outputs)
                 bus.master.cyclic.exchanged(terminal.position)[:] = given
         self.cycles += whole
         return done
