@@ -129,7 +129,7 @@ def test_diagnosis_and_objects(tmp_path: Path) -> None:
     assert main["step"] == len(CALLS)
     last = len(CALLS)
     assert [n for n, error in enumerate(main["errors"]) if error] == [last - 3, last - 2, last - 1]
-    assert (main["small"]["nErrId"], main["nowhere"]["nErrId"]) == (0x705, 0x706)
+    assert (main["small"]["nErrorId"], main["nowhere"]["nErrorId"]) == (0x705, 0x706)
     assert main["scan"]["nSlaves"] == 2
     found = main["seen"][1]
     assert (found["nAddr"], found["stSlaveIdentity"]["serialNo"]) == (1002, 6)

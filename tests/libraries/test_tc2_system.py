@@ -197,3 +197,13 @@ def test_without_a_folder_the_refusal_is_shown(tmp_path: Path) -> None:
     main: Any = station.plcs[851].instance("MAIN")
     assert (main["step"], main["errors"][0]) == (1, 0x701)
     assert (main["opens"]["bError"], main["opens"]["hFile"]) == (True, 0)
+
+
+def test_a_station_has_no_files_that_wait() -> None:
+    ran = Ran(
+        "PROGRAM MAIN VAR status, first : SYS_FILE_STATUS; error : RTS_IEC_RESULT; shown : STRING;"
+        " END_VAR status := SysFile.SysFileGetStatus(5); error := SysFileFlush(5);"
+        " shown := CurrentVisu; END_PROGRAM"
+    ).cycle()
+    assert (ran.plc.failure, int(ran["status"]), int(ran["first"])) == ("", 1, 0)
+    assert (ran["error"] > 0, ran["shown"]) == (True, "")

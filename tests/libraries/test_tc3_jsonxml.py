@@ -155,3 +155,20 @@ def decoder() -> Ran:
         " when := p.GetDateTime(p.GetArrayValueByIdx(v, 2));"
         " dc := p.GetDcTime(p.GetArrayValueByIdx(v, 2)); END_PROGRAM"
     )
+
+
+@pytest.mark.parametrize("block", ["FB_JsonSaxWriter", "FB_JsonSaxPrettyWriter"])
+def test_a_document_is_complete_when_all_is_closed(block: str) -> None:
+    ran = Ran(
+        f"PROGRAM MAIN VAR w : {block}; done : ARRAY [0..3] OF BOOL; s : STRING(255);"
+        " file : ULINT := 132539328000000000; dc : ULINT := 86400000000000; END_VAR"
+        " w.ResetDocument(); done[0] := w.IsComplete(); w.StartObject(); done[1] := w.IsComplete();"
+        " w.AddKeyFileTime('file', file); w.AddKeyDcTime('dc', dc);"
+        " done[2] := w.IsComplete(); w.EndObject(); done[3] := w.IsComplete();"
+        " s := w.GetDocument(); END_PROGRAM"
+    ).cycle()
+    assert (ran.plc.failure, list(ran["done"])) == ("", [False, False, False, True])
+    assert json.loads(ran["s"]) == {
+        "file": "2021-01-01T00:00:00.000",
+        "dc": "2000-01-02T00:00:00.000",
+    }
