@@ -229,3 +229,18 @@ def test_text_may_go_over_lines_if_it_ends_before_a_sign() -> None:
     tokens = scan("s := 'a;\nb := 'c';")
     assert len(tokens.faults) == 1
     assert "'c'" in tokens.words
+
+
+@pytest.mark.parametrize("text", ["{", "{IF ", "{END_IF}", "{x};", "/**/", "{'$'}", "$'\n"])
+def test_hostile_texts_take_time_by_their_length(text: str) -> None:
+    tokens = scan(text * 30_000)  # minutes if each sign were compared with all others
+    assert len(tokens.kinds) <= 30_001
+
+
+def test_pragmas_without_an_end_are_faults_however_many() -> None:
+    for count in (1, 30, 3_000):
+        tokens = scan("a := 1; " + "{ b " * count)
+        assert {message for _, message, _ in tokens.faults} == {
+            "expected } at the end of this pragma"
+        }
+        assert tokens.words[:4] == ["a", ":=", "1", ";"]

@@ -61,8 +61,7 @@ _BEHIND_NUMBERS = r"(?:THEN|DO|OF|TO|BY|AND|OR|XOR|MOD|AND_THEN|OR_ELSE|ELSE|ELS
 """Keywords that may follow a number without a blank: digits end at the first other sign, as in
 `16#D013THEN`. In `16#FEND_IF` E is a digit, and what is left no keyword."""
 
-_TOKEN = re.compile(
-    r"""
+_PATTERN = r"""
     \s++
     | [^\W\d]\w*+ (?: \# (?:
           '(?:[^'$\n]++|\$[^\n])*'
@@ -86,16 +85,26 @@ _TOKEN = re.compile(
     | \d[\d_]*+ (?: \# \w*+ | (?:\.\d[\d_]*+)? (?:[eE][+-]?\d++)?
           (?: (?= WORDS ) | \w*+ ) )
     | '(?:[^'$\n]++|\$[^\n])*'
-    | '(?:[^'$]++|\$.)*' (?= \s* [;,)] )
+    | '(?:[^'$]++|\$.){0,1000}+' (?= \s* [;,)] )
     | '(?:[^'$\n]++|\$[^\n])*
     | "(?:[^"$\n]++|\$[^\n])*"?
-    | \{ (?: [^{}'"]++ | '(?:[^'$]++|\$.)*' | "(?:[^"$]++|\$.)*" )* \}
-    | \{[^}]*+\}
+    | \{ (?: [^{}'"]++ | '(?:[^'$]++|\$.){0,200}+' | "(?:[^"$]++|\$.){0,200}+" ){0,200}+ \}
+    | PRAGMA
     | %[^\W\d]++ (?: \* | \d++ (?:\.\d++)* )
     | .
-    """.replace("WORDS", _BEHIND_NUMBERS),
-    re.VERBOSE | re.IGNORECASE | re.DOTALL,
+    """.replace("WORDS", _BEHIND_NUMBERS)
+_PRAGMAS = r"\{[^}]*+\}", r"\{[^}]*+\}?"
+"""A pragma, and one that may be without an end, which is that of the text then."""
+_MOST_OPEN = 50
+"""Signs `{` without `}` at the end of a text, each of which is looked for an end."""
+_TOKENS, _OUTSIDE = (
+    tuple(re.compile(pattern.replace("PRAGMA", each), flags) for each in _PRAGMAS)
+    for pattern, flags in (
+        (_PATTERN, re.VERBOSE | re.IGNORECASE | re.DOTALL),
+        (r"""'(?:[^'$\n]++|\$.)*'|"(?:[^"$\n]++|\$.)*"|//[^\n]*+|PRAGMA|\(\*|/\*""", re.DOTALL),
+    )
 )
+"""By `_is_left_open`: the tokens, and what is outside of comments in each other."""
 _OBJECT_ENDS = frozenset(
     ("END_FUNCTION", "END_FUNCTION_BLOCK", "END_PROGRAM", "END_TYPE", "END_INTERFACE")
 )
@@ -103,9 +112,6 @@ _OBJECT_BOUNDS = _OBJECT_ENDS | {word.removeprefix("END_") for word in _OBJECT_E
 _DEFINING = re.compile(r"\{\s*(?:UN)?DEFINE\b", re.IGNORECASE)
 _ADDRESS = re.compile(r"%[IQM](?:\*|[XBWDL]?[0-9]+(?:\.[0-9]+)*)", re.IGNORECASE)
 _PARTIAL = re.compile(r"%[XBWDL][0-9]{1,3}", re.IGNORECASE)
-_OUTSIDE = re.compile(
-    r"""'(?:[^'$\n]++|\$.)*'|"(?:[^"$\n]++|\$.)*"|//[^\n]*+|\{[^}]*+\}|\(\*|/\*""", re.DOTALL
-)
 _DELIMITER = re.compile(r"\(\*|\*\)|/\*|\*/")
 _CLOSING = {"(*": "*)", "/*": "*/"}
 
@@ -143,7 +149,7 @@ class _Kinds(dict[str, str]):
             return self._literal(INTEGER if word.isdecimal() or "#" in word else REAL, word)
         if first in "'\"":
             return self._literal(STRING, word)
-        if first == "{" and len(word) > 1:
+        if first == "{" and word[-1] == "}":
             return _PRAGMA
         if first in "(/":
             return _COMMENT
@@ -200,15 +206,22 @@ class Tokens:
         self.faults: list[tuple[int, str, Code]] = []
 
 
+def _is_left_open(text: str, start: int, end: int) -> bool:
+    """Return True for so many pragmas without an end that it takes long to look for all of them."""
+    last = max(text.rfind("}", start, end), start)
+    return text.count("{", last, end) > _MOST_OPEN
+
+
 def scan(text: str, start: int = 0, end: int | None = None, defines: Defines = ()) -> Tokens:
     """The tokens of a part of the text. What is none is listed in `faults` and left out."""
     end = len(text) if end is None else end
     _KINDS.limit()
-    words = _TOKEN.findall(text, start, end)
+    pattern = _TOKENS[_is_left_open(text, start, end)]
+    words = pattern.findall(text, start, end)
     kinds = list(map(_KINDS.__getitem__, words))
     if _OPEN in kinds:
         flat = _flattened(text, start, end)
-        words = _TOKEN.findall(flat, start, end)
+        words = pattern.findall(flat, start, end)
         kinds = list(map(_KINDS.__getitem__, words))
     starts = list(accumulate(map(len, words), initial=start))
     tokens = Tokens()
@@ -233,9 +246,10 @@ def raw_words(text: str) -> list[tuple[str, str]] | None:
     """Return all of a text as kinds and words, blanks, comments and pragmas too; None if something
     in it is not Structured Text. The words one after the other are the text."""
     _KINDS.limit()
-    words = _TOKEN.findall(text)
+    pattern = _TOKENS[_is_left_open(text, 0, len(text))]
+    words = pattern.findall(text)
     if _OPEN in map(_KINDS.__getitem__, words):
-        words = _TOKEN.findall(_flattened(text, 0, len(text)))
+        words = pattern.findall(_flattened(text, 0, len(text)))
     found, at = [], 0
     for word in words:
         kind = _KINDS[word]
@@ -260,6 +274,7 @@ def _set_aside(
     kept: list[tuple[int, str]] = []
     excluded = 0
     bounds = _object_bounds(words, kinds, asides)
+    blanks = (0, 0)
     for index in asides:
         kind = kinds[index]
         while bounds and bounds[-1] < index:
@@ -285,16 +300,18 @@ def _set_aside(
         if conditions.counts:
             kept.append((index, text[at : at + len(words[index])]))
         if kind is _PRAGMA and conditions.counts:
-            _drop_end(index, kinds, words)
+            blanks = _drop_end(index, kinds, words, blanks)
     if not conditions.counts:
         kinds[excluded:] = [_BLANK] * (count - excluded)
     if conditions.is_open:
         tokens.faults.append((starts[-1], "expected {END_IF}", Code.BAD_CONDITION))
+    following, before, same = 0, -1, -1
     for index, word in kept:
-        if word[0] != "{" and (same := _token_before(index, kinds, words)) >= 0:
+        before, same = index, _token_before(index, kinds, words, before, same)
+        if word[0] != "{" and same >= 0:
             tokens.after.setdefault(starts[same], word)
             continue
-        following = index + 1
+        following = max(following, index + 1)
         while following < count and not kinds[following]:
             following += 1
         if following < count:
@@ -309,10 +326,13 @@ def _object_bounds(words: list[str], kinds: list[str], asides: list[int]) -> lis
     return [index for index in range(len(kinds) - 1, -1, -1) if kinds[index] in _OBJECT_BOUNDS]
 
 
-def _drop_end(index: int, kinds: list[str], words: list[str]) -> None:
+def _drop_end(
+    index: int, kinds: list[str], words: list[str], blanks: tuple[int, int]
+) -> tuple[int, int]:
     """Take out the `;` that some write behind a pragma, where no declaration or statement is open.
 
-    It would part the pragma from what it belongs to.
+    It would part the pragma from what it belongs to. `blanks`: behind the first index there is
+    nothing before the second; returns what is known now.
     """
     following = index + 1
     while following < len(kinds) and not kinds[following] and words[following].isspace():
@@ -320,15 +340,21 @@ def _drop_end(index: int, kinds: list[str], words: list[str]) -> None:
     if following < len(kinds) and kinds[following] == ";":
         before = index - 1
         while before >= 0 and (not kinds[before] or words[before].upper() in QUALIFIERS):
+            before = min(before, blanks[0] + 1) if before < blanks[1] else before
             before -= 1
+        blanks = before, index
         if before < 0 or kinds[before] in _CLOSED:
             kinds[following] = _BLANK
+    return blanks
 
 
-def _token_before(index: int, kinds: list[str], words: list[str]) -> int:
-    """The token before a comment in the same line; -1 if there is none."""
+def _token_before(index: int, kinds: list[str], words: list[str], known: int, same: int) -> int:
+    """The token before a comment in the same line; -1 if there is none. Before the comment at
+    `known` that is `same`."""
     index -= 1
     while index >= 0:
+        if index == known and "\n" not in words[index]:
+            return same
         if kinds[index]:
             return index
         if "\n" in words[index]:
@@ -343,7 +369,8 @@ def _flattened(text: str, start: int, end: int) -> str:
     kept = position = start
     opening = ""
     depth = 0
-    while found := (_DELIMITER if depth else _OUTSIDE).search(text, position, end):
+    outside = _OUTSIDE[_is_left_open(text, start, end)]
+    while found := (_DELIMITER if depth else outside).search(text, position, end):
         sign = found[0]
         position = found.end()
         if depth == 0:
