@@ -17,14 +17,26 @@ class Chain:
         self.reachable = True
         own = [NetId(f"5.0.0.{n}.1.1") for n in range(1, routers + 1)]
         self.hosts = [Host(self.loop, net_id, source_nat) for net_id in own]
-        for here, there in zip(self.hosts, self.hosts[1:], strict=False):
-            here.leads(TARGET, lambda there=there: there)  # type: ignore[misc]
-        self.hosts[-1].leads(TARGET, lambda: self.target if self.reachable else None)
+        for number, host in enumerate(self.hosts):
+            self._lead(host, number)
         self.count = 0
+
+    def _lead(self, host: Host, number: int) -> None:
+        if number + 1 < len(self.hosts):
+            host.leads(TARGET, lambda: self.hosts[number + 1])
+        else:
+            host.leads(TARGET, lambda: self.target if self.reachable else None)
 
     def client(self, host: int = 0, address: AmsAddress = PYADS) -> Client:
         self.count += 1
         return Client(self.hosts[host % len(self.hosts)], self.count - 1, address, PLC)
+
+    def kill(self, router: int) -> None:
+        """Kill a router; another one starts in its place at once, with nothing."""
+        old = self.hosts[router]
+        old.kill()
+        new = self.hosts[router] = Host(self.loop, old.router.net_id, old.router.source_nat)
+        self._lead(new, router)
 
     def tick(self, times: int = 1) -> None:
         for _ in range(times):

@@ -1,6 +1,7 @@
 """Stations in one process and in virtual time, with lines between them that are made of memory."""
 
 import heapq
+import math
 import struct
 from collections.abc import Callable
 from typing import Any
@@ -47,13 +48,17 @@ class Loop:
         heapq.heappush(self._calls, call)
         return _Timer(call)
 
-    def run(self, seconds: float = 0.0) -> None:
+    def run(self, seconds: float = 0.0, most: float = math.inf) -> None:
+        """Let time pass, or make so many calls at most."""
         end = self.now + seconds
         while self._calls and self._calls[0][0] <= end:
+            if most <= 0:
+                return
             when, _, callback = heapq.heappop(self._calls)
             self.now = max(self.now, when)
             if callback is not None:
                 callback()
+                most -= 1
         self.now = end
 
 
@@ -214,6 +219,14 @@ class Host:
         self.uplinks.append(uplink)
         return uplink
 
+    def kill(self) -> None:
+        """End as a killed process: its connections end, and it does nothing more."""
+        dialled = [each.peer for each in self.uplinks if each.peer is not None]
+        for peer in [*self.peers, *dialled]:
+            line_of(peer).abort()
+        for uplink in self.uplinks:
+            uplink.close()
+
     @property
     def forwarded(self) -> int:
         """Subscriptions and handles that it knows of, of clients that are there and gone."""
@@ -244,6 +257,12 @@ class Target(Host):
         self.time_ns += TASK
         self.device.notifications.tick(self.time_ns)
         self.device.sweep(self.time_ns)
+
+    @property
+    def abandoned(self) -> int:
+        """Handles of clients that are gone, which any client may use."""
+        assert self.device.symbols is not None
+        return self.device.symbols.handles.usage.abandoned_handles
 
     @property
     def held_by_clients(self) -> tuple[int, int]:

@@ -497,3 +497,53 @@ def test_in_any_order_each_client_gets_its_own_and_nothing_remains(
     chain.tick()
     assert chain.target.held_by_clients == (0, 0)
     assert chain.forwarded == 0
+
+
+KILL = st.tuples(
+    st.sampled_from(("client", "router", "target", "goes on")),
+    st.integers(0, 3),
+    st.integers(0, 12),
+    st.integers(0, 60),
+)
+
+
+@settings(max_examples=60)
+@given(st.integers(1, 3), st.booleans(), st.lists(KILL, max_size=8))
+def test_kill_of_any_part_at_any_moment_leaves_nothing_after_a_minute(
+    routers: int, source_nat: bool, kills: list[tuple[str, int, int, int]]
+) -> None:
+    """Before each kill clients send requests that fetch something, and all make so many calls."""
+    chain = Chain(routers, source_nat=source_nat)
+    everyone = [chain.client(number) for number in range(3)]
+    handles = {client: client.fetch() for client in everyone}
+    for part, which, requests, calls in kills:
+        there = [client for client in everyone if not client.gone]
+        if len(there) < 3:
+            there.append(chain.client(which))
+            everyone.append(there[-1])
+            handles[there[-1]] = there[-1].fetch()
+        for number in range(requests):
+            client = there[number % len(there)]
+            if number % 2:
+                request = client.add_request(handles[client])
+                client.send(Command.ADD_NOTIFICATION, request.encode())
+            else:
+                data = ReadWriteRequest(0xF003, 0, 4, client.name()).encode()
+                client.send(Command.READ_WRITE, data)
+        chain.loop.run(1.0, calls)
+        match part:
+            case "client":
+                there[which % len(there)].wire.close()
+            case "router":
+                chain.kill(which % routers)
+            case "target":
+                chain.restart_target()
+    for client in everyone:
+        client.wire.close()
+    chain.loop.run(60.0)
+    chain.tick()
+    subscriptions, fetched = chain.target.held_by_clients
+    assert (subscriptions, fetched - chain.target.abandoned) == (0, 0)
+    if "router" not in [part for part, *_ in kills]:
+        assert fetched == 0
+    assert chain.forwarded == 0
