@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 from achse.ams import AmsAddress, Command, Frame
 from achse.ams.commands import ADD_NOTIFICATION_BODY
 from achse.ams.notification import NotificationStream, encode_stream
-from achse.router.forwarding.handles import HandleMap, handle_places
-from achse.router.forwarding.ledger import Resource, ResourceKind, change_of
+from achse.router.forwarding.handles import HandleMap
+from achse.router.forwarding.ledger import Resource, ResourceKind
+from achse.router.forwarding.resource_requests import change_of, handle_places
 
 PLC, OTHER = AmsAddress("5.0.0.9.1.1:851"), AmsAddress("5.0.0.9.1.1:852")
 CLIENT = AmsAddress("192.168.0.9.1.1:30000")

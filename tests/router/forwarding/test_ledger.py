@@ -11,11 +11,9 @@ from achse.ams.commands import ADD_NOTIFICATION_BODY
 from achse.router.forwarding.ledger import (
     Resource,
     ResourceKind,
-    change_of,
     end_hints,
-    holds_nothing,
-    without,
 )
+from achse.router.forwarding.resource_requests import change_of
 
 PLC = AmsAddress("5.0.0.9.1.1:851")
 CLIENT = AmsAddress("192.168.0.9.1.1:30000")
@@ -144,35 +142,6 @@ def test_writes_of_a_sum_close_files_at_the_system_service_alone() -> None:
     assert outcomes(frame, answer) == []
     frame.target = SYSTEM
     assert outcomes(frame, answer) == [(False, FILE, 0xF601)]
-
-
-@given(
-    st.sampled_from(
-        (0xF003, 0xF004, 0xF080, 0xF081, 0xF082, 0xF085, 0xF086, 120, 121, 133, 0x4020)
-    ),
-    st.integers(0, 3),
-    st.lists(st.sampled_from((0xF003, 0xF006, 0x4020, 4)), max_size=12),
-)
-def test_requests_that_hold_nothing_have_no_change(
-    group: int, parts: int, words: list[int]
-) -> None:
-    frame = read_write(group, parts, struct.pack(f"<{len(words)}I", *words))
-    if holds_nothing(group, frame.data, 0, len(frame.data)):
-        assert change_of(frame) is None
-
-
-@pytest.mark.parametrize("group", [0xF004, 0xF009, 0xF080, 0xF084, 0x4020])
-def test_other_groups_change_nothing(group: int) -> None:
-    assert change_of(read_write(group, 0, bytes(24))) is None
-    assert change_of(request(Command.WRITE, struct.pack("<III", group, 0, 4) + bytes(4))) is None
-
-
-def test_handles_are_taken_out_of_a_request_with_zero() -> None:
-    frame = read_write(0xF086, 3, struct.pack("<III", 5, 6, 7))
-    change = change_of(frame)
-    assert change is not None
-    kept = without(frame.data, [change.actions[1]])
-    assert struct.unpack_from("<III", kept, 16) == (5, 0, 7)
 
 
 def test_end_hints_are_samples_without_data() -> None:

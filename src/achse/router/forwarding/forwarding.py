@@ -22,10 +22,9 @@ from achse.router.forwarding.ledger import (
     ResourceAction,
     ResourceChange,
     ResourceKind,
-    change_of,
-    without,
 )
 from achse.router.forwarding.pending import PendingExchange, PendingRequest, PendingRequests
+from achse.router.forwarding.resource_requests import change_of, without
 from achse.router.forwarding.restoring import LinkMemory, Restoration, version_request
 from achse.router.forwarding.router_requests import RouterRequests
 from achse.router.forwarding.sessions import ClientPorts, Sessions

@@ -6,84 +6,20 @@ that the client knows from before: then the client gets another number for it.
 """
 
 import struct
-from collections.abc import Iterator
 
-from achse.ams import Command, Frame
-from achse.ams.commands import ADD_NOTIFICATION_BODY, READ, READ_WRITE, RESULT, RESULT_LENGTH
-from achse.codes import ReservedGroup
+from achse.ams import Frame
+from achse.ams.commands import RESULT, RESULT_LENGTH
 from achse.router.forwarding.ledger import Resource, ResourceChange, ResourceKind
+from achse.router.forwarding.resource_requests import handle_places
 
-__all__ = ["HandleMap", "handle_places"]
+__all__ = ["HandleMap"]
 
-_SUBSCRIPTION, _SYMBOL_HANDLE = ResourceKind.SUBSCRIPTION, ResourceKind.SYMBOL_HANDLE
-
-_BY_HANDLE = (ReservedGroup.SYMBOL_VALUE_BY_HANDLE, ReservedGroup.SYMBOL_NOTIFICATION)
-"""Index groups whose offset is a symbol handle."""
-
-_SHORT_PARTS = (
-    ReservedGroup.SUM_READ,
-    ReservedGroup.SUM_READ_WITH_LENGTHS,
-    ReservedGroup.SUM_READ_SHORT,
-    ReservedGroup.SUM_WRITE,
-)
-"""Sum commands whose parts are group, offset and length."""
-
-_PART = struct.Struct("<III")
+_SUBSCRIPTION = ResourceKind.SUBSCRIPTION
 
 _FIRST = 0xF000_0000
 """Numbers for handles that meet one from before begin here."""
 
 _STREAM_HEAD, _STAMP, _SAMPLE = 8, struct.Struct("<QI"), struct.Struct("<II")
-
-
-def handle_places(request: Frame) -> Iterator[tuple[ResourceKind, int]]:
-    """Yield kind and position of each handle in the data of a request.
-
-    A request that is too short raises struct.error.
-    """
-    command, data = request.command, request.data
-    if command == Command.DELETE_NOTIFICATION:
-        yield _SUBSCRIPTION, 0
-    elif command in (Command.READ, Command.WRITE, Command.ADD_NOTIFICATION):
-        group = RESULT.unpack_from(data)[0]
-        if group in _BY_HANDLE:
-            yield _SYMBOL_HANDLE, 4
-        elif command == Command.WRITE and group == ReservedGroup.RELEASE_SYMBOL_HANDLE:
-            yield _SYMBOL_HANDLE, READ.size
-    elif command == Command.READ_WRITE:
-        group, parts, _, _ = READ_WRITE.unpack_from(data)
-        if group in _BY_HANDLE:
-            yield _SYMBOL_HANDLE, 4
-        elif group == ReservedGroup.SUM_DELETE_NOTIFICATION:
-            yield from ((_SUBSCRIPTION, place) for place in _parts(data, parts, RESULT.size))
-        elif group == ReservedGroup.SUM_ADD_NOTIFICATION:
-            yield from _in_parts(data, parts, ADD_NOTIFICATION_BODY.size)
-        elif group == ReservedGroup.SUM_READ_WRITE:
-            yield from _in_parts(data, parts, 16)
-        elif group in _SHORT_PARTS:
-            yield from _in_parts(data, parts, _PART.size)
-            if group == ReservedGroup.SUM_WRITE:
-                yield from _released_in_parts(data, parts)
-
-
-def _parts(data: bytes, parts: int, size: int) -> range:
-    most = (len(data) - READ_WRITE.size) // size
-    return range(READ_WRITE.size, READ_WRITE.size + min(parts, most) * size, size)
-
-
-def _in_parts(data: bytes, parts: int, size: int) -> Iterator[tuple[ResourceKind, int]]:
-    for place in _parts(data, parts, size):
-        if RESULT.unpack_from(data, place)[0] in _BY_HANDLE:
-            yield _SYMBOL_HANDLE, place + 4
-
-
-def _released_in_parts(data: bytes, parts: int) -> Iterator[tuple[ResourceKind, int]]:
-    position = READ_WRITE.size + parts * _PART.size
-    for place in _parts(data, parts, _PART.size):
-        group, _, length = _PART.unpack_from(data, place)
-        if group == ReservedGroup.RELEASE_SYMBOL_HANDLE and length == RESULT.size:
-            yield _SYMBOL_HANDLE, position
-        position += length
 
 
 class HandleMap:

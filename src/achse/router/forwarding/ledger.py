@@ -1,22 +1,19 @@
-"""Resources that a client holds at a target, read from its requests and the answers to them.
+"""Resources that a client holds at a target, and their changes by the answers to its requests.
 
 A resource is a subscription, a symbol handle, or an open file or search of the system service. Sum
-commands fetch and release many at once.
+commands fetch and release many at once. `resource_requests` reads requests.
 
 Source: 000 §3.2.3.6 and 7 for subscriptions, §6.7 for 0xF003 and 0xF006; 003 for the sum commands;
 files as in `devices/system/files`.
 """
 
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from enum import Enum
 from typing import NamedTuple
 
 from achse.ams import Command, Frame
 from achse.ams.commands import (
-    ADD_NOTIFICATION_BODY,
-    READ,
-    READ_WRITE,
     RESULT,
     RESULT_LENGTH,
     DeleteNotificationRequest,
@@ -25,20 +22,14 @@ from achse.ams.commands import (
 )
 from achse.ams.notification import encode_stream
 from achse.codes import ReservedGroup, ReturnCode
-from achse.codes.groups import CLOSE_FILE, CLOSE_FILE_LATER, FIND_FILE, OPENS_FILE
-from achse.codes.ports import SYSTEM_PORT
+from achse.codes.groups import CLOSE_FILE, FIND_FILE, OPENS_FILE
 
 __all__ = [
-    "HOLDING",
-    "RELEASING_WRITES",
     "Resource",
     "ResourceAction",
     "ResourceChange",
     "ResourceKind",
-    "change_of",
     "end_hints",
-    "holds_nothing",
-    "without",
 ]
 
 
@@ -148,7 +139,7 @@ class ResourceChange(NamedTuple):
             return [(result, 0 if result else _word(answer, _HEAD))]
         if result or len(answer) != _HEAD + length:
             return []
-        if group in _SINGLE:
+        if group in _ONE_HANDLE:
             return [(0, _word(answer, _HEAD))]
         if group in _RESULTS_ONLY:
             return [(_word(answer, _HEAD + 4 * part), 0) for part in range(parts)]
@@ -175,6 +166,9 @@ def _pair(data: bytes, position: int) -> tuple[int, int]:
 
 _HEAD = RESULT_LENGTH.size
 
+_ONE_HANDLE = (int(ReservedGroup.SYMBOL_HANDLE_BY_NAME), *OPENS_FILE)
+"""Index groups of a ReadWrite whose answer is a handle."""
+
 _NO_HANDLES = {
     ResourceKind.SUBSCRIPTION: (0,),
     ResourceKind.SYMBOL_HANDLE: (0,),
@@ -194,156 +188,6 @@ _RELEASED = frozenset(
 """Results after which a target holds the resource no longer."""
 
 _RESULTS_ONLY = (ReservedGroup.SUM_WRITE, ReservedGroup.SUM_DELETE_NOTIFICATION)
-
-_WRITE_PART, _READ_WRITE_PART = struct.Struct("<III"), struct.Struct("<IIII")
-
-_SUBSCRIPTION, _SYMBOL_HANDLE = ResourceKind.SUBSCRIPTION, ResourceKind.SYMBOL_HANDLE
-
-_SYSTEM = SYSTEM_PORT.to_bytes(2, "little")
-
-
-def change_of(request: Frame) -> ResourceChange | None:
-    """Return what `request` changes in the resources of its client; None for most requests."""
-    command, data = request.command, request.data
-    try:
-        if command == Command.ADD_NOTIFICATION:
-            return ResourceChange(request.target, (ResourceAction(_SUBSCRIPTION, 0, recipe=data),))
-        if command == Command.DELETE_NOTIFICATION:
-            return ResourceChange(request.target, (_release(_SUBSCRIPTION, 0, data, 0),))
-        if command == Command.WRITE:
-            kind = _WRITES.get(READ.unpack_from(data)[0])
-            if kind is None or (kind is ResourceKind.FILE and request.target[6:] != _SYSTEM):
-                return None
-            return ResourceChange(request.target, (_release(kind, 0, data, READ.size),))
-        if command == Command.READ_WRITE:
-            group, parts, _, _ = READ_WRITE.unpack_from(data)
-            actions: tuple[ResourceAction, ...] = ()
-            if group in _SUMS:
-                actions = tuple(_SUMS[group](parts, data))
-            elif group in _SINGLE:
-                actions = tuple(_SINGLE[group](0, parts, data[READ_WRITE.size :]))
-            if request.target[6:] != _SYSTEM:
-                actions = tuple(each for each in actions if each.kind is not ResourceKind.FILE)
-            return ResourceChange(request.target, actions, group, parts) if actions else None
-    except struct.error:  # the target refuses it
-        return None
-    return None
-
-
-def _release(kind: ResourceKind, part: int, data: bytes, position: int) -> ResourceAction:
-    return ResourceAction(kind, part, _word(data, position), position)
-
-
-def _one_handle(part: int, offset: int, name: bytes) -> Iterator[ResourceAction]:
-    yield ResourceAction(_SYMBOL_HANDLE, part, recipe=name)
-
-
-def _one_file(part: int, offset: int, name: bytes) -> Iterator[ResourceAction]:
-    yield ResourceAction(ResourceKind.FILE, part)
-
-
-def _close_file(part: int, handle: int, written: bytes) -> Iterator[ResourceAction]:
-    yield ResourceAction(ResourceKind.FILE, part, handle)
-
-
-def _find_file(part: int, handle: int, pattern: bytes) -> Iterator[ResourceAction]:
-    yield ResourceAction(ResourceKind.FILE, part)
-    yield ResourceAction(ResourceKind.FILE, part, handle, search=True)
-
-
-def _sum_write(parts: int, data: bytes) -> Iterator[ResourceAction]:
-    position = READ_WRITE.size + parts * _WRITE_PART.size
-    for part in range(parts):
-        group, _, length = _WRITE_PART.unpack_from(data, READ_WRITE.size + part * _WRITE_PART.size)
-        kind = _WRITES.get(group)
-        if kind is not None and length == RESULT.size:
-            yield _release(kind, part, data, position)
-        position += length
-
-
-def _sum_read_write(parts: int, data: bytes) -> Iterator[ResourceAction]:
-    written = READ_WRITE.size + parts * _READ_WRITE_PART.size
-    for part in range(parts):
-        position = READ_WRITE.size + part * _READ_WRITE_PART.size
-        group, offset, _, length = _READ_WRITE_PART.unpack_from(data, position)
-        actions_of = _SINGLE.get(group)
-        if actions_of is not None:
-            yield from actions_of(part, offset, data[written : written + length])
-        written += length
-
-
-def _sum_add(parts: int, data: bytes) -> Iterator[ResourceAction]:
-    if len(data) == READ_WRITE.size + parts * ADD_NOTIFICATION_BODY.size:
-        for part in range(parts):
-            begin = READ_WRITE.size + part * ADD_NOTIFICATION_BODY.size
-            body = data[begin : begin + ADD_NOTIFICATION_BODY.size]
-            yield ResourceAction(_SUBSCRIPTION, part, recipe=body)
-
-
-def _sum_delete(parts: int, data: bytes) -> Iterator[ResourceAction]:
-    if len(data) == READ_WRITE.size + parts * RESULT.size:
-        for part in range(parts):
-            yield _release(_SUBSCRIPTION, part, data, READ_WRITE.size + part * RESULT.size)
-
-
-_WRITES = {
-    int(ReservedGroup.RELEASE_SYMBOL_HANDLE): _SYMBOL_HANDLE,
-    CLOSE_FILE_LATER: ResourceKind.FILE,
-}
-"""Index groups of a Write that release the handle in its data, and the kind of that handle."""
-
-_SINGLE: dict[int, Callable[[int, int, bytes], Iterator[ResourceAction]]] = {
-    **dict.fromkeys(OPENS_FILE, _one_file),
-    CLOSE_FILE: _close_file,
-    FIND_FILE: _find_file,
-    int(ReservedGroup.SYMBOL_HANDLE_BY_NAME): _one_handle,
-}
-"""Index groups of a ReadWrite that fetch or release one resource; by part, offset and data."""
-
-_SUMS: dict[int, Callable[[int, bytes], Iterator[ResourceAction]]] = {
-    int(ReservedGroup.SUM_WRITE): _sum_write,
-    int(ReservedGroup.SUM_READ_WRITE): _sum_read_write,
-    int(ReservedGroup.SUM_ADD_NOTIFICATION): _sum_add,
-    int(ReservedGroup.SUM_DELETE_NOTIFICATION): _sum_delete,
-}
-"""Index groups of sums, and what their parts do."""
-
-
-RELEASING_WRITES = frozenset(_WRITES)
-"""Index groups of a Write that may release a resource."""
-
-_SIGNS = {
-    int(ReservedGroup.SUM_WRITE): RESULT.pack(ReservedGroup.RELEASE_SYMBOL_HANDLE),
-    int(ReservedGroup.SUM_READ_WRITE): RESULT.pack(ReservedGroup.SYMBOL_HANDLE_BY_NAME),
-}
-"""Index groups of sums of which only parts with these bytes concern resources, but for those of
-the system service."""
-
-HOLDING = frozenset((*_SINGLE, *_SUMS))
-"""Index groups of a ReadWrite that may fetch or release resources."""
-
-
-def holds_nothing(group: int, data: bytes, begin: int, end: int) -> bool:
-    """Return True if a ReadWrite, `data` from `begin` to `end`, cannot change resources.
-
-    Not for the system service, whose files are resources too.
-    """
-    if group not in HOLDING:
-        return True
-    sign = _SIGNS.get(group)
-    return sign is not None and data.find(sign, begin, end) < 0
-
-
-def without(data: bytes, actions: list[ResourceAction]) -> bytes:
-    """Return the data of a request with 0 in place of the handles that `actions` release.
-
-    No device gives out a handle 0, so the target answers these parts as it answers any handle that
-    it does not know.
-    """
-    changed = bytearray(data)
-    for action in actions:
-        RESULT.pack_into(changed, action.position, 0)
-    return bytes(changed)
 
 
 def end_hints(resources: list[Resource], client: bytes, filetime: int) -> Iterator[Frame]:

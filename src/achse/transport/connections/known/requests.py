@@ -15,9 +15,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from achse.ams import Command, Flags
 from achse.ams.commands import READ, READ_WRITE
-from achse.codes.ports import SYSTEM_PORT
-from achse.router.forwarding.ledger import HOLDING, RELEASING_WRITES, holds_nothing
 from achse.router.forwarding.pending import PendingExchange, PendingRequest
+from achse.router.forwarding.resource_requests import (
+    CHANGING,
+    RELEASING_WRITES,
+    holds_nothing,
+    is_always_decoded,
+)
 from achse.transport.connections.known.heads import KnownHeads
 from achse.transport.connections.known.single import (
     HEAD_SIZE,
@@ -45,8 +49,6 @@ RUN = 4
 _MOST_IN_PORTION = PORTION // HEADERS_SIZE + 1
 
 _READ, _WRITE = int(Command.READ), int(Command.WRITE)
-
-_SYSTEM = SYSTEM_PORT.to_bytes(2, "little")
 
 _SMALLEST = {
     _READ: READ.size,
@@ -214,7 +216,7 @@ class KnownRequests(KnownHeads[_Known]):
                 records = writes
             else:
                 invoke_id, group, weight = _ID_GROUP_AND_LENGTH.unpack_from(data, rest)
-                if group in HOLDING and not holds_nothing(
+                if group in CHANGING and not holds_nothing(
                     group, data, position + HEADERS_SIZE, stop
                 ):
                     break
@@ -282,7 +284,7 @@ class KnownRequests(KnownHeads[_Known]):
             return None
         if command == _READ and size != READ.size:
             return None
-        if command != _READ and head[12:14] == _SYSTEM:  # it may open or close a file
+        if is_always_decoded(command, head[6:14]):
             return None
         way = self._ways.get(head[6:22]) or self._way(head[14:22], head[6:14])
         if way is None:

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 from achse.ams import Command, Flags
 from achse.ams.frame import AMS_HEADER, TCP_HEADER
 from achse.router.forwarding.latency import MEASURED
-from achse.router.forwarding.ledger import RELEASING_WRITES, holds_nothing
 from achse.router.forwarding.pending import SMALL_REQUEST, PendingRequest
+from achse.router.forwarding.resource_requests import RELEASING_WRITES, holds_nothing
 
 if TYPE_CHECKING:
     from achse.router.forwarding.pending import PendingExchange
