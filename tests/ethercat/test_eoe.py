@@ -66,6 +66,9 @@ def test_what_is_no_frame_is_refused(size: int, room: int) -> None:
         list(fragments(bytes(size), 0, room))
 
 
+NONE = IPv4Address("0.0.0.0")
+
+
 @given(
     *(st.none() | MACS, ADDRESSES, ADDRESSES, ADDRESSES, ADDRESSES),
     st.none() | st.text("abc-.1", max_size=32),
@@ -80,12 +83,24 @@ def test_settings_travel(
 ) -> None:
     settings = IpSettings(mac, address, mask, gateway, dns, name)
     assert IpSettings.decode(settings.encode()) == settings
-    assert len(settings.encode()) == 58
+    whole = bytearray(IpSettings(bytes(6), NONE, NONE, NONE, NONE, "").encode())
+    at = 4
+    for bit, field in enumerate((mac, address, mask, gateway, dns, name)):
+        size = (6, 4, 4, 4, 4, 32)[bit]
+        if field is None:
+            whole[0] &= ~(1 << bit)
+        else:
+            name_of = ("mac", "address", "mask", "gateway", "dns", "name")[bit]
+            alone = IpSettings(**{name_of: field})  # type: ignore[arg-type]
+            whole[at : at + size] = alone.encode()[4:]
+        at += size
+    assert IpSettings.decode(bytes(whole)) == settings, "each at its place"
 
 
-def test_addresses_are_little_endian_as_open_masters_send_them() -> None:
+def test_addresses_are_little_endian_and_packed_as_open_masters_send_them() -> None:
     data = IpSettings(address=IPv4Address("192.168.9.200")).encode()
-    assert (data[0], data[10:14]) == (0x02, bytes((200, 9, 168, 192)))
+    assert data == b"\x02\0\0\0" + bytes((200, 9, 168, 192))
+    assert IpSettings.decode(b"\x20\0\0\0box").name == "box", "a name may be short"
 
 
 @given(st.lists(MACS, max_size=15), st.lists(MACS, max_size=3), st.booleans())
@@ -101,8 +116,10 @@ def test_too_much_for_a_setting_is_refused() -> None:
         MacFilter((bytes(5),)).encode()
     with pytest.raises(ValueError, match="a name 32 at most"):
         IpSettings(name="x" * 33).encode()
-    with pytest.raises(ValueError, match="58 bytes, got 57"):
-        IpSettings.decode(bytes(57))
+    with pytest.raises(ValueError, match="4 bytes or more, got 3"):
+        IpSettings.decode(bytes(3))
+    with pytest.raises(ValueError, match="cut off after 7 bytes"):
+        IpSettings.decode(b"\x02\0\0\0" + bytes(3))
     with pytest.raises(ValueError, match="122 bytes, got 3"):
         MacFilter.decode(bytes(3))
 

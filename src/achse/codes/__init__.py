@@ -7,7 +7,7 @@ from achse.codes.files import FileRefusal, FoeError
 from achse.codes.groups import PlcGroup, ReservedGroup
 from achse.codes.lookup import code_of
 from achse.codes.nc.errors import NcError
-from achse.codes.sdo import AbortCode, SdoAbort
+from achse.codes.sdo import AbortCode, SdoAbort, return_code_of
 
 __all__ = [
     "AbortCode",
@@ -23,4 +23,5 @@ __all__ = [
     "ReturnCode",
     "SdoAbort",
     "code_of",
+    "return_code_of",
 ]

@@ -5,7 +5,9 @@ The E series drive itself knows the five rows with source 001 table 2.6.1; maste
 
 from enum import Enum
 
-__all__ = ["AbortCode", "SdoAbort"]
+from achse.codes.ads import ReturnCode
+
+__all__ = ["AbortCode", "SdoAbort", "return_code_of"]
 
 
 class AbortCode(Enum):
@@ -78,3 +80,22 @@ class SdoAbort(Exception):
         super().__init__(f"{text} ({reason})" if reason else text)
         self.code = code
         self.reason = reason
+
+
+_RETURN_CODES = {
+    AbortCode.NO_OBJECT: ReturnCode.INVALID_OFFSET,
+    AbortCode.NO_SUBINDEX: ReturnCode.INVALID_OFFSET,
+    AbortCode.VALUE_RANGE: ReturnCode.INVALID_DATA,
+    AbortCode.TOO_HIGH: ReturnCode.INVALID_DATA,
+    AbortCode.TOO_LOW: ReturnCode.INVALID_DATA,
+    AbortCode.WRITE_ONLY: ReturnCode.INVALID_ACCESS,
+    AbortCode.READ_ONLY: ReturnCode.INVALID_ACCESS,
+    AbortCode.TIMEOUT: ReturnCode.DEVICE_TIMEOUT,
+    AbortCode.DEVICE_STATE: ReturnCode.INVALID_STATE,
+}
+"""From the published sample of a master; the manuals list none."""
+
+
+def return_code_of(abort: AbortCode | None) -> ReturnCode:
+    """The ADS return code of an abort; 0x70D for those without one."""
+    return ReturnCode.SYNTAX if abort is None else _RETURN_CODES.get(abort, ReturnCode.SYNTAX)

@@ -36,7 +36,10 @@ _PORT_AT, _PORT = 4, 0x0F
 _PLACE_AT, _FRAME_AT = 6, 12
 _PLACE, _FRAME = 0x3F, 0x0F
 _TIME_SIZE = 4
-_IP = struct.Struct("<B3x6s4s4s4s4s32s")
+_IP_HEAD = struct.Struct("<B3x")
+_IP_FIELDS = (6, 4, 4, 4, 4, 32)
+"""Bytes of MAC, address, mask, gateway, name server, name."""
+_IP_WHOLE = _IP_HEAD.size + sum(_IP_FIELDS)
 _FILTERS, _MASKS = 16, 4
 _MOST_FILTERS, _MOST_MASKS = 15, 3
 """Most filters and masks that the counts of a message can state."""
@@ -169,32 +172,41 @@ class IpSettings:
     name: str | None = None
 
     def encode(self) -> bytes:
-        """The parameters as they travel; ValueError for what does not fit."""
-        name = (self.name or "").encode("ascii")
-        if len(name) > 32 or (self.mac is not None and len(self.mac) != 6):
+        """The parameters as they travel, only those that are set; ValueError for what does not
+        fit."""
+        name = None if self.name is None else self.name.encode("ascii")
+        if len(name or b"") > _IP_FIELDS[-1] or (self.mac is not None and len(self.mac) != 6):
             raise ValueError("a MAC address has 6 bytes, a name 32 at most")
-        fields = (self.mac, self.address, self.mask, self.gateway, self.dns, self.name)
-        given = sum(1 << bit for bit, each in enumerate(fields) if each is not None)
         numbers = (self.address, self.mask, self.gateway, self.dns)
-        return _IP.pack(
-            given,
-            self.mac or bytes(6),
-            *((bytes(4) if each is None else each.packed[::-1]) for each in numbers),
-            name,
-        )
+        packed = (None if each is None else each.packed[::-1] for each in numbers)
+        fields = (self.mac, *packed, None if name is None else name.ljust(_IP_FIELDS[-1], b"\0"))
+        present = sum(1 << bit for bit, each in enumerate(fields) if each is not None)
+        return _IP_HEAD.pack(present) + b"".join(each for each in fields if each is not None)
 
     @classmethod
     def decode(cls, data: bytes) -> "IpSettings":
-        """The settings in the parameters; ValueError if they are cut off."""
-        if len(data) < _IP.size:
-            raise ValueError(f"address settings have {_IP.size} bytes, got {len(data)}")
-        given, mac, *numbers, name = _IP.unpack_from(data)
+        """The settings in the parameters; ValueError if they are cut off.
+
+        A message as long as all of them has each at its place, a shorter one those that are set.
+        A name may be cut.
+        """
+        if len(data) < _IP_HEAD.size:
+            raise ValueError(f"address settings have 4 bytes or more, got {len(data)}")
+        present, at = data[0], _IP_HEAD.size
+        fields: list[bytes | None] = []
+        for bit, size in enumerate(_IP_FIELDS):
+            is_set = bool(present >> bit & 1)
+            field = data[at : at + size]
+            if is_set and len(field) < size and bit < len(_IP_FIELDS) - 1:
+                raise ValueError(f"address settings are cut off after {len(data)} bytes")
+            fields.append(field if is_set else None)
+            at += size if is_set or len(data) >= _IP_WHOLE else 0
+        mac, *numbers, name = fields
+        text = None if name is None else name.partition(b"\0")[0].decode("latin-1")
         address, mask, gateway, dns = (
-            IPv4Address(each[::-1]) if given >> bit & 1 else None
-            for bit, each in enumerate(numbers, 1)
+            None if each is None else IPv4Address(each[::-1]) for each in numbers
         )
-        text = name.partition(b"\0")[0].decode("latin-1") if given >> 5 & 1 else None
-        return cls(mac if given & 1 else None, address, mask, gateway, dns, text)
+        return cls(mac, address, mask, gateway, dns, text)
 
 
 @dataclass(frozen=True)

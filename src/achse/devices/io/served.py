@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from achse.ams import AmsAddress, DeviceError, NetId
-from achse.codes import AbortCode, AlState, FoeError, ReturnCode
+from achse.codes import AlState, FoeError, ReturnCode, return_code_of
 from achse.ethercat.description import MailboxBit
 from achse.ethercat.mailbox import MailboxError
 from achse.ethercat.master import BusError, BusSlave, Master, SdoRefusal
@@ -310,22 +310,6 @@ _CLASSES: Sequence[tuple[tuple[type[BusError], ...], ReturnCode]] = (
     ((MailboxTimeout, StateTimeout, FrameLost, NoAnswer, EepromTrouble), ReturnCode.DEVICE_TIMEOUT),
 )
 
-_ABORTS = {
-    AbortCode.NO_OBJECT: ReturnCode.INVALID_OFFSET,
-    AbortCode.NO_SUBINDEX: ReturnCode.INVALID_OFFSET,
-    AbortCode.VALUE_RANGE: ReturnCode.INVALID_DATA,
-    AbortCode.TOO_HIGH: ReturnCode.INVALID_DATA,
-    AbortCode.TOO_LOW: ReturnCode.INVALID_DATA,
-    AbortCode.WRITE_ONLY: ReturnCode.INVALID_ACCESS,
-    AbortCode.READ_ONLY: ReturnCode.INVALID_ACCESS,
-    AbortCode.TIMEOUT: ReturnCode.DEVICE_TIMEOUT,
-    AbortCode.DEVICE_STATE: ReturnCode.INVALID_STATE,
-}
-"""ADS return codes of SDO aborts; other aborts are 0x70D. The abort code is read at 0xF303.
-
-From the published sample of a master; the manuals list none."""
-
-
 _NOT_SPOKEN = (MailboxError.UNSUPPORTED_PROTOCOL, MailboxError.SERVICE_NOT_SUPPORTED)
 _FILES: dict[int, ReturnCode] = {
     FoeError.NOT_FOUND: ReturnCode.NOT_FOUND,
@@ -340,8 +324,7 @@ _FILES: dict[int, ReturnCode] = {
 def bus_error(trouble: BusError) -> DeviceError:
     """The ADS error for what went wrong on the bus."""
     if isinstance(trouble, SdoRefusal):
-        code = _ABORTS.get(trouble.code) if trouble.code else None
-        return DeviceError(code or ReturnCode.SYNTAX, str(trouble))
+        return DeviceError(return_code_of(trouble.code), str(trouble))
     if isinstance(trouble, MailboxRefusal) and trouble.number in _NOT_SPOKEN:
         return DeviceError(ReturnCode.SERVICE_NOT_SUPPORTED, str(trouble))
     if isinstance(trouble, FoeRefusal):

@@ -4,6 +4,7 @@ Source: ETG.1000.6 §5.7.
 """
 
 from collections.abc import Callable
+from typing import TypeVar
 
 from achse.ethercat.eoe import (
     EoeResult,
@@ -21,6 +22,8 @@ from achse.ethercat.master.mailbox_client import MailboxClient
 from achse.ethercat.master.steps import Steps
 
 __all__ = ["EoeClient", "EoeRefusal"]
+
+T = TypeVar("T")
 
 _EOE = MailboxProtocol.EOE
 
@@ -85,11 +88,13 @@ class EoeClient:
 
     def get_ip(self, *, response_ns: int = 0) -> Steps[IpSettings]:
         """The addresses that the port has."""
-        return IpSettings.decode((yield from self._get("addresses", EoeType.GET_IP, response_ns)))
+        body = yield from self._get("addresses", EoeType.GET_IP, response_ns)
+        return _decoded(IpSettings.decode, body)
 
     def get_filter(self, *, response_ns: int = 0) -> Steps[MacFilter]:
         """The addresses that the port takes frames for."""
-        return MacFilter.decode((yield from self._get("filter", EoeType.GET_FILTER, response_ns)))
+        body = yield from self._get("filter", EoeType.GET_FILTER, response_ns)
+        return _decoded(MacFilter.decode, body)
 
     def _set(self, what: str, kind: EoeType, body: bytes, response_ns: int) -> Steps[None]:
         _, _, result, _ = yield from self._ask(kind, body, response_ns)
@@ -100,9 +105,6 @@ class EoeClient:
         _, _, result, body = yield from self._ask(kind, b"", response_ns)
         if result != EoeResult.SUCCESS:
             raise EoeRefusal(self._mailbox.station, what, result)
-        size = len((IpSettings() if kind is EoeType.GET_IP else MacFilter()).encode())
-        if len(body) < size:
-            raise WrongAnswer(f"{what}: {size} bytes expected, got {len(body)}")
         return body
 
     def _ask(
@@ -115,3 +117,10 @@ class EoeClient:
             response_ns,
         )
         return split(answer)
+
+
+def _decoded(decode: Callable[[bytes], T], body: bytes) -> T:
+    try:
+        return decode(body)
+    except ValueError as fault:
+        raise WrongAnswer(str(fault)) from None
