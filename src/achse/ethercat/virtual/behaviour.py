@@ -41,6 +41,13 @@ class SlaveBehaviour:
     def begin_file(self, device: "VirtualDevice", name: str, password: int) -> None:
         """Called before a file is written by FoE; `FileRefusal` refuses it."""
 
+    def frame(self, device: "VirtualDevice", frame: bytes) -> None:
+        """Called for each Ethernet frame that comes by EoE; `device.send_frame` sends one."""
+
+    def vendor_message(self, device: "VirtualDevice", data: bytes) -> Iterable[bytes]:
+        """Called for each message that comes by VoE, vendor id and type first; its answers."""
+        return ()
+
 
 class LoopBack(SlaveBehaviour):
     """Outputs come back as inputs: the first bit as the first, as many as there are."""

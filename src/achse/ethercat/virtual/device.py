@@ -31,6 +31,7 @@ from achse.ethercat.virtual.channels import (
     encode_value,
 )
 from achse.ethercat.virtual.esi_dictionary import read_dictionary
+from achse.ethercat.virtual.mailbox_services import MailboxServices
 from achse.ethercat.virtual.pdo_objects import MOST_BITS, PdoObjects, bits_of
 
 __all__ = ["VirtualDevice", "VirtualFileDevice"]
@@ -136,6 +137,12 @@ class VirtualDevice:
             (each.pdo for each in device.outputs), (each.pdo for each in device.inputs)
         )
         self.behaviour = behaviour
+        try:
+            self.messages = MailboxServices(self)
+        except ValueError as fault:
+            raise EsiError(f"{device.type_name}: {fault}") from None
+        self.services = self.messages.handlers
+        self.take_message = self.messages.take_message
         self.local_cycle_ns = _IDLE_CYCLE_NS if behaviour is None else behaviour.cycle_ns
         if behaviour is not None:
             behaviour.start(self)
@@ -390,6 +397,12 @@ class VirtualDevice:
         if self.behaviour is not None:
             self.behaviour.step(self, elapsed_ns)
         return AlStatus.NO_ERROR
+
+    def send_frame(self, frame: bytes) -> None:
+        """Send an Ethernet frame by EoE; ValueError for a device without, and for its length."""
+        if self.messages.network is None:
+            raise ValueError(f"{self.name} has no EoE")
+        self.messages.network.send(frame)
 
     def take_emergency(self) -> bytes | None:
         """The oldest of `emergencies`."""

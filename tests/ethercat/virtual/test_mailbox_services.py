@@ -1,0 +1,70 @@
+"""Protocols of a slave are those of its file; others are refused; VoE goes to the behaviour."""
+
+from collections.abc import Iterable
+from ipaddress import IPv4Address
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from achse.ethercat.eoe import IpSettings
+from achse.ethercat.mailbox import MailboxProtocol
+from achse.ethercat.master.errors import MailboxRefusal, MailboxTimeout
+from achse.ethercat.master.foe_client import FoeClient
+from achse.ethercat.master.voe_client import VendorMessage
+from achse.ethercat.virtual import SlaveBehaviour, VirtualDevice
+from tests.ethercat.virtual.conftest import Served
+
+NAMES = ("AoE", "EoE", "CoE", "FoE", "VoE")
+REQUESTS = {
+    "AoE": bytes(16) + b"\1\0\4\0" + bytes(12),
+    "EoE": b"\6\1\0\0",
+    "CoE": b"\0\x20\x40\x00\x10\0\0\0\0\0",
+    "FoE": b"\1\0\0\0\0\0x",
+    "VoE": b"\1\0\0\0\2\0data",
+}
+
+
+class Turned(SlaveBehaviour):
+    """Sends each message of a vendor back the other way round."""
+
+    def vendor_message(self, device: VirtualDevice, data: bytes) -> Iterable[bytes]:
+        return (data[:6] + data[:5:-1],)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.sets(st.sampled_from(NAMES), min_size=1))
+def test_only_protocols_of_the_file_are_spoken(spoken: set[str]) -> None:
+    ours = Served("".join(f"<{each}/>" for each in sorted(spoken)), Turned())
+    for name in NAMES:
+        protocol = MailboxProtocol[name.upper()]
+        steps = ours.seen.mailbox.converse(protocol, REQUESTS[name], lambda data: True)
+        if name in spoken:
+            assert ours.do(steps)
+        else:
+            with pytest.raises(MailboxRefusal, match="UNSUPPORTED_PROTOCOL"):
+                ours.do(steps)
+
+
+def test_vendor_s_messages_wait_or_are_answered() -> None:
+    quiet, turned = Served("<VoE/>"), Served("<VoE/>", Turned())
+    message = VendorMessage(5, 6, b"abc")
+    assert turned.do(turned.seen.voe.ask(message)) == VendorMessage(5, 6, b"cba")
+    with pytest.raises(MailboxTimeout):
+        quiet.do(quiet.seen.voe.ask(message, response_ns=20_000_000))
+    assert list(quiet.device.messages.vendor_messages) == [message.encode()]
+
+
+def test_protocols_do_not_disturb_each_other() -> None:
+    ours = Served("".join(f"<{each}/>" for each in NAMES), Turned())
+    foe = FoeClient(ours.seen.mailbox)
+    wanted = IpSettings(b"\2" * 6, IPv4Address("10.0.0.9"))
+    jobs = [
+        ours.master.run(steps)
+        for steps in (
+            foe.write("a", bytes(1000)), ours.seen.eoe.set_ip(wanted),
+            ours.seen.sdo.upload(0x1008, 0), ours.seen.eoe.get_ip(), foe.read("a"),
+        )
+    ]  # fmt: skip
+    ours.until(lambda: all(job.done for job in jobs))
+    assert [job.result() for job in jobs] == [None, None, b"Speaker", wanted, bytes(1000)]
