@@ -15,12 +15,13 @@ from achse.ethercat.master.voe_client import VendorMessage
 from achse.ethercat.virtual import SlaveBehaviour, VirtualDevice
 from tests.ethercat.virtual.conftest import Served
 
-NAMES = ("AoE", "EoE", "CoE", "FoE", "VoE")
+NAMES = ("AoE", "EoE", "CoE", "FoE", "SoE", "VoE")
 REQUESTS = {
     "AoE": bytes(16) + b"\1\0\4\0" + bytes(12),
     "EoE": b"\6\1\0\0",
     "CoE": b"\0\x20\x40\x00\x10\0\0\0\0\0",
     "FoE": b"\1\0\0\0\0\0x",
+    "SoE": b"\1\x40\1\0",
     "VoE": b"\1\0\0\0\2\0data",
 }
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from achse.ethercat.mailbox import MailboxError, MailboxProtocol
 from achse.ethercat.virtual.ads_port import AdsPort
 from achse.ethercat.virtual.network_port import NetworkPort
+from achse.ethercat.virtual.sercos_parameters import SercosParameters
 
 if TYPE_CHECKING:
     from achse.ethercat.virtual.device import VirtualDevice
@@ -23,24 +24,28 @@ _MOST_KEPT = 64
 
 
 class MailboxServices:
-    """Protocols of a device. `network` is its port of EoE, else None.
+    """Protocols of a device. `network` is its port of EoE, `parameters` those of SoE, else None.
 
     Messages of VoE have a meaning for the vendor alone: the last 64 are in `vendor_messages`, and
     a behaviour may answer them.
     """
 
     def __init__(self, device: "VirtualDevice") -> None:
+        """ValueError for parameters that cannot be read."""
         esi = device.esi
         lengths = {each.use: each.area.length for each in esi.sync_managers}
         room = max(lengths.get("MBoxIn", 0) - _HEADER, 0)
         self._device = device
         self.network = NetworkPort(room, self._frame) if "EoE" in esi.protocols else None
+        self.parameters = SercosParameters(esi, room) if "SoE" in esi.protocols else None
         self.vendor_messages: deque[bytes] = deque(maxlen=_MOST_KEPT)
         handlers: dict[int, _Handler] = {}
         if "AoE" in esi.protocols:
             handlers[MailboxProtocol.AOE] = AdsPort(device, room).answer
         if self.network is not None:
             handlers[MailboxProtocol.EOE] = self.network.answer
+        if self.parameters is not None:
+            handlers[MailboxProtocol.SOE] = self.parameters.answer
         if "VoE" in esi.protocols:
             handlers[MailboxProtocol.VOE] = self._vendor
         self.handlers: Mapping[int, _Handler] = handlers

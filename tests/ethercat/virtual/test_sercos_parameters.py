@@ -1,0 +1,110 @@
+"""SoE of a slave: IDNs of start commands and PDOs, their elements, refusals."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from achse.ethercat.mailbox import MailboxError
+from achse.ethercat.master.esi_reader import EsiError, read_esi
+from achse.ethercat.master.soe_client import SoeClient, SoeElement, SoeRefusal
+from achse.ethercat.virtual import make_slave
+from achse.ethercat.virtual.sercos_parameters import SercosParameters
+from tests.ethercat.virtual.conftest import Served
+from tests.ethercat.virtual.esi_text import INPUTS, MAILBOX, OUTPUTS, device, esi, pdo
+
+DRIVE = (
+    OUTPUTS
+    + INPUTS
+    + pdo("RxPdo", 24, [(134, 0, 16, "Control", "UINT"), (36, 0, 32, "Velocity", "DINT")], Sm=2)
+    + pdo("TxPdo", 16, [(135, 0, 16, "Status", "UINT"), (51, 0, 32, "Position", "REAL")], Sm=3)
+)
+
+
+def commands(rows: list[tuple[int, int, bytes]], channels: int = 2) -> str:
+    """SoE with start commands: drive, IDN, data."""
+    inner = "".join(
+        f'<InitCmd Chn="{drive}"><Transition>PS</Transition><IDN>{idn}</IDN>'
+        f"<Data>{data.hex()}</Data></InitCmd>"
+        for drive, idn, data in rows
+    )
+    return f'<SoE ChannelCount="{channels}">{inner}</SoE>'
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    drive=st.integers(0, 1),
+    idn=st.integers(1, 0xFFFF).filter(lambda idn: idn not in (16, 24, 36, 51, 134, 135)),
+    data=st.binary(min_size=1, max_size=600),
+)
+def test_start_command_s_parameter_is_written_and_read(drive: int, idn: int, data: bytes) -> None:
+    ours = Served(commands([(drive, idn, bytes(len(data)))]), more=DRIVE)
+    soe = SoeClient(ours.seen.mailbox)
+    assert ours.do(soe.read(idn, SoeElement.VALUE, drive)) == bytes(len(data))
+    ours.do(soe.write(idn, data, SoeElement.VALUE, drive))
+    assert ours.do(soe.read(idn, SoeElement.VALUE, drive)) == data
+    assert ours.device.messages.parameters is not None
+    assert ours.device.messages.parameters.value(idn, drive) == data
+    for other, value, number in (
+        (1 - drive, data, 0x1001),
+        (7, data, 0x1001),
+        (drive, data + b"x", 0x7003),
+        (drive, data[1:], 0x7002),
+    ):
+        with pytest.raises(SoeRefusal, match=f"0x{number:04X}"):
+            ours.do(soe.write(idn, value, SoeElement.VALUE, other))
+
+
+def test_mapped_parameters_describe_themselves() -> None:
+    ours = Served("<SoE/>", more=DRIVE)
+    soe = SoeClient(ours.seen.mailbox)
+    assert ours.do(soe.read(36, SoeElement.NAME)) == b"\x08\0\x08\0Velocity"
+    attributes = [
+        int.from_bytes(ours.do(soe.read(idn, SoeElement.ATTRIBUTE)), "little")
+        for idn in (134, 36, 51, 24)
+    ]
+    assert [each >> 16 & 3 for each in attributes] == [1, 2, 2, 1]
+    assert [each >> 18 & 1 for each in attributes] == [0, 0, 0, 1]
+    assert [each >> 20 & 7 for each in attributes] == [1, 2, 6, 5]
+    lists = [ours.do(soe.read(idn)) for idn in (24, 16)]
+    assert lists == [b"\2\0\2\0\x24\0", b"\2\0\2\0\x33\0"], "without what is always mapped"
+    both = SoeElement.STATUS | SoeElement.VALUE
+    assert ours.do(soe.read(36, both)) == bytes(6)
+    for element, number in (
+        (SoeElement.UNIT, 0x4001), (SoeElement.MINIMUM, 0x5001), (SoeElement.MAXIMUM, 0x6001),
+    ):  # fmt: skip
+        with pytest.raises(SoeRefusal, match=f"S-0-0036: SERCOS error 0x{number:04X}"):
+            ours.do(soe.read(36, element))
+    for idn, element, number in (
+        (36, SoeElement.NAME, 0x2004),
+        (36, SoeElement.UNIT, 0x4004),
+        (24, SoeElement.VALUE, 0x7004),
+    ):
+        with pytest.raises(SoeRefusal, match=f"0x{number:04X}"):
+            ours.do(soe.write(idn, b"\0\0\0\0", element))
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (commands([(2, 1, b"x")]), "no IDN 1 of drive 2"),
+        (commands([(0, 0, b"x")]), "no IDN 0 of drive 0"),
+        (commands([], 9), "expected 1 to 8, got 9"),
+        ('<SoE ChannelCount="x"/>', "expected a number, got 'x'"),
+    ],
+)
+def test_what_cannot_be_read_refuses_the_device(text: str, told: str) -> None:
+    box = device(MAILBOX + f"<Mailbox>{text}</Mailbox>", name="Drive")
+    with pytest.raises(EsiError, match=f"Drive: .*{told}"):
+        make_slave(read_esi(esi(box))[0])
+
+
+@given(st.lists(st.binary(max_size=120), max_size=6))
+def test_any_message_has_an_answer_or_an_error(messages: list[bytes]) -> None:
+    box = read_esi(esi(device(MAILBOX + DRIVE + "<Mailbox><SoE/></Mailbox>")))[0]
+    drives = SercosParameters(box, 122)
+    for data in messages:
+        outcome = drives.answer(data)
+        assert isinstance(outcome, int) or all(len(each) <= 122 for each in outcome)
+    endless = b"\x0b\x40\x24\0" + bytes(118)
+    outcomes = [drives.answer(endless) for _ in range(600)]
+    assert MailboxError.NO_MEMORY in outcomes
