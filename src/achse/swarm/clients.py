@@ -6,7 +6,7 @@ sane client does. What it sends is a row of `CLIENT_ACTS`.
 
 import struct
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import Any, Protocol
 
 from achse.ams import (
@@ -23,6 +23,8 @@ from achse.client.nc.services import NcLayout, services
 from achse.codes.groups import ReservedGroup
 from achse.codes.nc.table import named_rows
 from achse.swarm.road import Road
+from achse.swarm.services.drawing import net_id_of
+from achse.swarm.services.rights import ClientRights
 from achse.swarm.talk import ConnectionLedger, SentRequest, Subscription
 from achse.swarm.worlds.world import DrawnClient
 
@@ -70,18 +72,22 @@ class Client:
     """A client of a world."""
 
     def __init__(
-        self, number: int, part: DrawnClient, station: Dialling, names: Sequence[str]
+        self,
+        number: int,
+        part: DrawnClient,
+        station: Dialling,
+        names: Sequence[str],
+        rights: ClientRights | None = None,
     ) -> None:
         self.part = part
+        self._rights = rights
         self.number = number
         self._station = station
         self._names = names
         self._road: Road | None = None
         self._page: ConnectionLedger | None = None
         self._stream = Connection()
-        self._address = AmsAddress.of(
-            NetId(bytes((10, 1, number // 256, number % 256, 1, 1))), 40_000
-        )
+        self._address = AmsAddress.of(NetId(net_id_of(number)), 40_000)
         self._waiting: list[bytes] | None = None
         """Packets for a router that has granted no port yet."""
         self._invoke = 0
@@ -349,7 +355,10 @@ class Client:
             return
         self._invoke += 1
         now = self._station.now_ns()
-        self._page.pending[self._invoke] = SentRequest(command, now, what, optional, done)
+        wrong = None
+        if self._rights is not None and not optional:
+            wrong = partial(self._rights.wrong_answer, command, data)
+        self._page.pending[self._invoke] = SentRequest(command, now, what, optional, done, wrong)
         self.requests += 1
         self._send(Frame(self._target(port), self._address, command, 4, 0, self._invoke, data))
 

@@ -87,6 +87,22 @@ INVARIANTS = (
         "worlds with a station around the motion", where="motion/player",
     ),
     Invariant(
+        "cam-switching",
+        "A track of the camshaft controller is on exactly within the angles of its cams.",
+        "000 §5.5.2.3", "an angle at the edge of a cam, within rounding; way cams alone are drawn",
+        where="services/cam_watch",
+    ),
+    Invariant(
+        "scope-samples", "A scope has each sample of its channel once, in order, with its value.",
+        "docs: record values with the scope", "", where="services/scope_watch",
+    ),
+    Invariant(
+        "rights", "A request that rights forbid is refused, and changes nothing; others are not.",
+        "docs: what a route may",
+        "while a fault of frames is active; requests that no honest client sends",
+        where="talk",
+    ),
+    Invariant(
         "drive-error",
         "An axis whose drive has an alarm or STO reports an error, or its loop is open.",
         "NC errors 0x4650 (drive not ready in motion), 0x4225",

@@ -18,6 +18,9 @@ from achse.swarm.disk import MemoryDisk
 from achse.swarm.drive_watch import DriveWatch
 from achse.swarm.motion.watch import MotionWatch
 from achse.swarm.road import Road, StationTurns
+from achse.swarm.services.cam_watch import CamWatch
+from achse.swarm.services.drawing import NET_ID
+from achse.swarm.services.scope_watch import ScopeWatch
 from achse.swarm.talk import ConnectionLedger
 from achse.swarm.track import Track
 from achse.swarm.worlds.channels import CHANNEL, GROUP, HANDSHAKE, program_file
@@ -28,8 +31,6 @@ from achse.transport.connections.fair_queue import FairQueue
 from achse.transport.tcp.listener import TcpListener
 
 __all__ = ["STATION_ACTS", "StationLife", "configuration", "write_part_programs"]
-
-_NET_ID = "10.200.1.1.1.1"
 
 _AFTER_NS = 1_000_000_000
 """Time for which a fault that is over still excuses: frames that it delayed."""
@@ -51,7 +52,7 @@ Report = Callable[[str, str], None]
 def configuration(world: World, kernel: str) -> StationConfig:
     """Return the configuration of the station of a world; `kernel` is as in `[nc]`."""
     document: dict[str, Any] = {
-        "router": {"net_id": _NET_ID},
+        "router": {"net_id": NET_ID},
         "system": {"persistent_data": "kept.json", "restart_time": "200ms"},
         "nc": {"cycle": f"{world.cycle_ns}ns", "kernel": kernel},
         "limits": dict(world.limits),
@@ -153,7 +154,9 @@ class StationLife:
         self.watch = MotionWatch(self.station, world.all_axes, checks, report, world.channel)
         self.station.cycle.add(self.watch)
         self.drive_watch: DriveWatch | None = None
-        if world.machine:
+        self.service_watches: list[CamWatch | ScopeWatch] = []
+        self._add_service_watches(report)
+        if "drive" in world.machine:
             self.drive_watch = DriveWatch(self.station, drive_axes(world), report)
             self.station.cycle.add(self.drive_watch)
         self._port = _FIRST_PORT
@@ -162,6 +165,15 @@ class StationLife:
         self._dropped = 0
         self.pages: list[ConnectionLedger] = []
         self.roads: list[Road] = []
+
+    def _add_service_watches(self, report: Report) -> None:
+        for config in self.world.machine.get("camshaft", ()):
+            self.service_watches.append(CamWatch(self.station, config, report))
+        if self.world.scope:
+            epoch_ns = DEFAULT_EPOCH_NS + self.begun_ns
+            self.service_watches.append(ScopeWatch(self.station, epoch_ns, report))
+        for watch in self.service_watches:
+            self.station.cycle.add(watch)
 
     def record(self, track: Track) -> None:
         """Let the set points of all axes go into a track."""
@@ -325,8 +337,9 @@ class StationLife:
             if not road.ended:
                 road._end()
         self.station.cycle.remove(self.watch)
-        if self.drive_watch is not None:
-            self.station.cycle.remove(self.drive_watch)
+        for watch in (self.drive_watch, *self.service_watches):
+            if watch is not None:
+                self.station.cycle.remove(watch)
 
 
 def _hits_samples(fault: object) -> bool:

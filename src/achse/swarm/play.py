@@ -33,6 +33,7 @@ from achse.swarm.resources import (
     check_released,
     is_released,
 )
+from achse.swarm.services.rights import may_write, rights_of
 from achse.swarm.track import Track
 from achse.swarm.worlds.program import symbols_of
 from achse.swarm.worlds.world import STATION, Act, World
@@ -108,7 +109,8 @@ class _Player:
         self.life = self._begin(0)
         names = symbols_of(world.programs)
         self.clients = [
-            Client(number, part, self.life, names) for number, part in enumerate(world.clients)
+            Client(number, part, self.life, names, rights_of(world, number))
+            for number, part in enumerate(world.clients)
         ]
 
     def report(self, invariant: str, what: str) -> None:
@@ -255,6 +257,8 @@ class _Player:
         life.advance_to(life.now_ns() + 3_000_000_000)
         for client in self.clients:
             client.finish()
+        if self.world.clients and not may_write(self.world) and life.watch.moves:
+            self.report("rights", f"{life.watch.moves} commands of clients that may not write")
         self._raise()
         self._digest.update(life.station.digest().encode())
         for number, client in enumerate(self.clients):

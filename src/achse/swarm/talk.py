@@ -48,6 +48,8 @@ class SentRequest:
     """True if it may stay without an answer: it is none."""
     done: Callable[[int, bytes], None] | None = None
     """Called with error code and data of the answer."""
+    wrong: Callable[[int], str] | None = None
+    """Returns what is wrong with the error code of the answer, if it is."""
 
 
 Place = tuple[int, int]
@@ -128,9 +130,13 @@ class ConnectionLedger:
         self._answered[frame.invoke_id] = request.sent_ns
         if len(self._answered) > _ANSWERED:
             del self._answered[next(iter(self._answered))]
+        data = frame.data
+        code = frame.error or (int.from_bytes(data[:4], "little") if len(data) >= 4 else 0)
+        if request.wrong is not None and self.frames_ns() < request.sent_ns:
+            wrong = request.wrong(code)
+            if wrong:
+                self.report("rights", f"{self.name}: {request.what} {wrong}")
         if request.done is not None:
-            data = frame.data
-            code = frame.error or (int.from_bytes(data[:4], "little") if len(data) >= 4 else 0)
             request.done(code, data[4:])
 
     def add(self, place: Place, subscription: Subscription, sent_ns: int) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from achse.motion.states import OverrideType
+from achse.swarm.services.drawing import with_services
 from achse.swarm.worlds.channels import draw_channel, draw_channel_acts
 from achse.swarm.worlds.couplings import draw_rare_motion
 from achse.swarm.worlds.draws import Stream, moments
@@ -92,7 +93,7 @@ def draw_world(seed: int) -> World:
     axes = [draw_axis(Stream(seed, "axis", n), n) for n in range(draws.randrange(1, 5))]
     cams = [draw_cam(Stream(seed, "cam", n)) for n in range(draws.randrange(3))]
     world = draw_surroundings(seed, draws, axes, cams, draw_programs(Stream(seed, "programs")))
-    return with_drives(_with_layers(_with_rare_motion(_with_channel(world))))
+    return with_services(with_drives(_with_layers(_with_rare_motion(_with_channel(world)))))
 
 
 def _with_channel(world: World) -> World:

@@ -105,7 +105,9 @@ class World:
     """True for an NC without a station around it."""
 
     machine: Mapping[str, Any] = field(default_factory=dict)
-    """Further tables of the station.toml: buses and drives."""
+    """Further tables of the station.toml: buses and drives, camshaft controllers, rights."""
+    scope: bool = False
+    """True if a scope records the first axis."""
 
     @property
     def all_axes(self) -> Sequence[DrawnAxis]:
