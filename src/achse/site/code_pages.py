@@ -53,11 +53,15 @@ def _named_codes() -> Iterator[CodePage]:
     from achse.codes.remedies import remedy_of
     from achse.drive import Alarm
 
-    of_ads = [("ADS return code", "return-codes", each, each.vendor_name) for each in ReturnCode]
-    of_nc = [("NC error code", "nc-errors", each, each.name) for each in NcError]
-    for family, table, each, name in (*of_ads, *of_nc):
-        code = f"0x{each.number:X}"
-        yield CodePage(code, code, name, family, table, each.text, remedy_of(each.number), True)
+    of_ads = [(each.number, each.vendor_name, each.text) for each in ReturnCode]
+    of_nc = [(each.number, each.name, each.text) for each in NcError]
+    for family, table, rows in (
+        ("ADS return code", "return-codes", of_ads),
+        ("NC error code", "nc-errors", of_nc),
+    ):
+        for number, name, text in rows:
+            code = f"0x{number:X}"
+            yield CodePage(code, code, name, family, table, text, remedy_of(number), True)
     for abort in AbortCode:
         code = f"0x{abort.number:08X}"
         yield CodePage(code, code, abort.name, "SDO abort code", "sdo-aborts", abort.text)
@@ -67,8 +71,8 @@ def _named_codes() -> Iterator[CodePage]:
         yield CodePage(place, code, status.name, "AL status code", "al-status", status.text)
     for alarm in Alarm:
         place, family = f"alarm-{alarm.panel}", "Alarm of the virtual drive"
-        text = f"{alarm.text} Object 603Fh holds 0x{alarm.code:X}."
-        yield CodePage(place, alarm.panel, alarm.name, family, "drive-alarms", text)
+        shown = f"{alarm.text} Object 603Fh holds 0x{alarm.code:X}."
+        yield CodePage(place, alarm.panel, alarm.name, family, "drive-alarms", shown)
 
 
 def write_code_pages(site: Path) -> int:

@@ -31,6 +31,7 @@ __all__ = [
     "on_files",
     "on_page_markdown",
     "on_post_build",
+    "on_post_page",
     "relinked",
 ]
 
