@@ -47,22 +47,22 @@ async def test_what_is_refused(shown: Shows, project: Path) -> None:
 
 
 async def test_a_page_that_types_is_told_what_others_wrote(shown: Shows, project: Path) -> None:
-    async with shown(station(project), settings(project)) as it:
-        async with it.page() as one, it.page() as other:
-            given = {"project": 0, "file": "MAIN.st"}
-            tag = (await one.done("sources.read", **given))["tag"]
-            await other.done("sources.read", **given)
-            typed = [MAIN + "(* one *)"]
-            found = await one.done("sources.check", texts=typed, tag=tag, **given)
-            assert not found["is_changed"]
-            await other.done("sources.save", texts=[MAIN + "(* other *)"], tag=tag, **given)
-            found = await one.done("sources.check", texts=typed, tag=tag, **given)
-            assert found["is_changed"]
-            await one.refused("sources.save", texts=typed, tag=tag, **given)
-            assert (project / "MAIN.st").read_text() == MAIN + "(* other *)"
-            (project / "MAIN.st").unlink()
-            refusal = await one.refused("sources.check", texts=typed, tag=tag, **given)
-            assert "MAIN.st" in refusal["text"]
+    served = shown(station(project), settings(project))
+    async with served as it, it.page() as one, it.page() as other:
+        given = {"project": 0, "file": "MAIN.st"}
+        tag = (await one.done("sources.read", **given))["tag"]
+        await other.done("sources.read", **given)
+        typed = [MAIN + "(* one *)"]
+        found = await one.done("sources.check", texts=typed, tag=tag, **given)
+        assert not found["is_changed"]
+        await other.done("sources.save", texts=[MAIN + "(* other *)"], tag=tag, **given)
+        found = await one.done("sources.check", texts=typed, tag=tag, **given)
+        assert found["is_changed"]
+        await one.refused("sources.save", texts=typed, tag=tag, **given)
+        assert (project / "MAIN.st").read_text() == MAIN + "(* other *)"
+        (project / "MAIN.st").unlink()
+        refusal = await one.refused("sources.check", texts=typed, tag=tag, **given)
+        assert "MAIN.st" in refusal["text"]
 
 
 async def test_pages_that_may_only_look_do_not_write(shown: Shows, project: Path) -> None:

@@ -134,4 +134,5 @@ def topics_of(desks: Desks) -> dict[str, Topic]:
         "drives": Topic(desks.buses.watch_drives),
         "bus": Topic(desks.buses.watch_bus),
         "channel": Topic(desks.channels.watch),
+        "drawings": Topic(desks.sources.watch_drawings),
     }

@@ -29,6 +29,8 @@ class EditedProject(NamedTuple):
     path: Path
     """A folder, a `.plcproj` or a source."""
     libraries: tuple[Path, ...] = ()
+    port: int = 851
+    """AMS port of the PLC that runs it."""
 
 
 @dataclass(frozen=True, slots=True)

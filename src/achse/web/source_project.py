@@ -19,6 +19,7 @@ from achse.st.files.sections import (
 )
 from achse.st.lexis.source import Diagnostic, SourceError
 from achse.st.workspace import Workspace
+from achse.web.drawings import DrawnBody, drawn_bodies
 from achse.web.messages import CallError
 from achse.web.settings import EditedProject
 
@@ -113,7 +114,14 @@ class SourceProject:
             "tag": _tag(content),
             "sections": [{"name": s.name, "kind": s.kind, "text": s.text} for s in sections],
             "findings": self.findings(),
+            "is_drawn": bool(self.drawn(name)),
         }
+
+    def drawn(self, name: str, instance: str = "") -> list[DrawnBody]:
+        """The drawn bodies of a file, with values of a block or of its program."""
+        source = self._workspace.source_of(self._file(name))
+        units = (one.units for one in self._workspace.sources if one.source is source)
+        return drawn_bodies(next(units, ()), instance)
 
     def check(self, name: str, texts: Sequence[str], tag: str = "") -> dict[str, Any]:
         """The findings with other code in a file, which becomes its draft; `is_changed` if others

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from achse.codes.station import ONLINE_CHANGE
 from achse.web.arguments import Arguments
+from achse.web.feeds import Feed
 from achse.web.messages import CallError
 from achse.web.settings import EditedProject
 from achse.web.watched import LONGEST_TEXT, STATION_PORT, WatchedTarget
@@ -69,6 +70,20 @@ class SourceDesk:
         """Call `sources.read`: `sections` of a file with their code, its `tag`, findings."""
         number, name = self._named(given)
         return await self._work(lambda: self._project(number).read(name))
+
+    async def watch_drawings(self, feed: Feed, given: Arguments) -> None:
+        """Topic `drawings`: the drawn bodies of a file as lines of text, with the values of its
+        program or of the block `of`."""
+        from achse.web.drawings import operand_values, shown
+
+        number, name = self._named(given)
+        every, instance = given.number("every", 0.5, 0.1, 10.0), given.text("of", "")
+        port = self._projects[number].port
+        bodies = await self._work(lambda: self._project(number).drawn(name, instance))
+        while bodies:
+            values = [await operand_values(self._watched, port, one) for one in bodies]
+            feed.show([shown(*each) for each in zip(bodies, values, strict=True)])
+            await feed.pause(every)
 
     async def check(self, given: Arguments) -> dict[str, Any]:
         """Call `sources.check`: findings of the project with other code in one of its files.

@@ -233,8 +233,8 @@ def test_text_may_go_over_lines_if_it_ends_before_a_sign() -> None:
 
 @pytest.mark.parametrize("text", ["{", "{IF ", "{END_IF}", "{x};", "/**/", "{'$'}", "$'\n"])
 def test_hostile_texts_take_time_by_their_length(text: str) -> None:
-    tokens = scan(text * 30_000)  # minutes if each sign were compared with all others
-    assert len(tokens.kinds) <= 30_001
+    tokens = scan(text * 5_000)  # much longer if each sign were compared with all others
+    assert len(tokens.kinds) <= 5_001
 
 
 def test_pragmas_without_an_end_are_faults_however_many() -> None:

@@ -28,3 +28,15 @@ test("programs and lists of variables have values, blocks have none", () => {
   assert.deepEqual(valuesOf([part("GVL", "declaration", "{attribute 'x'}\nVAR_GLOBAL\nEND_VAR")]), ["GVL"]);
   assert.deepEqual(valuesOf([part("P", "declaration", "PROGRAM P"), part("P", "implementation", "PROGRAM Q")]), ["P"]);
 });
+
+const { parts } = await load("drawing.js");
+
+test("a picture has lines with power and without, texts, and active steps", () => {
+  const { paths, texts, columns, rows } = parts(["├═┤ a ├─( q )", "* [Work]  main Run"]);
+  assert.deepEqual([columns, rows], [18, 2]);
+  assert.deepEqual(texts.map(({ text, row, column }) => [text, row, column]),
+    [["a", 0, 4], ["( q )", 0, 8], ["* [Work]", 1, 0], ["main Run", 1, 10]]);
+  assert.deepEqual(texts.map(({ isActive }) => isActive), [false, false, true, true]);
+  assert.equal(paths.power.length, 4); // both halves of the line, and the ends that it meets
+  assert.ok(paths.plain.length > 4);
+});

@@ -179,6 +179,7 @@ def _projects(station: "Station") -> "tuple[EditedProject, ...]":
             f"{Path(plc.sources).stem} ({plc.port})",
             station.base / plc.sources,
             tuple(station.base / library for library in plc.libraries),
+            plc.port,
         )
         for plc in station.config.plc
         if plc.sources is not None

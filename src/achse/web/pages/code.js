@@ -2,6 +2,7 @@
 
 import { act, h, link, mark, quiet, show } from "./dom.js";
 import { drafted, jump, lines, valuesOf } from "./code_text.js";
+import { drawing } from "./drawing.js";
 import { number } from "./format.js";
 import { LiveTable, column } from "./table.js";
 
@@ -21,9 +22,10 @@ export function mount(element, session) {
   });
   const counts = h("p", { class: "dim", role: "status" });
   const values = new Values(session);
+  const drawings = new Drawings(session);
   element.append(h("div", { class: "code" },
     h("section", { class: "panel", "aria-label": "Files" }, files.element),
-    h("div", { class: "column" }, editor.element,
+    h("div", { class: "column" }, editor.element, drawings.element,
       h("section", { class: "panel" }, h("h2", {}, "Findings"), counts, findings.element)),
     h("div", { class: "column" }, values.element, values.axes)));
   const closing = (event) => {
@@ -50,6 +52,7 @@ export function mount(element, session) {
     files.mark(row);
     session.view.set({ project: row.project || null, file: row.file });
     values.of(editor.sections);
+    drawings.of(row, editor.isDrawn);
     if (at) editor.jump(at);
   }
 
@@ -181,8 +184,8 @@ class Editor {
     const asked = ++this._asked;
     const answer = await this._session.do("sources.read", { project, file });
     if (answer === undefined || asked !== this._asked) return false;
-    const { tag, sections, findings } = answer;
-    Object.assign(this, { project, file, sections, _tag: tag, _saved: sections.map(({ text }) => text) });
+    const { tag, sections, findings, is_drawn: isDrawn } = answer;
+    Object.assign(this, { isDrawn, project, file, sections, _tag: tag, _saved: sections.map(({ text }) => text) });
     show(this._title, file);
     show(this._state, "");
     mark(this._state, "class", "dim");
@@ -265,6 +268,38 @@ class Editor {
     // a field does not scroll to its cursor by itself
     field.scrollIntoView({ block: "nearest" });
     field.scrollTop = (field.scrollHeight / Math.max(1, lines(field.value))) * Math.max(0, line - 5);
+  }
+}
+
+/** Drawn bodies of the open file, with power and values. */
+class Drawings {
+  constructor(session) {
+    this._session = session;
+    this._end = () => {};
+    this._of = h("input", { type: "text", class: "mono", placeholder: "MAIN.fbValve", "aria-label": "Instance" });
+    this._pictures = h("div", { class: "stack drawings" });
+    this.element = h("section", { class: "panel", "aria-label": "Drawn bodies", hidden: true },
+      h("h2", {}, "Drawn bodies"), h("label", { class: "row" }, "Values of the block ", this._of), this._pictures);
+    this._of.addEventListener("change", () => this._watch());
+  }
+
+  of({ project, file }, isDrawn) {
+    Object.assign(this, { project, file });
+    this.element.hidden = !isDrawn;
+    this._of.value = "";
+    this._end();
+    this._end = () => {};
+    this._pictures.replaceChildren();
+    if (isDrawn) this._watch();
+  }
+
+  _watch() {
+    this._end();
+    const { project, file } = this;
+    this._end = this._session.draw("drawings", { project, file, of: this._of.value.trim() }, (bodies) => {
+      this._pictures.replaceChildren(...bodies.map(({ name, lines }) =>
+        h("figure", {}, h("figcaption", { class: "dim" }, name), drawing(name, lines))));
+    });
   }
 }
 
