@@ -1,5 +1,6 @@
 """The server as a client sees it: findings, edits, and messages that are wrong."""
 
+import io
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from lsprotocol import types
 
+from achse.lsp.server import BoundedInput, MessageTooLong
 from achse.st.files.files import SOURCES
 from tests.lsp.client import InProcessClient, ServerRefused, opened, position_of
 from tests.st.workspace.sample import FILES, cold_findings, write_project
@@ -233,3 +235,12 @@ def test_nothing_is_written(tmp_path: Path) -> None:
         client.pause()
     after = {file: file.read_bytes() for file in folder.rglob("*") if file.is_file()}
     assert after == before
+
+
+def test_a_message_longer_than_any_ends_the_stream() -> None:
+    stream = BoundedInput(io.BytesIO(b"Content-Length: 3\r\n\r\nabc" + b"x" * 10_000))
+    assert stream.readline() == b"Content-Length: 3\r\n"
+    assert (stream.readline(), stream.read(3)) == (b"\r\n", b"abc")
+    assert len(stream.readline()) < 10_000
+    with pytest.raises(MessageTooLong, match="expected up to"):
+        stream.read(10**24)

@@ -6,7 +6,7 @@ Changes are checked when the client pauses for a moment, or when it asks for som
 import asyncio
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from cattrs import transform_error
 from lsprotocol import types
@@ -38,17 +38,43 @@ from achse.lsp.rename import prepare_rename, rename
 from achse.lsp.tokens import LEGEND, semantic_tokens
 from achse.st.files.forms import FORMS
 
-__all__ = ["LspServer", "new_server"]
+__all__ = ["BoundedInput", "LspServer", "MessageTooLong", "new_server"]
 
 _PAUSE_S = 0.03
 """Time without a change after which findings are sent."""
 _LINT_PAUSE_S = 0.3
 """Further time after which those of the linter are sent, which looks at the whole project."""
 
+_LONGEST_MESSAGE = 1 << 28
+_LONGEST_LINE = 1 << 13
+
 _WATCHED = (
     f"**/*.{{{','.join(form.suffix[1:] for form in FORMS)}}}",
     "**/achse.toml",
 )
+
+
+class MessageTooLong(ValueError):
+    """The client announced a message of a length that none has."""
+
+
+class BoundedInput:
+    """The stream of a client's messages. What follows a wrong length cannot be read."""
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self._stream = stream
+
+    def readline(self) -> bytes:
+        """Return a line of a header, or what is too long for one piece by piece."""
+        return self._stream.readline(_LONGEST_LINE)
+
+    def read(self, length: int) -> bytes:
+        """Return a message. Raises `MessageTooLong`."""
+        if length > _LONGEST_MESSAGE:
+            raise MessageTooLong(
+                f"Content-Length: expected up to {_LONGEST_MESSAGE}, got {str(length)[:30]}"
+            )
+        return self._stream.read(length)
 
 
 class _Protocol(LanguageServerProtocol):

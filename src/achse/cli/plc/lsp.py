@@ -1,6 +1,7 @@
 """`achse lsp` serves an editor: findings, hover, completion and rename for PLC sources."""
 
 import sys
+from typing import BinaryIO, cast
 
 import typer
 
@@ -22,7 +23,7 @@ def lsp() -> None:
     station.toml in its folder.
     """
     try:
-        from achse.lsp.server import new_server
+        from achse.lsp.server import BoundedInput, MessageTooLong, new_server
     except ModuleNotFoundError:
         from achse.extras import needs_extra
 
@@ -31,4 +32,7 @@ def lsp() -> None:
     sys.stdout = sys.stderr  # what anybody prints would be taken for a message
     from achse import __version__
 
-    new_server(__version__).start_io(sys.stdin.buffer, out)
+    try:
+        new_server(__version__).start_io(cast("BinaryIO", BoundedInput(sys.stdin.buffer)), out)
+    except MessageTooLong as refusal:
+        fail(str(refusal))
