@@ -66,9 +66,9 @@ INVARIANTS = (
         "decision 0124", _ABRUPT,
     ),
     Invariant(
-        "gear-law", "A slave of a gear goes as far as its master, times the ratio.",
-        "004 §3.1.4; decision 0186",
-        f"{_ABRUPT}; the cycle in which a ratio changes; a section compensation",
+        "gear-law",
+        "A slave of a gear goes as far and as fast as its master, times the ratio, a new one too.",
+        "004 §3.1.4; decision 0186", f"{_ABRUPT}; the first cycle; a section compensation",
     ),
     Invariant(
         "coupled-way",

@@ -98,12 +98,26 @@ def test_slaves_are_held_to_their_law() -> None:
     made = step(2)
     made.coupled = made.abrupt = True
     made.law, made.gear, made.gear0 = 1, 2.0, 2.0
-    made.master = (made.p1 - made.p0) / 2.0
+    made.master, made.leading_speed = (made.p1 - made.p0) / 2.0, made.v1 / 2.0
     assert "gear-law" not in broken(made)
-    made.master *= 1.01
+    made.leading_speed *= 1.01
     assert "gear-law" in broken(made)
+    made.leading_speed, made.master = made.v1 / 2.0, 1.01 * made.master
+    assert "gear-law" in broken(made)
+    made.gear0 = nan  # the first cycle of the coupling
+    assert "gear-law" not in broken(made)
     made.law, made.p1 = 10, made.p0 + 2 * 110.0 * DT
     assert "slave-step" in broken(made)
+
+
+def test_new_ratio_counts_from_its_cycle() -> None:
+    made = step(2)
+    made.coupled = made.abrupt = True
+    made.law, made.gear0, made.gear = 1, 2.0, 3.0
+    made.master, made.leading_speed = (made.p1 - made.p0) / 3.0, made.v1 / 3.0
+    assert "gear-law" not in broken(made)
+    made.master = (made.p1 - made.p0) / 2.0
+    assert "gear-law" in broken(made)
 
 
 @pytest.mark.parametrize("law", [0, 1])

@@ -159,14 +159,21 @@ def _slave_step(step: MotionStep) -> bool:
 
 
 def _gear_law(step: MotionStep) -> bool:
-    """Return True if the slave of a gear goes another way than its master, times the ratio."""
+    """Return True if the slave of a gear goes otherwise than its master, times the ratio.
+
+    A new ratio counts from the cycle in which it comes: the velocity jumps, the position does not
+    (004 §3.1.4).
+    """
     if not step.coupled or step.law != 1 or not step.smooth or step.bent:
         return False
-    if step.gear != step.gear0:
+    if step.gear0 != step.gear0:  # the first cycle of the coupling
         return False
     way = step.p1 - step.p0 - step.shift
     law = step.gear * step.master
-    return abs(way - law) > 1e-9 + 1e-11 * (abs(step.p1) + abs(step.gear * step.p0))
+    if abs(way - law) > 1e-9 + 1e-11 * (abs(step.p1) + abs(step.gear * step.p0)):
+        return True
+    speed = step.gear * step.leading_speed
+    return abs(step.v1 - speed) > _LEAST + 1e-9 * abs(speed)
 
 
 CHECKS = (

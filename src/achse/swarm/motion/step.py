@@ -100,6 +100,8 @@ class MotionStep:
     superposed_acceleration: float = 0.0
     leading: float = 0.0
     """Position of the master, as the slave saw it."""
+    leading_speed: float = 0.0
+    """Its velocity, with that of a shift of the phase."""
     turned: float = 0.0
     """Gear of the last cycle: that of cyclic gears changes by its slope, whatever the axis may."""
     speeds: list[float] = [0.0] * _SPEEDS  # a declaration
@@ -219,6 +221,7 @@ def _look_at_masters(step: MotionStep, ax: AxisFields, rows: NcRows) -> None:
     master = rows.axes[step.first_master].leading_value.position + ax.phasing.position
     step.master = master - step.leading
     step.leading = master
+    step.leading_speed = rows.axes[step.first_master].leading_value.velocity + ax.phasing.velocity
     change = 0.0
     count = coupling.master_count
     for i in range(count + 1):
