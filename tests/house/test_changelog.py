@@ -49,3 +49,10 @@ def test_the_changelog_links_each_how_to_page(changelog: str, root: Path) -> Non
     linked = set(re.findall(r"\]\(([^)#]+)", changelog))
     assert pages, "no how-to page found"
     assert pages - linked == set()
+
+
+def test_no_text_holds_marks_of_a_merge(root: Path, tracked: list[Path]) -> None:
+    marks = re.compile(r"<{7} |>{7} ")
+    pages = [path for path in tracked if path.suffix in (".md", ".toml", ".yml", ".st", ".json")]
+    torn = [str(path) for path in pages if marks.search((root / path).read_text("utf-8"))]
+    assert torn == []
