@@ -196,7 +196,7 @@ class Execution:
         if self.coverage is not None:
             self.namespace |= {"COUNTS": self.coverage.counts, "count": self.coverage.count}
         self.renew()
-        self._link(digest)
+        self._link(digest, keep=after is None)
 
     # functions -------------------------------------------------------------------------------
 
@@ -250,9 +250,9 @@ class Execution:
         for key, why in self.kept_plain.items():
             log.debug("%s stays plain: %s", key, why)
 
-    def _link(self, digest: str) -> None:
+    def _link(self, digest: str, *, keep: bool) -> None:
         in_machine = {} if self.machine is None else self.machine.keys
-        program = self._emitted(digest, in_machine)
+        program = self._emitted(digest, in_machine, keep=keep)
         self._linker.adopt(program.constants)
         self.left_out.update(program.left_out)
         for key, routine in self.project.routines.items():
@@ -269,13 +269,14 @@ class Execution:
         self.namespace.update(self.views.namespace())
         self._tables = self._all_tables()
 
-    def _emitted(self, digest: str, in_machine: Container[str]) -> EmittedProgram:
-        """The plain routines; with a digest, those of a PLC before with the same program."""
+    def _emitted(self, digest: str, in_machine: Container[str], *, keep: bool) -> EmittedProgram:
+        """The plain routines; with a digest, those of a PLC before with the same program. Programs
+        of online changes are not kept: their types would outlive the next one."""
         known = f"{digest} {'plain' if self.machine is None else 'beside machine code'}"
         program = EMITTED.get(known) if digest else None
         if program is None:
             program = self._emit(in_machine, is_kept=digest != "")
-            if digest:
+            if digest and keep:
                 EMITTED.add(known, program)
         return program
 
