@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from achse.ams import AmsAddress, Connection, Frame, TcpCommand, TcpMessage
@@ -543,50 +543,6 @@ def test_what_waits_for_a_deleted_subscription_is_forgotten(bench: Any) -> None:
     bench.client.congested = False
     bench.tick(100)
     assert bench.samples() == []
-
-
-@given(
-    st.lists(
-        st.tuples(
-            st.sampled_from(("add", "delete", "delete", "sum", "tick", "congest", "read")),
-            st.sampled_from((0, 0, 15, 60)),
-            st.integers(0, 9),
-        ),
-        min_size=4,
-        max_size=40,
-    )
-)
-@settings(max_examples=40)
-def test_no_sample_comes_after_the_answer_to_a_delete(
-    make_bench: Callable[..., Any], steps: list[tuple[str, int, int]]
-) -> None:
-    bench = make_bench()
-    counter = bench.source.symbols["main.ncounter"]
-    there = [bench.subscribe("MAIN.nCounter", mode=3, delay_ms=delay) for delay in (0, 60)]
-    deleted: set[int] = set()
-    late: list[int] = []
-    for what, delay, number in (*steps, ("read", 0, 0), ("tick", 0, 9)):
-        if what == "add":
-            there.append(bench.subscribe("MAIN.nCounter", mode=3 + number % 2, delay_ms=delay))
-        elif what in ("delete", "sum") and there:
-            handles = [there.pop(number % len(there))]
-            if what == "sum" and there:
-                handles.append(there.pop())
-            late += [handle for _, handle, _ in bench.samples() if handle in deleted]
-            packed = struct.pack(f"<{len(handles)}I", *handles)
-            if what == "sum":
-                bench.exchange(0xF086, len(handles), 4 * len(handles), packed)
-            else:
-                bench.raw(7, packed)
-            deleted |= set(handles)
-        elif what == "tick":
-            counter.number += 1
-            bench.tick(10 * number)
-        else:
-            bench.client.congested = what == "congest"
-    late += [handle for _, handle, _ in bench.samples() if handle in deleted]
-    assert late == []
-    assert all(not each.deleted or each.kept for each in bench.device.notifications.channels)
 
 
 # scale -----------------------------------------------------------------------------------------

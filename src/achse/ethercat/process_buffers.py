@@ -3,15 +3,16 @@
 Source: ETG.1000.4 §6.7; ETG.2000 for devices with several SyncManagers of one direction.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
 from achse.codes import AlStatus
 from achse.ethercat.application import Application, BufferedApplication
 from achse.ethercat.description import SiiUse, SlaveMemory, SyncManagerArea
+from achse.ethercat.syncmanager import SyncManager
 
-__all__ = ["ProcessBuffer", "process_buffers"]
+__all__ = ["ProcessBuffer", "exchange_buffers", "process_buffers"]
 
 
 class ProcessBuffer(NamedTuple):
@@ -67,6 +68,21 @@ def process_buffers(application: Application, memory: SlaveMemory) -> tuple[Proc
             write, reader = application.write_outputs, partial(_reader, application)
         made.append(ProcessBuffer(number, area, output, size, write, reader))
     return tuple(made)
+
+
+def exchange_buffers(
+    buffers: Sequence[ProcessBuffer], managers: Sequence[SyncManager], outputs: bytes
+) -> bytes:
+    """Hand outputs to the sinks of SyncManagers, in order; return the inputs of their sources."""
+    at, inputs = 0, b""
+    for buffer in buffers:
+        size, manager = buffer.size(), managers[buffer.number]
+        if size and buffer.output and manager.sink is not None:
+            manager.sink(outputs[at : at + size])
+            at += size
+        elif size and manager.source is not None:
+            inputs += manager.source()
+    return inputs
 
 
 def _reader(application: Application) -> Callable[[], bytes]:

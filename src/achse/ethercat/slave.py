@@ -55,6 +55,7 @@ _OUTPUTS_WITHIN_NS = 100_000_000
 _BOOT_SERVICES = frozenset((MailboxProtocol.FOE,))
 _NEVER = 1 << 62
 _NO_ERROR = AlStatus.NO_ERROR
+_UNDISTURBED = AlState.OP, _NO_ERROR, False, None, False, False, True
 
 
 class Slave:
@@ -84,9 +85,9 @@ class Slave:
         self._mailbox_out, self._mailbox_in = (
             (_NONE, _NONE) if mailbox is None else (mailbox[0][0], mailbox[1][0])
         )
-        self._buffers = process_buffers(application, self.memory)
-        self._output_buffers = tuple(each for each in self._buffers if each.output)
-        self._places = {each.number for each in self._buffers}
+        self.buffers = process_buffers(application, self.memory)
+        self._output_buffers = tuple(each for each in self.buffers if each.output)
+        self._places = {each.number for each in self.buffers}
         self.mailbox_delay_ns = 0
         self.state = AlState.INIT
         self.error = _NO_ERROR
@@ -249,7 +250,7 @@ class Slave:
         operating = self.state is AlState.OP
         if not operating:
             self._outputs = {}
-        for buffer in self._buffers:
+        for buffer in self.buffers:
             number = buffer.number
             sync_manager = esc.sync_managers[number]
             sink = self._sinks.get(number)
@@ -292,7 +293,7 @@ class Slave:
         return _NO_ERROR
 
     def _check_process_data(self) -> AlStatus:
-        for buffer in self._buffers:
+        for buffer in self.buffers:
             sync_manager, size = self.esc.sync_managers[buffer.number], buffer.size()
             length = sync_manager.length if sync_manager.enabled else 0
             if length != size or (size and not self._placed(sync_manager, buffer.area)):
@@ -515,40 +516,20 @@ class Slave:
             if code is not _NO_ERROR:
                 self._fall(code)
 
-    def steps_by(self, cycle_ns: int) -> bool:
-        """Return True if only process data each `cycle_ns` and the step of SYNC0 happen now."""
-        clock = self.esc.clock
-        full = self._has_mailbox and self.esc.sync_managers[self._mailbox_in].full
-        return (
-            *(self.state, self.error, self._hung, self._message),
-            *(self._mailbox.waiting, full, clock.cycle_ns, clock.steady),
-            self.due_ns == self._sync0_due,
-        ) == (AlState.OP, _NO_ERROR, False, None, False, False, cycle_ns, True, True)
-
     @property
     def exchanges_only(self) -> bool:
         """True if frames do nothing to it now but exchange its process data in Op."""
-        if self.state is not AlState.OP or self.error is not _NO_ERROR or self._hung:
-            return False
-        full = self._has_mailbox and self.esc.sync_managers[self._mailbox_in].full
-        managers = self.esc.sync_managers
-        sinks = all(managers[each].sink is sink for each, sink in self._sinks.items())
-        waits = full or self._mailbox.waiting or self._message is not None
-        return sinks and self.esc.clock.steady and not waits
+        esc, mailbox = self.esc, self._mailbox
+        full = self._has_mailbox and esc.sync_managers[self._mailbox_in].full
+        state = self.state, self.error, self._hung, self._message
+        return (*state, mailbox.waiting, full, esc.clock.steady) == _UNDISTURBED and all(
+            esc.sync_managers[number].sink is sink for number, sink in self._sinks.items()
+        )
 
-    def exchange(self, outputs: bytes | memoryview) -> bytes:
-        """Take its outputs and return its inputs, as a frame in Op does."""
-        at, inputs = 0, b""
-        for buffer in self._buffers:
-            size, manager = buffer.size(), self.esc.sync_managers[buffer.number]
-            if not size:
-                continue
-            if buffer.output and manager.sink is not None:
-                manager.sink(bytes(outputs[at : at + size]))
-                at += size
-            elif manager.source is not None:
-                inputs += manager.source()
-        return inputs
+    def steps_by(self, cycle_ns: int) -> bool:
+        """Return True if only process data each `cycle_ns` and the step of SYNC0 happen now."""
+        in_step = self.due_ns == self._sync0_due and self.esc.clock.cycle_ns == cycle_ns
+        return in_step and self.exchanges_only
 
     def skip(self, elapsed_ns: int, ahead_ns: int = 0) -> None:
         """Whole cycles have passed, whose steps somebody else did: with outputs, on time.

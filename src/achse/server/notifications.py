@@ -288,8 +288,7 @@ class Notifications(Scheduled):
         if subscription is None or subscription.client != client or subscription.batch.channel.over:
             raise DeviceError(ReturnCode.NOTIFICATION_HANDLE_INVALID, f"handle {handle}")
         self._stop(subscription)
-        batch = subscription.batch
-        channel = batch.channel
+        batch, channel = subscription.batch, subscription.batch.channel
         del self._subscriptions[handle], channel.subscriptions[handle]
         self.usage.count_notifications(channel, -1)
         self._hold(channel, -1, -subscription.length)

@@ -24,7 +24,7 @@ _INSTEAD = {
     "build": "'achse docs --site FOLDER' writes the site",
     "site": "'achse docs --site FOLDER' writes the site",
 }
-"""What a word that names no page but an action leads to."""
+"""Advice for words of actions, by word."""
 
 
 def register(app: typer.Typer) -> None:

@@ -12,6 +12,7 @@ from typing import Any
 from achse.drive.compiled import Bank
 from achse.drive.drive import LONGEST_CYCLE_NS
 from achse.ethercat.master import BusSlave
+from achse.ethercat.process_buffers import exchange_buffers
 from achse.ethercat.terminals import Terminal
 from achse.motion import Nc
 from achse.motion.servo import Servos
@@ -115,7 +116,8 @@ class KernelCycles:
         elif self._terminals:
             bus.segment.advance(bus.now_ns)
             for terminal, own in self._terminals:
-                given = own.exchange(terminal.outputs)
+                managers, outgoing = own.esc.sync_managers, bytes(terminal.outputs)
+                given = exchange_buffers(own.buffers, managers, outgoing)
                 bus.master.cyclic.exchanged(terminal.position)[:] = given
         self.cycles += whole
         return done
