@@ -340,6 +340,8 @@ class Client:
         """The data of the answer; b"" if there is an AMS error, or none came."""
         number = self.send(command, data)
         self.host.loop.run()
+        if number not in self.answers:
+            self.host.loop.run(0.05)  # the answer to a Delete waits behind samples
         answer = self.answers.pop(number, None)
         return b"" if answer is None or answer.error else answer.data
 

@@ -71,6 +71,7 @@ def test_client_that_vanishes_leaves_nothing_at_the_target() -> None:
         client.wire.close()
         chain.loop.run()
         assert chain.target.held_by_clients == (0, 0)
+    chain.loop.run(0.1)  # answers to Delete wait behind samples
     assert chain.forwarded == 0
 
 

@@ -112,7 +112,7 @@ def test_no_sample_comes_after_the_answer_to_a_delete(steps: list[str], forwarde
             loop.run(0.004)
             continue
         command = {"add": 6, "sample": 8, "delete": 7, "sum": 9, "read": 2}[step]
-        frame = Frame(CLIENT, PLC, command, 4 if step == "sample" else 5, 0, number, bytes(8))
+        frame = Frame(CLIENT, PLC, command, 4 if step == "sample" else 5, 0, number, bytes(4))
         if step == "sum" or (step == "delete" and not forwarded):
             peer.subscription_ended()
         if step in ("delete", "sum"):

@@ -1,8 +1,9 @@
 """The shortcut: cycles in which a bus of virtual drives carries nothing but valid process data.
 
-In virtual time nobody looks in between, and frames in Python cost twenty times what axes and drives
-do. As long as master, slaves and drives have nothing else to do, their cycles are done in one
-kernel; the state afterwards is that which frames would have left.
+Frames in Python cost twenty times what axes and drives do. As long as master, slaves and drives
+have nothing else to do, their cycles are done in one kernel; the state afterwards is that which
+frames would have left. Simple terminals beside the drives exchange their data after each cycle, so
+that cycles are done one by one with them.
 """
 
 import ctypes
@@ -67,7 +68,7 @@ class KernelCycles:
         return isinstance(device, Terminal) and type(device).step is Terminal.step and not shares
 
     def run(self, count: int) -> int:
-        """Up to `count` cycles; how many were done, 0 if frames have to do them."""
+        """Do up to `count` cycles; return how many were done, 0 if frames have to do them."""
         bus = self._bus
         segment = bus.segment
         if not self.allowed or bus.faults or segment.disturbance is not None or not segment.whole:

@@ -467,7 +467,7 @@ class Peer(PeerWriter):
         elif frame.command == Command.NOTIFICATION:
             if self._hold(packet):
                 return True
-        elif self._ends_subscription or frame.command == Command.DELETE_NOTIFICATION:
+        elif self._ends_subscription or _is_deleted(frame):
             self._ends_subscription = False
             if self.outbox.hold_answer(packet):
                 self.count()
@@ -530,3 +530,12 @@ class Peer(PeerWriter):
             if self._line.get_write_buffer_size():
                 turns = self.owner.loop
                 turns.call_at(turns.time() + _LINGER, self.abort)
+
+
+def _is_deleted(frame: Frame) -> bool:
+    """Return True for the answer that a notification is deleted."""
+    return frame.command == Command.DELETE_NOTIFICATION and frame.data == _DONE
+
+
+_DONE = bytes(4)
+"""Answer without an error."""
