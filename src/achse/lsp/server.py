@@ -4,6 +4,7 @@ Changes are checked when the client pauses for a moment, or when it asks for som
 """
 
 import asyncio
+import logging
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -12,7 +13,7 @@ from cattrs import transform_error
 from lsprotocol import types
 from pygls.exceptions import JsonRpcException, JsonRpcInvalidParams
 from pygls.lsp.server import LanguageServer
-from pygls.protocol import LanguageServerProtocol
+from pygls.protocol import LanguageServerProtocol, json_rpc
 from pygls.protocol.json_rpc import JsonRPCNotification
 
 from achse.lsp.actions import code_actions
@@ -93,6 +94,16 @@ class _Protocol(LanguageServerProtocol):
             return JsonRPCNotification(method="$/refused", params=None, jsonrpc=self.VERSION)
 
 
+class _WithoutLateCancels(logging.Filter):
+    """Leave out the cancels that come behind their answer: each pause in typing has some."""
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        return not str(record.msg).startswith("Cancel notification for unknown")
+
+
+_LATE_CANCELS = _WithoutLateCancels()
+
+
 class LspServer(LanguageServer):
     """A language server with the state of its client."""
 
@@ -105,6 +116,7 @@ class LspServer(LanguageServer):
         )
         self.editor = Editor()
         self.published = Published(self.editor)
+        logging.getLogger(json_rpc.__name__).addFilter(_LATE_CANCELS)
         self._timer: asyncio.TimerHandle | None = None
         self._reported: set[str] = set()
         """Faults in files of options that the user knows."""
