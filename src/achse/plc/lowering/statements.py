@@ -281,7 +281,7 @@ class StatementLowering(ValueLowering):
         return (nodes.Count(number), *lowered), cost, counted
 
     def _loop_ends(self, counted: "_LoopCounters", is_sure: bool) -> tuple[Tally, int | None]:
-        """How often the condition of a loop ends it, and the counter of that if it needs one.
+        """Return how often the condition of a loop ends it, and the counter of that if it needs one.
 
         `is_sure`: nothing between its passes leaves it.
         """
@@ -387,13 +387,13 @@ class _LoopExits:
 
 
 class _LoopCounters(NamedTuple):
-    """What is counted of a loop."""
+    """Counters of a loop."""
 
     passes: Tally
     faults: int
     """Counter of the times that the budget ends it."""
     ends: Tally | None
-    """How often its condition ends it, if nothing between passes leaves it."""
+    """Number of ends by its condition, if nothing between passes leaves it."""
     exits: _LoopExits
 
 
@@ -413,7 +413,7 @@ def _written(labels: tuple[tuple[int, int], ...]) -> str:
 
 
 def _same(of: StatementLowering, statement: Any) -> Iterator[nodes.LoweredStatement]:
-    """What goes elsewhere."""
+    """A statement that goes elsewhere."""
     of.goes_elsewhere(statement)
     yield statement
 
