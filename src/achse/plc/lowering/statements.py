@@ -281,7 +281,7 @@ class StatementLowering(ValueLowering):
         return (nodes.Count(number), *lowered), cost, counted
 
     def _loop_ends(self, counted: "_LoopCounters", is_sure: bool) -> tuple[Tally, int | None]:
-        """Return how often the condition of a loop ends it, and the counter of that if it needs one.
+        """Return how often the condition of a loop ends it, and its counter if it needs one.
 
         `is_sure`: nothing between its passes leaves it.
         """
