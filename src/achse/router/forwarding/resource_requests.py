@@ -189,12 +189,12 @@ _Places = Callable[[bytes, int], Iterator[tuple[ResourceKind, int]]]
 
 
 class _Row(NamedTuple):
-    """What a ReadWrite of one index group does with resources."""
+    """Resources that a ReadWrite of one index group fetches, releases or names."""
 
     actions: _Actions | None = None
-    """What one fetches or releases."""
+    """Reads the actions of one request."""
     sum_actions: _SumActions | None = None
-    """What a sum fetches and releases."""
+    """Reads the actions of a sum."""
     places: _Places | None = None
     """Places of handles that it names."""
     sign: bytes = b""
