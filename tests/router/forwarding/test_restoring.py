@@ -113,6 +113,21 @@ def test_target_that_answers_nothing_ends_the_connections(
     assert client.gone
 
 
+def test_target_that_answers_slowly_keeps_its_clients(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Version, handle and subscription come 2 s after each request: 6 s in all."""
+    chain, [client, _] = restoring()
+    client.subscribe(client.fetch())
+    old = chain.target
+    for peer in list(old.peers):
+        line_of(peer).abort()
+    reply, loop = old.device._reply, chain.loop
+    late = lambda response: loop.call_at(loop.time() + 2.0, lambda: reply(response))  # noqa: E731
+    monkeypatch.setattr(old.device, "_reply", late)
+    loop.run(10.0)
+    assert not client.gone
+    assert old.held_by_clients == (1, 1 + old.abandoned)
+
+
 STEP = st.tuples(
     st.sampled_from(
         (

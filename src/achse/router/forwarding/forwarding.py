@@ -40,8 +40,8 @@ _ROUNDS, _ROUND_NS = 48, 1_000_000_000
 """Sessions of a connection that all began with the same request within this time: it goes in
 circles. Less than a window, so that it does not wait there."""
 
-_RESTORED_WITHIN = 5
-"""Seconds in which a target has to answer all that makes resources again."""
+_PATIENCE, _RESTORED_WITHIN = 5, 60
+"""Seconds in which a target has to answer something, and all, that makes resources again."""
 
 _UNKNOWN = b"?"
 """Symbol version that is queried, and no answer has come yet."""
@@ -438,12 +438,16 @@ class Forwarding:
         work = Restoration(old, new, memory, self._ask, self._enter, lost, ended)
         self._restorations.append(work)
         work.begin()
-        self._give_up_later(work, _RESTORED_WITHIN)
+        self._look_at(work, _RESTORED_WITHIN, _PATIENCE, 0)
         return True
 
-    def _give_up_later(self, work: Restoration, seconds: int) -> None:
-        if seconds:
-            self._later(lambda: self._give_up_later(work, seconds - 1))
+    def _look_at(self, work: Restoration, seconds: int, patience: int, answers: int) -> None:
+        """Give up a restoration that takes too long, or for which nothing comes any more."""
+        if work.answers > answers:
+            patience = _PATIENCE
+        now = work.answers
+        if seconds and patience:
+            self._later(lambda: self._look_at(work, seconds - 1, patience - 1, now))
         else:
             work.give_up()
 

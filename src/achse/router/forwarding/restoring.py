@@ -91,6 +91,8 @@ class Restoration:
         self._renewed: dict[Resource, int] = {}
         """New handle by the resource as the target had it."""
         self._waiting = 0
+        self.answers = 0
+        """Answers that have come."""
         self._over = False
         new.handles = self._handles
         new.restored_from = old
@@ -122,6 +124,7 @@ class Restoration:
     def _step(self, following: Callable[[], None]) -> None:
         """One answer has come; behind the last one comes the following phase."""
         self._waiting -= 1
+        self.answers += 1
         if not self._waiting and not self._over:
             following()
 
