@@ -99,6 +99,7 @@ WITNESSES: dict[str, Callable[[], object]] = {
     "pysoem": lambda: sys.platform == "linux" and importlib.util.find_spec("pysoem"),
     "cc": lambda: shutil.which("cc"),
     "fmpy": lambda: importlib.util.find_spec("fmpy"),
+    "gymnasium": lambda: importlib.util.find_spec("gymnasium"),
     "kickcat": lambda: sys.platform == "linux" and importlib.util.find_spec("kickcat"),
 }
 """Programs by others that judge the station, and how to see that one is installed."""

@@ -55,6 +55,7 @@ NAMED: dict[str, set[str]] = {
     "[lsp]": {"lsprotocol", "pygls"},
     "[mcp]": {"jsonschema", "mcp", "mcp_types", "starlette", "uvicorn"},
     "[fmu]": {"fmpy", "numpy"},
+    "gymnasium": {"gymnasium", "numpy"},
     "[metrics]": {"prometheus_client"},
     "[mqtt]": {"aiomqtt", "paho"},
     "[plot]": {"matplotlib", "numpy"},

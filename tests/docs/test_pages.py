@@ -38,6 +38,7 @@ def test_the_page_does_what_it_says(
         "import pyads": "pyads",
         "```js": "ads-client",
         "import fmpy": "fmpy",
+        "import gymnasium": "gymnasium",
         "$ achse fmu": "cc",
     }
     for sign, name in signs.items():
