@@ -17,7 +17,7 @@ _RESPONSE = 0x0001
 _NAME, _READ, _WRITE, _STATE = 1, 2, 3, 4
 _PLACE = struct.Struct("<III")
 _OBJECTS = 0xF302
-_COMPLETE = 0x0100
+_COMPLETE = 1 << 8
 _VERSION = bytes((1, 0, 0, 0))
 _RUN, _STOP = 5, 6
 
