@@ -162,7 +162,7 @@ class FrameAssembly:
 
 @dataclass(frozen=True)
 class IpSettings:
-    """Addresses of a slave; None where one is not set. `name` is at most 32 bytes of ASCII."""
+    """Addresses of a slave; None where one is not set. `name` is at most 32 characters of Latin-1."""
 
     mac: bytes | None = None
     address: IPv4Address | None = None
@@ -174,7 +174,7 @@ class IpSettings:
     def encode(self) -> bytes:
         """The parameters as they travel, only those that are set; ValueError for what does not
         fit."""
-        name = None if self.name is None else self.name.encode("ascii")
+        name = None if self.name is None else self.name.encode("latin-1")
         if len(name or b"") > _IP_FIELDS[-1] or (self.mac is not None and len(self.mac) != 6):
             raise ValueError("a MAC address has 6 bytes, a name 32 at most")
         numbers = (self.address, self.mask, self.gateway, self.dns)

@@ -108,6 +108,9 @@ def test_filter_lets_its_addresses_in(
 def test_any_message_has_an_answer_or_an_error(data: bytes) -> None:
     port = NetworkPort(200, lambda frame: None)
     port.answer(request(EoeType.SET_IP, IpSettings(bytes(6), IPv4Address("10.0.0.1")).encode()))
+    hostile = request(EoeType.SET_IP, b"\x20\0\0\0" + data)
+    assert len(list(port.answer(hostile))) == 1  # type: ignore[arg-type]
+    assert len(list(port.answer(request(EoeType.GET_IP)))) == 1  # type: ignore[arg-type]
     outcome = port.answer(data)
     assert outcome in list(MailboxError) or all(len(each) <= 200 for each in outcome)  # type: ignore[union-attr]
     frame = ALL + b"\2" * 6 + b"\x08" + data.ljust(50, b"\0")
