@@ -44,6 +44,7 @@ class CamWatch(Phase):
         self._nc: Any = None
         self._controller: Any = None
         self._axis: Any = None
+        self._last: tuple[float, int] | None = None
         self.looks = 0
         """Cycles in which the tracks were compared."""
 
@@ -71,8 +72,11 @@ class CamWatch(Phase):
             self._controller = device.camshafts[0]
         self.looks += 1
         position = self._axis.actual_position
-        expected, at_edge = switched(self._config, position)
         outputs = self._controller.controller.record.outputs
+        if (position, outputs) == self._last:
+            return
+        self._last = position, outputs
+        expected, at_edge = switched(self._config, position)
         if (outputs ^ expected) & ~at_edge & _ALL:
             self._report(
                 "cam-switching",
