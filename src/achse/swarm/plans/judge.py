@@ -30,7 +30,7 @@ _TOLERANCE = 1e-6
 
 
 class JudgedPlan:
-    """What a command asks of an axis, and the state in which it came."""
+    """Limits and target of a command, and the state in which it came."""
 
     p0: float = 0.0
     v0: float = 0.0

@@ -54,7 +54,7 @@ class ScopeWatch(Phase):
             self._compare(now_ns)
 
     def _open(self, nc: Nc | None, now_ns: int) -> None:
-        """Begin anew: the station has begun anew too."""
+        """Begin again with the NC of a restarted station."""
         self._nc, self._scope = nc, None
         self._noted.clear()
         if nc is None:
