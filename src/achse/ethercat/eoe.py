@@ -162,7 +162,7 @@ class FrameAssembly:
 
 @dataclass(frozen=True)
 class IpSettings:
-    """Addresses of a slave; None where one is not set. `name` is at most 32 characters of Latin-1."""
+    """Addresses of a slave; None where one is not set. `name`: at most 32 characters of Latin-1."""
 
     mac: bytes | None = None
     address: IPv4Address | None = None
