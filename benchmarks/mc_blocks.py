@@ -13,8 +13,8 @@ import time
 from pathlib import Path
 from typing import Any
 
+from achse.codes.axis import StartType
 from achse.motion import commands
-from achse.motion.states import StartType
 from achse.native.backend import compiler_installed
 from achse.station import Station
 from achse.station.configuration.station_file import parse

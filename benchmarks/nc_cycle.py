@@ -19,11 +19,12 @@ from typing import Any
 
 import as_c
 
+from achse.codes.nc.choices import TableSubType, TableType
 from achse.motion import AxisParameters, Nc, commands
 from achse.motion.compiled import KERNEL
-from achse.motion.states import CamInterpolation, SlaveType, TableSubType, TableType
+from achse.motion.states import CamInterpolation, SlaveType
 from achse.motion.tables import TableParameters
-from achse.native.compiled import compiler_installed
+from achse.native.backend.machine import compiler_installed
 from achse.native.kernels.translate import translate
 
 CYCLE_NS = 2_000_000

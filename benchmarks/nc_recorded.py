@@ -17,8 +17,9 @@ from pathlib import Path
 from typing import Any
 
 from achse.motion import Axis, AxisParameters, Nc, commands
-from achse.motion.record import FIELDS, Role
-from achse.native.compiled import compiler_installed
+from achse.motion.fields.declare import Role
+from achse.motion.record import FIELDS
+from achse.native.backend.machine import compiler_installed
 from achse.station import Station
 
 PRESETS = {"control_dword": 7, "velocity_override": 1_000_000}

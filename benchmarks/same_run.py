@@ -20,8 +20,9 @@ from typing import Any
 
 from achse.ams import AmsAddress, Command, Frame, NetId
 from achse.ams.commands import ADD_NOTIFICATION_BODY
+from achse.codes.station import ONLINE_CHANGE
 from achse.devices.slave_service import OBJECTS, STATES, SlaveService
-from achse.devices.station import FAULTS, ONLINE_CHANGE, STATISTICS
+from achse.devices.station import FAULTS, STATISTICS
 from achse.drive import Drive
 from achse.ethercat import Segment, Slave
 from achse.faults.drive_list import DriveFaults

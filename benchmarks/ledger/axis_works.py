@@ -63,8 +63,9 @@ def many_axes() -> Call:
 
 def cam() -> Call:
     """Set up 255 axes, 128 of which follow 64 masters by a spline through 1,000 rows."""
+    from achse.codes.nc.choices import TableSubType, TableType
     from achse.motion import commands
-    from achse.motion.states import CamInterpolation, SlaveType, TableSubType, TableType
+    from achse.motion.states import CamInterpolation, SlaveType
     from achse.motion.tables import TableParameters
 
     nc = _ready(255, True)

@@ -7,8 +7,6 @@ process without a traceback, as later: so little else is imported here.
 import os
 import signal
 
-__all__ = ["main"]
-
 _INTERRUPTED = 130
 
 

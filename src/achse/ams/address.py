@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING, Self
 if TYPE_CHECKING:
     from ipaddress import IPv4Address, IPv6Address
 
-__all__ = ["AmsAddress", "NetId"]
-
 _PORT = struct.Struct("<H")
 
 

@@ -13,27 +13,6 @@ from achse.ams.errors import DecodeError
 from achse.ams.frame import Command, Frame
 from achse.ams.notification import NotificationStream
 
-__all__ = [
-    "ADD_NOTIFICATION_BODY",
-    "ERROR_PADDING",
-    "AddNotificationRequest",
-    "AddNotificationResponse",
-    "DataResponse",
-    "DeleteNotificationRequest",
-    "EmptyRequest",
-    "ReadDeviceInfoResponse",
-    "ReadRequest",
-    "ReadStateResponse",
-    "ReadWriteRequest",
-    "Request",
-    "Response",
-    "ResultResponse",
-    "WriteControlRequest",
-    "WriteRequest",
-    "decode_request",
-    "decode_response",
-]
-
 READ = struct.Struct("<III")
 READ_WRITE = struct.Struct("<IIII")
 WRITE_CONTROL = struct.Struct("<HHI")

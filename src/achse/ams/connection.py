@@ -5,8 +5,6 @@ from collections.abc import Iterator
 from achse.ams.errors import DecodeError
 from achse.ams.frame import AMS_HEADER, TCP_HEADER, Frame, TcpCommand, TcpMessage
 
-__all__ = ["DEFAULT_MAX_LENGTH", "Connection", "Event"]
-
 Event = Frame | TcpMessage
 
 DEFAULT_MAX_LENGTH = 64 * 1024 * 1024

@@ -16,21 +16,6 @@ from achse.ams.address import AmsAddress, NetId
 from achse.ams.errors import DecodeError
 from achse.codes.ports import SYSTEM_PORT
 
-__all__ = [
-    "ANYBODY",
-    "COOKIE",
-    "UDP_PORT",
-    "DiscoveryPacket",
-    "DiscoveryService",
-    "OsVersion",
-    "RouteRequest",
-    "RouterInfo",
-    "Tag",
-    "answer_with",
-    "info_request",
-    "status_of",
-]
-
 UDP_PORT = 48899
 """0xBF03, where AMS routers listen for datagrams (002 §7)."""
 

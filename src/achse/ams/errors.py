@@ -10,17 +10,6 @@ AdsError
 
 from achse.codes import ReturnCode, code_of
 
-__all__ = [
-    "AdsError",
-    "CodedError",
-    "ConnectionLost",
-    "DecodeError",
-    "DeviceError",
-    "RequestTimeout",
-    "RouterError",
-    "describe_code",
-]
-
 
 def describe_code(code: int) -> str:
     """`0x710 SYMBOL_NOT_FOUND: Symbol not found.`, or the bare number where no table names it.

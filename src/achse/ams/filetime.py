@@ -2,8 +2,6 @@
 
 from datetime import UTC, datetime, timedelta
 
-__all__ = ["from_datetime", "from_unix_ns", "to_datetime", "to_unix_ns"]
-
 _EPOCH = datetime(1601, 1, 1, tzinfo=UTC)
 _UNIX_EPOCH = 116_444_736_000_000_000
 """1970-01-01 as FILETIME."""

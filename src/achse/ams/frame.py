@@ -10,17 +10,6 @@ from typing import NamedTuple, Protocol
 from achse.ams.address import AmsAddress
 from achse.ams.errors import DecodeError
 
-__all__ = [
-    "AMS_HEADER",
-    "TCP_HEADER",
-    "Command",
-    "Endpoint",
-    "Flags",
-    "Frame",
-    "TcpCommand",
-    "TcpMessage",
-]
-
 TCP_HEADER = struct.Struct("<HI")
 """AMS/TCP header: command, length of what follows."""
 

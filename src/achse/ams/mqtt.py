@@ -13,8 +13,6 @@ from dataclasses import dataclass
 from achse.ams.address import NetId
 from achse.ams.errors import DecodeError
 
-__all__ = ["MqttTopics", "RouterNote", "as_tcp_packet"]
-
 _HEADER = 32
 _LENGTH_AT = 20
 _LONGEST_NOTE = 4096

@@ -9,8 +9,6 @@ from typing import NamedTuple, Self
 
 from achse.ams.errors import DecodeError
 
-__all__ = ["NotificationSample", "NotificationStream", "Stamp", "encode_stream"]
-
 _STREAM = struct.Struct("<II")
 _STAMP = struct.Struct("<QI")
 _SAMPLE = struct.Struct("<II")

@@ -17,20 +17,6 @@ from achse.ams.address import NetId
 from achse.ams.connection import DEFAULT_MAX_LENGTH
 from achse.ams.errors import DecodeError
 
-__all__ = [
-    "BLOCK_SIZE",
-    "LONGEST_BLOCK",
-    "SECURE_PORT",
-    "ConnectBlock",
-    "ConnectFlags",
-    "SecureFrames",
-    "SecureRefusal",
-    "TcpFrames",
-    "fingerprint_of",
-    "parse_fingerprint",
-    "pre_shared_key",
-]
-
 SECURE_PORT = 8016
 """TCP port of Secure ADS (002 §3, firewall table)."""
 

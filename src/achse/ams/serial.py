@@ -14,8 +14,6 @@ from typing import NamedTuple
 
 from achse.ams.errors import DecodeError
 
-__all__ = ["MAX_PACKET", "FrameKind", "SerialEnd", "SerialFrame", "crc16"]
-
 MAX_PACKET = 255
 """Bytes of the longest AMS packet, header included (000 §4.1); how to split one is not public."""
 

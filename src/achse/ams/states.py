@@ -5,8 +5,6 @@ Source: 000 §3.2.3.4 (Read State) and §3.2.3.6; numbers of modes and states fr
 
 from enum import IntEnum
 
-__all__ = ["AdsState", "TransmissionMode"]
-
 
 class AdsState(IntEnum):
     """State of an ADS device (ADSSTATE)."""

@@ -24,8 +24,6 @@ from achse.camshaft.record import CAM, CONTROLLER, LONGEST_WINDOW
 from achse.native.declare import RecordLayout, pack, plain_record
 from achse.native.memory import Rows, RowView, field_property
 
-__all__ = ["CamController", "CamEncoder"]
-
 
 class CamEncoder(NamedTuple):
     """Parameters of a controller's encoder."""

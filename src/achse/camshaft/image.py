@@ -7,8 +7,6 @@ The manual prints `0x3C+n` with n = output groups - 1; tracks are 0..31, which i
 import struct
 from enum import IntEnum
 
-__all__ = ["INPUTS", "OUTPUTS", "CamInput", "CamOutput"]
-
 
 class CamInput(IntEnum):
     """Words that the controller reads; the member's number is the place of the word."""

@@ -12,8 +12,6 @@ from achse.camshaft.parameters import HIGHEST_RATE, CamType
 from achse.camshaft.record import CAM, CONTROLLER, CamControllerFields, CamStateFields
 from achse.native.compiled import Kernel
 
-__all__ = ["KERNEL", "run_controller"]
-
 _TURN = 3600.0
 _DWORD = 0xFFFF_FFFF
 _TENTH_MS = 100_000

@@ -9,23 +9,6 @@ from collections.abc import Mapping, Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
-__all__ = [
-    "CAMS",
-    "CAM_PARAMETERS",
-    "CAM_SET",
-    "CONTROLLER_PARAMETERS",
-    "CONTROLLER_SET",
-    "COUNTERS",
-    "ENCODER_PARAMETERS",
-    "ENCODER_SET",
-    "HIGHEST_RATE",
-    "TRACKS",
-    "CamParameter",
-    "CamParameterError",
-    "CamSet",
-    "CamType",
-]
-
 CAMS = 128
 """Cams of a controller, numbered from 1."""
 TRACKS = 32

@@ -3,8 +3,6 @@
 from achse.camshaft.image import CamInput
 from achse.native.declare import Slot, lay_out
 
-__all__ = ["CAM", "CONTROLLER", "LONGEST_WINDOW", "CamControllerFields", "CamStateFields"]
-
 LONGEST_WINDOW = 64
 """Cycles over which the speed can be measured."""
 

@@ -11,9 +11,6 @@ from achse.cli.root import in_panels, new_root
 from achse.cli.start import demo, detached, fleet, fmu, new, run, web
 from achse.cli.test import check, explain, fault, mutate, swarm, sweep, unit_tests
 
-__all__ = ["app"]
-
-
 app = new_root()
 
 new.register(app)

@@ -7,13 +7,6 @@ import os
 from collections.abc import Callable, Coroutine
 from typing import Any
 
-__all__ = [
-    "axes",
-    "fault_fields",
-    "fault_kinds",
-    "symbols",
-]
-
 _PATIENCE_S = 0.7
 """For connection and answers together."""
 

@@ -11,17 +11,6 @@ import typer
 if TYPE_CHECKING:
     from achse.ams import AdsError
 
-__all__ = [
-    "dumped",
-    "errors_in_json",
-    "fail",
-    "fail_by",
-    "in_json",
-    "name_of",
-    "tell",
-    "wants_json",
-]
-
 _in_json = False
 
 

@@ -9,8 +9,6 @@ from pathlib import Path
 
 from achse.cli.failure import fail
 
-__all__ = ["write_file"]
-
 
 def write_file(
     file: Path, data: bytes, replaces: Callable[[bytes], bool] | None = None, kind: str = ""

@@ -9,8 +9,6 @@ from typer.core import TyperGroup
 
 from achse.cli.failure import errors_in_json, in_json, tell, wants_json
 
-__all__ = ["PANELS", "Front"]
-
 PANELS = {
     "Start": ("new", "run", "demo", "wait", "stop", "fleet", "web", "fmu"),
     "ADS": ("ads", "router"),

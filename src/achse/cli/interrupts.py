@@ -15,16 +15,6 @@ from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 if TYPE_CHECKING:
     import asyncio
 
-__all__ = [
-    "INTERRUPTED",
-    "Interrupted",
-    "ending",
-    "ending_signals",
-    "leave_at_once",
-    "run",
-    "serve",
-]
-
 INTERRUPTED = 130
 """Exit code of a command that Ctrl-C ended, as shells have it."""
 

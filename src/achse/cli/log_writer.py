@@ -9,8 +9,6 @@ from typing import TextIO
 
 from achse.router.rate import Rates
 
-__all__ = ["LogWriter"]
-
 _LINES, _BYTES = 10_000, 1 << 22
 """Most lines and bytes that wait for the reader; lines beyond are dropped and counted."""
 

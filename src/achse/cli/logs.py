@@ -6,8 +6,6 @@ import sys
 import time
 from enum import Enum
 
-__all__ = ["LogFormat", "LogLevel", "set_up_logs"]
-
 
 class LogFormat(Enum):
     """Format of a log record."""

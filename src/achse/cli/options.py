@@ -9,30 +9,6 @@ import typer
 
 from achse.cli.logs import LogFormat, LogLevel
 
-__all__ = [
-    "Acceleration",
-    "Count",
-    "CycleTime",
-    "Cyclic",
-    "Deceleration",
-    "Duration",
-    "EndWithin",
-    "Jerk",
-    "LetEverybodyIn",
-    "Library",
-    "ListenHost",
-    "ListenPort",
-    "Logged",
-    "LoggedAs",
-    "Plc",
-    "ReadyWithin",
-    "SaveTo",
-    "Sources",
-    "TestedProject",
-    "Watch",
-    "set_parameters",
-]
-
 Watch = Annotated[bool, typer.Option("--watch", "-w", help="Show it live until Ctrl-C.")]
 
 CycleTime = Annotated[

@@ -6,16 +6,6 @@ from typing import Any
 
 from achse.cli.failure import dumped, in_json
 
-__all__ = [
-    "decimal",
-    "hex_dump",
-    "on_terminal",
-    "print_json",
-    "print_table",
-    "tell_event",
-    "visible",
-]
-
 
 def on_terminal() -> bool:
     """Return True if stdout is a terminal."""

@@ -7,8 +7,6 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-__all__ = ["Panel", "braille", "plot", "ticks"]
-
 _DOTS = ((0x01, 0x02, 0x04, 0x40), (0x08, 0x10, 0x20, 0x80))
 """Bit of a dot in its character, by column and row (U+2800 + bits)."""
 

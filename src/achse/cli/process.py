@@ -5,8 +5,6 @@ import contextlib
 import sys
 from collections.abc import Callable
 
-__all__ = ["loop_factory", "raise_file_limit"]
-
 
 def raise_file_limit() -> None:
     """Open as many files as the system lets us: each connection is one, and usual are 1024."""

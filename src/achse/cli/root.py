@@ -8,8 +8,6 @@ import typer
 from achse.cli.failure import in_json
 from achse.cli.front import PANELS, Front
 
-__all__ = ["in_panels", "new_root"]
-
 
 def _print_version(wanted: bool) -> None:
     if wanted:

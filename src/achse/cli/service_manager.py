@@ -10,8 +10,6 @@ import os
 import socket
 from collections.abc import AsyncIterator, Awaitable, Callable
 
-__all__ = ["announced", "notify", "watchdog_interval"]
-
 log = logging.getLogger("achse.cli")
 
 

@@ -16,19 +16,6 @@ if TYPE_CHECKING:
     from achse.ams import AdsError, NetId
     from achse.client import Client
 
-__all__ = [
-    "IO_PORT",
-    "ROUTER",
-    "SERVED_SLAVES",
-    "STATION_PORT",
-    "Json",
-    "client_command",
-    "fail_to_connect",
-    "net_id_of",
-    "ports_hint",
-    "ports_that_answer",
-]
-
 STATION_PORT, IO_PORT = 26_000, 300
 """AMS ports of a station's own service, which no other router has, and of the I/O device."""
 

@@ -19,8 +19,6 @@ from achse.transport.mqtt.network import MQTT_SCHEMES, MqttSettings
 from achse.transport.serial.port import SCHEME, SerialPort
 from achse.transport.tcp.listener import TCP_PORT
 
-__all__ = ["Client", "Connecting", "connect"]
-
 GOODBYE_TIME = 1.0
 """Seconds that giving back handles and subscriptions may take at the end."""
 

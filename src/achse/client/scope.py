@@ -25,17 +25,6 @@ from achse.scope.service import SAMPLES_REQUEST, SCOPE_PORT, ScopeCommand, Scope
 from achse.scope.trigger import ScopeTrigger
 from achse.scope.types import SCOPE_TYPES, ScopeError
 
-__all__ = [
-    "Channels",
-    "RemoteScope",
-    "ScopeRows",
-    "Triggers",
-    "block_of",
-    "defined",
-    "scope_of",
-    "scopes_of",
-]
-
 _LONGEST_TEXT = 1 << 23
 _LONGEST_CHUNK = 1 << 20
 """Bytes asked for at once."""

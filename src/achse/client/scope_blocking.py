@@ -3,8 +3,6 @@
 from achse.client.scope import RemoteScope
 from achse.client.wrapper import ContextWrapper, blocking
 
-__all__ = ["BlockingScope"]
-
 
 class BlockingScope(ContextWrapper[RemoteScope]):
     """One scope of a station; see `achse.client.scope.RemoteScope`, whose methods these are."""

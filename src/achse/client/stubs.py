@@ -22,8 +22,6 @@ from achse.iec.elementary import BoolType, IntegerType, RealType
 from achse.iec.strings import StringType
 from achse.iec.times import TimeType
 
-__all__ = ["programs_of", "stubs"]
-
 _TIMES = {
     "TIME": "timedelta",
     "DATE": "date",

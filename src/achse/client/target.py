@@ -32,15 +32,14 @@ from achse.iec import (
     iec_type,
     resolved,
 )
+from achse.iec.derived import OpaqueType
 from achse.iec.nearest import did_you_mean
 from achse.iec.symbols import SymbolEntry
-from achse.iec.typetable import OpaqueType, TypeTable
+from achse.iec.typetable import TypeTable
 
 if TYPE_CHECKING:
     from achse.client.nc.controller import RemoteNc
     from achse.client.scope import Channels, RemoteScope, Triggers
-
-__all__ = ["MethodResult", "SendWhen", "Target", "transmission_mode"]
 
 V = TypeVar("V")
 

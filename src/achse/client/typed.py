@@ -15,16 +15,6 @@ from achse.client.session.subscription import Sample, Subscription
 from achse.client.target import MethodResult, SendWhen, Target
 from achse.iec import Record
 
-__all__ = [
-    "ArraySymbol",
-    "Callables",
-    "Symbol",
-    "TypedSample",
-    "built",
-    "flattened",
-    "iec_name",
-]
-
 S = TypeVar("S")
 T = TypeVar("T")
 

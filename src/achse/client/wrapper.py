@@ -16,8 +16,6 @@ from typing import Any, Concatenate, Generic, ParamSpec, Self, TypeVar, overload
 
 from achse.client.loop import LoopThread
 
-__all__ = ["ContextWrapper", "Wrapper", "blocking", "wrapping"]
-
 A = TypeVar("A", covariant=True)
 C = TypeVar("C", bound=AbstractAsyncContextManager[Any, Any], covariant=True)
 P = ParamSpec("P")

@@ -6,8 +6,6 @@ begins every response (device); NC errors share the number space, see `nc`.
 
 from enum import Enum
 
-__all__ = ["ReturnCode"]
-
 _HRESULT_BASE = 0x9811_0000
 """An error code's HRESULT is this plus the number; the positive HRESULTs are their own number."""
 

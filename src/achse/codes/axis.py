@@ -5,19 +5,6 @@ Source: 002 §6.5 and the cyclic axis interface (004 §5.1); the status bits 15 
 
 from enum import IntEnum
 
-__all__ = [
-    "ActualPositionType",
-    "BufferMode",
-    "CommandState",
-    "ControlBit",
-    "HomingState",
-    "JogType",
-    "MotionState",
-    "OperationModeBit",
-    "StartType",
-    "StateBit",
-]
-
 
 class StartType(IntEnum):
     """Kind of an axis start; 6, 9 and 1029 are constants of the PLC library Tc2_MC2."""

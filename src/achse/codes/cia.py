@@ -6,8 +6,6 @@ Source: 001 §2.6; CiA 301, data types of the object dictionary.
 import struct
 from enum import IntEnum
 
-__all__ = ["DataType", "Number"]
-
 Number = int | float
 
 _LARGEST_F32 = 3.4028234663852886e38

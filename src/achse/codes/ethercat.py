@@ -6,8 +6,6 @@ light); the generic codes are those that masters know besides.
 
 from enum import Enum, IntEnum
 
-__all__ = ["AlState", "AlStatus", "ErrorLight"]
-
 
 class AlState(IntEnum):
     """State of the EtherCAT state machine, as in AL control and AL status bits 0..3."""

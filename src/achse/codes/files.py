@@ -5,8 +5,6 @@ Source: ETG.1000.6 §5.8.
 
 from enum import IntEnum
 
-__all__ = ["FileRefusal", "FoeError"]
-
 
 class FoeError(IntEnum):
     """Error code of a refused file."""

@@ -6,19 +6,6 @@ group that only one device offers is a row of that device, not a member here.
 
 from enum import IntEnum
 
-__all__ = [
-    "CLOSE_FILE",
-    "CLOSE_FILE_LATER",
-    "FILES",
-    "FIND_FILE",
-    "NAMED",
-    "OPENS_FILE",
-    "OPEN_FILES",
-    "SUMS",
-    "PlcGroup",
-    "ReservedGroup",
-]
-
 
 class ReservedGroup(IntEnum):
     """Groups of 0xF000 and above: symbols, process image, sums, the device itself."""

@@ -6,8 +6,6 @@ The anchors are made when the site is built (`achse docs --serve`), from the sam
 from achse.codes.ads import ReturnCode
 from achse.codes.nc.errors import NcError
 
-__all__ = ["SITE", "code_link", "finding_link", "library_link", "on_site", "service_link"]
-
 SITE = "ACHSE_DOCS"
 """The variable of the environment that says where a site is: `https://docs.example/achse`."""
 

@@ -3,8 +3,6 @@
 from achse.codes.ads import ReturnCode
 from achse.codes.nc.errors import NcError
 
-__all__ = ["code_of"]
-
 
 def code_of(number: int) -> ReturnCode | NcError | None:
     """The ADS return code or NC error of that number; None if no table has it."""

@@ -3,8 +3,6 @@
 Source: 000 §3.2.2 (1, 100, 110, 10000).
 """
 
-__all__ = ["EVENT_LOGGER_PORT", "LOGGER_PORT", "ROUTER_PORT", "SYSTEM_PORT"]
-
 ROUTER_PORT = 1
 """The router's own figures."""
 

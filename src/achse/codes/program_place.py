@@ -9,8 +9,6 @@ from typing import NamedTuple
 from achse.codes.nc.row import struct_of
 from achse.codes.nc.table import named_rows
 
-__all__ = ["FAULT", "FORMAT", "OFFSET", "ProgramPlaceRow"]
-
 _ROW = named_rows(0x2100)["program_place"]
 
 OFFSET = _ROW.offset

@@ -6,8 +6,6 @@ Source: ours; the meanings in the tables of the manuals say what happened.
 from achse.codes.ads import ReturnCode
 from achse.codes.nc.errors import NcError
 
-__all__ = ["remedy_of"]
-
 
 def remedy_of(code: int) -> str:
     """Return what helps against a code, a sentence without a full stop; empty if none is known."""

@@ -7,8 +7,6 @@ from enum import Enum
 
 from achse.codes.ads import ReturnCode
 
-__all__ = ["AbortCode", "SdoAbort", "return_code_of"]
-
 
 class AbortCode(Enum):
     """One SDO abort code: `number` is what travels (u32), `text` the meaning."""

@@ -1,7 +1,5 @@
 """Numbers of the station's own ADS service that its clients use too."""
 
-__all__ = ["MISSING_CONDITION", "ONLINE_CHANGE", "SERVICE_PORT"]
-
 SERVICE_PORT = 26_000
 """AMS port, in the range for servers of customers (26000 … 26999)."""
 

@@ -16,8 +16,6 @@ from achse.dap.link import DebugRefused
 from achse.dap.target import Target, TargetError
 from achse.station import ConfigError
 
-__all__ = ["Adapter"]
-
 Send = Callable[[dict[str, Any]], None]
 Arguments = Mapping[str, Any]
 

@@ -6,8 +6,6 @@ from typing import Any
 from achse.client import Client
 from achse.devices.debugging import DEBUG
 
-__all__ = ["DebugLink", "DebugRefused"]
-
 _LONGEST = 1 << 22
 """Bytes of an answer."""
 

@@ -7,8 +7,6 @@ import json
 import re
 from typing import Any
 
-__all__ = ["DapFrameError", "FrameReader", "encode_frame"]
-
 _LARGEST_HEAD = 4096
 _LARGEST_BODY = 1 << 22
 _END = b"\r\n\r\n"

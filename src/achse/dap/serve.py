@@ -11,8 +11,6 @@ from achse.dap.adapter import Adapter
 from achse.dap.protocol import DapFrameError, FrameReader, encode_frame
 from achse.station.routes.addresses import is_reachable_from_outside
 
-__all__ = ["OpenToAllError", "serve_standard_streams", "serve_tcp"]
-
 _PIECE = 1 << 16
 _MOST_EDITORS = 8
 _MOST_WAITING = 1 << 24

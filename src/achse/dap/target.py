@@ -9,14 +9,12 @@ from typing import Any
 from achse.ams import NetId
 from achse.client import connect
 from achse.client.links.link import TcpDialer
+from achse.codes.station import SERVICE_PORT
 from achse.dap.link import DebugLink
-from achse.devices.station import SERVICE_PORT
 from achse.st.files.forms import has_station
 from achse.station import Station
 from achse.station.configuration.station_file import parse
 from achse.transport.tcp.listener import TCP_PORT
-
-__all__ = ["Target", "TargetError"]
 
 
 class TargetError(Exception):

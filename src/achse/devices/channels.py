@@ -12,8 +12,6 @@ from achse.ethercat.virtual import VirtualDevice
 from achse.ethercat.virtual.channels import Value
 from achse.server import RawGroup
 
-__all__ = ["CHANNELS", "channels_group"]
-
 CHANNELS = 0xFA08
 """Index group."""
 

@@ -10,8 +10,6 @@ from achse.plc.debug import Breakpoint, DebugError, Debugger, StepKind
 from achse.plc.debug.evaluate import EvaluationError, assign, evaluate, is_expandable, text_of
 from achse.plc.debug.places import DebugSpot, NotThere
 
-__all__ = ["Attached", "DebugService", "DebuggedStation"]
-
 _LONGEST_REQUEST = 1 << 16
 _MOST_PARTS = 500
 """Variables in one answer."""

@@ -11,8 +11,6 @@ from achse.server import RawGroup
 if TYPE_CHECKING:
     from achse.devices.debug_service import Attached, DebuggedStation, DebugService
 
-__all__ = ["DEBUG", "debug_group"]
-
 DEBUG = 0xFA05
 """Index group."""
 

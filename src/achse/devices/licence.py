@@ -11,8 +11,6 @@ from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.server import READ, Device, Group, Layout, RawGroup, Service
 
-__all__ = ["LICENCE_PORT", "LicenceDevice"]
-
 LICENCE_PORT = 30
 
 _PLATFORM, _MODULES, _NAME, _ORDER_NUMBER = 0x0101_0004, 0x0101_0006, 0x0101_000C, 0x0101_000D

@@ -18,8 +18,6 @@ from achse.router.rate import Rates
 from achse.server import ClientLimits, Device, IndexGroup, RawGroup, ServiceTable
 from achse.server.table import Reader
 
-__all__ = ["EventLoggerDevice", "LogMessage", "LoggerDevice", "MessageType"]
-
 log = logging.getLogger("achse.logger")
 
 _MESSAGES = 1

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from achse.client.session.subscription import Sample
     from achse.client.target import Target
 
-__all__ = ["ads"]
-
 PLC_PORT = 851
 
 ads = typer.Typer(no_args_is_help=True, help="Talk to an ADS device: state, values, routes.")

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from achse.client import Client
     from achse.iec import IecType
 
-__all__ = ["register"]
-
 PLC_PORT = 851
 
 

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from achse.client import Client
     from achse.devices.system.routes import RouteEntry
 
-__all__ = ["hash_password", "register", "route"]
-
 _LIST, _REMOVE = 803, 802
 _LONGEST = 1024
 """Bytes read for one route; names and hosts have 255 at most."""

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from achse.gateway.gateway import Gateway
     from achse.web.server import WebServer
 
-__all__ = ["register"]
-
 
 def register(app: typer.Typer) -> None:
     """Add the command of this module to `app`."""

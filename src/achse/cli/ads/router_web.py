@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from achse.web.process_log import ProcessLog
     from achse.web.server import WebServer
 
-__all__ = ["router_web"]
-
 
 @contextlib.asynccontextmanager
 async def router_web(

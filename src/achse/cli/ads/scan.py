@@ -10,8 +10,6 @@ from achse.cli.failure import fail
 from achse.cli.output import print_json, print_table
 from achse.cli.target import Json
 
-__all__ = ["Udp", "register"]
-
 EVERYWHERE = ("127.0.0.1", "255.255.255.255")
 
 Udp = Annotated[int, typer.Option("--udp-port", min=1, max=65535, help="Where routers listen.")]

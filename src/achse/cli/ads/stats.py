@@ -13,8 +13,6 @@ from achse.codes.ports import ROUTER_PORT
 if TYPE_CHECKING:
     from achse.client import Client
 
-__all__ = ["register"]
-
 LONGEST = 1 << 20
 
 

@@ -19,18 +19,6 @@ if TYPE_CHECKING:
     from achse.cli.axes.nc import NcAxis
     from achse.client import Client
 
-__all__ = [
-    "NC_PORT",
-    "AxisName",
-    "Plot",
-    "SampleTime",
-    "axis",
-    "draw",
-    "report",
-    "show_state",
-    "watch_axis",
-]
-
 NC_PORT = 501
 
 axis = typer.Typer(no_args_is_help=True, help="Move and watch the axes of an NC.")
@@ -67,8 +55,9 @@ class Way(StrEnum):
 async def show_state(item: "NcAxis") -> None:
     """Print the state of one axis."""
     from achse.ams.errors import describe_code
-    from achse.cli.axes.nc import flag_names, motion_state
+    from achse.cli.axes.nc import motion_state
     from achse.client.nc.access import FULL_OVERRIDE
+    from achse.client.nc.status import flag_names
 
     online = await item.online()
 
@@ -90,7 +79,8 @@ async def show_state(item: "NcAxis") -> None:
 async def report(axes: Sequence["NcAxis"], in_json: bool) -> None:
     """Print a line per axis, in JSON its online structure."""
     from achse.ams.errors import describe_code
-    from achse.cli.axes.nc import flag_names, motion_state
+    from achse.cli.axes.nc import motion_state
+    from achse.client.nc.status import flag_names
 
     states = await asyncio.gather(*(item.online() for item in axes))
     if in_json:

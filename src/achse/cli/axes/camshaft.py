@@ -12,8 +12,6 @@ from achse.cli.target import Json, client_command
 if TYPE_CHECKING:
     from achse.client import Client
 
-__all__ = ["camshaft"]
-
 CAMSHAFT_PORT = 900
 
 _FIRST_WORD = ".configured_cams"

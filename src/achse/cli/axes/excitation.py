@@ -9,8 +9,6 @@ from achse.cli.axes.nc import NcAxis
 from achse.cli.output import decimal
 from achse.codes.axis import StateBit
 
-__all__ = ["Excitation", "ExcitationJudge"]
-
 
 class Excitation(NamedTuple):
     """A function by its name, with its arguments, and how many seconds of the axis' time it has."""

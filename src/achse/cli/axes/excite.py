@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from achse.cli.axes.nc import NcAxis
     from achse.client import Client
 
-__all__ = ["register"]
-
 FREQUENCIES = 20
 """Of a sweep."""
 

@@ -14,8 +14,6 @@ from achse.cli.target import Json, client_command
 if TYPE_CHECKING:
     from achse.client import Client
 
-__all__ = ["Joined", "JoinedBy", "register"]
-
 Master = Annotated[
     str, typer.Argument(metavar="MASTER", help="Id or name.", autocompletion=complete.axes)
 ]

@@ -9,8 +9,6 @@ from achse.cli.axes.nc import NcAxis
 from achse.cli.output import decimal
 from achse.codes.axis import HomingState, OperationModeBit, StateBit
 
-__all__ = ["Homing", "HomingJudge"]
-
 
 class Homing:
     """Homing as the reference mode of the axis says."""

@@ -15,8 +15,6 @@ from achse.cli.output import decimal
 from achse.codes import NcError
 from achse.codes.axis import MotionState, OperationModeBit, StartType, StateBit
 
-__all__ = ["Course", "Errand", "Judge", "Order", "Verdict", "follow", "own_velocity", "start"]
-
 ENDLESS = (StartType.ENDLESS_POSITIVE, StartType.ENDLESS_NEGATIVE)
 
 ACTIVE_WITHIN = 1.0

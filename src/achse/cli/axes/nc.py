@@ -10,11 +10,9 @@ from achse.client import Subscription, Target
 from achse.client.nc import AxisRefused, RemoteAxis, RemoteNc, UnknownAxis
 from achse.client.nc.controller import MAX_AXES
 from achse.client.nc.services import CYCLIC, named
-from achse.client.nc.status import flag_names, plc_open_state
+from achse.client.nc.status import plc_open_state
 from achse.codes import NcError
 from achse.iec.nearest import did_you_mean
-
-__all__ = ["NcAxis", "axes_of", "chosen", "flag_names", "motion_state"]
 
 
 def motion_state(state_dword: int) -> str:

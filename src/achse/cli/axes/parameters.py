@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from achse.client import Client
     from achse.client.nc import AxisRefused, AxisValue, RemoteAxis
 
-__all__ = ["register"]
-
 Element = Annotated[
     int, typer.Option(min=0, max=8, help="Which of its encoders, controllers and drives.")
 ]

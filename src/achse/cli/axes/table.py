@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from achse.cli.axes.table_files import Content
     from achse.client import Client
 
-__all__ = ["table"]
-
 table = typer.Typer(no_args_is_help=True, help="Cam tables and motion functions of an NC.")
 
 TableId = Annotated[int, typer.Argument(metavar="TABLE", min=1, max=4095, help="Its id.")]
@@ -106,8 +104,8 @@ async def _content(client: "Client", table_id: int) -> "Content":
 
 async def _show(client: "Client", number: int, in_json: bool) -> None:
     """Print the facts of a table, and its rows or points."""
-    from achse.cli.axes.table_files import NAMES
     from achse.client.nc import FunctionPoint
+    from achse.motion.tables.text import NAMES
 
     facts = await client.nc.table(number).facts()
     content = await _content(client, number)

@@ -9,15 +9,14 @@ from achse.cli.axes.table_files import Content
 from achse.cli.failure import fail
 from achse.cli.plot import Panel, plot
 from achse.client.nc import FunctionPoint
-from achse.motion.states import CamInterpolation, TableType
+from achse.codes.nc.choices import TableType
+from achse.motion.states import CamInterpolation
 from achse.motion.tables import MOTION_POINT, TableError, Tables
 from achse.motion.tables.memory import BEGIN, PERIOD, cam_values
 from achse.plot.figures import PictureError, PlotExtraMissing, Quantity, cam_demands
 
 if TYPE_CHECKING:
     from rich.text import Text
-
-__all__ = ["QUANTITIES", "Curve", "SlaveLimits", "Violation", "curve_of"]
 
 QUANTITIES = ("position", "velocity", "acceleration", "jerk")
 _UNITS = ("", "/s", "/s²", "/s³")

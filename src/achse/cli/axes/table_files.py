@@ -5,9 +5,7 @@ from pathlib import Path
 from achse.cli.failure import fail
 from achse.client.nc import FunctionPoint
 from achse.motion.tables.function import MotionPoint
-from achse.motion.tables.text import NAMES, TableContent, TableTextError, content_of, text_of
-
-__all__ = ["NAMES", "Content", "read_table", "written"]
+from achse.motion.tables.text import TableContent, TableTextError, content_of, text_of
 
 Content = list[tuple[float, float]] | list[FunctionPoint]
 """Rows of a cam, or points of a motion function."""

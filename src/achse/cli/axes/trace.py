@@ -9,8 +9,6 @@ from achse.cli.plot import Panel, plot
 if TYPE_CHECKING:
     from rich.text import Text
 
-__all__ = ["COLUMNS", "Trace"]
-
 COLUMNS = (
     "set_position",
     "actual_position",

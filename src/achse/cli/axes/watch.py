@@ -9,8 +9,6 @@ from achse.cli.axes.trace import Trace
 from achse.cli.output import decimal, on_terminal, print_json
 from achse.client import Sample
 
-__all__ = ["shown"]
-
 WINDOW = 10.0
 """Seconds of the axis that the picture shows."""
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from achse.client import Client
     from achse.client.target import Target
 
-__all__ = ["bus"]
-
 MASTER_PORT = 0xFFFF
 
 bus = typer.Typer(

@@ -12,8 +12,6 @@ from achse.cli.failure import in_json
 if TYPE_CHECKING:
     from achse.client.target import Target
 
-__all__ = ["progress_line", "read_file", "write_file"]
-
 _OPEN_READ, _OPEN_WRITE, _CLOSE, _READ, _WRITE, _PROGRESS = range(0xF401, 0xF407)
 _PART = 0x4000
 _LONGEST_S = 3600.0

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from achse.client import Client
     from achse.ethercat import Segment
 
-__all__ = ["register"]
-
 _LONGEST = 1 << 22
 
 

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from achse.drive.compiled import Bank
     from achse.ethercat import Segment
 
-__all__ = ["drive"]
-
 _MOST = 1000
 """Drives on one segment; beyond that station addresses and frames get short."""
 
@@ -126,7 +124,7 @@ def serve(
     Raw Ethernet needs the privilege CAP_NET_RAW; other interfaces are not touched.
     """
     from achse.ethercat import Slave
-    from achse.native.compiled import compiler_installed
+    from achse.native.backend.machine import compiler_installed
 
     if place is not None:
         option = "--udp" if ":" in place else "--interface"

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from achse.ethercat.master.scanning import FoundSlave
     from achse.ethercat.master.steps import Steps
 
-__all__ = ["register"]
-
 T = TypeVar("T")
 
 Interface = Annotated[

@@ -13,8 +13,6 @@ from achse.site.objects import access_text, object_cells, pdo_text
 if TYPE_CHECKING:
     from achse.drive.objects import ObjectRow
 
-__all__ = ["entry_of", "register"]
-
 _DIGITS = 4
 """Hexadecimal digits of an index."""
 

@@ -13,8 +13,6 @@ from achse.cli.target import STATION_PORT
 if TYPE_CHECKING:
     from achse.client import Client
 
-__all__ = ["access_served", "show_served"]
-
 _LONGEST = 1 << 20
 
 _STORE = 0x1010

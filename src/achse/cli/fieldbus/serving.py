@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from achse.station.slaves.control_port import ControlPort
     from achse.transport.ethernet import Link
 
-__all__ = ["CONTROL", "Fill", "control_place", "serving_command"]
-
 _PORT = 34980
 _ENDS = 2
 """A line has so many."""

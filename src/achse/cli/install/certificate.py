@@ -14,8 +14,6 @@ from achse.cli.target import Json
 if TYPE_CHECKING:
     from achse.client.links.secure_link import SecureTarget
 
-__all__ = ["connect_first", "register", "secure_target"]
-
 
 def register(app: typer.Typer) -> None:
     """Add the command of this module to `app`."""

@@ -15,9 +15,6 @@ from achse.cli.output import print_json
 from achse.cli.target import Json
 from achse.extras import needs_extra
 
-__all__ = ["register"]
-
-
 _INSTEAD = {
     "write": "'achse docs' writes the pages",
     "serve": "'achse docs --serve' shows the site",

@@ -13,8 +13,6 @@ from achse.cli.options import Sources
 from achse.cli.output import print_json
 from achse.cli.target import Json
 
-__all__ = ["export"]
-
 
 def export(
     sources: Sources,

@@ -9,8 +9,6 @@ import typer
 from achse.cli.failure import fail
 from achse.cli.files import write_file
 
-__all__ = ["register"]
-
 
 def register(app: typer.Typer) -> None:
     """Add the command of this module to `app`."""

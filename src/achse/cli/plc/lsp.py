@@ -7,8 +7,6 @@ import typer
 
 from achse.cli.failure import fail
 
-__all__ = ["register"]
-
 
 def register(app: typer.Typer) -> None:
     """Add the command of this module to `app`."""

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from achse.st.graphical.body import GraphicalBody
     from achse.st.syntax.parser import Parsed
 
-__all__ = ["draw"]
-
 _NO_BODY = "has no drawn body: expected one in LD, FBD, IL, SFC or CFC"
 
 

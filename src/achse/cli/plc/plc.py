@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from achse.client import Client
     from achse.dap.link import DebugLink
 
-__all__ = ["plc"]
-
 plc = typer.Typer(
     no_args_is_help=True,
     help="Debug the PLC programs of a running station; export the sources of one.",
@@ -271,7 +269,7 @@ async def reload(
     in_json: Json = False,
 ) -> None:
     """Online change: a running achse station reads its sources or symbol files again."""
-    from achse.devices.station import ONLINE_CHANGE
+    from achse.codes.station import ONLINE_CHANGE
 
     answer = await client.read_write_raw(ONLINE_CHANGE, plc, _LONGEST_ANSWER, b"")
     told = json.loads(answer)

@@ -4,8 +4,6 @@ from collections.abc import Iterable, Iterator
 from fnmatch import fnmatchcase
 from typing import Protocol, TypeVar
 
-__all__ = ["selected"]
-
 
 class Named(Protocol):
     """A symbol by its name and the name of its type."""

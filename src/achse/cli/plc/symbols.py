@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from achse.client import Client, Target
     from achse.st.symbolfiles import SymbolFile
 
-__all__ = ["register", "report_differences"]
-
 PLC_PORT = 851
 
 _ROOTS = {".tmc": b"<TcModuleClass", ".tpy": b"<PlcProjectInfo"}

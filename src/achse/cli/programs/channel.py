@@ -14,8 +14,6 @@ from achse.cli.target import Json, client_command
 if TYPE_CHECKING:
     from achse.client import Client
 
-__all__ = ["channel"]
-
 _PARAMETERS, _STATES, _FUNCTIONS, _CYCLIC = 0x2000, 0x2100, 0x2200, 0x2300
 _GROUP_FUNCTIONS, _GROUP_STATES = 0x3200, 0x3100
 _RING0_STATES = 0x1100

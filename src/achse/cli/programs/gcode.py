@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from achse.gcode.interpretation.machine_data import MachineData
     from achse.gcode.text.program import PartProgram
 
-__all__ = ["register"]
-
 
 def register(app: typer.Typer) -> None:
     """Add the command of this module to `app`."""

@@ -30,8 +30,6 @@ from achse.motion.path import (
     rapid_feed,
 )
 
-__all__ = ["ProgramTime", "run_commands"]
-
 CYCLE_TIME = 0.002
 """s, as the NC's by default."""
 MAX_TIME = 24 * 3600.0

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from achse.monitor.decode import Decoder, Exchange
     from achse.router.tap import Captured
 
-__all__ = ["TcpPort", "register", "run_until_ended"]
-
 PLC_PORT = 851
 FETCH_EVERY = 0.05
 FETCH_BYTES = 1 << 23

@@ -15,8 +15,6 @@ from achse.cli.target import Json
 if TYPE_CHECKING:
     from achse.monitor.recording import Recording
 
-__all__ = ["register"]
-
 Capture = Annotated[Path, typer.Argument(help="A capture: pcapng or pcap.")]
 Compared = Annotated[
     Path,

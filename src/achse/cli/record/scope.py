@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from achse.client.scope import RemoteScope
     from achse.scope.data import ScopeData
 
-__all__ = ["scope"]
-
 PLC_PORT = 851
 
 _RING = 10.0

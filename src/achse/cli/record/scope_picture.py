@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from achse.client.scope import ScopeRows
     from achse.scope.data import ScopeData, ScopeTrack
 
-__all__ = ["ScopePicture", "lines_of"]
-
 PANELS = 4
 """Curves above each other."""
 

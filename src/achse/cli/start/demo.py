@@ -20,8 +20,6 @@ from achse.cli.interrupts import INTERRUPTED, ending
 from achse.cli.output import on_terminal
 from achse.extras import needs_extra
 
-__all__ = ["STEPS", "DemoStep", "register"]
-
 
 class DemoStep(NamedTuple):
     """Something to see: what it is, the commands that do it, and its page in the browser."""

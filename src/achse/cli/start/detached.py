@@ -28,16 +28,6 @@ from achse.cli.output import print_json
 from achse.cli.target import ROUTER, Json
 from achse.transport.file_lock import lock_file
 
-__all__ = [
-    "DetachedStation",
-    "detached_stations",
-    "own_session",
-    "recorded",
-    "register",
-    "runtime_folder",
-    "start",
-]
-
 _RECORDS = "ACHSE_DETACHED"
 """Environment variable of a station that is to keep a record: the folder for it."""
 

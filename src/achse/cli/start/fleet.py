@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from achse.fleet.plan import FleetPlan
     from achse.fleet.supervisor import FleetSupervisor
 
-__all__ = ["fleet"]
-
 _LOOK_S = 0.05
 _REDRAW_S = 0.5
 _BROKER_WITHIN_S = 5.0

@@ -10,8 +10,6 @@ from achse.cli.failure import fail
 from achse.cli.output import print_json
 from achse.cli.target import Json
 
-__all__ = ["ExportKind", "FleetFile", "export"]
-
 
 class ExportKind(Enum):
     """Format of the export."""

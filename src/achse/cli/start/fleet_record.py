@@ -14,8 +14,6 @@ from achse.cli.failure import fail
 from achse.cli.start.detached import runtime_folder
 from achse.transport.file_lock import lock_file
 
-__all__ = ["FleetRecord", "fleet_logs", "fleet_recorded", "fleets", "the_fleet", "until_gone"]
-
 _TAKEN = "fleet-"
 
 

@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.table import Table
 
-__all__ = ["NUMBERS", "fleet_cells", "fleet_summary", "fleet_table"]
-
 _COLUMNS = (
     "name", "NetId", "pid", "core", "state", "cycle", "late", "memory", "axes", "errors",
     "partners", "restarts",

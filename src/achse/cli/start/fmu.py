@@ -10,8 +10,6 @@ from achse.cli.files import write_file
 from achse.cli.output import print_json
 from achse.cli.target import Json
 
-__all__ = ["register"]
-
 _SHOWN = 5
 
 

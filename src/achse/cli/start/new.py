@@ -19,18 +19,6 @@ from achse.extras import requirement_elsewhere
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-__all__ = [
-    "GITHUB",
-    "GITLAB",
-    "SCHEMA_FILE",
-    "PlcKind",
-    "Server",
-    "ci_recipe",
-    "commented",
-    "project",
-    "register",
-]
-
 SCHEMA_FILE = "station.schema.json"
 
 _WIDTH = 98
@@ -217,12 +205,14 @@ def _station(name: str, plc: PlcKind, axes: list[str]) -> Iterator[str]:
     """A station.toml: what it has, and as comments what else it could have."""
     from achse.station.configuration import plc as plc_keys
     from achse.station.configuration import station_file
+    from achse.station.configuration.limits import LimitsConfig
+    from achse.station.configuration.network import RouterConfig
 
     yield f"#:schema ./{SCHEMA_FILE}\n"
     yield "# A station of achse. Keys in comments have their default, if they have one.\n"
     yield "# `achse check station.toml` looks at it, `achse run station.toml` runs it.\n\n"
     yield f"name = {json.dumps(name, ensure_ascii=False)}\n"
-    yield from _table("[router]", station_file.RouterConfig)
+    yield from _table("[router]", RouterConfig)
     yield from _table("[system]", station_file.SystemConfig)
     yield from _table("[nc]", station_file.NcConfig)
     for number, axis in enumerate(axes, 1):
@@ -236,7 +226,7 @@ def _station(name: str, plc: PlcKind, axes: list[str]) -> Iterator[str]:
     if plc is not PlcKind.NONE:
         yield _SIGNALS
     yield "\n# How much clients may take:\n"
-    yield from _table("[limits]", station_file.LimitsConfig)
+    yield from _table("[limits]", LimitsConfig)
 
 
 def _axis(number: int, name: str, *, first: bool) -> Iterator[str]:

@@ -3,8 +3,6 @@
 import shlex
 from collections.abc import Sequence
 
-__all__ = ["next_steps"]
-
 _EVERYWHERE = {"0.0.0.0", "::"}
 
 

@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from achse.station import RunningStation, Station
     from achse.web.server import WebServer
 
-__all__ = ["load_station", "register"]
-
 log = logging.getLogger("achse.cli")
 
 

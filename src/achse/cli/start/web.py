@@ -22,16 +22,6 @@ if TYPE_CHECKING:
     from achse.web.settings import EditedProject, WebSettings
     from achse.web.watched import WatchedTarget
 
-__all__ = [
-    "DEFAULT_PORT",
-    "WebHost",
-    "WebPort",
-    "register",
-    "served_web",
-    "station_web",
-    "tell_web",
-]
-
 PLC_PORT = 851
 DEFAULT_PORT = 8080
 

@@ -10,8 +10,6 @@ from achse.cli.failure import fail
 from achse.cli.options import Library
 from achse.cli.target import Json
 
-__all__ = ["ReportFormat", "register"]
-
 
 class ReportFormat(StrEnum):
     """Form in which a check reports."""

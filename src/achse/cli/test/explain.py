@@ -9,8 +9,6 @@ from achse.cli.failure import fail
 from achse.cli.output import print_json, print_table
 from achse.cli.target import Json
 
-__all__ = ["register"]
-
 
 def register(app: typer.Typer) -> None:
     """Add the command of this module to `app`."""

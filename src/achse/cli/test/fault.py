@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from achse.client import Client
     from achse.faults.fault import FaultKinds
 
-__all__ = ["fault"]
-
 LONGEST_LIST = 1 << 20
 
 fault = typer.Typer(

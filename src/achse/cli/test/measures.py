@@ -11,15 +11,6 @@ import typer
 from achse.cli.failure import fail
 from achse.cli.files import write_file
 
-__all__ = [
-    "FailUnder",
-    "PlcTimeLimit",
-    "check_endings",
-    "reaches",
-    "without_log",
-    "write_reports",
-]
-
 FailUnder = Annotated[
     float | None,
     typer.Option(

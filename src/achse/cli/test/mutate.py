@@ -19,8 +19,6 @@ from achse.cli.test.measures import (
 if TYPE_CHECKING:
     from achse.tcunit.mutation.results import MutationRun
 
-__all__ = ["register"]
-
 
 def register(app: typer.Typer) -> None:
     """Add the command of this module to `app`."""

@@ -19,8 +19,6 @@ from achse.st.project import Project, examine_project
 from achse.st.typed.project import TypedProject
 from achse.st.workspace.findings import ProjectFindings, findings_of
 
-__all__ = ["check_project", "shown"]
-
 
 @dataclass(frozen=True, slots=True)
 class _Checked:

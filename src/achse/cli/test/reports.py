@@ -20,8 +20,6 @@ from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Diagnostic, printable
 from achse.tcunit.junit import xml_text
 
-__all__ = ["Finding", "Level", "github_lines", "junit_document", "path_of", "sarif_log"]
-
 _SCHEMA = (
     "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 )

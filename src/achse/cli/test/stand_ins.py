@@ -8,8 +8,6 @@ from achse.st.lexis.source import SourceError
 from achse.st.project import examine_project
 from achse.st.unknown import MissingNames, stand_ins
 
-__all__ = ["write_stand_ins"]
-
 
 def write_stand_ins(sources: Path, to: Path, libraries: list[Path], in_json: bool) -> None:
     """Write the declarations to a folder, over no file that is there."""

@@ -11,8 +11,6 @@ from achse.cli.test.trial import TrialResult, try_runtime
 from achse.devices.plc import PlcDevice
 from achse.station import Station
 
-__all__ = ["check_station"]
-
 
 def check_station(file: Path, as_json: bool = False) -> None:
     """Validate a station.toml, and run the first cycles of its PLCs in virtual time.

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from achse.swarm.outcome import BrokenInvariant
     from achse.swarm.worlds.world import Act
 
-__all__ = ["register"]
-
 _RUNS = 10
 _SHRINKING_S = 120.0
 _MOST_PLAYED = 100_000

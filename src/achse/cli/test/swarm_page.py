@@ -10,8 +10,6 @@ from importlib.resources import files
 
 from achse.swarm.track import Track
 
-__all__ = ["page_of"]
-
 _QUANTITIES = ("position", "velocity", "acceleration")
 
 _PAGE = """<!doctype html>

@@ -15,8 +15,6 @@ from achse.cli.target import Json
 if TYPE_CHECKING:
     from achse.sweeps import Sweep
 
-__all__ = ["register"]
-
 _MOST_ROWS = 40
 """Of the summary; the file has all."""
 

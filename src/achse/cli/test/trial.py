@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from achse.st.project import Project
     from achse.st.typed.project import TypedProject
 
-__all__ = ["TrialResult", "try_project", "try_runtime"]
-
 _CYCLES = 3
 """Cycles of the fastest task; a much slower one runs its first."""
 

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from achse.plc.coverage.results import CoverageResult
     from achse.tcunit import TestRun, UnitTest
 
-__all__ = ["register"]
-
 
 def register(app: typer.Typer) -> None:
     """Add the command of this module to `app`."""

@@ -9,8 +9,6 @@ from achse.st.files.files import files_below
 from achse.st.lexis.source import Diagnostic, SourceError
 from achse.st.workspace import Extent, Workspace
 
-__all__ = ["watch_project"]
-
 Stamps = Mapping[Path, tuple[int, int]]
 
 LOOK_AGAIN_S = 0.5

@@ -23,23 +23,6 @@ from achse.router import LOOPBACK_NET_ID, Router
 from achse.transport.connections.caller import Caller
 from achse.transport.tcp.listener import TCP_PORT
 
-__all__ = [
-    "ANSWER_TIME",
-    "GRANT_TIME",
-    "ClientLink",
-    "Dialer",
-    "LinkMode",
-    "LinkUser",
-    "Mode",
-    "Onlooker",
-    "RouterDialer",
-    "RouterLink",
-    "TcpDialer",
-    "TcpLink",
-    "address_of",
-    "net_id_of",
-]
-
 log = logging.getLogger("achse.client")
 
 Mode = Literal["auto", "router", "direct"]

@@ -15,8 +15,6 @@ from achse.router import FIRST_CLIENT_PORT
 from achse.transport.mqtt.network import MqttNetwork, MqttSettings, Session
 from achse.transport.mqtt.unanswered import Unanswered
 
-__all__ = ["MqttDialer", "MqttLink", "routers_of"]
-
 JOIN_TIME = 10.0
 """Seconds that the broker has to let us in."""
 

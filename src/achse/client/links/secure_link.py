@@ -16,8 +16,6 @@ from achse.transport.secure.channel import Credentials, SecureClient
 from achse.transport.secure.own_certificate import OwnCertificate
 from achse.transport.secure.tls import ClientTls
 
-__all__ = ["SECURE_SCHEME", "SecureDialer", "SecureTarget", "SecureTargetError", "own_folder"]
-
 SECURE_SCHEME = "secure://"
 """Prefix of the name of a target that is reached by Secure ADS."""
 

@@ -12,8 +12,6 @@ from achse.router import FIRST_CLIENT_PORT, LOOPBACK_NET_ID
 from achse.transport.serial.carrier import SerialCarrier
 from achse.transport.serial.port import SerialPort, open_serial_port
 
-__all__ = ["OUR_NET_ID", "SerialDialer", "SerialLink"]
-
 log = logging.getLogger("achse.client")
 
 OUR_NET_ID = NetId("127.0.0.1.1.2")

@@ -21,8 +21,6 @@ from achse.client.session.subscription import Subscription, Timing, VariableLoca
 from achse.client.target import SendWhen, Target, transmission_mode
 from achse.iec import DINT, LINT, LREAL, UDINT, UINT, USINT, IecType
 
-__all__ = ["FULL_OVERRIDE", "SAMPLE_TIME", "AxisAccess"]
-
 V = TypeVar("V")
 
 SAMPLE_TIME = 0.01

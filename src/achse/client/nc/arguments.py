@@ -6,8 +6,6 @@ from typing import SupportsFloat, SupportsIndex, TypeVar
 
 from achse.codes.axis import BufferMode
 
-__all__ = ["buffer_mode", "choice", "real", "seconds"]
-
 V = TypeVar("V")
 
 _LONGEST = 1e9

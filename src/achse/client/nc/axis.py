@@ -27,8 +27,6 @@ from achse.client.nc.status import AxisStatus
 from achse.codes.axis import ActualPositionType, BufferMode, ControlBit, JogType, StartType
 from achse.codes.station import MISSING_CONDITION, SERVICE_PORT
 
-__all__ = ["Direction", "JogSpeed", "ModuloWay", "Move", "RemoteAxis"]
-
 Direction = Literal["+", "-"]
 ModuloWay = Literal["shortest", "+", "-"]
 JogSpeed = Literal["slow", "fast", "rapid"]

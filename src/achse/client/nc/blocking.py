@@ -16,8 +16,6 @@ from achse.client.nc.blocking_tables import RemoteTable
 from achse.client.nc.status import AxisStatus
 from achse.client.wrapper import ContextWrapper, Wrapper, blocking, wrapping
 
-__all__ = ["AxisTrace", "AxisValue", "AxisValues", "Move", "RemoteAxis", "RemoteNc"]
-
 
 class Move(Wrapper[axis.Move]):
     """A command that the NC accepted; see `achse.client.nc.Move`."""

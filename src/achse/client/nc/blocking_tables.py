@@ -5,8 +5,6 @@ from achse.client.nc import tables
 from achse.client.nc.tables import TableFacts, TableKind
 from achse.client.wrapper import Wrapper, blocking
 
-__all__ = ["RemoteTable"]
-
 _SHOWN_ROWS = 20_000
 
 

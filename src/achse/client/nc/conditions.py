@@ -7,8 +7,6 @@ from achse.client.nc.moves import failure_of
 from achse.client.nc.status import AxisStatus, PlcOpenState
 from achse.codes.axis import StateBit
 
-__all__ = ["CONDITIONS", "AxisCondition", "ConditionJudge", "condition_of"]
-
 AxisCondition = str | PlcOpenState | StateBit | Callable[[AxisStatus], object]
 
 CONDITIONS: dict[str, Callable[[AxisStatus], bool]] = {

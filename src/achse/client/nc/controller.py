@@ -12,8 +12,6 @@ from achse.client.nc.tables import RemoteTable
 if TYPE_CHECKING:
     from achse.client.target import Target
 
-__all__ = ["MAX_AXES", "MOST_TABLES", "RemoteNc"]
-
 MAX_AXES = 255
 
 MOST_TABLES = 255

@@ -16,8 +16,6 @@ from achse.client.nc.tables import RemoteTable
 if TYPE_CHECKING:
     from achse.client.nc.axis import RemoteAxis
 
-__all__ = ["AfterCoupling", "AxisCouplings", "CouplingState", "Interpolation"]
-
 Interpolation = Literal["linear", "four points", "spline", "local"]
 AfterCoupling = Literal["go on", "stop", "stop oriented", "new velocity", "new position", "at once"]
 

@@ -13,16 +13,6 @@ AdsError
 from achse.ams import DeviceError
 from achse.ams.errors import CodedError, describe_code
 
-__all__ = [
-    "AxisAborted",
-    "AxisDisabled",
-    "AxisError",
-    "AxisFailed",
-    "AxisRefused",
-    "AxisTimeout",
-    "UnknownAxis",
-]
-
 
 class AxisError(CodedError):
     """An axis did not do what it was asked to.

@@ -13,18 +13,6 @@ from achse.client.nc.status import AxisStatus
 from achse.codes import NcError
 from achse.codes.axis import MotionState, StateBit
 
-__all__ = [
-    "ACTIVE_WITHIN",
-    "SETTLED_WITHIN",
-    "STALLED_AFTER",
-    "CommandJudge",
-    "EnableJudge",
-    "MotionJudge",
-    "ReferencingJudge",
-    "RestJudge",
-    "failure_of",
-]
-
 ACTIVE_WITHIN = 1.0
 """Seconds of the controller's time until an accepted command must be the active one, or wait."""
 

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from achse.client.nc.access import AxisAccess
     from achse.client.target import Target
 
-__all__ = ["AxisValue", "AxisValues"]
-
 
 class AxisValue:
     """One parameter or state of an axis: await it for its value, or `read` and `write` it."""

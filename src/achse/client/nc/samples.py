@@ -19,9 +19,7 @@ from achse.client.session.raw import RawTarget
 from achse.client.session.session import Advance
 from achse.client.session.subscription import Subscription, Timing, VariableLocation
 from achse.codes import ReturnCode
-from achse.iec.typetable import OpaqueType
-
-__all__ = ["AxisTrace", "StatusReader"]
+from achse.iec.derived import OpaqueType
 
 TICKS_PER_SECOND = 10_000_000
 """A time stamp counts 100 ns."""

@@ -18,21 +18,6 @@ from achse.ams import DecodeError
 from achse.codes.nc.row import RW, WRITE, NcRow, struct_of
 from achse.codes.nc.table import named_rows, rows_of
 
-__all__ = [
-    "AXIS_IDS",
-    "CYCLIC",
-    "FUNCTIONS",
-    "PARAMETERS",
-    "RING0_STATES",
-    "STATES",
-    "NcLayout",
-    "NcService",
-    "UnknownService",
-    "named",
-    "nearest_service",
-    "services",
-]
-
 PARAMETERS, STATES, FUNCTIONS, CYCLIC = 0x4000, 0x4100, 0x4200, 0x4300
 """Index groups; the id of the axis is added."""
 

@@ -10,8 +10,6 @@ from typing import Any
 
 from achse.codes.axis import HomingState, MotionState, OperationModeBit, StateBit
 
-__all__ = ["STEADY_STATES", "AxisStatus", "PlcOpenState", "flag_names", "plc_open_state"]
-
 
 class PlcOpenState(Enum):
     """State of an axis as PLCopen names it."""

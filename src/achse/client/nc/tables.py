@@ -14,8 +14,6 @@ from achse.client.nc.arguments import real
 if TYPE_CHECKING:
     from achse.client.target import Target
 
-__all__ = ["FunctionPoint", "RemoteTable", "TableFacts", "TableKind", "TableValues"]
-
 _PARAMETERS, _STATES, _FUNCTIONS = 0xA000, 0xA100, 0xA200
 _NAME, _FACTS, _ROWS, _POINTS, _LAST = 0x02, (0x01, 0x03, 0x04, 0x10, 0x11), 1 << 24, 5 << 24, 0xFF
 _USERS, _VALUES, _CHARACTERISTIC = 0x0A, 0x23, 0x50

@@ -4,8 +4,6 @@ from abc import ABC, abstractmethod
 from types import TracebackType
 from typing import Self
 
-__all__ = ["ClosedByBlock"]
-
 
 class ClosedByBlock(ABC):
     """An object that `async with` closes, however the block ends."""

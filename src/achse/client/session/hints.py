@@ -9,8 +9,6 @@ from achse.iec.nearest import did_you_mean
 from achse.iec.paths import PathMember, PathMethod, follow, parse_path
 from achse.iec.symbols import SymbolEntry, fold
 
-__all__ = ["hint_for", "hint_inside"]
-
 _SHOWN = 4
 
 

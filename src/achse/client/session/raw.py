@@ -27,8 +27,6 @@ from achse.client.session.sums import (
 )
 from achse.codes import PlcGroup, ReservedGroup, ReturnCode
 
-__all__ = ["AREAS", "NOT_OFFERED", "STALE", "DeviceInfo", "DeviceState", "RawTarget"]
-
 _INFO = int(Command.READ_DEVICE_INFO)
 _READ = int(Command.READ)
 _WRITE = int(Command.WRITE)

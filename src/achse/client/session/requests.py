@@ -17,8 +17,6 @@ from achse.ams.commands import (
     decode_request,
 )
 
-__all__ = ["Requests", "Waiter", "describe_request"]
-
 
 class Waiter(Protocol):
     """Receiver of an answer; an `asyncio.Future` is one."""

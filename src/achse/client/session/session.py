@@ -29,17 +29,6 @@ from achse.client.session.requests import Requests, describe_request
 from achse.codes import ReturnCode
 from achse.transport.reason import reason
 
-__all__ = [
-    "DEFAULT_BACKOFF",
-    "MAX_DISOWNED",
-    "NOBODY_LISTENS",
-    "Advance",
-    "Backoff",
-    "Listener",
-    "Renewable",
-    "Session",
-]
-
 log = logging.getLogger("achse.client")
 
 NOBODY_LISTENS = "; start a station with `achse run --detach`, or name another host and port"

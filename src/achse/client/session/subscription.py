@@ -29,8 +29,6 @@ from achse.client.session.sums import Outcome
 from achse.codes import ReturnCode
 from achse.iec import IecDecodeError, IecType
 
-__all__ = ["Sample", "Subscription", "Timing", "VariableLocation"]
-
 _PASSING = frozenset(
     code.number
     for code in (

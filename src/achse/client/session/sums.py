@@ -22,18 +22,6 @@ from achse.ams.commands import (
 )
 from achse.codes import ReservedGroup
 
-__all__ = [
-    "MAX_BYTES",
-    "MAX_PARTS",
-    "Outcome",
-    "Part",
-    "batches",
-    "command_of",
-    "outcome",
-    "sum_of",
-    "unpack",
-]
-
 MAX_PARTS = 500
 """The limit the manuals give (003)."""
 

@@ -33,8 +33,6 @@ from achse.iec.symbols import SymbolEntry, UploadFlag, UploadInfo, decode_symbol
 from achse.iec.text import Coding, decode_text, encode_text
 from achse.iec.typetable import TypeTable
 
-__all__ = ["SymbolBook"]
-
 _ENTRY_LENGTH = 0xFFFF
 _TYPE_LENGTH = 0xF_FFFF
 _HEAD = struct.Struct("<IIIIIHHHHH")

@@ -2,29 +2,6 @@
 
 from enum import IntEnum
 
-__all__ = [
-    "AxisType",
-    "CharacteristicInterpolation",
-    "ControllerType",
-    "DeadTimeCompensation",
-    "DriveType",
-    "EncoderEvaluationDirection",
-    "EncoderMode",
-    "EncoderReferenceSystem",
-    "EncoderSignInterpretation",
-    "EncoderType",
-    "HomingSensorSource",
-    "MotionPhase",
-    "ObserverMode",
-    "OutputFilter",
-    "OverrideType",
-    "ReferenceMode",
-    "SignalType",
-    "StepperMode",
-    "TableSubType",
-    "TableType",
-]
-
 
 class OverrideType(IntEnum):
     """Reference of 100 % override: the velocity the move would reach, or the commanded one."""

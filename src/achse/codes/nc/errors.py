@@ -10,8 +10,6 @@ from collections.abc import Mapping
 from enum import IntEnum
 from functools import cache
 
-__all__ = ["NcError"]
-
 
 class NcError(IntEnum):
     """One row of the NC error table: a member is its number, which kernels store."""

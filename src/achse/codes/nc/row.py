@@ -14,18 +14,6 @@ from enum import IntEnum
 from functools import cache
 from typing import NamedTuple
 
-__all__ = [
-    "READ",
-    "READ_WRITE",
-    "RW",
-    "WRITE",
-    "NcRow",
-    "at_axis",
-    "by_name",
-    "of_elements",
-    "struct_of",
-]
-
 READ, WRITE = "R", "W"
 RW = "R W"
 """Readable and writable."""

@@ -8,17 +8,6 @@ and its successor; the structure of TwinCAT 2 is packed, has fewer members and t
 from collections.abc import Iterable
 from typing import NamedTuple
 
-__all__ = [
-    "FROM_PLC",
-    "NC_TO_PLC_STRUCTURE",
-    "ONLINE_STRUCTURE",
-    "ONLINE_TC2",
-    "ONLINE_TC3",
-    "TO_PLC",
-    "TO_PLC_TC2",
-    "StructureMember",
-]
-
 
 class StructureMember(NamedTuple):
     """A member of a structure: its name, its IEC type, the value it shows; no value: zeros."""

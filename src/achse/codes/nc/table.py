@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 from achse.codes.nc.row import NcRow, by_name
 
-__all__ = ["GROUPS", "RowGroup", "every_row", "named_rows", "rows_of"]
-
 
 class RowGroup(NamedTuple):
     """Place of the rows of an index group: module, name in it, clause of the manual."""

@@ -4,8 +4,6 @@ The manuals mark them as reserved, internal or not implemented, or they are anot
 the same offset.
 """
 
-__all__ = ["OF_AXES", "OF_CHANNELS_AND_GROUPS"]
-
 OF_AXES = {
     "a longer form of the row at the same offset: told by length": (
         (0x4000, 0x31, "R", "hardware_ams_address_extended"),

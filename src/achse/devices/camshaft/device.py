@@ -10,8 +10,6 @@ from achse.devices.camshaft.served import ServedCamshaft
 from achse.devices.camshaft.symbols import CamSymbols
 from achse.server import AreaGroup, Device, Group, IndexGroup, ObjectGroup
 
-__all__ = ["CAMSHAFT_PORT", "IMAGE_STEP", "CamshaftDevice"]
-
 CAMSHAFT_PORT = 900
 """The AMS port (000 §5.5)."""
 

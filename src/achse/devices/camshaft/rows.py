@@ -22,8 +22,6 @@ from achse.devices.camshaft.served import ServedCam, ServedCamshaft
 from achse.server import READ, WRITE, Layout, Service
 from achse.server.rows import Codecs
 
-__all__ = ["CAM_ROWS", "CONTROLLER_ROWS", "ENCODER_ROWS", "codec_of"]
-
 _SOURCE = "000 §5.5.2"
 
 

@@ -9,8 +9,6 @@ from achse.camshaft.image import INPUTS, OUTPUTS
 from achse.camshaft.parameters import CamParameterError
 from achse.codes import ReturnCode
 
-__all__ = ["ServedCam", "ServedCamshaft"]
-
 
 class ServedCamshaft:
     """A controller behind the services. `wake()` is called before anyone looks at it: a controller

@@ -17,8 +17,6 @@ from achse.devices.value_symbols import ValueSymbol, ValueSymbols
 from achse.iec import BOOL, DINT, UDINT, USINT, IecType
 from achse.server import READ, WRITE, Service
 
-__all__ = ["CamSymbols"]
-
 _WORD = 4
 _TASK = 1
 

@@ -12,8 +12,6 @@ from achse.devices.io.slave_net import SlaveNet
 from achse.router import Router
 from achse.server import Device
 
-__all__ = ["AttachedBuses"]
-
 
 class AttachedBuses:
     """`devices` of the buses, attached at `router` until `close`; `share(device)` is called for

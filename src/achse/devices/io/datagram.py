@@ -8,8 +8,6 @@ from achse.ethercat import Datagram
 from achse.ethercat.frame import MAX_FRAME
 from achse.ethercat.master.steps import Steps, Trip
 
-__all__ = ["decode_datagram", "encode_datagram", "send_datagram"]
-
 _HEAD = struct.Struct("<BBIHH")
 _COUNTER = 2
 _LENGTH = 0x07FF

@@ -25,8 +25,6 @@ from achse.server import (
     Service,
 )
 
-__all__ = ["BUS_ROWS", "IO_PORT", "IO_ROWS", "IoDevice"]
-
 IO_PORT = 300
 """The AMS port of the I/O server."""
 

@@ -2,8 +2,6 @@
 
 from enum import IntEnum
 
-__all__ = ["IoGroup", "MasterGroup", "SlaveGroup"]
-
 
 class IoGroup(IntEnum):
     """Groups at port 300; the group of one device is `DEVICES` + its id."""

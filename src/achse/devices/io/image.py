@@ -30,8 +30,6 @@ from achse.iec import (
     IecType,
 )
 
-__all__ = ["INPUT_BASE", "OUTPUT_BASE", "BusImage", "ImageVariable", "distinct"]
-
 INPUT_BASE, OUTPUT_BASE = 0x1F400, 0x3E800
 """Byte offsets of the inputs and outputs in their index groups."""
 

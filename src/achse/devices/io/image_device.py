@@ -12,8 +12,6 @@ from achse.devices.io.served import ServedBus
 from achse.devices.value_symbols import ValueSymbol, ValueSymbols
 from achse.server import AreaGroup, Device, IndexGroup
 
-__all__ = ["IMAGE_PORT", "BusImageDevice", "ImageSymbols"]
-
 IMAGE_PORT = 27904
 """0x6D00; the image of device n answers at this + n."""
 

@@ -10,8 +10,6 @@ from achse.ethercat.master import BusError, BusJob, Master
 from achse.ethercat.master.steps import Steps
 from achse.server.deferred import Answer, Deferred
 
-__all__ = ["MAX_WAITING", "answer_later"]
-
 MAX_WAITING = 256
 """Requests to one bus under way at a time; more are refused as busy."""
 

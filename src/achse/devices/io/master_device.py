@@ -13,8 +13,6 @@ from achse.devices.io.master_rows import MANUAL, MASTER_ROWS, MasterRow
 from achse.devices.io.served import ServedBus
 from achse.server import Device, IndexGroup, RawGroup
 
-__all__ = ["BusMasterDevice"]
-
 _COMPLETE = 0x0100
 _LAST_OBJECT = 0xFFFF_FFFF
 

@@ -9,8 +9,6 @@ from achse.codes import ReturnCode
 from achse.devices.io.served import ServedBus
 from achse.ethercat.master import BusSlave
 
-__all__ = ["MasterObjects", "MasterValue"]
-
 _CONFIGURED, _FOUND, _DIAGNOSIS = 0x8000, 0x9000, 0xA000
 _SLAVES = 0x1000
 """Objects of each kind."""

@@ -13,8 +13,6 @@ from achse.codes import AlState, ReturnCode
 from achse.devices.io.groups import MasterGroup
 from achse.devices.io.served import ServedBus
 
-__all__ = ["MANUAL", "MASTER_ROWS", "MasterRow"]
-
 MANUAL = "TwinCAT System Service, EtherCAT master"
 """Source of the groups."""
 

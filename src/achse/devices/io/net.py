@@ -6,8 +6,6 @@ from achse.ams import AmsAddress, Command, Endpoint, Frame, NetId, RouterError
 from achse.codes import ReturnCode
 from achse.router import Router
 
-__all__ = ["BusNet"]
-
 
 class BusNet:
     """Ports at another NetId than the router's; devices attach here as they would there.

@@ -23,19 +23,6 @@ from achse.ethercat.master.errors import (
 from achse.ethercat.master.foe_client import FoeRefusal
 from achse.ethercat.master.topology import build_tree
 
-__all__ = [
-    "ETHERCAT_DEVICE",
-    "MASTER_PORT",
-    "BusWay",
-    "DevStateBit",
-    "DeviceStateBit",
-    "LinkBit",
-    "ServedBus",
-    "TripFigures",
-    "bus_error",
-    "default_net_id",
-]
-
 ETHERCAT_DEVICE = 111
 """Device type of an EtherCAT master; 94 is what a 2.10 system tells in direct mode."""
 

@@ -27,8 +27,6 @@ from achse.ethercat.master.voe_client import VendorMessage, VoeClient
 from achse.ethercat.pdo_service import RX_PDO, TX_PDO
 from achse.server import Device, IndexGroup, RawGroup
 
-__all__ = ["BusSlaveDevice"]
-
 _COMPLETE, _LONG = 0x0100, 0x0200
 """Bits of an offset: the whole object; ten times the time."""
 _PATIENCE = 10

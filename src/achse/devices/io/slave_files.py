@@ -19,8 +19,6 @@ from achse.ethercat.master.mailbox_client import MailboxClient
 from achse.ethercat.master.steps import Steps
 from achse.server import IndexGroup, RawGroup
 
-__all__ = ["SlaveFiles"]
-
 _MOST_OPEN = 8
 """Files of one slave that are open at a time, for all clients."""
 _LONGEST_NAME = 255

@@ -14,8 +14,6 @@ from achse.ethercat.master import BusError, BusJob, BusSlave
 from achse.ethercat.master.aoe_client import AoeClient
 from achse.router import Router
 
-__all__ = ["SlaveNet"]
-
 _U32 = 0xFFFF_FFFF
 
 

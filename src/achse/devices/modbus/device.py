@@ -26,8 +26,6 @@ from achse.server import Device, RawGroup
 from achse.server.deferred import Answer, Deferred
 from achse.transport.modbus import ModbusAnswerError, ModbusBusyError, ModbusLines, ModbusPeer
 
-__all__ = ["MODBUS_PORT", "REQUESTS", "ModbusDevice"]
-
 MODBUS_PORT = 10_500
 REQUESTS = 1
 """Index group of requests; offset 0 goes by TCP, 1 by UDP."""

@@ -8,8 +8,6 @@ V1.1b3, section 6.
 import struct
 from typing import NamedTuple
 
-__all__ = ["ModbusRefusal", "Query", "answer_data", "request_pdu", "swapped"]
-
 _WORDS = struct.Struct(">BHH")
 _WRITE = struct.Struct(">BHHB")
 _READ_WRITE = struct.Struct(">BHHHHB")

@@ -11,8 +11,6 @@ from achse.codes.nc.unserved import OF_AXES, OF_CHANNELS_AND_GROUPS
 from achse.devices.nc.device import AXIS_GROUPS
 from achse.server import RowFacts
 
-__all__ = ["CONSTANT", "UNSERVED", "WITHOUT_EFFECT", "Covered", "coverage"]
-
 
 class Covered(NamedTuple):
     """A service of the manual and what comes of it; ids and numbers are those of the first."""

@@ -24,8 +24,6 @@ from achse.motion.axis import ObjectAxis
 from achse.motion.parts import VIEWS, AxisPart
 from achse.server import Device, Group, IndexGroup, ObjectGroup, Service
 
-__all__ = ["AXIS_GROUPS", "RING0_GROUPS", "NcDevice"]
-
 RING0_GROUPS: tuple[tuple[int, tuple[Service, ...]], ...] = (
     (0x1000, RING0_PARAMETERS),
     (0x1100, RING0_STATES),

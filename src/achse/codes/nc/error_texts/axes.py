@@ -1,7 +1,5 @@
 """Meanings of NC errors of axes, encoders, controllers and drives. Source: 002."""
 
-__all__ = ["TEXTS"]
-
 TEXTS = {
     # axis
     "AXIS_ID_INVALID": "Axis id invalid.",

@@ -1,7 +1,5 @@
 """Meanings of NC errors general, of channels and their interpreter. Source: 002."""
 
-__all__ = ["TEXTS"]
-
 TEXTS = {
     # general
     "INTERNAL_ERROR": "Internal fault of the NC kernel.",

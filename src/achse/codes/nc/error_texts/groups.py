@@ -1,7 +1,5 @@
 """Meanings of NC errors of groups: set points, coupling, path; of transformations. Source: 002."""
 
-__all__ = ["TEXTS"]
-
 TEXTS = {
     # group: set-point generation, coupling, interpolation
     "GROUP_ID_RANGE": "Group id invalid (1..255).",

@@ -1,7 +1,5 @@
 """Meanings of NC errors of cam tables, and of PLC library blocks. Source: 002."""
 
-__all__ = ["TEXTS"]
-
 TEXTS = {
     # cam table
     "TABLE_ID_RANGE": "Table id invalid (1..255).",

@@ -4,8 +4,6 @@ from achse.codes.axis import MotionState, OperationModeBit, StateBit
 from achse.codes.nc.row import READ, RW, NcRow, of_elements
 from achse.codes.nc.structures import NC_TO_PLC_STRUCTURE
 
-__all__ = ["AXIS_CYCLIC"]
-
 AXIS_CYCLIC = (
     *of_elements(
         NcRow(

@@ -2,8 +2,6 @@
 
 from achse.codes.nc.row import READ_WRITE, WRITE, NcRow, of_elements
 
-__all__ = ["AXIS_FUNCTIONS"]
-
 _UNIVERSAL_START = (
     "{start_type:UINT32; control_mask:UINT32; end_position:REAL64; velocity:REAL64; "
     "acceleration:REAL64; deceleration:REAL64; jerk:REAL64; buffer_mode:UINT32; "

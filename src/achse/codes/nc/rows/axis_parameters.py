@@ -6,8 +6,6 @@ from achse.codes.nc.rows.controller import CONTROLLER_PARAMETERS
 from achse.codes.nc.rows.drive import DRIVE_PARAMETERS
 from achse.codes.nc.rows.encoder import ENCODER_PARAMETERS
 
-__all__ = ["AXIS_PARAMETERS"]
-
 _NOT_SHOWN = {
     "encoder": {0x18, 0x20, 0x21, 0x22, 0x109},
     "controller": {0x21},

@@ -7,8 +7,6 @@ from achse.codes.nc.rows.drive import DRIVE_STATES
 from achse.codes.nc.rows.encoder import ENCODER_STATES
 from achse.codes.nc.structures import ONLINE_STRUCTURE
 
-__all__ = ["AXIS_STATES"]
-
 _NOT_SHOWN = {
     "encoder": {0x01, 0x0C, 0x0D, 0x0E, 0x13, 0x16, *range(0x200, 0x214)},
     "controller": {0x0E, 0x10F, *range(0x250, 0x257)},

@@ -2,8 +2,6 @@
 
 from achse.codes.nc.row import READ, READ_WRITE, RW, WRITE, NcRow
 
-__all__ = ["CHANNEL_CYCLIC", "CHANNEL_FUNCTIONS", "CHANNEL_PARAMETERS", "CHANNEL_STATES"]
-
 CHANNEL_PARAMETERS = (
     NcRow(0x01, "channel_id", READ, "UINT32", "1", "id of the channel"),
     NcRow(0x02, "channel_name", READ, "STRING[31]", "1", "name of the channel"),

@@ -3,8 +3,6 @@
 from achse.codes.nc.choices import ControllerType, ObserverMode
 from achse.codes.nc.row import READ, RW, NcRow
 
-__all__ = ["CONTROLLER_PARAMETERS", "CONTROLLER_STATES"]
-
 CONTROLLER_PARAMETERS = (
     NcRow(0x01, "controller_id", READ, "UINT32", "1", "id of the controller"),
     NcRow(0x02, "controller_name", READ, "STRING[31]", "", "name"),

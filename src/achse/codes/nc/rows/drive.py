@@ -8,8 +8,6 @@ from achse.codes.nc.choices import (
 )
 from achse.codes.nc.row import READ, READ_WRITE, RW, WRITE, NcRow
 
-__all__ = ["DRIVE_CYCLIC", "DRIVE_FUNCTIONS", "DRIVE_PARAMETERS", "DRIVE_STATES"]
-
 DRIVE_PARAMETERS = (
     NcRow(0x01, "drive_id", READ, "UINT32", "1", "id of the drive"),
     NcRow(0x02, "drive_name", READ, "STRING[31]", "", "name"),

@@ -12,8 +12,6 @@ from achse.codes.nc.choices import (
 )
 from achse.codes.nc.row import READ, READ_WRITE, RW, WRITE, NcRow
 
-__all__ = ["ENCODER_CYCLIC", "ENCODER_FUNCTIONS", "ENCODER_PARAMETERS", "ENCODER_STATES"]
-
 ENCODER_PARAMETERS = (
     NcRow(0x01, "encoder_id", READ, "UINT32", "1", "id of the encoder"),
     NcRow(0x02, "encoder_name", READ, "STRING[31]", "", "name"),

@@ -3,8 +3,6 @@
 from achse.codes.nc.row import READ, READ_WRITE, RW, WRITE, NcRow, by_name
 from achse.codes.nc.rows.axis_functions import AXIS_FUNCTIONS
 
-__all__ = ["GROUP_FUNCTIONS", "GROUP_PARAMETERS", "GROUP_STATES"]
-
 _FIRST_OF_AXIS = 0x100
 
 OF_SINGLE_AXES = frozenset(

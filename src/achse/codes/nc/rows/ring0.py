@@ -2,8 +2,6 @@
 
 from achse.codes.nc.row import READ, RW, WRITE, NcRow
 
-__all__ = ["RING0_FUNCTIONS", "RING0_PARAMETERS", "RING0_STATES"]
-
 RING0_PARAMETERS = (
     NcRow(0x10, "saf_cycle_time", READ, "UINT32", "100 ns", "cycle time of the set-point task"),
     NcRow(

@@ -3,8 +3,6 @@
 from achse.codes.nc.choices import TableSubType, TableType
 from achse.codes.nc.row import READ, READ_WRITE, RW, WRITE, NcRow
 
-__all__ = ["TABLE_FUNCTIONS", "TABLE_PARAMETERS", "TABLE_STATES"]
-
 TABLE_PARAMETERS = (
     NcRow(0x01, "table_id", READ, "UINT32", "1", "id of the table"),
     NcRow(0x02, "table_name", READ, "STRING[31]", "", "name"),

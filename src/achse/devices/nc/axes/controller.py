@@ -8,13 +8,11 @@ from functools import partial
 from operator import attrgetter
 
 from achse.codes import NcError
+from achse.codes.nc.choices import ControllerType
 from achse.codes.nc.table import named_rows
 from achse.devices.nc import rows
 from achse.devices.nc.rows import bound, error_state
 from achse.motion.parts import AxisController
-from achse.motion.states import ControllerType
-
-__all__ = ["CONTROLLER_PARAMETERS", "CONTROLLER_STATES"]
 
 _PARAMETERS = named_rows(0x6000)
 _STATES = named_rows(0x6100)

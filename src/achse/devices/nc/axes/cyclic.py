@@ -8,6 +8,8 @@ from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import NcError
+from achse.codes.axis import ControlBit, StateBit
+from achse.codes.nc.choices import AxisType
 from achse.codes.nc.row import NcRow
 from achse.codes.nc.table import named_rows, rows_of
 from achse.devices.nc.axes.io_structures import DRIVE_IO, ENCODER_IO
@@ -17,10 +19,7 @@ from achse.devices.nc.layouts import (
 )
 from achse.devices.nc.rows import at_axis, bound, parameter, per_element, shown
 from achse.motion import Axis
-from achse.motion.states import AxisType, ControlBit, StateBit
 from achse.server import Layout, Service
-
-__all__ = ["AXIS_CYCLIC"]
 
 _ROWS = named_rows(0x4300)
 

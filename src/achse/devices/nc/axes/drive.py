@@ -9,16 +9,15 @@ from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import NcError
+from achse.codes.axis import ControlBit
+from achse.codes.nc.choices import AxisType, OutputFilter
 from achse.codes.nc.table import named_rows
 from achse.devices.nc import rows
 from achse.devices.nc.rows import bound, error_state, not_while_enabled
 from achse.devices.nc.tables.places import answered
+from achse.motion.fields.drive import DRIVE_DELAY
 from achse.motion.parts import AxisDrive
-from achse.motion.record import DRIVE_DELAY
-from achse.motion.states import AxisType, ControlBit, OutputFilter
 from achse.motion.tables import HIGHEST_TABLE_ID
-
-__all__ = ["DRIVE_FUNCTIONS", "DRIVE_PARAMETERS", "DRIVE_STATES"]
 
 _PARAMETERS = named_rows(0x7000)
 _STATES = named_rows(0x7100)

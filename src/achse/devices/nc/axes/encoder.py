@@ -12,10 +12,8 @@ from achse.codes.nc.table import named_rows
 from achse.devices.nc import rows
 from achse.devices.nc.axes.touch_probe import TOUCH_PROBE
 from achse.devices.nc.rows import bound, error_state, not_while_enabled
+from achse.motion.fields.encoder import POSITION_HISTORY
 from achse.motion.parts import AxisEncoder
-from achse.motion.record import POSITION_HISTORY
-
-__all__ = ["ENCODER_PARAMETERS", "ENCODER_STATES"]
 
 _PARAMETERS = named_rows(0x5000)
 _STATES = named_rows(0x5100)

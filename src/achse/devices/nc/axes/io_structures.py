@@ -11,15 +11,14 @@ from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
+from achse.codes.nc.choices import AxisType
 from achse.codes.nc.row import NcRow
 from achse.codes.nc.table import named_rows
 from achse.devices.nc.axes.terminals import note_output, shown_input
 from achse.devices.nc.rows import bound
 from achse.motion.parts import AxisDrive, AxisEncoder, AxisPart
-from achse.motion.states import DISCRETE_DRIVES, AxisType
+from achse.motion.states import DISCRETE_DRIVES
 from achse.server import Service
-
-__all__ = ["DRIVE_CYCLIC", "DRIVE_IO", "ENCODER_CYCLIC", "ENCODER_IO"]
 
 _ENCODER = named_rows(0x5300)
 _DRIVE = named_rows(0x7300)

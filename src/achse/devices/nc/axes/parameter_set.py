@@ -12,8 +12,6 @@ from typing import Any
 from achse.motion import Axis
 from achse.server import Service
 
-__all__ = ["PLACES", "LongParameterSet", "ShortParameterSet"]
-
 _NAME = 31
 _NS = 1e-9
 

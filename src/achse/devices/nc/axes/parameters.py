@@ -17,8 +17,6 @@ from achse.devices.nc.rows import at_axis, bound, parameter, per_element, shown
 from achse.motion import Axis
 from achse.server import Layout, Service
 
-__all__ = ["AXIS_PARAMETERS"]
-
 _ROWS = named_rows(0x4000)
 
 MOST_ELEMENTS = 9

@@ -27,11 +27,9 @@ from achse.motion.couplings.flying_saws.characteristic import (
     characteristic_of,
     course_of,
 )
-from achse.motion.record import MASTERS
+from achse.motion.fields.coupling import MASTERS
 from achse.motion.states import SlaveType
 from achse.server import Layout
-
-__all__ = ["AXIS_STATES"]
 
 _ROWS = named_rows(0x4100)
 

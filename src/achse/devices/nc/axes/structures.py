@@ -25,15 +25,6 @@ from achse.iec import (
     var,
 )
 
-__all__ = [
-    "NCTOPLC_AXIS_REF",
-    "NC_TO_PLC_TC2",
-    "NC_TO_PLC_TC3",
-    "PLCTONC_AXIS_REF",
-    "PLC_TO_NC",
-]
-
-
 _TYPES: dict[str, Any] = {
     "BOOL": BOOL, "BYTE": BYTE, "USINT": USINT, "UINT": UINT, "DWORD": DWORD, "UDINT": UDINT,
     "DINT": DINT, "LREAL": LREAL,

@@ -13,11 +13,9 @@ the encoder.
 
 from weakref import WeakKeyDictionary
 
+from achse.codes.nc.choices import DriveType, EncoderType
 from achse.motion import Axis
 from achse.motion.parts import AxisDrive, AxisEncoder, AxisPart
-from achse.motion.states import DriveType, EncoderType
-
-__all__ = ["RegisterTerminal", "note_output", "shown_input", "terminal_of"]
 
 _ACCESS = 1 << 7
 _WRITE = 1 << 6

@@ -16,11 +16,9 @@ from achse.codes.nc.table import named_rows
 from achse.devices.nc import rows
 from achse.devices.nc.layouts import REAL64, OfAxis, codec_of
 from achse.devices.nc.rows import bound
+from achse.motion.fields.encoder import TOUCH_PROBES
 from achse.motion.parts import AxisEncoder
-from achse.motion.record import TOUCH_PROBES
 from achse.server import Layout, Service
-
-__all__ = ["TOUCH_PROBE"]
 
 _ROWS = named_rows(0x5100)
 

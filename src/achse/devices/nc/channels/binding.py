@@ -13,14 +13,6 @@ from achse.motion.channels.channel import NcChannel
 from achse.motion.channels.program_channel import ProgramChannel
 from achse.server import Service
 
-__all__ = [
-    "channel_function",
-    "of_interpreter",
-    "only_interpreters",
-    "program_value",
-    "show_program",
-]
-
 
 def of_interpreter(channel: NcChannel) -> ProgramChannel:
     """The channel, if it has an interpreter; raises DeviceError 0x703 for others."""

@@ -23,8 +23,6 @@ from achse.gcode.state.registers import REGISTERS, Registers
 from achse.motion.channels.channel import NcChannel
 from achse.server import Repeated
 
-__all__ = ["PROGRAM_CYCLIC"]
-
 _ROWS = named_rows(0x2300)
 
 

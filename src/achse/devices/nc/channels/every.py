@@ -10,8 +10,6 @@ from achse.devices.nc.rows import bound
 from achse.motion.channels.channel import NcChannel
 from achse.server import Service
 
-__all__ = ["EVERY_CYCLIC", "EVERY_FUNCTION", "EVERY_PARAMETER", "EVERY_STATE"]
-
 _PARAMETERS = named_rows(0x2000)
 _STATES = named_rows(0x2100)
 _FUNCTIONS = named_rows(0x2200)

@@ -8,8 +8,6 @@ from achse.motion.channels.program_channel import ProgramChannel
 from achse.motion.channels.technology import M_FUNCTIONS
 from achse.server import Service
 
-__all__ = ["PROGRAM_FUNCTIONS"]
-
 _ROWS = named_rows(0x2200)
 
 

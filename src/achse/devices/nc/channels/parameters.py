@@ -23,8 +23,6 @@ from achse.motion.channels.program_channel import LOAD_BUFFER, ProgramChannel
 from achse.motion.channels.technology import M_FUNCTIONS
 from achse.server import Service
 
-__all__ = ["PROGRAM_PARAMETERS"]
-
 _ROWS = named_rows(0x2000)
 _ZERO_OFFSETS = [row for row in rows_of(0x2000) if row.name == "zero_offset"]
 

@@ -15,8 +15,6 @@ from achse.motion.channels.planned_path import PlanState
 from achse.motion.channels.program_channel import ProgramChannel
 from achse.motion.channels.states import InterpreterState
 
-__all__ = ["PROGRAM_STATES"]
-
 _ROWS = named_rows(0x2100)
 
 _FROM_PATH, _FROM_INTERPRETER, _FROM_ERROR = 1, 2, 3

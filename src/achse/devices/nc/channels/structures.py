@@ -17,16 +17,6 @@ from achse.motion.groups.kinematic import KinematicGroup
 from achse.motion.groups.path_group import PathGroup
 from achse.motion.groups.states import ChannelType
 
-__all__ = [
-    "CHANNEL_TO_PLC_TC2",
-    "CHANNEL_TO_PLC_TC3",
-    "PLC_TO_CHANNEL_TC2",
-    "PLC_TO_CHANNEL_TC3",
-    "ChannelFromPlc",
-    "ChannelToPlcLayout",
-    "PlcToChannelLayout",
-]
-
 _TC3 = struct.Struct("<I5IHHiHHI4I4ddIHHIHHHHI8B8B24x")
 _TC2 = struct.Struct("<I5IHHiHH96xIHHH8x")
 

@@ -9,8 +9,6 @@ from achse.devices.nc.rows import bound
 from achse.motion import Axis, CommandState
 from achse.server import Service
 
-__all__ = ["carry_out", "function", "numbered"]
-
 
 def carry_out(code: int) -> None:
     """Raise what a command answered, if it refused."""

@@ -16,8 +16,6 @@ from achse.motion.states import CAM_COUPLINGS, SlaveType
 from achse.motion.tables import Table
 from achse.motion.tables.memory import BEGIN, PERIOD, STROKE, cam_values
 
-__all__ = ["CAMS", "CAM_STATES"]
-
 _FUNCTIONS = named_rows(0x4200)
 _STATES = named_rows(0x4100)
 
