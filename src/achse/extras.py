@@ -3,8 +3,6 @@
 from pathlib import Path
 from typing import Any
 
-__all__ = ["install_command", "needs_extra", "requirement_elsewhere"]
-
 
 def needs_extra(subject: str, extra: str) -> str:
     """Return the sentence that says which extra the subject needs, and how to install it."""

@@ -11,8 +11,6 @@ from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.server import READ, READ_WRITE, Device, Group, Layout, Service
 
-__all__ = ["REALTIME_PORT", "CycleTimes", "RealtimeDevice"]
-
 REALTIME_PORT = 200
 
 _GROUP = 1

@@ -9,8 +9,6 @@ from achse.router import Router
 from achse.router.memory import notification_packet, router_memory_kb
 from achse.server import BYTES, READ, Device, Group, IndexGroup, Layout, Service
 
-__all__ = ["FIGURES", "ROUTER_FIGURES", "RouterDevice"]
-
 FIGURES = 1
 """Index group of the figures."""
 

@@ -16,8 +16,6 @@ from achse.ethercat import Segment
 from achse.ethercat.virtual import VirtualDevice
 from achse.server import Device, RawGroup
 
-__all__ = ["OBJECTS", "STATES", "SlaveService"]
-
 STATES, OBJECTS = 0xFA05, 0xFA06
 """Index groups."""
 

@@ -11,26 +11,13 @@ from typing import Any, Protocol
 
 from achse.ams import DeviceError, Endpoint
 from achse.codes import ReturnCode
-from achse.codes.station import MISSING_CONDITION, ONLINE_CHANGE, SERVICE_PORT
+from achse.codes.station import MISSING_CONDITION, ONLINE_CHANGE
 from achse.devices.debugging import debug_group
 from achse.devices.taps import TapService
 from achse.plc import PlcRuntime
 from achse.router import Router
 from achse.router.tap import Taps
 from achse.server import Device, RawGroup
-
-__all__ = [
-    "FAULTS",
-    "MISSING_CONDITION",
-    "ONLINE_CHANGE",
-    "SERVICE_PORT",
-    "STATISTICS",
-    "ActiveOne",
-    "FaultList",
-    "ServedStation",
-    "StationService",
-    "faults_group",
-]
 
 FAULTS, STATISTICS = 0xFA01, 0xFA03
 """Index groups."""

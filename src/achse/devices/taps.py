@@ -7,8 +7,6 @@ from achse.codes import ReturnCode
 from achse.router.tap import Tap, Taps, encode_batch
 from achse.server import RawGroup
 
-__all__ = ["TAPS", "TapService"]
-
 TAPS = 0xFA02
 """Index group."""
 

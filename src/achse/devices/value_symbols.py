@@ -13,8 +13,6 @@ from achse.iec.describe import describe_type, types_shown
 from achse.iec.symbols import SymbolEntry, SymbolFlag, encode_symbols, fold
 from achse.server import TableSizes
 
-__all__ = ["ValueSymbol", "ValueSymbols"]
-
 _TASK = 1
 
 

@@ -7,8 +7,6 @@ warning is a bit of 3110h or 3111h and changes neither state nor motion. Source:
 
 from enum import Enum
 
-__all__ = ["Alarm", "Warn"]
-
 
 class Alarm(Enum):
     """One alarm: `code` as in 603Fh, `panel` as the drive shows it."""

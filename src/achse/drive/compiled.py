@@ -15,8 +15,6 @@ from achse.native.compiled import Kernel
 from achse.native.declare import pack
 from achse.native.memory import Rows, RowView, field_property
 
-__all__ = ["KERNEL", "Bank", "CompiledRecord"]
-
 KERNEL = Kernel("drive", exchange, {DriveFields: LAYOUT})
 """Called with address and number of the records, and address and number of their words."""
 

@@ -28,8 +28,6 @@ from achse.drive.record import FIELDS, DriveFields, DriveSlots, collector, distr
 if TYPE_CHECKING:
     from achse.drive.compiled import Bank, CompiledRecord
 
-__all__ = ["LONGEST_CYCLE_NS", "Drive"]
-
 LONGEST_CYCLE_NS = 1_000_000
 """A longer step is done in equal cycles of at most this; the plant's parts are 125 µs or less."""
 

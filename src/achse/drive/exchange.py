@@ -10,8 +10,6 @@ from collections.abc import MutableSequence, Sequence
 from achse.drive.kernel import cycle
 from achse.drive.record import FIELDS, LAYOUT, DriveFields
 
-__all__ = ["exchange", "pack_inputs", "unpack_outputs"]
-
 _WORDS = LAYOUT.words
 _OUTPUTS = FIELDS["outputs"].offset
 _INPUTS = FIELDS["inputs"].offset

@@ -10,8 +10,6 @@ from achse.drive.alarms import Alarm, Warn
 from achse.drive.record import DriveFields
 from achse.drive.signals import InputBit
 
-__all__ = ["FaultSwitches"]
-
 
 class _Faulty(Protocol):
     local: bool

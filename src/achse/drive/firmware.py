@@ -5,8 +5,6 @@ The manual of the drive names none; name, password and times are ours.
 
 from achse.codes import FileRefusal, FoeError
 
-__all__ = ["LONGEST_FIRMWARE", "Firmware"]
-
 LONGEST_FIRMWARE = 1 << 20
 """Bytes that the drive has room for."""
 

@@ -5,8 +5,6 @@ import math
 from achse.drive.power import ENABLED
 from achse.drive.record import DriveFields
 
-__all__ = ["ACTIVATE", "DEACTIVATE", "REGULATE", "yaw"]
-
 ACTIVATE = 1
 DEACTIVATE = 2
 REGULATE = 11

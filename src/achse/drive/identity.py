@@ -6,8 +6,6 @@ of achse do not carry the numbers of a maker unless the user asks for them.
 
 from dataclasses import dataclass
 
-__all__ = ["IDENTITIES", "MANUAL_PRODUCT", "MANUAL_VENDOR", "PRODUCT", "VENDOR", "DriveIdentity"]
-
 VENDOR = 0xFFFF_AC5E
 """Vendor id of achse's drives. It is assigned to no maker: ETG assigns numbers from below."""
 

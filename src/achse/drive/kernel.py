@@ -17,8 +17,6 @@ from achse.drive.record import DriveFields
 from achse.drive.signals import read_inputs, write_outputs
 from achse.drive.supervision import internal_limit, present_cause, watch, watch_motor
 
-__all__ = ["cycle", "cycles"]
-
 _WORDS = tuple(state.word for state in PowerState)
 _PREOP = int(AlState.PREOP)
 _HALF = 0x8000_0000

@@ -13,22 +13,6 @@ from enum import IntEnum
 from achse.drive.record import DriveFields
 from achse.drive.signals import OutputFunction
 
-__all__ = [
-    "MACHINES",
-    "Encoder",
-    "EncoderKind",
-    "Load",
-    "MachineError",
-    "Mechanics",
-    "Motor",
-    "MotorKind",
-    "Switches",
-    "apply",
-    "power_up",
-    "scale",
-]
-
-
 _LARGEST_TORQUE = 32_767.0
 """Largest value of 16-bit torque objects, ‰."""
 

@@ -24,8 +24,6 @@ from achse.drive.objects.dictionary import DICTIONARY
 from achse.drive.objects.row import ObjectRow
 from achse.drive.record import ENTRIES
 
-__all__ = ["MAX_BYTES", "PdoMapping", "ProcessData"]
-
 MAX_BYTES = 32
 """Longest PDO (001 §2.2)."""
 

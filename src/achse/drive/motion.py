@@ -25,8 +25,6 @@ from achse.drive.record import DriveFields
 from achse.drive.signals import NEGATIVE_LIMIT, POSITIVE_LIMIT
 from achse.drive.supervision import standing_still
 
-__all__ = ["choose_mode", "enter_mode", "generate", "report", "switch_off"]
-
 _START = 0x10
 _STOP_PATIENCE = 0.5
 """A stop counts as finished if the motor does not stand this long after its ramp, s."""

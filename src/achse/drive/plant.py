@@ -10,18 +10,6 @@ import math
 
 from achse.drive.record import DriveFields
 
-__all__ = [
-    "CONTROL_OFF",
-    "CONTROL_POSITION",
-    "CONTROL_TORQUE",
-    "CONTROL_VELOCITY",
-    "PART",
-    "move",
-    "prepare",
-    "take_over",
-    "torque_limits",
-]
-
 CONTROL_OFF = 0
 CONTROL_POSITION = 1
 CONTROL_VELOCITY = 2

@@ -10,23 +10,6 @@ from enum import IntEnum
 from achse.codes import AlState
 from achse.drive.record import DriveFields
 
-__all__ = [
-    "COMMANDS",
-    "ENABLED",
-    "FAULT",
-    "NOT_READY",
-    "QUICK_STOP",
-    "REACTION",
-    "TRANSITIONS",
-    "CommandPattern",
-    "PowerEvent",
-    "PowerState",
-    "PowerTransition",
-    "advance",
-    "state_of",
-    "supply_ready",
-]
-
 
 class PowerState(IntEnum):
     """State of the power drive system; `word` and `mask` show it in the statusword."""

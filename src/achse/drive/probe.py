@@ -8,8 +8,6 @@ import math
 from achse.drive.modes import HM
 from achse.drive.record import DriveFields
 
-__all__ = ["index_crossed", "latch", "to_inc"]
-
 _ENABLE = 0x01
 _CONTINUOUS = 0x02
 _SOURCE = 0x0C

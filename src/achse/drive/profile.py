@@ -8,8 +8,6 @@ import math
 
 from achse.drive.record import DriveFields
 
-__all__ = ["follow", "plan", "ramp_velocity", "rate_of", "stop"]
-
 _NEVER = 1e30
 
 

@@ -17,23 +17,6 @@ from typing import TYPE_CHECKING, Any
 from achse.native.declare import Slot, lay_out, plain_record
 from achse.native.memory import RowView
 
-__all__ = [
-    "ENTRIES",
-    "FIELDS",
-    "LAYOUT",
-    "ControlFields",
-    "DriveFields",
-    "DriveSlots",
-    "ExchangeFields",
-    "InputFields",
-    "MotionFields",
-    "ParameterFields",
-    "PlantFields",
-    "StateFields",
-    "collector",
-    "distributor",
-]
-
 ENTRIES = 8
 """Objects a PDO holds at most (001 §2.8.1)."""
 

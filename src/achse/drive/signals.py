@@ -5,16 +5,6 @@ from enum import IntEnum, IntFlag
 from achse.drive.power import ENABLED, REACTION
 from achse.drive.record import DriveFields
 
-__all__ = [
-    "NEGATIVE_LIMIT",
-    "POSITIVE_LIMIT",
-    "InputBit",
-    "OutputFunction",
-    "read_inputs",
-    "rotation_threshold",
-    "write_outputs",
-]
-
 
 class InputBit(IntFlag):
     """Bits of 60FDh (001 60FDh); SF1 and SF2 both off is STO."""

@@ -9,18 +9,6 @@ from achse.drive.plant import CONTROL_OFF, CONTROL_POSITION
 from achse.drive.power import ENABLED, REACTION
 from achse.drive.record import DriveFields
 
-__all__ = [
-    "OVER_SPEED",
-    "SAFETY_MISMATCH_TIME",
-    "following_error_seen",
-    "internal_limit",
-    "present_cause",
-    "standing_still",
-    "velocity_reached",
-    "watch",
-    "watch_motor",
-]
-
 SAFETY_MISMATCH_TIME = 0.5
 """SF1 and SF2 may differ so long, s; the manual names the alarm, not the time."""
 

@@ -13,8 +13,6 @@ from achse.drive.modes import Mode
 from achse.drive.objects import find
 from achse.drive.power import PowerState
 
-__all__ = ["DriveTimeout", "VirtualDrive"]
-
 _UPWARD = (AlState.INIT, AlState.PREOP, AlState.SAFEOP, AlState.OP)
 _FAULT_RESET = 0x80
 _START = 0x10

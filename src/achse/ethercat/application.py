@@ -13,18 +13,6 @@ from typing import Protocol, runtime_checkable
 
 from achse.codes import AlState, AlStatus
 
-__all__ = [
-    "Application",
-    "BufferedApplication",
-    "FileApplication",
-    "Identity",
-    "MessagingApplication",
-    "ObjectAccess",
-    "ObjectCode",
-    "ObjectDescription",
-    "ObjectEntry",
-]
-
 
 class ObjectCode(IntEnum):
     """Kind of an object."""

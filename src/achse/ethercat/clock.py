@@ -11,8 +11,6 @@ from random import Random
 
 from achse.ethercat.registers import Register
 
-__all__ = ["DistributedClock", "Instant"]
-
 _U32 = 0xFFFF_FFFF
 _U64 = 0xFFFF_FFFF_FFFF_FFFF
 

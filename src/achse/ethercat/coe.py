@@ -14,8 +14,6 @@ from achse.ethercat.pdo_service import RX_PDO, TX_PDO, PdoService
 from achse.ethercat.sdo import SdoServer
 from achse.ethercat.sdo_information import SdoInformation
 
-__all__ = ["CoeServer", "CoeService"]
-
 _HEADER = struct.Struct("<H")
 _SERVICE_AT, _PDO_NUMBER = 12, (1 << 9) - 1
 """Parts of the CoE header."""

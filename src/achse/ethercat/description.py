@@ -16,21 +16,6 @@ from achse.ethercat.application import (
     ObjectDescription,
 )
 
-__all__ = [
-    "LAYOUT",
-    "OPERATION_MODES",
-    "MailboxBit",
-    "OperationMode",
-    "Pdo",
-    "PdoEntry",
-    "SiiUse",
-    "SlaveDescription",
-    "SlaveMemory",
-    "SyncManagerArea",
-    "SyncManagerLayout",
-    "describe",
-]
-
 _PDO_INDICES = (range(0x1600, 0x1800), range(0x1A00, 0x1C00))
 _ASSIGNMENT = 0x1C10
 """Object of SyncManager 0; 1C12h and 1C13h assign the process data."""

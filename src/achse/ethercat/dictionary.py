@@ -9,16 +9,6 @@ from dataclasses import dataclass
 from achse.codes import AbortCode, DataType, SdoAbort
 from achse.ethercat.application import ObjectAccess, ObjectCode
 
-__all__ = [
-    "DictionaryEntry",
-    "DictionaryIdentity",
-    "DictionaryObject",
-    "entry_of",
-    "number",
-    "record_object",
-    "text_object",
-]
-
 READ_ONLY = int(ObjectAccess.READ)
 _IDENTITY = 0x1018
 _OF_BITS = {1: DataType.BOOL, 8: DataType.U8, 16: DataType.U16, 32: DataType.U32}

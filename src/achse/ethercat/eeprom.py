@@ -5,8 +5,6 @@ Source: ETG.1000.4 §6.4.
 
 from achse.ethercat.registers import Register
 
-__all__ = ["COMMAND", "Eeprom", "checksum"]
-
 _CONTROL, COMMAND, _ADDRESS, _DATA = (Register.EEPROM + offset for offset in (0, 1, 2, 6))
 """Parts of the register: control and status, the command in it, word address, data."""
 

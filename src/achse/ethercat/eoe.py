@@ -12,19 +12,6 @@ from dataclasses import dataclass
 from enum import IntEnum
 from ipaddress import IPv4Address
 
-__all__ = [
-    "LONGEST_FRAME",
-    "SHORTEST_FRAME",
-    "EoeResult",
-    "EoeType",
-    "FrameAssembly",
-    "IpSettings",
-    "MacFilter",
-    "fragments",
-    "request",
-    "split",
-]
-
 SHORTEST_FRAME, LONGEST_FRAME = 14, 1518
 """Bytes of an Ethernet frame without its check sum; with a VLAN tag 1518."""
 

@@ -28,8 +28,6 @@ from achse.ethercat.registers import (
 )
 from achse.ethercat.syncmanager import SyncManager
 
-__all__ = ["Esc"]
-
 _MEMORY_SIZE = 0x1_0000
 
 _EVENT_LATCH = 0x0001

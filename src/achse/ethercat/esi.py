@@ -25,8 +25,6 @@ from achse.ethercat.description import (
 from achse.ethercat.registers import FMMUS, RAM_KIB, SYNC_MANAGERS
 from achse.ethercat.sii import SII_SIZE, build_sii
 
-__all__ = ["build_esi"]
-
 _PROFILE = 402
 _BOOT_AT = 0x28
 """Bytes of the EEPROM that tell the mailboxes of Bootstrap."""

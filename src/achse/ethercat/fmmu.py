@@ -6,8 +6,6 @@ Source: ETG.1000.4 §6.6, table 57.
 import struct
 from typing import NamedTuple
 
-__all__ = ["Fmmu", "Transfer"]
-
 _REGISTERS = struct.Struct("<IHBBHBBB3x")
 
 _READ = 0x01

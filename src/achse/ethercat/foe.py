@@ -11,8 +11,6 @@ from achse.codes import FileRefusal, FoeError
 from achse.ethercat.application import FileApplication
 from achse.ethercat.mailbox import MailboxError
 
-__all__ = ["FoeOperation", "FoeServer"]
-
 _HEAD = struct.Struct("<BxI")
 _BUSY = struct.Struct("<BxHH")
 _MAILBOX_HEADER = 6

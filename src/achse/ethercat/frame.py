@@ -8,20 +8,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 
-__all__ = [
-    "BROADCAST",
-    "ETHERTYPE",
-    "MAX_FRAME",
-    "UDP_PORT",
-    "Addressing",
-    "Datagram",
-    "DatagramCommand",
-    "EthercatFrame",
-    "FrameError",
-    "datagram_offsets",
-    "payload_offset",
-]
-
 ETHERTYPE = 0x88A4
 UDP_PORT = 0x88A4
 """Destination port of EtherCAT over UDP, 34980."""

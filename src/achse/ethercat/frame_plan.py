@@ -13,8 +13,6 @@ from typing import Literal, NamedTuple
 from achse.ethercat.esc import Esc
 from achse.ethercat.logical import Plan
 
-__all__ = ["WORDS", "FramePlan", "FrameStep", "PlannedDatagram", "exchange", "gather_registers"]
-
 FrameStep = Callable[[bytes, bytearray], None]
 """Processing of one or more datagrams: reads the received frame, changes the passing frame."""
 

@@ -14,8 +14,6 @@ from achse.ethercat.fmmu import Transfer
 from achse.ethercat.frame import DatagramCommand
 from achse.ethercat.registers import RAM_BASE, SM_BASE
 
-__all__ = ["Plan"]
-
 _STATUS_BIT = 8 * 5 + 3
 """Of the registers of a SyncManager: "mailbox full" in its status."""
 

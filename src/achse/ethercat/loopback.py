@@ -14,8 +14,6 @@ from achse.ethercat.dictionary import (
     text_object,
 )
 
-__all__ = ["Loopback"]
-
 _RO = int(ObjectAccess.READ)
 _RW = int(ObjectAccess.READ | ObjectAccess.WRITE)
 _LOCAL_CYCLE_NS = 250_000

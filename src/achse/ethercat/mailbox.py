@@ -11,8 +11,6 @@ from collections.abc import Callable, Iterable, Mapping
 from enum import IntEnum
 from typing import NamedTuple
 
-__all__ = ["MailboxError", "MailboxProtocol", "MailboxServer", "Message"]
-
 _HEADER = struct.Struct("<HHBB")
 _ERROR_REPLY = struct.Struct("<HH")
 _ERROR_TYPE = 1

@@ -15,8 +15,6 @@ from achse.ethercat.registers import RAM_BASE, SM_BASE, Register
 if TYPE_CHECKING:
     from achse.ethercat.esc import Esc
 
-__all__ = ["AlEvent", "Pdi", "PdiAccess"]
-
 
 class AlEvent(IntFlag):
     """Bits of AL event request and mask; from bit 8 on SyncManagers."""

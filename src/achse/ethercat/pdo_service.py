@@ -8,8 +8,6 @@ from collections.abc import Iterator, Mapping
 from achse.codes import AbortCode, SdoAbort
 from achse.ethercat.application import Application, ObjectDescription
 
-__all__ = ["RX_PDO", "TX_PDO", "PdoService"]
-
 RX_PDO, TX_PDO = 0x1600, 0x1A00
 """The mapping of PDO 0 of each direction; a message has the number of the PDO, 0 to 511."""
 

@@ -12,8 +12,6 @@ from achse.ethercat.application import Application, BufferedApplication
 from achse.ethercat.description import SiiUse, SlaveMemory, SyncManagerArea
 from achse.ethercat.syncmanager import SyncManager
 
-__all__ = ["ProcessBuffer", "exchange_buffers", "process_buffers"]
-
 
 class ProcessBuffer(NamedTuple):
     """A SyncManager for process data and the application's end of it.

@@ -10,19 +10,6 @@ from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
 
-__all__ = [
-    "DIGITAL_OUTPUTS",
-    "FMMUS",
-    "FMMU_BASE",
-    "RAM_BASE",
-    "RAM_KIB",
-    "RESOURCES",
-    "SM_BASE",
-    "SYNC_MANAGERS",
-    "ControllerResources",
-    "Register",
-]
-
 FMMU_BASE = 0x0600
 """Of the first FMMU, 16 bytes each (§6.6, table 57)."""
 SM_BASE = 0x0800

@@ -16,8 +16,6 @@ from achse.ethercat.registers import Register
 from achse.ethercat.segment import HOP_NS, Segment
 from achse.ethercat.slave import Slave
 
-__all__ = ["RingSegment"]
-
 _OUT = 1
 """The port to the next slave."""
 

@@ -11,8 +11,6 @@ from dataclasses import dataclass, field
 from achse.codes import AbortCode, SdoAbort
 from achse.ethercat.application import Application, ObjectAccess, ObjectCode, ObjectDescription
 
-__all__ = ["MAX_TRANSFER", "SdoServer"]
-
 log = logging.getLogger("achse.drive")
 
 MAX_TRANSFER = 0x1_0000

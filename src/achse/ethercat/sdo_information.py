@@ -11,8 +11,6 @@ from collections.abc import Mapping
 from achse.codes import AbortCode
 from achse.ethercat.application import ObjectAccess, ObjectDescription, ObjectEntry
 
-__all__ = ["LIST_TYPES", "SdoInformation"]
-
 _HEADER = struct.Struct("<BxH")
 _INCOMPLETE = 0x80
 

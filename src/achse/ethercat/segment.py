@@ -32,8 +32,6 @@ from achse.ethercat.logical import Plan
 from achse.ethercat.registers import Register
 from achse.ethercat.slave import Slave
 
-__all__ = ["HOP_NS", "Counters", "Disturbance", "Segment"]
-
 _DATAGRAM = struct.Struct("<BBHHHH")
 _LOGICAL = struct.Struct("<BBIHH")
 _U16 = struct.Struct("<H")

@@ -16,8 +16,6 @@ from achse.ethercat.description import (
 )
 from achse.ethercat.eeprom import checksum
 
-__all__ = ["SII_SIZE", "SiiClockMode", "SiiSource", "build_sii", "encode_sii"]
-
 SII_SIZE = 4096
 """Bytes of the EEPROM."""
 

@@ -33,8 +33,6 @@ from achse.ethercat.sii import build_sii
 from achse.ethercat.statemachine import Light, Transition, request
 from achse.ethercat.syncmanager import SyncManager
 
-__all__ = ["Slave"]
-
 _NONE = -1
 """Number of a SyncManager that a slave does not have."""
 

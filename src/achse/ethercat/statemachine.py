@@ -8,8 +8,6 @@ from enum import Enum
 
 from achse.codes import AlState, AlStatus
 
-__all__ = ["TRANSITIONS", "Light", "Transition", "request"]
-
 _I, _P, _B, _S, _O = AlState.INIT, AlState.PREOP, AlState.BOOT, AlState.SAFEOP, AlState.OP
 
 

@@ -8,8 +8,6 @@ Source: ETG.1000.4 §6.7, table 59.
 
 from collections.abc import Callable
 
-__all__ = ["SyncManager"]
-
 _ENABLE = 0x01
 _REPEAT = 0x02
 _WRITE_EVENT = 0x01

@@ -21,8 +21,6 @@ from achse.ethercat.dictionary import (
     text_object,
 )
 
-__all__ = ["FULL_SCALE", "AnalogStatus", "AnalogTerminal", "DigitalTerminal", "Terminal"]
-
 FULL_SCALE = 32767
 """The value of an analog channel at its full scale, 10 V."""
 

@@ -22,8 +22,6 @@ from achse.faults.runtimes import Config
 from achse.faults.site import Site, StationFault
 from achse.faults.target import FaultyStation
 
-__all__ = ["Faults"]
-
 log = logging.getLogger("achse.faults")
 
 

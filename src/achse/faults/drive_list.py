@@ -12,8 +12,6 @@ from achse.ethercat import Disturbance, Segment, Slave
 from achse.faults.drives import DRIVE_FAULTS, ENDLESS, CableFault, DriveFault, SlaveFault
 from achse.faults.fault import MOST_FAULTS, FaultError, FaultState, Undo
 
-__all__ = ["ActiveDriveFault", "DriveFaults"]
-
 
 @dataclasses.dataclass(slots=True)
 class ActiveDriveFault:

@@ -14,36 +14,6 @@ from achse.ethercat import Disturbance, Segment, Slave
 from achse.ethercat.ring_segment import RingSegment
 from achse.faults.fault import FaultError, FaultKinds, FieldUnit, LastingFault, Undo, number, text
 
-__all__ = [
-    "DRIVE_FAULTS",
-    "ENDLESS",
-    "AlarmFault",
-    "CableFault",
-    "ClockDrift",
-    "ClockJitter",
-    "ClockJump",
-    "DriveFault",
-    "EepromChecksum",
-    "EncoderLoss",
-    "Hang",
-    "Input",
-    "Jam",
-    "LinkBreak",
-    "LoadTorque",
-    "LocalControl",
-    "LostFrames",
-    "MailboxDelay",
-    "MainPower",
-    "Overtravel",
-    "ProbeInput",
-    "Safety",
-    "SlaveFault",
-    "Sto",
-    "WarningFault",
-    "WrongCounter",
-    "YawAlarm",
-]
-
 ENDLESS = 1 << 60
 """More frames, and more nanoseconds, than there will ever be."""
 

@@ -11,23 +11,6 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainValidator, Val
 
 from achse.iec.nearest import did_you_mean
 
-__all__ = [
-    "MOST_FAULTS",
-    "ActiveFault",
-    "CountedFault",
-    "Fault",
-    "FaultError",
-    "FaultKinds",
-    "FaultState",
-    "FieldUnit",
-    "LastingFault",
-    "Moment",
-    "Undo",
-    "number",
-    "seconds",
-    "text",
-]
-
 LONGEST_S = 1_000_000_000
 """Seconds; no test waits for thirty years."""
 

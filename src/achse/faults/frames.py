@@ -18,18 +18,6 @@ from achse.faults.selection import (
 )
 from achse.faults.site import Site, StationFault
 
-__all__ = [
-    "Cut",
-    "Delay",
-    "Drop",
-    "Duplicate",
-    "Error",
-    "Reorder",
-    "RouterRefusal",
-    "Truncate",
-    "WrongInvokeId",
-]
-
 _ALONE_S = 0.1
 """Delay of a frame that waits to be overtaken and is not, s."""
 

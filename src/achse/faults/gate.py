@@ -10,8 +10,6 @@ from achse.faults.fault import ActiveFault, Undo
 from achse.faults.selection import RequestFault, Selection, port_of
 from achse.router import Router
 
-__all__ = ["FrameFault", "FrameGate", "Later", "Onward"]
-
 SPARED_PORT = SERVICE_PORT
 """The station's own service: faults never cut off the way to clear them."""
 

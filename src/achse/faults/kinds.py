@@ -4,8 +4,6 @@ from achse.faults import frames, links, runtimes
 from achse.faults.fault import FaultKinds
 from achse.faults.site import StationFault
 
-__all__ = ["STATION_FAULTS"]
-
 STATION_FAULTS: FaultKinds[StationFault] = FaultKinds(
     frames.Drop,
     frames.Delay,

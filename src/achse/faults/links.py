@@ -6,8 +6,6 @@ from achse.faults.fault import ActiveFault, LastingFault, Undo, text
 from achse.faults.selection import client_test
 from achse.faults.site import Setting, Site, StationFault
 
-__all__ = ["DropLink", "OneConnection", "RefuseLinks"]
-
 
 class DropLink(StationFault):
     """TCP connections break off."""

@@ -9,8 +9,6 @@ from achse.faults.selection import Selection
 from achse.server import Device, IndexGroup
 from achse.server.table import Reader
 
-__all__ = ["Refusal", "Refusals"]
-
 Place = tuple[Device, int]
 """An index group of a device."""
 

@@ -6,8 +6,6 @@ from achse.faults.fault import ActiveFault, FieldUnit, LastingFault, Undo, numbe
 from achse.faults.selection import PortNumber
 from achse.faults.site import Setting, Site, StationFault
 
-__all__ = ["Config", "Download", "OnlineChange", "Restart", "SlowCycle"]
-
 
 class _PlcFault(StationFault):
     port: PortNumber | None = None

@@ -13,19 +13,6 @@ from achse.faults.target import FaultyStation
 from achse.server import Device, ResolvedSymbol
 from achse.server.symbols import decode_name
 
-__all__ = [
-    "COMMANDS",
-    "Code",
-    "PortNumber",
-    "RequestFault",
-    "Selection",
-    "Sided",
-    "client_test",
-    "devices_at",
-    "host_of",
-    "port_of",
-]
-
 COMMANDS = {command.name.lower(): command for command in Command}
 """Commands by the names that the field `command` accepts."""
 

@@ -11,8 +11,6 @@ from achse.faults.target import FaultyStation
 from achse.plc import PlcRuntime
 from achse.server import Device
 
-__all__ = ["Setting", "Site", "StationFault"]
-
 
 class Setting(NamedTuple):
     """Settings of the station that a fault demands while it lasts."""

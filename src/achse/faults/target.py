@@ -9,8 +9,6 @@ from achse.router import Router
 from achse.server import Device
 from achse.transport.tcp.listener import TcpListener
 
-__all__ = ["FaultyStation"]
-
 
 class FaultyStation(Protocol):
     """A station as faults see it. What it consists of may be another after a restart."""

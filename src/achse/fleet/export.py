@@ -12,8 +12,6 @@ from achse.fleet.plan import FleetPlan
 from achse.station.configuration.types import ConfigError
 from achse.transport.tcp.listener import TCP_PORT
 
-__all__ = ["compose", "kubernetes"]
-
 _BROKER_IMAGE = "eclipse-mosquitto:2.0"
 _USER = 10_001
 """As in the Containerfile."""

@@ -4,8 +4,6 @@ import tomllib
 from collections.abc import Sequence
 from typing import Any
 
-__all__ = ["line_of"]
-
 
 def line_of(text: str, place: Sequence[str | int]) -> int:
     """The line, 1 and up, where the key at `place` begins; 0 if it is not there.

@@ -6,8 +6,6 @@ import os
 import threading
 from pathlib import Path
 
-__all__ = ["LogFile"]
-
 log = logging.getLogger("achse.fleet")
 
 _LONGEST, _KEPT = 8 * 1024 * 1024, 1024 * 1024

@@ -10,8 +10,6 @@ import json
 from collections.abc import Awaitable, Callable, Mapping
 from typing import Any
 
-__all__ = ["OrderError", "OrderPort", "give_order"]
-
 _HOST = "127.0.0.1"
 _LONGEST = 16 * 1024 * 1024
 _FIRST_WORDS_S = 5.0

@@ -18,8 +18,6 @@ from achse.station.configuration.mqtt import MqttConfig
 from achse.station.configuration.station_file import StationConfig, parse
 from achse.station.configuration.types import ConfigError, ConfigTable, ConfiguredNetId, DurationNs
 
-__all__ = ["FleetConfig", "FleetPlan", "FleetStation", "OverrideConfig"]
-
 MOST_STATIONS = 10_000
 
 _FILES = ("ca", "certificate", "key")

@@ -1,7 +1,5 @@
 """Restart policy of the processes of a fleet: number of restarts, and pauses between them."""
 
-__all__ = ["RestartPolicy"]
-
 _FIRST_PAUSE, _LONGEST_PAUSE = 0.1, 10.0
 """Seconds before a restart; each one within the window doubles the pause."""
 

@@ -19,8 +19,6 @@ from achse.fleet.plan import FleetPlan, FleetStation
 from achse.fleet.policy import RestartPolicy
 from achse.station.configuration.types import ConfigError
 
-__all__ = ["FleetProcess", "FleetSupervisor", "ProcessState", "usable_cores"]
-
 log = logging.getLogger("achse.fleet")
 
 _SILENT_S = 15.0

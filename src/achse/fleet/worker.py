@@ -13,8 +13,6 @@ from achse.fleet.plan import FleetPlan
 from achse.station import RunningStation, Station
 from achse.station.station import DEFAULT_EPOCH_NS
 
-__all__ = ["memory_bytes", "pin", "serve", "until_stdin_ends"]
-
 Tell = Callable[[dict[str, Any]], None]
 
 

@@ -11,8 +11,6 @@ from pathlib import Path
 
 from achse.fmu.errors import ExportError
 
-__all__ = ["SHIM_SOURCES", "binary_name", "compile_shim", "platform_folder", "shim_files"]
-
 SHIM_SOURCES = ("unit.c", "process.c", "fmi2.c", "fmi3.c")
 
 _HEADERS = ("unit.h", "process.h", "fmi2.h", "fmi3.h")

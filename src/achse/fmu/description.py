@@ -12,8 +12,6 @@ from xml.etree import ElementTree
 
 from achse.fmu.variables import TIME, UnitVariable, ValueType
 
-__all__ = ["Description", "fitting", "model_description"]
-
 Element = ElementTree.Element
 
 _BASE_UNITS: dict[str, dict[str, str]] = {

@@ -26,8 +26,6 @@ from achse.fmu.variables import UnitVariable, VariableChoice, chosen_variables
 from achse.station import Station
 from achse.station.configuration.station_file import StationConfig, load
 
-__all__ = ["Export", "export"]
-
 _FIRST_MOMENT = (1980, 1, 1, 0, 0, 0)
 """Time of all files in the archive: equal stations give equal archives."""
 

@@ -14,8 +14,6 @@ from achse.fmu.variables import DIGEST, TIME, UnitVariable, ValueType, find_symb
 from achse.station import Station
 from achse.station.configuration.station_file import StationConfig, load
 
-__all__ = ["Model", "ModelError", "UnitFile", "as_unit"]
-
 _MAGIC = b"achse unit state 1\n"
 _ENTRY = struct.Struct("<QI")
 _DOUBLE = struct.Struct("<d")

@@ -9,10 +9,8 @@ from pathlib import Path, PurePosixPath
 from typing import Any, NamedTuple
 
 from achse.fmu.errors import ExportError
-from achse.native.compiled import cache_directory
+from achse.native.backend.cache import cache_directory
 from achse.station.configuration.documents import parse_toml
-
-__all__ = ["Packed", "files_read", "packed_files", "refuse_absolute_paths"]
 
 _MOST_BYTES = 1 << 28
 

@@ -12,18 +12,6 @@ from collections.abc import Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
-__all__ = [
-    "ROW",
-    "VERSION",
-    "Reply",
-    "Request",
-    "TooLongError",
-    "UnitMessage",
-    "ValueSource",
-    "receive",
-    "send",
-]
-
 VERSION = 1
 
 ROW = struct.Struct("<4B3I")

@@ -23,8 +23,6 @@ from achse.fmu.model import Model, ModelError, UnitFile
 from achse.fmu.protocol import VERSION, Reply, Request, UnitMessage, receive, send
 from achse.station import ConfigError
 
-__all__ = ["UnitServer", "main"]
-
 _NUMBER = struct.Struct("<Q")
 _DOUBLE = struct.Struct("<d")
 _COUNTS = struct.Struct("<3I")

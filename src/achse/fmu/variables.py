@@ -25,17 +25,6 @@ from achse.plc.memory import Area
 from achse.server import ResolvedSymbol
 from achse.station import Station
 
-__all__ = [
-    "DIGEST",
-    "TIME",
-    "UnitVariable",
-    "ValueType",
-    "VariableChoice",
-    "chosen_variables",
-    "find_symbol",
-    "value_type",
-]
-
 Causality = Literal["independent", "parameter", "input", "output", "local"]
 
 _MOST_VARIABLES = 20_000

@@ -7,8 +7,6 @@ from achse.codes import ReturnCode
 from achse.router.forwarding.resubscription import Resubscription
 from achse.server import RawGroup
 
-__all__ = ["RESUBSCRIBE", "resubscribe_group"]
-
 RESUBSCRIBE = 3
 """Index group of the choice at port 1."""
 

@@ -22,9 +22,6 @@ from achse.station.configuration.types import (
 )
 from achse.station.configuration.validation import document_of, validated
 
-__all__ = ["ClientConfig", "GatewayConfig", "TargetConfig", "configuration_of"]
-
-
 _ANY_NET_ID = NetId("1.0.0.0.1.1")
 """NetId of a route that is made for its host alone."""
 

@@ -10,8 +10,6 @@ from achse.router.forwarding.ledger import ResourceKind
 from achse.server import RawGroup
 from achse.transport.tcp.listener import TcpListener
 
-__all__ = ["STATISTICS", "CountedGateway", "statistics", "statistics_group"]
-
 STATISTICS = 2
 """Index group of the figures at port 1."""
 

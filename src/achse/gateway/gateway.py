@@ -36,8 +36,6 @@ from achse.transport.own_address import address_for_others, address_towards
 from achse.transport.tcp.listener import TcpListener
 from achse.transport.uplinks.uplink import Uplink
 
-__all__ = ["Gateway"]
-
 log = logging.getLogger("achse.gateway")
 
 _TICK = 0.1

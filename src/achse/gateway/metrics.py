@@ -5,8 +5,6 @@ from typing import Any
 
 from achse.station.running.metrics_port import Figure, Figures, families, labelled_families
 
-__all__ = ["gateway_families"]
-
 _FIGURES = (
     Figure("connections", "connections", "Open TCP connections of programs."),
     Figure("connections_refused", "connections_refused", "Connections not taken.", True),

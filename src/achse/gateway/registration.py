@@ -19,8 +19,6 @@ from achse.transport.secure.channel import Credentials
 from achse.transport.secure.tls import ClientTls
 from achse.transport.udp import change_route
 
-__all__ = ["RegistrationError", "register"]
-
 
 class RegistrationError(Exception):
     """A target added no route to us: what happened and what to do."""

@@ -5,8 +5,6 @@ import asyncio
 from achse.ams import AmsAddress, Command, Flags, Frame
 from achse.router import Router
 
-__all__ = ["OwnRequests"]
-
 
 class OwnRequests:
     """A port of the router from which it queries the states of its targets."""

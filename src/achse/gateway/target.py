@@ -21,8 +21,6 @@ from achse.router.routes import RouteError
 from achse.transport.net_id_query import query_net_id
 from achse.transport.uplinks.uplink import Uplink
 
-__all__ = ["Target", "TargetState"]
-
 log = logging.getLogger("achse.gateway")
 
 _FIRST_PAUSE, _LONGEST_PAUSE = 0.2, 5.0

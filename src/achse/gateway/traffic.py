@@ -8,8 +8,6 @@ from achse.router import Router
 from achse.router.tap import Taps
 from achse.server import Device
 
-__all__ = ["TrafficDevice"]
-
 
 class TrafficDevice(Device):
     """Taps of `router`; requests for AMS port `port`, where the device is, are left out."""

@@ -13,32 +13,6 @@ from typing import TypeAlias
 
 from achse.gcode.vectors import PathPoint, turned
 
-__all__ = [
-    "AUXILIARY_AXES",
-    "ArcMove",
-    "BottleneckNotice",
-    "Canonical",
-    "DecoderStop",
-    "DwellTime",
-    "FastMReset",
-    "Handshake",
-    "HomeAxis",
-    "LineMove",
-    "MFunction",
-    "Moving",
-    "Origin",
-    "PathParameter",
-    "PathPlane",
-    "PathPoint",
-    "PathSetting",
-    "ProgramEnd",
-    "ProgramMessage",
-    "ProgramStop",
-    "StopKind",
-    "Technology",
-    "TechnologyWord",
-]
-
 AUXILIARY_AXES = 5
 """Q1..Q5 beside X, Y, Z. Source: tcnci, auxiliary axes."""
 

@@ -2,8 +2,6 @@
 
 from achse.codes import NcError
 
-__all__ = ["GcodeError", "WordRefused"]
-
 
 class WordRefused(Exception):
     """A word or value is not allowed. The interpreter adds the place and raises `GcodeError`."""

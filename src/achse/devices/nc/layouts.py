@@ -21,28 +21,6 @@ from achse.motion.record import FIELDS
 from achse.native.memory import MemoryCell, gather
 from achse.server import Codec, Layout, Repeated
 
-__all__ = [
-    "INT32",
-    "INT64",
-    "NOTHING",
-    "NO_DATA",
-    "ONLINE_TC2",
-    "ONLINE_TC3",
-    "REAL64",
-    "UINT8",
-    "UINT16",
-    "UINT32",
-    "UINT64",
-    "AxisStructure",
-    "Integer",
-    "LineText",
-    "OfAxis",
-    "Text",
-    "codec_of",
-    "codecs_of",
-    "fields_of",
-]
-
 
 class Integer:
     """A whole number of `size` bytes; one too long for it wraps, as counters do."""

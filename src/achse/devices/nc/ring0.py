@@ -9,8 +9,6 @@ from achse.devices.nc.rows import bound
 from achse.motion import Nc
 from achse.server import Service
 
-__all__ = ["RING0_FUNCTIONS", "RING0_PARAMETERS", "RING0_STATES"]
-
 _PARAMETERS = named_rows(0x1000)
 _STATES = named_rows(0x1100)
 _FUNCTIONS = named_rows(0x1200)

@@ -13,26 +13,14 @@ from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import NcError
+from achse.codes.axis import ControlBit
 from achse.codes.nc.row import NcRow
 from achse.devices.nc.layouts import REAL64, Integer, codec_of, codecs_of
 from achse.motion import Axis
 from achse.motion.parts import AxisPart
 from achse.motion.record import FIELDS, PART_OF
-from achse.motion.states import ControlBit
 from achse.native.memory import Cell
 from achse.server import READ, READ_WRITE, WRITE, Codec, Service
-
-__all__ = [
-    "at_axis",
-    "bound",
-    "error_state",
-    "not_while_enabled",
-    "parameter",
-    "per_element",
-    "per_encoder",
-    "sample_of_reals",
-    "shown",
-]
 
 
 def _field(name: str, prefix: str) -> str:

@@ -24,8 +24,6 @@ from achse.motion import Axis, Nc
 from achse.motion.groups.group import AxisGroup
 from achse.server import READ, WRITE, AreaGroup, Service
 
-__all__ = ["NcSymbols", "interface_groups"]
-
 CYCLIC = 0x4300
 TO_PLC = 0x80
 GROUP_STATE = 0x3100

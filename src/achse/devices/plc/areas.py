@@ -9,8 +9,6 @@ from achse.native.memory import MemoryCell
 from achse.plc import Area, Memory, MemoryRangeError, Region
 from achse.server import BYTES, READ, WRITE, AreaGroup, Group, IndexGroup, Layout, Service
 
-__all__ = ["AREA_GROUPS", "AreaGroups", "area_groups"]
-
 _UINT32 = Layout("<I")
 
 

@@ -14,8 +14,6 @@ from achse.plc import PlcStateError
 if TYPE_CHECKING:
     from achse.plc.bodies import Bodies
 
-__all__ = ["PropertyAccess", "caller", "property_access"]
-
 log = logging.getLogger("achse.plc")
 
 

@@ -19,8 +19,6 @@ from achse.server import (
     Service,
 )
 
-__all__ = ["PlcDevice"]
-
 NAME = "Plc30 App"
 VERSION = (3, 1, 4024)
 

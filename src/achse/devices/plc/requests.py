@@ -32,8 +32,6 @@ from achse.plc.code.faults import PlcFault
 from achse.plc.routines.builtins import BlockBody, BuiltinContext, FunctionBody
 from achse.server.device import DeviceRouter
 
-__all__ = ["PlcRequests"]
-
 _SENDER = "TCPLC"
 _KINDS = (
     MessageType.HINT,

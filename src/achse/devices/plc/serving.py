@@ -20,8 +20,6 @@ from achse.ams.commands import (
 from achse.codes import ReturnCode
 from achse.plc.routines.builtins import BlockBody, BuiltinContext
 
-__all__ = ["PlcIndications"]
-
 _FIRST_GROUP, _LAST_GROUP = 0x8000_0000, 0x80FF_FFFF
 _MOST = 10
 """Requests of a kind that are not answered yet."""

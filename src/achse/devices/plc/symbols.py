@@ -31,8 +31,6 @@ from achse.plc import Area, Memory, PlacedUnit, PlacedVariable, PlcRuntime, Regi
 from achse.plc.system_info import SYSTEM_LIST
 from achse.server import TableSizes
 
-__all__ = ["MemoryRange", "PlcSymbol", "PlcSymbols"]
-
 _ADDRESS_TYPES = {Area.INPUT: "Input", Area.OUTPUT: "Output"}
 """The index group in the entries of properties: they are reached by handle only."""
 

@@ -9,8 +9,6 @@ from achse.scope import ScopeChannel, ScopeError, ScopeSource, ScopeType, type_o
 from achse.scope.types import SCOPE_TYPES, type_of_words
 from achse.server import Device, RowFacts
 
-__all__ = ["NOT_SCOPED", "ScopeChannels"]
-
 NC_PORTS = frozenset((500, 501))
 
 _AXIS_DISPLAY = (*range(0x82, 0x86), *range(0x88, 0x91), 0x9A, 0x9B)

@@ -21,8 +21,6 @@ from achse.scope.definition import LONGEST_RECORD
 from achse.scope.service import SAMPLES_REQUEST, ScopeCommand, ScopeGroup
 from achse.server import BYTES, READ, VOID, WRITE, Device, Group, Layout, RawGroup, Service
 
-__all__ = ["VIEW_ID", "ScopeDevice"]
-
 VIEW_ID = 1
 """The only view that the vendor's services know (000 §5.2)."""
 

@@ -10,8 +10,6 @@ from achse.devices.system.folder import Folder, device_errors
 from achse.scope import ScopeData, ScopeDefinition, ScopeError, parse_definition
 from achse.scope.csv_form import write_csv
 
-__all__ = ["ScopeFiles"]
-
 _ANY_PLACE = 0
 """Names begin at the folder itself, see `achse.devices.system.folder`."""
 

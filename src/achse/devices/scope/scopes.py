@@ -12,8 +12,6 @@ from achse.scope import Recorder, ScopeDefinition, ScopeError
 from achse.scope.kernel import KERNEL
 from achse.server.usage import host_of, host_share
 
-__all__ = ["NumberedScope", "ScopeLimits", "ScopeServer"]
-
 _ROW_NS, _IN_MEMORY_NS, _PLAIN_NS, _CALLED_NS = 3000.0, 5.0, 300.0, 1500.0
 """Estimated time per sample, ns: a row, a value in memory (by machine code, by Python), a computed
 value. The estimates are generous, so that a slow machine keeps to the limit, too."""

@@ -24,8 +24,6 @@ from achse.devices.system.time_service import TimeService
 from achse.router.routes import RouteTable
 from achse.server import READ, Device, Group, Layout, RawGroup, Service
 
-__all__ = ["VERSION", "StationControl", "SystemDevice"]
-
 VERSION = (3, 1, 4024)
 """Version, revision and build that the station claims."""
 

@@ -13,8 +13,6 @@ from achse.codes import ReturnCode
 from achse.router.routes import RouteTable
 from achse.server import Device, IndexGroup, RawGroup
 
-__all__ = ["Diagnosis"]
-
 _MODULES = 8
 """The area that has modules."""
 _DEVICE_NAME = 0x1008

@@ -14,8 +14,6 @@ from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.server.deferred import Answer, Deferred, Result
 
-__all__ = ["FileWorker"]
-
 _PER_CLIENT = 64
 """Requests of one client that may wait."""
 

@@ -25,8 +25,6 @@ from achse.devices.system.file_worker import FileWorker
 from achse.devices.system.folder import Folder, as_name, device_errors
 from achse.server import READ, READ_WRITE, WRITE, IndexGroup, RawGroup, RowFacts
 
-__all__ = ["FIND_ENTRY", "Files", "OpenMode"]
-
 
 class OpenMode:
     """Bits of the offset that opens a file; the place of the path is in its upper half."""

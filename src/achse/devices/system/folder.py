@@ -19,8 +19,6 @@ from pathlib import Path
 from achse.ams import DeviceError
 from achse.codes import ReturnCode
 
-__all__ = ["Folder", "as_name", "device_errors"]
-
 _LONGEST = 255
 """Bytes of a path; PLC code has a STRING(255) for it."""
 

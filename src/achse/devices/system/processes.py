@@ -18,8 +18,6 @@ from achse.codes import ReturnCode
 from achse.devices.system.folder import device_errors
 from achse.server import IndexGroup, RawGroup
 
-__all__ = ["MOST_PROCESSES", "Processes", "Spawn"]
-
 MOST_PROCESSES = 16
 """Processes of one station that run at the same time."""
 

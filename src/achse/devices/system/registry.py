@@ -16,8 +16,6 @@ from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.server import IndexGroup, RawGroup
 
-__all__ = ["MOST_BYTES", "Registry"]
-
 T = TypeVar("T")
 
 HIVES = {200: "HKEY_LOCAL_MACHINE", 201: "HKEY_CURRENT_USER", 202: "HKEY_CLASSES_ROOT"}

@@ -15,8 +15,6 @@ from achse.router.limited_log import LimitedLog
 from achse.router.routes import FixedRouteError, Route, RouteError, RouteFlags, RouteTable
 from achse.server import IndexGroup, RawGroup
 
-__all__ = ["RouteEntry", "RouteServices"]
-
 log = logging.getLogger("achse.system")
 
 _ENTRY = struct.Struct("<6sHIII12xII4x")

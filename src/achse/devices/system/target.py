@@ -8,8 +8,6 @@ from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.server import Device, IndexGroup, RawGroup
 
-__all__ = ["TargetDescription"]
-
 _XML, _PLATFORM, _PROJECT = 1, 4, 7
 
 

@@ -12,8 +12,6 @@ from achse.ams import DeviceError
 from achse.codes import ReturnCode
 from achse.server import IndexGroup, RawGroup
 
-__all__ = ["TimeService"]
-
 _DATE_AND_TIME = 1
 _TIME_ZONE = 6
 _SYSTEM_TIME = struct.Struct("<8H")

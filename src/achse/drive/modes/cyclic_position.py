@@ -11,8 +11,6 @@ from achse.drive.power import ENABLED
 from achse.drive.record import DriveFields
 from achse.drive.supervision import following_error_seen
 
-__all__ = ["command", "enter", "report"]
-
 _OP = 8
 
 

@@ -5,8 +5,6 @@ from achse.drive.plant import CONTROL_TORQUE
 from achse.drive.power import ENABLED
 from achse.drive.record import DriveFields
 
-__all__ = ["command", "enter", "report"]
-
 
 def enter(d: DriveFields) -> None:
     """The torque starts where it is."""

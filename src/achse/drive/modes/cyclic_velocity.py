@@ -6,8 +6,6 @@ from achse.drive.power import ENABLED
 from achse.drive.record import DriveFields
 from achse.drive.supervision import velocity_reached
 
-__all__ = ["command", "enter", "report"]
-
 
 def enter(d: DriveFields) -> None:
     """The velocity starts where it is."""

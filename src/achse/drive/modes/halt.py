@@ -8,8 +8,6 @@ from achse.drive.plant import CONTROL_POSITION, CONTROL_VELOCITY, take_over
 from achse.drive.profile import rate_of, stop
 from achse.drive.record import DriveFields
 
-__all__ = ["halt", "halt_requested", "hold_position", "hold_velocity"]
-
 _HALT = 0x0100
 
 

@@ -18,17 +18,6 @@ from achse.drive.profile import follow, plan, ramp_velocity, rate_of, stop
 from achse.drive.record import DriveFields
 from achse.drive.supervision import standing_still
 
-__all__ = [
-    "METHODS",
-    "HomingMethod",
-    "HomingSwitch",
-    "abandon",
-    "command",
-    "enter",
-    "report",
-    "start",
-]
-
 
 class HomingSwitch(IntEnum):
     """Switch searched before the index pulse; the values are bits of 60FDh."""

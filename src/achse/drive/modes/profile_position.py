@@ -12,8 +12,6 @@ from achse.drive.profile import follow, plan, rate_of, stop
 from achse.drive.record import DriveFields
 from achse.drive.supervision import following_error_seen, standing_still
 
-__all__ = ["BUFFER", "abandon", "command", "enter", "report"]
-
 BUFFER = 2
 """Set points that can wait behind the running one."""
 

@@ -6,8 +6,6 @@ from achse.drive.power import ENABLED
 from achse.drive.record import DriveFields
 from achse.drive.supervision import standing_still
 
-__all__ = ["command", "enter", "limited_torque", "report", "take_over_torque"]
-
 
 def enter(d: DriveFields) -> None:
     """The torque starts where it is."""

@@ -6,8 +6,6 @@ from achse.drive.profile import ramp_velocity, rate_of
 from achse.drive.record import DriveFields
 from achse.drive.supervision import standing_still, velocity_reached
 
-__all__ = ["command", "enter", "limited_target", "report"]
-
 
 def enter(d: DriveFields) -> None:
     """The velocity starts where it is."""

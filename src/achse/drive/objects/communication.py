@@ -7,17 +7,6 @@ from achse.drive.identity import PRODUCT, VENDOR
 from achse.drive.objects.row import DriveView, EntryAccess, ObjectRow
 from achse.drive.record import ENTRIES
 
-__all__ = [
-    "CIA402_MAPPINGS",
-    "COMMUNICATION",
-    "DEFAULT_MAPPINGS",
-    "RX_ASSIGNMENT",
-    "RX_PDOS",
-    "SAVE",
-    "TX_ASSIGNMENT",
-    "TX_PDOS",
-]
-
 SAVE = 0x6576_6173
 """"save": what 1010h:01 wants to see."""
 

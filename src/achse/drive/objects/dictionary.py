@@ -9,8 +9,6 @@ from achse.drive.objects.maker import MAKER, UNSUPPORTED
 from achse.drive.objects.profile import PROFILE
 from achse.drive.objects.row import ObjectRow
 
-__all__ = ["DICTIONARY", "OBJECTS", "ROWS", "Entry", "Object", "find", "is_unsupported"]
-
 ROWS: tuple[ObjectRow, ...] = (*COMMUNICATION, *MAKER, *PROFILE)
 """Every entry of the dictionary, by ascending index and subindex."""
 

@@ -10,8 +10,6 @@ from achse.codes import DataType
 from achse.drive.alarms import Warn
 from achse.drive.objects.row import DriveView, EntryAccess, ObjectRow
 
-__all__ = ["MAKER", "UNSUPPORTED"]
-
 UNSUPPORTED = (range(0x3002, 0x3056), range(0x3100, 0x3105), range(0x607D, 0x607E))
 
 _I16, _I32, _F32 = DataType.I16, DataType.I32, DataType.F32

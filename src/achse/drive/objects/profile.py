@@ -4,8 +4,6 @@ from achse.codes import AbortCode, DataType, SdoAbort
 from achse.drive.modes import SUPPORTED_MODES
 from achse.drive.objects.row import DriveView, EntryAccess, ObjectRow
 
-__all__ = ["PROFILE"]
-
 _I8, _I16, _I32 = DataType.I8, DataType.I16, DataType.I32
 _U8, _U16, _U32 = DataType.U8, DataType.U16, DataType.U32
 

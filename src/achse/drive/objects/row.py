@@ -15,8 +15,6 @@ from achse.codes import AbortCode, DataType, SdoAbort
 from achse.codes.cia import Number
 from achse.drive.record import DriveFields
 
-__all__ = ["DriveView", "EntryAccess", "ObjectRow", "PdoTable"]
-
 
 class EntryAccess(IntEnum):
     """Write access to an entry; the values are access words of SDO information."""

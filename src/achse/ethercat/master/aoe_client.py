@@ -13,8 +13,6 @@ from achse.ethercat.master.errors import WrongAnswer
 from achse.ethercat.master.mailbox_client import MailboxClient
 from achse.ethercat.master.steps import Steps
 
-__all__ = ["AoeClient", "is_packet", "is_request"]
-
 _HEADER = 32
 _COMMAND, _FLAGS, _LENGTH, _INVOKE_ID = slice(16, 18), 18, slice(20, 24), slice(28, 32)
 _RESPONSE = 0x01

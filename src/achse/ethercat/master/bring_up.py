@@ -20,8 +20,6 @@ from achse.ethercat.master.states import UPWARD, acknowledge, change_state
 from achse.ethercat.master.steps import Pause, Steps, now, read_number, write
 from achse.ethercat.registers import FMMU_BASE, SM_BASE, Register
 
-__all__ = ["BringUp", "mailbox_registers", "stop_sync_if"]
-
 _FMMU_SIZE, _SM_SIZE = 16, 8
 _ENABLED = 1
 _TRIES = 3

@@ -16,8 +16,6 @@ from achse.ethercat.master.process_image import EntryPlace, ProcessDatagram, ent
 from achse.ethercat.master.sdo_client import SdoClient
 from achse.ethercat.master.voe_client import VoeClient
 
-__all__ = ["PORTS", "BusSlave", "PortCounters", "SlaveFacts"]
-
 PORTS = 4
 _OP = int(AlState.OP)
 _MAILBOX_STATES = (AlState.PREOP, AlState.SAFEOP, AlState.OP)

@@ -17,21 +17,6 @@ from achse.ethercat.master.steps import Pause, Steps, Trip, read, read_number, w
 from achse.ethercat.master.topology import build_tree, propagation_delays
 from achse.ethercat.registers import Register
 
-__all__ = [
-    "ClockDeviation",
-    "ClockWatch",
-    "bound_of",
-    "correct_offset",
-    "difference_of",
-    "measure_clocks",
-    "restart_loop",
-    "settle_drift",
-    "shift_clock",
-    "start_sync",
-    "stop_sync",
-    "write_delay",
-]
-
 _LEAD_NS = 100_000_000
 """SYNC0 begins that long after it is set, rounded up to the cycle."""
 _TRIES = 3

@@ -10,22 +10,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 from achse.codes import AlState
-from achse.ethercat.description import Pdo, PdoEntry, SlaveDescription, SyncManagerArea
-from achse.ethercat.master.sii_reader import SiiContent, SiiUse
-
-__all__ = [
-    "ASSIGN_BOTH",
-    "ASSIGN_SYNC0",
-    "FIRST_STATION",
-    "BusConfiguration",
-    "ClockConfiguration",
-    "InitCommand",
-    "ProcessSyncManager",
-    "SlaveConfiguration",
-    "StateTimes",
-    "from_description",
-    "from_sii",
-]
+from achse.ethercat.description import Pdo, PdoEntry, SiiUse, SlaveDescription, SyncManagerArea
+from achse.ethercat.master.sii_reader import SiiContent
 
 FIRST_STATION = 1001
 """Station address of the first slave; the others count on."""

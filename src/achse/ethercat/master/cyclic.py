@@ -14,8 +14,6 @@ from achse.ethercat.frame import MAX_FRAME, Datagram, DatagramCommand, EthercatF
 from achse.ethercat.master.process_image import MAILBOX_BITS, ProcessDatagram, ProcessImage
 from achse.ethercat.registers import Register
 
-__all__ = ["CyclicCounters", "CyclicExchange"]
-
 _U16 = struct.Struct("<H")
 _U64 = struct.Struct("<Q")
 _STATES = struct.Struct("<HH")

@@ -9,8 +9,6 @@ from achse.ethercat.master.errors import EepromTrouble, NoAnswer
 from achse.ethercat.master.steps import Pause, Steps, Trip, write
 from achse.ethercat.registers import Register
 
-__all__ = ["EepromClient", "whole_image"]
-
 _READ, _WRITE, _RELOAD = 1 << 8, 2 << 8 | 1, 4 << 8
 """Commands; a write enables itself in the same access."""
 

@@ -22,8 +22,6 @@ from achse.ethercat.master.configuration import (
 )
 from achse.ethercat.master.xml_document import XmlRefusal, flag, number, parse_xml
 
-__all__ = ["TYPE_NUMBERS", "EniError", "read_eni", "write_eni"]
-
 _MAILBOXES = 2
 """SyncManagers before those of process data."""
 _MAILBOX_OUT, _MAILBOX_IN = 0x26, 0x22

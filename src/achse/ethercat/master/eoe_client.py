@@ -21,8 +21,6 @@ from achse.ethercat.master.errors import BusError, WrongAnswer
 from achse.ethercat.master.mailbox_client import MailboxClient
 from achse.ethercat.master.steps import Steps
 
-__all__ = ["EoeClient", "EoeRefusal"]
-
 T = TypeVar("T")
 
 _EOE = MailboxProtocol.EOE

@@ -6,22 +6,6 @@ Source: ETG.1000.4 §6 (working counter), §6.1.5 (AL status); 001 §2.6 for mai
 from achse.codes import AbortCode, AlState, AlStatus
 from achse.ethercat.mailbox import MailboxError
 
-__all__ = [
-    "BusError",
-    "EepromTrouble",
-    "FrameLost",
-    "MailboxRefusal",
-    "MailboxTimeout",
-    "NoAnswer",
-    "NoMailbox",
-    "SdoRefusal",
-    "SlaveMismatch",
-    "SlaveNotReady",
-    "StateRefusal",
-    "StateTimeout",
-    "WrongAnswer",
-]
-
 
 class BusError(Exception):
     """A request on the bus failed."""

@@ -29,22 +29,6 @@ from achse.ethercat.master.xml_document import (
     parse_xml,
 )
 
-__all__ = [
-    "DEVICE_PATH",
-    "EsiDevice",
-    "EsiError",
-    "EsiMode",
-    "EsiPdo",
-    "EsiSyncManager",
-    "EsiTime",
-    "described",
-    "from_esi",
-    "identity_of",
-    "parse_esi",
-    "read_esi",
-    "read_pdo",
-]
-
 _MS = 1_000_000
 _OUTPUT, _MAILBOX = 0x04, 0x02
 """Bits of a SyncManager's control: the master writes; it is a mailbox."""

@@ -10,8 +10,6 @@ from achse.ethercat.master.bus_slave import BusSlave
 from achse.ethercat.master.ethernet_switch import EthernetSwitch, SwitchPort
 from achse.ethercat.master.steps import Steps
 
-__all__ = ["BusEthernet"]
-
 _MOST_WAITING = 32
 """Frames on their way to one slave; more are dropped, as a switch does it."""
 

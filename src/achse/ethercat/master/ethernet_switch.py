@@ -12,8 +12,6 @@ from dataclasses import dataclass, field
 
 from achse.ethercat.eoe import LONGEST_FRAME, SHORTEST_FRAME
 
-__all__ = ["EthernetSwitch", "SwitchPort"]
-
 _MOST_ADDRESSES = 1024
 _MOST_WAITING = 64
 """Frames that wait at a port; more are dropped."""

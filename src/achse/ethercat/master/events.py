@@ -7,8 +7,6 @@ import struct
 from enum import Enum
 from typing import NamedTuple
 
-__all__ = ["BusEvent", "BusEventKind", "EmergencyMessage"]
-
 _EMERGENCY = struct.Struct("<HB5s")
 
 

@@ -13,8 +13,6 @@ from achse.ethercat.master.errors import BusError, WrongAnswer
 from achse.ethercat.master.mailbox_client import MailboxClient
 from achse.ethercat.master.steps import Pause, Steps
 
-__all__ = ["MAX_FILE", "FoeClient", "FoeProgress", "FoeRefusal"]
-
 MAX_FILE = 16 << 20
 """Bytes of the longest file that is taken from a slave or given to it."""
 

@@ -26,18 +26,6 @@ from achse.ethercat.master.steps import (
 )
 from achse.ethercat.registers import FMMU_BASE, SM_BASE, Register
 
-__all__ = [
-    "MAX_SLAVES",
-    "count_slaves",
-    "identify",
-    "inspect",
-    "match",
-    "reset_bus",
-    "same_device",
-    "scattered_reads",
-    "set_station",
-]
-
 MAX_SLAVES = 2048
 """Slaves that are addressed; more than any frame reaches in its time."""
 

@@ -20,8 +20,6 @@ from achse.ethercat.master.errors import (
 from achse.ethercat.master.steps import Pause, Steps, Trip, now, read, write
 from achse.ethercat.registers import SM_BASE
 
-__all__ = ["MailboxClient"]
-
 _SM_SIZE = 8
 _STATUS, _ACTIVATE, _PDI_CONTROL = 5, 6, 7
 """Bytes of a SyncManager's registers."""

@@ -25,8 +25,6 @@ from achse.ethercat.master.steps import Steps
 from achse.ethercat.master.supervision import Supervision
 from achse.ethercat.master.traffic import ACYCLIC, AcyclicTraffic, BusJob
 
-__all__ = ["Master"]
-
 _FRAME_TIMEOUT_NS = 5_000_000
 _MAX_EVENTS = 4096
 _INDEX_AT = 17

@@ -9,8 +9,6 @@ from achse.ethercat.master.errors import WrongAnswer
 from achse.ethercat.master.mailbox_client import MailboxClient
 from achse.ethercat.master.steps import Steps
 
-__all__ = ["MAX_PDO", "PdoClient"]
-
 MAX_PDO = 511
 """The highest number of a PDO; its mapping is at 1600h (RxPDO) or 1A00h (TxPDO) + number."""
 

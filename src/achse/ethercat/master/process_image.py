@@ -20,15 +20,6 @@ from achse.ethercat.master.configuration import (
 )
 from achse.ethercat.registers import SM_BASE
 
-__all__ = [
-    "MAILBOX_BITS",
-    "EntryPlace",
-    "ProcessArea",
-    "ProcessDatagram",
-    "ProcessImage",
-    "entry_places",
-]
-
 FIRST_LOGICAL = 0x0100_0000
 """Of the first process data."""
 MAILBOX_BITS = 0x0900_0000

@@ -25,8 +25,6 @@ from achse.ethercat.frame import (
 )
 from achse.ethercat.master.traffic import ACYCLIC
 
-__all__ = ["SURE", "Redundancy"]
-
 _U16 = struct.Struct("<H")
 _HEAD, _INDEX_AT, _SOURCE_END = 14, 17, 11
 _LEAST = 28

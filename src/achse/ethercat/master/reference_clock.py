@@ -24,8 +24,6 @@ from achse.ethercat.master.redundancy import Redundancy
 from achse.ethercat.master.steps import Steps, Trip
 from achse.ethercat.registers import Register
 
-__all__ = ["ReferenceClock"]
-
 _MISSES = 3
 """A slave that answers, but so often not with its time, is not the reference any more: once may be
 a frame of a redundant bus of which one copy is missing."""

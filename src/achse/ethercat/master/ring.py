@@ -10,8 +10,6 @@ from achse.ethercat.master.redundancy import Redundancy
 from achse.ethercat.ring_segment import RingSegment
 from achse.ethercat.segment import Segment
 
-__all__ = ["Ring"]
-
 _ROUNDS = 4
 
 

@@ -30,8 +30,6 @@ from achse.ethercat.master.states import acknowledge, change_state
 from achse.ethercat.master.steps import Steps, write
 from achse.ethercat.registers import SM_BASE
 
-__all__ = ["FoundSlave", "scan_bus"]
-
 _ASSIGNMENT = 0x1C10
 _MOST_PDOS, _MOST_ENTRIES = 64, 255
 

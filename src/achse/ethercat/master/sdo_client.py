@@ -13,8 +13,6 @@ from achse.ethercat.master.errors import SdoRefusal, WrongAnswer
 from achse.ethercat.master.mailbox_client import MailboxClient
 from achse.ethercat.master.steps import Steps
 
-__all__ = ["MAX_UPLOAD", "EntryInformation", "ObjectInformation", "SdoClient"]
-
 MAX_UPLOAD = 1 << 24
 """Bytes of the longest value that is taken from a slave."""
 

@@ -8,10 +8,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import IntEnum
 
-from achse.ethercat.description import MailboxBit, Pdo, PdoEntry, SiiUse, SyncManagerArea
+from achse.ethercat.description import MailboxBit, Pdo, PdoEntry, SyncManagerArea
 from achse.ethercat.eeprom import checksum
-
-__all__ = ["SiiCategory", "SiiContent", "SiiMode", "SiiSyncManager", "SiiUse", "read_sii"]
 
 _HEAD = 0x80
 """Bytes before the first category."""

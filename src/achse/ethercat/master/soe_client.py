@@ -11,8 +11,6 @@ from achse.ethercat.master.errors import BusError, WrongAnswer
 from achse.ethercat.master.mailbox_client import MailboxClient
 from achse.ethercat.master.steps import Steps
 
-__all__ = ["SoeClient", "SoeElement", "SoeRefusal"]
-
 _READ, _READ_ANSWER, _WRITE, _WRITE_ANSWER = 1, 2, 3, 4
 _OPERATION, _INCOMPLETE, _ERROR = 0x07, 0x08, 0x10
 _HEAD = struct.Struct("<BBH")

@@ -10,8 +10,6 @@ from achse.ethercat.master.errors import StateRefusal, StateTimeout
 from achse.ethercat.master.steps import Pause, Steps, now, read, write_number
 from achse.ethercat.registers import Register
 
-__all__ = ["UPWARD", "AlReport", "acknowledge", "change_state", "read_state", "report_of"]
-
 UPWARD = (AlState.INIT, AlState.PREOP, AlState.SAFEOP, AlState.OP)
 """The states in the order in which a slave climbs."""
 

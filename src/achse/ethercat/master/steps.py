@@ -13,23 +13,6 @@ from achse.ethercat.frame import Datagram, DatagramCommand
 from achse.ethercat.master.errors import NoAnswer
 from achse.ethercat.registers import Register
 
-__all__ = [
-    "TRIES",
-    "Pause",
-    "Round",
-    "Steps",
-    "Trip",
-    "broadcast_read",
-    "broadcast_write",
-    "now",
-    "read",
-    "read_number",
-    "read_position",
-    "write",
-    "write_number",
-    "write_position",
-]
-
 TRIES = 3
 """Number of times that a lost datagram is sent, as in SOEM and IgH."""
 

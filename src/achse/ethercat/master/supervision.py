@@ -38,8 +38,6 @@ from achse.ethercat.master.steps import Pause, Steps, broadcast_read, now, write
 from achse.ethercat.master.traffic import AcyclicTraffic, BusJob
 from achse.ethercat.registers import Register
 
-__all__ = ["Supervision"]
-
 Tell = Callable[[BusEventKind, BusSlave | None, int, str], None]
 """Reports an event: kind, slave, number, text."""
 

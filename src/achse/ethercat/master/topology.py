@@ -9,8 +9,6 @@ Source: ETG.1000.4 §6.1.4 (DL status), §6.8 (receive times).
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-__all__ = ["PORT_ORDER", "PlaceOnBus", "build_tree", "open_ports", "propagation_delays"]
-
 PORT_ORDER = (0, 3, 1, 2)
 """Order in which a frame passes the ports."""
 

@@ -20,8 +20,6 @@ from achse.ethercat.frame import (
 from achse.ethercat.master.errors import BusError, FrameLost
 from achse.ethercat.master.steps import Pause, Round, Steps, Trip
 
-__all__ = ["ACYCLIC", "AcyclicTraffic", "BusJob", "same_request"]
-
 ACYCLIC = range(0x80, 256)
 """Indices of acyclic frames; the cyclic frames have those below."""
 

@@ -11,8 +11,6 @@ from achse.ethercat.master.errors import WrongAnswer
 from achse.ethercat.master.mailbox_client import MailboxClient
 from achse.ethercat.master.steps import Steps
 
-__all__ = ["VendorMessage", "VoeClient"]
-
 _HEAD = struct.Struct("<IH")
 
 

@@ -11,17 +11,6 @@ from pathlib import Path
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
-__all__ = [
-    "ElementHandler",
-    "XmlRefusal",
-    "encoding_of",
-    "flag",
-    "number",
-    "number_of",
-    "parse_xml",
-    "read_bounded",
-]
-
 _LONGEST = 64 << 20
 """Bytes of a file; the largest that vendors publish have about 30 million."""
 _LONGEST_TAG = 1 << 20

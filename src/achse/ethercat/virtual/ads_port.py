@@ -10,8 +10,6 @@ from typing import Protocol
 from achse.codes import AlState, ReturnCode, SdoAbort, return_code_of
 from achse.ethercat.mailbox import MailboxError
 
-__all__ = ["AdsPort"]
-
 _HEAD = struct.Struct("<8s8sHHIII")
 _RESPONSE = 0x0001
 _NAME, _READ, _WRITE, _STATE = 1, 2, 3, 4

@@ -15,8 +15,6 @@ from achse.ethercat.virtual.channels import Value
 if TYPE_CHECKING:
     from achse.ethercat.virtual.device import VirtualDevice
 
-__all__ = ["LoopBack", "RecordedSignals", "SlaveBehaviour"]
-
 _MOST_ROWS = 1_000_000
 
 

@@ -13,8 +13,6 @@ from dataclasses import dataclass
 from achse.codes import DataType
 from achse.ethercat.description import Pdo
 
-__all__ = ["PdoChannel", "Value", "channels_of", "decode_value", "encode_value"]
-
 Value = bool | int | float | bytes
 _SIGNED = (DataType.I8, DataType.I16, DataType.I32, DataType.I64)
 _TEXTS = (DataType.VISIBLE_STRING, DataType.OCTET_STRING)

@@ -34,8 +34,6 @@ from achse.ethercat.virtual.esi_dictionary import read_dictionary
 from achse.ethercat.virtual.mailbox_services import MailboxServices
 from achse.ethercat.virtual.pdo_objects import MOST_BITS, PdoObjects, bits_of
 
-__all__ = ["VirtualDevice", "VirtualFileDevice"]
-
 _IDLE_CYCLE_NS = 10_000_000
 """Local cycle without a behaviour: nothing happens but the watch on the watchdog."""
 _READ, _WRITE = int(ObjectAccess.READ), int(ObjectAccess.READ | ObjectAccess.WRITE)

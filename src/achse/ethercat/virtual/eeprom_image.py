@@ -12,8 +12,6 @@ from achse.ethercat.master.esi_reader import EsiDevice, EsiError, EsiMode
 from achse.ethercat.master.xml_document import number
 from achse.ethercat.sii import SiiClockMode, SiiSource, encode_sii
 
-__all__ = ["image_of"]
-
 _CONFIGURATION = 14
 _USUAL = struct.pack("<4H6x", 0x0C05, 0x0003, 100, 0)
 """Configuration where a file gives none: SPI, clock units on."""

@@ -14,8 +14,6 @@ from achse.ethercat.dictionary import DictionaryEntry, DictionaryObject
 from achse.ethercat.master.eni import TYPE_NUMBERS
 from achse.ethercat.master.xml_document import number, number_of
 
-__all__ = ["read_dictionary", "type_number"]
-
 _BIT_1 = 0x30
 _LONGEST_BITS = 8 * 0x1_0000
 """Bits of the longest entry."""

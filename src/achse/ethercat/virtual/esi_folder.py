@@ -22,8 +22,6 @@ from achse.ethercat.master.esi_reader import (
 )
 from achse.ethercat.master.xml_document import XmlRefusal, encoding_of, number_of, read_bounded
 
-__all__ = ["EsiFolder", "EsiType"]
-
 _MODULES_PATH = "EtherCATInfo/Descriptions/Modules"
 _MODULE_PATH = f"{_MODULES_PATH}/Module"
 _MOST_TYPES = 100_000

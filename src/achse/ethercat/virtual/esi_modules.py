@@ -14,8 +14,6 @@ from achse.ethercat.master.esi_reader import EsiDevice, EsiError, read_pdo
 from achse.ethercat.master.xml_document import flag, number_of
 from achse.ethercat.virtual.esi_dictionary import read_dictionary
 
-__all__ = ["EquippedDevice", "equip", "module_names"]
-
 _LAST_INDEX = 0xFFFF
 _MOST_MODULES = 0xFF
 """Modules that F030h and F050h can list."""

@@ -15,8 +15,6 @@ from achse.ethercat.virtual.sercos_parameters import SercosParameters
 if TYPE_CHECKING:
     from achse.ethercat.virtual.device import VirtualDevice
 
-__all__ = ["MailboxServices"]
-
 _Handler = Callable[[bytes], Iterable[bytes] | int]
 _HEADER = 6
 _VENDOR_HEAD = 6

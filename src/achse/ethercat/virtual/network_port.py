@@ -23,8 +23,6 @@ from achse.ethercat.eoe import (
 )
 from achse.ethercat.mailbox import MailboxError
 
-__all__ = ["NetworkPort"]
-
 _MOST_WAITING = 64
 """Fragments that wait for the master; more frames are dropped."""
 _BROADCAST = b"\xff" * 6

@@ -14,8 +14,6 @@ from achse.ethercat.description import Pdo, PdoEntry
 from achse.ethercat.dictionary import DictionaryEntry, DictionaryObject
 from achse.ethercat.master.esi_reader import EsiDevice, EsiPdo
 
-__all__ = ["ASSIGNMENT", "MOST_BITS", "PdoObjects", "bits_of"]
-
 ASSIGNMENT = 0x1C10
 """Object of SyncManager 0; those of the others follow."""
 

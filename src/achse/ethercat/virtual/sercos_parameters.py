@@ -19,8 +19,6 @@ from achse.ethercat.master.esi_reader import EsiDevice
 from achse.ethercat.master.soe_client import SoeElement
 from achse.ethercat.master.xml_document import number, number_of
 
-__all__ = ["SercosParameters"]
-
 _HEAD = struct.Struct("<BBH")
 _READ, _READ_ANSWER, _WRITE, _WRITE_ANSWER = 1, 2, 3, 4
 _OPERATION, _INCOMPLETE, _ERROR = 0x07, 0x08, 0x10

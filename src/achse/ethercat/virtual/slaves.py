@@ -16,8 +16,6 @@ from achse.ethercat.virtual.device import VirtualDevice, VirtualFileDevice
 from achse.ethercat.virtual.eeprom_image import image_of
 from achse.ethercat.virtual.esi_modules import equip
 
-__all__ = ["VirtualSlave", "make_slave"]
-
 _USES = {
     "MBoxOut": SiiUse.MAILBOX_OUT, "MBoxIn": SiiUse.MAILBOX_IN,
     "Outputs": SiiUse.OUTPUTS, "Inputs": SiiUse.INPUTS,

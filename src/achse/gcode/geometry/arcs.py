@@ -3,17 +3,8 @@
 from math import atan2, hypot, pi, sqrt
 
 from achse.codes import NcError
-from achse.gcode.canon import PathPoint
 from achse.gcode.errors import WordRefused
-from achse.gcode.vectors import cross, dot
-
-__all__ = [
-    "PlanePoint",
-    "centre_of_radius",
-    "circle_in_space",
-    "corrected_centre",
-    "swept",
-]
+from achse.gcode.vectors import PathPoint, cross, dot
 
 PlanePoint = tuple[float, float]
 """First and second axis of a plane, mm."""

@@ -15,12 +15,11 @@ from enum import IntEnum
 from math import atan2, cos, hypot, pi, sin, sqrt
 
 from achse.codes import NcError
-from achse.gcode.canon import BottleneckNotice, Canonical, Origin, PathPlane, PathPoint
+from achse.gcode.canon import BottleneckNotice, Canonical, Origin, PathPlane
 from achse.gcode.errors import WordRefused
 from achse.gcode.geometry.arcs import PlanePoint
 from achse.gcode.geometry.contour import ContourElement
-
-__all__ = ["Bottleneck", "BottleneckMode", "CutterCompensation"]
+from achse.gcode.vectors import PathPoint
 
 _NEAR = 1e-9
 """mm, and sine of an angle: below it two things are the same."""

@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass
 
-from achse.gcode.canon import Origin, PathPoint
-
-__all__ = ["ContourElement", "MoveFacts"]
+from achse.gcode.canon import Origin
+from achse.gcode.vectors import PathPoint
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from html import escape
 from math import ceil, cos, floor, log10, pi, radians, sin
 
-from achse.gcode.canon import LineMove, Moving, PathPoint
-
-__all__ = ["VIEWS", "PathSample", "draw_moves", "draw_velocities"]
+from achse.gcode.canon import LineMove, Moving
+from achse.gcode.vectors import PathPoint
 
 VIEWS = ("xy", "zx", "yz", "iso")
 """The plane that is looked at; `iso` looks from a corner."""

@@ -9,9 +9,7 @@ Source: tf5100, rotation.
 from dataclasses import dataclass, field
 from math import cos, radians, sin
 
-from achse.gcode.canon import PathPoint
-
-__all__ = ["UNTURNED", "WorkFrame", "rotation"]
+from achse.gcode.vectors import PathPoint
 
 _Matrix = tuple[PathPoint, PathPoint, PathPoint]
 

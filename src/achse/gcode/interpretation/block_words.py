@@ -24,8 +24,6 @@ from achse.gcode.state.tool_table import TOOL_PLACES
 from achse.gcode.text.blocks import ProgramBlock, RotationCall, WordValue
 from achse.gcode.text.formula import Arithmetical
 
-__all__ = ["BlockWords"]
-
 _LENGTHS = frozenset(("X", "Y", "Z", "I", "J", "K", "B", "U"))
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from itertools import count
 
 from achse.codes import NcError
-from achse.gcode.canon import ArcMove, Canonical, LineMove, PathPoint, StopKind
+from achse.gcode.canon import ArcMove, Canonical, LineMove, StopKind
 from achse.gcode.errors import GcodeError, WordRefused
 from achse.gcode.interpretation.flow import LoopWatch, check_operands
 from achse.gcode.interpretation.interpreter import Interpreter, RunState
@@ -18,8 +18,7 @@ from achse.gcode.interpretation.preparation import prepare
 from achse.gcode.text.blocks import AtCall, AtOperand, ProgramBlock
 from achse.gcode.text.program import PartProgram
 from achse.gcode.text.words import AtForm
-
-__all__ = ["MAX_BLOCKS", "ProgramReport", "check_lines", "check_program", "dry_run"]
+from achse.gcode.vectors import PathPoint
 
 MAX_BLOCKS = 1_000_000
 """Blocks that a check runs: a program in an endless loop is given up then."""

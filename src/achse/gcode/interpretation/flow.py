@@ -18,8 +18,6 @@ from achse.gcode.text.formula import FUNCTIONS
 from achse.gcode.text.program import PartProgram, SubroutineSource
 from achse.gcode.text.words import AtForm
 
-__all__ = ["MAX_DEPTH", "Flow", "LoopWatch", "ProgramPlace", "check_operands"]
-
 MAX_DEPTH = 20
 """Subroutines inside one another; the number is not printed."""
 

@@ -20,7 +20,6 @@ from achse.gcode.canon import (
     HomeAxis,
     Origin,
     PathParameter,
-    PathPoint,
     ProgramEnd,
     ProgramMessage,
     ProgramStop,
@@ -42,8 +41,7 @@ from achse.gcode.state.modal import ModalState
 from achse.gcode.text.blocks import AtCall, HashCall, ProgramBlock, RotationCall
 from achse.gcode.text.program import PartProgram
 from achse.gcode.text.words import AtForm
-
-__all__ = ["BLOCKS_PER_CALL", "Interpreter", "RunState"]
+from achse.gcode.vectors import PathPoint
 
 BLOCKS_PER_CALL = 200
 """Blocks without a command that one `advance` runs at most."""

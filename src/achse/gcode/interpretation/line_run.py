@@ -8,10 +8,9 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
-from achse.gcode.canon import LineMove, Origin, PathPoint
+from achse.gcode.canon import LineMove, Origin
 from achse.gcode.text.program import PartProgram
-
-__all__ = ["LineRun", "read_points"]
+from achse.gcode.vectors import PathPoint
 
 _NUMBER = r"([-+]?(?:\d{1,12}(?:\.\d{0,15}+)?|\.\d{1,15}+))\s*+"
 _BARE: Callable[[str], "re.Match[str] | None"] = re.compile(

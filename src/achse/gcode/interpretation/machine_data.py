@@ -9,8 +9,6 @@ from achse.gcode.state.registers import Registers
 from achse.gcode.state.tool_table import ToolTable
 from achse.gcode.text.program import SubroutineSource
 
-__all__ = ["MachineData"]
-
 
 @dataclass
 class MachineData:

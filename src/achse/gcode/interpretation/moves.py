@@ -5,15 +5,7 @@ from dataclasses import dataclass
 from math import isfinite, radians, tan
 
 from achse.codes import NcError
-from achse.gcode.canon import (
-    AUXILIARY_AXES,
-    ArcMove,
-    Canonical,
-    LineMove,
-    Moving,
-    Origin,
-    PathPoint,
-)
+from achse.gcode.canon import AUXILIARY_AXES, ArcMove, Canonical, LineMove, Moving, Origin
 from achse.gcode.errors import WordRefused
 from achse.gcode.geometry.arcs import (
     centre_of_radius,
@@ -27,8 +19,7 @@ from achse.gcode.geometry.frame import WorkFrame
 from achse.gcode.interpretation.line_run import LineRun, read_points
 from achse.gcode.state.modal import ModalState
 from achse.gcode.text.program import PartProgram
-
-__all__ = ["AXIS_LETTERS", "MotionWords", "PathMaker"]
+from achse.gcode.vectors import PathPoint
 
 AXIS_LETTERS = ("X", "Y", "Z")
 _CENTRES = ("I", "J", "K")

@@ -8,9 +8,6 @@ from achse.gcode.text.blocks import HashCall
 from achse.gcode.text.formula import TermKind
 from achse.gcode.text.words import PATH_PARAMETERS
 
-__all__ = ["path_setting", "position_registers", "refused_call"]
-
-
 _MAIN_AXES = 3
 
 

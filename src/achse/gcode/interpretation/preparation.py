@@ -10,8 +10,6 @@ from achse.gcode.state.modal import ModalState
 from achse.gcode.text.blocks import ProgramBlock
 from achse.gcode.text.words import GWord, ModalGroup
 
-__all__ = ["Preparation", "prepare"]
-
 _PLANES = {17: PathPlane.XY, 18: PathPlane.ZX, 19: PathPlane.YZ}
 
 

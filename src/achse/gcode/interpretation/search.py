@@ -15,12 +15,10 @@ from achse.gcode.canon import (
     DwellTime,
     LineMove,
     Origin,
-    PathPoint,
     PathSetting,
     ProgramEnd,
 )
-
-__all__ = ["BlockSearch", "DryRun", "SearchFound", "SearchMode"]
+from achse.gcode.vectors import PathPoint
 
 
 class SearchMode(IntEnum):

@@ -9,9 +9,6 @@ from achse.devices.nc.functions.cams import CAMS
 from achse.devices.nc.rows import bound
 from achse.motion import Axis, commands
 
-__all__ = ["COUPLINGS", "GROUPS"]
-
-
 _ROWS = named_rows(0x4200)
 
 _FIELDS_OF_ONE = 8

@@ -7,8 +7,6 @@ from achse.devices.nc.functions.calling import function, numbered
 from achse.devices.nc.rows import bound
 from achse.motion import Axis, commands
 
-__all__ = ["EXTERNAL"]
-
 _ROWS = named_rows(0x4200)
 
 

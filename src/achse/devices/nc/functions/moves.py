@@ -8,9 +8,6 @@ from achse.devices.nc.functions.calling import function, numbered
 from achse.devices.nc.rows import bound
 from achse.motion import Axis, commands
 
-__all__ = ["OSCILLATIONS", "STARTS", "STOPS"]
-
-
 _ROWS = named_rows(0x4200)
 
 

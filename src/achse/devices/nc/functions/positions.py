@@ -5,9 +5,6 @@ from achse.devices.nc.functions.calling import function
 from achse.devices.nc.rows import per_encoder
 from achse.motion import commands
 
-__all__ = ["HOMING", "POSITIONS"]
-
-
 _ROWS = named_rows(0x4200)
 
 

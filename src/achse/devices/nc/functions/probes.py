@@ -11,8 +11,6 @@ from achse.devices.nc.functions.calling import function
 from achse.motion import commands
 from achse.motion.parts import AxisEncoder
 
-__all__ = ["ENCODER_FUNCTIONS"]
-
 _ROWS = named_rows(0x5200)
 
 

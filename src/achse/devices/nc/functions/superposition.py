@@ -8,8 +8,6 @@ from achse.devices.nc.rows import bound
 from achse.motion import Axis, commands
 from achse.motion.commands import Compensation
 
-__all__ = ["SUPERPOSITION"]
-
 _ROWS = named_rows(0x4200)
 
 

@@ -6,8 +6,6 @@ from achse.codes.nc.table import named_rows
 from achse.devices.nc.functions.calling import function
 from achse.motion import commands
 
-__all__ = ["SWITCHES"]
-
 _ROWS = named_rows(0x4200)
 
 _output_off = partial(commands.set_drive_output, enabled=False)

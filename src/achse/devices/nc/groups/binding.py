@@ -15,8 +15,6 @@ from achse.motion.groups.ptp import PtpGroup
 from achse.motion.path import PathError
 from achse.server import Codec, Service
 
-__all__ = ["AnyGroup", "GroupFinder", "group_function", "group_of", "set_value", "show"]
-
 AnyGroup = AxisGroup | PtpGroup
 
 

@@ -10,8 +10,6 @@ from achse.motion.groups.path_group import PathGroup
 from achse.motion.groups.ptp import PtpGroup
 from achse.server import Service
 
-__all__ = ["EVERY_FUNCTION", "EVERY_PARAMETER", "EVERY_STATE", "OWNERS_OF_AXIS"]
-
 _PARAMETERS = named_rows(0x3000)
 _STATES = named_rows(0x3100)
 _FUNCTIONS = named_rows(0x3200)

@@ -6,8 +6,6 @@ from achse.devices.nc.groups.binding import group_function, set_value, show
 from achse.motion.groups.fifo import FifoGroup
 from achse.motion.groups.states import FifoOverrideType
 
-__all__ = ["FIFO_FUNCTIONS", "FIFO_PARAMETERS"]
-
 _PARAMETERS = named_rows(0x3000)
 _FUNCTIONS = named_rows(0x3200)
 

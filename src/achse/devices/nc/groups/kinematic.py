@@ -11,8 +11,6 @@ from achse.devices.nc.rows import bound
 from achse.motion.groups.kinematic import COORDINATES, KinematicGroup
 from achse.server import Service
 
-__all__ = ["KINEMATIC_FUNCTIONS", "KINEMATIC_PARAMETERS", "KINEMATIC_STATES"]
-
 _PARAMETERS = named_rows(0x3000)
 _STATES = named_rows(0x3100)
 _FUNCTIONS = named_rows(0x3200)

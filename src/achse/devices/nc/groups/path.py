@@ -12,8 +12,6 @@ from achse.motion.groups.path_group import MAIN_AXES, PLACES, PathGroup
 from achse.motion.path import PathOverride
 from achse.server import Layout, Service
 
-__all__ = ["PATH_PARAMETERS", "PATH_STATES"]
-
 _PARAMETERS = named_rows(0x3000)
 _STATES = named_rows(0x3100)
 

@@ -9,8 +9,6 @@ from achse.motion.groups.kinematic import KinematicGroup
 from achse.motion.groups.path_group import PathGroup
 from achse.motion.groups.ptp import PtpGroup
 
-__all__ = ["PLACE_FUNCTIONS", "PLACE_STATES"]
-
 _STATES = named_rows(0x3100)
 _FUNCTIONS = named_rows(0x3200)
 

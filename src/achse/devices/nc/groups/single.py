@@ -9,6 +9,7 @@ from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import NcError, ReturnCode
+from achse.codes.nc.choices import AxisType
 from achse.codes.nc.row import NcRow
 from achse.codes.nc.rows.groups import OF_SINGLE_AXES
 from achse.codes.nc.table import named_rows
@@ -18,10 +19,7 @@ from achse.devices.nc.rows import bound
 from achse.motion import Axis
 from achse.motion.groups.path_group import PathGroup
 from achse.motion.groups.ptp import PtpGroup
-from achse.motion.states import AxisType
 from achse.server import Service
-
-__all__ = ["SINGLE_FUNCTIONS", "SINGLE_PARAMETERS"]
 
 _PARAMETERS = named_rows(0x3000)
 _FUNCTIONS = named_rows(0x3200)

@@ -20,8 +20,6 @@ from achse.motion.tables import MOTION_POINT, Table
 from achse.motion.tables.function import values_at
 from achse.motion.tables.table import PointActivation
 
-__all__ = ["MOTION_FUNCTIONS"]
-
 _ROWS = named_rows(0xA000)
 
 

@@ -10,8 +10,6 @@ from achse.ams import DeviceError
 from achse.codes import NcError, ReturnCode
 from achse.motion.tables import Table, TableError, Tables
 
-__all__ = ["Numbers", "TablePlace", "answered", "check_column", "check_row", "check_whole"]
-
 
 @contextmanager
 def answered() -> Iterator[None]:

@@ -11,6 +11,7 @@ from typing import Any
 
 from achse.ams import DeviceError
 from achse.codes import NcError
+from achse.codes.nc.choices import TableType
 from achse.codes.nc.table import named_rows
 from achse.devices.nc.rows import bound
 from achse.devices.nc.tables.motion_functions import MOTION_FUNCTIONS
@@ -23,20 +24,11 @@ from achse.devices.nc.tables.places import (
     check_whole,
 )
 from achse.motion import Nc
-from achse.motion.states import TableType
 from achse.motion.tables import HIGHEST_TABLE_ID, Table
 from achse.motion.tables.search import Crossing
 from achse.motion.tables.survey import VALUES
 from achse.motion.tables.table import TableScaling
 from achse.server import IndexGroup, ObjectGroup
-
-__all__ = [
-    "TABLE_FUNCTIONS",
-    "TABLE_GROUPS",
-    "TABLE_PARAMETERS",
-    "TABLE_STATES",
-    "table_groups",
-]
 
 _PARAMETERS = named_rows(0xA000)
 _STATES = named_rows(0xA100)
