@@ -3,8 +3,6 @@
 from math import cos, sin
 from typing import TypeAlias
 
-__all__ = ["PathPoint", "cross", "dot", "turned"]
-
 PathPoint: TypeAlias = tuple[float, float, float]
 """X, Y, Z in mm; or a direction without unit."""
 

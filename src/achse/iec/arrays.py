@@ -20,8 +20,6 @@ from achse.iec.errors import (
 )
 from achse.iec.types import CHUNK, Buffer, IecType, put_zeros
 
-__all__ = ["Array", "ArrayType", "Bounds"]
-
 V = TypeVar("V")
 
 

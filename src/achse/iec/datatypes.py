@@ -21,19 +21,6 @@ from achse.iec.entries import (
 from achse.iec.errors import IecDecodeError
 from achse.iec.text import Coding
 
-__all__ = [
-    "STATIC_OFFSET",
-    "DataTypeEntry",
-    "EnumNote",
-    "MethodEntry",
-    "MethodFlag",
-    "ParameterEntry",
-    "ParameterFlag",
-    "TypeFlag",
-    "decode_types",
-    "encode_types",
-]
-
 STATIC_OFFSET = 0xFFFF_FFFF
 """The offset of a member that no instance has."""
 

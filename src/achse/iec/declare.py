@@ -31,21 +31,6 @@ from achse.iec.structs import Record, RecordKind, StaticRecord, StructType
 from achse.iec.types import IecType, no_attributes
 from achse.iec.variables import Address, Section, Variable
 
-__all__ = [
-    "ARRAY",
-    "GlobalVariables",
-    "Program",
-    "Typelike",
-    "iec_type",
-    "method",
-    "pointer_to",
-    "reference_to",
-    "var",
-    "var_input",
-    "var_output",
-    "variables",
-]
-
 V = TypeVar("V")
 R = TypeVar("R", bound=Record)
 E = TypeVar("E", bound=Enumeration)

@@ -11,16 +11,6 @@ from achse.iec.elementary import DWORD, LWORD, IntegerType
 from achse.iec.errors import DeclarationError, IecValueError
 from achse.iec.types import CHUNK, Adst, Buffer, IecType, no_attributes
 
-__all__ = [
-    "AliasType",
-    "InterfaceType",
-    "OpaqueType",
-    "PointerType",
-    "ReferenceType",
-    "SubrangeType",
-    "resolved",
-]
-
 V = TypeVar("V")
 
 

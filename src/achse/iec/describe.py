@@ -32,8 +32,6 @@ from achse.iec.structs import RecordKind, StructType
 from achse.iec.types import Adst, IecType
 from achse.iec.variables import Variable
 
-__all__ = ["describe_type", "types_shown", "types_within"]
-
 
 def types_within(roots: Iterable[IecType[Any]]) -> list[IecType[Any]]:
     """The types and all they are made of, each name once, in the order they are met."""

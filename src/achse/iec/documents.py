@@ -12,8 +12,6 @@ from achse.iec.structs import StructType, plain
 from achse.iec.times import TimeType
 from achse.iec.types import IecType
 
-__all__ = ["as_json", "as_text"]
-
 
 def as_text(type: IecType[Any], value: Any) -> str:
     """The IEC literal of `value`; of a type without literals its bytes."""

@@ -10,37 +10,6 @@ from typing import TypeVar
 from achse.iec.errors import IecDecodeError
 from achse.iec.types import Adst, Buffer, IecType, derived_guid, no_attributes
 
-__all__ = [
-    "BIT",
-    "BOOL",
-    "BYTE",
-    "DINT",
-    "DWORD",
-    "HRESULT",
-    "INT",
-    "LINT",
-    "LREAL",
-    "LWORD",
-    "NARROW",
-    "NUMERIC",
-    "PVOID",
-    "REAL",
-    "SINT",
-    "UDINT",
-    "UINT",
-    "ULINT",
-    "USINT",
-    "UXINT",
-    "WORD",
-    "XINT",
-    "XWORD",
-    "BoolType",
-    "IntegerType",
-    "RealType",
-    "ScalarType",
-    "base_guid",
-]
-
 V = TypeVar("V", int, float)
 
 

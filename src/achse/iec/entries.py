@@ -10,18 +10,6 @@ from typing import Any
 from achse.iec.errors import IecDecodeError, IecValueError
 from achse.iec.text import Coding, decode_text, encode_text
 
-__all__ = [
-    "BOUNDS",
-    "EntryReader",
-    "attribute_bytes",
-    "fitting",
-    "fitting_attributes",
-    "open_entry",
-    "padded_entry",
-    "short_text",
-    "text_bytes",
-]
-
 BOUNDS = struct.Struct("<iI")
 """Lower bound and element count of one dimension."""
 

@@ -12,8 +12,6 @@ from achse.iec.elementary import INT, IntegerType
 from achse.iec.errors import DeclarationError
 from achse.iec.types import Buffer, IecType, no_attributes
 
-__all__ = ["EnumType", "Enumeration"]
-
 E = TypeVar("E", bound=IntEnum)
 
 

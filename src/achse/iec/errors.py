@@ -9,17 +9,6 @@ IecError
 └── UnboundError       a declared variable used before it has memory
 """
 
-__all__ = [
-    "DeclarationError",
-    "IecDecodeError",
-    "IecError",
-    "IecIndexError",
-    "IecPathError",
-    "IecValueError",
-    "UnboundError",
-    "shown",
-]
-
 _LONGEST = 80
 
 

@@ -12,21 +12,6 @@ from typing import NamedTuple, Protocol
 
 from achse.iec.errors import DeclarationError
 
-__all__ = [
-    "TC2_ARM",
-    "TC2_X86",
-    "TC3_X64",
-    "TC3_X86",
-    "LayoutRules",
-    "MemberOffset",
-    "Occupant",
-    "TypeLayout",
-    "align",
-    "overlaid",
-    "pack_of",
-    "sequential",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class LayoutRules:

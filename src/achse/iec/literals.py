@@ -18,8 +18,6 @@ from achse.iec.structs import StructType
 from achse.iec.times import TimeType
 from achse.iec.types import IecType
 
-__all__ = ["format_value", "parse_value"]
-
 _INTEGER = re.compile(r"(?:\w+#)??([+-]?)(?:(2|8|16)#|(0x))?([0-9A-Fa-f]+(?:_[0-9A-Fa-f]+)*)")
 _PREFIX = re.compile(r"([A-Za-z_]+)#")
 _DURATION = re.compile(r"([0-9]+(?:\.[0-9]+)?)(d|h|ms|m|s|us|ns)")

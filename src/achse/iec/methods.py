@@ -15,8 +15,6 @@ from typing import Any
 from achse.iec.errors import IecDecodeError, IecValueError
 from achse.iec.types import IecType
 
-__all__ = ["Method", "Parameter", "Property"]
-
 
 @dataclass(frozen=True)
 class Parameter:

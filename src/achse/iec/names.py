@@ -23,8 +23,6 @@ from achse.iec.text import Coding
 from achse.iec.times import TIMES
 from achse.iec.types import Adst, IecType
 
-__all__ = ["ELEMENTARY", "elementary", "name_within", "parse_type", "with_coding"]
-
 ELEMENTARY: dict[str, IecType[Any]] = {
     **{type.name.lower(): type for type in (*NUMERIC, *TIMES)},
     **{

@@ -3,8 +3,6 @@
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-__all__ = ["did_you_mean", "nearest"]
-
 _MANY = 5000
 """Of more names than that only those are compared that share a part with the one written."""
 

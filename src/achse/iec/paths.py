@@ -21,22 +21,6 @@ from achse.iec.symbols import fold
 from achse.iec.types import IecType, no_attributes
 from achse.iec.variables import Variable
 
-__all__ = [
-    "Bit",
-    "Deref",
-    "PathIndex",
-    "PathMember",
-    "PathMethod",
-    "ResolvedPath",
-    "Step",
-    "dereferenced",
-    "follow",
-    "format_path",
-    "locate",
-    "parse_path",
-    "split_symbol",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class PathMember:

@@ -10,8 +10,6 @@ from achse.iec.errors import DeclarationError, IecDecodeError
 from achse.iec.text import Coding, decode_text, decode_wide, encode_text, encode_wide
 from achse.iec.types import Adst, Buffer, IecType
 
-__all__ = ["STRING", "WSTRING", "StringType", "WStringType"]
-
 _LONGEST = 0x7FFF_FFFF
 
 

@@ -33,19 +33,6 @@ from achse.iec.methods import Method, Property
 from achse.iec.types import CHUNK, Adst, Buffer, IecType, no_attributes, put_zeros
 from achse.iec.variables import Place, Variable
 
-__all__ = [
-    "FunctionBlock",
-    "Record",
-    "RecordKind",
-    "RecordMeta",
-    "StaticRecord",
-    "Struct",
-    "StructType",
-    "Union",
-    "bind",
-    "plain",
-]
-
 R = TypeVar("R", bound="Record")
 
 _NOWHERE = MemberOffset(0)

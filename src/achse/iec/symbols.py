@@ -24,17 +24,6 @@ from achse.iec.errors import IecDecodeError
 from achse.iec.text import Coding
 from achse.iec.types import IecType, no_attributes
 
-__all__ = [
-    "SymbolEncoder",
-    "SymbolEntry",
-    "SymbolFlag",
-    "UploadFlag",
-    "UploadInfo",
-    "decode_symbols",
-    "encode_symbols",
-    "fold",
-]
-
 _HEAD = struct.Struct("<IIIIHHHHH")
 _FAST_HEAD = struct.Struct("<IIIIIHHHHH")
 _U16 = struct.Struct("<H")

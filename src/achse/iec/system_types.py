@@ -14,8 +14,6 @@ from achse.iec.times import DT
 from achse.iec.types import IecType
 from achse.iec.variables import Variable
 
-__all__ = ["APP_INFO", "SYSTEM_TYPES", "TASK_INFO"]
-
 
 def _structure(
     name: str, size: int, rows: Sequence[tuple[int, str, IecType[Any]]]

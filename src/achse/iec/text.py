@@ -6,8 +6,6 @@ Source: recorded traffic of TwinCAT 3.1 targets.
 import codecs
 from typing import Literal, TypeAlias
 
-__all__ = ["Coding", "decode_text", "decode_wide", "encode_text", "encode_wide"]
-
 Coding: TypeAlias = Literal["cp1252", "utf-8"]
 """Encoding of 8-bit text: cp1252, or UTF-8 (attribute `TcEncoding`, table flag 4)."""
 

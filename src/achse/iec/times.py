@@ -16,22 +16,6 @@ from achse.iec.elementary import base_guid
 from achse.iec.errors import IecDecodeError
 from achse.iec.types import Adst, Buffer, IecType, derived_guid, no_attributes
 
-__all__ = [
-    "DATE",
-    "DATE_AND_TIME",
-    "DT",
-    "LDATE",
-    "LDT",
-    "LTIME",
-    "LTOD",
-    "TIME",
-    "TIMES",
-    "TIME_OF_DAY",
-    "TOD",
-    "Nanoseconds",
-    "TimeType",
-]
-
 V = TypeVar("V")
 
 _EPOCH = datetime(1970, 1, 1)

@@ -12,17 +12,6 @@ from typing import Any, Generic, TypeAlias, TypeVar
 
 from achse.iec.errors import DeclarationError, IecDecodeError, IecValueError
 
-__all__ = [
-    "CHUNK",
-    "DEEPEST_TYPE",
-    "Adst",
-    "Buffer",
-    "IecType",
-    "derived_guid",
-    "no_attributes",
-    "put_zeros",
-]
-
 V = TypeVar("V")
 
 Buffer: TypeAlias = bytearray | memoryview

@@ -36,8 +36,6 @@ from achse.iec.symbols import SymbolEntry
 from achse.iec.types import Adst, IecType
 from achse.iec.variables import Section, Variable
 
-__all__ = ["OpaqueType", "TypeTable"]
-
 _DEEPEST = 64
 _BY_ADST: Mapping[int, IecType[Any]] = {
     type.adst: type

@@ -15,18 +15,6 @@ from achse.iec.errors import DeclarationError, IecValueError, UnboundError
 from achse.iec.strings import StringType
 from achse.iec.types import Buffer, IecType, no_attributes
 
-__all__ = [
-    "LARGEST_IMAGE",
-    "Address",
-    "Image",
-    "Place",
-    "PointedValue",
-    "Section",
-    "StartContext",
-    "StartValue",
-    "Variable",
-]
-
 G = TypeVar("G")
 S = TypeVar("S")
 

@@ -6,8 +6,6 @@ from lsprotocol import types
 
 from achse.lsp.editor import Editor
 
-__all__ = ["code_actions"]
-
 _NEAR = re.compile(r"; near: ([A-Za-z_][\w.]*)$")
 _QUOTED = re.compile(r"'([^']+)'")
 

@@ -8,8 +8,6 @@ from achse.st.lexis.words import KEYWORDS
 from achse.st.workspace.cursor import completions, open_call
 from achse.st.workspace.symbols import DeclaredSymbol, SymbolKind
 
-__all__ = ["complete", "signature_help"]
-
 _KINDS = {
     SymbolKind.VARIABLE: types.CompletionItemKind.Variable,
     SymbolKind.CONSTANT: types.CompletionItemKind.Constant,

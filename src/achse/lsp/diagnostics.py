@@ -10,8 +10,6 @@ from achse.lsp.editor import Editor
 from achse.st.lexis.codes import Code
 from achse.st.lexis.source import Diagnostic
 
-__all__ = ["Published", "lsp_diagnostic"]
-
 _SEVERITY = {
     "errors": types.DiagnosticSeverity.Error,
     "warnings": types.DiagnosticSeverity.Warning,

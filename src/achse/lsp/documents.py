@@ -13,8 +13,6 @@ from pathlib import Path
 
 from lsprotocol import types
 
-__all__ = ["Document", "Encoding", "read_document"]
-
 _BREAK = re.compile(r"\r\n|\n|\r")
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 

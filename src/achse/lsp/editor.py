@@ -17,8 +17,6 @@ from achse.st.workspace import Workspace
 from achse.st.workspace.symbols import DeclaredSymbol
 from achse.st.workspace.uses import SymbolUse
 
-__all__ = ["CursorPlace", "Editor", "file_of_source", "uri_of"]
-
 _LARGEST = 1 << 24
 """Most characters of a document that is checked."""
 

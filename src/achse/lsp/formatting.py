@@ -10,8 +10,6 @@ from achse.st.files.forms import Content, has_content
 from achse.st.formatting.options import FormatOptions, FormatOptionsError, format_options
 from achse.st.formatting.sources import formatted_source
 
-__all__ = ["format_document", "format_range"]
-
 _NO_LINES = 1 << 31
 
 

@@ -19,8 +19,6 @@ from achse.st.syntax.units import (
 )
 from achse.st.workspace.symbols import DeclaredSymbol, SymbolKind
 
-__all__ = ["declaration_text", "documentation", "hover", "signature_text"]
-
 
 def hover(editor: Editor, params: types.HoverParams) -> types.Hover | None:
     """Return what is known about the name at a position."""

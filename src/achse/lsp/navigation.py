@@ -13,19 +13,6 @@ from achse.st.workspace.cursor import routine_at
 from achse.st.workspace.symbols import DeclaredSymbol, Outline, SymbolKind
 from achse.st.workspace.uses import SymbolUse, outline_in
 
-__all__ = [
-    "call_items",
-    "definition",
-    "document_symbols",
-    "highlights",
-    "incoming_calls",
-    "outgoing_calls",
-    "references",
-    "type_definition",
-    "uses_of",
-    "workspace_symbols",
-]
-
 KINDS = {
     SymbolKind.VARIABLE: types.SymbolKind.Variable,
     SymbolKind.CONSTANT: types.SymbolKind.Constant,

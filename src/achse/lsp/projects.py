@@ -17,8 +17,6 @@ from achse.st.lexis.source import Diagnostic
 from achse.st.lint.options import lint_options
 from achse.st.workspace import Workspace
 
-__all__ = ["Projects"]
-
 (_PROJECT,) = suffixes_of(Content.PROJECT)
 
 _STATION = "station.toml"

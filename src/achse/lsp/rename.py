@@ -22,8 +22,6 @@ from achse.st.syntax.units import Action, FunctionBlock, GlobalList, Interface, 
 from achse.st.workspace.drawn_uses import ambiguous_names
 from achse.st.workspace.symbols import DeclaredSymbol, SymbolKind
 
-__all__ = ["RenameRefused", "prepare_rename", "rename"]
-
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _REQUEST_FAILED = -32803
 _MOST_NAME = 255

@@ -39,8 +39,6 @@ from achse.lsp.rename import prepare_rename, rename
 from achse.lsp.tokens import LEGEND, semantic_tokens
 from achse.st.files.forms import FORMS
 
-__all__ = ["BoundedInput", "LspServer", "MessageTooLong", "new_server"]
-
 _PAUSE_S = 0.03
 """Time without a change after which findings are sent."""
 _LINT_PAUSE_S = 0.3

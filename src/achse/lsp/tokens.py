@@ -5,8 +5,6 @@ from lsprotocol import types
 from achse.lsp.editor import Editor
 from achse.st.workspace.symbols import SymbolKind
 
-__all__ = ["LEGEND", "semantic_tokens"]
-
 _TYPES = {
     SymbolKind.VARIABLE: types.SemanticTokenTypes.Variable,
     SymbolKind.CONSTANT: types.SemanticTokenTypes.Variable,

@@ -7,8 +7,6 @@ from achse.codes.ethercat import AlState
 from achse.mcp.results import AxisReport, BusReport, DriveReport
 from achse.station import Station
 
-__all__ = ["AxisAction", "axis_report", "bus_reports", "command"]
-
 AxisAction = Literal[
     "state", "enable", "disable", "reset", "home", "move_to", "move_by", "move_velocity", "halt"
 ]

@@ -17,8 +17,6 @@ from achse.st.workspace.cursor import first_offset
 from achse.st.workspace.symbols import DeclaredSymbol, Outline, SymbolKind
 from achse.st.workspace.uses import outline_in
 
-__all__ = ["CodeError", "edit_file", "find_symbols", "read_unit"]
-
 _PARTS = (SymbolKind.METHOD, SymbolKind.ACTION, SymbolKind.PROPERTY)
 _CDATA = re.compile(r"<!\[CDATA\[(.*?)\]\]>", re.DOTALL)
 

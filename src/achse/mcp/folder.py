@@ -7,8 +7,6 @@ from typing import Any
 from achse.st.files.files import LIBRARY_TYPES, source_files, symbol_files
 from achse.station import StationConfig
 
-__all__ = ["FolderError", "ProjectFolder"]
-
 _LONGEST_PATH = 1_000
 _LARGEST_BUDGET = 5_000_000
 """Loop passes and calls of one PLC cycle, at most."""

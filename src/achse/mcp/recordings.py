@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from achse.mcp.results import RunComparison, RunDifference, TraceColumn, TraceTable
 from achse.scope.data import ScopeData, ScopeTrack
 
-__all__ = ["RecordingError", "RunRecording", "compared", "table_of"]
-
 
 class RecordingError(ValueError):
     """No such channel."""

@@ -4,31 +4,6 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
-__all__ = [
-    "AxisReport",
-    "BusReport",
-    "CheckReport",
-    "CodeExcerpt",
-    "CodeExplanation",
-    "CodeFinding",
-    "DriveReport",
-    "EditReport",
-    "FaultReports",
-    "PlcReport",
-    "RunComparison",
-    "RunDifference",
-    "RunReport",
-    "StationReport",
-    "SymbolMatch",
-    "SymbolMatches",
-    "TestFailure",
-    "TestReport",
-    "TestResult",
-    "TraceColumn",
-    "TraceTable",
-    "VariableValues",
-]
-
 
 def _without_titles(schema: dict[str, Any]) -> None:
     """Leave titles out of a schema: an agent pays for it in every conversation."""

@@ -23,8 +23,6 @@ from achse.plot.figures import PlotExtraMissing
 from achse.scope import ScopeError
 from achse.tcunit import ProjectError, TcUnitMissing
 
-__all__ = ["new_server"]
-
 _INSTRUCTIONS = """\
 achse checks PLC projects (Structured Text, TwinCAT files) and runs them with moving axes, all in
 this process and in virtual time: no hardware, no waiting. Paths are relative to the folder of the

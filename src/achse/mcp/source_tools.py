@@ -23,8 +23,6 @@ from achse.mcp.workspaces import WarmProjects
 from achse.st.explanations.explanation import explanation_of
 from achse.st.lexis.codes import Code
 
-__all__ = ["ProjectPath", "SourceTools"]
-
 _MOST_TEXT = 20_000
 
 ProjectPath = Annotated[

@@ -29,8 +29,6 @@ from achse.mcp.source_tools import ProjectPath
 from achse.mcp.stations import WALL_S, HandleError, OpenStation, OpenStations, plc_reports
 from achse.scope.channel import channel_of
 
-__all__ = ["StationTools"]
-
 _MOST_TEXT = 4_000
 """Characters of one value."""
 

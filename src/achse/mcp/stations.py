@@ -15,8 +15,6 @@ from achse.scope import ScopeChannel
 from achse.station import Station, StationConfig
 from achse.station.configuration.station_file import load, parse
 
-__all__ = ["TARGET", "HandleError", "OpenStation", "OpenStations", "plc_reports"]
-
 TARGET = "target"
 """Handle of the controller that --connect names."""
 

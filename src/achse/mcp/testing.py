@@ -10,8 +10,6 @@ from achse.mcp.results import TestFailure, TestReport, TestResult
 from achse.tcunit import TestRun, UnitTest, run_tests
 from achse.tcunit.results import TestOutcome
 
-__all__ = ["unit_test_report"]
-
 _OFTEN_S = 0.05
 """Seconds between two looks at whether the call was cancelled."""
 

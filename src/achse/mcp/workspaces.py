@@ -13,8 +13,6 @@ from achse.st.lint.options import FILE, LintOptionsError, lint_options
 from achse.st.workspace import Workspace
 from achse.station.configuration.station_file import load
 
-__all__ = ["WarmProjects"]
-
 _MOST = 4
 """Projects in memory; the one not used for longest goes first."""
 

@@ -16,8 +16,6 @@ from achse.ams.frame import TCP_HEADER
 from achse.router.tap import Captured
 from achse.transport.tcp.listener import TCP_PORT
 
-__all__ = ["CaptureError", "CaptureWriter", "read_capture"]
-
 _RAW_IP = 101
 _SECTION, _INTERFACE, _PACKET = 0x0A0D0D0A, 1, 6
 _SEGMENT = 60_000

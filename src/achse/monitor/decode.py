@@ -27,8 +27,6 @@ from achse.monitor.parts import outcomes_of, parts_of
 from achse.router.tap import Captured
 from achse.server import RowFacts
 
-__all__ = ["Decoder", "Exchange", "Item"]
-
 _PENDING = 10_000
 """Requests without an answer that are remembered; the oldest are told as unanswered."""
 

@@ -12,8 +12,6 @@ from achse.iec.strings import StringType
 from achse.monitor.symbols import KnownSymbols
 from achse.server import RowFacts
 
-__all__ = ["Names", "layout_text", "rows_of"]
-
 _ELEMENTS = 0x00F0_0000
 _FORMATS = {
     "INT8": "b", "UINT8": "B", "INT16": "h", "UINT16": "H", "INT32": "i", "UINT32": "I",

@@ -16,8 +16,6 @@ from achse.client.session.sums import Outcome, Part, outcome, unpack
 from achse.codes import ReservedGroup
 from achse.codes.groups import SUMS
 
-__all__ = ["outcomes_of", "parts_of"]
-
 _READ = struct.Struct("<III")
 _READ_WRITE = struct.Struct("<IIII")
 _PLACED = (

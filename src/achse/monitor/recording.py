@@ -29,8 +29,6 @@ from achse.monitor.parts import outcomes_of, parts_of
 from achse.router.tap import Captured
 from achse.server import RowFacts
 
-__all__ = ["Key", "RecordedDevice", "Recording", "differences", "symbol_name"]
-
 
 class Key(NamedTuple):
     """Identity of a part: `name` replaces a handle, or is the data of a ReadWrite."""

@@ -14,8 +14,6 @@ from achse.ams import Command, Connection, DecodeError, Frame
 from achse.router.tap import Captured
 from achse.transport.tcp.listener import TCP_PORT
 
-__all__ = ["Relay"]
-
 log = logging.getLogger("achse.monitor")
 
 _PIECE = 1 << 18

@@ -21,8 +21,6 @@ from achse.server import Device, IndexGroup
 from achse.server.table import Reader
 from achse.transport.tcp.listener import TCP_PORT, TcpListener
 
-__all__ = ["Replay", "ReplayDevice"]
-
 log = logging.getLogger("achse.replay")
 
 _TICK = 0.005

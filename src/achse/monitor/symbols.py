@@ -21,8 +21,6 @@ from achse.iec.symbols import SymbolEntry, UploadFlag, UploadInfo, fold
 from achse.iec.text import Coding
 from achse.iec.typetable import TypeTable
 
-__all__ = ["KnownSymbols"]
-
 _MOST = 1 << 18
 """Names that are kept, and handles; the oldest is forgotten."""
 

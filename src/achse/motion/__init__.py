@@ -11,23 +11,21 @@ needs). `setpoints`, `generators` and `couplings` make its set point, on the mat
 axes, along a `path` or by a part program.
 """
 
-from achse.motion import commands
-from achse.motion.axis import Axis
-from achse.motion.nc import AxisParameters, AxisParametersError, Nc
-from achse.motion.states import (
+from achse.codes.axis import (
     ActualPositionType,
     BufferMode,
     CommandState,
     ControlBit,
-    EndPositionType,
-    MotionPhase,
     MotionState,
-    NewEndPositionCommand,
     OperationModeBit,
-    OverrideType,
     StartType,
     StateBit,
 )
+from achse.codes.nc.choices import MotionPhase, OverrideType
+from achse.motion import commands
+from achse.motion.axis import Axis
+from achse.motion.nc import AxisParameters, AxisParametersError, Nc
+from achse.motion.states import EndPositionType, NewEndPositionCommand
 
 __all__ = [
     "ActualPositionType",

@@ -9,9 +9,12 @@ too, by their names in a configuration (`simulation_load_torque`).
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.control.signals import probe_counts, probe_status
 from achse.motion.couplings.masters import begin_leading_value, end_coupling, show_coupling
 from achse.motion.features import Feature
+from achse.motion.fields.coupling import MASTERS
+from achse.motion.fields.declare import Field, Role
 from achse.motion.machine.hardware import (
     AmplifierView,
     DriveIoView,
@@ -26,23 +29,11 @@ from achse.motion.parts import AxisController, AxisDrive, AxisEncoder
 from achse.motion.port import STATUS_INVALID
 from achse.motion.readout.shown import ShownField
 from achse.motion.readout.shown_values import shown_cell
-from achse.motion.record import (
-    LAYOUT,
-    MASTERS,
-    PART_OF,
-    SHOWN_FIELDS,
-    AxisFields,
-    Field,
-    Role,
-)
+from achse.motion.record import LAYOUT, PART_OF, SHOWN_FIELDS, AxisFields
 from achse.motion.rows import NcRows
-from achse.motion.states import MotionPhase
 from achse.motion.tables import Tables
 from achse.motion.views import InnerView, View, property_within, views_of
 from achse.native.memory import Cell
-
-__all__ = ["Axis", "ObjectAxis", "WordsAxis"]
-
 
 if TYPE_CHECKING:
     from achse.motion.channels.channel import NcChannel

@@ -3,24 +3,10 @@
 from math import isfinite
 
 from achse.codes import NcError
+from achse.codes.axis import ControlBit, StartType
+from achse.codes.nc.choices import AxisType
 from achse.motion.axis import Axis
 from achse.motion.port import STATUS_ERROR
-from achse.motion.states import AxisType, ControlBit, StartType
-
-__all__ = [
-    "ENDLESS",
-    "FARTHEST",
-    "OK",
-    "STEEPEST_JERK",
-    "check_away",
-    "check_command",
-    "check_dynamics",
-    "check_own",
-    "check_permitted",
-    "check_position",
-    "check_target",
-    "check_velocity",
-]
 
 OK = 0
 

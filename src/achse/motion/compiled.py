@@ -1,6 +1,7 @@
 """The kernel in machine code: `cycles` of `achse.motion.kernel` and whatever it calls."""
 
 from achse.motion.control import curves
+from achse.motion.fields.cams import CamChange, CamLaw
 from achse.motion.kernel import cycles
 from achse.motion.machine.record import AMPLIFIER, MACHINE, SENSOR, Amplifier, Machine, Sensor
 from achse.motion.record import (
@@ -15,16 +16,12 @@ from achse.motion.record import (
     PART_LAYOUTS,
     AxisDriveFields,
     AxisFields,
-    CamChange,
     CamFields,
-    CamLaw,
     ControllerFields,
     EncoderFields,
     JobFields,
 )
 from achse.native.compiled import Kernel
-
-__all__ = ["KERNEL"]
 
 KERNEL = Kernel(
     "motion",

@@ -4,8 +4,6 @@ from achse.motion.axis import Axis
 from achse.motion.features import TRANSIENT
 from achse.motion.kernel import adapt
 
-__all__ = ["choose_control_loop", "control_loop_count"]
-
 
 def control_loop_count(axis: Axis) -> int:
     """Loops of the axis: as many as the part has that it has most of."""

@@ -11,8 +11,6 @@ what a parameter switches on is found when the cycle derives from the parameters
 from collections.abc import Mapping
 from enum import IntEnum
 
-__all__ = ["ALL_FEATURES", "BY_PARAMETERS", "SWITCHES", "TRANSIENT", "Feature"]
-
 
 class Feature(IntEnum):
     """Bits of `features`."""

@@ -12,18 +12,6 @@ from achse.codes import NcError
 from achse.gcode.canon import Canonical, FastMReset, Handshake, MFunction, Origin
 from achse.gcode.errors import WordRefused
 
-__all__ = [
-    "MAX_CLEARED",
-    "NO_RULE",
-    "PROGRAM_END",
-    "PROGRAM_END_CLEAR",
-    "SUBROUTINE_END",
-    "MRule",
-    "MRuleBit",
-    "MRules",
-    "placed",
-]
-
 PROGRAM_END = 2
 SUBROUTINE_END = 17
 PROGRAM_END_CLEAR = 30

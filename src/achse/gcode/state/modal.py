@@ -4,13 +4,12 @@ from dataclasses import dataclass, field
 from math import isfinite
 
 from achse.codes import NcError
-from achse.gcode.canon import PathPlane, PathPoint
+from achse.gcode.canon import PathPlane
 from achse.gcode.errors import WordRefused
 from achse.gcode.geometry.frame import UNTURNED, WorkFrame, rotation
 from achse.gcode.state.offsets import ZeroShifts
 from achse.gcode.state.tool_table import ToolTable
-
-__all__ = ["MODAL_WORDS", "ModalState"]
+from achse.gcode.vectors import PathPoint
 
 MODAL_WORDS = 18
 """Words of channel state 0x13."""

@@ -9,9 +9,7 @@ from enum import IntEnum
 from math import isfinite
 from pathlib import Path
 
-from achse.gcode.canon import PathPoint
-
-__all__ = ["ShiftFileError", "ZeroShift", "ZeroShifts"]
+from achse.gcode.vectors import PathPoint
 
 
 class ZeroShift(IntEnum):

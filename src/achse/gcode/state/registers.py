@@ -6,8 +6,6 @@ Source: tcnci, arithmetic parameters; 002 §6.4.2 (0x2300, offset 0x10000000 + n
 from achse.codes import NcError
 from achse.gcode.errors import WordRefused
 
-__all__ = ["OWN_REGISTERS", "REGISTERS", "STACK_DEPTH", "Registers", "shared_registers"]
-
 OWN_REGISTERS = 900
 """R0..R899 belong to a channel."""
 REGISTERS = 1000

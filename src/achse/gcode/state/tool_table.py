@@ -10,9 +10,7 @@ from enum import IntEnum
 from math import isfinite
 from pathlib import Path
 
-from achse.gcode.canon import PathPoint
-
-__all__ = ["TOOL_PLACES", "ToolEntry", "ToolFileError", "ToolParameter", "ToolTable", "ToolType"]
+from achse.gcode.vectors import PathPoint
 
 TOOL_PLACES = 255
 """D1..D255; D0 means none."""

@@ -16,17 +16,6 @@ from achse.gcode.errors import WordRefused
 from achse.gcode.text.formula import Arithmetical, parse_formula
 from achse.gcode.text.words import ADDRESSES, AT_COMMANDS, G_WORDS, NAMED_WORDS, AtCommand, GWord
 
-__all__ = [
-    "MAX_BLOCK_NUMBER",
-    "AtCall",
-    "AtOperand",
-    "HashCall",
-    "ProgramBlock",
-    "RotationCall",
-    "WordValue",
-    "parse_block",
-]
-
 WordValue = float | Arithmetical | None
 """A number, a formula, or nothing (a bare letter)."""
 

@@ -15,8 +15,6 @@ from achse.codes import NcError
 from achse.gcode.errors import WordRefused
 from achse.gcode.state.registers import Registers
 
-__all__ = ["FUNCTIONS", "Arithmetical", "FormulaTerm", "TermKind", "parse_formula"]
-
 MAX_NESTING = 20
 """Deepest nesting of functions."""
 

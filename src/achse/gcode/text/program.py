@@ -15,8 +15,6 @@ from achse.codes import NcError
 from achse.gcode.errors import GcodeError, WordRefused
 from achse.gcode.text.blocks import ProgramBlock, parse_block
 
-__all__ = ["PartProgram", "SubroutineSource", "search_folders"]
-
 KEPT_BLOCKS = 4096
 """Blocks that are kept for loops and subroutines; a long program is not in memory twice."""
 

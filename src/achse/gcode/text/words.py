@@ -9,19 +9,6 @@ from enum import Enum
 
 from achse.gcode.canon import PathParameter
 
-__all__ = [
-    "ADDRESSES",
-    "AT_COMMANDS",
-    "G_WORDS",
-    "NAMED_WORDS",
-    "PATH_PARAMETERS",
-    "AtCommand",
-    "AtForm",
-    "GWord",
-    "ModalGroup",
-    "PathParameterRow",
-]
-
 
 class ModalGroup(Enum):
     """Words of one group exclude each other in a block."""

@@ -10,8 +10,6 @@ from achse.motion.commands.switches import reset
 from achse.motion.groups.group import FULL_OVERRIDE, AxisGroup
 from achse.motion.groups.states import ChannelType, InterpreterType
 
-__all__ = ["NcChannel", "StandardChannel"]
-
 
 class NcChannel:
     """A channel with groups of several axes."""

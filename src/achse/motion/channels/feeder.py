@@ -39,8 +39,6 @@ from achse.motion.checks import OK
 from achse.motion.groups.path_group import PathGroup
 from achse.motion.path import PathDwell, PathError, PathSegment
 
-__all__ = ["FeedOutcome", "Feeder"]
-
 
 class FeedOutcome(Enum):
     """Outcome of a command."""

@@ -14,8 +14,6 @@ from achse.gcode.text.program import PartProgram
 from achse.motion.channels.store import ProgramStore
 from achse.motion.checks import OK
 
-__all__ = ["SNAPSHOT_PARTS", "ChannelFiles"]
-
 _REGISTERS, _SHIFTS, _TOOLS = 1, 2, 4
 SNAPSHOT_PARTS = _REGISTERS | _SHIFTS | _TOOLS
 """Bits of a snapshot's mask."""

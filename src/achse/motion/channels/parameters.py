@@ -9,8 +9,6 @@ from achse.motion.channels.technology import M_FUNCTIONS
 from achse.motion.groups.parameters import GroupParametersError
 from achse.motion.groups.states import ChannelType, InterpreterType
 
-__all__ = ["ChannelParameters"]
-
 
 @dataclass(frozen=True, slots=True)
 class ChannelParameters:

@@ -9,13 +9,12 @@ from enum import IntEnum
 from math import ceil, radians
 from typing import NamedTuple
 
-from achse.gcode.canon import ArcMove, LineMove, PathPoint
+from achse.gcode.canon import ArcMove, LineMove
 from achse.gcode.errors import GcodeError
 from achse.gcode.interpretation.interpreter import Interpreter, RunState
 from achse.gcode.interpretation.machine_data import MachineData
 from achse.gcode.text.program import PartProgram
-
-__all__ = ["MOST_POINTS", "PlanState", "PlannedPath", "PlannedPoint"]
+from achse.gcode.vectors import PathPoint
 
 MOST_POINTS = 10_000
 """Points of a path at most; what comes later is not planned."""

@@ -41,8 +41,6 @@ from achse.motion.checks import OK
 from achse.motion.groups.group import AxisGroup
 from achse.motion.groups.path_group import PathGroup
 
-__all__ = ["LOAD_BUFFER", "ProgramChannel"]
-
 log = logging.getLogger("achse.channel")
 
 LOAD_BUFFER = 1 << 24

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from achse.codes import NcError
-from achse.gcode.canon import Origin, PathPoint
+from achse.gcode.canon import Origin
 from achse.gcode.errors import GcodeError
 from achse.gcode.interpretation.interpreter import Interpreter
-
-__all__ = ["PlaceKind", "ProgramFault", "StoppedPlace", "named_block", "named_position", "refusal"]
+from achse.gcode.vectors import PathPoint
 
 _BLOCK_NUMBER = re.compile(r"[/\d\s]*N(\d{1,9})", re.IGNORECASE)
 

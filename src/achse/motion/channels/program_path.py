@@ -20,8 +20,6 @@ from achse.motion.path import (
     SmoothingSubtype,
 )
 
-__all__ = ["ProgramSettings", "arc_geometry", "segment_of"]
-
 _MAIN_AXES = 3
 
 

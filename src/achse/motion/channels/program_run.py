@@ -31,8 +31,6 @@ from achse.motion.channels.waits import WaitReason
 from achse.motion.checks import OK
 from achse.motion.groups.path_group import PathGroup
 
-__all__ = ["ProgramRun"]
-
 log = logging.getLogger("achse.channel")
 
 _COMMANDS_PER_CYCLE = 64

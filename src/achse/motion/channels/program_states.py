@@ -21,8 +21,6 @@ from achse.motion.channels.waits import WAITS, WaitReason
 from achse.motion.groups.group import AxisGroup
 from achse.motion.groups.path_group import PathGroup
 
-__all__ = ["ProgramStates"]
-
 
 class ProgramStates(NcChannel):
     """A channel with the states of its interpreter and of the program that is loaded."""

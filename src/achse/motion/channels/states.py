@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from enum import Enum, IntEnum
 from types import MappingProxyType
 
-__all__ = ["ACTIVE_STATES", "TRANSITIONS", "InterpreterEvent", "InterpreterState", "ProgramMode"]
-
 
 class InterpreterState(IntEnum):
     """State 0x03 of a channel."""

@@ -10,8 +10,6 @@ from achse.codes import NcError
 from achse.gcode.errors import GcodeError
 from achse.gcode.text.program import PartProgram, SubroutineSource, search_folders
 
-__all__ = ["ProgramStore"]
-
 _LONGEST_NAME = 100
 
 

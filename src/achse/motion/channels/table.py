@@ -11,8 +11,6 @@ from achse.motion.groups.parameters import GroupParametersError
 from achse.motion.groups.states import ChannelType, GroupType, InterpreterType
 from achse.motion.groups.table import Groups
 
-__all__ = ["Channels"]
-
 _OWNERS = {
     GroupType.THREE_D: ChannelType.INTERPRETER,
     GroupType.FIFO: ChannelType.FIFO,

@@ -9,8 +9,6 @@ from enum import Enum
 
 from achse.gcode.canon import Technology
 
-__all__ = ["FAST_WORDS", "M_FUNCTIONS", "HandshakeStep", "TechnologyOutputs"]
-
 M_FUNCTIONS = 160
 FAST_WORDS = M_FUNCTIONS // 32
 

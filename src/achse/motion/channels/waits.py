@@ -29,8 +29,6 @@ from typing import NamedTuple
 
 from achse.motion.channels.states import InterpreterEvent, InterpreterState
 
-__all__ = ["WAITS", "ChannelFunction", "WaitEnd", "WaitReason", "WaitRow"]
-
 
 class WaitReason(Enum):
     """Reason why a channel does not interpret blocks."""

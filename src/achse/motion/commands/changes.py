@@ -3,6 +3,8 @@
 from math import isfinite
 
 from achse.codes import NcError
+from achse.codes.axis import StartType
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.axis import Axis
 from achse.motion.checks import (
     ENDLESS,
@@ -19,9 +21,7 @@ from achse.motion.commands.queue import sign
 from achse.motion.profiles.ramps import append_velocity_ramp
 from achse.motion.profiles.segments import MAX_SEGMENTS, end_state
 from achse.motion.setpoints.targets import resolve_target
-from achse.motion.states import EndPositionType, MotionPhase, NewEndPositionCommand, StartType
-
-__all__ = ["freeze_override", "new_dynamics", "new_end_position", "new_end_position_and_velocity"]
+from achse.motion.states import EndPositionType, NewEndPositionCommand
 
 _FULL_OVERRIDE = 1_000_000
 

@@ -1,21 +1,13 @@
 """Membership of an axis: in its own PTP group, or in one of several axes that drives it."""
 
 from achse.codes import NcError
+from achse.codes.axis import CommandState
+from achse.codes.nc.choices import AxisType, MotionPhase
 from achse.motion.axis import Axis
 from achse.motion.checks import OK
 from achse.motion.commands.queue import busy
 from achse.motion.commands.special_generators.generators import begin_generator
-from achse.motion.states import AxisType, CommandState, MotionPhase
 from achse.native.declare import reset
-
-__all__ = [
-    "begin_group_motion",
-    "check_in_group",
-    "end_group_motion",
-    "join_group",
-    "leave_group",
-    "return_to_ptp_group",
-]
 
 
 def check_in_group(axis: Axis) -> int:

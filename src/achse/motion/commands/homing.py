@@ -1,22 +1,16 @@
 """Homing of an axis, by the NC or by the application."""
 
 from achse.codes import NcError
+from achse.codes.axis import HomingState, StateBit
+from achse.codes.nc.choices import MotionPhase, ReferenceMode
 from achse.motion.axis import Axis
 from achse.motion.checks import OK, check_command, check_velocity
 from achse.motion.commands.queue import busy
 from achse.motion.commands.special_generators.generators import begin_generator, check_generator
+from achse.motion.fields.encoder import TOUCH_PROBES
 from achse.motion.generators.homing import cam_direction, pulse_direction
 from achse.motion.port import STATUS_HOMED, STATUS_HOMING_FAILED
-from achse.motion.record import TOUCH_PROBES
-from achse.motion.states import (
-    TORQUE_MODES,
-    HomingState,
-    MotionPhase,
-    ReferenceMode,
-    StateBit,
-)
-
-__all__ = ["end_application_request", "home", "set_homing_state"]
+from achse.motion.states import TORQUE_MODES
 
 _REQUEST_HOMING = 1
 

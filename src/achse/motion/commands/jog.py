@@ -3,11 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from achse.codes.axis import JogType
+from achse.codes.axis import JogType, StartType
 from achse.motion.axis import Axis
-from achse.motion.states import StartType
-
-__all__ = ["JOGS", "Jog", "as_plain_start"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,14 +1,13 @@
 """Control loops: an axis goes over to another encoder, controller and drive of its own."""
 
 from achse.codes import NcError
+from achse.codes.nc.choices import ControllerType, MotionPhase
 from achse.motion.axis import Axis
 from achse.motion.checks import OK
 from achse.motion.control.controller import reset_controller
 from achse.motion.elements import choose_control_loop, control_loop_count
 from achse.motion.setpoints.setpoint import drop_job, shift_setpoint
-from achse.motion.states import ControllerType, ControlLoopSwitch, MotionPhase
-
-__all__ = ["switch_control_loop"]
+from achse.motion.states import ControlLoopSwitch
 
 _POSITION_IN_DRIVE = {ControllerType.SERCOS_POSITION, ControllerType.TCOM_POSITION}
 

@@ -7,6 +7,8 @@ position is not concerned.
 from math import isfinite
 
 from achse.codes import NcError
+from achse.codes.axis import ActualPositionType, ControlBit
+from achse.codes.nc.choices import ControllerType, DriveType, EncoderReferenceSystem
 from achse.motion.axis import Axis
 from achse.motion.checks import FARTHEST, OK
 from achse.motion.commands.homing import end_application_request
@@ -16,24 +18,6 @@ from achse.motion.parts import AxisEncoder
 from achse.motion.port import wrapped
 from achse.motion.setpoints.setpoint import shift_encoder, shift_origin, shift_setpoint
 from achse.motion.setpoints.targets import modulo_part
-from achse.motion.states import (
-    ActualPositionType,
-    ControlBit,
-    ControllerType,
-    DriveType,
-    EncoderReferenceSystem,
-)
-
-__all__ = [
-    "reinitialize_actual_position",
-    "reinitialize_encoder",
-    "set_actual_position",
-    "set_actual_position_in_drive",
-    "set_actual_position_on_the_fly",
-    "set_actual_position_only",
-    "set_encoder_scaling_factor",
-    "set_homed_flag",
-]
 
 _CANOPEN = {DriveType.CANOPEN_SPECIAL, DriveType.MDP_742, DriveType.AX2XX_B900}
 _POSITION_INTERFACE = {ControllerType.SERCOS_POSITION, ControllerType.TCOM_POSITION}

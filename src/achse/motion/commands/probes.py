@@ -1,20 +1,13 @@
 """Touch probes of an encoder: its external latches are made to wait, and let go."""
 
 from achse.codes import NcError
+from achse.codes.nc.choices import EncoderType, ReferenceMode
 from achse.motion.axis import Axis
 from achse.motion.checks import FARTHEST, OK
 from achse.motion.control.signals import latch_probe, probe_state
+from achse.motion.fields.encoder import PROBE_EDGES, TOUCH_PROBES
 from achse.motion.parts import AxisEncoder
-from achse.motion.record import PROBE_EDGES, TOUCH_PROBES
-from achse.motion.states import EncoderType, ProbeMode, ReferenceMode, SignalSource
-
-__all__ = [
-    "activate_latch",
-    "activate_touch_probe",
-    "deactivate_latch",
-    "deactivate_touch_probe",
-    "set_latch_event",
-]
+from achse.motion.states import ProbeMode, SignalSource
 
 _HOMING_BY_INDEX = {ReferenceMode.HARDWARE_SYNC, ReferenceMode.SOFTWARE_SYNC}
 

@@ -1,22 +1,11 @@
 """Commands that an axis has accepted: the running job, those that wait, and their ends."""
 
+from achse.codes.axis import StartType, StateBit
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.axis import Axis
 from achse.motion.checks import ENDLESS
-from achse.motion.record import COMMAND_BUFFER
+from achse.motion.fields.setpoint import COMMAND_BUFFER
 from achse.motion.setpoints.targets import resolve_target
-from achse.motion.states import MotionPhase, StartType, StateBit
-
-__all__ = [
-    "as_resolved_start",
-    "busy",
-    "dynamics",
-    "heading",
-    "next_number",
-    "occupied",
-    "queued_travel",
-    "show_accepted",
-    "sign",
-]
 
 
 def busy(axis: Axis) -> bool:

@@ -4,6 +4,8 @@ from math import isfinite
 from typing import NamedTuple
 
 from achse.codes import NcError
+from achse.codes.axis import BufferMode, StartType
+from achse.codes.nc.choices import AxisType, MotionPhase
 from achse.motion.axis import Axis
 from achse.motion.checks import (
     ENDLESS,
@@ -27,13 +29,11 @@ from achse.motion.commands.queue import (
     sign,
 )
 from achse.motion.commands.stops import halt
-from achse.motion.record import COMMAND_BUFFER, JobFields
+from achse.motion.fields.setpoint import COMMAND_BUFFER
+from achse.motion.record import JobFields
 from achse.motion.setpoints.jobs import set_request
 from achse.motion.setpoints.setpoint import absorb, begin_job
 from achse.motion.setpoints.targets import look_ahead, resolve_target
-from achse.motion.states import AxisType, BufferMode, MotionPhase, StartType
-
-__all__ = ["start", "universal_start"]
 
 _HALTS = (StartType.HALT, StartType.STOP_AND_LOCK)
 _OWN_MOVES = (MotionPhase.POSITIONING, MotionPhase.ENDLESS)

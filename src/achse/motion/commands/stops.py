@@ -3,6 +3,8 @@
 from math import isfinite
 
 from achse.codes import NcError
+from achse.codes.axis import BufferMode, CommandState, StartType, StateBit
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.axis import Axis
 from achse.motion.checks import OK, STEEPEST_JERK, check_dynamics, check_own, check_target
 from achse.motion.commands.queue import heading, next_number, sign
@@ -10,18 +12,6 @@ from achse.motion.profiles.profile import stopping_distance, stopping_time
 from achse.motion.setpoints.dynamics import fault_deceleration, fault_jerk
 from achse.motion.setpoints.setpoint import absorb, begin_stop
 from achse.motion.setpoints.targets import modulo_part
-from achse.motion.states import BufferMode, CommandState, MotionPhase, StartType, StateBit
-
-__all__ = [
-    "clear",
-    "emergency_stop",
-    "halt",
-    "oriented_stop",
-    "parameterized_stop",
-    "release_lock",
-    "stop",
-    "stop_information",
-]
 
 
 def _brake(axis: Axis, deceleration: float, jerk: float) -> None:

@@ -4,13 +4,12 @@ from math import sqrt
 from typing import NamedTuple
 
 from achse.codes import NcError
+from achse.codes.nc.choices import AxisType, MotionPhase
 from achse.motion.axis import Axis
 from achse.motion.checks import OK, check_command, check_dynamics, check_target
 from achse.motion.commands.queue import dynamics, heading, sign
 from achse.motion.setpoints.superposition import superposed_speed, superposed_way
-from achse.motion.states import AxisType, CompensationType, MotionPhase
-
-__all__ = ["Compensation", "start_superposition", "stop_superposition"]
+from achse.motion.states import CompensationType
 
 _ROUNDING = 1e-12
 """Relative rounding by which a distance may be too short."""

@@ -1,14 +1,13 @@
 """Switches of an axis: reset, errors from outside, enables."""
 
 from achse.codes import NcError
+from achse.codes.axis import StateBit
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.axis import Axis
 from achse.motion.checks import OK
 from achse.motion.commands.homing import end_application_request
 from achse.motion.commands.queue import busy
 from achse.motion.setpoints.setpoint import drop_job, stop_fast
-from achse.motion.states import MotionPhase, StateBit
-
-__all__ = ["disable", "enable", "reset", "set_drive_output", "set_external_error"]
 
 
 def reset(axis: Axis) -> int:

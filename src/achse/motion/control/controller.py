@@ -9,12 +9,10 @@ Kernel source: compiled as it stands, see `compiled`.
 
 from math import pi
 
+from achse.codes.nc.choices import ControllerType, DriveType, MotionPhase
 from achse.motion.features import Feature
 from achse.motion.record import AxisDriveFields, AxisFields
 from achse.motion.rows import NcRows
-from achse.motion.states import ControllerType, DriveType, MotionPhase
-
-__all__ = ["adapt_controller", "control", "control_coupling", "reset_controller"]
 
 
 def adapt_controller(ax: AxisFields) -> None:

@@ -13,8 +13,6 @@ from typing import TypeAlias
 
 from achse.native.declare import Slot, lay_out
 
-__all__ = ["LAYOUT", "Piece", "Points", "linear", "piece_at", "place_of", "spline", "value_at"]
-
 Points: TypeAlias = Sequence[tuple[float, float]]
 """Places, strictly rising, and the value at each; two at least, a spline takes three."""
 

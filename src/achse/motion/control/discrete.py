@@ -9,13 +9,11 @@ Kernel source: compiled as it stands, see `compiled`.
 
 from math import ceil
 
+from achse.codes.axis import CommandState
+from achse.codes.nc.choices import MotionPhase, StepperMode
 from achse.motion.record import AxisFields
 from achse.motion.setpoints.setpoint import begin_next_job, pass_switch_position
 from achse.motion.setpoints.targets import overrun
-from achse.motion.states import CommandState, MotionPhase, StepperMode
-
-__all__ = ["run_stepper", "run_two_speeds", "show_speed"]
-
 
 _BRAKED = 0
 _RELEASING = 1

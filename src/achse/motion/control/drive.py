@@ -10,8 +10,11 @@ Kernel source: compiled as it stands, see `compiled`.
 from collections.abc import Sequence
 from math import floor
 
+from achse.codes.axis import ControlBit
+from achse.codes.nc.choices import AxisType, ControllerType, DriveType, MotionPhase, OutputFilter
 from achse.motion.control.curves import Piece, value_at
 from achse.motion.features import Feature
+from achse.motion.fields.drive import DRIVE_DELAY, FILTER_ORDER
 from achse.motion.port import (
     CONTROL_ENABLE,
     CONTROL_HOME,
@@ -24,7 +27,7 @@ from achse.motion.port import (
     within_32_bits,
     wrapped,
 )
-from achse.motion.record import DRIVE_DELAY, FILTER_ORDER, AxisDriveFields, AxisFields
+from achse.motion.record import AxisDriveFields, AxisFields
 from achse.motion.states import (
     ANALOG_DRIVES,
     DISCRETE_DRIVES,
@@ -32,24 +35,8 @@ from achse.motion.states import (
     TORQUE_MODES,
     VELOCITY_CONTAINER_MODES,
     VELOCITY_MODES,
-    AxisType,
-    ControlBit,
-    ControllerType,
     DriveOperationMode,
-    DriveType,
-    MotionPhase,
-    OutputFilter,
 )
-
-__all__ = [
-    "adapt_drive",
-    "characteristic",
-    "fill_filter",
-    "position_output",
-    "put_out",
-    "put_out_bytes",
-    "read_drive",
-]
 
 _STILL = 1e-9
 """A torque below this is none."""

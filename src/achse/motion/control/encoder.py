@@ -7,11 +7,10 @@ Kernel source: compiled as it stands, see `compiled`.
 """
 
 from achse.codes import NcError
+from achse.motion.fields.encoder import POSITION_HISTORY
 from achse.motion.port import wrapped
-from achse.motion.record import POSITION_HISTORY, AxisFields, EncoderFields
+from achse.motion.record import AxisFields, EncoderFields
 from achse.motion.setpoints.setpoint import fail
-
-__all__ = ["adapt_encoder", "measure", "read_counter"]
 
 _STILL = 1e-9
 """A filtered velocity or acceleration below this is zero."""

@@ -9,8 +9,6 @@ Kernel source: compiled as it stands, see `compiled`.
 from achse.motion.control.drive import fill_filter
 from achse.motion.record import AxisFields
 
-__all__ = ["follow_axis"]
-
 
 def follow_axis(ax: AxisFields) -> None:
     """The set point is where the axis is and as fast as it is; the output filter is there, too."""

@@ -3,7 +3,10 @@
 Kernel source: compiled as it stands, see `compiled`.
 """
 
+from achse.codes.axis import ControlBit
+from achse.codes.nc.choices import HomingSensorSource, ReferenceMode
 from achse.motion.features import Feature
+from achse.motion.fields.encoder import PROBE_EDGES, TOUCH_PROBES
 from achse.motion.port import (
     CAM_CLOSED,
     LATCH_DRIVE_DEFINED,
@@ -11,23 +14,8 @@ from achse.motion.port import (
     LATCH_INDEX,
     wrapped,
 )
-from achse.motion.record import PROBE_EDGES, TOUCH_PROBES, AxisFields, EncoderFields
-from achse.motion.states import ControlBit, HomingSensorSource, ReferenceMode, SignalSource
-
-__all__ = [
-    "LATCHED",
-    "WAITS",
-    "arm",
-    "arm_in_force",
-    "begin_watch",
-    "homing_cam",
-    "latch_probe",
-    "latched_position",
-    "probe_counts",
-    "probe_state",
-    "probe_status",
-    "watch",
-]
+from achse.motion.record import AxisFields, EncoderFields
+from achse.motion.states import SignalSource
 
 WAITS = 1
 LATCHED = 2

@@ -9,6 +9,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from collections.abc import Sequence
 
 from achse.codes import NcError
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.couplings.guard import check_ratio
 from achse.motion.couplings.masters import (
     leading_acceleration,
@@ -18,9 +19,6 @@ from achse.motion.couplings.masters import (
 )
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
-from achse.motion.states import MotionPhase
-
-__all__ = ["base", "check", "check_change", "others", "step"]
 
 
 def base(ax: AxisFields, rows: NcRows) -> None:

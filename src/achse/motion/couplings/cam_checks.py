@@ -29,8 +29,6 @@ from achse.motion.states import CamActivation
 if TYPE_CHECKING:
     from achse.motion.axis import Axis
 
-__all__ = ["carry_out_now", "check_change", "check_follow"]
-
 _FARTHEST = 1e12
 """Way in which a master comes to each place at which a cam can change."""
 

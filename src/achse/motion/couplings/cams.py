@@ -18,38 +18,16 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from math import ceil, floor
 
 from achse.codes import NcError
+from achse.codes.axis import StateBit
 from achse.motion.couplings.guard import check_step
 from achse.motion.couplings.masters import leading_value_of_row
-from achse.motion.record import CAM_LAW, AxisFields, CamFields, CamLaw
+from achse.motion.fields.cams import CamLaw
+from achse.motion.record import CAM_LAW, AxisFields, CamFields
 from achse.motion.rows import NcRows
 from achse.motion.setpoints.limits import TOLERANCE
-from achse.motion.states import CamActivation, CamScaling, StateBit
+from achse.motion.states import CamActivation, CamScaling
 from achse.motion.tables.memory import BEGIN, CYCLIC, PERIOD, STROKE, cam_values
 from achse.native.declare import assign, reset
-
-__all__ = [
-    "CHANGE_BEGIN",
-    "CHANGE_EXCHANGE",
-    "CHANGE_NOTHING",
-    "CHANGE_POINTS",
-    "CHANGE_REMOVE",
-    "CHANGE_SCALING",
-    "base",
-    "carry_out",
-    "change",
-    "check_jump",
-    "due",
-    "jump_of",
-    "law_after",
-    "law_now",
-    "master_position_of",
-    "names_of",
-    "part_at",
-    "planned",
-    "show_cams",
-    "show_waiting",
-    "step",
-]
 
 CHANGE_NOTHING = 0
 CHANGE_BEGIN = 1

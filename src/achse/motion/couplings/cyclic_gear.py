@@ -20,8 +20,6 @@ from achse.motion.couplings.masters import (
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 
-__all__ = ["base", "check", "step", "turn"]
-
 MOST = 1e6
 """Largest ratio (002 §6.4.4.2, state 0x23); a larger one, or NaN, changes
 nothing."""

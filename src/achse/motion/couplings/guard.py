@@ -12,8 +12,6 @@ from achse.motion.record import AxisFields
 from achse.motion.setpoints.dynamics import fastest
 from achse.motion.setpoints.limits import TOLERANCE, limit_ahead
 
-__all__ = ["ROUNDING", "check_ratio", "check_step"]
-
 ROUNDING = 1e-9
 """Part of a velocity, and way in axis units, that may be too much: rounding only."""
 

@@ -19,8 +19,6 @@ from achse.motion.couplings.masters import (
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 
-__all__ = ["base", "check", "check_change", "step"]
-
 
 def base(ax: AxisFields, rows: NcRows) -> None:
     """Count from here: where the slave and its master are now."""

@@ -11,23 +11,10 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 
 from math import sqrt
 
+from achse.codes.nc.choices import AxisType
 from achse.motion.record import LAYOUT, AxisFields
 from achse.motion.rows import NcRows
-from achse.motion.states import AxisType
 from achse.native.declare import assign, reset
-
-__all__ = [
-    "as_leader",
-    "begin_leading_value",
-    "end_coupling",
-    "leading_acceleration",
-    "leading_jerk",
-    "leading_position",
-    "leading_value_of_row",
-    "leading_velocity",
-    "show_coupling",
-    "update_leading_value",
-]
 
 ALONE = 0
 LEADS = 1

@@ -19,8 +19,6 @@ from achse.motion.profiles.segments import segment_acceleration, segment_positio
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
 
-__all__ = ["apply_ratios", "base", "change", "step"]
-
 MOST = 1e6
 """Largest ratio; a larger one, or one that is not a number, changes nothing."""
 

@@ -23,8 +23,6 @@ from achse.motion.setpoints.setpoint import fail
 if TYPE_CHECKING:
     from achse.motion.axis import Axis
 
-__all__ = ["base", "check", "step"]
-
 DEGREES = 180.0 / pi
 
 

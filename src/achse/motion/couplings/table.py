@@ -33,6 +33,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.couplings import (
     bilinear,
     cams,
@@ -50,12 +51,10 @@ from achse.motion.rows import NcRows
 from achse.motion.setpoints.dynamics import drop_foreign
 from achse.motion.setpoints.setpoint import fail, generate
 from achse.motion.setpoints.superposition import superpose
-from achse.motion.states import MotionPhase, SlaveType
+from achse.motion.states import SlaveType
 
 if TYPE_CHECKING:
     from achse.motion.axis import Axis
-
-__all__ = ["COUPLINGS", "Coupling", "count_from_here", "couple", "has_moving_master", "law_of"]
 
 
 def _anywhere(ax: AxisFields, rows: NcRows) -> None:

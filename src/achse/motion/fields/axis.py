@@ -2,8 +2,6 @@
 
 from achse.motion.fields.declare import Parameters, States, flag, real, whole
 
-__all__ = ["ApplicationRequest", "AxisParameterFields", "AxisState"]
-
 
 class AxisParameterFields(Parameters):
     """Parameters of the axis (002 §6.4.4.1, 0x4000 + ID)."""

@@ -2,8 +2,6 @@
 
 from achse.motion.fields.declare import InternalFields, flag, real, whole, wholes
 
-__all__ = ["CAM_LAYERS", "CAM_LIST", "CamChange", "CamLaw", "CamMotion", "CamSlave"]
-
 CAM_LAYERS = 4
 """Cams that one slave can follow at the same time (error 0x425E)."""
 

@@ -2,8 +2,6 @@
 
 from achse.motion.fields.declare import InternalFields, Parameters, States, flag, real, whole
 
-__all__ = ["ControllerMemory", "ControllerParameters", "ControllerState"]
-
 
 class ControllerParameters(Parameters):
     """Parameters of the controller (002 §6.4.6.1, 0x6000 + ID)."""

@@ -2,8 +2,6 @@
 
 from achse.motion.fields.declare import InternalFields, States, flag, real, reals, whole, wholes
 
-__all__ = ["COUPLING_PARAMETERS", "MASTERS", "Fading", "Followers", "LeadingValue", "SlaveCoupling"]
-
 MASTERS = 4
 """Axes that one axis can follow at the same time (002 §6.4.4.3, 0x4200 + ID:0x40)."""
 

@@ -2,8 +2,6 @@
 
 from achse.motion.fields.declare import Inputs, real, whole
 
-__all__ = ["CyclicInput", "ExternalSetPoint"]
-
 
 class CyclicInput(Inputs):
     """Values that the PLC writes each of its cycles (002 §6.4.4.4, 0x4300 + ID; 004 §5.1.2)."""

@@ -7,20 +7,6 @@ from typing import Any
 
 from achse.native.declare import Slot
 
-__all__ = [
-    "Field",
-    "Inputs",
-    "InternalFields",
-    "Parameters",
-    "Role",
-    "States",
-    "flag",
-    "real",
-    "reals",
-    "whole",
-    "wholes",
-]
-
 
 class Role(Enum):
     """Purpose of a field, which is also who may write it."""

@@ -12,16 +12,6 @@ from achse.motion.fields.declare import (
     wholes,
 )
 
-__all__ = [
-    "DRIVE_DELAY",
-    "FILTER_ORDER",
-    "DriveInput",
-    "DriveInterface",
-    "DriveInternal",
-    "DriveParameters",
-    "DriveState",
-]
-
 DRIVE_DELAY = 64
 """Longest delay of an output, in cycles; also that of the output filter."""
 

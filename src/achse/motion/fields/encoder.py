@@ -11,17 +11,6 @@ from achse.motion.fields.declare import (
     wholes,
 )
 
-__all__ = [
-    "POSITION_HISTORY",
-    "PROBE_EDGES",
-    "TOUCH_PROBES",
-    "EncoderMemory",
-    "EncoderParameters",
-    "EncoderState",
-    "TouchProbeMemory",
-    "TouchProbeState",
-]
-
 POSITION_HISTORY = 16
 """Actual positions with time stamp that are kept; fewer cycles than lead to rest."""
 

@@ -2,8 +2,6 @@
 
 from achse.motion.fields.declare import Inputs, flag, whole
 
-__all__ = ["FunctionInput"]
-
 
 class FunctionInput(Inputs):
     """Switches set by functions (002 §6.4.4.3, 0x4200 + ID)."""

@@ -2,16 +2,6 @@
 
 from achse.motion.fields.declare import Inputs, InternalFields, flag, real, whole
 
-__all__ = [
-    "ExternalMotion",
-    "GeneratorMemory",
-    "GeneratorSequence",
-    "GeneratorSwitch",
-    "ReversingCommand",
-    "SineOscillation",
-    "TorqueCommand",
-]
-
 
 class GeneratorSwitch(Inputs):
     """Switches of the ring 0 that each axis obeys (002 §6.4.1.1)."""

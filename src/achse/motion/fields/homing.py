@@ -2,8 +2,6 @@
 
 from achse.motion.fields.declare import InternalFields, States, flag, real, whole
 
-__all__ = ["AxisHoming", "HomingSequence", "HomingStep"]
-
 
 class HomingStep(States):
     """Step of a homing sequence (002 §6.4.4.2)."""

@@ -19,10 +19,10 @@ from achse.motion.couplings.cams import (
     names_of,
 )
 from achse.motion.couplings.masters import as_leader
-from achse.motion.fields.cams import CamSlave
+from achse.motion.fields.cams import CAM_LAYERS, CamSlave
 from achse.motion.fields.coupling import SlaveCoupling
 from achse.motion.order import CouplingRing
-from achse.motion.record import AXIS_PARTS, CAM, CAM_LAYERS, CamFields
+from achse.motion.record import AXIS_PARTS, CAM, CamFields
 from achse.motion.rows import NcRows
 from achse.motion.states import (
     CAM_COUPLINGS,
@@ -35,17 +35,6 @@ from achse.motion.states import (
 from achse.motion.tables import TableError
 from achse.motion.tables.memory import BEGIN, CYCLIC, PERIOD
 from achse.native.declare import assign
-
-__all__ = [
-    "CamDemand",
-    "change_cam_offsets",
-    "change_cam_scaling",
-    "couple_by_cam",
-    "end_profile",
-    "follow_correction",
-    "last_correction",
-    "scale_slave",
-]
 
 LARGEST_OFFSET = 1e9
 LARGEST_SCALING = 1e6

@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from math import isfinite
 
 from achse.codes import NcError
+from achse.codes.axis import CommandState, StartType
+from achse.codes.nc.choices import AxisType, MotionPhase
 from achse.motion.axis import Axis
 from achse.motion.checks import OK, check_dynamics, check_velocity
 from achse.motion.commands.queue import busy, dynamics, next_number
@@ -18,27 +20,7 @@ from achse.motion.fields.coupling import COUPLING_PARAMETERS
 from achse.motion.order import CouplingRing
 from achse.motion.setpoints.jobs import set_request
 from achse.motion.setpoints.setpoint import absorb, begin_job, begin_stop, drop_job, end_homing
-from achse.motion.states import (
-    AxisType,
-    CommandState,
-    DecouplingType,
-    MotionPhase,
-    SlaveType,
-    StartType,
-)
-
-__all__ = [
-    "LARGEST_PARAMETER",
-    "begin_coupling",
-    "change_coupling",
-    "check_slave",
-    "couple",
-    "couple_to_several",
-    "decouple",
-    "decouple_and_start",
-    "decouple_with_follow_up",
-    "stop_slave",
-]
+from achse.motion.states import DecouplingType, SlaveType
 
 LARGEST_PARAMETER = 1e6
 """Parameters of couplings are up to this, either sign (002 §6.4.4.3)."""

@@ -3,13 +3,12 @@
 from math import isfinite
 
 from achse.codes import NcError
+from achse.codes.axis import BufferMode
 from achse.motion.axis import Axis
 from achse.motion.checks import OK, check_dynamics, check_velocity
 from achse.motion.commands.queue import dynamics
 from achse.motion.profiles.profile import plan_to_position, plan_to_velocity, stopping_distance
-from achse.motion.states import BufferMode, PhasingType
-
-__all__ = ["start_phasing"]
+from achse.motion.states import PhasingType
 
 _CONTINUOUS_UPDATE = 1
 _LAST_AXIS = 255

@@ -20,8 +20,6 @@ from achse.motion.fields.synchronising import SYNC_PIECES, SYNC_TERMS
 from achse.motion.record import AxisFields
 from achse.motion.states import SlaveType, SynchronisingBit
 
-__all__ = ["synchronise"]
-
 _HALVINGS = 80
 
 _FARTHEST = 1e12

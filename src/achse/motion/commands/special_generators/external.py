@@ -3,15 +3,14 @@
 from math import isfinite
 
 from achse.codes import NcError
+from achse.codes.axis import BufferMode, CommandState, StartType
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.axis import Axis
 from achse.motion.checks import ENDLESS, OK
 from achse.motion.commands.special_generators.generators import begin_generator, check_generator
 from achse.motion.commands.starts import universal_start
 from achse.motion.generators.external import leave_external
 from achse.motion.setpoints.setpoint import begin_stop
-from achse.motion.states import BufferMode, CommandState, MotionPhase, StartType
-
-__all__ = ["start_external_setpoint", "stop_external_setpoint", "stop_external_setpoint_endless"]
 
 
 def start_external_setpoint(axis: Axis, start_type: int, end_position: float) -> int:

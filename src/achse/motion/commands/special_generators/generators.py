@@ -1,12 +1,11 @@
 """Start of a special generator: the check, and the job that it becomes."""
 
 from achse.codes import NcError
+from achse.codes.axis import CommandState
+from achse.codes.nc.choices import AxisType, MotionPhase
 from achse.motion.axis import Axis
 from achse.motion.checks import check_command, check_permitted
 from achse.motion.commands.queue import busy, dynamics, next_number, show_accepted
-from achse.motion.states import AxisType, CommandState, MotionPhase
-
-__all__ = ["begin_generator", "check_generator"]
 
 
 def check_generator(axis: Axis, *directions: float, at_any_axis: bool = False) -> int:

@@ -3,6 +3,8 @@
 from math import isfinite
 
 from achse.codes import NcError
+from achse.codes.axis import BufferMode
+from achse.codes.nc.choices import AxisType, DriveType, MotionPhase
 from achse.motion.axis import Axis
 from achse.motion.checks import OK, check_away, check_command, check_permitted
 from achse.motion.commands.queue import busy
@@ -14,23 +16,10 @@ from achse.motion.states import (
     POSITION_MODES,
     TORQUE_MODES,
     VELOCITY_MODES,
-    AxisType,
-    BufferMode,
     DriveOperationMode,
     DriveOutputType,
-    DriveType,
-    MotionPhase,
     TorqueStartType,
 )
-
-__all__ = [
-    "change_drive_output",
-    "release_brake",
-    "set_drive_operation_mode",
-    "start_drive_output",
-    "start_torque_control",
-    "stop_drive_output",
-]
 
 _MODES = (DriveOperationMode.DEFAULT, *TORQUE_MODES, *VELOCITY_MODES, *POSITION_MODES)
 """Operation modes that the simulated drive knows.

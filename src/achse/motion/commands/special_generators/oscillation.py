@@ -3,15 +3,14 @@
 from math import isfinite, pi
 
 from achse.codes import NcError
+from achse.codes.axis import StartType
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.axis import Axis
 from achse.motion.checks import OK, check_target, check_velocity
 from achse.motion.commands.queue import dynamics, next_number, show_accepted
 from achse.motion.commands.special_generators.generators import begin_generator, check_generator
 from achse.motion.setpoints.jobs import set_request
 from achse.motion.setpoints.setpoint import begin_job
-from achse.motion.states import MotionPhase, StartType
-
-__all__ = ["start_reversing", "start_sine_oscillation", "start_velocity_steps"]
 
 FASTEST_BASE = 10.0
 """Highest base frequency of a sine, Hz."""

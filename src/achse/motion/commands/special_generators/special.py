@@ -3,15 +3,14 @@
 from math import isfinite
 
 from achse.codes import NcError
+from achse.codes.axis import StartType
 from achse.motion.axis import Axis
 from achse.motion.checks import ENDLESS, check_command, check_velocity
 from achse.motion.commands.changes import new_end_position_and_velocity
 from achse.motion.commands.queue import as_resolved_start, busy
 from achse.motion.commands.starts import start
 from achse.motion.setpoints.targets import resolve_target
-from achse.motion.states import NewEndPositionCommand, StartType
-
-__all__ = ["start_special"]
+from achse.motion.states import NewEndPositionCommand
 
 
 def _on_way(axis: Axis, start_type: int, position: float, where: float) -> bool:

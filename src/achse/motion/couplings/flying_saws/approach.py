@@ -12,36 +12,15 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 
 from collections.abc import MutableSequence, Sequence
 
+from achse.codes.axis import MotionState
+from achse.codes.nc.choices import AxisType
 from achse.motion.couplings.flying_saws.chase import approach_velocity, settle
 from achse.motion.couplings.guard import check_ratio
 from achse.motion.couplings.masters import leading_acceleration, leading_velocity
 from achse.motion.fields.synchronising import SYNC_TERMS
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
-from achse.motion.states import AxisType, MotionState, SynchronisingBit
-
-__all__ = [
-    "AT_REST",
-    "BY_POSITION",
-    "BY_TIME",
-    "INACTIVE",
-    "LINEAR",
-    "NO_WAY",
-    "SETTLING",
-    "STOPPING",
-    "begin_approach",
-    "check_gear",
-    "follow_approach",
-    "heading_of",
-    "line",
-    "meet",
-    "place_at",
-    "quintic",
-    "ramp",
-    "run_with",
-    "set_gear",
-    "weak_ramp",
-]
+from achse.motion.states import SynchronisingBit
 
 INACTIVE = 0
 BY_POSITION = 1

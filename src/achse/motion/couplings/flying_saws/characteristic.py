@@ -13,8 +13,6 @@ from achse.motion.states import SlaveType
 if TYPE_CHECKING:
     from achse.motion.axis import Axis
 
-__all__ = ["CHARACTERISTIC_VALUES", "characteristic_of", "course_of"]
-
 CHARACTERISTIC_VALUES = 64
 """Numbers in the answer; those behind the 31 that the manual names are 0."""
 

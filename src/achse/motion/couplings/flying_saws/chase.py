@@ -12,8 +12,6 @@ from achse.motion.profiles.profile import plan_to_position, plan_to_velocity
 from achse.motion.profiles.segments import segment_acceleration, segment_position, segment_velocity
 from achse.motion.record import AxisFields
 
-__all__ = ["approach_place", "approach_velocity", "limits_beside", "settle", "settle_place"]
-
 _LEFT = 0.05
 """Share of a limit that is for coming nearer, whatever the target takes."""
 

@@ -14,8 +14,6 @@ from achse.motion.fields.synchronising import SYNC_TERMS
 from achse.motion.profiles.profile import plan_to_velocity
 from achse.motion.profiles.segments import MAX_SEGMENTS, end_state
 
-__all__ = ["SlaveCourse", "Stretch", "TimedValue", "course_by_time", "course_over_master"]
-
 _HALVINGS = 80
 
 

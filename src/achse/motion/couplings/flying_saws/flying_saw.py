@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from math import sin
 
 from achse.codes import NcError
+from achse.codes.axis import MotionState
 from achse.motion.couplings.flying_saws.approach import (
     BY_POSITION,
     BY_TIME,
@@ -36,9 +37,7 @@ from achse.motion.couplings.masters import (
 )
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
-from achse.motion.states import MotionState, SlaveType
-
-__all__ = ["base", "change", "check_change", "check_position", "check_velocity", "step"]
+from achse.motion.states import SlaveType
 
 _DEGREE = 0.017453292519943295
 _ALONG = 90.0

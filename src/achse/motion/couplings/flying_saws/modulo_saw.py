@@ -11,6 +11,8 @@ from collections.abc import Sequence
 from math import floor
 
 from achse.codes import NcError
+from achse.codes.axis import MotionState
+from achse.codes.nc.choices import AxisType
 from achse.motion.couplings.flying_saws.approach import (
     LINEAR,
     begin_approach,
@@ -27,9 +29,6 @@ from achse.motion.couplings.masters import (
 from achse.motion.profiles.profile import stopping_distance
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
-from achse.motion.states import AxisType, MotionState
-
-__all__ = ["base", "check", "others", "step"]
 
 _TO_PLACE = 5
 """The slave goes to its place beside the master; other methods are those of `approach`."""

@@ -11,8 +11,6 @@ from achse.codes import NcError
 from achse.motion.couplings.flying_saws.course import SlaveCourse
 from achse.motion.states import SynchronisingBit
 
-__all__ = ["SawLimits", "check_course"]
-
 _ROUNDED = 1e-9
 
 _ABOVE = NcError.SAW_VELOCITY_ABOVE_END, NcError.SAW_VELOCITY_ABOVE_START

@@ -11,6 +11,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from collections.abc import Sequence
 
 from achse.codes import NcError
+from achse.codes.axis import MotionState
 from achse.motion.couplings.flying_saws.approach import (
     BY_POSITION,
     BY_TIME,
@@ -27,9 +28,7 @@ from achse.motion.couplings.flying_saws.approach import (
 from achse.motion.couplings.masters import leading_acceleration, leading_position, leading_velocity
 from achse.motion.record import AxisFields
 from achse.motion.rows import NcRows
-from achse.motion.states import MotionState, SlaveType
-
-__all__ = ["base", "change", "check", "check_change", "step"]
+from achse.motion.states import SlaveType
 
 
 def base(ax: AxisFields, rows: NcRows) -> None:
