@@ -8,6 +8,7 @@ has no feature on (`achse.motion.features`).
 from collections.abc import Callable
 from typing import NamedTuple
 
+from achse.codes.nc.choices import AxisType, DriveType, MotionPhase
 from achse.motion.control.controller import adapt_controller, control, control_coupling
 from achse.motion.control.discrete import run_stepper, run_two_speeds, show_speed
 from achse.motion.control.drive import adapt_drive, put_out, put_out_bytes, read_drive
@@ -15,6 +16,7 @@ from achse.motion.control.encoder import adapt_encoder, measure
 from achse.motion.control.signals import arm, arm_in_force, watch
 from achse.motion.couplings.table import couple, has_moving_master
 from achse.motion.features import BY_PARAMETERS, Feature
+from achse.motion.fields.encoder import POSITION_HISTORY
 from achse.motion.generators import coupled
 from achse.motion.generators.homing import home
 from achse.motion.generators.table import BY_FAST_PATH, generate_set_point, hand_over
@@ -29,14 +31,11 @@ from achse.motion.monitoring import (
     supervise_motion,
     watch_standstill,
 )
-from achse.motion.record import POSITION_HISTORY, AxisFields, EncoderFields
+from achse.motion.record import AxisFields, EncoderFields
 from achse.motion.rows import NcRows
 from achse.motion.setpoints.limits import adapt_limits
 from achse.motion.setpoints.phasing import shift_phase
 from achse.motion.setpoints.setpoint import follow_segment, generate, show_remaining
-from achse.motion.states import AxisType, DriveType, MotionPhase
-
-__all__ = ["STAGES", "Stage", "adapt", "begin", "begin_encoder", "cycle", "cycles", "follow"]
 
 _KEPT = ~(BY_PARAMETERS | Feature.PARAMETERS.value)
 """Features that a change of parameters does not switch."""

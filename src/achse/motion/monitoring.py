@@ -4,6 +4,8 @@ Kernel source: compiled as it stands, see `compiled`.
 """
 
 from achse.codes import NcError
+from achse.codes.axis import ControlBit, HomingState, MotionState, OperationModeBit, StateBit
+from achse.codes.nc.choices import EncoderType, MotionPhase, SignalType
 from achse.motion.features import Feature
 from achse.motion.generators.table import (
     CONTINUOUS,
@@ -21,30 +23,7 @@ from achse.motion.port import (
 from achse.motion.record import AxisFields
 from achse.motion.setpoints.limits import TOLERANCE, goes_alone, running_into
 from achse.motion.setpoints.setpoint import arrived, drop_job, fail, stop_fast
-from achse.motion.states import (
-    CAM_COUPLINGS,
-    ControlBit,
-    EncoderType,
-    HomingState,
-    MotionPhase,
-    MotionState,
-    OperationModeBit,
-    SignalType,
-    StateBit,
-)
-
-__all__ = [
-    "operation_mode",
-    "report",
-    "settle",
-    "show_state",
-    "stays_closed",
-    "supervise_arrival",
-    "supervise_enable",
-    "supervise_motion",
-    "watch_standstill",
-]
-
+from achse.motion.states import CAM_COUPLINGS
 
 _UNITS_MODULO = 4
 

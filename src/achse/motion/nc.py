@@ -14,6 +14,7 @@ from achse.motion.channels.table import Channels
 from achse.motion.compiled import KERNEL
 from achse.motion.control import curves
 from achse.motion.control.drive import adapt_drive
+from achse.motion.fields.declare import Field, Role
 from achse.motion.groups.parameters import GroupParameters
 from achse.motion.groups.table import Groups
 from achse.motion.kernel import begin, begin_encoder
@@ -28,8 +29,6 @@ from achse.motion.record import (
     FIELDS,
     LAYOUT,
     PART_OF,
-    Field,
-    Role,
     SlotsRecord,
     controller_record,
     drive_record,
@@ -43,15 +42,6 @@ from achse.motion.views import Store, View
 from achse.native.compiled import bound_call
 from achse.native.declare import pack
 from achse.native.memory import Rows
-
-__all__ = [
-    "HIGHEST_AXIS_ID",
-    "STORED_VELOCITIES",
-    "AxisParameters",
-    "AxisParametersError",
-    "Nc",
-    "configurable",
-]
 
 HIGHEST_AXIS_ID = 255
 """Of encoders, controllers and drives too."""

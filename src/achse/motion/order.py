@@ -11,8 +11,6 @@ from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 
-__all__ = ["CouplingRing", "CycleOrder"]
-
 
 class CouplingRing(ValueError):
     """An axis would follow itself, by way of others or not; `rows` is the ring."""

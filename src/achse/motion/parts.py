@@ -44,9 +44,6 @@ else:
     class _Drive: ...
 
 
-__all__ = ["VIEWS", "AxisController", "AxisDrive", "AxisEncoder", "AxisPart"]
-
-
 class AxisPart(View):
     """An encoder, controller or drive of an axis, its `owner`."""
 

@@ -15,36 +15,6 @@ from achse.motion.fields.declare import Field, whole
 from achse.motion.fields.often import OFTEN
 from achse.native.declare import lay_out, plain_record
 
-__all__ = [
-    "CAM_CLOSED",
-    "CONTROL_ENABLE",
-    "CONTROL_HOME",
-    "CONTROL_RESET",
-    "CONTROL_WISH",
-    "DRIVE_IO",
-    "ENCODER_IO",
-    "LATCH_DRIVE_DEFINED",
-    "LATCH_FALLING",
-    "LATCH_INDEX",
-    "LIMIT_MAX",
-    "LIMIT_MIN",
-    "STATUS_ABSENT",
-    "STATUS_ENABLED",
-    "STATUS_ERROR",
-    "STATUS_FAST_STOP",
-    "STATUS_HOMED",
-    "STATUS_HOMING_FAILED",
-    "STATUS_INVALID",
-    "STATUS_LIMITED",
-    "STATUS_READY",
-    "DriveIo",
-    "EncoderIo",
-    "drive_io_record",
-    "encoder_io_record",
-    "within_32_bits",
-    "wrapped",
-]
-
 STATUS_INVALID = 1 << 0
 """State 4 of both: the data are invalid (WcState)."""
 

@@ -24,12 +24,10 @@ from achse.motion.fields.controller import (
     ControllerParameters,
     ControllerState,
 )
-from achse.motion.fields.coupling import MASTERS, Fading, Followers, LeadingValue, SlaveCoupling
+from achse.motion.fields.coupling import Fading, Followers, LeadingValue, SlaveCoupling
 from achse.motion.fields.cyclic import CyclicInput, ExternalSetPoint
 from achse.motion.fields.declare import Field, Inputs, InternalFields, Parameters, Role, States
 from achse.motion.fields.drive import (
-    DRIVE_DELAY,
-    FILTER_ORDER,
     DriveInput,
     DriveInterface,
     DriveInternal,
@@ -37,9 +35,6 @@ from achse.motion.fields.drive import (
     DriveState,
 )
 from achse.motion.fields.encoder import (
-    POSITION_HISTORY,
-    PROBE_EDGES,
-    TOUCH_PROBES,
     EncoderMemory,
     EncoderParameters,
     EncoderState,
@@ -62,7 +57,6 @@ from achse.motion.fields.monitoring import DelayedError, MonitoringInternal, Mon
 from achse.motion.fields.often import OFTEN
 from achse.motion.fields.setpoint import (
     COMMAND_BUFFER,
-    SEGMENTS,
     Border,
     CommandBuffer,
     MotionProfile,
@@ -77,48 +71,6 @@ from achse.motion.fields.synchronising import Synchronisation
 from achse.motion.port import DRIVE_IO, ENCODER_IO, DriveIo, EncoderIo
 from achse.motion.readout.shown import SHOWN
 from achse.native.declare import RecordLayout, lay_out, pack, plain_record, reference, within
-
-__all__ = [
-    "AT_THE_AXIS",
-    "AXIS_PARTS",
-    "CAM",
-    "CAM_CHANGE",
-    "CAM_LAW",
-    "CAM_LAYERS",
-    "COMMAND_BUFFER",
-    "CONTROLLER",
-    "DRIVE",
-    "DRIVE_DELAY",
-    "ENCODER",
-    "FIELDS",
-    "FILTER_ORDER",
-    "JOB",
-    "LAYOUT",
-    "MASTERS",
-    "PARTS",
-    "PART_LAYOUTS",
-    "PART_OF",
-    "POSITION_HISTORY",
-    "PROBE_EDGES",
-    "SEGMENTS",
-    "SHOWN_FIELDS",
-    "TOUCH_PROBES",
-    "AxisDriveFields",
-    "AxisFields",
-    "CamChange",
-    "CamFields",
-    "CamLaw",
-    "ControllerFields",
-    "EncoderFields",
-    "Field",
-    "JobFields",
-    "Role",
-    "SlotsRecord",
-    "controller_record",
-    "drive_record",
-    "encoder_record",
-    "pack_record",
-]
 
 
 class EncoderFields(

@@ -7,8 +7,6 @@ from achse.motion.axis import Axis
 from achse.motion.machine.hardware import place_machine
 from achse.motion.setpoints.setpoint import shift_origin
 
-__all__ = ["RetainedState"]
-
 
 @dataclass(frozen=True, slots=True)
 class RetainedState:

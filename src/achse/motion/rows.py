@@ -11,8 +11,6 @@ from dataclasses import dataclass
 from achse.motion.control.curves import Piece
 from achse.motion.record import AxisFields, EncoderFields
 
-__all__ = ["NcRows"]
-
 
 @dataclass
 class NcRows:

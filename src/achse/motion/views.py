@@ -14,8 +14,6 @@ from achse.motion.fields.declare import Field
 from achse.native.declare import RecordLayout, pack
 from achse.native.memory import AttributeCell, Rows, RowView, reader, structure_of
 
-__all__ = ["InnerView", "Store", "View", "property_within", "views_of"]
-
 _WORD = 8
 """Bytes of a value in a record."""
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, NamedTuple
 
-from achse.native.backend.cache import ObjectCache, cache_directory
+from achse.native.backend.cache import ObjectCache
 from achse.native.backend.faults import MachineFault
 from achse.native.backend.machine import (
     Effort,
@@ -28,15 +28,6 @@ from achse.native.backend.machine import (
 from achse.native.declare import RecordLayout
 from achse.native.members import fold_members, reached
 from achse.native.merging import merge_steps
-
-__all__ = [
-    "BoundCall",
-    "Kernel",
-    "bound_call",
-    "cache_directory",
-    "checked_builds",
-    "compiler_installed",
-]
 
 _LOG = logging.getLogger(__name__)
 

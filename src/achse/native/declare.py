@@ -14,19 +14,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Generic, TypeVar
 
-__all__ = [
-    "RecordLayout",
-    "Slot",
-    "SlotT",
-    "assign",
-    "lay_out",
-    "pack",
-    "plain_record",
-    "reference",
-    "reset",
-    "within",
-]
-
 
 @dataclass(slots=True)
 class Slot:

@@ -4,8 +4,6 @@ from math import inf
 
 from achse.motion.fields.declare import InternalFields, flag, real, whole
 
-__all__ = ["JobProgress", "JobRequest"]
-
 
 class JobRequest(InternalFields):
     """Request of the command (002 §6.4.4.3, 0x4200 + ID:0x16, 0x20)."""

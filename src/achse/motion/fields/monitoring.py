@@ -3,14 +3,6 @@
 from achse.motion.features import ALL_FEATURES
 from achse.motion.fields.declare import InternalFields, States, flag, real, whole
 
-__all__ = [
-    "DelayedError",
-    "DelayedErrorState",
-    "DelayedReaction",
-    "MonitoringInternal",
-    "MonitoringTimes",
-]
-
 
 class MonitoringInternal(InternalFields):
     """Memory of the supervision from cycle to cycle."""

@@ -5,8 +5,6 @@ plain move; next to each other they are 25 lines instead of 70. A test compares 
 what a cycle touches.
 """
 
-__all__ = ["OFTEN"]
-
 OFTEN: dict[str, tuple[str, ...]] = {
     "axis": (
         *("encoder", "controller", "drive", "set_cycle_counter", "resting", "features"),

@@ -4,21 +4,6 @@ from math import inf
 
 from achse.motion.fields.declare import InternalFields, States, flag, real, reals, whole
 
-__all__ = [
-    "COMMAND_BUFFER",
-    "SEGMENTS",
-    "Border",
-    "BufferLevel",
-    "BufferRing",
-    "CommandBuffer",
-    "MotionProfile",
-    "SetPoint",
-    "SetpointState",
-    "SoftLimits",
-    "TargetLoop",
-    "VelocitySwitch",
-]
-
 COMMAND_BUFFER = 8
 """Commands that can wait behind the active one; one more is refused with 0x4292."""
 

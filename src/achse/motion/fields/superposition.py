@@ -3,8 +3,6 @@
 from achse.motion.fields.declare import InternalFields, States, flag, real, reals, whole
 from achse.motion.fields.setpoint import SEGMENTS
 
-__all__ = ["Phasing", "PhasingProfile", "PhasingState", "SuperposedMotion"]
-
 
 class PhasingState(States):
     """Phase shift (002 §6.4.4.3, 0x4200 + ID:0x34)."""

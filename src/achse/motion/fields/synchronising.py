@@ -2,8 +2,6 @@
 
 from achse.motion.fields.declare import InternalFields, flag, real, reals, whole
 
-__all__ = ["SYNC_PIECES", "SYNC_TERMS", "Synchronisation"]
-
 SYNC_PIECES = 3
 """Pieces of a way to the master: two curves with constant velocity between them at most."""
 

@@ -3,10 +3,8 @@
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.record import AxisFields
-from achse.motion.states import MotionPhase
-
-__all__ = ["step"]
 
 
 def step(ax: AxisFields, dt: float) -> None:

@@ -6,8 +6,6 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from achse.motion.control.open_loop import follow_axis
 from achse.motion.record import AxisFields
 
-__all__ = ["heading", "step"]
-
 
 def heading(ax: AxisFields) -> float:
     """Return the direction in which the output drives the axis, by its sign."""

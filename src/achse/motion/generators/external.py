@@ -8,14 +8,11 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
 from achse.codes import NcError
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.record import AxisFields
 from achse.motion.setpoints.dynamics import drop_foreign, fastest, run_out
 from achse.motion.setpoints.limits import TOLERANCE
 from achse.motion.setpoints.setpoint import displace, fail, generate
-from achse.motion.states import MotionPhase
-
-__all__ = ["end", "leads", "leave_external", "step"]
-
 
 _LARGEST = 1e30
 """Numbers beyond are none."""

@@ -14,8 +14,6 @@ from achse.motion.setpoints.limits import TOLERANCE
 from achse.motion.setpoints.setpoint import fail, generate
 from achse.native.declare import assign
 
-__all__ = ["step"]
-
 _LARGEST = 1e30
 """Numbers beyond are none."""
 

@@ -8,14 +8,13 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
 from achse.codes import NcError
+from achse.codes.axis import CommandState, HomingState
+from achse.codes.nc.choices import MotionPhase, ReferenceMode
 from achse.motion.control.signals import LATCHED, begin_watch, homing_cam, latched_position
 from achse.motion.generators import moves
 from achse.motion.port import STATUS_HOMED, STATUS_HOMING_FAILED
 from achse.motion.record import AxisFields
 from achse.motion.setpoints.setpoint import arrived, end_homing, fail, shift_origin
-from achse.motion.states import CommandState, HomingState, MotionPhase, ReferenceMode
-
-__all__ = ["cam_direction", "home", "pulse_direction", "step"]
 
 
 def cam_direction(ax: AxisFields) -> float:

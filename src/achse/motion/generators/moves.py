@@ -10,8 +10,6 @@ from achse.motion.record import AxisFields
 from achse.motion.setpoints.setpoint import generate
 from achse.motion.setpoints.superposition import generate_superposed
 
-__all__ = ["step"]
-
 
 def step(ax: AxisFields, dt: float) -> None:
     """One cycle along the table."""

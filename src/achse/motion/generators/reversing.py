@@ -5,11 +5,10 @@ While it moves its phase is that of a positioning, while it pauses REVERSING.
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
+from achse.codes.axis import CommandState, StartType
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.record import AxisFields
 from achse.motion.setpoints.setpoint import begin_job, generate
-from achse.motion.states import CommandState, MotionPhase, StartType
-
-__all__ = ["position_in_turn", "step"]
 
 
 def position_in_turn(ax: AxisFields) -> None:

@@ -3,11 +3,10 @@
 Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
+from achse.codes.axis import CommandState
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.record import AxisFields
 from achse.motion.setpoints.setpoint import absorb
-from achse.motion.states import CommandState, MotionPhase
-
-__all__ = ["finish", "override_share"]
 
 _STILL = 1e-6
 """A sequence whose velocity is below ends without a ramp."""

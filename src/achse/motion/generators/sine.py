@@ -8,13 +8,11 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 
 from math import cos, pi, sin
 
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.generators.sequence import finish, override_share
 from achse.motion.record import AxisFields
 from achse.motion.setpoints.dynamics import fastest
 from achse.motion.setpoints.setpoint import generate
-from achse.motion.states import MotionPhase
-
-__all__ = ["step"]
 
 
 def _wave(

@@ -9,6 +9,7 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 from collections.abc import Callable
 from typing import NamedTuple
 
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.generators import (
     coupled,
     direct_output,
@@ -22,20 +23,6 @@ from achse.motion.generators import (
     velocity_steps,
 )
 from achse.motion.record import AxisFields
-from achse.motion.states import MotionPhase
-
-__all__ = [
-    "BY_FAST_PATH",
-    "CONTINUOUS",
-    "GENERATORS",
-    "TRAVELLING",
-    "UNPLANNED",
-    "Generator",
-    "along_the_set_point",
-    "generate_set_point",
-    "hand_over",
-    "heading",
-]
 
 
 def _by_phase_alone(ax: AxisFields) -> bool:

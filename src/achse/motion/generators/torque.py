@@ -9,12 +9,11 @@ Kernel source: compiled as it stands, see `achse.motion.compiled`.
 """
 
 from achse.codes import NcError
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.control.open_loop import follow_axis
 from achse.motion.record import AxisFields
 from achse.motion.setpoints.setpoint import fail
-from achse.motion.states import TORQUE_MODES, MotionPhase
-
-__all__ = ["end", "heading", "leads", "step"]
+from achse.motion.states import TORQUE_MODES
 
 _LARGEST = 1e10
 """Torques beyond are none."""

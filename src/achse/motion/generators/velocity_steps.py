@@ -10,8 +10,6 @@ from achse.motion.record import AxisFields
 from achse.motion.setpoints.dynamics import fastest
 from achse.motion.setpoints.limits import running_into
 
-__all__ = ["step"]
-
 _STAGES = 4
 """First velocity, pause, second velocity, pause."""
 

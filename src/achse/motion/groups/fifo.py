@@ -16,8 +16,6 @@ from achse.motion.groups.interpolation import INTERPOLATIONS
 from achse.motion.groups.parameters import GroupParameters
 from achse.motion.groups.states import FifoOverrideType, GroupType
 
-__all__ = ["FifoGroup"]
-
 Row = tuple[float, ...]
 
 _NEARLY = 1e-9

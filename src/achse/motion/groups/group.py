@@ -10,6 +10,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from achse.codes import NcError
+from achse.codes.axis import MotionState, StateBit
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.axis import Axis
 from achse.motion.checks import OK, check_permitted
 from achse.motion.commands.groups import (
@@ -22,12 +24,9 @@ from achse.motion.commands.groups import (
 from achse.motion.commands.switches import reset
 from achse.motion.groups.parameters import GroupParameters
 from achse.motion.groups.states import GroupType, SafState
-from achse.motion.states import MotionPhase, MotionState, StateBit
 
 if TYPE_CHECKING:
     from achse.motion.channels.channel import NcChannel
-
-__all__ = ["FULL_OVERRIDE", "AxisGroup"]
 
 FULL_OVERRIDE = 1_000_000
 

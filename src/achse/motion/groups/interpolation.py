@@ -10,8 +10,6 @@ from typing import NamedTuple
 
 from achse.motion.groups.states import FifoInterpolation
 
-__all__ = ["INTERPOLATIONS", "Interpolation"]
-
 
 def _linear(points: Sequence[float], first: int, share: float) -> float:
     """On the line from point `first` to the next; `share` of the way, 0..1."""

@@ -10,6 +10,8 @@ from collections.abc import Mapping, Sequence
 from math import isfinite
 
 from achse.codes import NcError
+from achse.codes.axis import ActualPositionType
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.axis import Axis
 from achse.motion.checks import OK
 from achse.motion.commands.positions import set_actual_position
@@ -20,9 +22,6 @@ from achse.motion.groups.kinematics.table import KinematicsLaw, Transformation
 from achse.motion.groups.parameters import GroupParameters
 from achse.motion.groups.states import GroupType
 from achse.motion.setpoints.setpoint import stop_fast
-from achse.motion.states import ActualPositionType, MotionPhase
-
-__all__ = ["KinematicGroup"]
 
 log = logging.getLogger("achse.nc")
 

@@ -6,8 +6,6 @@ from pathlib import Path
 
 from achse.motion.groups.states import FifoInterpolation, GroupType
 
-__all__ = ["GroupParameters", "GroupParametersError", "KinematicsParameters"]
-
 MOST_AXES = 16
 LONGEST_FIFO = 10_000
 """Rows of a FIFO (002, 0x3000+ID:0x702)."""

@@ -9,6 +9,7 @@ from dataclasses import replace
 from math import isfinite
 
 from achse.codes import NcError
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.axis import Axis
 from achse.motion.checks import OK
 from achse.motion.commands.groups import begin_group_motion, end_group_motion
@@ -34,9 +35,6 @@ from achse.motion.path import (
 from achse.motion.path.compiled import KERNEL
 from achse.motion.path.planner import HISTORY
 from achse.motion.setpoints.dynamics import fastest
-from achse.motion.states import MotionPhase
-
-__all__ = ["MAIN_AXES", "PLACES", "PathGroup"]
 
 MAIN_AXES = 3
 PLACES = 8

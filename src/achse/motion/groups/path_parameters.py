@@ -12,8 +12,6 @@ from achse.motion.groups.group import AxisGroup
 from achse.motion.groups.parameters import GroupParameters
 from achse.motion.path import PathOverride, PathParameters, PathPlanner, ReductionMethod
 
-__all__ = ["MOST_OVERRIDE", "PathGroupParameters"]
-
 MOST_OVERRIDE = 10.0
 """Highest override with type 2, a factor."""
 

@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from achse.motion.groups.path_group import PathGroup
 
-__all__ = ["PathView"]
-
 _MAIN = 3
 
 

@@ -5,17 +5,16 @@ An encoder axis is alone in an encoder group in the same way. Source: 002 §6.4.
 
 from typing import NamedTuple
 
+from achse.codes.axis import BufferMode, StartType, StateBit
+from achse.codes.nc.choices import AxisType, MotionPhase
 from achse.motion.axis import Axis
 from achse.motion.channels.channel import NcChannel
 from achse.motion.checks import OK
 from achse.motion.commands.starts import universal_start
 from achse.motion.commands.stops import clear, emergency_stop, parameterized_stop, stop
 from achse.motion.commands.switches import reset
+from achse.motion.fields.setpoint import COMMAND_BUFFER
 from achse.motion.groups.states import GroupType, SafState
-from achse.motion.record import COMMAND_BUFFER
-from achse.motion.states import AxisType, BufferMode, MotionPhase, StartType, StateBit
-
-__all__ = ["PtpGroup"]
 
 
 class _Move(NamedTuple):

@@ -8,8 +8,6 @@ from achse.motion.axis import Axis
 from achse.motion.checks import OK
 from achse.motion.path import PathArc, PathLine
 
-__all__ = ["PathReach"]
-
 _MAIN_AXES = 3
 _NEAR = 1e-9
 """mm: a place without an axis has not moved."""

@@ -2,15 +2,6 @@
 
 from enum import IntEnum
 
-__all__ = [
-    "ChannelType",
-    "FifoInterpolation",
-    "FifoOverrideType",
-    "GroupType",
-    "InterpreterType",
-    "SafState",
-]
-
 
 class ChannelType(IntEnum):
     """Kind of work of a channel."""

@@ -11,8 +11,6 @@ from achse.motion.groups.parameters import GroupParameters, GroupParametersError
 from achse.motion.groups.path_group import PathGroup
 from achse.motion.groups.states import GroupType
 
-__all__ = ["GROUPS", "Groups"]
-
 
 def _kinematic(parameters: GroupParameters, axes: Mapping[int, Axis]) -> KinematicGroup:
     """A group with the law that its parameters name."""

@@ -12,8 +12,6 @@ from achse.motion.checks import OK
 if TYPE_CHECKING:
     from achse.motion.groups.path_group import PathGroup
 
-__all__ = ["WAY_BACK", "WayBack"]
-
 WAY_BACK = 256
 """Segments that are kept for a way back, at least; twice as many where no corner is rounded."""
 

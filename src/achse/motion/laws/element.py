@@ -12,21 +12,6 @@ from array import array
 from collections.abc import Iterator, Sequence
 from math import cos, floor, sin
 
-__all__ = [
-    "BEGIN",
-    "COEFFICIENT",
-    "COEFFICIENTS",
-    "DEGREE",
-    "ELEMENT",
-    "RATE",
-    "SECOND_SIZE",
-    "SIZE",
-    "element_at",
-    "element_values",
-    "elements_of",
-    "make_element",
-]
-
 BEGIN = 0
 RATE = 1
 DEGREE = 2

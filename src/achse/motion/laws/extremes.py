@@ -22,8 +22,6 @@ from achse.motion.laws.element import (
     elements_of,
 )
 
-__all__ = ["Extreme", "Extremes", "extremes_of", "turning_places"]
-
 _MOST_STEPS = 60
 """Of a search: each halves, to the last bits."""
 

@@ -18,8 +18,6 @@ from typing import NamedTuple
 
 from achse.motion.laws.element import make_element
 
-__all__ = ["LAWS", "Ends", "Law", "MotionLaw", "NotALaw", "segment", "standing"]
-
 
 class MotionLaw(IntEnum):
     """Function type of a point: the law of the segment that begins there.

@@ -28,8 +28,6 @@ from achse.motion.port import (
 )
 from achse.motion.states import POSITION_MODES, TORQUE_MODES, VELOCITY_CONTAINER_MODES
 
-__all__ = ["drive_servo", "has_unreported_outputs", "loaded", "move", "report"]
-
 _STILL = 1e-9
 """A velocity below this without output is zero."""
 

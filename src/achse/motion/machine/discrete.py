@@ -7,8 +7,6 @@ from achse.motion.machine.amplifier import move
 from achse.motion.machine.record import Amplifier
 from achse.motion.machine.signals import outward
 
-__all__ = ["run_stepper", "run_two_speeds"]
-
 _MINUS_HIGH = 1 << 0
 _MINUS_LOW = 1 << 1
 _PLUS_LOW = 1 << 2

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from achse.codes.nc.choices import AxisType, DriveType, StepperMode
 from achse.motion.machine.amplifier import report
 from achse.motion.machine.kernel import (
     ANALOG,
@@ -35,7 +36,7 @@ from achse.motion.port import (
     encoder_io_record,
     wrapped,
 )
-from achse.motion.states import ANALOG_DRIVES, AxisType, DriveType, StepperMode
+from achse.motion.states import ANALOG_DRIVES
 from achse.motion.views import Store, View
 
 if TYPE_CHECKING:
@@ -54,19 +55,6 @@ if TYPE_CHECKING:
 
 else:
     _Machine = _Sensor = _Amplifier = _EncoderIo = _DriveIo = View
-
-__all__ = [
-    "AmplifierView",
-    "DriveIoView",
-    "EncoderIoView",
-    "Hardware",
-    "MachineView",
-    "SensorView",
-    "begin_machine",
-    "count_from",
-    "fit",
-    "place_machine",
-]
 
 _FULL_WORD = 0x7FFF_FFFF
 

@@ -12,16 +12,6 @@ from achse.motion.machine.discrete import run_stepper, run_two_speeds
 from achse.motion.machine.record import Amplifier, Machine, Sensor
 from achse.motion.machine.sensor import arm_latches, sense
 
-__all__ = [
-    "ANALOG",
-    "DIGITAL",
-    "STEPPER",
-    "TWO_SPEEDS",
-    "HardwareRows",
-    "carry_out",
-    "write_inputs",
-]
-
 DIGITAL = 0
 ANALOG = 1
 TWO_SPEEDS = 2

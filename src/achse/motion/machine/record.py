@@ -11,25 +11,6 @@ from achse.motion.fields.often import OFTEN
 from achse.motion.port import DRIVE_IO, ENCODER_IO, DriveIo, EncoderIo
 from achse.native.declare import lay_out, plain_record, reference
 
-__all__ = [
-    "AMPLIFIER",
-    "DEAD_TIME",
-    "MACHINE",
-    "PARAMETERS",
-    "PARTS",
-    "SENSOR",
-    "STEPPER_CYCLES",
-    "Amplifier",
-    "AmplifierParameters",
-    "Machine",
-    "MachineParameters",
-    "Sensor",
-    "SensorParameters",
-    "amplifier_record",
-    "machine_record",
-    "sensor_record",
-]
-
 DEAD_TIME = 64
 """Longest dead time of an amplifier, in cycles."""
 

@@ -9,8 +9,6 @@ from achse.motion.machine.record import Sensor
 from achse.motion.machine.signals import NOWHERE, cam_closed, drive_inputs, edge
 from achse.motion.port import CAM_CLOSED, LATCH_FALLING, STATUS_INVALID, wrapped
 
-__all__ = ["FULL_MASK", "arm_latches", "count_at", "sense"]
-
 _FARTHEST = 4.0e18
 """A count does not go beyond."""
 

@@ -12,8 +12,6 @@ from achse.motion.machine.record import Machine, Sensor
 from achse.motion.port import LATCH_DRIVE_DEFINED, LATCH_INDEX
 from achse.motion.states import SignalSource
 
-__all__ = ["NOWHERE", "cam_closed", "drive_inputs", "edge", "outward"]
-
 NOWHERE = inf
 """The place of an edge that did not happen."""
 

@@ -23,8 +23,6 @@ from achse.motion.path.record import (
     PieceKind,
 )
 
-__all__ = ["bound", "feed_at", "span_feed"]
-
 ENDLESS = 1e12
 """A bound where there is none."""
 

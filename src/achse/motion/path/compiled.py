@@ -15,8 +15,6 @@ from achse.motion.path.record import (
 )
 from achse.native.compiled import Kernel
 
-__all__ = ["KERNEL"]
-
 KERNEL = Kernel(
     "path",
     run,

@@ -22,8 +22,6 @@ from achse.motion.path.record import (
     PieceKind,
 )
 
-__all__ = ["ReductionMethod", "angle_between", "corner_factor", "keep_jerk", "transition"]
-
 _STRAIGHT = 1e-6
 """Angle up to which a tangent goes on, rad."""
 _SAME_BEND = 1e-6

@@ -7,8 +7,6 @@ from math import cos, sin, sqrt
 
 from achse.motion.path.record import AXES, KNOTS, MAIN_AXES, PathPiece, PathPlace, PieceKind
 
-__all__ = ["curve_point", "measure_curve", "point_at"]
-
 _NODES = (
     -0.9061798459386640,
     -0.5384693101056831,

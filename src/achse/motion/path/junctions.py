@@ -13,14 +13,6 @@ from achse.motion.path.bounds import ENDLESS, span_feed
 from achse.motion.path.ramp import reachable
 from achse.motion.path.record import PathJunction, PathPiece, PathState, PieceKind
 
-__all__ = [
-    "build_junctions",
-    "junction_acceleration",
-    "junction_deceleration",
-    "junction_jerk",
-    "piece_velocity",
-]
-
 _ROUNDS = 8
 """Halvings of the velocities of a bend, to find the one from which it can be braked."""
 

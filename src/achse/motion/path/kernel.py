@@ -23,8 +23,6 @@ from achse.motion.path.record import (
 )
 from achse.motion.path.smoothing import Smoothing, round_corner
 
-__all__ = ["AppendOutcome", "PathOperation", "run"]
-
 _NO_LENGTH = 1e-9
 """A shorter segment is none, mm."""
 

@@ -30,8 +30,6 @@ from achse.motion.path.stop_profile import (
     keep_stop_profile,
 )
 
-__all__ = ["move", "rest_ahead", "stop_at_end"]
-
 _SNAP = 1e-8
 """At rest so near a junction, the path is there, mm."""
 _HALVINGS = 34

@@ -9,9 +9,6 @@ from achse.motion.path.record import PathAxis, PathState
 from achse.motion.path.segments import PathError
 from achse.motion.path.smoothing import Smoothing, SmoothingSubtype
 
-__all__ = ["PathLimits", "PathOverride", "PathParameters"]
-
-
 _JUMP_SHARE = 0.3
 """Share of the jerk of an axis that jumps of curvature may take, with `keep_jerk`."""
 

@@ -35,8 +35,6 @@ from achse.motion.path.segments import PathArc, PathDwell, PathError, PathLine, 
 from achse.native.declare import RecordLayout
 from achse.native.memory import Rows, RowView, field_property
 
-__all__ = ["HISTORY", "LOOK_AHEAD", "PathPlanner", "PathTableFull"]
-
 LOOK_AHEAD = 128
 """Segments of the table by default (0x3000+ID:0x50C, 128..1024)."""
 HISTORY = 32

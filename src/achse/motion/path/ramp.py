@@ -5,14 +5,6 @@ Kernel source: compiled as it stands, see `achse.motion.path.compiled`.
 
 from math import sqrt
 
-__all__ = [
-    "ramp_after",
-    "ramp_duration",
-    "reachable",
-    "rest_is_nearer",
-    "stretch",
-]
-
 _HALVINGS = 60
 
 

@@ -9,29 +9,6 @@ from enum import IntEnum
 
 from achse.native.declare import Slot, lay_out, plain_record, within
 
-__all__ = [
-    "AXES",
-    "AXIS",
-    "COEFFICIENTS",
-    "JUNCTION",
-    "KNOTS",
-    "MAIN_AXES",
-    "PIECE",
-    "POINT",
-    "SPANS",
-    "STATE",
-    "PathAxis",
-    "PathJunction",
-    "PathPiece",
-    "PathPlace",
-    "PathState",
-    "PieceKind",
-    "axis_record",
-    "junction_record",
-    "piece_record",
-    "state_record",
-]
-
 MAIN_AXES = 3
 AXES = 8
 """X, Y, Z, Q1..Q5 (002 §6.4.3: 3 + 5 axes of a group)."""

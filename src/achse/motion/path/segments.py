@@ -8,22 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import atan2, cos, hypot, isfinite, pi, sin, sqrt
 
-__all__ = [
-    "PLANE_XY",
-    "PLANE_YZ",
-    "PLANE_ZX",
-    "ArcGeometry",
-    "PathArc",
-    "PathDwell",
-    "PathError",
-    "PathLine",
-    "PathSegment",
-    "Plane",
-    "arc_through",
-    "plane_arc",
-    "rapid_feed",
-]
-
 Vector = tuple[float, float, float]
 
 _MAIN_AXES = 3

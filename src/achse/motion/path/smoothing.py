@@ -14,8 +14,6 @@ from achse.motion.path.corners import angle_between
 from achse.motion.path.geometry import measure_curve, point_at
 from achse.motion.path.record import AXES, MAIN_AXES, PathPiece, PathState, PieceKind
 
-__all__ = ["Smoothing", "SmoothingSubtype", "round_corner", "smoothing_radius"]
-
 _LEAST_ANGLE = 1e-6
 _MOST_ANGLE = pi - 0.02
 """Nearly a reversal: a curve would have a point where it turns on the spot."""

@@ -16,8 +16,6 @@ from achse.motion.path.junctions import junction_acceleration, junction_decelera
 from achse.motion.path.ramp import ramp_after, ramp_duration, rest_is_nearer, stretch
 from achse.motion.path.record import PathJunction, PathState
 
-__all__ = ["NEAR", "find_rest", "find_stop_profile", "follow_stop_profile", "keep_stop_profile"]
-
 NEAR = 1e-9
 """Ways are equal up to this, mm; velocities, mm/s."""
 _SNAP = 1e-8

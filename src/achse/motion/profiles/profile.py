@@ -37,17 +37,6 @@ from achse.motion.profiles.ramps import (
 )
 from achse.motion.profiles.segments import append_segment, end_state, segment_position
 
-__all__ = [
-    "END_VELOCITY_UNREACHABLE",
-    "LIMITS_INVALID",
-    "STATE_INVALID",
-    "plan_to_position",
-    "plan_to_velocity",
-    "stopping_distance",
-    "stopping_time",
-]
-
-
 LIMITS_INVALID = -1  # a limit not positive or not finite
 STATE_INVALID = -2  # position, velocity, acceleration or target not finite or beyond ±1e15
 END_VELOCITY_UNREACHABLE = -3  # negative, not finite, or the distance is too short for it

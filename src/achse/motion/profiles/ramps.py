@@ -10,21 +10,6 @@ from typing import TypeAlias
 
 from achse.motion.profiles.segments import append_segment
 
-__all__ = [
-    "CONVERGED",
-    "MAX_ITERATIONS",
-    "NEGLIGIBLE",
-    "Limits",
-    "append_ramp",
-    "append_velocity_ramp",
-    "bounded",
-    "cube_root",
-    "highest_velocity",
-    "ramp_peak",
-    "ramp_time",
-    "reachable_velocity",
-]
-
 Limits: TypeAlias = tuple[float, float, float]  # max_acceleration, max_deceleration, max_jerk
 
 NEGLIGIBLE = 1e-60  # distances below would underflow in the powers below; no axis knows them

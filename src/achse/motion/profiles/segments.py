@@ -6,16 +6,6 @@ caller. Plain functions in the language of `achse.native`.
 
 from collections.abc import MutableSequence, Sequence
 
-__all__ = [
-    "MAX_SEGMENTS",
-    "append_segment",
-    "duration",
-    "end_state",
-    "segment_acceleration",
-    "segment_position",
-    "segment_velocity",
-]
-
 MAX_SEGMENTS = 12  # unavoidable crossing 1, bring-in 1, brake to rest 3, return 7
 
 _CANCELLED = 1e-11

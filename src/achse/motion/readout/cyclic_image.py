@@ -11,26 +11,15 @@ from collections.abc import Callable, Sequence
 from math import floor, fmod
 from typing import TYPE_CHECKING
 
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.control.signals import probe_counts, probe_status
 from achse.motion.record import ENCODER, LAYOUT, AxisFields, EncoderFields
-from achse.motion.states import MotionPhase
 from achse.native.compiled import Kernel
 from achse.native.declare import Slot, lay_out, reference
 from achse.native.memory import Rows, RowView
 
 if TYPE_CHECKING:
     from achse.motion.axis import Axis
-
-__all__ = [
-    "IMAGE_BYTES",
-    "KERNEL",
-    "AxisImages",
-    "CyclicImage",
-    "images_of",
-    "modulo_of",
-    "modulo_turns_of",
-    "show_axes",
-]
 
 IMAGE_BYTES = 256
 

@@ -12,8 +12,6 @@ from typing import Any
 from achse.motion.fields.declare import Field, Role
 from achse.motion.states import CAM_COUPLINGS
 
-__all__ = ["SHOWN", "ShownField", "modulo_place"]
-
 _FULL_OVERRIDE = 1e6
 
 

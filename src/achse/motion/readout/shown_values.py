@@ -11,8 +11,6 @@ from achse.native.compiled import Kernel
 from achse.native.declare import Slot, lay_out, reference
 from achse.native.memory import ComputedCell, ComputedFields, RowView
 
-__all__ = ["KERNEL", "SHOWN_VALUES", "ShownValues", "show_values", "shown_cell"]
-
 
 class ShownValues:
     """Values of `achse.motion.readout.shown.SHOWN` with the names that they have at the axis."""

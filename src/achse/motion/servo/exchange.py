@@ -9,8 +9,6 @@ from collections.abc import MutableSequence, Sequence
 from achse.motion.servo.kernel import send, take
 from achse.motion.servo.record import SERVO, Servo
 
-__all__ = ["send_image", "take_image"]
-
 _WORDS = SERVO.words
 
 

@@ -31,8 +31,6 @@ from achse.motion.servo.probes import arm_probes, take_probes
 from achse.motion.servo.record import Servo
 from achse.motion.states import POSITION_MODES, TORQUE_MODES, DriveOperationMode
 
-__all__ = ["send", "send_all", "take", "take_all"]
-
 _FOLLOWS = 0x1000
 _ATTAINED = 0x1000
 _REACHED = 0x0400

@@ -3,15 +3,6 @@
 from dataclasses import dataclass
 from enum import IntEnum
 
-__all__ = [
-    "INPUT_OBJECTS",
-    "OUTPUT_OBJECTS",
-    "ProcessEntry",
-    "ServoError",
-    "ServoMode",
-    "ServoObject",
-]
-
 
 class ServoError(ValueError):
     """Process data by which no axis can work."""

@@ -9,20 +9,6 @@ from achse.motion.port import CONTROL_ENABLE, CONTROL_WISH
 from achse.motion.servo.power import ENABLED, REACTION
 from achse.motion.servo.record import Servo
 
-__all__ = [
-    "ALL_PARTS",
-    "FOLLOWING_BIT",
-    "INTERPOLATION_TIME",
-    "MODE_DISPLAY",
-    "OPTIONAL_PARTS",
-    "REACHED_BIT",
-    "REMOTE_BIT",
-    "VOLTAGE_BIT",
-    "DriveParts",
-    "OptionalPart",
-    "missing_condition",
-]
-
 
 @dataclass(frozen=True, slots=True)
 class OptionalPart:

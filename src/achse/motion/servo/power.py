@@ -9,19 +9,6 @@ Kernel source: compiled as it stands, see `compiled`.
 from achse.motion.port import CONTROL_ENABLE, CONTROL_RESET, CONTROL_WISH
 from achse.motion.servo.record import Servo
 
-__all__ = [
-    "DISABLED",
-    "ENABLED",
-    "FAULT",
-    "NOT_READY",
-    "ON",
-    "QUICK_STOP",
-    "REACTION",
-    "READY",
-    "command",
-    "power_of",
-]
-
 NOT_READY = 0
 DISABLED = 1
 READY = 2

@@ -9,8 +9,6 @@ Kernel source: compiled as it stands, see `compiled`.
 from achse.motion.port import LATCH_FALLING, LATCH_INDEX
 from achse.motion.servo.record import PROBES, Servo
 
-__all__ = ["arm_probes", "take_probes"]
-
 _ENABLE = 0x01
 _INDEX = 0x04
 _RISING = 0x10

@@ -4,8 +4,6 @@ from achse.motion.fields.declare import Field, flag, real, whole, wholes
 from achse.motion.port import DRIVE_IO, ENCODER_IO, DriveIo, EncoderIo
 from achse.native.declare import lay_out, plain_record, reference
 
-__all__ = ["ENTRIES", "PROBES", "SERVO", "Servo", "servo_record"]
-
 ENTRIES = 16
 """Objects that one direction of the process data may hold for the axis."""
 

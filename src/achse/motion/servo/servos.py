@@ -9,8 +9,8 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from achse.motion.axis import Axis
+from achse.motion.fields.encoder import PROBE_EDGES, TOUCH_PROBES
 from achse.motion.nc import Nc
-from achse.motion.record import PROBE_EDGES, TOUCH_PROBES
 from achse.motion.servo.compiled import SEND, TAKE
 from achse.motion.servo.kernel import send, take
 from achse.motion.servo.objects import (
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 
 else:
     _Servo = View
-
-__all__ = ["ServoLink", "ServoOptions", "ServoView", "Servos"]
 
 _CODES = {1: "b", 2: "h", 4: "i"}
 

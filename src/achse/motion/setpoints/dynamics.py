@@ -12,18 +12,6 @@ from math import sqrt
 from achse.motion.profiles.segments import segment_acceleration, segment_position, segment_velocity
 from achse.motion.record import AxisFields
 
-__all__ = [
-    "STEEPEST",
-    "drop_foreign",
-    "fastest",
-    "fault_deceleration",
-    "fault_jerk",
-    "release",
-    "run_out",
-    "shed_excess",
-    "shed_foreign",
-]
-
 STEEPEST = 1e12
 """Strongest deceleration and jerk that the planner takes; as a jerk it is not a limit."""
 

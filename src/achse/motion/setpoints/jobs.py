@@ -5,10 +5,8 @@ Kernel source: compiled as it stands, see `compiled`.
 
 from math import inf
 
+from achse.codes.axis import BufferMode
 from achse.motion.record import JobFields
-from achse.motion.states import BufferMode
-
-__all__ = ["NOWHERE", "copy_request", "set_request"]
 
 NOWHERE = inf
 """The blending position of a command that has none."""

@@ -12,18 +12,6 @@ from achse.motion.profiles.segments import segment_acceleration, segment_positio
 from achse.motion.record import AxisFields
 from achse.motion.setpoints.dynamics import fastest, fault_deceleration
 
-__all__ = [
-    "TOLERANCE",
-    "adapt_limits",
-    "goes_alone",
-    "highest_rest",
-    "limit_ahead",
-    "lowest_rest",
-    "passes",
-    "running_into",
-    "table_passes",
-]
-
 TOLERANCE = 1e-6
 """Tolerance of a set position beyond a soft limit, in axis units: rounding only."""
 

@@ -9,8 +9,6 @@ from achse.motion.features import Feature
 from achse.motion.profiles.segments import segment_acceleration, segment_position, segment_velocity
 from achse.motion.record import AxisFields
 
-__all__ = ["shift_phase"]
-
 
 def shift_phase(ax: AxisFields, dt: float) -> None:
     """One cycle of the running profile; at its end the shift is exactly the target."""

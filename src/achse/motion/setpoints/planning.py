@@ -14,6 +14,7 @@ Kernel source, in the language of `achse.native`.
 
 from math import inf
 
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.profiles.profile import (
     END_VELOCITY_UNREACHABLE,
     plan_to_position,
@@ -37,17 +38,6 @@ from achse.motion.setpoints.dynamics import (
 )
 from achse.motion.setpoints.limits import goes_alone, highest_rest, lowest_rest, passes
 from achse.motion.setpoints.targets import look_ahead, overrun
-from achse.motion.states import MotionPhase
-
-__all__ = [
-    "TO_CONSTANT_VELOCITY",
-    "TO_LIMIT",
-    "TO_PAUSE",
-    "TO_REST",
-    "TO_TARGET",
-    "follow_override",
-    "plan",
-]
 
 TO_REST = 0
 TO_TARGET = 1

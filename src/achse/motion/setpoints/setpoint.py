@@ -8,15 +8,14 @@ Kernel source: compiled as it stands, see `compiled`.
 """
 
 from achse.codes import NcError
+from achse.codes.axis import CommandState, StartType
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.features import Feature
+from achse.motion.fields.drive import FILTER_ORDER
+from achse.motion.fields.encoder import POSITION_HISTORY
+from achse.motion.fields.setpoint import COMMAND_BUFFER
 from achse.motion.profiles.segments import segment_acceleration
-from achse.motion.record import (
-    COMMAND_BUFFER,
-    FILTER_ORDER,
-    POSITION_HISTORY,
-    AxisFields,
-    EncoderFields,
-)
+from achse.motion.record import AxisFields, EncoderFields
 from achse.motion.setpoints.dynamics import (
     fastest,
     fault_deceleration,
@@ -35,28 +34,6 @@ from achse.motion.setpoints.planning import (
     plan,
 )
 from achse.motion.setpoints.targets import resolve_target
-from achse.motion.states import CommandState, MotionPhase, StartType
-
-__all__ = [
-    "absorb",
-    "advance",
-    "arrived",
-    "begin_job",
-    "begin_next_job",
-    "begin_stop",
-    "displace",
-    "drop_job",
-    "end_homing",
-    "fail",
-    "follow_segment",
-    "generate",
-    "pass_switch_position",
-    "shift_encoder",
-    "shift_origin",
-    "shift_setpoint",
-    "show_remaining",
-    "stop_fast",
-]
 
 _SWITCH_TARGET = 2
 

@@ -11,12 +11,10 @@ Kernel source, in the language of `achse.native`.
 
 from math import inf
 
+from achse.codes.nc.choices import MotionPhase
 from achse.motion.record import AxisFields
 from achse.motion.setpoints.dynamics import run_out
 from achse.motion.setpoints.setpoint import absorb, displace, generate
-from achse.motion.states import MotionPhase
-
-__all__ = ["generate_superposed", "superpose", "superposed_speed", "superposed_way"]
 
 
 def superposed_way(ax: AxisFields, t: float) -> float:

@@ -10,12 +10,11 @@ Kernel source, in the language of `achse.native`.
 
 from math import floor, inf
 
+from achse.codes.axis import BufferMode, StartType
+from achse.motion.fields.setpoint import COMMAND_BUFFER
 from achse.motion.profiles.ramps import highest_velocity
-from achse.motion.record import COMMAND_BUFFER, AxisFields, JobFields
+from achse.motion.record import AxisFields, JobFields
 from achse.motion.setpoints.limits import highest_rest, lowest_rest
-from achse.motion.states import BufferMode, StartType
-
-__all__ = ["look_ahead", "modulo_part", "overrun", "resolve_target"]
 
 _FAR = 1e15
 """Way of an endless command: farther than any axis goes."""

@@ -20,8 +20,6 @@ from achse.motion.tables.memory import (
 )
 from achse.motion.tables.table import Table
 
-__all__ = ["LEAST_ROWS", "WORTH_MACHINE_CODE", "block_size", "write_block"]
-
 WORTH_MACHINE_CODE = 1000
 """Rows that the plain way takes some ms for."""
 

@@ -4,13 +4,11 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Protocol
 
 from achse.codes import NcError
+from achse.codes.nc.choices import CharacteristicInterpolation
 from achse.motion.control.curves import Piece
-from achse.motion.states import CharacteristicInterpolation
 from achse.motion.tables.errors import TableError
 from achse.motion.tables.table import Table
 from achse.motion.tables.users import TableUser
-
-__all__ = ["Characteristics"]
 
 
 class _Store(Protocol):

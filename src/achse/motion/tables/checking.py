@@ -10,8 +10,6 @@ from operator import sub
 
 from achse.native.compiled import Kernel
 
-__all__ = ["CHECKING", "extremes", "extremes_of"]
-
 _WORTH_MACHINE_CODE = 1000
 """Rows that Python takes part of a ms for."""
 

@@ -2,8 +2,6 @@
 
 from achse.codes import NcError
 
-__all__ = ["TableError"]
-
 
 class TableError(Exception):
     """A table cannot be what was asked for: `error` is the NC's."""

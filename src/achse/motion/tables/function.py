@@ -28,8 +28,6 @@ from achse.motion.laws.extremes import Extreme, extremes_of
 from achse.motion.laws.table import LAWS, Ends, segment, standing
 from achse.motion.tables.errors import TableError
 
-__all__ = ["IGNORED", "MotionPoint", "function_elements", "survey_function", "values_at"]
-
 IGNORED = 1
 """Point type of a point that is not there (002 §6.4.8.1)."""
 

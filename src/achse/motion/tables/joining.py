@@ -14,8 +14,6 @@ from enum import IntEnum
 from achse.motion.tables.memory import HEADER, PIECE
 from achse.native.compiled import Kernel
 
-__all__ = ["JOINING", "Boundary", "join"]
-
 
 class Boundary(IntEnum):
     """Boundary condition of the spline of a cam table."""

@@ -9,12 +9,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from achse.codes import NcError
-from achse.motion.states import TableType
+from achse.codes.nc.choices import TableType
 from achse.motion.tables.errors import TableError
 from achse.motion.tables.table import MOTION_POINT, Table
-from achse.native.compiled import compiler_installed
-
-__all__ = ["TableLimits"]
+from achse.native.backend.machine import compiler_installed
 
 _NUMBERS = 1 << 17
 _NUMBERS_PLAIN = 1 << 15

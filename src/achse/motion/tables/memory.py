@@ -16,23 +16,6 @@ from math import floor
 
 from achse.motion.laws.element import ELEMENT, element_at, element_values
 
-__all__ = [
-    "BEGIN",
-    "COUNT",
-    "CYCLIC",
-    "ELEMENTS",
-    "FORM",
-    "HEADER",
-    "PERIOD",
-    "PIECE",
-    "RATE",
-    "STEP",
-    "STROKE",
-    "CamMemory",
-    "cam_values",
-    "row_at",
-]
-
 FORM = 0
 """0: cubics, as described here; `ELEMENTS`."""
 ELEMENTS = 1

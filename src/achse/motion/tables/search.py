@@ -14,16 +14,6 @@ from achse.motion.laws.extremes import turning_places
 from achse.motion.tables.memory import BEGIN, COUNT, CYCLIC, HEADER, PERIOD, PIECE, STROKE
 from achse.native.compiled import Kernel
 
-__all__ = [
-    "SCANNING",
-    "CamCurve",
-    "Crossing",
-    "FunctionCurve",
-    "MonotoneCurve",
-    "nearest",
-    "scan",
-]
-
 _WORTH_MACHINE_CODE = 1000
 """Rows that the plain way takes some ms for."""
 

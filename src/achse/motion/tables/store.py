@@ -9,15 +9,11 @@ from math import isfinite
 from typing import Any
 
 from achse.codes import NcError
+from achse.codes.nc.choices import TableType
 from achse.motion.couplings.cam_checks import check_follow
 from achse.motion.couplings.cams import CHANGE_POINTS, law_now, show_cams
 from achse.motion.laws.element import ELEMENT
-from achse.motion.states import (
-    CamActivation,
-    CamInterpolation,
-    CamScaling,
-    TableType,
-)
+from achse.motion.states import CamActivation, CamInterpolation, CamScaling
 from achse.motion.tables.block import LEAST_ROWS, WORTH_MACHINE_CODE, block_size, write_block
 from achse.motion.tables.characteristics import Characteristics
 from achse.motion.tables.errors import TableError
@@ -40,8 +36,6 @@ from achse.motion.tables.table import (
 )
 from achse.motion.tables.users import TableUser, at_work, cams_in_use
 from achse.native.declare import assign
-
-__all__ = ["Tables"]
 
 _POINTS_STAY = (
     CamActivation.INSTANTANEOUS,

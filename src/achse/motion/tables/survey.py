@@ -14,18 +14,6 @@ from typing import TypeAlias
 from achse.motion.tables.memory import COUNT, HEADER, PIECE
 from achse.native.compiled import Kernel
 
-__all__ = [
-    "SURVEY",
-    "VALUES",
-    "CurveValues",
-    "at_velocity",
-    "begin_survey",
-    "end_survey",
-    "meet",
-    "survey",
-    "survey_curve",
-]
-
 CurveValues: TypeAlias = tuple[float, float, float, float]
 """Slave position and its three derivatives by the master position."""
 

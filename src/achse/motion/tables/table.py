@@ -15,24 +15,13 @@ from math import floor
 from typing import NamedTuple
 
 from achse.codes import NcError
+from achse.codes.nc.choices import CharacteristicInterpolation, TableSubType, TableType
 from achse.motion.control.curves import Piece, linear, spline
 from achse.motion.laws.element import BEGIN, COEFFICIENT, ELEMENT
-from achse.motion.states import CharacteristicInterpolation, TableSubType, TableType
 from achse.motion.tables.checking import extremes_of
 from achse.motion.tables.errors import TableError
 from achse.motion.tables.function import MotionPoint, function_elements, values_at
 from achse.motion.tables.joining import Boundary
-
-__all__ = [
-    "HIGHEST_TABLE_ID",
-    "MOST_NUMBERS",
-    "MOTION_POINT",
-    "PointActivation",
-    "Table",
-    "TableError",
-    "TableParameters",
-    "TableScaling",
-]
 
 HIGHEST_TABLE_ID = 4095
 

@@ -16,8 +16,6 @@ from math import isfinite
 
 from achse.motion.tables.function import MotionPoint
 
-__all__ = ["NAMES", "TableContent", "TableTextError", "content_of", "text_of"]
-
 NAMES = ("master", "slave", "law", "velocity", "acceleration", "jerk", "type")
 
 TableContent = list[tuple[float, float]] | list[MotionPoint]

@@ -9,8 +9,6 @@ from typing import Any, Protocol
 
 from achse.motion.states import CAM_COUPLINGS
 
-__all__ = ["TableUser", "at_work", "cams_in_use"]
-
 
 # Any: records have their fields by name in either form
 class TableUser(Protocol):

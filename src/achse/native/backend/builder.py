@@ -34,8 +34,6 @@ from achse.native.backend.types import (
 if TYPE_CHECKING:
     from achse.native.backend.module import ModuleBuilder
 
-__all__ = ["FunctionBuilder", "Label", "LocalVariable"]
-
 Label = str
 """Place where a function can continue."""
 

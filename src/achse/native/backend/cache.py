@@ -16,8 +16,6 @@ import tempfile
 from contextlib import suppress
 from pathlib import Path
 
-__all__ = ["ObjectCache", "cache_directory"]
-
 log = logging.getLogger("achse.native")
 
 _CHECK = hashlib.sha256().digest_size

@@ -6,20 +6,6 @@ out looks there and returns at once. Numbers above 0 mean what the front end say
 
 from enum import IntEnum
 
-__all__ = [
-    "BUDGET",
-    "DEPTH",
-    "FAULT",
-    "NOTES",
-    "PASS",
-    "RAISE",
-    "RUNTIME",
-    "TRAIL",
-    "TRAIL_LENGTH",
-    "MachineFault",
-    "OwnFault",
-]
-
 
 class OwnFault(IntEnum):
     """Faults of the back end itself."""

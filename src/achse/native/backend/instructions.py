@@ -26,8 +26,6 @@ from achse.native.backend.types import (
 if TYPE_CHECKING:
     from achse.native.backend.module import ModuleBuilder
 
-__all__ = ["Instructions", "Relation", "Rounding"]
-
 
 class Relation(Enum):
     """Comparisons: LLVM's words for floats, for signed and for unsigned numbers."""

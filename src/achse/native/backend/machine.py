@@ -33,15 +33,6 @@ from achse.native.backend.stack_checks import MEASURE, MEASURING_STACK, STACK
 from achse.native.backend.thread_stack import StackLimit, start_with_stack
 from achse.native.backend.types import CallTarget, FunctionSignature
 
-__all__ = [
-    "Effort",
-    "MachineCode",
-    "address_of",
-    "compile_module",
-    "compiler_installed",
-    "identity",
-]
-
 log = logging.getLogger("achse.native")
 
 _PROCESSOR_FACTS = "vendor_id", "cpu family", "model", "stepping", "flags"

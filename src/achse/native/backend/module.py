@@ -17,8 +17,6 @@ from achse.native.backend.types import (
     Operand,
 )
 
-__all__ = ["C_FUNCTIONS", "C_PREFIX", "MATH", "ModuleBuilder", "ModuleInterface"]
-
 _CALLS = """!llvm.module.flags = !{!1}
 !1 = !{i32 7, !"RtLibUseGOT", i32 1}
 """

@@ -16,14 +16,6 @@ from enum import IntEnum, IntFlag
 from functools import cache
 from typing import NamedTuple
 
-__all__ = [
-    "ExecutableMemoryError",
-    "ObjectFile",
-    "ObjectFileError",
-    "is_supported",
-    "memory_may_be_executed",
-]
-
 _MAGIC = b"\x7fELF\x02\x01"
 """64 bits, the lowest byte first."""
 _RELOCATABLE, _X86_64 = 1, 62

@@ -12,20 +12,6 @@ from dataclasses import dataclass
 from achse.native.backend.faults import FAULT, RAISE, OwnFault
 from achse.native.backend.types import FunctionSignature, InstructionError
 
-__all__ = [
-    "MEASURE",
-    "MEASURING_STACK",
-    "STACK",
-    "STACK_POINTER",
-    "STACK_RUNTIME",
-    "UNCHECKED",
-    "FrameGuard",
-    "here",
-    "measuring",
-    "whose_stack",
-    "zero_return",
-]
-
 STACK = "@achse.stack"
 """Words: the lowest stack pointer that calls may have, begin and size of the stack."""
 

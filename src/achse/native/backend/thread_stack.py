@@ -16,14 +16,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-__all__ = [
-    "StackBounds",
-    "StackLimit",
-    "bounds_of_this_thread",
-    "reserve_of",
-    "start_with_stack",
-]
-
 _SMALLEST_RESERVE = 64 << 10
 _LARGEST_RESERVE = 1 << 20
 

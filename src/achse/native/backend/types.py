@@ -4,27 +4,6 @@ import ctypes
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = [
-    "ADDRESS",
-    "BOOL",
-    "EMPTY_NOTE",
-    "F32",
-    "F64",
-    "I8",
-    "I16",
-    "I32",
-    "I64",
-    "U8",
-    "U16",
-    "U32",
-    "U64",
-    "CallTarget",
-    "FunctionSignature",
-    "InstructionError",
-    "MachineType",
-    "Operand",
-]
-
 
 class InstructionError(TypeError):
     """An instruction does not fit its operands; the text says what was expected and what came."""

@@ -9,8 +9,6 @@ places themselves.
 from collections.abc import MutableSequence, Sequence
 from math import atan2, cos, degrees, dist, radians, sin, sqrt
 
-__all__ = ["forward", "inverse"]
-
 _NEAR = 1e-6
 """Of a rod: how far the plate may be from where the angles have it."""
 

@@ -2,8 +2,6 @@
 
 from collections.abc import MutableSequence, Sequence
 
-__all__ = ["forward", "inverse"]
-
 
 def forward(numbers: Sequence[float], axes: Sequence[float], places: MutableSequence[float]) -> int:
     """Each place is its axis."""

@@ -8,8 +8,6 @@ Further axes are the places themselves.
 from collections.abc import MutableSequence, Sequence
 from math import acos, atan2, cos, degrees, dist, radians, sin, sqrt
 
-__all__ = ["forward", "inverse"]
-
 _NEAR = 1e-6
 """Of a rod: how far the tool may be from where the angles have it."""
 

@@ -7,8 +7,6 @@ Further axes are the places themselves.
 from collections.abc import MutableSequence, Sequence
 from math import cos, radians, sin
 
-__all__ = ["forward", "inverse"]
-
 
 def forward(numbers: Sequence[float], axes: Sequence[float], places: MutableSequence[float]) -> int:
     """Compute the place of the tool."""

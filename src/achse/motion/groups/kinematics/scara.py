@@ -7,8 +7,6 @@ first arm. Further axes are the places themselves.
 from collections.abc import MutableSequence, Sequence
 from math import acos, atan2, copysign, cos, degrees, radians, sin, sqrt
 
-__all__ = ["forward", "inverse"]
-
 
 def forward(numbers: Sequence[float], axes: Sequence[float], places: MutableSequence[float]) -> int:
     """Compute the end of the second arm."""

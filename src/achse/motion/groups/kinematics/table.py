@@ -9,8 +9,6 @@ from typing import NamedTuple
 from achse.motion.groups.kinematics import delta, identity, parallel, portal, scara
 from achse.motion.groups.parameters import GroupParametersError
 
-__all__ = ["KINEMATICS", "KinematicsLaw", "Transformation", "law_from_file"]
-
 Transformation = Callable[[Sequence[float], Sequence[float], MutableSequence[float]], int]
 
 
